@@ -1,0 +1,458 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scenes as a user writes them: meshes, materials and lights over NumPy arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from .errors import OptionError, SceneError
+from .units import UNITS, photopic
+
+MAX_GROUPS = 8  # sums are kept per group up to this many (API: "Group")
+
+
+def _frozen_array(values: Any, dtype: Any, shape: tuple[int, ...], what: str) -> np.ndarray:
+    """Copy `values` to a read-only array of `dtype`; -1 in `shape` matches any length."""
+    try:
+        array = np.array(values, dtype=dtype)
+    except (TypeError, ValueError) as error:
+        raise SceneError(f"{what}: found {values!r:.60}, expected numbers ({error})") from None
+    matches = array.ndim == len(shape) and all(
+        n in (-1, m) for n, m in zip(shape, array.shape, strict=True)
+    )
+    if not matches:
+        raise SceneError(f"{what}: found shape {array.shape}, expected {shape} (-1 = any)")
+    if np.issubdtype(array.dtype, np.floating) and not np.isfinite(array).all():
+        bad = np.argwhere(~np.isfinite(array))[0]
+        raise SceneError(
+            f"{what}: found {array[tuple(bad)]} at index {tuple(int(i) for i in bad)}, "
+            "expected finite numbers; repair the input"
+        )
+    array.setflags(write=False)
+    return array
+
+
+def rigid_pose(pose: Any, what: str = "pose") -> np.ndarray:
+    """Check that `pose` is a rigid 4x4 matrix (local to world, column vectors)."""
+    try:
+        matrix = _frozen_array(pose, np.float64, (4, 4), what)
+    except SceneError as error:
+        raise OptionError(str(error)) from None
+    rotation = matrix[:3, :3]
+    orthonormal = np.abs(rotation.T @ rotation - np.eye(3)).max() < 1e-4
+    if not orthonormal or np.linalg.det(rotation) < 0 or np.any(matrix[3] != (0, 0, 0, 1)):
+        raise OptionError(
+            f"{what}: found a matrix that scales, shears or mirrors, expected a rigid one "
+            "(rotation and translation); bake scale into the mesh's vertices"
+        )
+    return matrix
+
+
+@dataclass(frozen=True, eq=False)
+class Material:
+    """Diffuse surface, possibly luminous.
+
+    Parameters
+    ----------
+    name : str
+    reflectance : 3 floats in [0, 1], linear RGB
+    emission : 3 floats, radiance (W/(sr m2)) or luminance (cd/m2) per channel, front side
+    group : light group of the emission; None = the name of the mesh that carries it
+    two_sided : emit from both sides
+    """
+
+    name: str
+    reflectance: Any = (0.5, 0.5, 0.5)
+    emission: Any = (0.0, 0.0, 0.0)
+    group: str | None = None
+    two_sided: bool = False
+
+    def __post_init__(self) -> None:
+        what = f'material "{self.name}"'
+        reflectance = _frozen_array(self.reflectance, np.float64, (3,), f"{what}: reflectance")
+        emission = _frozen_array(self.emission, np.float64, (3,), f"{what}: emission")
+        if (reflectance < 0).any() or (reflectance > 1).any():
+            raise SceneError(f"{what}: reflectance: found {reflectance}, expected 0 to 1 per channel")
+        if (emission < 0).any():
+            raise SceneError(f"{what}: emission: found {emission}, expected no negative channel")
+        object.__setattr__(self, "reflectance", reflectance)
+        object.__setattr__(self, "emission", emission)
+
+    @property
+    def emissive(self) -> bool:
+        return bool((self.emission > 0).any())
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles with a pose; static unless `movable`.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the scene; what `Session.move` and `--movable` refer to.
+    vertices : (n, 3) float array, local, metres
+    triangles : (m, 3) int array; the front side is counter-clockwise
+    material : str or sequence of str
+        One name for all triangles, or several with `material_index`.
+    material_index : (m,) int array or None
+        For each triangle, an index into `material` when that is a sequence.
+    pose : 4x4 rigid matrix, local to world
+    movable : bool
+    smooth_angle : float
+        Vertices are shaded smoothly where faces meet at less than this, degrees.
+    """
+
+    name: str
+    vertices: Any
+    triangles: Any
+    material: str | Sequence[str] = "default"
+    material_index: Any = None
+    pose: Any = field(default_factory=lambda: np.eye(4))
+    movable: bool = False
+    smooth_angle: float = 35.0
+
+    def __post_init__(self) -> None:
+        what = f'mesh "{self.name}"'
+        vertices = _frozen_array(self.vertices, np.float64, (-1, 3), f"{what}: vertices")
+        triangles = _frozen_array(self.triangles, np.int64, (-1, 3), f"{what}: triangles")
+        if triangles.size and (triangles.min() < 0 or triangles.max() >= len(vertices)):
+            bad = int(triangles.max() if triangles.max() >= len(vertices) else triangles.min())
+            raise SceneError(
+                f"{what}: triangles: found vertex index {bad}, expected 0 to {len(vertices) - 1}"
+            )
+        if vertices.size and np.abs(vertices).max() > 1e9:
+            raise SceneError(f"{what}: vertices: found a coordinate beyond 1e9 m, expected a scene in metres")
+        names = (self.material,) if isinstance(self.material, str) else tuple(self.material)
+        index = np.zeros(len(triangles), np.int64) if self.material_index is None else self.material_index
+        index = _frozen_array(index, np.int64, (len(triangles),), f"{what}: material_index")
+        if index.size and (index.min() < 0 or index.max() >= len(names)):
+            raise SceneError(
+                f"{what}: material_index: found {int(index.max())}, expected 0 to {len(names) - 1}"
+            )
+        object.__setattr__(self, "vertices", vertices)
+        object.__setattr__(self, "triangles", triangles)
+        object.__setattr__(self, "material", names)
+        object.__setattr__(self, "material_index", index)
+        object.__setattr__(self, "pose", rigid_pose(self.pose, f"{what}: pose"))
+
+    @property
+    def world_vertices(self) -> np.ndarray:
+        """(n, 3) float64 vertices in world space, in the pose that the mesh was given."""
+        return self.vertices @ self.pose[:3, :3].T + self.pose[:3, 3]
+
+    def triangle_areas(self) -> np.ndarray:
+        """(m,) float64 areas, square metres."""
+        a, b, c = (self.vertices[self.triangles[:, i]] for i in range(3))
+        return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class _PunctualLight:
+    name: str
+    group: str | None = None
+    attached_to: str | None = None
+
+    def _check(self, **vectors: Any) -> None:
+        for key, value in vectors.items():
+            what = f'light "{self.name}": {key}'
+            array = _frozen_array(value, np.float64, (3,), what)
+            if key in ("intensity", "irradiance") and (array < 0).any():
+                raise SceneError(f"{what}: found {array}, expected no negative channel")
+            if key == "direction":
+                length = np.linalg.norm(array)
+                if length == 0:
+                    raise SceneError(f"{what}: found a zero vector, expected a direction")
+                array = array / length
+                array.setflags(write=False)
+            object.__setattr__(self, key, array)
+
+
+@dataclass(frozen=True, eq=False)
+class PointLight(_PunctualLight):
+    """Uniform point source; `intensity` in W/sr or candela per channel.
+
+    With `attached_to`, position (and direction) are local to that movable.
+    """
+
+    position: Any = (0.0, 0.0, 0.0)
+    intensity: Any = (1.0, 1.0, 1.0)
+
+    def __init__(self, name, position, intensity=(1, 1, 1), group=None, attached_to=None):
+        _init(self, name=name, group=group, attached_to=attached_to)
+        self._check(position=position, intensity=intensity)
+
+
+@dataclass(frozen=True, eq=False)
+class SpotLight(_PunctualLight):
+    """Point source within a cone: full inside `inner_angle`, zero outside `outer_angle` (radians, half angles).
+
+    The falloff between them is that of KHR_lights_punctual.
+    """
+
+    position: Any = (0.0, 0.0, 0.0)
+    direction: Any = (0.0, -1.0, 0.0)
+    intensity: Any = (1.0, 1.0, 1.0)
+    inner_angle: float = 0.0
+    outer_angle: float = np.pi / 4
+
+    def __init__(
+        self, name, position, direction, intensity=(1, 1, 1), inner_angle=0.0, outer_angle=np.pi / 4,
+        group=None, attached_to=None,
+    ):
+        if not 0 <= inner_angle < outer_angle <= np.pi / 2 + 1e-6:
+            raise SceneError(
+                f'light "{name}": found inner angle {inner_angle}, outer angle {outer_angle}; '
+                "expected 0 <= inner < outer <= pi/2 (radians)"
+            )
+        _init(
+            self, name=name, group=group, attached_to=attached_to,
+            inner_angle=float(inner_angle), outer_angle=float(outer_angle),
+        )
+        self._check(position=position, direction=direction, intensity=intensity)
+
+
+@dataclass(frozen=True, eq=False)
+class SunLight(_PunctualLight):
+    """Parallel light; `irradiance` (W/m2 or lux) on a plane facing it, `direction` of travel."""
+
+    direction: Any = (0.0, -1.0, 0.0)
+    irradiance: Any = (1.0, 1.0, 1.0)
+
+    def __init__(self, name, direction, irradiance=(1, 1, 1), group=None, attached_to=None):
+        _init(self, name=name, group=group, attached_to=attached_to)
+        self._check(direction=direction, irradiance=irradiance)
+
+
+def _init(light: _PunctualLight, **fields: Any) -> None:
+    for key, value in fields.items():
+        object.__setattr__(light, key, value)
+
+
+Light = PointLight | SpotLight | SunLight
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """A view: `pose` is camera to world (looks along -Z, Y up), `vertical_fov` in radians."""
+
+    name: str
+    pose: Any
+    vertical_fov: float = 0.9
+
+
+@dataclass(frozen=True, eq=False)
+class Node:
+    """One node of the input file's hierarchy, kept so that outputs can restore it.
+
+    `parts` lists (mesh name, first triangle, triangle count) in the scene; `to_part` maps
+    the node's own space to the part's local space (4x4), since scale and shear are baked.
+    """
+
+    name: str
+    parent: int
+    matrix: np.ndarray
+    parts: tuple[tuple[str, int, int], ...] = ()
+
+
+class Scene:
+    """Meshes, materials and lights; immutable once made.
+
+    Parameters
+    ----------
+    meshes : Mesh sequence, names unique
+    materials : Material sequence; meshes refer to them by name
+    lights : PointLight, SpotLight, SunLight sequence
+    unit : "W/m2" or "lux", the unit of every result
+    cameras, nodes, warnings, source : what a loader found beside the above
+
+    Raises
+    ------
+    SceneError
+        Where names clash or refer to nothing, or an array is malformed.
+    """
+
+    def __init__(
+        self,
+        meshes: Iterable[Mesh],
+        materials: Iterable[Material] = (),
+        lights: Iterable[Light] = (),
+        *,
+        unit: str = "W/m2",
+        cameras: Iterable[Camera] = (),
+        nodes: Iterable[Node] = (),
+        warnings: Iterable[str] = (),
+        source: str | None = None,
+    ) -> None:
+        self.meshes = tuple(meshes)
+        self.materials = tuple(materials)
+        self.lights = tuple(lights)
+        self.cameras = tuple(cameras)
+        self.nodes = tuple(nodes)
+        self.warnings = tuple(warnings)
+        self.source = source
+        if unit not in UNITS:
+            raise OptionError(f"unit: found {unit!r}, expected one of {UNITS}")
+        self.unit = unit
+        self._check_names()
+
+    def _check_names(self) -> None:
+        for kind, items in (("mesh", self.meshes), ("material", self.materials), ("light", self.lights)):
+            seen: set[str] = set()
+            for item in items:
+                if item.name in seen:
+                    raise SceneError(f'{kind} "{item.name}": found twice, expected unique names')
+                seen.add(item.name)
+        materials = {m.name for m in self.materials}
+        movable = {m.name for m in self.meshes if m.movable}
+        for mesh in self.meshes:
+            for name in mesh.material:
+                if name not in materials:
+                    raise SceneError(
+                        f'mesh "{mesh.name}": material "{name}" is not in the scene; '
+                        f"found {sorted(materials)[:8]}"
+                    )
+        for light in self.lights:
+            if light.attached_to is not None and light.attached_to not in movable:
+                raise SceneError(
+                    f'light "{light.name}": attached to "{light.attached_to}", '
+                    f"which is no movable mesh; movable are {sorted(movable)}"
+                )
+
+    @property
+    def movable(self) -> tuple[str, ...]:
+        """Names of the movable meshes."""
+        return tuple(m.name for m in self.meshes if m.movable)
+
+    def mesh(self, name: str) -> Mesh:
+        """The mesh of that name; OptionError when there is none."""
+        for mesh in self.meshes:
+            if mesh.name == name:
+                return mesh
+        raise OptionError(f'mesh "{name}": not in the scene; found {[m.name for m in self.meshes][:12]}')
+
+    @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """World bounds (minimum, maximum), each (3,)."""
+        used = [m.world_vertices[np.unique(m.triangles)] for m in self.meshes if len(m.triangles)]
+        if not used:
+            return np.zeros(3), np.zeros(3)
+        points = np.concatenate(used)
+        return points.min(axis=0), points.max(axis=0)
+
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """Names of the light groups, in the order of `group_of`."""
+        names: dict[str, None] = {}
+        for mesh in self.meshes:
+            for material in self._emissive_materials(mesh):
+                names.setdefault(material.group or mesh.name)
+        for light in self.lights:
+            names.setdefault(light.group or light.name)
+        return tuple(names)
+
+    def _emissive_materials(self, mesh: Mesh) -> list[Material]:
+        used = {mesh.material[i] for i in np.unique(mesh.material_index)}
+        return [m for m in self.materials if m.name in used and m.emissive]
+
+    def with_mesh(self, mesh: Mesh) -> Scene:
+        """A copy with one more mesh."""
+        clone = replace_scene(self, meshes=(*self.meshes, mesh))
+        return clone
+
+    def info(self) -> Mapping[str, Any]:
+        """Counts, bounds, lights with total power, movables and warnings.
+
+        Returns
+        -------
+        dict with `triangles`, `area`, `emissive_area`, `bounds`, `lights` (name, kind, group,
+        power in watts or lumens, photopic), `movable`, `unit`, `materials`, `warnings`.
+        """
+        by_name = {m.name: m for m in self.materials}
+        triangles, area, emissive_area = 0, 0.0, 0.0
+        lights: list[dict[str, Any]] = []
+        for mesh in self.meshes:
+            areas = mesh.triangle_areas()
+            triangles += len(areas)
+            area += float(areas.sum())
+            for material in self._emissive_materials(mesh):
+                own = float(areas[self._uses(mesh, material.name)].sum())
+                emissive_area += own
+                power = np.pi * own * material.emission * (2 if material.two_sided else 1)
+                lights.append(
+                    {
+                        "name": mesh.name, "kind": "area", "group": material.group or mesh.name,
+                        "power": float(photopic(power)), "area": own,
+                    }
+                )
+        for light in self.lights:
+            lights.append(
+                {
+                    "name": light.name,
+                    "kind": {PointLight: "point", SpotLight: "spot", SunLight: "sun"}[type(light)],
+                    "group": light.group or light.name,
+                    "power": punctual_power(light),
+                }
+            )
+        low, high = self.bounds
+        return {
+            "triangles": triangles,
+            "area": area,
+            "emissive_area": emissive_area,
+            "bounds": [low.tolist(), high.tolist()],
+            "meshes": len(self.meshes),
+            "materials": len(by_name),
+            "lights": lights,
+            "cameras": [c.name for c in self.cameras],
+            "movable": list(self.movable),
+            "unit": self.unit,
+            "warnings": list(self.warnings),
+        }
+
+    @staticmethod
+    def _uses(mesh: Mesh, material: str) -> np.ndarray:
+        index = [i for i, name in enumerate(mesh.material) if name == material]
+        return np.isin(mesh.material_index, index)
+
+    def __repr__(self) -> str:
+        count = sum(len(m.triangles) for m in self.meshes)
+        return (
+            f"Scene({len(self.meshes)} meshes, {count} triangles, "
+            f"{len(self.groups)} light groups, movable {list(self.movable)}, unit {self.unit!r})"
+        )
+
+
+def replace_scene(scene: Scene, **changes: Any) -> Scene:
+    """A copy of `scene` with some constructor arguments replaced."""
+    keys = ("meshes", "materials", "lights", "unit", "cameras", "nodes", "warnings", "source")
+    return Scene(**({key: getattr(scene, key) for key in keys} | changes))
+
+
+def make_movable(scene: Scene, names: Iterable[str]) -> Scene:
+    """A copy in which the meshes `names` are movable."""
+    wanted = set(names)
+    for name in wanted:
+        scene.mesh(name)
+    meshes = [replace(m, movable=True) if m.name in wanted else m for m in scene.meshes]
+    return replace_scene(scene, meshes=meshes)
+
+
+def punctual_power(light: Light) -> float | None:
+    """Total photopic power of a point or spot light; None for a sun, whose power has no bound."""
+    if isinstance(light, PointLight):
+        return float(photopic(4 * np.pi * light.intensity))
+    if isinstance(light, SpotLight):
+        return float(photopic(light.intensity * spot_solid_angle(light.inner_angle, light.outer_angle)))
+    return None
+
+
+def spot_solid_angle(inner: float, outer: float) -> float:
+    """Integral of the KHR_lights_punctual falloff over directions, steradians.
+
+    The falloff is clamp((cos a - cos outer)/(cos inner - cos outer), 0, 1) squared.
+    """
+    return 2 * np.pi * ((1 - np.cos(inner)) + (np.cos(inner) - np.cos(outer)) / 3)
