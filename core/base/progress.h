@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// Progress and cancellation of long calls: workers write, the calling thread reads.
+#pragma once
+#include <atomic>
+#include <cstddef>
+
+#include "base/error.h"
+
+namespace deltalux {
+
+/// Thread-safe. A stage is a string literal; its fraction is done/total.
+class Progress {
+ public:
+  void begin(const char* stage, size_t total) {
+    done_.store(0, std::memory_order_relaxed);
+    total_.store(total ? total : 1, std::memory_order_relaxed);
+    stage_.store(stage, std::memory_order_release);
+    check();
+  }
+  void advance(size_t by) { done_.fetch_add(by, std::memory_order_relaxed); }
+  /// Throws Cancelled once cancel() was called; workers call it every few milliseconds.
+  void check() const {
+    if (cancelled()) throw Cancelled();
+  }
+  void cancel() { cancel_.store(true, std::memory_order_relaxed); }
+  bool cancelled() const { return cancel_.load(std::memory_order_relaxed); }
+  const char* stage() const { return stage_.load(std::memory_order_acquire); }
+  double fraction() const {
+    const double f = double(done_.load(std::memory_order_relaxed)) /
+                     double(total_.load(std::memory_order_relaxed));
+    return f < 1.0 ? f : 1.0;
+  }
+
+ private:
+  std::atomic<const char*> stage_{""};
+  std::atomic<size_t> done_{0}, total_{1};
+  std::atomic<bool> cancel_{false};
+};
+
+}  // namespace deltalux

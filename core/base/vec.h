@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+// Small vectors and boxes. Expressions are written in one fixed order: results must not depend on
+// who evaluates them.
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+namespace deltalux {
+
+template <class T>
+struct Vec3 {
+  T x{}, y{}, z{};
+
+  friend constexpr Vec3 operator+(Vec3 a, Vec3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+  friend constexpr Vec3 operator-(Vec3 a, Vec3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+  friend constexpr Vec3 operator*(Vec3 a, T s) { return {a.x * s, a.y * s, a.z * s}; }
+  friend constexpr Vec3 operator*(T s, Vec3 a) { return a * s; }
+  constexpr Vec3 operator-() const { return {-x, -y, -z}; }
+  constexpr T operator[](int axis) const { return axis == 0 ? x : axis == 1 ? y : z; }
+  constexpr T& operator[](int axis) { return axis == 0 ? x : axis == 1 ? y : z; }
+  friend constexpr bool operator==(const Vec3&, const Vec3&) = default;
+  template <class U>
+  constexpr explicit operator Vec3<U>() const {
+    return {static_cast<U>(x), static_cast<U>(y), static_cast<U>(z)};
+  }
+};
+
+using Vec3f = Vec3<float>;
+using Vec3d = Vec3<double>;
+
+template <class T>
+constexpr T dot(Vec3<T> a, Vec3<T> b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+template <class T>
+constexpr Vec3<T> cross(Vec3<T> a, Vec3<T> b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+template <class T>
+T length(Vec3<T> a) {
+  return std::sqrt(dot(a, a));
+}
+template <class T>
+Vec3<T> normalize(Vec3<T> a) {
+  return a * (T(1) / length(a));
+}
+template <class T>
+constexpr Vec3<T> min(Vec3<T> a, Vec3<T> b) {
+  return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)};
+}
+template <class T>
+constexpr Vec3<T> max(Vec3<T> a, Vec3<T> b) {
+  return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
+}
+
+/// Two unit vectors that complete `n` to a right-handed frame (Duff et al. 2017, JCGT 6(1)).
+template <class T>
+void tangent_frame(Vec3<T> n, Vec3<T>& u, Vec3<T>& v) {
+  const T sign = std::copysign(T(1), n.z);
+  const T a = T(-1) / (sign + n.z);
+  const T b = n.x * n.y * a;
+  u = {T(1) + sign * n.x * n.x * a, sign * b, -sign * n.x};
+  v = {b, sign + n.y * n.y * a, -n.y};
+}
+
+struct Box {
+  Vec3f low{std::numeric_limits<float>::infinity(), std::numeric_limits<float>::infinity(),
+            std::numeric_limits<float>::infinity()};
+  Vec3f high{-std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity(),
+             -std::numeric_limits<float>::infinity()};
+
+  bool empty() const { return !(low.x <= high.x); }
+  void grow(Vec3f p) { low = min(low, p), high = max(high, p); }
+  void grow(const Box& b) { low = min(low, b.low), high = max(high, b.high); }
+  Box padded(float by) const {
+    return empty() ? *this : Box{low - Vec3f{by, by, by}, high + Vec3f{by, by, by}};
+  }
+  Vec3f centre() const { return (low + high) * 0.5f; }
+  Vec3f extent() const { return empty() ? Vec3f{} : high - low; }
+  float diagonal() const { return length(extent()); }
+  bool contains(const Box& b) const {
+    return b.empty() || (low.x <= b.low.x && low.y <= b.low.y && low.z <= b.low.z &&
+                         b.high.x <= high.x && b.high.y <= high.y && b.high.z <= high.z);
+  }
+  bool overlaps(const Box& b) const {
+    return low.x <= b.high.x && b.low.x <= high.x && low.y <= b.high.y && b.low.y <= high.y &&
+           low.z <= b.high.z && b.low.z <= high.z;
+  }
+  /// True when the sphere may touch the box; exact.
+  bool touches_sphere(Vec3f c, float radius) const {
+    const Vec3f nearest = max(low, min(c, high)) - c;
+    return dot(nearest, nearest) <= radius * radius;
+  }
+};
+
+/// Precomputed ray for conservative box tests.
+struct SlabRay {
+  Vec3f origin, inverse;
+  SlabRay(Vec3f o, Vec3f d) : origin(o), inverse{1.0f / d.x, 1.0f / d.y, 1.0f / d.z} {}
+  /// Entry distance into `box` within [0, end], or infinity. NaN from 0*inf counts as inside.
+  float entry(const Box& box, float end) const {
+    float enter = 0.0f, leave = end;
+    for (int axis = 0; axis < 3; ++axis) {
+      const float a = (box.low[axis] - origin[axis]) * inverse[axis];
+      const float b = (box.high[axis] - origin[axis]) * inverse[axis];
+      const float near = std::min(a, b), far = std::max(a, b);
+      if (near > enter) enter = near;
+      if (far < leave) leave = far;
+    }
+    return enter <= leave ? enter : std::numeric_limits<float>::infinity();
+  }
+};
+
+}  // namespace deltalux

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// The contracts of estimators. Methods that average over a fixed area can add and remove segments
+// (SignedEstimator); methods that average over a count of photons cannot.
+#pragma once
+#include <atomic>
+#include <cstdint>
+#include <vector>
+
+#include "samples/disc_set.h"
+#include "segments/segment_span.h"
+
+namespace deltalux::estimate {
+
+/// Integer energy per slab, sample and channel: data[(slab * samples + sample) * 3 + channel].
+/// A slab is one light group's share of one batch of paths.
+struct EnergySums {
+  int64_t* data = nullptr;
+  size_t samples = 0;
+
+  /// Thread-safe; integer addition makes the order irrelevant.
+  void add(uint32_t slab, uint32_t sample, const uint32_t power[3], int64_t sign) const {
+    int64_t* cell = data + (size_t(slab) * samples + sample) * 3;
+    for (int c = 0; c < 3; ++c)
+      std::atomic_ref<int64_t>(cell[c]).fetch_add(sign * int64_t(power[c]),
+                                                  std::memory_order_relaxed);
+  }
+};
+
+/// What a call did; summed over calls by the caller.
+struct Stats {
+  uint64_t disc_tests = 0, node_tests = 0, hits = 0;
+  Stats& operator+=(const Stats& o) {
+    disc_tests += o.disc_tests, node_tests += o.node_tests, hits += o.hits;
+    return *this;
+  }
+};
+
+/// The discs that a segment crossed, remembered so that its removal needs no search: up to two,
+/// else kMany. Indices are those of the DiscSet. Free slots are kFree.
+struct HitSlots {
+  static constexpr uint32_t kFree = 0xffffffffu, kMany = 0xfffffffeu;
+  uint32_t disc[2] = {kFree, kFree};
+};
+
+class SignedEstimator {
+ public:
+  virtual ~SignedEstimator() = default;
+  /// Adds (sign +1) or removes (-1) each segment's power to the sums of every disc it crosses.
+  /// Thread-safe, exact, independent of order. Writes `slots` (one per segment) unless null.
+  virtual Stats accumulate(const segments::SegmentSpan& segments, int sign, const EnergySums& sums,
+                           HitSlots* slots = nullptr) const = 0;
+  virtual const samples::DiscSet& discs() const = 0;
+};
+
+}  // namespace deltalux::estimate

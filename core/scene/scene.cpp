@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scene bookkeeping: numbering of primitives, validation, bounds.
+#include "scene/scene.h"
+
+#include "base/error.h"
+
+namespace deltalux::scene {
+
+std::vector<Vec3f> Object::world_vertices() const {
+  std::vector<Vec3f> out(vertices.size());
+  for (size_t i = 0; i < vertices.size(); ++i) out[i] = pose.point(vertices[i]);
+  return out;
+}
+
+Box Object::world_bounds() const {
+  Box box;
+  for (const Vec3f& v : vertices) box.grow(pose.point(v));
+  return box;
+}
+
+void Scene::check(const Object& object) const {
+  const std::string what = "mesh \"" + object.name + "\": ";
+  for (const auto& triangle : object.triangles)
+    for (uint32_t v : triangle)
+      if (v >= object.vertices.size())
+        throw SceneError(what + "found vertex index " + std::to_string(v) + ", expected below " +
+                         std::to_string(object.vertices.size()));
+  for (uint32_t m : object.material)
+    if (m >= materials.size()) throw SceneError(what + "a material index is out of range");
+  if (object.material.size() != object.triangles.size() ||
+      object.group.size() != object.triangles.size())
+    throw SceneError(what + "expected one material and one group per triangle");
+  for (const Vec3f& v : object.vertices)
+    if (!std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z))
+      throw SceneError(what + "found a vertex that is not finite, expected finite numbers");
+}
+
+void Scene::number(Object& object) {
+  const uint64_t next = uint64_t(primitives_) + object.triangles.size();
+  if (next >= kNone) throw SceneError("scene: more than 4e9 triangles");
+  object.first_primitive = primitives_;
+  material_.insert(material_.end(), object.material.begin(), object.material.end());
+  primitives_ = uint32_t(next);
+}
+
+void Scene::finish() {
+  primitives_ = static_primitives_ = 0;
+  material_.clear();
+  object_of_static_.clear();
+  bool seen_movable = false;
+  for (size_t i = 0; i < objects.size(); ++i) {
+    Object& object = objects[i];
+    check(object);
+    if (!object.movable && seen_movable)
+      throw SceneError("scene: static objects must come before movable ones");
+    seen_movable |= object.movable;
+    number(object);
+    if (!object.movable) {
+      static_primitives_ = primitives_;
+      object_of_static_.resize(primitives_, uint32_t(i));
+    }
+  }
+  for (const PunctualLight& light : lights)
+    if (light.attached != kNone &&
+        (light.attached >= objects.size() || !objects[light.attached].movable))
+      throw SceneError("light \"" + light.name + "\": attached to something that is not movable");
+  world_ = measure_world();
+}
+
+uint32_t Scene::add_object(Object object) {
+  check(object);
+  object.movable = true;
+  number(object);
+  objects.push_back(std::move(object));
+  return uint32_t(objects.size() - 1);
+}
+
+uint32_t Scene::object_of(uint32_t primitive) const {
+  if (primitive < static_primitives_) return object_of_static_[primitive];
+  uint32_t low = 0, high = uint32_t(objects.size());
+  while (high - low > 1) {
+    const uint32_t middle = (low + high) / 2;
+    (objects[middle].first_primitive <= primitive ? low : high) = middle;
+  }
+  return low;
+}
+
+uint32_t Scene::material_index(uint32_t primitive) const { return material_[primitive]; }
+
+const Material& Scene::material_of(uint32_t primitive) const {
+  return materials[material_[primitive]];
+}
+
+Box Scene::measure_world() const {
+  Box box;
+  for (const Object& object : objects)
+    if (!object.movable) box.grow(object.world_bounds());
+  if (!box.empty()) {
+    // Flat scenes (a bare floor) get room above and below.
+    const Vec3f e = box.extent();
+    const float least = 0.25f * std::max({e.x, e.y, e.z, 1e-6f});
+    for (int axis = 0; axis < 3; ++axis) {
+      const float grow = 0.02f * e[axis] + std::max(0.0f, least - 0.5f * e[axis]);
+      box.low[axis] -= grow, box.high[axis] += grow;
+    }
+  }
+  for (const Object& object : objects) {
+    const Box own = object.world_bounds();
+    if (object.movable && !box.contains(own)) box.grow(own.padded(0.05f * own.diagonal()));
+  }
+  for (const PunctualLight& light : lights)
+    if (light.kind != LightKind::sun && light.attached == kNone) box.grow(Vec3f(light.position));
+  if (box.empty()) box = {{-1, -1, -1}, {1, 1, 1}};
+  return box;
+}
+
+double Scene::area() const {
+  double sum = 0;
+  for (const Object& object : objects)
+    for (const auto& t : object.triangles) {
+      const Vec3d a(object.vertices[t[0]]), b(object.vertices[t[1]]), c(object.vertices[t[2]]);
+      sum += 0.5 * length(cross(b - a, c - a));
+    }
+  return sum;
+}
+
+}  // namespace deltalux::scene

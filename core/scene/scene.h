@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// The scene as the core sees it: objects of triangles, diffuse materials, punctual lights.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "base/transform.h"
+#include "base/vec.h"
+
+namespace deltalux::scene {
+
+inline constexpr uint32_t kNone = 0xffffffffu;
+
+struct Material {
+  Vec3f reflectance;
+  Vec3f emission;  ///< radiance per channel
+  bool two_sided = false;
+};
+
+struct Object {
+  std::string name;
+  std::vector<Vec3f> vertices;                       ///< local
+  std::vector<std::array<uint32_t, 3>> triangles;    ///< front = counter-clockwise
+  std::vector<uint32_t> material;                    ///< per triangle
+  std::vector<uint32_t> group;                       ///< light group per triangle (emissive ones)
+  bool movable = false;
+  bool present = true;  ///< false after `remove`
+  Pose pose;
+  uint32_t first_primitive = 0;
+
+  std::vector<Vec3f> world_vertices() const;
+  Box world_bounds() const;
+};
+
+enum class LightKind : uint8_t { area, point, spot, sun };
+
+struct PunctualLight {
+  std::string name;
+  LightKind kind = LightKind::point;
+  Vec3d position{}, direction{0, -1, 0};  ///< local to `attached`, else world
+  Vec3f intensity;                        ///< power per steradian; for a sun, power per area
+  float cos_inner = 1, cos_outer = 0;     ///< spot
+  uint32_t attached = kNone;              ///< object
+  uint32_t group = 0;
+};
+
+/// Objects are ordered static first; primitives are numbered through all objects in that order, so
+/// primitive < static_primitives() iff it is static. Objects added later come last.
+class Scene {
+ public:
+  std::vector<Object> objects;
+  std::vector<Material> materials;
+  std::vector<PunctualLight> lights;
+  uint32_t group_count = 1;
+
+  /// Numbers the primitives and checks indices. Throws SceneError.
+  void finish();
+  /// Appends a movable object. Throws SceneError.
+  uint32_t add_object(Object object);
+
+  uint32_t static_primitives() const { return static_primitives_; }
+  uint32_t primitives() const { return primitives_; }
+  uint32_t object_of(uint32_t primitive) const;
+  const Material& material_of(uint32_t primitive) const;
+  uint32_t material_index(uint32_t primitive) const;
+  /// The box that light paths live in: fixed when the scene is finished, from static geometry
+  /// alone where that encloses the movables, so that it does not depend on where they stand.
+  const Box& world() const { return world_; }
+  /// Sum of all triangle areas, square metres.
+  double area() const;
+
+ private:
+  void check(const Object& object) const;
+  void number(Object& object);
+  Box measure_world() const;
+
+  std::vector<uint32_t> object_of_static_;    // per static primitive
+  std::vector<uint32_t> material_;            // per primitive
+  uint32_t static_primitives_ = 0, primitives_ = 0;
+  Box world_;
+};
+
+}  // namespace deltalux::scene

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// Ray queries. Only ray_caster.cpp knows Embree (3.13 or 4).
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/progress.h"
+#include "base/vec.h"
+#include "scene/scene.h"
+
+namespace deltalux::trace {
+
+struct Hit {
+  float t = std::numeric_limits<float>::infinity();
+  uint32_t primitive = scene::kNone;  ///< of Scene's numbering
+  Vec3f normal{};                     ///< geometric, follows the winding, not normalised
+  bool valid() const { return primitive != scene::kNone; }
+};
+
+/// Closest hit = the least (t, rank) over the static scene (rank 0) and each present movable
+/// object in its own acceleration structure (rank 1 + object), every one of them queried over the
+/// whole ray. So a hit is a pure function of the ray and of each object's pose: what one object
+/// does never changes the bits that another returns (SYSTEM.md section 4, traps 2 to 5).
+class RayCaster {
+ public:
+  RayCaster(const scene::Scene& scene, Progress& progress);
+  ~RayCaster();
+  RayCaster(const RayCaster&) = delete;
+  RayCaster& operator=(const RayCaster&) = delete;
+
+  /// Commits `object` (movable, possibly new) in its present pose. Not while queries run.
+  void update_object(const scene::Scene& scene, uint32_t object);
+
+  Hit closest(Vec3f origin, Vec3f direction, float from = 0.0f) const;
+  Hit closest_static(Vec3f origin, Vec3f direction, float from = 0.0f,
+                     float to = std::numeric_limits<float>::infinity()) const;
+  Hit closest_object(uint32_t object, Vec3f origin, Vec3f direction, float from = 0.0f,
+                     float to = std::numeric_limits<float>::infinity()) const;
+  /// The winner among `best` (found by other means) and `object`, by the rule above.
+  Hit closer(const Hit& best, uint32_t object, Vec3f origin, Vec3f direction,
+             float from = 0.0f) const;
+
+  bool occluded_static(Vec3f origin, Vec3f direction, float to) const;
+  bool occluded_object(uint32_t object, Vec3f origin, Vec3f direction, float to) const;
+  bool occluded_movable(Vec3f origin, Vec3f direction, float to) const;
+
+  /// World bounds of a movable object, a little larger than its triangles; empty when removed.
+  const Box& object_bounds(uint32_t object) const { return movables_[object].bounds; }
+  std::span<const uint32_t> present() const { return present_; }
+  /// Origins of bounced rays leave their surface by this much.
+  float epsilon() const { return epsilon_; }
+  /// Embree's version, the instruction set in use and this library's build.
+  std::string description() const;
+
+ private:
+  struct Device;
+  struct Movable {
+    void* scene = nullptr;  // RTCScene
+    Box bounds;
+    uint32_t first_primitive = 0;
+  };
+  bool reaches(const Movable& movable, Vec3f origin, Vec3f direction, float to) const;
+
+  std::unique_ptr<Device> device_;
+  std::vector<Movable> movables_;  // per object; static ones stay empty
+  std::vector<uint32_t> present_;  // movable objects with triangles, ascending
+  float epsilon_ = 1e-4f;
+};
+
+}  // namespace deltalux::trace
