@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: Apache-2.0
+// Finding lights, sharing paths among them, sampling their emission.
+#include "trace/lights.h"
+
+#include <algorithm>
+#include <map>
+#include <numbers>
+#include <numeric>
+
+#include "base/error.h"
+
+namespace deltalux::trace {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr size_t kMostPieces = 64;  // an object in more pieces than this is one light
+
+double luminance(Vec3d c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
+
+/// Union-find over triangles that share a vertex position; returns a piece number per triangle.
+std::vector<uint32_t> connected_pieces(const scene::Object& object,
+                                       const std::vector<uint32_t>& triangles) {
+  std::vector<uint32_t> parent(triangles.size());
+  std::iota(parent.begin(), parent.end(), 0u);
+  const auto root = [&](uint32_t i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  std::map<std::array<float, 3>, uint32_t> owner;
+  for (uint32_t i = 0; i < triangles.size(); ++i)
+    for (uint32_t v : object.triangles[triangles[i]]) {
+      const Vec3f p = object.vertices[v];
+      const auto [entry, fresh] = owner.try_emplace({p.x, p.y, p.z}, i);
+      if (!fresh) {
+        const uint32_t a = root(entry->second), b = root(i);
+        parent[std::max(a, b)] = std::min(a, b);
+      }
+    }
+  std::vector<uint32_t> piece(triangles.size());
+  for (uint32_t i = 0; i < triangles.size(); ++i) piece[i] = root(i);
+  return piece;
+}
+
+void finish_area_light(const scene::Scene& scene, Light& light) {
+  const scene::Object& object = scene.objects[light.object];
+  const scene::Material& material = scene.materials[light.material];
+  std::vector<double> areas;
+  for (uint32_t t : light.triangles) {
+    const auto& corner = object.triangles[t];
+    const Vec3d a(object.vertices[corner[0]]), b(object.vertices[corner[1]]),
+        c(object.vertices[corner[2]]);
+    areas.push_back(0.5 * length(cross(b - a, c - a)));
+  }
+  light.area = std::accumulate(areas.begin(), areas.end(), 0.0);
+  double sum = 0;
+  for (double a : areas) light.cumulative.push_back(float((sum += a) / light.area));
+  light.cumulative.back() = 1.0f;
+  light.radiance = material.emission;
+  light.two_sided = material.two_sided;
+  light.power = Vec3d(material.emission) * (kPi * light.area * (light.two_sided ? 2 : 1));
+}
+
+void add_area_lights(const scene::Scene& scene, uint32_t index, std::vector<Light>& lights) {
+  const scene::Object& object = scene.objects[index];
+  std::map<std::pair<uint32_t, uint32_t>, std::vector<uint32_t>> by_material;
+  for (uint32_t t = 0; t < object.triangles.size(); ++t) {
+    const Vec3f e = scene.materials[object.material[t]].emission;
+    const Vec3d a(object.vertices[object.triangles[t][0]]), b(object.vertices[object.triangles[t][1]]),
+        c(object.vertices[object.triangles[t][2]]);
+    if (e == Vec3f{} || length(cross(b - a, c - a)) <= 0) continue;
+    by_material[{object.material[t], object.group[t]}].push_back(t);
+  }
+  for (auto& [key, triangles] : by_material) {
+    std::map<uint32_t, std::vector<uint32_t>> pieces;
+    const std::vector<uint32_t> piece = connected_pieces(object, triangles);
+    for (uint32_t i = 0; i < triangles.size(); ++i) pieces[piece[i]].push_back(triangles[i]);
+    if (pieces.size() > kMostPieces) pieces = {{0u, triangles}};
+    for (auto& [_, members] : pieces) {
+      Light light;
+      light.kind = scene::LightKind::area;
+      light.object = index;
+      light.material = key.first;
+      light.group = key.second;
+      light.triangles = std::move(members);
+      finish_area_light(scene, light);
+      place_light(scene, light);
+      lights.push_back(std::move(light));
+    }
+  }
+}
+
+void place_sun(const scene::Scene& scene, Light& light) {
+  const Box& world = scene.world();
+  tangent_frame(light.direction, light.frame_u, light.frame_v);
+  Vec3f low{1e30f, 1e30f, 1e30f}, high = -low;
+  for (int i = 0; i < 8; ++i) {
+    const Vec3f p{i & 1 ? world.high.x : world.low.x, i & 2 ? world.high.y : world.low.y,
+                  i & 4 ? world.high.z : world.low.z};
+    const Vec3f q{dot(p, light.frame_u), dot(p, light.frame_v), dot(p, light.direction)};
+    low = min(low, q), high = max(high, q);
+  }
+  const Vec3f size = high - low;
+  light.corner = light.frame_u * low.x + light.frame_v * low.y + light.direction * low.z;
+  light.frame_u = light.frame_u * size.x;
+  light.frame_v = light.frame_v * size.y;
+  light.area = double(size.x) * double(size.y);
+  light.power = Vec3d(light.intensity) * light.area;
+}
+
+Vec3f around(Vec3f axis, float cosine, float turn) {
+  Vec3f u, v;
+  tangent_frame(axis, u, v);
+  const float sine = std::sqrt(std::max(0.0f, 1.0f - cosine * cosine));
+  const float phi = 2.0f * std::numbers::pi_v<float> * turn;
+  return u * (std::cos(phi) * sine) + v * (std::sin(phi) * sine) + axis * cosine;
+}
+
+Emission emit_from_area(const Light& light, const float r[4], float epsilon) {
+  float a = r[0], b = r[1], side = r[2];
+  const auto entry = std::upper_bound(light.cumulative.begin(), light.cumulative.end() - 1, a);
+  const size_t i = size_t(entry - light.cumulative.begin());
+  const float below = i ? light.cumulative[i - 1] : 0.0f;
+  const float share = light.cumulative[i] - below;
+  a = share > 0 ? std::min((a - below) / share, 0x1.fffffep-1f) : 0.5f;
+  // Heitz 2019: square to triangle by a low-distortion map.
+  if (b > a) {
+    a *= 0.5f;
+    b -= a;
+  } else {
+    b *= 0.5f;
+    a -= b;
+  }
+  const LightTriangle& t = light.world[i];
+  Vec3f n = t.normal;
+  if (light.two_sided) {
+    side *= 2;
+    if (side >= 1) {
+      side -= 1;
+      n = -n;
+    }
+  }
+  const Vec3f p = t.corner + t.edge_u * a + t.edge_v * b;
+  return {p + n * epsilon, around(n, std::sqrt(1.0f - side), r[3])};
+}
+
+}  // namespace
+
+std::vector<Light> find_lights(const scene::Scene& scene, uint32_t only_object) {
+  std::vector<Light> lights;
+  for (uint32_t i = 0; i < scene.objects.size(); ++i)
+    if (only_object == scene::kNone || only_object == i) add_area_lights(scene, i, lights);
+  for (uint32_t i = 0; i < scene.lights.size() && only_object == scene::kNone; ++i) {
+    const scene::PunctualLight& source = scene.lights[i];
+    Light light;
+    light.kind = source.kind;
+    light.group = source.group;
+    light.object = source.attached;
+    light.punctual = i;
+    light.intensity = source.intensity;
+    light.cos_inner = source.cos_inner;
+    light.cos_outer = source.cos_outer;
+    place_light(scene, light);
+    if (source.kind == scene::LightKind::point) light.power = Vec3d(source.intensity) * (4 * kPi);
+    if (source.kind == scene::LightKind::spot) {
+      const double inner = source.cos_inner, outer = source.cos_outer;
+      light.power = Vec3d(source.intensity) * (2 * kPi * ((1 - inner) + (inner - outer) / 3));
+    }
+    if (luminance(light.power) > 0) lights.push_back(std::move(light));
+  }
+  return lights;
+}
+
+void place_light(const scene::Scene& scene, Light& light) {
+  const bool attached = light.object != scene::kNone;
+  const Pose pose = attached ? scene.objects[light.object].pose : Pose{};
+  light.on = !attached || scene.objects[light.object].present;
+  light.bounds = {};
+  if (light.kind == scene::LightKind::area) {
+    const scene::Object& object = scene.objects[light.object];
+    light.world.clear();
+    for (uint32_t t : light.triangles) {
+      Vec3f p[3];
+      for (int k = 0; k < 3; ++k) {
+        p[k] = pose.point(object.vertices[object.triangles[t][k]]);
+        light.bounds.grow(p[k]);
+      }
+      const Vec3d u(p[1] - p[0]), v(p[2] - p[0]);
+      light.world.push_back({p[0], p[1] - p[0], p[2] - p[0], Vec3f(normalize(cross(u, v)))});
+    }
+    return;
+  }
+  const scene::PunctualLight& source = scene.lights[light.punctual];
+  light.position = pose.point(Vec3f(source.position));
+  light.direction = pose.direction(Vec3f(normalize(source.direction)));
+  if (light.kind == scene::LightKind::sun)
+    place_sun(scene, light);
+  else
+    light.bounds.grow(light.position);
+}
+
+void allot_paths(std::vector<Light>& lights, uint64_t paths, uint32_t batches) {
+  double total = 0;
+  for (const Light& light : lights) total += luminance(light.power);
+  const uint64_t unit = paths >= lights.size() * uint64_t(batches) ? batches : 1;
+  const uint64_t rows = std::max<uint64_t>(paths / unit, lights.size());
+  std::vector<std::pair<double, size_t>> remainder;
+  uint64_t used = 0;
+  for (size_t i = 0; i < lights.size(); ++i) {
+    const double exact = total > 0 ? double(rows) * luminance(lights[i].power) / total : 0;
+    const uint64_t whole = std::max<uint64_t>(1, uint64_t(exact));
+    lights[i].path_count = whole * unit;
+    used += whole;
+    remainder.emplace_back(exact - double(whole), i);
+  }
+  std::sort(remainder.begin(), remainder.end(), [](const auto& a, const auto& b) {
+    return a.first != b.first ? a.first > b.first : a.second < b.second;
+  });
+  for (size_t k = 0; used < rows && !remainder.empty(); k = (k + 1) % remainder.size(), ++used)
+    lights[remainder[k].second].path_count += unit;
+  // What does not fill a row of batches goes to the brightest light, so that the sum is `paths`.
+  uint64_t sum = 0;
+  for (const Light& light : lights) sum += light.path_count;
+  const auto brightest =
+      std::max_element(lights.begin(), lights.end(), [](const Light& a, const Light& b) {
+        return luminance(a.power) < luminance(b.power);
+      });
+  if (brightest != lights.end()) {
+    if (sum < paths) brightest->path_count += paths - sum;
+    if (sum > paths && brightest->path_count > sum - paths) brightest->path_count -= sum - paths;
+  }
+  uint64_t next = 0;
+  for (Light& light : lights) {
+    light.first_path = next;
+    next += light.path_count;
+  }
+}
+
+Emission emit(const Light& light, uint64_t seed, uint64_t index, uint32_t batches, float epsilon) {
+  // Each (light, batch) has a scrambling of its own; the index restarts within the batch.
+  const uint32_t batch = batch_of(light, index, batches);
+  const uint64_t start = (uint64_t(batch) * light.path_count + batches - 1) / batches;
+  const uint64_t key = combine(combine(mix64(seed), light.first_path), batch);
+  float r[4];
+  for (int d = 0; d < 4; ++d) r[d] = sobol::sample(uint32_t(index - start), d, key);
+  switch (light.kind) {
+    case scene::LightKind::area:
+      return emit_from_area(light, r, epsilon);
+    case scene::LightKind::point:
+      return {light.position, around({0, 0, 1}, 1.0f - 2.0f * r[0], r[1])};
+    case scene::LightKind::spot: {
+      const float inner = 1 - light.cos_inner, ring = (light.cos_inner - light.cos_outer) / 3;
+      const float x = r[0] * (inner + ring);
+      const float cosine = x < inner
+                               ? 1 - x
+                               : light.cos_outer + (light.cos_inner - light.cos_outer) *
+                                                       std::cbrt((inner + ring - x) / ring);
+      return {light.position, around(light.direction, std::min(1.0f, cosine), r[1])};
+    }
+    case scene::LightKind::sun:
+      break;
+  }
+  return {light.corner + light.frame_u * r[0] + light.frame_v * r[1], light.direction};
+}
+
+}  // namespace deltalux::trace

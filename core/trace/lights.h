@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lights as sources of paths: geometry in the present pose, total power, emission of one path.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "base/random.h"
+#include "base/vec.h"
+#include "scene/scene.h"
+
+namespace deltalux::trace {
+
+/// One emissive triangle in world space: corner and edges.
+struct LightTriangle {
+  Vec3f corner, edge_u, edge_v;
+  Vec3f normal;  ///< unit, front side
+};
+
+/// An area light is one connected piece of an object's triangles of one material; a punctual light
+/// is one entry of Scene::lights. Every path of a light carries the same power at birth.
+struct Light {
+  scene::LightKind kind = scene::LightKind::area;
+  uint32_t group = 0;
+  uint32_t object = scene::kNone;    ///< the object that carries it, or kNone
+  uint32_t material = scene::kNone;  ///< area
+  bool two_sided = false;            ///< area
+  bool on = true;                    ///< false while its object is removed
+  Vec3d power{};                     ///< total emitted per channel, undimmed
+  double area = 0;                   ///< area light's surface; a sun's emission rectangle
+  Vec3f radiance{};                  ///< area: per channel
+  std::vector<uint32_t> triangles;   ///< area: triangle indices within the object
+  std::vector<LightTriangle> world;  ///< area: the same in the present pose
+  std::vector<float> cumulative;     ///< area: cumulative share of the area, last = 1
+  uint32_t punctual = scene::kNone;  ///< index into Scene::lights
+  Vec3f position{}, direction{};     ///< punctual, present pose, world
+  Vec3f intensity{};                 ///< punctual (sun: irradiance)
+  float cos_inner = 1, cos_outer = 0;
+  Vec3f frame_u{}, frame_v{}, corner{};  ///< sun: its rectangle spans corner + a u + b v
+  Box bounds;                            ///< of the source; empty for a sun
+
+  uint64_t first_path = 0, path_count = 0;  ///< its own range of path numbers
+};
+
+/// KHR_lights_punctual: full inside the inner cone, zero outside the outer one.
+inline float spot_falloff(const Light& light, float cosine) {
+  const float x = (cosine - light.cos_outer) / (light.cos_inner - light.cos_outer);
+  const float clamped = std::min(1.0f, std::max(0.0f, x));
+  return clamped * clamped;
+}
+
+/// Finds the lights of a scene (kNone = all objects, else only that object's). Throws SceneError.
+std::vector<Light> find_lights(const scene::Scene& scene, uint32_t only_object = scene::kNone);
+/// Moves `light` to the present pose of its object.
+void place_light(const scene::Scene& scene, Light& light);
+
+/// Splits `paths` among lights in proportion to power, a multiple of `batches` each where that is
+/// possible, at least one batch row for every light with power; numbers them consecutively.
+void allot_paths(std::vector<Light>& lights, uint64_t paths, uint32_t batches);
+
+struct Emission {
+  Vec3f origin, direction;
+};
+
+/// Start of path `index` of `light` (0 .. path_count). `batch` selects the scrambling, so batches
+/// are independent estimates.
+Emission emit(const Light& light, uint64_t seed, uint64_t index, uint32_t batches, float epsilon);
+
+/// The batch of a path within its light: contiguous ranges of equal size.
+inline uint32_t batch_of(const Light& light, uint64_t index, uint32_t batches) {
+  return uint32_t(index * batches / light.path_count);
+}
+
+}  // namespace deltalux::trace
