@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: Apache-2.0
+# Everything a developer runs. Each target does its own set-up and repeats nothing that is current.
+PYTHON ?= python3
+JOBS ?= $(shell nproc)
+VENV := .venv
+BIN := $(VENV)/bin
+BUILD := build/package
+OUT ?= demo-output
+
+CPP_FILES = $(shell git ls-files -co --exclude-standard '*.cpp' '*.h')
+SOURCES := $(shell find core bindings python/deltalux -type f \
+  -not -name '*.so' -not -name '*.pyc' 2>/dev/null | sort)
+
+.DEFAULT_GOAL := help
+.NOTPARALLEL:
+.PHONY: help setup build demo test lint format sanitize bench bench-peers clean FORCE
+
+help: ## Show this list
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+setup: $(VENV)/setup.stamp ## Install system packages (apt, only what is missing) and make .venv
+
+build: $(VENV)/package.stamp ## Build the package with all extras and install it into .venv
+
+demo: build ## Bake the bundled atrium, move its trolley, write pictures into demo-output
+	$(BIN)/deltalux demo -o $(OUT)
+
+test: build $(VENV)/test.stamp ## Run the C++ and the Python tests
+	cmake -S . -B $(BUILD) -DDELTALUX_TESTS=ON >/dev/null
+	cmake --build $(BUILD) -j $(JOBS)
+	ctest --test-dir $(BUILD) --output-on-failure --no-tests=ignore -j $(JOBS)
+	$(BIN)/pytest -n $(JOBS)
+
+lint: build $(VENV)/test.stamp $(VENV)/lint.stamp ## Check formatting, linting, typing and the layer rules
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/clang-format --dry-run -Werror $(CPP_FILES)
+	$(BIN)/python tools/check_layers.py
+	$(BIN)/python tools/check_text.py
+	PYTHONPATH=python $(BIN)/lint-imports --no-cache
+	$(BIN)/mypy
+
+format: $(VENV)/lint.stamp ## Rewrite all sources in the house format
+	$(BIN)/ruff check --fix-only -q .
+	$(BIN)/ruff format -q .
+	$(BIN)/clang-format -i $(CPP_FILES)
+
+sanitize: setup ## Run the C++ tests under ASan+UBSan and under TSan
+	@for kind in address thread; do \
+	  cmake -S . -B build/$$kind -G Ninja -DCMAKE_BUILD_TYPE=RelWithDebInfo -DDELTALUX_PYTHON=OFF \
+	    -DDELTALUX_TESTS=ON -DDELTALUX_ASSERTS=ON -DDELTALUX_SANITIZE=$$kind >/dev/null && \
+	  cmake --build build/$$kind -j $(JOBS) && \
+	  TSAN_OPTIONS="suppressions=$(CURDIR)/tests/core/tsan.supp halt_on_error=1" \
+	    ctest --test-dir build/$$kind --output-on-failure --no-tests=error -j 1 || exit 1; \
+	done
+
+bench: build ## Measure the engine: prints a table, writes benchmarks/out/bench.json
+	cmake -S . -B build/bench -G Ninja -DDELTALUX_PYTHON=OFF -DDELTALUX_BENCHMARKS=ON >/dev/null
+	cmake --build build/bench -j $(JOBS)
+	$(BIN)/python benchmarks/run.py
+
+bench-peers: build $(VENV)/test.stamp ## Measure against Mitsuba 3 and Radiance
+	$(BIN)/python benchmarks/peers.py
+
+clean: ## Remove everything that earlier runs left in the tree
+	rm -rf $(VENV) build dist demo-output benchmarks/out python/deltalux/_core*.so \
+	  .pytest_cache .hypothesis .mypy_cache .ruff_cache .import_linter_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# ---- stamps: each stands for a finished step and depends on what the step reads ----------------
+$(VENV)/setup.stamp: tools/install_packages.sh
+	sh tools/install_packages.sh
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \
+	  { echo "error: $(PYTHON) is older than 3.10; use make PYTHON=/path/to/newer/python3" >&2; exit 1; }
+	test -x $(BIN)/pip || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install -q --upgrade 'pip>=25.1'
+	@touch $@
+
+# Files that were added or removed change this list, and with it its date.
+$(VENV)/sources.txt: $(VENV)/setup.stamp FORCE
+	@printf '%s\n' $(SOURCES) | cmp -s - $@ || printf '%s\n' $(SOURCES) > $@
+
+# Without build isolation nanobind keeps its place, so that the second build compiles only changes.
+$(VENV)/package.stamp: $(VENV)/setup.stamp $(VENV)/sources.txt $(SOURCES) CMakeLists.txt pyproject.toml
+	$(BIN)/pip install -q --group build
+	$(BIN)/pip install -q --no-build-isolation -C build-dir=$(BUILD) ".[all]"
+	@touch $@
+
+$(VENV)/%.stamp: pyproject.toml $(VENV)/setup.stamp
+	$(BIN)/pip install -q --group $*
+	@touch $@

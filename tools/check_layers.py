@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Checks the include rules of the C++ core (docs/explanation/architecture.md, rules 1-4 and 6)."""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+STAGES = ("base", "scene", "trace", "segments", "samples", "estimate", "direct", "plan", "update")
+ESTIMATORS = (
+    "brute_force",
+    "disc_index",
+    "sphere_cache",
+    "ray_map",
+    "photon_map",
+    "patch_sum",
+    "local_linear",
+)
+# Third party -> the only file (without suffix) that may include it.
+THIRD_PARTIES = {
+    "embree": "trace/ray_caster",
+    "tbb": "base/parallel",
+    "oneapi": "base/parallel",
+    "nanoflann": "estimate/photon_map",
+}
+# The core neither prints, nor reads files, nor knows Python.
+BANNED_HEADERS = {"cstdio", "stdio.h", "iostream", "fstream", "filesystem", "Python.h"}
+BANNED_CALLS = re.compile(r"\b(?:f?printf|puts|abort|exit)\s*\(|std::c(?:out|err)\b")
+# Types that only their own stage and update/ may change.
+OWNED = {"Scene": "scene", "SegmentStore": "segments", "SampleSet": "samples", "DiscSet": "samples"}
+
+INCLUDE = re.compile(r'^\s*#\s*include\s*(["<])([^">]+)[">]', re.MULTILINE)
+COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
+
+
+def estimator_of(name: str) -> str | None:
+    """Return the estimator that a file of estimate/ belongs to, or None for shared ones."""
+    return next((e for e in ESTIMATORS if name == e or name.startswith(e + "_")), None)
+
+
+def check_own_include(stage: str, stem: str, target: str) -> str | None:
+    """Return what is wrong when core/<stage>/<stem> includes the core header <target>, or None."""
+    other, _, rest = target.partition("/")
+    if other not in STAGES or not rest:
+        return f'"{target}" is not of the form "<stage>/<header>.h"'
+    if STAGES.index(other) > STAGES.index(stage):
+        return f'"{target}" lies downstream: {stage} may include only {", ".join(stages_up_to(stage))}'
+    if stage == "plan" and stem == "cost_model" and other != "base" and rest != "cost_model.h":
+        return f'"{target}": the cost model runs without a scene and includes base only'
+    if stage == "estimate":
+        if other == "trace":
+            return f'"{target}": estimators see segments and samples only'
+        mine, theirs = estimator_of(stem), estimator_of(Path(rest).stem)
+        if other == "estimate" and theirs and mine != theirs:
+            return f'"{target}" is another estimator'
+    return None
+
+
+def stages_up_to(stage: str) -> tuple[str, ...]:
+    """Return the stages that `stage` may include, itself last."""
+    return STAGES[: STAGES.index(stage) + 1]
+
+
+def check_foreign_include(stage: str, stem: str, target: str) -> str | None:
+    """Return what is wrong when core/<stage>/<stem> includes the foreign header <target>, or None."""
+    if target in BANNED_HEADERS:
+        return f"<{target}>: the core does not print, read files or know Python"
+    library = re.split(r"[/.]", target)[0]
+    for name, owner in THIRD_PARTIES.items():
+        if library.rstrip("34") == name and owner not in (f"{stage}/{stem}", f"{stage}/{stem}_avx512"):
+            return f"<{target}> belongs to core/{owner} alone"
+    if library.startswith(("nanobind", "pybind11", "nlohmann", "rapidjson")):
+        return f"<{target}>: the core knows neither bindings nor file formats"
+    return None
+
+
+def check_file(path: Path, core: Path) -> list[str]:
+    """Return the violations of one file as "path:line: what"."""
+    stage, stem = path.relative_to(core).parts[0], path.stem
+    if stage not in STAGES:
+        return [f"{path}:1: core/{stage} is not a stage: use one of {', '.join(STAGES)}"]
+    text = path.read_text(encoding="utf-8")
+    found: list[tuple[int, str]] = []
+    for match in INCLUDE.finditer(text):
+        check = check_own_include if match[1] == '"' else check_foreign_include
+        if problem := check(stage, stem, match[2]):
+            found.append((match.start(2), problem))
+    code = COMMENT.sub(lambda m: re.sub(r"[^\n]", " ", m[0]), text)
+    for match in BANNED_CALLS.finditer(code):
+        found.append((match.start(), f"{match[0].rstrip('(')}: the core reports by exceptions and results"))
+    for name, owner in OWNED.items():
+        if stage in (owner, "update"):
+            continue
+        for match in re.finditer(rf"(?<!const )\b(?:\w+::)*{name}\s*[&*](?!&)", code):
+            before = code[: match.start()]
+            if not re.search(r"const\s+(?:\w+::)*$", before):
+                found.append((match.start(), f"mutable {name}: only {owner} and update may change it"))
+    return [f"{path}:{text.count(chr(10), 0, at) + 1}: {problem}" for at, problem in found]
+
+
+def main(root: Path) -> int:
+    """Check the tree below `root`; return the exit code."""
+    core = root / "core"
+    files = sorted(p for p in core.rglob("*") if p.suffix in {".h", ".cpp"})
+    problems = [line for path in files for line in check_file(path, core)]
+    for name in ("tbb", "oneapi"):
+        for path in sorted((root / "bindings").glob("*.cpp")):
+            if re.search(rf"#\s*include\s*<{name}/", path.read_text(encoding="utf-8")):
+                problems.append(f"{path}:1: <{name}/…> belongs to core/base/parallel alone")
+    print("\n".join(problems) if problems else f"check_layers: {len(files)} files of core/ keep the rules")
+    return 1 if problems else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(Path(__file__).resolve().parent.parent))
