@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "samples/disc_set.h"
+#include "segments/hit_slots.h"
 #include "segments/segment_span.h"
 
 namespace deltalux::estimate {
@@ -35,12 +36,7 @@ struct Stats {
   }
 };
 
-/// The discs that a segment crossed, remembered so that its removal needs no search: up to two,
-/// else kMany. Indices are those of the DiscSet. Free slots are kFree.
-struct HitSlots {
-  static constexpr uint32_t kFree = 0xffffffffu, kMany = 0xfffffffeu;
-  uint32_t disc[2] = {kFree, kFree};
-};
+using segments::HitSlots;
 
 class SignedEstimator {
  public:

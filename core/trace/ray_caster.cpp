@@ -165,19 +165,20 @@ Hit RayCaster::closest_object(uint32_t object, Vec3f o, Vec3f d, float from, flo
   return closest_in(static_cast<RTCScene>(movable.scene), movable.first_primitive, o, d, from, to);
 }
 
-Hit RayCaster::closer(const Hit& best, uint32_t object, Vec3f o, Vec3f d, float from) const {
+Hit RayCaster::closer(const Hit& best, uint32_t object, Vec3f o, Vec3f d, float from,
+                      float to) const {
   const Movable& movable = movables_[object];
   // Skipping by the padded box is safe: what it hides lies strictly beyond `best`.
-  if (!movable.scene || !reaches(movable, o, d, best.t)) return best;
-  const Hit hit = closest_object(object, o, d, from);
+  if (!movable.scene || !reaches(movable, o, d, std::min(best.t, to))) return best;
+  const Hit hit = closest_object(object, o, d, from, to);
   if (!hit.valid()) return best;
   if (hit.t < best.t || !best.valid()) return hit;
   return hit.t == best.t && hit.primitive < best.primitive ? hit : best;
 }
 
-Hit RayCaster::closest(Vec3f o, Vec3f d, float from) const {
-  Hit best = closest_static(o, d, from);
-  for (uint32_t object : present_) best = closer(best, object, o, d, from);
+Hit RayCaster::closest(Vec3f o, Vec3f d, float from, float to) const {
+  Hit best = closest_static(o, d, from, to);
+  for (uint32_t object : present_) best = closer(best, object, o, d, from, to);
   return best;
 }
 

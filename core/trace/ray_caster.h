@@ -34,14 +34,15 @@ class RayCaster {
   /// Commits `object` (movable, possibly new) in its present pose. Not while queries run.
   void update_object(const scene::Scene& scene, uint32_t object);
 
-  Hit closest(Vec3f origin, Vec3f direction, float from = 0.0f) const;
+  Hit closest(Vec3f origin, Vec3f direction, float from = 0.0f,
+              float to = std::numeric_limits<float>::infinity()) const;
   Hit closest_static(Vec3f origin, Vec3f direction, float from = 0.0f,
                      float to = std::numeric_limits<float>::infinity()) const;
   Hit closest_object(uint32_t object, Vec3f origin, Vec3f direction, float from = 0.0f,
                      float to = std::numeric_limits<float>::infinity()) const;
   /// The winner among `best` (found by other means) and `object`, by the rule above.
-  Hit closer(const Hit& best, uint32_t object, Vec3f origin, Vec3f direction,
-             float from = 0.0f) const;
+  Hit closer(const Hit& best, uint32_t object, Vec3f origin, Vec3f direction, float from = 0.0f,
+             float to = std::numeric_limits<float>::infinity()) const;
 
   bool occluded_static(Vec3f origin, Vec3f direction, float to) const;
   bool occluded_object(uint32_t object, Vec3f origin, Vec3f direction, float to) const;

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+// Probing discs in their plane: outlines (fixed in time) and covered area (of the present state).
+#include "samples/disc_area.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <mutex>
+#include <numbers>
+
+namespace deltalux::samples {
+namespace {
+
+constexpr float kStep = 2 * std::numbers::pi_v<float> / kProbes;
+// Clipped outlines stop short of what clips them, so that no rounding reaches through it.
+constexpr float kShort = 0.998f;
+
+Vec3f probe_direction(Vec3f u, Vec3f v, int k) {
+  return u * std::cos(kStep * float(k)) + v * std::sin(kStep * float(k));
+}
+
+/// Area of sector k of an outline, where neighbours reach a and b.
+float sector_area(float a, float b, float radius) {
+  return a >= radius && b >= radius ? 0.5f * kStep * radius * radius
+                                    : 0.5f * a * b * std::sin(kStep);
+}
+
+/// Share of probe [0, reach], weighted by distance from the centre, that foreign solids cover.
+float covered_share(const ForeignGeometry& foreign, Vec3f centre, Vec3f along, float reach) {
+  float covered = 0, from = 0, entered = -1;
+  bool first = true;
+  for (int step = 0; step < 16 && from < reach; ++step) {
+    trace::Hit hit;
+    if (foreign.with_static) hit = foreign.caster->closest_static(centre, along, from, reach);
+    for (uint32_t object : foreign.caster->present())
+      if (object != foreign.own_object && foreign.closed[object])
+        hit = foreign.caster->closer(hit, object, centre, along, from, reach);
+    if (!hit.valid() || hit.t >= reach) break;
+    const bool leaving = dot(hit.normal, along) > 0;
+    if (leaving && (first || entered >= 0)) {
+      const float start = entered >= 0 ? entered : 0.0f;
+      covered += hit.t * hit.t - start * start;
+      entered = -1;
+    } else if (!leaving && entered < 0) {
+      entered = hit.t;
+    }
+    first = false;
+    from = hit.t + foreign.caster->epsilon();
+  }
+  if (entered >= 0) covered += reach * reach - entered * entered;
+  return std::min(1.0f, covered / (reach * reach));
+}
+
+}  // namespace
+
+DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea rule,
+                   const trace::RayCaster& caster, float lift_at_least, const Workers& workers,
+                   Progress& progress) {
+  DiscSet discs;
+  const size_t n = ids.size();
+  discs.centre.resize(n);
+  discs.normal.resize(n);
+  discs.radius.resize(n);
+  discs.outline.assign(n, kWholeDisc);
+  discs.id = std::move(ids);
+  progress.begin("discs", n);
+  constexpr size_t kBlock = 256;
+  std::vector<std::vector<Outline>> found((n + kBlock - 1) / kBlock);
+  workers.for_blocks(n, kBlock, [&](size_t begin, size_t end) {
+    progress.check();
+    for (size_t i = begin; i < end; ++i) {
+      const uint32_t id = discs.id[i];
+      const Vec3f normal = samples.normal[id];
+      const float radius = samples.radius[id];
+      const float lift =
+          rule == DiscArea::reachable ? std::max(lift_at_least, kLift * radius) : lift_at_least;
+      discs.normal[i] = normal;
+      discs.radius[i] = radius;
+      // A low ceiling over the sample (less than the lift) keeps the disc below it.
+      const float room = caster.closest_static(samples.point[id] + normal * (0.25f * lift_at_least),
+                                               normal, 0.0f, 2 * lift)
+                             .t;
+      discs.centre[i] = samples.point[id] + normal * std::min(lift, 0.5f * room);
+      if (rule == DiscArea::whole) continue;
+      Vec3f u, v;
+      tangent_frame(normal, u, v);
+      Outline outline;
+      bool clipped = false;
+      for (int k = 0; k < kProbes; ++k) {
+        const float t =
+            caster.closest_static(discs.centre[i], probe_direction(u, v, k), 0.0f, radius).t;
+        outline[k] = t < radius ? kShort * t : radius;
+        clipped |= outline[k] < radius;
+      }
+      if (clipped) {
+        discs.outline[i] = uint32_t(found[begin / kBlock].size());
+        found[begin / kBlock].push_back(outline);
+      }
+    }
+    progress.advance(end - begin);
+  });
+  for (size_t block = 0; block < found.size(); ++block) {
+    const uint32_t base = uint32_t(discs.outlines.size());
+    for (size_t i = block * kBlock; i < std::min(n, (block + 1) * kBlock); ++i)
+      if (discs.outline[i] != kWholeDisc) discs.outline[i] += base;
+    discs.outlines.insert(discs.outlines.end(), found[block].begin(), found[block].end());
+  }
+  return discs;
+}
+
+float outline_area(const DiscSet& discs, size_t i) {
+  const float radius = discs.radius[i];
+  if (discs.outline[i] == kWholeDisc) return std::numbers::pi_v<float> * radius * radius;
+  const Outline& outline = discs.outlines[discs.outline[i]];
+  float area = 0;
+  for (int k = 0; k < kProbes; ++k)
+    area += sector_area(outline[k], outline[(k + 1) % kProbes], radius);
+  return area;
+}
+
+float uncovered_area(const DiscSet& discs, size_t i, const Pose& pose,
+                     const ForeignGeometry& foreign) {
+  const float radius = discs.radius[i];
+  const bool whole = discs.outline[i] == kWholeDisc;
+  Vec3f u, v;
+  tangent_frame(discs.normal[i], u, v);
+  const Vec3f centre = pose.point(discs.centre[i]);
+  float reach[kProbes], open[kProbes];
+  for (int k = 0; k < kProbes; ++k) {
+    reach[k] = whole ? radius : discs.outlines[discs.outline[i]][k];
+    const Vec3f along = pose.direction(probe_direction(u, v, k));
+    open[k] = reach[k] > 0 ? 1.0f - covered_share(foreign, centre, along, reach[k]) : 1.0f;
+  }
+  float area = 0;
+  for (int k = 0; k < kProbes; ++k) {
+    const int next = (k + 1) % kProbes;
+    area += sector_area(reach[k], reach[next], radius) * 0.5f * (open[k] + open[next]);
+  }
+  return area;
+}
+
+bool is_closed(const scene::Object& object) {
+  std::map<std::array<float, 3>, uint32_t> welded;
+  std::map<std::pair<uint32_t, uint32_t>, int> edges;
+  for (const auto& triangle : object.triangles) {
+    uint32_t id[3];
+    for (int k = 0; k < 3; ++k) {
+      const Vec3f p = object.vertices[triangle[k]];
+      id[k] = welded.try_emplace({p.x, p.y, p.z}, uint32_t(welded.size())).first->second;
+    }
+    for (int k = 0; k < 3; ++k) {
+      const uint32_t a = id[k], b = id[(k + 1) % 3];
+      ++edges[{std::min(a, b), std::max(a, b)}];
+    }
+  }
+  return std::all_of(edges.begin(), edges.end(), [](const auto& e) { return e.second == 2; });
+}
+
+}  // namespace deltalux::samples

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// The part of a disc that its centre reaches in the tangent plane (SYSTEM.md section 2): it keeps
+// discs from reaching under walls, and its area repairs dark edges and corners.
+//
+// Discs are lifted off their surface by a small share of their radius. Then nothing lies between
+// the disc and the room, so the first hit is the right end of every segment, on flat, concave and
+// convex surfaces alike, and gaps under objects that stand on a surface do not count as reach.
+#pragma once
+#include <span>
+
+#include "base/parallel.h"
+#include "base/progress.h"
+#include "samples/disc_set.h"
+#include "samples/sample_set.h"
+#include "trace/ray_caster.h"
+
+namespace deltalux::samples {
+
+/// Share of the radius by which reachable discs are lifted.
+inline constexpr float kLift = 0.03f;
+
+/// Discs of the samples listed in `ids`, in their own space, clipped by the static geometry of
+/// `caster` (for a movable object: a caster over its own local triangles).
+DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea rule,
+                   const trace::RayCaster& caster, float lift_at_least, const Workers& workers,
+                   Progress& progress);
+
+/// Area inside the outline, square metres.
+float outline_area(const DiscSet& discs, size_t i);
+
+/// The same less what `foreign` geometry covers in the disc's plane: along each probe, from
+/// entering a closed object to leaving it. `pose` takes the disc to world space. `hit` returns the
+/// next foreign hit along a world ray.
+struct ForeignGeometry {
+  const trace::RayCaster* caster = nullptr;
+  bool with_static = false;              ///< static geometry is foreign too (moving samples)
+  uint32_t own_object = scene::kNone;    ///< never foreign
+  std::span<const uint8_t> closed;       ///< per object: closed movables only are counted
+};
+float uncovered_area(const DiscSet& discs, size_t i, const Pose& pose,
+                     const ForeignGeometry& foreign);
+
+/// True when every edge of the object's triangles is shared by exactly two of them (by position).
+bool is_closed(const scene::Object& object);
+
+}  // namespace deltalux::samples

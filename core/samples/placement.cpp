@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// The radius rule that measured best in rooms: noise falls with d, blur grows with d^2.
+#include "samples/placement.h"
+
+#include <cmath>
+
+#include "base/random.h"
+
+namespace deltalux::samples {
+
+float scene_metre(const scene::Scene& scene) { return 0.1f * scene.world().diagonal(); }
+
+void resolve_radii(const scene::Scene& scene, const trace::RayCaster& caster, uint64_t paths,
+                   const Workers& workers, Progress& progress, SampleSet& samples) {
+  constexpr int kRays = 16;
+  const float metre = scene_metre(scene);
+  const float least = 0.05f * metre;
+  const float most = std::max(
+      least, 0.2f * metre * float(std::pow(1e6 / double(std::max<uint64_t>(1, paths)), 1.0 / 6)));
+  progress.begin("disc radii", samples.size());
+  workers.for_blocks(samples.size(), 512, [&](size_t begin, size_t end) {
+    progress.check();
+    for (size_t i = begin; i < end; ++i) {
+      if (!std::isnan(samples.radius[i])) continue;
+      if (samples.attached[i] != scene::kNone) {
+        // Where a moving object's surroundings are is not fixed in time: half of the usual bound.
+        samples.radius[i] = std::max(least, 0.5f * most);
+        continue;
+      }
+      const Vec3f n = samples.normal[i];
+      const Vec3f origin = samples.point[i] + n * caster.epsilon();
+      Vec3f u, v;
+      tangent_frame(n, u, v);
+      float inverse_sum = 0;
+      for (int k = 0; k < kRays; ++k) {
+        const float height = (float(k) + 0.5f) / kRays;
+        const float turn = 6.2831853f * sobol::sample(uint32_t(k), 0, 7);
+        const float flat = std::sqrt(1 - height * height);
+        const Vec3f w = u * (std::cos(turn) * flat) + v * (std::sin(turn) * flat) + n * height;
+        const float t = caster.closest_static(origin, w).t;
+        inverse_sum += 1.0f / std::max(t, 1e-3f * metre);
+      }
+      const float harmonic = inverse_sum > 0 ? kRays / inverse_sum : most;
+      samples.radius[i] = std::min(most, std::max(least, harmonic));
+    }
+    progress.advance(end - begin);
+  });
+}
+
+}  // namespace deltalux::samples

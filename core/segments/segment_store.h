@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// All segments of all paths, by bounce. A segment is found by (bounce, slot) and knows the slot of
+// its successor one bounce later. Growth never moves anything; freed slots are used again.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "base/direction.h"
+#include "base/vec.h"
+#include "segments/hit_slots.h"
+#include "scene/scene.h"
+
+namespace deltalux::segments {
+
+inline constexpr uint32_t kNoSlot = 0xffffffffu;
+
+/// One straight flight. An array of these, not a structure of arrays: an update touches few
+/// segments at random, and one record is one cache line.
+struct Segment {
+  Vec3f origin;
+  uint32_t direction;   ///< decode_direction(); the ray was traced along the decoded vector
+  float length;         ///< to the first hit, or to the world's border; negative = slot not in use
+  uint32_t power[3];    ///< quanta per channel
+  uint32_t path;
+  uint32_t primitive;   ///< first hit, or scene::kNone
+  uint32_t next;        ///< slot one bounce later, or kNoSlot
+};
+static_assert(sizeof(Segment) == 44);
+
+/// Conservative outline of a segment for the scan: centre and half extent on a grid of 1024 cells
+/// along the world's longest side, 3 x 10 bits each, off by at most one cell per axis.
+struct ScanGrid {
+  Vec3f origin{};
+  float cells_per_metre = 1;
+
+  ScanGrid() = default;
+  explicit ScanGrid(const Box& world);
+  void encode(Vec3f a, Vec3f b, uint32_t& centre, uint32_t& half) const;
+};
+
+/// One bounce of all paths.
+class Level {
+ public:
+  static constexpr uint32_t kChunk = 2048;
+  struct Chunk {
+    Segment segment[kChunk];
+    uint32_t centre[kChunk], half[kChunk];
+    HitSlots slots[kChunk];
+    std::unique_ptr<float[]> extended;  ///< distance to the second hit, where sessions need it
+  };
+
+  /// Slots ever used; some may be free.
+  uint32_t size() const { return size_; }
+  size_t live() const { return size_ - free_.size(); }
+  Segment& at(uint32_t slot) { return chunk(slot).segment[slot % kChunk]; }
+  const Segment& at(uint32_t slot) const { return chunk(slot).segment[slot % kChunk]; }
+  HitSlots& slots(uint32_t slot) { return chunk(slot).slots[slot % kChunk]; }
+  float& extended(uint32_t slot) { return chunk(slot).extended[slot % kChunk]; }
+  float extended_or_length(uint32_t slot) const {
+    const Chunk& c = chunk(slot);
+    return c.extended ? c.extended[slot % kChunk] : c.segment[slot % kChunk].length;
+  }
+  Chunk& chunk(uint32_t slot) { return *chunks_[slot / kChunk]; }
+  const Chunk& chunk(uint32_t slot) const { return *chunks_[slot / kChunk]; }
+
+  /// Slots for `count` new segments: freed ones first. Not thread-safe.
+  void allocate(size_t count, bool with_extended, std::vector<uint32_t>& out);
+  /// Not thread-safe. The caller has marked the segment unused.
+  void release(uint32_t slot) { free_.push_back(slot); }
+  size_t bytes() const;
+
+ private:
+  std::vector<std::unique_ptr<Chunk>> chunks_;
+  std::vector<uint32_t> free_;
+  uint32_t size_ = 0;
+};
+
+class SegmentStore {
+ public:
+  SegmentStore() = default;
+  SegmentStore(const Box& world, bool with_extended)
+      : grid_(world), world_(world), with_extended_(with_extended) {}
+
+  const ScanGrid& grid() const { return grid_; }
+  const Box& world() const { return world_; }
+  bool with_extended() const { return with_extended_; }
+  std::vector<Level>& levels() { return levels_; }
+  const std::vector<Level>& levels() const { return levels_; }
+  Level& level(size_t bounce) {
+    if (levels_.size() <= bounce) levels_.resize(bounce + 1);
+    return levels_[bounce];
+  }
+  size_t live() const;
+  size_t bytes() const;
+  /// Renews the scan record of a segment from its origin, direction and reach.
+  void index(uint32_t bounce, uint32_t slot);
+
+ private:
+  ScanGrid grid_;
+  Box world_;
+  bool with_extended_ = false;
+  std::vector<Level> levels_;
+};
+
+}  // namespace deltalux::segments

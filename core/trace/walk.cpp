@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+// One flight at a time; callers bring many at once.
+#include "trace/walk.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "base/direction.h"
+#include "base/error.h"
+#include "base/random.h"
+
+namespace deltalux::trace {
+namespace {
+
+// Dimensions of the random numbers of one bounce.
+enum : uint32_t { kScatterU, kScatterV, kSurvive };
+
+/// Cosine-distributed direction about the unit vector n (concentric map of Shirley & Chiu 1997).
+Vec3f cosine_direction(Vec3f n, float r, float s) {
+  const float a = 2 * r - 1, b = 2 * s - 1;
+  float radius = 0, phi = 0;
+  if (a * a > b * b) {
+    radius = a;
+    phi = (std::numbers::pi_v<float> / 4) * (b / a);
+  } else if (b != 0) {
+    radius = b;
+    phi = (std::numbers::pi_v<float> / 2) - (std::numbers::pi_v<float> / 4) * (a / b);
+  }
+  Vec3f u, v;
+  tangent_frame(n, u, v);
+  const float x = radius * std::cos(phi), y = radius * std::sin(phi);
+  return u * x + v * y + n * std::sqrt(std::max(0.0f, 1 - x * x - y * y));
+}
+
+}  // namespace
+
+float Walk::border(Vec3f o, Vec3f d) const {
+  const Box& world = scene_.world();
+  float leave = std::numeric_limits<float>::infinity();
+  for (int axis = 0; axis < 3; ++axis) {
+    const float to = d[axis] > 0 ? world.high[axis] : world.low[axis];
+    const float t = d[axis] != 0 ? (to - o[axis]) / d[axis] : leave;
+    if (t < leave) leave = t;
+  }
+  return std::max(0.0f, leave);
+}
+
+Flight Walk::birth(const Light& light, uint64_t index,
+                   const std::array<uint32_t, 3>& quanta) const {
+  const Emission e = emit(light, options_.seed, index, options_.batches, caster_.epsilon());
+  Flight flight;
+  flight.direction = encode_direction(e.direction);
+  flight.origin = e.origin;
+  if (light.kind == scene::LightKind::sun) {
+    // Start where the world begins; a ray that misses it keeps its start and ends there.
+    const float entry = SlabRay(e.origin, decode_direction(flight.direction))
+                            .entry(scene_.world(), std::numeric_limits<float>::max());
+    if (entry < std::numeric_limits<float>::infinity())
+      flight.origin = e.origin + decode_direction(flight.direction) * entry;
+  }
+  for (int c = 0; c < 3; ++c) flight.power[c] = quanta[c];
+  flight.path = uint32_t(light.first_path + index);
+  return flight;
+}
+
+Landing Walk::fly(const Flight& flight, uint32_t bounce) const {
+  return land(flight, bounce,
+              caster_.closest(flight.origin, decode_direction(flight.direction)));
+}
+
+Landing Walk::land(const Flight& flight, uint32_t bounce, const Hit& hit) const {
+  const Vec3f w = decode_direction(flight.direction);
+  Landing landing;
+  landing.primitive = hit.primitive;
+  if (!hit.valid()) {
+    landing.length = landing.extended = border(flight.origin, w);
+    return landing;
+  }
+  landing.length = landing.extended = hit.t;
+  if (options_.second_hit) {
+    const float limit = std::max(hit.t, std::min(hit.t + options_.second_reach,
+                                                 border(flight.origin, w)));
+    const Hit second = caster_.closest(flight.origin, w, hit.t + caster_.epsilon(), limit);
+    landing.extended = second.valid() ? second.t : limit;
+  }
+  const Vec3f reflectance = scene_.material_of(hit.primitive).reflectance;
+  const float survival = std::max({reflectance.x, reflectance.y, reflectance.z});
+  const PathRandom random(options_.seed, flight.path);
+  if (bounce + 1 >= options_.max_bounces || !(random(bounce, kSurvive) < survival))
+    return landing;
+  Vec3f n = normalize(hit.normal);
+  if (dot(n, w) > 0) n = -n;
+  landing.survives = true;
+  landing.next.origin = flight.origin + w * hit.t + n * caster_.epsilon();
+  landing.next.direction =
+      encode_direction(cosine_direction(n, random(bounce, kScatterU), random(bounce, kScatterV)));
+  for (int c = 0; c < 3; ++c)
+    landing.next.power[c] =
+        uint32_t(double(flight.power[c]) * (double(reflectance[c]) / double(survival)) + 0.5);
+  landing.next.path = flight.path;
+  return landing;
+}
+
+EnergyScale choose_scale(std::span<const Light> lights, uint32_t max_bounces) {
+  double most = 0, paths = 0;
+  for (const Light& light : lights) {
+    paths += double(light.path_count);
+    for (int c = 0; c < 3; ++c)
+      most = std::max(most, light.power[c] / double(std::max<uint64_t>(1, light.path_count)));
+  }
+  if (!(most > 0)) return {1.0};
+  if (paths * max_bounces > 0x1p32)
+    throw OptionError("paths: found " + std::to_string(uint64_t(paths)) +
+                      ", expected at most " + std::to_string(uint64_t(0x1p32) / max_bounces) +
+                      " so that no integer sum can overflow");
+  return {most / 0x1p30};  // one bit of room for lights that are added later
+}
+
+std::array<uint32_t, 3> birth_quanta(const Light& light, const EnergyScale& scale, double factor) {
+  std::array<uint32_t, 3> quanta{};
+  for (int c = 0; c < 3; ++c) {
+    const double q =
+        std::nearbyint(factor * light.power[c] / double(light.path_count) / scale.quantum);
+    if (!(q <= 0x1p31))
+      throw OptionError("light: a path would carry more than the session's integer scale holds; "
+                        "start a new session with this light in the scene");
+    quanta[c] = uint32_t(q);
+  }
+  return quanta;
+}
+
+}  // namespace deltalux::trace
