@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The command line: one module per verb; here they are assembled and errors become exit codes."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from typing import Annotated
+
+import typer
+
+from ..errors import Cancelled, Error
+from ..version import __version__
+from . import bake, compare, demo, info, update
+from .console import print_error
+
+EXIT_FAILURE, EXIT_USAGE, EXIT_CANCELLED = 1, 2, 130
+
+app = typer.Typer(
+    name="deltalux",
+    help="""Global illumination that follows your edits: bake a scene once, move an object,
+    and get the new light of every point, equal to a full bake to the last bit.
+
+    Start with [bold]deltalux demo[/], then [bold]deltalux bake office -o office.png[/].
+    Each command explains itself: [bold]deltalux bake --help[/].""",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode="rich",
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+for module in (demo, info, bake, update, compare):
+    app.command()(module.run)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"deltalux {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _common(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    pass
+
+
+def run(arguments: Sequence[str] | None = None) -> int:
+    """Run one command line and return its exit code.
+
+    Parameters
+    ----------
+    arguments : the words after "deltalux"; None = those of this process
+
+    Returns
+    -------
+    0 good, 1 failure, 2 wrong usage, 130 cancelled. Failures print one line on stderr.
+    """
+    try:
+        code = app(args=arguments, prog_name="deltalux", standalone_mode=False)
+    except typer.TyperException as error:
+        usage = getattr(error, "exit_code", EXIT_FAILURE) == EXIT_USAGE
+        context = getattr(error, "ctx", None)
+        hint = f" (see: {context.command_path} --help)" if usage and context else ""
+        print_error(f"{error}{hint}")
+        return EXIT_USAGE if usage else EXIT_FAILURE
+    except (KeyboardInterrupt, typer.Abort, Cancelled):
+        print_error("cancelled")
+        return EXIT_CANCELLED
+    except BrokenPipeError:  # the reader of a pipe had enough
+        sys.stderr.close()
+        return 0
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        print_error(f"{where}{error.strerror or error}")
+        return EXIT_FAILURE
+    except MemoryError:
+        print_error("out of memory: use fewer --paths, a larger --spacing, or set --memory-limit")
+        return EXIT_FAILURE
+    except Error as error:
+        print_error(str(error))
+        return EXIT_FAILURE
+    return code or 0
+
+
+def main() -> None:
+    """Entry point of the `deltalux` program."""
+    sys.exit(run())

@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What reaches the terminal: results on stdout; progress, warnings and errors on stderr."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+ProgressCallback = Callable[[str, float], bool]
+
+
+def print_error(message: str) -> None:
+    """Print a failure on one line of stderr."""
+    line = " ".join(message.split())
+    Console(stderr=True).print(f"error: {line}", style="red", markup=False, highlight=False, soft_wrap=True)
+
+
+class Terminal:
+    """Output of one command, as `--json` and `-q` ask for it.
+
+    Parameters
+    ----------
+    as_json : print results as one JSON object instead of tables
+    quiet : print no tables, progress or warnings
+    """
+
+    def __init__(self, as_json: bool, quiet: bool) -> None:
+        self._as_json, self._quiet = as_json, quiet
+        self._out = Console()
+        self._err = Console(stderr=True)
+
+    def warn(self, warnings: Iterable[str]) -> None:
+        """Print each warning once, on stderr."""
+        if self._quiet:
+            return
+        for text in dict.fromkeys(warnings):
+            line = f"warning: {text}"
+            self._err.print(line, style="yellow", markup=False, highlight=False, soft_wrap=True)
+
+    def result(self, data: dict[str, Any], *renderables: Any) -> None:
+        """Print the result: `data` with --json, else the rich `renderables` unless -q."""
+        if self._as_json:
+            self._out.file.write(json.dumps(data, indent=2, default=_plain) + "\n")
+        elif not self._quiet:
+            for renderable in renderables:
+                self._out.print(renderable, highlight=False, soft_wrap=isinstance(renderable, str))
+
+    @contextmanager
+    def progress(self) -> Iterator[ProgressCallback]:
+        """Give a callback (stage, fraction) that draws one bar with ETA per stage.
+
+        Bars appear on stderr when that is a terminal; the callback never asks to stop, because
+        Ctrl-C reaches it as KeyboardInterrupt.
+        """
+        bars = Progress(
+            TextColumn("{task.description:<22}"),
+            BarColumn(),
+            TaskProgressColumn(),
+            TimeRemainingColumn(elapsed_when_finished=True),
+            console=self._err,
+            disable=self._quiet or not self._err.is_terminal,
+        )
+        tasks: dict[str, Any] = {}
+
+        def report(stage: str, fraction: float) -> bool:
+            if stage not in tasks:
+                for earlier in tasks.values():
+                    bars.update(earlier, completed=1.0)
+                tasks[stage] = bars.add_task(stage, total=1.0)
+            bars.update(tasks[stage], completed=min(max(fraction, 0.0), 1.0))
+            return True
+
+        with bars:
+            yield report
+            for task in tasks.values():
+                bars.update(task, completed=1.0)
+
+
+def _plain(value: Any) -> Any:
+    """Turn NumPy values into what JSON knows."""
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, np.generic):
+        return value.item()
+    raise TypeError(f"{type(value).__name__} has no JSON form")

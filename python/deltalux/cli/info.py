@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`deltalux info`: what a scene holds, before any light is traced."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from rich.table import Table
+
+from ..units import LUX
+from .console import Terminal
+from .inputs import open_scene
+from .options import JsonOption, LightUnitsOption, MovableOption, QuietOption, SceneArgument
+
+
+def run(
+    scene: SceneArgument,
+    movable: MovableOption = None,
+    light_units: LightUnitsOption = "spec",
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Show what a scene holds: size, lights with their power, movable objects, warnings.
+
+    [bold]Examples[/]
+
+    deltalux info office
+
+    deltalux info room.glb --movable chair --json
+    """
+    terminal = Terminal(as_json, quiet)
+    facts = dict(open_scene(scene, movable, light_units).info())
+    tables = [_facts_table(scene, facts)]
+    if facts["lights"]:
+        tables.append(_lights_table(facts))
+    terminal.result(facts, *tables)
+    if not as_json:
+        terminal.warn(facts["warnings"])
+
+
+def _facts_table(name: str, facts: Mapping[str, Any]) -> Table:
+    table = Table(title=name, show_header=False, title_justify="left")
+    low, high = facts["bounds"]
+    size = " × ".join(f"{b - a:.2f}" for a, b in zip(low, high, strict=True))
+    table.add_row("triangles", f"{facts['triangles']:,}")
+    table.add_row("area", f"{facts['area']:,.2f} m², of which {facts['emissive_area']:,.3f} m² luminous")
+    table.add_row("size", f"{size} m")
+    table.add_row("movable", ", ".join(facts["movable"]) or "nothing (see --movable)")
+    table.add_row("unit of results", "lx" if facts["unit"] == LUX else facts["unit"])
+    return table
+
+
+def _lights_table(facts: Mapping[str, Any]) -> Table:
+    unit = "lm" if facts["unit"] == LUX else "W"
+    table = Table("light", "kind", "group", f"power ({unit})", title="lights", title_justify="left")
+    table.columns[3].justify = "right"
+    for light in facts["lights"]:
+        power = light["power"]
+        shown = "unbounded" if power is None else f"{power:,.4g}" if power < 1e4 else f"{power:,.0f}"
+        table.add_row(light["name"], light["kind"], light["group"], shown)
+    return table

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Turns the words SCENE and SESSION of a command line into objects."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Sequence
+from pathlib import Path
+
+import deltalux as dl
+
+BUNDLED_SCENES = ("atrium", "expo", "office", "cornell_box")
+
+
+def open_scene(word: str, movable: Sequence[str] | None = None, light_units: str = "spec") -> dl.Scene:
+    """Load a scene file or build a bundled scene.
+
+    Parameters
+    ----------
+    word : path of a file, or the name of a bundled scene
+    movable : names of nodes to make movable besides those that the file marks
+    light_units : "spec", "blender-watts" or "unitless"; for files only
+
+    Raises
+    ------
+    FormatError : no such file, or not a scene
+    SceneError, OptionError : see `deltalux.load`
+    """
+    name = word.replace("-", "_")
+    if name in BUNDLED_SCENES:
+        scene = getattr(dl.scenes, name)()
+        return dl.scene.make_movable(scene, movable) if movable else scene
+    path = Path(word)
+    if not path.is_file():
+        found = "a folder" if path.is_dir() else "no such file"
+        close = difflib.get_close_matches(name, BUNDLED_SCENES, n=1)
+        hint = f"did you mean {close[0]}?" if close else f"or one of {', '.join(BUNDLED_SCENES)}"
+        raise dl.FormatError(f"scene '{word}': found {found}, expected a .glb or .gltf file; {hint}")
+    return dl.load(path, movable=list(movable or ()), light_units=light_units)

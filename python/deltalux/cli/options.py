@@ -1,0 +1,229 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Options that several commands share, and the parsers of their values."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+LightUnits = Literal["spec", "blender-watts", "unitless"]
+_SIZES = {"": 1, "K": 2**10, "M": 2**20, "G": 2**30, "T": 2**40}
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Horizontal working plane that looks up: corner, extent along +X and +Z, spacing; metres."""
+
+    corner: tuple[float, float, float]
+    width: float
+    depth: float
+    spacing: float
+
+
+@dataclass(frozen=True)
+class Move:
+    """Relative rigid motion of a movable: metres, and degrees about +Y through its own origin."""
+
+    name: str
+    offset: tuple[float, float, float]
+    degrees: float
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A name with one or three numbers (a light group's factor, a material's reflectance)."""
+
+    name: str
+    values: tuple[float, ...]
+
+
+def _numbers(text: str, counts: tuple[int, ...], form: str) -> list[float]:
+    try:
+        values = [float(part) for part in text.split(",")]
+    except ValueError:
+        values = []
+    if len(values) not in counts or not all(math.isfinite(v) for v in values):
+        raise typer.BadParameter(f"found '{text}', expected {form}")
+    return values
+
+
+def _named(text: str, form: str) -> tuple[str, str]:
+    name, equals, rest = text.rpartition("=")  # node names may contain "="
+    if not equals or not name:
+        raise typer.BadParameter(f"found '{text}', expected {form}")
+    return name, rest
+
+
+def parse_grid(text: str) -> Grid:
+    """Parse X,Y,Z,WIDTH,DEPTH,SPACING."""
+    x, y, z, width, depth, spacing = _numbers(text, (6,), "X,Y,Z,WIDTH,DEPTH,SPACING in metres")
+    if min(width, depth, spacing) <= 0:
+        raise typer.BadParameter(f"found '{text}', expected WIDTH, DEPTH and SPACING above 0")
+    return Grid((x, y, z), width, depth, spacing)
+
+
+def parse_move(text: str) -> Move:
+    """Parse NAME=dx,dy,dz[,degrees]."""
+    form = "NAME=dx,dy,dz[,degrees about +Y]"
+    name, rest = _named(text, form)
+    dx, dy, dz, *turn = _numbers(rest, (3, 4), form)
+    return Move(name, (dx, dy, dz), turn[0] if turn else 0.0)
+
+
+def parse_dim(text: str) -> Setting:
+    """Parse GROUP=factor."""
+    name, rest = _named(text, "GROUP=factor")
+    (factor,) = _numbers(rest, (1,), "GROUP=factor")
+    if factor < 0:
+        raise typer.BadParameter(f"found '{text}', expected a factor of 0 or more (1 = as loaded)")
+    return Setting(name, (factor,))
+
+
+def parse_reflectance(text: str) -> Setting:
+    """Parse MATERIAL=r,g,b or MATERIAL=grey."""
+    form = "MATERIAL=r,g,b with values from 0 to 1"
+    name, rest = _named(text, form)
+    values = _numbers(rest, (1, 3), form)
+    if min(values) < 0 or max(values) > 1:
+        raise typer.BadParameter(f"found '{text}', expected {form}")
+    return Setting(name, tuple(values * 3 if len(values) == 1 else values))
+
+
+def parse_count(text: str) -> int:
+    """Parse a positive whole number, also written as 1e6 or 1_000_000."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not (value >= 1 and value == math.floor(value) and value < 2**63):
+        raise typer.BadParameter(f"found '{text}', expected a whole number above 0, such as 1e6")
+    return int(value)
+
+
+def parse_positive(text: str) -> float:
+    """Parse a positive number."""
+    (value,) = _numbers(text, (1,), "a number above 0")
+    if value <= 0:
+        raise typer.BadParameter(f"found '{text}', expected a number above 0")
+    return value
+
+
+def parse_bytes(text: str) -> int:
+    """Parse a size in bytes with an optional K, M, G or T (powers of 1024)."""
+    body = text.strip().upper().removesuffix("B").removesuffix("I")
+    unit = body[-1:] if body[-1:] in _SIZES else ""
+    (value,) = _numbers(body.removesuffix(unit), (1,), "a size such as 4G or 800M")
+    if value <= 0:
+        raise typer.BadParameter(f"found '{text}', expected a size above 0, such as 4G")
+    return int(value * _SIZES[unit])
+
+
+SceneArgument = Annotated[
+    str,
+    typer.Argument(
+        metavar="SCENE",
+        help="A .glb or .gltf file, or a bundled scene: atrium, expo, office, cornell_box.",
+        show_default=False,
+    ),
+]
+MovableOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--movable",
+        metavar="NAME",
+        help="Make this node movable (repeatable). Nodes named MOVE_… are movable anyway.",
+    ),
+]
+LightUnitsOption = Annotated[
+    LightUnits,
+    typer.Option(
+        "--light-units",
+        help="How the file's lights are meant: as glTF prescribes (candela, lux), "
+        "as watts of old Blender exports, or without unit.",
+    ),
+]
+OutputsOption = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "-o",
+        "--output",
+        metavar="OUT…",
+        help="Result file, its kind by suffix (repeatable, or several after one -o): .glb lit mesh, "
+        ".png picture, .csv and .npz numbers, .dlx session for later updates.",
+        show_default=False,
+    ),
+]
+MoreOutputsArgument = Annotated[list[Path] | None, typer.Argument(hidden=True, show_default=False)]
+FalseColourOption = Annotated[
+    bool, typer.Option("--false-colour", help="Pictures show irradiance in false colour, with a legend.")
+]
+PathsOption = Annotated[
+    int,
+    typer.Option(
+        "--paths",
+        parser=parse_count,
+        metavar="N",
+        help="Light paths to trace. Four times as many halve the noise.",
+    ),
+]
+TargetErrorOption = Annotated[
+    float | None,
+    typer.Option(
+        "--target-error",
+        parser=parse_positive,
+        metavar="F",
+        help="Add paths in batches until the mean relative standard error is below F (0.02 = 2 %).",
+    ),
+]
+SpacingOption = Annotated[
+    float | None,
+    typer.Option(
+        "--spacing",
+        parser=parse_positive,
+        metavar="METRES",
+        help="Distance between samples on the surfaces; from the scene's size when not given.",
+    ),
+]
+GridOption = Annotated[
+    list[Grid] | None,
+    typer.Option(
+        "--grid",
+        parser=parse_grid,
+        metavar="X,Y,Z,WIDTH,DEPTH,SPACING",
+        help="Sample a horizontal working plane instead of the surfaces (repeatable): its corner, "
+        "its extent along +X and +Z, the distance between samples; metres.",
+    ),
+]
+RadiusOption = Annotated[
+    float | None,
+    typer.Option(
+        "--radius",
+        parser=parse_positive,
+        metavar="METRES",
+        help="Radius of every sample's disc; chosen per sample when not given.",
+    ),
+]
+SeedOption = Annotated[
+    int, typer.Option("--seed", min=0, metavar="N", help="The same seed gives the same bits.")
+]
+ThreadsOption = Annotated[
+    int | None,
+    typer.Option(
+        "--threads", min=1, metavar="N", help="Processors to use; all when not given. Never changes a result."
+    ),
+]
+MemoryLimitOption = Annotated[
+    int | None,
+    typer.Option(
+        "--memory-limit",
+        parser=parse_bytes,
+        metavar="SIZE",
+        help="Refuse beforehand what would need more, such as 4G; what is free when not given.",
+    ),
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as JSON on stdout.")]
+QuietOption = Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing but errors (and --json).")]

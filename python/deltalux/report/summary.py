@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The figures that a lighting designer asks for first: minimum, mean, maximum, uniformity."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..units import photopic
+
+
+@dataclass(frozen=True)
+class SetSummary:
+    """Figures of one set of samples, photopic, in the unit of the scene.
+
+    Attributes
+    ----------
+    name : the set
+    samples : number of samples
+    minimum, mean, maximum : over the samples, each counted once
+    uniformity : minimum / mean; 0 where the mean is 0
+    standard_error : root mean square of the samples' own standard errors
+    """
+
+    name: str
+    samples: int
+    minimum: float
+    mean: float
+    maximum: float
+    uniformity: float
+    standard_error: float
+
+
+def summarise(
+    irradiance: np.ndarray, standard_error: np.ndarray, sets: Mapping[str, np.ndarray]
+) -> list[SetSummary]:
+    """Summarise each set of samples.
+
+    Parameters
+    ----------
+    irradiance : (n, 3) array
+    standard_error : (n, 3) array, per channel
+    sets : name of a set -> indices of its samples; empty sets are left out
+    """
+    values = photopic(irradiance)
+    # One path carries light of one colour, so the errors of the channels move together.
+    errors = photopic(standard_error)
+    result = []
+    for name, index in sets.items():
+        if len(index) == 0:
+            continue
+        own, mean = values[index], float(values[index].mean())
+        result.append(
+            SetSummary(
+                name=name,
+                samples=len(index),
+                minimum=float(own.min()),
+                mean=mean,
+                maximum=float(own.max()),
+                uniformity=float(own.min()) / mean if mean > 0 else 0.0,
+                standard_error=float(np.sqrt(np.mean(errors[index] ** 2))),
+            )
+        )
+    return result
+
+
+def relative_error(irradiance: np.ndarray, standard_error: np.ndarray) -> float:
+    """Mean standard error over mean irradiance, both photopic; 0 for a dark scene.
+
+    This is the figure that `--target-error` bounds.
+    """
+    mean = float(photopic(irradiance).mean()) if len(irradiance) else 0.0
+    return float(photopic(standard_error).mean()) / mean if mean > 0 else 0.0
