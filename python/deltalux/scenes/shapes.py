@@ -1,0 +1,335 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Mesh-building primitives of the demonstration scenes: closed, outward-wound, vertices shared.
+
+Every solid stands on y = 0, centred on the y axis, unless its docstring says otherwise; place it with
+`Shape.moved` and `Shape.turned`. Solids that touch are either pushed into each other or kept apart by
+`GAP`, so that no two faces coincide.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..scene import Mesh
+
+GAP = 1e-3  # metres between an object and what it stands on or hangs from
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """Triangles with a material name each, before they become a `Mesh`."""
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+    materials: tuple[str, ...]
+    material_index: np.ndarray
+
+    def moved(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Shape:
+        """Translated."""
+        return replace(self, vertices=self.vertices + np.array([x, y, z], np.float64))
+
+    def turned(self, degrees: float, axis: str = "y") -> Shape:
+        """Rotated about a coordinate axis, right-handed."""
+        i = "xyz".index(axis)
+        j, k = (i + 1) % 3, (i + 2) % 3
+        cos, sin = _cos_sin(degrees)
+        vertices = self.vertices.copy()
+        vertices[:, j] = cos * self.vertices[:, j] - sin * self.vertices[:, k]
+        vertices[:, k] = sin * self.vertices[:, j] + cos * self.vertices[:, k]
+        return replace(self, vertices=vertices)
+
+    def scaled(self, factor: float) -> Shape:
+        """Scaled uniformly about the origin."""
+        return replace(self, vertices=self.vertices * factor)
+
+    def flipped(self) -> Shape:
+        """With the other side in front."""
+        return replace(self, triangles=self.triangles[:, ::-1])
+
+    @property
+    def diameter(self) -> float:
+        """Diagonal of the bounding box."""
+        return float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
+
+    def mesh(self, name: str, *, at: Sequence[float] | None = None, degrees: float = 0.0,
+             movable: bool = False) -> Mesh:
+        """A `Mesh`; with `at`, the pose stands it there, turned by `degrees` about +y."""
+        pose = np.eye(4)
+        if at is not None:
+            cos, sin = _cos_sin(degrees)
+            pose[:3, :3] = [[cos, 0, sin], [0, 1, 0], [-sin, 0, cos]]
+            pose[:3, 3] = at
+        return Mesh(name, self.vertices, self.triangles, self.materials, self.material_index, pose, movable)
+
+
+def _cos_sin(degrees: float) -> tuple[float, float]:
+    """Exact at multiples of 90 degrees, so that right angles stay right."""
+    quarter = round(degrees / 90)
+    if degrees == 90 * quarter:
+        return ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[quarter % 4]
+    angle = np.radians(degrees)
+    return float(np.cos(angle)), float(np.sin(angle))
+
+
+def shape(vertices: Any, triangles: Any, material: str | Sequence[str]) -> Shape:
+    """A shape of one material, or of one material name per triangle."""
+    triangles = np.asarray(triangles, np.int64).reshape(-1, 3)
+    vertices = np.asarray(vertices, np.float64).reshape(-1, 3)
+    if isinstance(material, str):
+        return Shape(vertices, triangles, (material,), np.zeros(len(triangles), np.int64))
+    names = tuple(dict.fromkeys(material))
+    number = {name: i for i, name in enumerate(names)}
+    return Shape(vertices, triangles, names, np.array([number[m] for m in material], np.int64))
+
+
+def merge(shapes: Iterable[Shape]) -> Shape:
+    """One shape of many; vertices are not welded."""
+    shapes = list(shapes)
+    names = tuple(dict.fromkeys(name for s in shapes for name in s.materials))
+    number = {name: i for i, name in enumerate(names)}
+    starts = np.cumsum([0] + [len(s.vertices) for s in shapes])
+    return Shape(
+        np.concatenate([s.vertices for s in shapes]),
+        np.concatenate([s.triangles + start for s, start in zip(shapes, starts[:-1], strict=True)]),
+        names,
+        np.concatenate([np.array([number[n] for n in s.materials])[s.material_index] for s in shapes]),
+    )
+
+
+def circle(radius: float, count: int) -> np.ndarray:
+    """(count, 2) points, counter-clockwise."""
+    angle = 2 * np.pi * np.arange(count) / count
+    return radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+
+
+def rounded_rectangle(width: float, height: float, radius: float, per_corner: int) -> np.ndarray:
+    """(4 * per_corner, 2) points, counter-clockwise, about the origin."""
+    angle = np.linspace(0, np.pi / 2, per_corner)
+    corners = []
+    for i, (sx, sy) in enumerate(((1, 1), (-1, 1), (-1, -1), (1, -1))):
+        centre = np.array([sx * (width / 2 - radius), sy * (height / 2 - radius)])
+        turned = angle + i * np.pi / 2
+        corners.append(centre + radius * np.stack([np.cos(turned), np.sin(turned)], axis=1))
+    return np.concatenate(corners)
+
+
+def loft(rings: Any, start: Any, end: Any, material: str | Sequence[str]) -> Shape:
+    """Closed skin over rings of points, each end closed by a fan.
+
+    Parameters
+    ----------
+    rings : (k, n, 3); seen against the direction from first to last ring, counter-clockwise
+    start, end : (3,) centres of the two fans
+    material : one name, or k + 1 names: start fan, the k - 1 strips, end fan
+    """
+    rings = np.asarray(rings, np.float64)
+    k, n, _ = rings.shape
+    this, following = np.arange(n), (np.arange(n) + 1) % n
+    a = (np.arange(k - 1)[:, None] * n + this).ravel()
+    b = (np.arange(k - 1)[:, None] * n + following).ravel()
+    sides = np.stack([a, b, b + n, a, b + n, a + n], axis=1).reshape(-1, 3)
+    last = (k - 1) * n
+    fan0 = np.stack([np.full(n, k * n), following, this], axis=1)
+    fan1 = np.stack([np.full(n, k * n + 1), last + this, last + following], axis=1)
+    vertices = np.concatenate([rings.reshape(-1, 3), [start], [end]])
+    names = material if isinstance(material, str) else [
+        *[material[0]] * n, *np.repeat(np.array(material[1:-1], object), 2 * n), *[material[-1]] * n
+    ]
+    return shape(vertices, np.concatenate([fan0, sides, fan1]), names)
+
+
+def prism(polygon: Any, height: float, material: str, bevel: float = 0.0) -> Shape:
+    """Polygon in (x, z), star-shaped about the origin, extruded upwards; edges optionally bevelled."""
+    outline = np.asarray(polygon, np.float64)
+    levels = [(0.0, 1), (height, 1)] if bevel == 0 else [
+        (0.0, 0), (bevel, 1), (height - bevel, 1), (height, 0)
+    ]
+    inner = outline * (1 - bevel / np.linalg.norm(outline, axis=1, keepdims=True))
+    rings = [
+        np.insert(outline if full else inner, 1, y, axis=1)[::-1] for y, full in levels
+    ]
+    return loft(rings, (0, 0, 0), (0, height, 0), material)
+
+
+def box(width: float, height: float, depth: float, material: str) -> Shape:
+    """Cuboid: eight vertices, twelve triangles."""
+    x, z = width / 2, depth / 2
+    vertices = [(sx * x, y, sz * z) for y in (0.0, height) for sz in (-1, 1) for sx in (-1, 1)]
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (2, 3, 7, 6), (1, 0, 4, 5), (0, 2, 6, 4), (3, 1, 5, 7)]
+    return shape(vertices, _split(quads), material)
+
+
+def block(width: float, height: float, depth: float, material: str, bevel: float = 0.004) -> Shape:
+    """Cuboid with all edges bevelled at 45 degrees: 24 vertices, 44 triangles."""
+    half = np.array([width, height, depth]) / 2
+    signs = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+    corner = {tuple(s): 3 * i for i, s in enumerate(signs.tolist())}
+    vertices = np.repeat(signs * (half - bevel), 3, axis=0)
+    vertices += np.tile(np.eye(3) * bevel, (8, 1)) * np.repeat(signs, 3, axis=0)
+    polygons = []
+    for axis in range(3):
+        j, k = (axis + 1) % 3, (axis + 2) % 3
+        for s in (-1, 1):
+            around = [(s, -1, -1), (s, 1, -1), (s, 1, 1), (s, -1, 1)][::s]
+            polygons.append([corner[_signs(axis, j, k, p)] + axis for p in around])
+            for t in (-1, 1):  # the bevel between the faces `axis` = s and j = t
+                low, high = (corner[_signs(axis, j, k, (s, t, u))] for u in (-1, 1))
+                polygons.append([low + axis, low + j, high + j, high + axis][:: s * t])
+    tips = [[3 * i, 3 * i + 1, 3 * i + 2][:: int(np.prod(s))] for i, s in enumerate(signs)]
+    return shape(vertices + [0, half[1], 0], np.concatenate([_split(polygons), tips]), material)
+
+
+def _signs(axis: int, j: int, k: int, values: Sequence[int]) -> tuple[int, ...]:
+    out = [0, 0, 0]
+    out[axis], out[j], out[k] = values
+    return tuple(out)
+
+
+def _split(quads: Any) -> np.ndarray:
+    quads = np.asarray(quads)
+    return np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+
+
+def lathe(profile: Any, segments: int, material: str | Sequence[str]) -> Shape:
+    """Solid of revolution about y.
+
+    Parameters
+    ----------
+    profile : (k, 2) of (radius, y) along the surface, solid to the left going up; the ends are
+        closed at the axis
+    material : one name, or one per profile edge including the two to the axis
+    """
+    profile = [tuple(map(float, p)) for p in profile]
+    start, end = profile[0], profile[-1]
+    inner = [p for i, p in enumerate(profile) if p[0] > 0 or 0 < i < len(profile) - 1]
+    turn = circle(1.0, segments)[::-1]
+    rings = [np.stack([r * turn[:, 0], np.full(segments, y), r * turn[:, 1]], axis=1) for r, y in inner]
+    return loft(rings, (0, start[1], 0), (0, end[1], 0), material)
+
+
+def cylinder(radius: float, height: float, segments: int, material: str) -> Shape:
+    """Round cylinder."""
+    return lathe([(radius, 0), (radius, height)], segments, material)
+
+
+def sphere(radius: float, segments: int, material: str) -> Shape:
+    """Sphere about the origin."""
+    angle = np.linspace(-np.pi / 2, np.pi / 2, segments // 2 + 1)
+    profile = np.stack([np.cos(angle), np.sin(angle)], axis=1) * radius
+    profile[[0, -1], 0] = 0.0
+    return lathe(profile, segments, material)
+
+
+def tube(path: Any, radius: float | Sequence[float], sides: int, material: str,
+         section: np.ndarray | None = None) -> Shape:
+    """Pipe along a polyline in place; `section` (sides, 2) replaces the unit circle.
+
+    The section's axes are carried along without twist, its first axis starting as level as can be.
+    """
+    points = np.asarray(path, np.float64)
+    tangents = np.gradient(points, axis=0)
+    tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
+    across = np.cross(tangents[0], (0.0, 1.0, 0.0))
+    if np.linalg.norm(across) < 1e-6:
+        across = np.array([1.0, 0.0, 0.0])
+    unit = circle(1.0, sides) if section is None else section
+    rings = []
+    for point, tangent, r in zip(points, tangents, np.broadcast_to(radius, len(points)), strict=True):
+        across = across - tangent * (across @ tangent)
+        across /= np.linalg.norm(across)
+        other = np.cross(tangent, across)
+        rings.append(point + r * (unit[:, :1] * across + unit[:, 1:] * other))
+    return loft(rings, points[0], points[-1], material)
+
+
+def shell(front: np.ndarray, back: np.ndarray, material: str) -> Shape:
+    """Closed sheet between two grids of points (nu, nv, 3); `front` faces u x v."""
+    nu, nv, _ = front.shape
+    index = np.arange(nu * nv).reshape(nu, nv)
+    faces = grid_triangles(nu, nv)
+    rim = np.concatenate([index[:-1, 0], index[-1, :-1], index[:0:-1, -1], index[0, :0:-1]])
+    after = np.roll(rim, -1)
+    behind = nu * nv
+    quads = np.stack([rim, rim + behind, after + behind, after], axis=1)
+    triangles = np.concatenate([faces, faces[:, ::-1] + behind, _split(quads)])
+    return shape(np.concatenate([front.reshape(-1, 3), back.reshape(-1, 3)]), triangles, material)
+
+
+def grid_triangles(nu: int, nv: int) -> np.ndarray:
+    """(m, 3) triangles of an nu x nv grid of vertices, numbered v fastest, facing u x v."""
+    index = np.arange(nu * nv).reshape(nu, nv)
+    quads = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1)
+    return _split(quads.reshape(-1, 4))
+
+
+def tiles(xs: Any, zs: Any, name: Callable[[int, int], str]) -> Shape:
+    """Level sheet at y = 0 facing up, cut at `xs` and `zs`; `name(i, j)` is a cell's material."""
+    xs, zs = np.asarray(xs, np.float64), np.asarray(zs, np.float64)
+    z, x = np.meshgrid(zs, xs, indexing="ij")
+    vertices = np.stack([x, np.zeros_like(x), z], axis=-1)
+    names = [name(i, j) for j in range(len(zs) - 1) for i in range(len(xs) - 1)]
+    return shape(vertices, grid_triangles(len(zs), len(xs)), names * 2)
+
+
+def room(width: float, height: float, depth: float, floor: str, walls: str, ceiling: str) -> Shape:
+    """The inside of a cuboid: faces look inwards."""
+    inside = box(width, height, depth, walls).flipped()
+    level = inside.vertices[inside.triangles][:, :, 1]
+    names = [floor if (y == 0).all() else ceiling if (y == height).all() else walls for y in level]
+    return shape(inside.vertices, inside.triangles, names)
+
+
+def panel_lamp(width: float, height: float, depth: float, rim: float, body: str, lamp: str) -> Shape:
+    """Box whose lower face, within a rim, is the lamp and looks down; hangs below y = `height`."""
+    housing = box(width, height, depth, body)
+    x, z = width / 2 - rim, depth / 2 - rim
+    vertices = np.concatenate([housing.vertices, [(-x, 0, -z), (x, 0, -z), (-x, 0, z), (x, 0, z)]])
+    below = (housing.vertices[housing.triangles][:, :, 1] == 0).all(axis=1)
+    ring = [(0, 1, 9, 8), (1, 3, 11, 9), (3, 2, 10, 11), (2, 0, 8, 10)]
+    lit = _split([(8, 9, 11, 10)])
+    rest = np.concatenate([housing.triangles[~below], _split(ring)])
+    return shape(vertices, np.concatenate([rest, lit]), [body] * len(rest) + [lamp] * len(lit))
+
+
+def skyline(heights: Sequence[float], widths: Sequence[float], depth: float,
+            materials: Sequence[str]) -> Shape:
+    """A row of books: columns of different heights as one solid, starting at x = 0."""
+    edges = np.concatenate([[0.0], np.cumsum(widths)])
+    tall = np.array([0.0, *heights, 0.0])
+    vertices: list[tuple[float, float, float]] = []
+    triangles: list[tuple[int, int, int]] = []
+    names: list[str] = []
+    number: dict[tuple[float, float, float], int] = {}
+
+    def polygon(points: list[tuple[float, float, float]], material: str) -> None:
+        """A fan about the centroid, so that points in the middle of an edge do no harm."""
+        ids = [number.setdefault(p, len(number)) for p in points]
+        centre = tuple(np.mean(np.array([points[0], points[len(points) // 2]]), axis=0))
+        hub = number.setdefault(centre, len(number))
+        for a, b in zip(ids, ids[1:] + ids[:1], strict=True):
+            triangles.append((hub, a, b))
+            names.append(material)
+
+    near, far = depth / 2, -depth / 2
+    for i, material in enumerate(materials):
+        x0, x1, top = float(edges[i]), float(edges[i + 1]), float(tall[i + 1])
+        right = [float(tall[i + 2])] if 0 < tall[i + 2] < top else []
+        left = [float(tall[i])] if 0 < tall[i] < top else []
+        outline = [(x0, 0.0), (x1, 0.0), *((x1, y) for y in right), (x1, top), (x0, top),
+                   *((x0, y) for y in left)]
+        polygon([(x, y, near) for x, y in outline], material)
+        polygon([(x, y, far) for x, y in outline[::-1]], material)
+        polygon([(x0, top, near), (x1, top, near), (x1, top, far), (x0, top, far)], material)
+        polygon([(x0, 0.0, far), (x1, 0.0, far), (x1, 0.0, near), (x0, 0.0, near)], material)
+    for i in range(len(edges)):
+        low, high = sorted((float(tall[i]), float(tall[i + 1])))
+        if high > low:
+            x, outward = float(edges[i]), tall[i] > tall[i + 1]
+            side = [(x, low, near), (x, low, far), (x, high, far), (x, high, near)]
+            polygon(side if outward else side[::-1], materials[min(max(i - outward, 0), len(materials) - 1)])
+    vertices = list(number)
+    return shape(vertices, triangles, names)
