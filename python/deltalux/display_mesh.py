@@ -1,0 +1,317 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Display mesh: the scene's triangles refined to a spacing; its vertices are the default samples."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .errors import OptionError, SceneError
+from .scene import Scene
+from .smoothing import Faces, insets, smooth_edges, smoothing_groups, vertex_normals
+from .subdivision import TooManyPoints, split_long_edges
+
+FRONT, BACK, BOTH = 1, 2, 3
+
+DEFAULT_ADDED_SAMPLES = 50_000  # what refinement adds when no spacing is given
+MAX_SAMPLES = 2_000_000
+VERTICES_PER_SQUARED_SPACING = 2.5  # measured on rooms: between 1.4 and 3 per area / spacing²
+WELD_TOLERANCE = 2.0**-20  # of the mesh's largest coordinate; float32 keeps 24 bits
+COPLANAR_ANGLE = 0.5  # degrees; float32 positions alone make flat faces differ by so much
+
+Poses = Mapping[str, Any]  # movable's name -> 4x4 pose, or None where it was removed
+
+
+@dataclass(frozen=True, eq=False)
+class DisplayMesh:
+    """Refined triangles of a scene and the points where irradiance is asked.
+
+    Vertices of static meshes are in world space, those of movables in the movable's own space.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        Vertices; equal positions are one vertex inside a smoothing group of a mesh.
+    sample_points : (n, 3) float64
+        Where irradiance is asked: the vertex, or, on creases and borders, a point a little
+        inside the faces around it, so that a disc is not centred inside a neighbouring wall.
+    normals : (n, 3) float64
+        Angle-weighted mean of the face normals around the vertex, on the sampled side.
+    triangles : (m, 3) int64
+        Ordered by mesh, then by source triangle; counter-clockwise on the sampled side.
+    triangle_material : (m,) int32, index into `scene.materials`
+    triangle_mesh, vertex_mesh : (m,) and (n,) int32, index into `scene.meshes`
+    source_triangle : (m,) int64, index into that mesh's triangles
+    reversed : (m,) bool
+        The sampled side is the source triangle's back.
+    attached : (n,) int32
+        Index of the movable mesh that a vertex moves with, -1 on static meshes.
+    spacing : float
+        No edge is longer than this, metres.
+    """
+
+    points: np.ndarray
+    sample_points: np.ndarray
+    normals: np.ndarray
+    triangles: np.ndarray
+    triangle_material: np.ndarray
+    triangle_mesh: np.ndarray
+    vertex_mesh: np.ndarray
+    source_triangle: np.ndarray
+    reversed: np.ndarray
+    attached: np.ndarray
+    spacing: float
+
+    def world(self, scene: Scene, poses: Poses | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Vertices and normals in world space, each (n, 3), movables at `poses` (else as loaded)."""
+        points, normals = self.points.copy(), self.normals.copy()
+        for index, pose in movable_poses(scene, poses).items():
+            if pose is not None:
+                own = self.attached == index
+                points[own] = points[own] @ pose[:3, :3].T + pose[:3, 3]
+                normals[own] = normals[own] @ pose[:3, :3].T
+        return points, normals
+
+    def present(self, scene: Scene, poses: Poses | None = None) -> np.ndarray:
+        """(m,) bool: triangles that are not part of a removed movable."""
+        removed = [i for i, pose in movable_poses(scene, poses).items() if pose is None]
+        return ~np.isin(self.triangle_mesh, removed)
+
+
+def movable_poses(scene: Scene, poses: Poses | None) -> dict[int, np.ndarray | None]:
+    """Pose of each movable by mesh index: from `poses`, else as loaded; None where removed."""
+    given = poses or {}
+    unknown = set(given) - set(scene.movable)
+    if unknown:
+        raise OptionError(f"poses: found {sorted(unknown)}, expected movables; the scene has {scene.movable}")
+    return {i: given.get(m.name, m.pose) for i, m in enumerate(scene.meshes) if m.movable}
+
+
+def refine(
+    scene: Scene, spacing: float | None = None, max_samples: int = MAX_SAMPLES, sides: Any = None
+) -> DisplayMesh:
+    """Refine the scene's triangles until no edge is longer than `spacing`.
+
+    Degenerate triangles (no area) are left out.
+
+    Parameters
+    ----------
+    scene : Scene
+    spacing : float or None
+        Metres; None chooses one that adds some 50,000 samples to the scene's own vertices.
+    max_samples : int
+        Refuse to make more vertices than this.
+    sides : (triangles of all meshes,) int array or None
+        Side of each triangle to sample, in the order of `scene.meshes`: `FRONT` (1), `BACK` (2)
+        or `BOTH` (3); None = front everywhere. A triangle of which both are sampled appears
+        twice, once with reversed winding.
+
+    Raises
+    ------
+    OptionError
+        Where the spacing is not positive, or needs more than `max_samples`; the message then
+        gives a spacing that fits.
+    """
+    base = _welded(scene, _checked_sides(scene, sides))
+    if spacing is None:
+        spacing = _automatic_spacing(base)
+    elif not (np.isfinite(spacing) and spacing > 0):
+        raise OptionError(f"spacing: found {spacing}, expected a positive number of metres")
+    try:
+        return _refined(scene, base, float(spacing), max_samples)
+    except TooManyPoints:
+        pass
+    fits = _fitting_spacing(scene, base, spacing, max_samples)
+    if fits is None:
+        remedy = "the scene's own vertices are more than that; give a larger max_samples"
+    else:
+        remedy = f"a spacing of {fits:g} m fits, or give a larger max_samples"
+    raise OptionError(f"spacing: found {spacing:g} m, which needs more than {max_samples} samples; {remedy}")
+
+
+@dataclass(frozen=True, eq=False)
+class _Base:
+    """The scene's triangles over positions welded per mesh, before refinement."""
+
+    points: np.ndarray  # (n, 3)
+    point_mesh: np.ndarray  # (n,)
+    triangles: np.ndarray  # (m, 3)
+    mesh: np.ndarray  # (m,)
+    material: np.ndarray  # (m,)
+    source: np.ndarray  # (m,)
+    reversed: np.ndarray  # (m,)
+
+
+def _checked_sides(scene: Scene, sides: Any) -> np.ndarray:
+    count = sum(len(m.triangles) for m in scene.meshes)
+    if sides is None:
+        return np.full(count, FRONT)
+    array = np.asarray(sides)
+    if array.shape != (count,) or not np.isin(array, (FRONT, BACK, BOTH)).all():
+        raise OptionError(
+            f"sides: found shape {array.shape} with values {np.unique(array)[:5]}, "
+            f"expected ({count},) of 1 (front), 2 (back) or 3 (both)"
+        )
+    return array
+
+
+def _welded(scene: Scene, sides: np.ndarray) -> _Base:
+    if not scene.meshes:
+        raise SceneError("display mesh: found a scene without meshes, expected at least one triangle")
+    frames = [m.vertices if m.movable else m.world_vertices for m in scene.meshes]
+    points = np.concatenate(frames)
+    vertex_counts = [len(f) for f in frames]
+    triangle_counts = [len(m.triangles) for m in scene.meshes]
+    point_mesh = np.repeat(np.arange(len(frames)), vertex_counts)
+    first_vertex = np.cumsum([0, *vertex_counts[:-1]])
+    material_of = {m.name: i for i, m in enumerate(scene.materials)}
+    material = np.concatenate(
+        [np.array([material_of[name] for name in m.material])[m.material_index] for m in scene.meshes]
+    )
+    triangles = np.concatenate(
+        [m.triangles + first for m, first in zip(scene.meshes, first_vertex, strict=True)]
+    )
+    mesh = np.repeat(np.arange(len(frames)), triangle_counts)
+    source = np.concatenate([np.arange(n) for n in triangle_counts])
+
+    local = np.concatenate([m.vertices for m in scene.meshes])
+    representative, position = _weld(local, point_mesh)
+    triangles = position[triangles]
+
+    # Both sides of one triangle stay neighbours, so that everything is ordered by source.
+    order = np.repeat(np.arange(len(triangles)), np.where(sides == BOTH, 2, 1))
+    second = np.r_[False, order[1:] == order[:-1]]
+    backward = (sides[order] == BACK) | second
+    triangles = triangles[order]
+    triangles[backward] = triangles[backward][:, (0, 2, 1)]
+    base = _Base(
+        points[representative],
+        point_mesh[representative],
+        triangles,
+        mesh[order],
+        material[order],
+        source[order],
+        backward,
+    )
+    return _without(base, _degenerate(base.points, base.triangles))
+
+
+def _without(base: _Base, dropped: np.ndarray) -> _Base:
+    if dropped.all():
+        raise SceneError("display mesh: found no triangle with an area, expected at least one")
+    keep = ~dropped
+    return _Base(
+        base.points,
+        base.point_mesh,
+        base.triangles[keep],
+        base.mesh[keep],
+        base.material[keep],
+        base.source[keep],
+        base.reversed[keep],
+    )
+
+
+def _weld(points: np.ndarray, mesh: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Merge the vertices of a mesh that differ by rounding only.
+
+    Returns
+    -------
+    representative : (k,) a vertex for each merged one
+    position : (n,) the merged vertex of each vertex
+    """
+    extent = np.zeros(mesh.max(initial=0) + 1)
+    np.maximum.at(extent, mesh, np.abs(points).max(axis=1))
+    cell = np.maximum(WELD_TOLERANCE * extent, np.finfo(float).tiny)[mesh]
+    steps = (np.rint(points / cell[:, None]).astype(np.int64) + (1 << 31)).astype(np.uint64)
+    high = (mesh.astype(np.uint64) << np.uint64(32)) | steps[:, 0]
+    low = (steps[:, 1] << np.uint64(32)) | steps[:, 2]
+    order = np.lexsort((low, high))
+    new = np.r_[True, (high[order][1:] != high[order][:-1]) | (low[order][1:] != low[order][:-1])]
+    position = np.zeros(len(points), dtype=np.int64)
+    position[order] = np.cumsum(new) - 1
+    return order[new], position
+
+
+def _degenerate(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    corners = points[triangles]
+    edges = corners[:, (1, 2, 0)] - corners
+    longest = np.einsum("tkc,tkc->tk", edges, edges).max(axis=1)
+    area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+    return area <= 1e-9 * longest
+
+
+def _area(base: _Base) -> float:
+    a, b, c = (base.points[base.triangles[:, i]] for i in range(3))
+    return float(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+
+
+def _automatic_spacing(base: _Base) -> float:
+    """Spacing that adds about DEFAULT_ADDED_SAMPLES vertices, to two digits."""
+    spacing = np.sqrt(VERTICES_PER_SQUARED_SPACING * _area(base) / DEFAULT_ADDED_SAMPLES)
+    for _ in range(4):
+        spacing = float(f"{spacing:.2g}")
+        # Long thin triangles need more vertices than their area says.
+        added = _added_points(base, spacing, 8 * DEFAULT_ADDED_SAMPLES)
+        ratio = added / DEFAULT_ADDED_SAMPLES
+        if ratio <= 1.2:
+            break
+        spacing *= np.sqrt(ratio)
+    return float(f"{spacing:.2g}")
+
+
+def _added_points(base: _Base, spacing: float, at_most: int) -> int:
+    limit = len(base.points) + at_most
+    try:
+        return len(split_long_edges(base.points, base.triangles, spacing, limit)[0]) - len(base.points)
+    except TooManyPoints:
+        return at_most
+
+
+def _fitting_spacing(scene: Scene, base: _Base, spacing: float, max_samples: int) -> float | None:
+    diagonal = float(np.linalg.norm(np.ptp(base.points, axis=0)))
+    trial = max(spacing, float(np.sqrt(_area(base) / max_samples)))
+    while trial < 2 * diagonal:
+        trial = float(f"{1.25 * trial:.2g}")
+        try:
+            _refined(scene, base, trial, max_samples)
+        except TooManyPoints:
+            continue
+        return trial
+    return None
+
+
+def _refined(scene: Scene, base: _Base, spacing: float, max_samples: int) -> DisplayMesh:
+    points, triangles, parent = split_long_edges(base.points, base.triangles, spacing, max_samples)
+    mesh = base.mesh[parent]
+    faces = Faces(points, triangles)
+    angles = np.array([max(m.smooth_angle, COPLANAR_ANGLE) for m in scene.meshes])
+    joined, links = smooth_edges(faces, np.cos(np.radians(angles))[mesh], len(points))
+    vertex_of_corner, count = smoothing_groups(links, triangles.size)
+    if count > max_samples:
+        raise TooManyPoints
+
+    corner = np.zeros(count, dtype=np.int64)
+    corner[vertex_of_corner] = np.arange(triangles.size)
+    vertex_points = points[triangles.ravel()[corner]]
+    vertex_mesh = mesh[corner // 3]
+    normals = vertex_normals(faces, vertex_of_corner, corner)
+    moved = vertex_points + insets(faces, joined, vertex_of_corner, count, spacing)
+    movable = np.array([m.movable for m in scene.meshes])
+    arrays = {
+        "points": vertex_points,
+        "sample_points": moved,
+        "normals": normals,
+        "triangles": vertex_of_corner.reshape(-1, 3),
+        "triangle_material": base.material[parent].astype(np.int32),
+        "triangle_mesh": mesh.astype(np.int32),
+        "vertex_mesh": vertex_mesh.astype(np.int32),
+        "source_triangle": base.source[parent],
+        "reversed": base.reversed[parent],
+        "attached": np.where(movable[vertex_mesh], vertex_mesh, -1).astype(np.int32),
+    }
+    for array in arrays.values():
+        array.setflags(write=False)
+    return DisplayMesh(**arrays, spacing=spacing)
