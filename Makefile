@@ -32,13 +32,15 @@ test: build $(VENV)/test.stamp ## Run the C++ and the Python tests
 	$(BIN)/pytest -n $(JOBS)
 
 lint: build $(VENV)/test.stamp $(VENV)/lint.stamp ## Check formatting, linting, typing and the layer rules
-	$(BIN)/ruff check .
-	$(BIN)/ruff format --check .
-	$(BIN)/clang-format --dry-run -Werror $(CPP_FILES)
-	$(BIN)/python tools/check_layers.py
-	$(BIN)/python tools/check_text.py
-	PYTHONPATH=python $(BIN)/lint-imports --no-cache
-	$(BIN)/mypy
+	@failed=; check() { echo "== $$1"; name=$$1; shift; "$$@" || failed="$$failed $$name,"; }; \
+	check ruff $(BIN)/ruff check -q .; \
+	check ruff-format $(BIN)/ruff format --check -q .; \
+	check clang-format $(BIN)/clang-format --dry-run -Werror $(CPP_FILES); \
+	check layers $(BIN)/python tools/check_layers.py; \
+	check text $(BIN)/python tools/check_text.py; \
+	check imports env PYTHONPATH=python $(BIN)/lint-imports --no-cache --no-logo; \
+	check mypy $(BIN)/mypy; \
+	test -z "$$failed" || { echo "lint failed:$${failed%,}" >&2; exit 1; }
 
 format: $(VENV)/lint.stamp ## Rewrite all sources in the house format
 	$(BIN)/ruff check --fix-only -q .

@@ -29,7 +29,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 for module in (demo, info, bake, update, compare):
-    app.command()(module.run)
+    app.command(module.__name__.rpartition(".")[2])(module.run)
 
 
 def _print_version(wanted: bool) -> None:
@@ -64,7 +64,9 @@ def run(arguments: Sequence[str] | None = None) -> int:
         usage = getattr(error, "exit_code", EXIT_FAILURE) == EXIT_USAGE
         context = getattr(error, "ctx", None)
         hint = f" (see: {context.command_path} --help)" if usage and context else ""
-        print_error(f"{error}{hint}")
+        message = error.format_message()
+        if message:  # none when help was shown for want of a command
+            print_error(message + hint)
         return EXIT_USAGE if usage else EXIT_FAILURE
     except (KeyboardInterrupt, typer.Abort, Cancelled):
         print_error("cancelled")

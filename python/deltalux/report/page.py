@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One self-contained HTML page: tables and pictures, nothing fetched from elsewhere."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from html import escape
+from pathlib import Path
+
+_STYLE = """
+:root { color-scheme: light dark; }
+body { font: 16px/1.5 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
+h1 { line-height: 1.2; } h2 { margin-top: 2.5rem; }
+table { border-collapse: collapse; margin: 1rem 0; font-variant-numeric: tabular-nums; }
+th, td { padding: .3rem .9rem .3rem 0; border-bottom: 1px solid #8884; text-align: left; }
+td.number, th.number { text-align: right; }
+figure { margin: 1.5rem 0; } img { max-width: 100%; height: auto; } figcaption { color: #888; }
+"""
+
+
+@dataclass(frozen=True)
+class Section:
+    """A heading with paragraphs, an optional table, and pictures.
+
+    Parameters
+    ----------
+    title : heading
+    paragraphs : plain text
+    header, rows : the table; numbers are set flush right
+    pictures : (PNG file, caption) pairs, embedded into the page
+    """
+
+    title: str
+    paragraphs: Sequence[str] = ()
+    header: Sequence[str] = ()
+    rows: Sequence[Sequence[str | float | int]] = ()
+    pictures: Sequence[tuple[Path, str]] = field(default=())
+
+
+def page(title: str, sections: Sequence[Section]) -> str:
+    """Return the page as HTML text.
+
+    Raises
+    ------
+    OSError : a picture cannot be read
+    """
+    body = "\n".join(_section(section) for section in sections)
+    return (
+        '<!doctype html>\n<html lang="en">\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f"<title>{escape(title)}</title>\n<style>{_STYLE}</style>\n"
+        f"<h1>{escape(title)}</h1>\n{body}\n</html>\n"
+    )
+
+
+def _section(section: Section) -> str:
+    parts = [f"<h2>{escape(section.title)}</h2>"]
+    parts += [f"<p>{escape(text)}</p>" for text in section.paragraphs]
+    if section.rows:
+        head = "".join(f"<th>{escape(cell)}</th>" for cell in section.header)
+        rows = ["<tr>" + "".join(_cell(cell) for cell in row) + "</tr>" for row in section.rows]
+        parts.append(f"<table><tr>{head}</tr>\n" + "\n".join(rows) + "</table>")
+    parts += [_figure(path, caption) for path, caption in section.pictures]
+    return "\n".join(parts)
+
+
+def _cell(value: str | float | int) -> str:
+    if isinstance(value, str):
+        return f"<td>{escape(value)}</td>"
+    return f'<td class="number">{value:,}</td>' if isinstance(value, int) else f'<td class="number">{value:,.4g}</td>'
+
+
+def _figure(path: Path, caption: str) -> str:
+    data = base64.b64encode(path.read_bytes()).decode("ascii")
+    text = escape(caption)
+    return f'<figure><img alt="{text}" src="data:image/png;base64,{data}"><figcaption>{text}</figcaption></figure>'
