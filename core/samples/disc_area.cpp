@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <mutex>
 #include <numbers>
 
 namespace deltalux::samples {
@@ -25,17 +24,21 @@ float sector_area(float a, float b, float radius) {
                                     : 0.5f * a * b * std::sin(kStep);
 }
 
-/// Share of probe [0, reach], weighted by distance from the centre, that foreign solids cover.
+/// Share of probe [0, reach], weighted by distance from the centre, that foreign geometry takes:
+/// all beyond the first static hit, and what lies inside closed movable objects.
 float covered_share(const ForeignGeometry& foreign, Vec3f centre, Vec3f along, float reach) {
-  float covered = 0, from = 0, entered = -1;
+  const float limit = foreign.with_static
+                          ? std::min(reach, foreign.caster->closest_static(centre, along, 0, reach).t)
+                          : reach;
+  float covered = reach * reach - limit * limit;
+  float from = 0, entered = -1;
   bool first = true;
-  for (int step = 0; step < 16 && from < reach; ++step) {
+  for (int step = 0; step < 16 && from < limit; ++step) {
     trace::Hit hit;
-    if (foreign.with_static) hit = foreign.caster->closest_static(centre, along, from, reach);
     for (uint32_t object : foreign.caster->present())
       if (object != foreign.own_object && foreign.closed[object])
-        hit = foreign.caster->closer(hit, object, centre, along, from, reach);
-    if (!hit.valid() || hit.t >= reach) break;
+        hit = foreign.caster->closer(hit, object, centre, along, from, limit);
+    if (!hit.valid() || hit.t >= limit) break;
     const bool leaving = dot(hit.normal, along) > 0;
     if (leaving && (first || entered >= 0)) {
       const float start = entered >= 0 ? entered : 0.0f;
@@ -47,7 +50,7 @@ float covered_share(const ForeignGeometry& foreign, Vec3f centre, Vec3f along, f
     first = false;
     from = hit.t + foreign.caster->epsilon();
   }
-  if (entered >= 0) covered += reach * reach - entered * entered;
+  if (entered >= 0) covered += limit * limit - entered * entered;
   return std::min(1.0f, covered / (reach * reach));
 }
 
@@ -142,6 +145,7 @@ float uncovered_area(const DiscSet& discs, size_t i, const Pose& pose,
 bool is_closed(const scene::Object& object) {
   std::map<std::array<float, 3>, uint32_t> welded;
   std::map<std::pair<uint32_t, uint32_t>, int> edges;
+  double volume = 0;
   for (const auto& triangle : object.triangles) {
     uint32_t id[3];
     for (int k = 0; k < 3; ++k) {
@@ -152,8 +156,12 @@ bool is_closed(const scene::Object& object) {
       const uint32_t a = id[k], b = id[(k + 1) % 3];
       ++edges[{std::min(a, b), std::max(a, b)}];
     }
+    const Vec3d p(object.vertices[triangle[0]]), q(object.vertices[triangle[1]]),
+        r(object.vertices[triangle[2]]);
+    volume += dot(p, cross(q, r));
   }
-  return std::all_of(edges.begin(), edges.end(), [](const auto& e) { return e.second == 2; });
+  return volume > 0 &&
+         std::all_of(edges.begin(), edges.end(), [](const auto& e) { return e.second == 2; });
 }
 
 }  // namespace deltalux::samples

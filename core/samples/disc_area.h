@@ -28,19 +28,19 @@ DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea
 /// Area inside the outline, square metres.
 float outline_area(const DiscSet& discs, size_t i);
 
-/// The same less what `foreign` geometry covers in the disc's plane: along each probe, from
-/// entering a closed object to leaving it. `pose` takes the disc to world space. `hit` returns the
-/// next foreign hit along a world ray.
+/// Geometry that may cover part of a disc and moves relative to it.
 struct ForeignGeometry {
   const trace::RayCaster* caster = nullptr;
   bool with_static = false;              ///< static geometry is foreign too (moving samples)
   uint32_t own_object = scene::kNone;    ///< never foreign
   std::span<const uint8_t> closed;       ///< per object: closed movables only are counted
 };
+/// The outline's area less what `foreign` geometry covers in the disc's plane. `pose` takes the disc
+/// to world space. A pure function of the state of the scene.
 float uncovered_area(const DiscSet& discs, size_t i, const Pose& pose,
                      const ForeignGeometry& foreign);
 
-/// True when every edge of the object's triangles is shared by exactly two of them (by position).
+/// True for a closed solid wound outwards: every edge (by position) belongs to two triangles.
 bool is_closed(const scene::Object& object);
 
 }  // namespace deltalux::samples

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which stored segments does a change of objects or materials touch? Scan, then exact test.
+#pragma once
+#include <span>
+#include <vector>
+
+#include "base/progress.h"
+#include "update/state.h"
+
+namespace deltalux::update {
+
+/// One object's change: where it was and where it is (empty boxes: absent).
+struct ObjectChange {
+  uint32_t object = scene::kNone;
+  Box before, after;
+};
+
+struct Affected {
+  /// Per bounce: slots of segments whose flight changes.
+  std::vector<std::vector<uint32_t>> segments;
+  /// Per changed object, per bounce: slots of segments that meet its part's new box.
+  std::vector<std::vector<std::vector<uint32_t>>> near;
+  uint64_t scanned = 0, candidates = 0;
+};
+
+/// `changes` are already in place in the scene and the caster. `materials`: 1 per changed
+/// material, may be empty. Throws Cancelled; changes nothing.
+Affected find_affected(const State& state, std::span<const ObjectChange> changes,
+                       std::span<const uint8_t> materials, Progress& progress);
+
+}  // namespace deltalux::update

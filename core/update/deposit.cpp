@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+// Blocks of segments are unpacked to structure of arrays once and serve every estimator.
+#include "update/deposit.h"
+
+#include "base/direction.h"
+
+namespace deltalux::update {
+
+using estimate::HitSlots;
+using segments::Level;
+using segments::Segment;
+
+namespace {
+constexpr size_t kGrain = 256;
+constexpr size_t kAhead = 12;  // prefetch distance of random segment reads
+}  // namespace
+
+struct Deposit::Block {
+  float ox[kGrain], oy[kGrain], oz[kGrain], dx[kGrain], dy[kGrain], dz[kGrain];
+  float length[kGrain], extended[kGrain];
+  uint32_t power[3 * kGrain];
+  uint16_t slab[kGrain];
+  uint32_t slot[kGrain];
+  HitSlots hits[kGrain];
+  size_t count = 0;
+
+  segments::SegmentSpan span() const {
+    return {count, ox, oy, oz, dx, dy, dz, length, extended, power, slab};
+  }
+};
+
+Deposit::Deposit(State& state) : state_(state), sums_(state.energy()) {}
+
+bool Deposit::counts(uint32_t bounce, const Segment& segment, uint16_t& slab) const {
+  if (segment.length < 0) return false;
+  const size_t light = state_.light_of(segment.path);
+  if (bounce == 0 && state_.light_sampled[light]) return false;
+  const trace::Light& source = state_.lights[light];
+  slab = uint16_t(state_.sum_group(source.group) * kBatches +
+                  trace::batch_of(source, segment.path - source.first_path, kBatches));
+  return true;
+}
+
+void Deposit::gather(Block& block, uint32_t bounce, uint32_t slot, const Segment& segment,
+                     uint16_t slab) const {
+  const size_t i = block.count++;
+  const Vec3f w = decode_direction(segment.direction);
+  block.ox[i] = segment.origin.x, block.oy[i] = segment.origin.y, block.oz[i] = segment.origin.z;
+  block.dx[i] = w.x, block.dy[i] = w.y, block.dz[i] = w.z;
+  block.length[i] = segment.length;
+  block.extended[i] = state_.store.with_extended()
+                          ? state_.store.levels()[bounce].extended_or_length(slot)
+                          : segment.length;
+  for (int c = 0; c < 3; ++c) block.power[3 * i + c] = segment.power[c];
+  block.slab[i] = slab;
+  block.slot[i] = slot;
+}
+
+void Deposit::to_part(const MovingPart& part, const Block& block, int sign) const {
+  const FastTransform to_local(state_.scene.objects[part.object].pose.inverse());
+  thread_local Block local;
+  local.count = 0;
+  for (size_t i = 0; i < block.count; ++i) {
+    const Vec3f o{block.ox[i], block.oy[i], block.oz[i]}, w{block.dx[i], block.dy[i], block.dz[i]};
+    if (SlabRay(o, w).entry(part.world, block.extended[i]) > block.extended[i]) continue;
+    const size_t k = local.count++;
+    const Vec3f lo = to_local.point(o), lw = to_local.direction(w);
+    local.ox[k] = lo.x, local.oy[k] = lo.y, local.oz[k] = lo.z;
+    local.dx[k] = lw.x, local.dy[k] = lw.y, local.dz[k] = lw.z;
+    local.length[k] = block.length[i], local.extended[k] = block.extended[i];
+    for (int c = 0; c < 3; ++c) local.power[3 * k + c] = block.power[3 * i + c];
+    local.slab[k] = block.slab[i];
+  }
+  if (local.count) part.index->accumulate(local.span(), sign, sums_);
+}
+
+void Deposit::to_moving(const Block& block, int sign) const {
+  for (const MovingPart& part : state_.moving)
+    if (part.current && state_.scene.objects[part.object].present) to_part(part, block, sign);
+}
+
+void Deposit::flush_add(Block& block, uint32_t bounce) const {
+  if (!block.count) return;
+  state_.static_index->accumulate(block.span(), +1, sums_, block.hits);
+  Level& level = state_.store.level(bounce);
+  for (size_t i = 0; i < block.count; ++i) level.slots(block.slot[i]) = block.hits[i];
+  to_moving(block, +1);
+}
+
+void Deposit::add(uint32_t bounce, std::span<const uint32_t> slots) {
+  Level& level = state_.store.level(bounce);
+  state_.workers.for_blocks(slots.size(), kGrain, [&](size_t begin, size_t end) {
+    thread_local Block block;
+    block.count = 0;
+    for (size_t i = begin; i < end; ++i) {
+      const Segment& segment = level.at(slots[i]);
+      uint16_t slab = 0;
+      level.slots(slots[i]) = {};
+      if (counts(bounce, segment, slab)) gather(block, bounce, slots[i], segment, slab);
+    }
+    flush_add(block, bounce);
+  });
+}
+
+void Deposit::remove(uint32_t bounce, std::span<const uint32_t> slots) {
+  Level& level = state_.store.level(bounce);
+  const samples::DiscSet& discs = state_.static_index->discs();
+  state_.workers.for_blocks(slots.size(), kGrain, [&](size_t begin, size_t end) {
+    thread_local Block block, many;
+    block.count = many.count = 0;
+    for (size_t i = begin; i < end; ++i) {
+      if (i + kAhead < end) {
+        __builtin_prefetch(&level.at(slots[i + kAhead]));
+        __builtin_prefetch(&level.slots(slots[i + kAhead]));
+      }
+      const Segment& segment = level.at(slots[i]);
+      uint16_t slab = 0;
+      if (!counts(bounce, segment, slab)) continue;
+      if (!state_.moving.empty()) gather(block, bounce, slots[i], segment, slab);
+      const HitSlots& hits = level.slots(slots[i]);
+      if (hits.disc[0] == HitSlots::kMany) {
+        gather(many, bounce, slots[i], segment, slab);
+        continue;
+      }
+      for (uint32_t disc : hits.disc)
+        if (disc != HitSlots::kFree) sums_.add(slab, discs.id[disc], segment.power, -1);
+    }
+    if (many.count) state_.static_index->accumulate(many.span(), -1, sums_);
+    to_moving(block, -1);
+  });
+}
+
+void Deposit::add_to_part(MovingPart& part, uint32_t bounce, std::span<const uint32_t> slots) {
+  const Level& level = state_.store.level(bounce);
+  state_.workers.for_blocks(slots.size(), kGrain, [&](size_t begin, size_t end) {
+    thread_local Block block;
+    block.count = 0;
+    for (size_t i = begin; i < end; ++i) {
+      if (i + kAhead < end) __builtin_prefetch(&level.at(slots[i + kAhead]));
+      const Segment& segment = level.at(slots[i]);
+      uint16_t slab = 0;
+      if (counts(bounce, segment, slab)) gather(block, bounce, slots[i], segment, slab);
+    }
+    to_part(part, block, +1);
+  });
+}
+
+void clear_part(State& state, const MovingPart& part) {
+  const uint32_t slabs = state.sum_groups() * kBatches;
+  for (uint32_t slab = 0; slab < slabs; ++slab)
+    for (uint32_t id : part.index->discs().id)
+      std::fill_n(state.sums.begin() + 3 * (size_t(slab) * state.samples.size() + id), 3, 0);
+}
+
+void place_part(const State& state, MovingPart& part) {
+  const Pose& pose = state.scene.objects[part.object].pose;
+  part.world = {};
+  for (int i = 0; i < 8; ++i)
+    part.world.grow(pose.point({i & 1 ? part.local.high.x : part.local.low.x,
+                                i & 2 ? part.local.high.y : part.local.low.y,
+                                i & 4 ? part.local.high.z : part.local.low.z}));
+  part.world = part.world.padded(2 * state.caster->epsilon());
+}
+
+}  // namespace deltalux::update

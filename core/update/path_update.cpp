@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+// Wavefronts: all segments of one bounce are traced, stored and deposited before the next bounce.
+#include "update/path_update.h"
+
+#include <chrono>
+
+namespace deltalux::update {
+namespace {
+
+using segments::kNoSlot;
+using segments::Level;
+using segments::Segment;
+
+constexpr size_t kGrain = 256;
+constexpr size_t kAhead = 12;
+
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& ms) : ms_(ms), start_(std::chrono::steady_clock::now()) {}
+  ~Stopwatch() {
+    const std::chrono::duration<double, std::milli> d = std::chrono::steady_clock::now() - start_;
+    ms_ += d.count();
+  }
+
+ private:
+  double& ms_;
+  std::chrono::steady_clock::time_point start_;
+};
+
+}  // namespace
+
+PathUpdate::PathUpdate(State& state) : state_(state), walk_(state.walk()), deposit_(state) {
+  for (const trace::Light& light : state.lights)
+    quanta_.push_back(trace::birth_quanta(light, state.scale, state.birth_factor(light)));
+}
+
+void PathUpdate::write_birth(Segment& segment, const trace::Light& light, uint64_t index) const {
+  if (!light.on) {
+    segment.path = uint32_t(light.first_path + index);
+    segment.length = -1;
+    return;
+  }
+  const trace::Flight flight = walk_.birth(light, index, quanta_[size_t(&light - state_.lights.data())]);
+  segment.origin = flight.origin;
+  segment.direction = flight.direction;
+  std::copy(flight.power, flight.power + 3, segment.power);
+  segment.path = flight.path;
+  segment.length = 0;
+}
+
+void PathUpdate::start(uint32_t begin, uint32_t end) {
+  Level& level = state_.store.level(0);
+  std::vector<uint32_t> slots;
+  level.allocate(end - begin, state_.store.with_extended(), slots);
+  state_.workers.for_blocks(slots.size(), kGrain, [&](size_t from, size_t to) {
+    for (size_t i = from; i < to; ++i) {
+      const uint32_t path = begin + uint32_t(i);
+      const trace::Light& light = state_.lights[state_.light_of(path)];
+      Segment& segment = level.at(slots[i]);
+      segment.next = kNoSlot;
+      segment.primitive = scene::kNone;
+      write_birth(segment, light, path - light.first_path);
+    }
+  });
+  std::erase_if(slots, [&](uint32_t slot) { return level.at(slot).length < 0; });
+  advance({std::move(slots)});
+}
+
+void PathUpdate::replace(std::span<const PendingPath> pending,
+                         const std::function<void()>& between) {
+  std::vector<Level>& levels = state_.store.levels();
+  // cut[b]: traced again in place; gone[b]: successors that vanish.
+  std::vector<std::vector<uint32_t>> cut(levels.size() + 1), gone(levels.size() + 1);
+  {
+    Stopwatch watch(counts_.remove_ms);
+    for (const PendingPath& p : pending) {
+      if (state_.cut[p.path] != p.bounce) continue;
+      state_.cut[p.path] = kNotCut;
+      cut[p.bounce].push_back(p.slot);
+      ++counts_.paths;
+    }
+    for (uint32_t b = 0; b < levels.size(); ++b) {
+      for (const auto* list : {&cut[b], &gone[b]})
+        for (size_t i = 0; i < list->size(); ++i) {
+          if (i + kAhead < list->size()) __builtin_prefetch(&levels[b].at((*list)[i + kAhead]));
+          const Segment& segment = levels[b].at((*list)[i]);
+          if (segment.next != kNoSlot) gone[b + 1].push_back(segment.next);
+        }
+      deposit_.remove(b, cut[b]);
+      deposit_.remove(b, gone[b]);
+      counts_.removed += cut[b].size() + gone[b].size();
+    }
+    for (uint32_t b = 0; b < levels.size(); ++b) {
+      for (uint32_t slot : gone[b]) {
+        Level::Chunk& chunk = levels[b].chunk(slot);
+        chunk.segment[slot % Level::kChunk].length = -1;
+        chunk.centre[slot % Level::kChunk] = chunk.half[slot % Level::kChunk] = 0;
+        levels[b].release(slot);
+      }
+      for (uint32_t slot : cut[b]) {
+        Segment& segment = levels[b].at(slot);
+        segment.length = -1;
+        segment.next = kNoSlot;
+      }
+    }
+  }
+  if (between) {
+    Stopwatch watch(counts_.moving_ms);
+    between();
+  }
+  for (uint32_t slot : cut[0]) {
+    Segment& segment = levels[0].at(slot);
+    const trace::Light& light = state_.lights[state_.light_of(segment.path)];
+    write_birth(segment, light, segment.path - light.first_path);
+    if (segment.length < 0) {
+      Level::Chunk& chunk = levels[0].chunk(slot);
+      chunk.centre[slot % Level::kChunk] = chunk.half[slot % Level::kChunk] = 0;
+    }
+  }
+  std::erase_if(cut[0], [&](uint32_t slot) { return levels[0].at(slot).length < 0; });
+  advance(std::move(cut));
+}
+
+void PathUpdate::advance(std::vector<std::vector<uint32_t>> fresh) {
+  std::vector<uint32_t> children;
+  for (uint32_t b = 0; b < fresh.size() || !children.empty(); ++b) {
+    std::vector<uint32_t> slots = std::move(children);
+    if (b < fresh.size()) slots.insert(slots.end(), fresh[b].begin(), fresh[b].end());
+    children.clear();
+    if (slots.empty()) continue;
+    {
+      Stopwatch watch(counts_.trace_ms);
+      trace(b, slots, children);
+      counts_.traced += slots.size();
+    }
+    Stopwatch watch(counts_.deposit_ms);
+    deposit_.add(b, slots);
+  }
+}
+
+void PathUpdate::trace(uint32_t bounce, std::span<const uint32_t> slots,
+                       std::vector<uint32_t>& children) {
+  Level* level = &state_.store.level(bounce);
+  const size_t blocks = (slots.size() + kGrain - 1) / kGrain;
+  struct Child {
+    trace::Flight flight;
+    uint32_t parent;
+  };
+  std::vector<std::vector<Child>> born(blocks);
+  state_.workers.for_blocks(slots.size(), kGrain, [&](size_t begin, size_t end) {
+    std::vector<Child>& own = born[begin / kGrain];
+    for (size_t i = begin; i < end; ++i) {
+      const uint32_t slot = slots[i];
+      Segment& segment = level->at(slot);
+      trace::Flight flight{segment.origin, segment.direction,
+                           {segment.power[0], segment.power[1], segment.power[2]}, segment.path};
+      const trace::Landing landing = walk_.fly(flight, bounce);
+      segment.length = landing.length;
+      segment.primitive = landing.primitive;
+      segment.next = kNoSlot;
+      if (state_.store.with_extended()) level->extended(slot) = landing.extended;
+      state_.store.index(bounce, slot);
+      if (landing.survives) own.push_back({landing.next, slot});
+    }
+  });
+  size_t total = 0;
+  for (const auto& own : born) total += own.size();
+  if (!total) return;
+  Level& next = state_.store.level(bounce + 1);
+  level = &state_.store.level(bounce);  // the line above may have moved the levels
+  next.allocate(total, state_.store.with_extended(), children);
+  size_t k = 0;
+  for (const auto& own : born)
+    for (const Child& child : own) {
+      const uint32_t slot = children[k++];
+      Segment& segment = next.at(slot);
+      segment.origin = child.flight.origin;
+      segment.direction = child.flight.direction;
+      std::copy(child.flight.power, child.flight.power + 3, segment.power);
+      segment.path = child.flight.path;
+      level->at(child.parent).next = slot;
+    }
+}
+
+}  // namespace deltalux::update

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// Cuts paths at their first changed segment and traces them again from there, keeping the sums
+// equal to the stored segments at every step.
+#pragma once
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "base/progress.h"
+#include "update/deposit.h"
+#include "update/state.h"
+
+namespace deltalux::update {
+
+/// A path to trace again from `bounce`, whose segment there is in `slot`. Valid while
+/// state.cut[path] == bounce.
+struct PendingPath {
+  uint32_t path = 0;
+  uint32_t slot = 0;
+  uint8_t bounce = 0;
+};
+
+struct PathCounts {
+  uint64_t paths = 0, removed = 0, traced = 0;
+  double remove_ms = 0, trace_ms = 0, deposit_ms = 0, moving_ms = 0;
+};
+
+class PathUpdate {
+ public:
+  explicit PathUpdate(State& state);
+
+  /// Traces new paths [begin, end) of the numbering; their level-0 slots are allocated in order.
+  void start(uint32_t begin, uint32_t end);
+  /// Replaces the given pending paths. `between` runs after the old segments went and before the
+  /// new ones come.
+  void replace(std::span<const PendingPath> pending, const std::function<void()>& between);
+
+  const PathCounts& counts() const { return counts_; }
+
+ private:
+  void advance(std::vector<std::vector<uint32_t>> fresh);
+  void trace(uint32_t bounce, std::span<const uint32_t> slots, std::vector<uint32_t>& children);
+  void write_birth(segments::Segment& segment, const trace::Light& light, uint64_t index) const;
+
+  State& state_;
+  trace::Walk walk_;
+  Deposit deposit_;
+  std::vector<std::array<uint32_t, 3>> quanta_;  // per light
+  PathCounts counts_;
+};
+
+}  // namespace deltalux::update

@@ -1,0 +1,344 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bake and recompute: from a scene to sums.
+#include "update/session.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numeric>
+
+#include "base/error.h"
+#include "samples/placement.h"
+
+namespace deltalux::update {
+namespace {
+
+constexpr uint32_t kPathsPerBlock = 32768;  // between two looks at the cancel flag, ~50 ms
+constexpr float kLeastLift = 2.0f;          // in epsilons: discs lie above rounding
+
+double now_ms() {
+  return std::chrono::duration<double, std::milli>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+void check_samples(const scene::Scene& scene, samples::SampleSet& samples) {
+  const size_t n = samples.size();
+  if (samples.normal.size() != n || samples.radius.size() != n || samples.attached.size() != n)
+    throw OptionError("samples: points, normals, radius and attached differ in length");
+  for (size_t i = 0; i < n; ++i) {
+    const std::string where = "sample " + std::to_string(i) + ": ";
+    const Vec3f p = samples.point[i];
+    const float l = length(samples.normal[i]);
+    if (!std::isfinite(p.x + p.y + p.z)) throw OptionError(where + "point is not finite");
+    if (!(l > 0) || !std::isfinite(l))
+      throw OptionError(where + "normal is zero or not finite, expected a direction");
+    samples.normal[i] = normalize(samples.normal[i]);
+    const float r = samples.radius[i];
+    if (!std::isnan(r) && !(r > 0 && std::isfinite(r)))
+      throw OptionError(where + "radius: found " + std::to_string(r) + ", expected positive metres");
+    const uint32_t object = samples.attached[i];
+    if (object != scene::kNone && (object >= scene.objects.size() || !scene.objects[object].movable))
+      throw OptionError(where + "attached to something that is not movable");
+  }
+}
+
+/// A caster over one object's own triangles, in its own space: outlines that do not depend on the
+/// pose, not even by rounding.
+scene::Scene local_scene(const scene::Scene& scene, uint32_t object) {
+  scene::Scene local;
+  local.materials = scene.materials;
+  local.objects.push_back(scene.objects[object]);
+  local.objects[0].movable = false;
+  local.objects[0].pose = {};
+  local.finish();
+  return local;
+}
+
+}  // namespace
+
+Session::Session(scene::Scene scene, samples::SampleSet samples, const Options& options)
+    : state_(std::make_unique<State>(options)) {
+  if (options.paths < 1) throw OptionError("paths: found 0, expected at least 1");
+  if (options.paths > 0xfffffff0u) throw OptionError("paths: expected at most 4e9");
+  if (options.max_bounces < 1 || options.max_bounces > 250)
+    throw OptionError("max_bounces: expected 1 to 250");
+  scene.finish();
+  check_samples(scene, samples);
+  state_->scene = std::move(scene);
+  state_->samples = std::move(samples);
+  state_->group_factor.assign(state_->scene.group_count, 1.0);
+  state_->lights = trace::find_lights(state_->scene);
+  trace::allot_paths(state_->lights, options.paths, kBatches);
+  state_->scale = trace::choose_scale(state_->lights, options.max_bounces);
+  for (const scene::Object& object : state_->scene.objects)
+    state_->closed.push_back(object.movable && samples::is_closed(object));
+}
+
+Session::~Session() = default;
+
+void Session::build_static_parts(Progress& progress) {
+  State& s = *state_;
+  s.caster = std::make_unique<trace::RayCaster>(s.scene, progress);
+  samples::resolve_radii(s.scene, *s.caster, s.options.paths, s.workers, progress, s.samples);
+  s.largest_radius = 0;
+  for (float r : s.samples.radius) s.largest_radius = std::max(s.largest_radius, r);
+  const float lift = kLeastLift * s.caster->epsilon();
+  std::map<uint32_t, std::vector<uint32_t>> by_object;
+  for (uint32_t i = 0; i < s.samples.size(); ++i) by_object[s.samples.attached[i]].push_back(i);
+  const auto index = [&](std::vector<uint32_t> ids, const trace::RayCaster& caster) {
+    return std::make_unique<estimate::DiscIndex>(
+        samples::make_discs(s.samples, std::move(ids), s.options.disc_area, caster, lift, s.workers,
+                            progress),
+        s.options.segment_end, s.workers, &progress);
+  };
+  s.static_index = index(by_object[scene::kNone], *s.caster);
+  s.moving.clear();
+  for (auto& [object, ids] : by_object) {
+    if (object == scene::kNone) continue;
+    const scene::Scene local = local_scene(s.scene, object);
+    const trace::RayCaster caster(local, progress);
+    MovingPart part;
+    part.object = object;
+    part.index = index(std::move(ids), caster);
+    const samples::DiscSet& discs = part.index->discs();
+    for (size_t i = 0; i < discs.size(); ++i)
+      part.local.grow(Box{discs.centre[i], discs.centre[i]}.padded(discs.radius[i]));
+    s.moving.push_back(std::move(part));
+  }
+}
+
+void Session::check_memory(Progress& progress) {
+  State& s = *state_;
+  progress.begin("memory forecast", 1);
+  uint64_t paths = 0;
+  for (const trace::Light& light : s.lights) paths += light.path_count;
+  const trace::Walk walk = s.walk();
+  // A pilot: every k-th path, walked but not stored.
+  const uint64_t stride = std::max<uint64_t>(1, paths / 8192);
+  uint64_t walked = 0, flights = 0;
+  for (const trace::Light& light : s.lights) {
+    const auto quanta = trace::birth_quanta(light, s.scale, 1.0);
+    for (uint64_t i = stride / 2; i < light.path_count; i += stride) {
+      trace::Flight flight = walk.birth(light, i, quanta);
+      for (uint32_t bounce = 0;; ++bounce) {
+        const trace::Landing landing = walk.fly(flight, bounce);
+        ++flights;
+        if (!landing.survives) break;
+        flight = landing.next;
+      }
+      if ((++walked & 255) == 0) progress.check();
+    }
+  }
+  const double per_path = walked ? double(flights) / double(walked) : 1.0;
+  const double per_segment = sizeof(segments::Level::Chunk) / double(segments::Level::kChunk) +
+                             (s.store.with_extended() || s.options.segment_end !=
+                                                             segments::SegmentEnd::first
+                                  ? 4.0
+                                  : 0.0);
+  const double fixed = double(s.samples.size()) * (s.sum_groups() * kBatches * 24.0 + 256.0) +
+                       double(s.scene.primitives()) * 200.0;
+  const double bytes_per_path = per_path * per_segment * 1.05 + 1.0;
+  forecast_.segments = uint64_t(per_path * double(paths));
+  forecast_.bytes = size_t(bytes_per_path * double(paths) + fixed);
+  const double room = double(s.options.memory_limit) - fixed;
+  forecast_.paths_that_fit = room > 0 ? uint64_t(room / bytes_per_path) : 0;
+  if (s.options.memory_limit && forecast_.bytes > s.options.memory_limit)
+    throw OptionError(
+        "memory: " + std::to_string(paths) + " paths would need about " +
+        std::to_string(forecast_.bytes >> 20) + " MiB, the limit is " +
+        std::to_string(s.options.memory_limit >> 20) + " MiB; about " +
+        std::to_string(forecast_.paths_that_fit) + " paths would fit, or raise the memory limit");
+}
+
+void Session::choose_direct() {
+  State& s = *state_;
+  s.light_sampled.assign(s.lights.size(), s.options.direct == DirectMode::sampled);
+  if (s.options.direct != DirectMode::automatic) return;
+  // A shadow ray costs about a quarter of a segment that is traced, stored and deposited. Shadow
+  // rays may cost as much as the paths; lights with most power per ray come first.
+  double budget = 5.0 * double(forecast_.segments);
+  std::vector<size_t> order(s.lights.size());
+  std::iota(order.begin(), order.end(), size_t(0));
+  const auto rays = [&](size_t i) {
+    return direct::DirectLight::estimated_rays(s.lights[i], s.samples.size());
+  };
+  const auto worth = [&](size_t i) {
+    const Vec3d p = s.lights[i].power;
+    return (p.x + p.y + p.z) / std::max(1.0, rays(i));
+  };
+  std::sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+    return worth(a) != worth(b) ? worth(a) > worth(b) : a < b;
+  });
+  for (size_t i : order) {
+    if (rays(i) > budget) continue;
+    budget -= rays(i);
+    s.light_sampled[i] = 1;
+  }
+}
+
+void Session::trace_all(Progress& progress, Report& report) {
+  State& s = *state_;
+  uint64_t paths = 0;
+  for (const trace::Light& light : s.lights) paths += light.path_count;
+  s.store = segments::SegmentStore(s.scene.world(),
+                                   s.options.segment_end != segments::SegmentEnd::first);
+  s.cut.assign(paths, kNotCut);
+  s.sums.assign(size_t(s.sum_groups()) * kBatches * s.samples.size() * 3, 0);
+  pending_.clear();
+  for (MovingPart& part : s.moving) {
+    place_part(s, part);
+    part.current = true;
+  }
+  progress.begin("trace paths", paths);
+  PathUpdate update(s);
+  for (uint64_t begin = 0; begin < paths; begin += kPathsPerBlock) {
+    progress.check();
+    const uint64_t end = std::min<uint64_t>(paths, begin + kPathsPerBlock);
+    update.start(uint32_t(begin), uint32_t(end));
+    progress.advance(end - begin);
+  }
+  report.traced_segments = update.counts().traced;
+  report.affected_paths = paths;
+  report.milliseconds.emplace_back("trace", update.counts().trace_ms);
+  report.milliseconds.emplace_back("deposit", update.counts().deposit_ms);
+}
+
+Report Session::bake(Progress& progress) {
+  // Work on a copy of what the user gave, so that a cancelled bake leaves no trace.
+  auto fresh = std::make_unique<State>(state_->options);
+  fresh->scene = state_->scene;
+  fresh->samples = state_->samples;
+  fresh->lights = state_->lights;
+  fresh->group_factor = state_->group_factor;
+  fresh->scale = state_->scale;
+  fresh->closed = state_->closed;
+  std::swap(state_, fresh);
+  auto old_direct = std::move(direct_);
+  const auto old_pending = pending_;
+  try {
+    Report report;
+    double start = now_ms();
+    build_static_parts(progress);
+    check_memory(progress);
+    choose_direct();
+    report.milliseconds.emplace_back("prepare", now_ms() - start);
+    trace_all(progress, report);
+    start = now_ms();
+    compute_direct(progress);
+    report.milliseconds.emplace_back("direct", now_ms() - start);
+    refresh_areas(nullptr);
+    baked_ = true;
+    return report;
+  } catch (...) {
+    std::swap(state_, fresh);
+    direct_ = std::move(old_direct);
+    pending_ = old_pending;
+    throw;
+  }
+}
+
+Report Session::recompute(Progress& progress) {
+  State& s = *state_;
+  // What a cancelled recompute has to bring back.
+  auto old_caster = std::move(s.caster);
+  auto old_store = std::move(s.store);
+  auto old_sums = std::move(s.sums);
+  auto old_cut = std::move(s.cut);
+  auto old_pending = std::move(pending_);
+  auto old_direct = std::move(direct_);
+  try {
+    Report report;
+    s.caster = std::make_unique<trace::RayCaster>(s.scene, progress);
+    for (trace::Light& light : s.lights) trace::place_light(s.scene, light);
+    trace_all(progress, report);
+    const double start = now_ms();
+    compute_direct(progress);
+    report.milliseconds.emplace_back("direct", now_ms() - start);
+    refresh_areas(nullptr);
+    return report;
+  } catch (...) {
+    s.caster = std::move(old_caster);
+    s.store = std::move(old_store);
+    s.sums = std::move(old_sums);
+    s.cut = std::move(old_cut);
+    pending_ = std::move(old_pending);
+    direct_ = std::move(old_direct);
+    throw;
+  }
+}
+
+std::vector<direct::Receiver> Session::receivers() const {
+  const State& s = *state_;
+  std::vector<direct::Receiver> out(s.samples.size());
+  const auto place = [&](const samples::DiscSet& discs, const Pose& pose) {
+    for (size_t i = 0; i < discs.size(); ++i)
+      out[discs.id[i]] = {pose.point(discs.centre[i]), pose.direction(discs.normal[i])};
+  };
+  place(s.static_index->discs(), {});
+  for (const MovingPart& part : s.moving)
+    place(part.index->discs(), s.scene.objects[part.object].pose);
+  return out;
+}
+
+void Session::refresh_areas(const std::vector<ObjectChange>* changes) {
+  State& s = *state_;
+  if (!changes) s.area.assign(s.samples.size(), 1.0f);
+  const bool whole = s.options.disc_area == samples::DiscArea::whole;
+  const auto refresh = [&](const samples::DiscSet& discs, const MovingPart* part) {
+    const Pose pose = part ? s.scene.objects[part->object].pose : Pose{};
+    samples::ForeignGeometry foreign{s.caster.get(), part != nullptr,
+                                     part ? part->object : scene::kNone, s.closed};
+    const bool part_moved =
+        part && changes && std::any_of(changes->begin(), changes->end(), [&](const auto& c) {
+          return c.object == part->object;
+        });
+    s.workers.for_blocks(discs.size(), 512, [&](size_t begin, size_t end) {
+      for (size_t i = begin; i < end; ++i) {
+        const Vec3f centre = pose.point(discs.centre[i]);
+        bool touched = !changes || part_moved;
+        for (size_t k = 0; changes && !touched && k < changes->size(); ++k)
+          touched = (*changes)[k].before.touches_sphere(centre, discs.radius[i]) ||
+                    (*changes)[k].after.touches_sphere(centre, discs.radius[i]);
+        if (!touched) continue;
+        bool reached = part != nullptr;
+        for (uint32_t object : s.caster->present())
+          reached = reached || s.caster->object_bounds(object).touches_sphere(centre, discs.radius[i]);
+        s.area[discs.id[i]] = reached && !whole ? samples::uncovered_area(discs, i, pose, foreign)
+                                                : samples::outline_area(discs, i);
+      }
+    });
+  };
+  refresh(s.static_index->discs(), nullptr);
+  for (const MovingPart& part : s.moving) refresh(part.index->discs(), &part);
+}
+
+void Session::compute_direct(Progress& progress) {
+  State& s = *state_;
+  // One quantum of irradiance: what one quantum of power is on a small disc of the scene.
+  double brightest = 0;
+  for (const trace::Light& light : s.lights)
+    brightest = std::max({brightest, light.power.x, light.power.y, light.power.z});
+  const double metre = samples::scene_metre(s.scene);
+  const double quantum = brightest > 0 ? brightest / (metre * metre) * 0x1p-40 : 1.0;
+  auto fresh = std::make_unique<direct::DirectLight>(s.samples.size(), s.scene.group_count, quantum,
+                                                     s.options.seed);
+  fresh->compute(s.scene, *s.caster, s.lights, s.light_sampled, receivers(), s.workers, progress);
+  direct_ = std::move(fresh);
+}
+
+size_t Session::bytes() const {
+  const State& s = *state_;
+  size_t sum = s.store.bytes() + s.cut.capacity() + s.sums.capacity() * sizeof(int64_t);
+  if (s.static_index) sum += s.static_index->bytes();
+  for (const MovingPart& part : s.moving) sum += part.index->bytes();
+  return sum;
+}
+
+double Session::pending_share() const {
+  size_t waiting = 0;
+  for (const PendingPath& p : pending_) waiting += state_->cut[p.path] == p.bounce;
+  return state_->cut.empty() ? 0.0 : double(waiting) / double(state_->cut.size());
+}
+
+}  // namespace deltalux::update

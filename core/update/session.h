@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+// A session: bake once, then edits. The only object that changes a scene, its segments and sums.
+#pragma once
+#include <array>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/progress.h"
+#include "direct/direct_light.h"
+#include "scene/edit.h"
+#include "update/affected.h"
+#include "update/path_update.h"
+#include "update/state.h"
+
+namespace deltalux::update {
+
+/// What a bake, a recompute or an update did.
+struct Report {
+  uint64_t affected_paths = 0, removed_segments = 0, traced_segments = 0;
+  uint64_t scanned_segments = 0, candidates = 0;
+  double done = 1;                              ///< share of the pending paths that were replaced
+  std::vector<std::pair<std::string, double>> milliseconds;  ///< by stage, wall clock
+};
+
+/// Power per channel in the unit of the scene: emitted = absorbed + escaped, in quanta.
+struct EnergyAudit {
+  std::array<int64_t, 3> emitted{}, absorbed{}, escaped{};
+  double quantum = 0;
+};
+
+struct Forecast {
+  uint64_t segments = 0;
+  size_t bytes = 0;
+  uint64_t paths_that_fit = 0;
+};
+
+class Session {
+ public:
+  /// Takes ownership; nothing heavy happens before bake(). Throws SceneError, OptionError.
+  Session(scene::Scene scene, samples::SampleSet samples, const Options& options);
+  ~Session();
+
+  /// Everything: acceleration structures, discs, paths, direct light. Throws Cancelled and leaves
+  /// the session as before; throws OptionError before tracing where memory would not suffice.
+  Report bake(Progress& progress);
+  /// Everything that depends on poses, lights and reflectances, from scratch.
+  Report recompute(Progress& progress);
+  /// Applies `edits` together. Throws Cancelled: then either nothing changed, or the rest is
+  /// pending and the next update() finishes it. With `budget_ms` > 0 stops after about that time.
+  Report update(std::span<const scene::Edit> edits, double budget_ms, Progress& progress);
+  /// Throws OptionError or SceneError where `edit` cannot be applied to the scene as it would be
+  /// after the edits before it.
+  void check(const scene::Edit& edit) const;
+
+  bool baked() const { return baked_; }
+  double pending_share() const;
+  /// Irradiance and standard error, both samples x 3.
+  void read(double* irradiance, double* standard_error) const;
+  /// Surface gradient, samples x 3 channels x 3 axes (world), from all stored segments.
+  void read_gradient(double* gradient);
+  /// Sums of all batches and groups in quanta, samples x 3, without direct light by shadow rays.
+  void read_sums(int64_t* sums) const;
+  std::array<uint64_t, 4> digest() const;
+  EnergyAudit audit() const;
+  Forecast forecast() const { return forecast_; }
+  size_t bytes() const;
+
+  const State& state() const { return *state_; }
+  const direct::DirectLight* direct() const { return direct_.get(); }
+
+  /// Snapshot: named byte arrays, see snapshot.cpp.
+  using Archive = std::map<std::string, std::vector<std::byte>>;
+  Archive save() const;
+  void restore(const Archive& archive, Progress& progress);
+
+ private:
+  void prepare(Progress& progress);
+  void check_memory(Progress& progress);
+  void choose_direct();
+  void trace_all(Progress& progress, Report& report);
+  void compute_direct(Progress& progress);
+  void update_direct(std::span<const ObjectChange> changes, std::span<const uint32_t> inserted,
+                     Progress& progress);
+  void refresh_areas(const std::vector<ObjectChange>* changes);
+  std::vector<direct::Receiver> receivers() const;
+  void build_static_parts(Progress& progress);
+  void run_pending(double budget_ms, Progress& progress, Report& report,
+                   const std::function<void()>& between);
+
+  std::unique_ptr<State> state_;
+  std::unique_ptr<direct::DirectLight> direct_;
+  std::vector<PendingPath> pending_;
+  Forecast forecast_;
+  bool baked_ = false;
+};
+
+}  // namespace deltalux::update

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+// Results: from integer sums to irradiance, standard errors, gradients, digests.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "base/direction.h"
+#include "base/random.h"
+#include "update/session.h"
+
+namespace deltalux::update {
+namespace {
+
+/// Two independent 64-bit lanes; order-free where lanes of items are added.
+struct Lanes {
+  uint64_t a = 0, b = 0;
+  void chain(uint64_t word) {
+    a = combine(a ^ 0x243f6a8885a308d3ull, word);
+    b = combine(b ^ 0x13198a2e03707344ull, ~word);
+  }
+  void merge(const Lanes& o) { a += o.a, b += o.b; }
+};
+
+uint64_t bits(float v) {
+  uint32_t u;
+  std::memcpy(&u, &v, 4);
+  return u;
+}
+uint64_t bits(double v) {
+  uint64_t u;
+  std::memcpy(&u, &v, 8);
+  return u;
+}
+
+Lanes of_segment(const State& s, const segments::Segment& g, float extended, uint32_t bounce) {
+  Lanes lanes;
+  lanes.chain(uint64_t(g.path) << 32 | bounce);
+  lanes.chain(bits(g.origin.x) << 32 | bits(g.origin.y));
+  lanes.chain(bits(g.origin.z) << 32 | g.direction);
+  lanes.chain(bits(g.length) << 32 | bits(extended));
+  lanes.chain(uint64_t(g.power[0]) << 32 | g.power[1]);
+  const uint32_t object =
+      g.primitive == scene::kNone ? scene::kNone : s.scene.object_of(g.primitive);
+  const uint32_t local =
+      g.primitive == scene::kNone ? 0 : g.primitive - s.scene.objects[object].first_primitive;
+  lanes.chain(uint64_t(g.power[2]) << 32 | local);
+  lanes.chain(object);
+  return lanes;
+}
+
+}  // namespace
+
+void Session::read(double* irradiance, double* standard_error) const {
+  const State& s = *state_;
+  const size_t n = s.samples.size();
+  const uint32_t groups = s.sum_groups();
+  s.workers.for_blocks(n, 4096, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const uint32_t object = s.samples.attached[i];
+      const bool absent = object != scene::kNone && !s.scene.objects[object].present;
+      for (int c = 0; c < 3; ++c) {
+        double energy = 0, variance = 0;
+        for (uint32_t g = 0; g < groups; ++g) {
+          const double factor = s.merged(g) ? 1.0 : s.group_factor[g];
+          double batch[kBatches], mean = 0;
+          for (uint32_t k = 0; k < kBatches; ++k) {
+            batch[k] = double(s.sums[3 * (size_t(g * kBatches + k) * n + i) + c]);
+            mean += batch[k] / kBatches;
+          }
+          double spread = 0;
+          for (double b : batch) spread += (b - mean) * (b - mean);
+          energy += factor * mean * kBatches;
+          variance += factor * factor * spread * kBatches / (kBatches - 1.0);
+        }
+        const double area = s.area[i];
+        const double per_area = area > 0 ? s.scale.quantum / area : 0.0;
+        double value = energy * per_area;
+        const auto sums = direct_->sums();
+        for (uint32_t g = 0; g < s.scene.group_count; ++g)
+          value += s.group_factor[g] * double(sums[3 * (size_t(g) * n + i) + c]) *
+                   direct_->irradiance_quantum();
+        irradiance[3 * i + c] = absent ? 0.0 : value;
+        standard_error[3 * i + c] = absent ? 0.0 : std::sqrt(variance) * per_area;
+      }
+    }
+  });
+}
+
+void Session::read_sums(int64_t* sums) const {
+  const State& s = *state_;
+  const size_t n = 3 * s.samples.size();
+  std::fill(sums, sums + n, 0);
+  for (uint32_t slab = 0; slab < s.sum_groups() * kBatches; ++slab)
+    for (size_t i = 0; i < n; ++i) sums[i] += s.sums[slab * n + i];
+}
+
+std::array<uint64_t, 4> Session::digest() const {
+  const State& s = *state_;
+  Lanes all;
+  for (uint32_t b = 0; b < s.store.levels().size(); ++b) {
+    const segments::Level& level = s.store.levels()[b];
+    for (uint32_t slot = 0; slot < level.size(); ++slot)
+      if (level.at(slot).length >= 0)
+        all.merge(of_segment(s, level.at(slot), level.extended_or_length(slot), b));
+  }
+  Lanes ordered = all;
+  const size_t n = s.samples.size();
+  for (uint32_t g = 0; g < s.sum_groups(); ++g)
+    for (size_t i = 0; i < 3 * n; ++i) {
+      int64_t sum = 0;
+      for (uint32_t k = 0; k < kBatches; ++k) sum += s.sums[3 * size_t(g * kBatches + k) * n + i];
+      ordered.chain(uint64_t(sum));
+    }
+  for (int64_t value : direct_->sums()) ordered.chain(uint64_t(value));
+  for (const scene::Object& object : s.scene.objects) {
+    if (!object.movable) continue;
+    ordered.chain(object.present);
+    for (const Vec3d& row : object.pose.row)
+      for (int axis = 0; axis < 3; ++axis) ordered.chain(bits(row[axis]));
+    for (int axis = 0; axis < 3; ++axis) ordered.chain(bits(object.pose.translation[axis]));
+  }
+  for (double factor : s.group_factor) ordered.chain(bits(factor));
+  for (const scene::Material& material : s.scene.materials)
+    for (int c = 0; c < 3; ++c) ordered.chain(bits(material.reflectance[c]));
+  return {all.a, all.b, ordered.a, ordered.b};
+}
+
+EnergyAudit Session::audit() const {
+  const State& s = *state_;
+  EnergyAudit audit;
+  audit.quantum = s.scale.quantum;
+  for (const trace::Light& light : s.lights) {
+    if (!light.on) continue;
+    const auto quanta = trace::birth_quanta(light, s.scale, s.birth_factor(light));
+    for (int c = 0; c < 3; ++c) audit.emitted[c] += int64_t(quanta[c]) * int64_t(light.path_count);
+  }
+  const auto& levels = s.store.levels();
+  for (uint32_t b = 0; b < levels.size(); ++b)
+    for (uint32_t slot = 0; slot < levels[b].size(); ++slot) {
+      const segments::Segment& g = levels[b].at(slot);
+      if (g.length < 0) continue;
+      for (int c = 0; c < 3; ++c) {
+        if (g.primitive == scene::kNone) {
+          audit.escaped[c] += g.power[c];
+          continue;
+        }
+        audit.absorbed[c] += g.power[c];
+        if (g.next != segments::kNoSlot) audit.absorbed[c] -= levels[b + 1].at(g.next).power[c];
+      }
+    }
+  return audit;
+}
+
+}  // namespace deltalux::update

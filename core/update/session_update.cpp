@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: Apache-2.0
+// Edits: validation, what they touch, and the replacement of the paths they change.
+#include <algorithm>
+#include <chrono>
+
+#include "base/error.h"
+#include "update/session.h"
+
+namespace deltalux::update {
+namespace {
+
+constexpr size_t kPathsPerStep = 8192;  // replaced between two looks at clock and cancel flag
+
+using Clock = std::chrono::steady_clock;
+
+double since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+const scene::Object& movable_object(const scene::Scene& scene, uint32_t index) {
+  if (index >= scene.objects.size()) throw OptionError("edit: no such object");
+  const scene::Object& object = scene.objects[index];
+  if (!object.movable)
+    throw OptionError("\"" + object.name + "\" is static; list it in `movable` to edit it");
+  return object;
+}
+
+void check_inside(const scene::Scene& scene, const scene::Object& object, const Pose& pose) {
+  scene::Object moved;
+  moved.vertices = object.vertices;
+  moved.pose = pose;
+  if (!scene.world().contains(moved.world_bounds()))
+    throw OptionError("\"" + object.name +
+                      "\" would leave the box that the session was baked for (the scene's bounds); "
+                      "move it inside, or start a new session with it there");
+}
+
+}  // namespace
+
+void Session::check(const scene::Edit& edit) const {
+  const scene::Scene& scene = state_->scene;
+  if (const auto* move = std::get_if<scene::Move>(&edit)) {
+    check_inside(scene, movable_object(scene, move->object), move->pose);
+  } else if (const auto* presence = std::get_if<scene::SetPresent>(&edit)) {
+    movable_object(scene, presence->object);
+  } else if (const auto* insert = std::get_if<scene::Insert>(&edit)) {
+    check_inside(scene, insert->object, insert->object.pose);
+  } else if (const auto* dim = std::get_if<scene::Dim>(&edit)) {
+    if (dim->group >= scene.group_count) throw OptionError("dim: no such group");
+    if (!(dim->factor >= 0) || !(dim->factor <= 1e6))
+      throw OptionError("dim: found factor " + std::to_string(dim->factor) +
+                        ", expected 0 to 1e6 (1 = as loaded)");
+    if (state_->merged(dim->group) && dim->factor > 1.5)
+      throw OptionError("dim: more than eight groups share sums, and this one has no room for a "
+                        "factor above 1.5");
+  } else if (const auto* paint = std::get_if<scene::SetReflectance>(&edit)) {
+    if (paint->material >= scene.materials.size()) throw OptionError("reflectance: no such material");
+    for (int c = 0; c < 3; ++c)
+      if (!(paint->reflectance[c] >= 0 && paint->reflectance[c] <= 1))
+        throw OptionError("reflectance: expected 0 to 1 per channel");
+  }
+}
+
+Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Progress& progress) {
+  for (const scene::Edit& edit : edits) check(edit);
+  State& s = *state_;
+  Report report;
+  const Clock::time_point begin = Clock::now();
+
+  // The state after all edits; only what really differs counts as a change.
+  scene::Scene& scene = s.scene;
+  const std::vector<double> old_factors = s.group_factor;
+  const std::vector<scene::Material> old_materials = scene.materials;
+  std::vector<std::pair<Pose, bool>> old_objects;
+  for (const scene::Object& object : scene.objects)
+    old_objects.emplace_back(object.pose, object.present);
+  const size_t old_lights = s.lights.size();
+  const size_t old_paths = s.cut.size();
+  if (!baked_) {
+    for (const scene::Edit& edit : edits)
+      if (std::holds_alternative<scene::Insert>(edit))
+        throw OptionError("add: bake the session before adding a new mesh");
+  }
+  std::vector<uint32_t> inserted;
+  for (const scene::Edit& edit : edits) {
+    if (const auto* move = std::get_if<scene::Move>(&edit)) {
+      scene.objects[move->object].pose = move->pose;
+    } else if (const auto* presence = std::get_if<scene::SetPresent>(&edit)) {
+      scene.objects[presence->object].present = presence->present;
+    } else if (const auto* dim = std::get_if<scene::Dim>(&edit)) {
+      s.group_factor[dim->group] = dim->factor;
+    } else if (const auto* paint = std::get_if<scene::SetReflectance>(&edit)) {
+      scene.materials[paint->material].reflectance = paint->reflectance;
+    } else if (const auto* insert = std::get_if<scene::Insert>(&edit)) {
+      inserted.push_back(scene.add_object(insert->object));
+      s.closed.push_back(samples::is_closed(insert->object));
+    }
+  }
+  for (trace::Light& light : s.lights) trace::place_light(scene, light);
+  if (!baked_) return report;
+
+  std::vector<ObjectChange> changes;
+  for (uint32_t i = 0; i < scene.objects.size(); ++i) {
+    const bool fresh = i >= old_objects.size();
+    if (!fresh && scene.objects[i].pose == old_objects[i].first &&
+        scene.objects[i].present == old_objects[i].second)
+      continue;
+    ObjectChange change{i, fresh ? Box{} : s.caster->object_bounds(i), {}};
+    s.caster->update_object(scene, i);
+    change.after = s.caster->object_bounds(i);
+    if (!change.before.empty() || !change.after.empty()) changes.push_back(change);
+  }
+  std::vector<uint8_t> materials;
+  for (size_t m = 0; m < scene.materials.size(); ++m)
+    if (scene.materials[m].reflectance != old_materials[m].reflectance) {
+      materials.resize(scene.materials.size(), 0);
+      materials[m] = 1;
+    }
+  for (uint32_t object : inserted)
+    for (trace::Light& light : trace::find_lights(scene, object)) {
+      // A new light's paths carry about as much as the others', so that noise stays even.
+      light.first_path = s.lights.empty() ? 0 : s.lights.back().first_path + s.lights.back().path_count;
+      const double most = std::max({light.power.x, light.power.y, light.power.z});
+      const double per_path = s.scale.quantum * 0x1p29;
+      light.path_count = std::max<uint64_t>(kBatches, uint64_t(most / per_path / kBatches) * kBatches);
+      s.lights.push_back(std::move(light));
+      s.light_sampled.push_back(s.options.direct == DirectMode::sampled);
+    }
+
+  Affected affected;
+  try {
+    const uint64_t all_paths =
+        s.lights.empty() ? 0 : s.lights.back().first_path + s.lights.back().path_count;
+    if (all_paths * s.options.max_bounces > (uint64_t(1) << 32))
+      throw OptionError("add: the new light needs more paths than the session's sums can hold");
+    for (size_t i = old_lights; i < s.lights.size(); ++i)
+      trace::birth_quanta(s.lights[i], s.scale, 1.0);  // throws where it does not fit
+    for (MovingPart& part : s.moving) place_part(s, part);
+    if (!changes.empty() || !materials.empty())
+      affected = find_affected(s, changes, materials, progress);
+    report.milliseconds.emplace_back("scan", since(begin));
+    const Clock::time_point start = Clock::now();
+    update_direct(changes, inserted, progress);
+    report.milliseconds.emplace_back("direct", since(start));
+  } catch (...) {
+    // Nothing was written yet but the state itself: put it back.
+    s.group_factor = old_factors;
+    scene.materials = old_materials;
+    s.lights.resize(old_lights);
+    s.light_sampled.resize(old_lights);
+    for (uint32_t i = 0; i < old_objects.size(); ++i) {
+      scene.objects[i].pose = old_objects[i].first;
+      scene.objects[i].present = old_objects[i].second;
+    }
+    for (uint32_t object : inserted) scene.objects[object].present = false;
+    for (const ObjectChange& change : changes) s.caster->update_object(scene, change.object);
+    for (trace::Light& light : s.lights) trace::place_light(scene, light);
+    for (MovingPart& part : s.moving) place_part(s, part);
+    throw;
+  }
+  report.scanned_segments = affected.scanned;
+  report.candidates = affected.candidates;
+
+  // Marks: a path is cut at the earliest bounce that any pending change touches.
+  const auto mark = [&](uint32_t path, uint32_t slot, uint32_t bounce) {
+    if (s.cut[path] <= bounce) return;
+    s.cut[path] = uint8_t(bounce);
+    pending_.push_back({path, slot, uint8_t(bounce)});
+  };
+  for (size_t l = 0; l < old_lights; ++l) {
+    const trace::Light& light = s.lights[l];
+    const bool moved = std::any_of(changes.begin(), changes.end(),
+                                   [&](const auto& c) { return c.object == light.object; });
+    const bool dimmed = s.merged(light.group) && s.group_factor[light.group] != old_factors[light.group];
+    if (moved || dimmed)
+      for (uint64_t i = 0; i < light.path_count; ++i)
+        mark(uint32_t(light.first_path + i), uint32_t(light.first_path + i), 0);
+  }
+  for (uint32_t b = 0; b < affected.segments.size(); ++b)
+    for (uint32_t slot : affected.segments[b])
+      mark(s.store.level(b).at(slot).path, slot, b);
+
+  // Samples of moved objects start again from the stored segments near the new pose.
+  std::vector<size_t> rebuild;
+  for (MovingPart& part : s.moving)
+    for (size_t k = 0; k < changes.size(); ++k)
+      if (changes[k].object == part.object) {
+        part.current = false;
+        rebuild.push_back(k);
+      }
+  const auto between = [&] {
+    Deposit deposit(s);
+    for (size_t k : rebuild)
+      for (MovingPart& part : s.moving) {
+        if (part.object != changes[k].object) continue;
+        clear_part(s, part);
+        part.current = true;
+        if (!scene.objects[part.object].present) continue;
+        for (uint32_t b = 0; b < affected.near[k].size(); ++b)
+          deposit.add_to_part(part, b, affected.near[k][b]);
+      }
+    rebuild.clear();
+  };
+  if (s.lights.size() > old_lights) {
+    const uint32_t all = uint32_t(s.lights.back().first_path + s.lights.back().path_count);
+    s.cut.resize(all, kNotCut);
+  }
+  run_pending(budget_ms > 0 ? budget_ms - since(begin) : 0, progress, report, between);
+  if (s.cut.size() > old_paths) {
+    PathUpdate update(s);
+    update.start(uint32_t(old_paths), uint32_t(s.cut.size()));
+    report.traced_segments += update.counts().traced;
+  }
+  const Clock::time_point start = Clock::now();
+  if (!changes.empty()) refresh_areas(&changes);
+  report.milliseconds.emplace_back("areas", since(start));
+  report.milliseconds.emplace_back("total", since(begin));
+  return report;
+}
+
+void Session::run_pending(double budget_ms, Progress& progress, Report& report,
+                          const std::function<void()>& between) {
+  const Clock::time_point start = Clock::now();
+  const size_t total = pending_.size();
+  size_t done = 0;
+  PathUpdate update(*state_);
+  progress.begin("replace paths", total);
+  // The moving samples come in the first step, which always runs: from then on they follow every
+  // replacement as the static ones do.
+  do {
+    const size_t end = std::min(total, done + kPathsPerStep);
+    update.replace(std::span(pending_).subspan(done, end - done), done ? nullptr : between);
+    progress.advance(end - done);
+    done = end;
+    if (budget_ms != 0 && since(start) >= budget_ms) break;
+  } while (done < total && !progress.cancelled());
+  pending_.erase(pending_.begin(), pending_.begin() + long(done));
+  report.affected_paths = update.counts().paths;
+  report.removed_segments = update.counts().removed;
+  report.traced_segments = update.counts().traced;
+  report.done = total ? double(done) / double(total) : 1.0;
+  report.milliseconds.emplace_back("remove", update.counts().remove_ms);
+  report.milliseconds.emplace_back("moving samples", update.counts().moving_ms);
+  report.milliseconds.emplace_back("trace", update.counts().trace_ms);
+  report.milliseconds.emplace_back("deposit", update.counts().deposit_ms);
+  if (!pending_.empty() && progress.cancelled()) {
+    throw Cancelled();
+  }
+}
+
+}  // namespace deltalux::update

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// Everything a session holds, as plain data; only the functions of this folder change it.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "base/parallel.h"
+#include "estimate/disc_index.h"
+#include "samples/disc_area.h"
+#include "samples/sample_set.h"
+#include "scene/scene.h"
+#include "segments/segment_store.h"
+#include "trace/lights.h"
+#include "trace/ray_caster.h"
+#include "trace/walk.h"
+
+namespace deltalux::update {
+
+inline constexpr uint32_t kBatches = 8;         // independent estimates behind the standard error
+inline constexpr uint32_t kMostSumGroups = 8;   // later groups share the last one's sums
+inline constexpr uint8_t kNotCut = 255;
+
+enum class DirectMode : uint8_t { automatic, paths, sampled };
+
+struct Options {
+  uint64_t paths = 1'000'000;
+  uint64_t seed = 1;
+  int threads = 0;
+  segments::SegmentEnd segment_end = segments::SegmentEnd::first;
+  samples::DiscArea disc_area = samples::DiscArea::reachable;
+  DirectMode direct = DirectMode::automatic;
+  uint32_t max_bounces = 64;
+  size_t memory_limit = 0;  ///< bytes, 0 = none
+};
+
+/// Samples that move with one object: discs and index in the object's own space.
+struct MovingPart {
+  uint32_t object = scene::kNone;
+  std::unique_ptr<estimate::DiscIndex> index;
+  Box local;       ///< of all discs
+  Box world;       ///< of `local` in the present pose, conservative
+  bool current = false;  ///< sums are those of the present pose
+};
+
+struct State {
+  explicit State(const Options& o) : options(o), workers(o.threads) {}
+
+  Options options;
+  Workers workers;
+  scene::Scene scene;
+  samples::SampleSet samples;
+
+  std::unique_ptr<trace::RayCaster> caster;
+  std::vector<trace::Light> lights;       // ascending first_path
+  std::vector<uint8_t> light_sampled;     // 1 = direct part by shadow rays, not by first flights
+  std::vector<double> group_factor;       // dim factors, per group
+  trace::EnergyScale scale;
+  float largest_radius = 0;
+
+  std::unique_ptr<estimate::DiscIndex> static_index;
+  std::vector<MovingPart> moving;
+  std::vector<uint8_t> closed;            // per object, see samples::is_closed
+  std::vector<float> area;                // per sample: what its disc counts, now
+
+  segments::SegmentStore store;
+  std::vector<uint8_t> cut;               // per path: pending re-trace from this bounce, or kNotCut
+  std::vector<int64_t> sums;              // EnergySums, slab = group * kBatches + batch
+
+  uint32_t sum_groups() const { return std::min(scene.group_count, kMostSumGroups); }
+  bool merged(uint32_t group) const {
+    return scene.group_count > kMostSumGroups && group + 1 >= kMostSumGroups;
+  }
+  uint32_t sum_group(uint32_t group) const { return std::min(group, kMostSumGroups - 1); }
+  estimate::EnergySums energy() { return {sums.data(), samples.size()}; }
+  size_t light_of(uint32_t path) const {
+    size_t low = 0, high = lights.size();
+    while (high - low > 1) {
+      const size_t middle = (low + high) / 2;
+      (lights[middle].first_path <= path ? low : high) = middle;
+    }
+    return low;
+  }
+  /// Dim factor that is part of a path's power at birth: only groups without sums of their own.
+  double birth_factor(const trace::Light& light) const {
+    return merged(light.group) ? group_factor[light.group] : 1.0;
+  }
+  trace::Walk walk() const {
+    return {scene, *caster,
+            {options.seed, kBatches, options.max_bounces,
+             options.segment_end != segments::SegmentEnd::first,
+             options.segment_end == segments::SegmentEnd::bounded
+                 ? segments::kBoundedRadii * largest_radius
+                 : std::numeric_limits<float>::infinity()}};
+  }
+};
+
+}  // namespace deltalux::update
