@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -12,12 +13,10 @@ from .shapes import (
     Shape,
     block,
     box,
-    cylinder,
     lathe,
     merge,
     prism,
     rounded_rectangle,
-    shape,
     skyline,
     tube,
 )
@@ -29,14 +28,30 @@ def wooden_chair(wood: str, seat: str) -> Shape:
     for side in (-1, 1):
         parts.append(lathe([(0.014, 0), (0.02, 0.30), (0.02, 0.43)], 12, wood).moved(side * 0.19, 0, 0.19))
         # The back leg goes on as the upright of the back, leaning backwards.
-        path = [(side * 0.17, 0, -0.21), (side * 0.17, 0.25, -0.185), (side * 0.17, 0.45, -0.185),
-                (side * 0.175, 0.65, -0.205), (side * 0.18, 0.86, -0.245)]
-        parts.append(tube(path, [0.014, 0.02, 0.02, 0.018, 0.014], 12, wood))
+        upright = [
+            (side * 0.17, 0, -0.195),
+            (side * 0.17, 0.02, -0.195),
+            (side * 0.17, 0.25, -0.185),
+            (side * 0.17, 0.45, -0.185),
+            (side * 0.175, 0.65, -0.205),
+            (side * 0.18, 0.86, -0.245),
+        ]
+        parts.append(tube(upright, [0.014, 0.014, 0.02, 0.02, 0.018, 0.014], 12, wood))
         parts.append(tube([(side * 0.188, 0.2, 0.18), (side * 0.172, 0.2, -0.18)], 0.011, 8, wood))
     parts.append(tube([(-0.18, 0.2, 0.0), (0.18, 0.2, 0.0)], 0.011, 8, wood))
     parts.append(prism(rounded_rectangle(0.46, 0.43, 0.06, 5), 0.035, seat, bevel=0.008).moved(0, 0.42, 0.01))
-    rail = np.array([(0.012, 0.0), (0.012, 0.028), (-0.0, 0.034), (-0.012, 0.028), (-0.012, 0.0),
-                     (-0.012, -0.028), (0.0, -0.034), (0.012, -0.028)])
+    rail = np.array(
+        [
+            (0.012, 0.0),
+            (0.012, 0.028),
+            (-0.0, 0.034),
+            (-0.012, 0.028),
+            (-0.012, 0.0),
+            (-0.012, -0.028),
+            (0.0, -0.034),
+            (0.012, -0.028),
+        ]
+    )
     for y, z, half in ((0.56, -0.195, 0.171), (0.69, -0.212, 0.174), (0.82, -0.236, 0.178)):
         x = np.linspace(-half, half, 9)
         path = np.stack([x, np.full(9, y), z - 0.025 * (1 - (x / half) ** 2)], axis=1)
@@ -47,11 +62,23 @@ def wooden_chair(wood: str, seat: str) -> Shape:
 def desk_lamp(body: str, bulb: str) -> Shape:
     """About 0.45 m tall; the shade opens downwards and reaches over to +z."""
     foot = lathe([(0.085, 0), (0.085, 0.012), (0.03, 0.022), (0.012, 0.024), (0.008, 0.026)], 20, body)
-    arm = tube([(0, 0.02, 0), (0, 0.16, -0.035), (0, 0.27, -0.05), (0, 0.36, -0.02), (0, 0.405, 0.05),
-                (0, 0.42, 0.13)], 0.008, 8, body)
+    arm = tube(
+        [
+            (0, 0.02, 0),
+            (0, 0.16, -0.035),
+            (0, 0.27, -0.05),
+            (0, 0.36, -0.02),
+            (0, 0.405, 0.05),
+            (0, 0.42, 0.13),
+        ],
+        0.008,
+        8,
+        body,
+    )
     # Seen from below: rim, inside of the shade, and the bulb's face within it.
     head = lathe(
-        [(0.035, 0.035), (0.072, 0.0), (0.078, 0.0), (0.045, 0.075), (0.022, 0.09)], 20,
+        [(0.035, 0.035), (0.072, 0.0), (0.078, 0.0), (0.045, 0.075), (0.022, 0.09)],
+        20,
         [bulb, body, body, body, body, body],
     )
     return merge([foot, arm, head.moved(0, 0.345, 0.15)])
@@ -65,7 +92,10 @@ def desk(width: float, top: str, metal: str) -> Shape:
     parts = [block(width, 0.028, 0.8, top).moved(0, 0.712, 0)]
     for side in (-1, 1):
         x = side * (width / 2 - 0.08)
-        parts += [block(0.06, 0.03, 0.7, metal).moved(x, 0, 0), box(0.05, 0.70, 0.07, metal).moved(x, 0.02, 0)]
+        parts += [
+            block(0.06, 0.03, 0.7, metal).moved(x, 0, 0),
+            box(0.05, 0.70, 0.07, metal).moved(x, 0.02, 0),
+        ]
         parts.append(box(0.05, 0.03, 0.6, metal).moved(x, 0.69, 0))
     return merge(parts)
 
@@ -94,9 +124,14 @@ def keyboard(body: str, keys: str) -> Shape:
     return merge([block(0.44, 0.016, 0.14, body), block(0.42, 0.010, 0.12, keys, 0.002).moved(0, 0.012, 0)])
 
 
-def cabinet(width: float, height: float, depth: float, doors: int, body: str, front: str, handle: str) -> Shape:
+def cabinet(
+    width: float, height: float, depth: float, doors: int, body: str, front: str, handle: str
+) -> Shape:
     """Closed cupboard with `doors` doors on a plinth."""
-    parts = [box(width - 0.04, 0.07, depth - 0.06, handle), block(width, height - 0.06, depth, body).moved(0, 0.06)]
+    parts = [
+        box(width - 0.04, 0.07, depth - 0.06, handle),
+        block(width, height - 0.06, depth, body).moved(0, 0.06),
+    ]
     door = width / doors
     for i in range(doors):
         x = (i + 0.5) * door - width / 2
@@ -106,8 +141,9 @@ def cabinet(width: float, height: float, depth: float, doors: int, body: str, fr
     return merge(parts)
 
 
-def bookcase(width: float, height: float, depth: float, shelves: int, wood: str, spines: Sequence[str],
-             seed: int) -> Shape:
+def bookcase(
+    width: float, height: float, depth: float, shelves: int, wood: str, spines: Sequence[str], seed: int
+) -> Shape:
     """Open shelves of 22 mm boards with rows of books."""
     board = 0.022
     parts = [block(board, height, depth, wood, 0.002).moved(s * (width - board) / 2) for s in (-1, 1)]
@@ -115,7 +151,7 @@ def bookcase(width: float, height: float, depth: float, shelves: int, wood: str,
     levels = np.linspace(0.06, height - board - 0.004, shelves + 1)
     parts += [box(width - 2 * board + 0.01, board, depth - 0.02, wood).moved(0, y, 0.004) for y in levels]
     rng = np.random.default_rng(seed)
-    for y, above in zip(levels[:-1], levels[1:], strict=True):
+    for y, above in pairwise(levels):
         clear = above - y - board
         inside = width - 2 * board - 0.02
         count = int(rng.uniform(0.45, 0.95) * inside / 0.045)
@@ -142,14 +178,19 @@ def picture(width: float, height: float, frame: str, colours: Sequence[str], see
     return merge(parts)
 
 
-def _cut(rng: np.random.Generator, x: float, y: float, w: float, h: float, depth: int) -> list[tuple]:
+def _cut(
+    rng: np.random.Generator, x: float, y: float, w: float, h: float, depth: int
+) -> list[tuple[float, float, float, float]]:
     """Rectangles that a random guillotine leaves of one."""
     if depth == 0 or min(w, h) < 0.12:
         return [(x, y, w, h)]
     share = float(rng.choice([0.38, 0.5, 0.62]))
     if w > h:
-        return _cut(rng, x, y, w * share, h, depth - 1) + _cut(rng, x + w * share, y, w * (1 - share), h, depth - 2 if depth > 1 else 0)
-    return _cut(rng, x, y, w, h * share, depth - 1) + _cut(rng, x, y + h * share, w, h * (1 - share), depth - 2 if depth > 1 else 0)
+        halves = [(x, y, w * share, h), (x + w * share, y, w * (1 - share), h)]
+    else:
+        halves = [(x, y, w, h * share), (x, y + h * share, w, h * (1 - share))]
+    # The second half is cut once less, so that the fields differ in size.
+    return [*_cut(rng, *halves[0], depth - 1), *_cut(rng, *halves[1], max(depth - 2, 0))]
 
 
 def window(width: float, height: float, frame: str, glass: str) -> Shape:
@@ -185,17 +226,25 @@ def pot_plant(pot: str, soil: str, leaf: str, seed: int) -> Shape:
         turn = 137.5 * i
         reach, rise = rng.uniform(0.22, 0.42), rng.uniform(0.35, 0.85)
         t = np.linspace(0, 1, 9)
-        path = np.stack([0 * t, 0.26 + rise * np.sin(1.9 * t) / np.sin(1.9) * (1.1 - 0.1 * t) * 0.95,
-                         0.02 + reach * t**1.3], axis=1)
+        path = np.stack(
+            [
+                0 * t,
+                0.26 + rise * np.sin(1.9 * t) / np.sin(1.9) * (1.1 - 0.1 * t) * 0.95,
+                0.02 + reach * t**1.3,
+            ],
+            axis=1,
+        )
         wide = 0.006 + 0.05 * np.sin(np.pi * np.clip((t - 0.3) / 0.7, 0, 1)) ** 0.8
         section = np.array([(1.0, 0.0), (0.0, 0.10), (-1.0, 0.0), (0.0, -0.10)])
         parts.append(tube(path, wide, 4, leaf, section=section).turned(turn))
     return merge(parts)
 
 
-def bin_(metal: str, inside: str) -> Shape:
+def waste_basket(metal: str, inside: str) -> Shape:
     """Waste-paper basket, open at the top."""
-    return lathe([(0.11, 0), (0.14, 0.32), (0.134, 0.32), (0.106, 0.01)], 20, [metal, metal, metal, inside, inside])
+    return lathe(
+        [(0.11, 0), (0.14, 0.32), (0.134, 0.32), (0.106, 0.01)], 20, [metal, metal, metal, inside, inside]
+    )
 
 
 def mug(material: str) -> Shape:
@@ -205,14 +254,6 @@ def mug(material: str) -> Shape:
 
 def papers(material: str) -> Shape:
     """A pile of sheets."""
-    return merge([box(0.21, 0.012, 0.297, material), box(0.21, 0.006, 0.297, material).turned(9).moved(0, 0.013)])
-
-
-def plain_quad(corners: Sequence[Sequence[float]], material: str) -> Shape:
-    """One rectangle, counter-clockwise corners."""
-    return shape(corners, [(0, 1, 2), (0, 2, 3)], material)
-
-
-def column(radius: float, height: float, material: str) -> Shape:
-    """Plain round column."""
-    return cylinder(radius, height, 32, material)
+    return merge(
+        [box(0.21, 0.012, 0.297, material), box(0.21, 0.006, 0.297, material).turned(9).moved(0, 0.013)]
+    )

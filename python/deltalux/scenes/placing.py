@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..scene import Camera
-from ..units import photopic
+from deltalux.scene import Camera
+from deltalux.units import photopic
 
 WARM = (1.30, 0.95, 0.55)  # about 3000 K, linear RGB, scaled to photopic 1 in `luminance`
 NEUTRAL = (1.08, 1.00, 0.82)  # about 4500 K

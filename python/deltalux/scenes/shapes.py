@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ..scene import Mesh
+from deltalux.scene import Mesh
 
 GAP = 1e-3  # metres between an object and what it stands on or hangs from
 
@@ -55,14 +55,15 @@ class Shape:
         """Diagonal of the bounding box."""
         return float(np.linalg.norm(np.ptp(self.vertices, axis=0)))
 
-    def mesh(self, name: str, *, at: Sequence[float] | None = None, degrees: float = 0.0,
-             movable: bool = False) -> Mesh:
+    def mesh(
+        self, name: str, *, at: Sequence[float] | None = None, degrees: float = 0.0, movable: bool = False
+    ) -> Mesh:
         """A `Mesh`; with `at`, the pose stands it there, turned by `degrees` about +y."""
         pose = np.eye(4)
         if at is not None:
             cos, sin = _cos_sin(degrees)
-            pose[:3, :3] = [[cos, 0, sin], [0, 1, 0], [-sin, 0, cos]]
-            pose[:3, 3] = at
+            pose[:3, :3] = np.array([(cos, 0, sin), (0, 1, 0), (-sin, 0, cos)])
+            pose[:3, 3] = np.asarray(at)
         return Mesh(name, self.vertices, self.triangles, self.materials, self.material_index, pose, movable)
 
 
@@ -136,22 +137,22 @@ def loft(rings: Any, start: Any, end: Any, material: str | Sequence[str]) -> Sha
     fan0 = np.stack([np.full(n, k * n), following, this], axis=1)
     fan1 = np.stack([np.full(n, k * n + 1), last + this, last + following], axis=1)
     vertices = np.concatenate([rings.reshape(-1, 3), [start], [end]])
-    names = material if isinstance(material, str) else [
-        *[material[0]] * n, *np.repeat(np.array(material[1:-1], object), 2 * n), *[material[-1]] * n
-    ]
+    names = (
+        material
+        if isinstance(material, str)
+        else [*[material[0]] * n, *np.repeat(np.array(material[1:-1], object), 2 * n), *[material[-1]] * n]
+    )
     return shape(vertices, np.concatenate([fan0, sides, fan1]), names)
 
 
 def prism(polygon: Any, height: float, material: str, bevel: float = 0.0) -> Shape:
     """Polygon in (x, z), star-shaped about the origin, extruded upwards; edges optionally bevelled."""
     outline = np.asarray(polygon, np.float64)
-    levels = [(0.0, 1), (height, 1)] if bevel == 0 else [
-        (0.0, 0), (bevel, 1), (height - bevel, 1), (height, 0)
-    ]
+    levels = (
+        [(0.0, 1), (height, 1)] if bevel == 0 else [(0.0, 0), (bevel, 1), (height - bevel, 1), (height, 0)]
+    )
     inner = outline * (1 - bevel / np.linalg.norm(outline, axis=1, keepdims=True))
-    rings = [
-        np.insert(outline if full else inner, 1, y, axis=1)[::-1] for y, full in levels
-    ]
+    rings = [np.insert(outline if full else inner, 1, y, axis=1)[::-1] for y, full in levels]
     return loft(rings, (0, 0, 0), (0, height, 0), material)
 
 
@@ -180,7 +181,8 @@ def block(width: float, height: float, depth: float, material: str, bevel: float
                 low, high = (corner[_signs(axis, j, k, (s, t, u))] for u in (-1, 1))
                 polygons.append([low + axis, low + j, high + j, high + axis][:: s * t])
     tips = [[3 * i, 3 * i + 1, 3 * i + 2][:: int(np.prod(s))] for i, s in enumerate(signs)]
-    return shape(vertices + [0, half[1], 0], np.concatenate([_split(polygons), tips]), material)
+    vertices[:, 1] += half[1]
+    return shape(vertices, np.concatenate([_split(polygons), tips]), material)
 
 
 def _signs(axis: int, j: int, k: int, values: Sequence[int]) -> tuple[int, ...]:
@@ -224,9 +226,10 @@ def sphere(radius: float, segments: int, material: str) -> Shape:
     return lathe(profile, segments, material)
 
 
-def tube(path: Any, radius: float | Sequence[float], sides: int, material: str,
-         section: np.ndarray | None = None) -> Shape:
+def tube(path: Any, radius: Any, sides: int, material: str, section: np.ndarray | None = None) -> Shape:
     """Pipe along a polyline in place; `section` (sides, 2) replaces the unit circle.
+
+    `radius` is one number or one per point of the path.
 
     The section's axes are carried along without twist, its first axis starting as level as can be.
     """
@@ -275,12 +278,10 @@ def tiles(xs: Any, zs: Any, name: Callable[[int, int], str]) -> Shape:
     return shape(vertices, grid_triangles(len(zs), len(xs)), names * 2)
 
 
-def room(width: float, height: float, depth: float, floor: str, walls: str, ceiling: str) -> Shape:
-    """The inside of a cuboid: faces look inwards."""
-    inside = box(width, height, depth, walls).flipped()
-    level = inside.vertices[inside.triangles][:, :, 1]
-    names = [floor if (y == 0).all() else ceiling if (y == height).all() else walls for y in level]
-    return shape(inside.vertices, inside.triangles, names)
+def room(width: float, height: float, depth: float, floor: str, ceiling: str, walls: Sequence[str]) -> Shape:
+    """The inside of a cuboid: faces look inwards; `walls` at +z, -z, -x, +x."""
+    inside = box(width, height, depth, floor).flipped()
+    return shape(inside.vertices, inside.triangles, [floor, ceiling, *walls] * 2)
 
 
 def panel_lamp(width: float, height: float, depth: float, rim: float, body: str, lamp: str) -> Shape:
@@ -295,12 +296,10 @@ def panel_lamp(width: float, height: float, depth: float, rim: float, body: str,
     return shape(vertices, np.concatenate([rest, lit]), [body] * len(rest) + [lamp] * len(lit))
 
 
-def skyline(heights: Sequence[float], widths: Sequence[float], depth: float,
-            materials: Sequence[str]) -> Shape:
+def skyline(heights: Any, widths: Any, depth: float, materials: Sequence[str]) -> Shape:
     """A row of books: columns of different heights as one solid, starting at x = 0."""
     edges = np.concatenate([[0.0], np.cumsum(widths)])
     tall = np.array([0.0, *heights, 0.0])
-    vertices: list[tuple[float, float, float]] = []
     triangles: list[tuple[int, int, int]] = []
     names: list[str] = []
     number: dict[tuple[float, float, float], int] = {}
@@ -308,9 +307,10 @@ def skyline(heights: Sequence[float], widths: Sequence[float], depth: float,
     def polygon(points: list[tuple[float, float, float]], material: str) -> None:
         """A fan about the centroid, so that points in the middle of an edge do no harm."""
         ids = [number.setdefault(p, len(number)) for p in points]
-        centre = tuple(np.mean(np.array([points[0], points[len(points) // 2]]), axis=0))
-        hub = number.setdefault(centre, len(number))
-        for a, b in zip(ids, ids[1:] + ids[:1], strict=True):
+        opposite = points[len(points) // 2]
+        x, y, z = ((a + b) / 2 for a, b in zip(points[0], opposite, strict=True))
+        hub = number.setdefault((x, y, z), len(number))
+        for a, b in zip(ids, [*ids[1:], ids[0]], strict=True):
             triangles.append((hub, a, b))
             names.append(material)
 
@@ -319,8 +319,14 @@ def skyline(heights: Sequence[float], widths: Sequence[float], depth: float,
         x0, x1, top = float(edges[i]), float(edges[i + 1]), float(tall[i + 1])
         right = [float(tall[i + 2])] if 0 < tall[i + 2] < top else []
         left = [float(tall[i])] if 0 < tall[i] < top else []
-        outline = [(x0, 0.0), (x1, 0.0), *((x1, y) for y in right), (x1, top), (x0, top),
-                   *((x0, y) for y in left)]
+        outline = [
+            (x0, 0.0),
+            (x1, 0.0),
+            *((x1, y) for y in right),
+            (x1, top),
+            (x0, top),
+            *((x0, y) for y in left),
+        ]
         polygon([(x, y, near) for x, y in outline], material)
         polygon([(x, y, far) for x, y in outline[::-1]], material)
         polygon([(x0, top, near), (x1, top, near), (x1, top, far), (x0, top, far)], material)
@@ -331,5 +337,4 @@ def skyline(heights: Sequence[float], widths: Sequence[float], depth: float,
             x, outward = float(edges[i]), tall[i] > tall[i + 1]
             side = [(x, low, near), (x, low, far), (x, high, far), (x, high, near)]
             polygon(side if outward else side[::-1], materials[min(max(i - outward, 0), len(materials) - 1)])
-    vertices = list(number)
-    return shape(vertices, triangles, names)
+    return shape(list(number), triangles, names)
