@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the writers are given: a result, and the scene and mesh that it belongs to."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from deltalux.display_mesh import DisplayMesh
+from deltalux.errors import OptionError
+from deltalux.scene import Camera, Scene
+from deltalux.units import LUX
+from deltalux.version import __version__
+
+QUANTITIES = {LUX: "illuminance"}
+
+
+class Result(Protocol):
+    """Irradiance at samples."""
+
+    @property
+    def points(self) -> np.ndarray:
+        """(n, 3) world positions, metres."""
+
+    @property
+    def normals(self) -> np.ndarray:
+        """(n, 3) unit normals."""
+
+    @property
+    def irradiance(self) -> np.ndarray:
+        """(n, 3) linear RGB, in `unit`."""
+
+    @property
+    def standard_error(self) -> np.ndarray:
+        """(n, 3), in `unit`."""
+
+    @property
+    def radius(self) -> np.ndarray:
+        """(n,) disc radii, metres."""
+
+    @property
+    def unit(self) -> str:
+        """ "lux" or "W/m2"."""
+
+    @property
+    def about(self) -> Mapping[str, Any]:
+        """Command line, seed, numbers of paths and other statistics; JSON values."""
+
+
+@dataclass(frozen=True, eq=False)
+class Baked:
+    """A result with what a picture or a coloured mesh needs beside it.
+
+    Parameters
+    ----------
+    result : Result
+    scene : Scene
+    display : DisplayMesh or None
+        The mesh whose vertices the samples are; None for samples on a grid or from arrays.
+    poses : mapping of movable's name to pose or None
+        Present poses; None = removed, missing = as loaded.
+    gradient : (n, 3, 3) array or None
+    grid : (rows, columns) or None
+        Shape of a grid of samples, row by row.
+    spacing : float or None
+        Of that grid, metres.
+    camera, exposure, false_colour, size : options of pictures, see `images.render`
+    """
+
+    result: Result
+    scene: Scene
+    display: DisplayMesh | None = None
+    poses: Mapping[str, Any] = field(default_factory=dict)
+    gradient: np.ndarray | None = None
+    grid: tuple[int, int] | None = None
+    spacing: float | None = None
+    camera: Camera | None = None
+    exposure: float | None = None
+    false_colour: bool = False
+    size: tuple[int, int] = (960, 600)
+
+
+def display_of(baked: Baked, output: str) -> DisplayMesh:
+    """The display mesh; OptionError where the samples are not its vertices."""
+    display = baked.display
+    if display is None:
+        raise OptionError(
+            f"{output}: found samples that are not on the scene's display mesh, expected "
+            "Samples.on_vertices(scene); write .npz or .csv instead"
+        )
+    if len(display.points) != len(baked.result.irradiance):
+        raise OptionError(
+            f"{output}: found {len(baked.result.irradiance)} values, "
+            f"expected one for each of {len(display.points)} vertices of the display mesh"
+        )
+    return display
+
+
+def about_text(result: Result) -> dict[str, Any]:
+    """What every output says of itself, in JSON values: program, quantity, unit, the result's `about`."""
+    about = {
+        "program": f"deltalux {__version__}",
+        "quantity": QUANTITIES.get(result.unit, "irradiance"),
+        "unit": result.unit,
+        "samples": len(result.irradiance),
+        **dict(result.about),
+    }
+    return json.loads(json.dumps(about, default=_plain))
+
+
+def _plain(value: Any) -> Any:
+    """Turn NumPy values, and whatever else is not JSON, into what is."""
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, np.generic):
+        return value.item()
+    return str(value)

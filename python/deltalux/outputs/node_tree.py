@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The input file's node hierarchy, with the movables where they are now."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from deltalux.scene import Node, Scene
+
+
+def world_matrices(nodes: tuple[Node, ...]) -> list[np.ndarray]:
+    """4x4 matrix of each node, its own space to the world, as loaded."""
+    worlds = [np.eye(4)] * len(nodes)
+    for index in _parents_first(nodes):
+        parent = nodes[index].parent
+        worlds[index] = (worlds[parent] if parent >= 0 else np.eye(4)) @ nodes[index].matrix
+    return worlds
+
+
+def moved_matrices(scene: Scene, poses: Mapping[int, np.ndarray | None]) -> list[np.ndarray]:
+    """4x4 matrix of each node relative to its parent, movables at `poses` (by mesh index).
+
+    Only the topmost node of a moved object changes: the others follow it.
+    """
+    nodes = scene.nodes
+    worlds = world_matrices(nodes)
+    index_of = {mesh.name: i for i, mesh in enumerate(scene.meshes)}
+    moves = [np.eye(4)] * len(nodes)
+    matrices = [node.matrix for node in nodes]
+    for index in _parents_first(nodes):
+        node = nodes[index]
+        parent_move = moves[node.parent] if node.parent >= 0 else np.eye(4)
+        names = [*(name for name, _, _ in node.parts), node.name]
+        mesh = next((index_of[name] for name in names if name in index_of), None)
+        # An empty node and a lamp go with what they hang on.
+        moves[index] = parent_move if mesh is None else _move(scene, mesh, poses)
+        if not np.array_equal(moves[index], parent_move):
+            parent_world = worlds[node.parent] if node.parent >= 0 else np.eye(4)
+            matrices[index] = np.linalg.pinv(parent_move @ parent_world) @ moves[index] @ worlds[index]
+            matrices[index][3] = (0, 0, 0, 1)
+    return matrices
+
+
+def _move(scene: Scene, mesh: int, poses: Mapping[int, np.ndarray | None]) -> np.ndarray:
+    """Where a mesh went since it was loaded, world to world."""
+    loaded, now = scene.meshes[mesh].pose, poses.get(mesh)
+    if now is None or np.array_equal(now, loaded):
+        return np.eye(4)
+    return now @ np.linalg.inv(loaded)
+
+
+def _parents_first(nodes: tuple[Node, ...]) -> list[int]:
+    children: dict[int, list[int]] = {}
+    for index, node in enumerate(nodes):
+        children.setdefault(node.parent, []).append(index)
+    order = list(children.get(-1, ()))
+    for index in order:  # grows while it is walked
+        order.extend(children.get(index, ()))
+    return order

@@ -1,0 +1,224 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Results as .glb: the display mesh with vertex colours that show the light, and its exact values beside."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import pygltflib as gl
+from deltalux.display_mesh import DisplayMesh, movable_poses
+from deltalux.files import written_aside
+from deltalux.scene import Material, Node
+from deltalux.units import photopic
+from deltalux.version import __version__
+
+from .baked import Baked, about_text, display_of
+from .node_tree import moved_matrices, world_matrices
+
+WHITE_PERCENTILE = 97.0
+UNLIT = "KHR_materials_unlit"
+
+
+def write_glb(path: str | os.PathLike[str], baked: Baked) -> None:
+    """Write the lit scene as one .glb.
+
+    Every node of the scene keeps its name and place; its refined triangles carry COLOR_0 =
+    min(1, exposure × irradiance), which multiplies the base colour (the reflectance) of an
+    unlit material, and the unclamped linear values as _IRRADIANCE and _STANDARD_ERROR.
+    Luminous materials have a white base colour and their radiance in COLOR_0. What the numbers
+    mean stands in `asset.extras`.
+
+    Raises
+    ------
+    OptionError
+        Where the samples are not the vertices of the display mesh.
+    """
+    display = display_of(baked, ".glb")
+    exposure = baked.exposure or white_exposure(display, baked.result.irradiance)
+    writer = _Writer(baked, display, exposure)
+    writer.add_nodes()
+    writer.document.asset.extras = {
+        **about_text(baked.result),
+        "exposure": exposure,
+        "COLOR_0": "min(1, exposure * irradiance); luminous materials: "
+        "min(1, exposure * (reflectance * irradiance + pi * radiance))",
+        "_IRRADIANCE": f"linear RGB, {baked.result.unit}",
+        "_STANDARD_ERROR": f"linear RGB, {baked.result.unit}",
+    }
+    data = b"".join(writer.finished().save_to_bytes())
+    with written_aside(path) as aside:
+        aside.write_bytes(data)
+
+
+def white_exposure(display: DisplayMesh, irradiance: np.ndarray) -> float:
+    """Factor that shows a white surface as white where it is brighter than 97 % of all surfaces."""
+    corners = display.points[display.triangles]
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    value = photopic(irradiance)[display.triangles].mean(axis=1)
+    order = np.argsort(value)
+    share = np.cumsum(np.linalg.norm(cross, axis=1)[order])
+    white = value[order][np.searchsorted(share, WHITE_PERCENTILE / 100 * share[-1])]
+    return float(1 / white) if white > 0 else 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """Display triangles that one node carries, and the map from display space into the node's."""
+
+    triangles: np.ndarray
+    to_node: np.ndarray  # (3, 3)
+    offset: np.ndarray  # (3,), subtracted before
+    mirrored: bool
+
+
+class _Writer:
+    """Collects accessors and nodes of one document."""
+
+    def __init__(self, baked: Baked, display: DisplayMesh, exposure: float) -> None:
+        self._baked, self._display, self._exposure = baked, display, exposure
+        self._bytes = bytearray()
+        self._materials: dict[int, int] = {}
+        self._poses = movable_poses(baked.scene, baked.poses)
+        self._first = np.searchsorted(display.triangle_mesh, np.arange(len(baked.scene.meshes) + 1))
+        self.document = gl.GLTF2(
+            asset=gl.Asset(version="2.0", generator=f"deltalux {__version__}"),
+            extensionsUsed=[UNLIT],
+            scene=0,
+            scenes=[gl.Scene(nodes=[])],
+            buffers=[gl.Buffer()],
+        )
+
+    def add_nodes(self) -> None:
+        """Add the scene's nodes, then one for each mesh that no node carries."""
+        scene = self._baked.scene
+        matrices = moved_matrices(scene, self._poses)
+        worlds = world_matrices(scene.nodes)
+        for node, matrix, world in zip(scene.nodes, matrices, worlds, strict=True):
+            self._add_node(node.name, matrix, list(self._parts(node, world)))
+        for index, node in enumerate(scene.nodes):
+            parent = self.document.nodes[node.parent] if node.parent >= 0 else None
+            (self.document.scenes[0].nodes if parent is None else parent.children).append(index)
+        carried = {name for node in scene.nodes for name, _, _ in node.parts}
+        for index, mesh in enumerate(scene.meshes):
+            if mesh.name in carried:
+                continue
+            pose = self._poses.get(index, np.eye(4))
+            here = np.arange(self._first[index], self._first[index + 1])
+            parts = [] if pose is None else [_Part(here, np.eye(3), np.zeros(3), False)]
+            self._add_node(mesh.name, np.eye(4) if pose is None else pose, parts)
+            self.document.scenes[0].nodes.append(len(self.document.nodes) - 1)
+
+    def finished(self) -> gl.GLTF2:
+        """The document with its binary part."""
+        for node in self.document.nodes:
+            node.children = node.children or None
+        self.document.buffers[0].byteLength = len(self._bytes)
+        self.document.set_binary_blob(bytes(self._bytes))
+        return self.document
+
+    def _parts(self, node: Node, world: np.ndarray) -> Iterator[_Part]:
+        scene = self._baked.scene
+        index_of = {mesh.name: i for i, mesh in enumerate(scene.meshes)}
+        for name, first, count in node.parts:
+            index = index_of[name]
+            if index in self._poses and self._poses[index] is None:
+                continue
+            mesh_triangles = slice(self._first[index], self._first[index + 1])
+            source = self._display.source_triangle[mesh_triangles]
+            low, high = np.searchsorted(source, (first, first + count)) + mesh_triangles.start
+            # As loaded, the node's world matrix takes its space to the world, the pose the part's.
+            matrix = world
+            if scene.meshes[index].movable:
+                matrix = np.linalg.inv(scene.meshes[index].pose) @ world
+            # A flattened node has no inverse; its points all lie where the pseudo-inverse is exact.
+            inverse = np.linalg.pinv(matrix[:3, :3])
+            mirrored = np.linalg.det(matrix[:3, :3]) < 0
+            yield _Part(np.arange(low, high), inverse, matrix[:3, 3], bool(mirrored))
+
+    def _add_node(self, name: str, matrix: np.ndarray, parts: list[_Part]) -> None:
+        primitives = [p for part in parts for p in self._primitives(part)]
+        mesh = None
+        if primitives:
+            mesh = len(self.document.meshes)
+            self.document.meshes.append(gl.Mesh(name=name, primitives=primitives))
+        own = None if np.array_equal(matrix, np.eye(4)) else matrix.T.ravel().tolist()
+        self.document.nodes.append(gl.Node(name=name, mesh=mesh, matrix=own, children=[]))
+
+    def _primitives(self, part: _Part) -> Iterator[gl.Primitive]:
+        material = self._display.triangle_material[part.triangles]
+        for index in np.unique(material):
+            chosen = part.triangles[material == index]
+            yield self._primitive(part, chosen, int(index))
+
+    def _primitive(self, part: _Part, chosen: np.ndarray, material: int) -> gl.Primitive:
+        display, result = self._display, self._baked.result
+        used, corners = np.unique(display.triangles[chosen], return_inverse=True)
+        corners = corners.reshape(-1, 3)
+        if part.mirrored:  # a viewer turns the winding of a mirrored node round
+            corners = corners[:, (0, 2, 1)]
+        points = (display.points[used] - part.offset) @ part.to_node.T
+        normals = display.normals[used] @ np.linalg.pinv(part.to_node)
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+        emits = np.zeros(len(used), dtype=bool)
+        emits[corners[~display.reversed[chosen]].ravel()] = True
+        color = self._color(self._baked.scene.materials[material], result.irradiance[used], emits)
+        attributes = gl.Attributes(
+            POSITION=self._accessor(points.astype(np.float32), "VEC3", bounds=True),
+            NORMAL=self._accessor(normals.astype(np.float32), "VEC3"),
+            COLOR_0=self._accessor(color, "VEC4", normalized=True),
+        )
+        for name, values in (("_IRRADIANCE", result.irradiance), ("_STANDARD_ERROR", result.standard_error)):
+            setattr(attributes, name, self._accessor(values[used].astype(np.float32), "VEC3"))
+        indices = self._accessor(corners.ravel().astype(np.uint32), "SCALAR", gl.ELEMENT_ARRAY_BUFFER)
+        return gl.Primitive(attributes=attributes, indices=indices, material=self._material(material))
+
+    def _color(self, material: Material, irradiance: np.ndarray, emits: np.ndarray) -> np.ndarray:
+        color = self._exposure * irradiance
+        if material.emissive:
+            shown = emits | material.two_sided
+            color = material.reflectance * color
+            color += np.pi * self._exposure * material.emission * shown[:, None]
+        clamped = np.clip(np.column_stack([color, np.ones(len(color))]), 0, 1)
+        return np.rint(65535 * clamped).astype(np.uint16)
+
+    def _material(self, index: int) -> int:
+        if index not in self._materials:
+            material = self._baked.scene.materials[index]
+            base = np.ones(3) if material.emissive else material.reflectance
+            self._materials[index] = len(self.document.materials)
+            self.document.materials.append(
+                gl.Material(
+                    name=material.name,
+                    pbrMetallicRoughness=gl.PbrMetallicRoughness(
+                        baseColorFactor=[*base.tolist(), 1.0], metallicFactor=0.0, roughnessFactor=1.0
+                    ),
+                    extensions={UNLIT: {}},
+                    alphaMode=None,
+                    alphaCutoff=None,
+                )
+            )
+        return self._materials[index]
+
+    def _accessor(
+        self, values: np.ndarray, kind: str, target: int = gl.ARRAY_BUFFER,
+        normalized: bool = False, bounds: bool = False,
+    ) -> int:  # fmt: skip
+        component = {"f": gl.FLOAT, "H": gl.UNSIGNED_SHORT, "I": gl.UNSIGNED_INT}[values.dtype.char]
+        view = gl.BufferView(buffer=0, byteOffset=len(self._bytes), byteLength=values.nbytes, target=target)
+        self._bytes += np.ascontiguousarray(values).tobytes()  # all items have multiples of 4 bytes
+        self.document.bufferViews.append(view)
+        self.document.accessors.append(
+            gl.Accessor(
+                bufferView=len(self.document.bufferViews) - 1,
+                componentType=component,
+                count=len(values),
+                type=kind,
+                normalized=normalized or None,
+                min=values.min(axis=0).tolist() if bounds else None,
+                max=values.max(axis=0).tolist() if bounds else None,
+            )
+        )
+        return len(self.document.accessors) - 1
