@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Generated demonstration scenes: deterministic, each with a camera "main" and something to move."""
 
+from .cornell_box import cornell_box
 from .office import office
 
-__all__ = ["office"]
+__all__ = ["cornell_box", "office"]

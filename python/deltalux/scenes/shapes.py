@@ -229,24 +229,55 @@ def sphere(radius: float, segments: int, material: str) -> Shape:
 def tube(path: Any, radius: Any, sides: int, material: str, section: np.ndarray | None = None) -> Shape:
     """Pipe along a polyline in place; `section` (sides, 2) replaces the unit circle.
 
-    `radius` is one number or one per point of the path.
-
-    The section's axes are carried along without twist, its first axis starting as level as can be.
+    `radius` is one number or one per point of the path. The section's axes are carried along
+    without twist, the first axis starting level.
     """
     points = np.asarray(path, np.float64)
-    tangents = np.gradient(points, axis=0)
-    tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
-    across = np.cross(tangents[0], (0.0, 1.0, 0.0))
-    if np.linalg.norm(across) < 1e-6:
-        across = np.array([1.0, 0.0, 0.0])
+    across, other = _frames(points, np.gradient(points, axis=0))
     unit = circle(1.0, sides) if section is None else section
-    rings = []
-    for point, tangent, r in zip(points, tangents, np.broadcast_to(radius, len(points)), strict=True):
-        across = across - tangent * (across @ tangent)
-        across /= np.linalg.norm(across)
-        other = np.cross(tangent, across)
-        rings.append(point + r * (unit[:, :1] * across + unit[:, 1:] * other))
-    return loft(rings, points[0], points[-1], material)
+    return loft(_sections(points, radius, unit, across, other), points[0], points[-1], material)
+
+
+def closed_tube(path: Any, radius: float, sides: int, material: str) -> Shape:
+    """Round pipe along a closed polyline, whose first point is not repeated."""
+    points = np.asarray(path, np.float64)
+    tangents = np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0)
+    around = np.concatenate([points, points[:1]])
+    across, other = _frames(around, np.concatenate([tangents, tangents[:1]]))
+    # The carried frame comes back turned; the turn is spread over the path to close the skin.
+    turn = np.arctan2(across[-1] @ other[0], across[-1] @ across[0])
+    angle = -turn * np.linspace(0, 1, len(around))[:-1, None]
+    a, b = across[:-1], other[:-1]
+    a, b = np.cos(angle) * a + np.sin(angle) * b, np.cos(angle) * b - np.sin(angle) * a
+    rings = _sections(points, radius, circle(1.0, sides), a, b)
+    k = len(points)
+    index = np.arange(k * sides).reshape(k, sides)
+    ahead, side = np.roll(index, -1, axis=0), np.roll(index, -1, axis=1)
+    quads = np.stack([index, side, np.roll(side, -1, axis=0), ahead], axis=-1)
+    return shape(rings, _split(quads.reshape(-1, 4)), material)
+
+
+def _frames(points: np.ndarray, tangents: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Two unit axes across the path at each point, carried along without twist."""
+    tangents = tangents / np.linalg.norm(tangents, axis=1, keepdims=True)
+    axis = np.cross(tangents[0], (0.0, 1.0, 0.0))
+    if np.linalg.norm(axis) < 1e-6:
+        axis = np.array([1.0, 0.0, 0.0])
+    across = np.zeros_like(points)
+    for i, tangent in enumerate(tangents):
+        axis = axis - tangent * (axis @ tangent)
+        axis /= np.linalg.norm(axis)
+        across[i] = axis
+    return across, np.cross(tangents, across)
+
+
+def _sections(
+    points: np.ndarray, radius: Any, unit: np.ndarray, across: np.ndarray, other: np.ndarray
+) -> np.ndarray:
+    """(k, n, 3) copies of the section `unit`, each in the plane of its point."""
+    scale = np.broadcast_to(radius, len(points))[:, None, None]
+    offset = unit[None, :, :1] * across[:, None] + unit[None, :, 1:] * other[:, None]
+    return points[:, None] + scale * offset
 
 
 def shell(front: np.ndarray, back: np.ndarray, material: str) -> Shape:
