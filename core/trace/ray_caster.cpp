@@ -9,6 +9,7 @@
 #endif
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 
 #include "base/error.h"
@@ -55,6 +56,53 @@ Hit closest_in(RTCScene scene, uint32_t first_primitive, Vec3f o, Vec3f d, float
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
   return {query.ray.tfar, first_primitive + query.hit.primID,
           {query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z}};
+}
+
+void occluded16(const int* valid, RTCScene scene, RTCRay16& rays) {
+#if DELTALUX_EMBREE_MAJOR >= 4
+  RTCOccludedArguments arguments;
+  rtcInitOccludedArguments(&arguments);
+  arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+  rtcOccluded16(valid, scene, &rays, &arguments);
+#else
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  rtcOccluded16(valid, scene, &context, &rays);
+#endif
+}
+
+/// Packets of 16 in the order of `wanted`; unused lanes repeat the packet's first ray.
+RayBits occluded_in(RTCScene scene, const RayFan& fan, const RayBits& wanted) {
+  RayBits blocked{};
+  RTCRay16 rays;
+  for (int k = 0; k < 16; ++k) {
+    rays.org_x[k] = fan.origin.x, rays.org_y[k] = fan.origin.y, rays.org_z[k] = fan.origin.z;
+    rays.tnear[k] = rays.time[k] = 0;
+    rays.mask[k] = 0xffffffffu, rays.id[k] = rays.flags[k] = 0;
+  }
+  size_t index[16];
+  int used = 0;
+  const auto flush = [&] {
+    alignas(64) int valid[16];
+    for (int k = 0; k < 16; ++k) {
+      const size_t i = index[k < used ? k : 0];
+      rays.dir_x[k] = fan.x[i], rays.dir_y[k] = fan.y[i], rays.dir_z[k] = fan.z[i];
+      rays.tfar[k] = fan.to;
+      valid[k] = k < used ? -1 : 0;
+    }
+    occluded16(valid, scene, rays);
+    for (int k = 0; k < used; ++k)
+      if (rays.tfar[k] < 0) blocked[index[k] / 64] |= uint64_t(1) << (index[k] % 64);
+    used = 0;
+  };
+  for (size_t word = 0; word < wanted.size(); ++word)
+    for (uint64_t rest = wanted[word]; rest; rest &= rest - 1) {
+      index[used++] = 64 * word + size_t(std::countr_zero(rest));
+      if (used == 16) flush();
+    }
+  if (used) flush();
+  return blocked;
 }
 
 /// One triangle geometry of `vertices` and `triangles`, copied, in a scene of its own.
@@ -198,6 +246,17 @@ bool RayCaster::occluded_movable(Vec3f o, Vec3f d, float to) const {
   for (uint32_t object : present_)
     if (occluded_object(object, o, d, to)) return true;
   return false;
+}
+
+RayBits RayCaster::occluded_static(const RayFan& fan, const RayBits& wanted) const {
+  return occluded_in(device_->static_scene, fan, wanted);
+}
+
+RayBits RayCaster::occluded_object(uint32_t object, const RayFan& fan,
+                                   const RayBits& wanted) const {
+  const Movable& movable = movables_[object];
+  if (!movable.scene) return {};
+  return occluded_in(static_cast<RTCScene>(movable.scene), fan, wanted);
 }
 
 std::string RayCaster::description() const {

