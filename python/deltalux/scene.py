@@ -249,14 +249,18 @@ class Camera:
 class Node:
     """One node of the input file's hierarchy, kept so that outputs can restore it.
 
-    `parts` lists (mesh name, first triangle, triangle count) in the scene; `to_part` maps
-    the node's own space to the part's local space (4x4), since scale and shear are baked.
+    `parent` is an index into `Scene.nodes`, -1 for a root; parents come first. `matrix` is the transform to the
+    parent. `parts` lists (mesh name, first triangle, triangle count) in the scene; `to_part` (4x4) maps the
+    node's own space to that mesh's local space, since scale and shear are baked there: local vertices times its
+    inverse are the node's. A movable's first node always has a part, if an empty one: its world transform is
+    the mesh's pose times `to_part`, whatever the pose has become.
     """
 
     name: str
     parent: int
     matrix: np.ndarray
     parts: tuple[tuple[str, int, int], ...] = ()
+    to_part: np.ndarray | None = None
 
 
 class Scene:

@@ -1,6 +1,59 @@
 # SPDX-License-Identifier: Apache-2.0
 """Readers: file to Scene, nothing else."""
 
+from __future__ import annotations
 
-def load(path, **options):
-    raise NotImplementedError
+from collections.abc import Iterable
+from pathlib import Path
+
+from deltalux.errors import Error, OptionError
+from deltalux.scene import Scene
+
+from .gltf import load_gltf
+from .obj import load_obj
+
+LIGHT_UNITS = ("spec", "blender-watts", "unitless")
+LOADERS = {".gltf": load_gltf, ".glb": load_gltf, ".obj": load_obj}
+
+
+def load(path: str | Path, *, movable: Iterable[str] = (), light_units: str = "spec") -> Scene:
+    """Read a scene from a file; the suffix (.glb, .gltf, .obj) says how.
+
+    Parameters
+    ----------
+    path : str or Path
+    movable : names of nodes (objects in OBJ) that may be moved, removed and added
+        Each becomes one movable mesh with everything below it. Nodes named ``MOVE_...`` and nodes
+        with ``extras.movable`` become movable without being listed.
+    light_units : "spec", "blender-watts" or "unitless"
+        What the numbers of KHR_lights_punctual are; see `deltalux.io.gltf_lights`.
+
+    Returns
+    -------
+    Scene
+        `Scene.unit` is "lux" for glTF read to the letter, else "W/m2"; `Scene.warnings` lists what
+        the file holds but Deltalux does not honour.
+
+    Raises
+    ------
+    OptionError
+        The suffix, a name in `movable`, or `light_units` is unknown.
+    FormatError
+        The file is absent, malformed, or needs what is not supported.
+    SceneError
+        The file is well-formed but there is nothing to light, or it does not fit into memory.
+    """
+    path = Path(path)
+    loader = LOADERS.get(path.suffix.lower())
+    if loader is None:
+        raise OptionError(
+            f'"{path.name}": found suffix "{path.suffix}", expected one of {", ".join(LOADERS)}'
+        )
+    if light_units not in LIGHT_UNITS:
+        raise OptionError(f"light_units: found {light_units!r}, expected one of {', '.join(LIGHT_UNITS)}")
+    names = (movable,) if isinstance(movable, str) else tuple(movable)
+    try:
+        return loader(path, names, light_units)
+    except Error as error:
+        # Inner functions say where in the file; only this one needs to know which file.
+        raise type(error)(f"{path.name}: {error}") from error.__cause__

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What readers say: errors with place, found and expected; warnings batched by kind."""
+
+from __future__ import annotations
+
+import reprlib
+from collections.abc import Sequence
+from typing import Any, TypeVar
+
+from deltalux.errors import FormatError
+
+SHOWN_ITEMS = 4
+MAX_NAME = 120
+
+T = TypeVar("T")
+
+
+class Notes:
+    """Warnings of one load; things of the same kind share one line."""
+
+    def __init__(self) -> None:
+        self._items: dict[str, dict[str, None]] = {}
+
+    def add(self, text: str, item: str = "") -> None:
+        """Record a warning; `item` names what it is about."""
+        items = self._items.setdefault(text, {})
+        if item:
+            items.setdefault(item)
+
+    def lines(self) -> tuple[str, ...]:
+        """One line per kind: the text, then the first few names."""
+        return tuple(
+            f"{text} ({listed(list(items))})" if items else text for text, items in self._items.items()
+        )
+
+
+def listed(names: Sequence[str], limit: int = SHOWN_ITEMS) -> str:
+    """The first names, and how many more there are."""
+    more = len(names) - limit
+    return ", ".join(names[:limit]) + (f" and {more} more" if more > 0 else "")
+
+
+def malformed(
+    where: str, found: Any, expected: str, remedy: str = "repair or re-export the file"
+) -> FormatError:
+    """The error for a malformed file; a string in `found` is taken as a description, not as a value."""
+    shown = found if isinstance(found, str) else reprlib.repr(found)
+    return FormatError(f"{where}: found {shown}, expected {expected}; {remedy}")
+
+
+def element(items: Sequence[T], index: int, where: str) -> T:
+    """`items[index]`; FormatError where the file's index is out of range."""
+    if not 0 <= index < len(items):
+        raise malformed(where, index, f"an index below {len(items)}")
+    return items[index]
+
+
+def clean_name(text: str) -> str:
+    """A name that can be printed and encoded: control characters and lone surrogates are replaced."""
+    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text[:MAX_NAME])
+
+
+class UniqueNames:
+    """Gives each name once; a repeated one gets "#2", "#3", … appended."""
+
+    def __init__(self) -> None:
+        self._next: dict[str, int] = {}
+
+    def take(self, name: str) -> str:
+        """`name`, or `name` with a number when it has been taken."""
+        candidate = name
+        while candidate in self._next:
+            self._next[name] += 1
+            candidate = f"{name}#{self._next[name]}"
+        self._next[candidate] = 1
+        return candidate

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Reads regular files, and files that another file names and that must lie beside or below it."""
+
+from __future__ import annotations
+
+import re
+import stat
+from pathlib import Path
+
+from .diagnostics import malformed
+
+SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.\-]*:")  # of a URL, or the letter of a drive
+
+
+def read_regular_file(path: Path, where: str, limit: int | None = None) -> bytes:
+    """The file's bytes, the first `limit` of them; refuses devices and pipes, which may never end."""
+    try:
+        if not stat.S_ISREG(path.stat().st_mode):
+            raise malformed(where, f'"{path.name}", which is no regular file', "a regular file")
+        with path.open("rb") as file:
+            return file.read() if limit is None else file.read(limit)
+    except FileNotFoundError:
+        raise malformed(
+            where, f'no file "{path.name}" in {path.parent}', "it to be there", "restore it"
+        ) from None
+    except (OSError, ValueError) as error:
+        raise malformed(where, f'"{path.name}" that cannot be read ({error})', "a readable file") from None
+
+
+def read_beside(folder: Path, relative: str, where: str, limit: int | None = None) -> bytes:
+    """The bytes of `folder`/`relative`.
+
+    Neither "..", absolute paths and addresses, nor symbolic links lead out of the folder.
+    """
+    shown = repr(relative[:80])
+    if SCHEME.match(relative) or relative.startswith(("/", "\\")) or not relative.isprintable():
+        raise malformed(
+            where, f"the path {shown}", "a relative path below the file's folder", "move it there"
+        )
+    try:
+        base = folder.resolve(strict=True)
+        target = (base / relative).resolve()
+    except (OSError, RuntimeError) as error:  # RuntimeError: a loop of symbolic links, before Python 3.13
+        raise malformed(where, f"the path {shown} ({error})", "a file below the folder") from None
+    if not target.is_relative_to(base):
+        raise malformed(
+            where,
+            f"the path {shown}, which leads out of the file's folder",
+            "a file inside it",
+            "move it there",
+        )
+    return read_regular_file(target, where, limit)

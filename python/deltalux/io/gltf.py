@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: Apache-2.0
+"""glTF 2.0 (.gltf, .glb) to Scene: static meshes, movable objects, lights, cameras and the node tree."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from deltalux.errors import SceneError
+from deltalux.scene import Mesh, Node, Scene, replace_scene
+
+from .diagnostics import element
+from .gltf_accessors import Accessors
+from .gltf_buffers import Buffers
+from .gltf_document import Document, read_document
+from .gltf_lights import UNIT_OF, Lights, read_cameras
+from .gltf_materials import Materials
+from .gltf_movables import Ownership, assign_owners
+from .gltf_nodes import PlacedNode, place_nodes, rigid_inverse, rigid_part
+from .gltf_primitives import Primitives
+from .gltf_textures import Textures
+from .memory import require_memory
+
+
+def load_gltf(path: Path, movable: Sequence[str] = (), light_units: str = "spec") -> Scene:
+    """Read a glTF file; see `deltalux.load`.
+
+    A static node with a mesh becomes one Mesh with world vertices and the identity as pose. A movable node
+    becomes one Mesh with everything below it: the pose is the rigid part of its world transform, scale and
+    shear go into the vertices, and lights below it are attached to it. Skins and morph targets are taken at
+    the authored vertices.
+    """
+    document = read_document(path)
+    nodes = place_nodes(document)
+    ownership = assign_owners(nodes, movable, document.notes)
+    assembly = _Assembly(document, nodes, ownership, light_units)
+    assembly.check_size()
+    assembly.run()
+    scene = Scene(
+        assembly.meshes,
+        assembly.materials.used,
+        assembly.lights.found,
+        unit=UNIT_OF[light_units],
+        cameras=read_cameras(document, nodes),
+        nodes=assembly.kept,
+        source=str(path),
+    )
+    _check_content(scene, document)
+    areas = [(light["name"], light["power"]) for light in scene.info()["lights"] if light["kind"] == "area"]
+    assembly.lights.note_plausibility(areas)
+    return replace_scene(scene, warnings=document.notes.lines())
+
+
+class _Assembly:
+    """Turns placed nodes into meshes, materials and lights."""
+
+    def __init__(
+        self, document: Document, nodes: list[PlacedNode], ownership: Ownership, light_units: str
+    ) -> None:
+        buffers = Buffers(document)
+        self.document = document
+        self.nodes = nodes
+        self.ownership = ownership
+        self.primitives = Primitives(document, Accessors(document, buffers))
+        self.materials = Materials(document, Textures(document, buffers))
+        self.lights = Lights(document, light_units)
+        self.meshes: list[Mesh] = []
+        self.kept: list[Node] = []
+
+    def check_size(self) -> None:
+        """Refuse, before any array is read, what instancing would blow up beyond the memory."""
+        sizes: dict[int, tuple[int, int]] = {}
+        triangles = vertices = 0
+        for node in self.nodes:
+            mesh = node.source.mesh
+            if mesh is None:
+                continue
+            element(self.document.gltf.meshes, mesh, f"{node.place}.mesh")
+            if mesh not in sizes:
+                sizes[mesh] = self.primitives.size(mesh)
+            triangles += sizes[mesh][0]
+            vertices += sizes[mesh][1]
+        require_memory(triangles, vertices, "scene")
+
+    def run(self) -> None:
+        """Put the nodes together, in order; what belongs to a movable follows its root directly."""
+        members: dict[int, list[int]] = {}
+        for k, owner in enumerate(self.ownership.owner):
+            if owner is not None:
+                members.setdefault(owner, []).append(k)
+        for k, node in enumerate(self.nodes):
+            owner = self.ownership.owner[k]
+            if owner == k:
+                self._add_mesh(k, members[k], rigid_part(node.world))
+            elif owner is None and node.source.mesh is not None:
+                self._add_mesh(k, [k], np.eye(4))
+            elif owner is None:
+                self.kept.append(Node(node.name, node.parent, node.local))
+                self.lights.add(node, node.world, None)
+
+    def _add_mesh(self, root: int, members: list[int], pose: np.ndarray) -> None:
+        """One Mesh of the nodes `members`, with its materials, its lights and the records of its nodes."""
+        movable = self.ownership.owner[root] == root
+        name = self.ownership.mesh_name[root]
+        # The group is the node's name, which differs from the mesh's where several nodes bear it.
+        default_group = None if name == self.nodes[root].name else self.nodes[root].name
+        to_local = rigid_inverse(pose)
+        vertices, triangles, index = [np.zeros((0, 3))], [np.zeros((0, 3), np.int64)], [np.zeros(0, np.int64)]
+        names: dict[str, int] = {}
+        vertex_count = triangle_count = 0
+        for k in members:
+            node = self.nodes[k]
+            matrix = to_local @ node.world
+            parts: tuple[tuple[str, int, int], ...] = ((name, triangle_count, 0),) if k == root else ()
+            if node.source.mesh is not None:
+                surface = self.primitives.surface(node.source.mesh)
+                points, corners = surface.placed(matrix)
+                parts = ((name, triangle_count, len(corners)),)
+                vertices.append(points)
+                triangles.append(corners + vertex_count)
+                index.append(self._material_index(surface.materials, node, default_group, names))
+                vertex_count += len(points)
+                triangle_count += len(corners)
+                self._note_unhonoured(node)
+            self.lights.add(node, matrix, name if movable else None)
+            self.kept.append(Node(node.name, node.parent, node.local, parts, matrix if parts else None))
+        self.meshes.append(
+            Mesh(
+                name,
+                np.concatenate(vertices),
+                np.concatenate(triangles),
+                tuple(names),
+                np.concatenate(index),
+                pose,
+                movable,
+            )
+        )
+
+    def _material_index(
+        self, materials: np.ndarray, node: PlacedNode, default_group: str | None, names: dict[str, int]
+    ) -> np.ndarray:
+        """For each triangle the index of its material among `names`, which grows as needed."""
+        used, where = np.unique(materials, return_inverse=True)
+        found = [self.materials.material(int(m), node.group, default_group).name for m in used]
+        return np.array([names.setdefault(n, len(names)) for n in found], np.int64)[where]
+
+    def _note_unhonoured(self, node: PlacedNode) -> None:
+        self.primitives.note_unhonoured(node.source.mesh, node.label)
+        if node.source.skin is not None:
+            self.document.notes.add("skins are not applied: vertices stand as authored", node.label)
+
+
+def _check_content(scene: Scene, document: Document) -> None:
+    areas = np.concatenate([np.zeros(0), *(mesh.triangle_areas() for mesh in scene.meshes)])
+    if not len(areas):
+        raise SceneError("scene: found no triangles, expected some surface to light; export the meshes too")
+    flat = int((areas == 0).sum())
+    if flat:
+        document.notes.add(f"{flat:,} of {len(areas):,} triangles have no area")
+    if not scene.lights and not any(material.emissive for material in scene.materials):
+        document.notes.add("no light: neither a luminous material nor a light of KHR_lights_punctual")

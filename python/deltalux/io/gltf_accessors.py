@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Accessors to arrays: strides, sparse values, normalised integers; every bound is checked before use."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .diagnostics import element, malformed
+from .gltf_buffers import Buffers
+from .gltf_document import Document
+
+COMPONENTS: dict[int, np.dtype] = {
+    5120: np.dtype("<i1"),
+    5121: np.dtype("<u1"),
+    5122: np.dtype("<i2"),
+    5123: np.dtype("<u2"),
+    5125: np.dtype("<u4"),
+    5126: np.dtype("<f4"),
+}
+WIDTHS = {"SCALAR": 1, "VEC3": 3}
+INDEX_COMPONENTS = (5121, 5123, 5125)
+POSITION_COMPONENTS = (5120, 5121, 5122, 5123, 5126)  # the integers are KHR_mesh_quantization's
+# Without a buffer view nothing bounds the count; a sparse accessor larger than this is no mesh.
+MAX_UNBACKED_COUNT = 1 << 22
+
+
+@dataclass(frozen=True)
+class _Accessor:
+    place: str
+    source: Any  # pygltflib's record
+    dtype: np.dtype
+    width: int
+
+    @property
+    def count(self) -> int:
+        return self.source.count
+
+
+class Accessors:
+    """Reads vertex positions and vertex indices; errors name the accessor."""
+
+    def __init__(self, document: Document, buffers: Buffers) -> None:
+        self._document = document
+        self._buffers = buffers
+        self._positions: dict[int, np.ndarray] = {}
+
+    def count(self, index: int, where: str) -> int:
+        """Number of elements, after all bounds have been checked; allocates nothing of that size."""
+        accessor = self._describe(index, where)
+        if accessor.source.bufferView is not None:
+            self._base(accessor)
+        elif accessor.count > MAX_UNBACKED_COUNT:
+            raise malformed(
+                accessor.place,
+                f"{accessor.count} elements without a buffer view",
+                f"at most {MAX_UNBACKED_COUNT}",
+            )
+        if accessor.source.sparse is not None:
+            self._sparse(accessor)
+        return accessor.count
+
+    def has_data(self, index: int, where: str) -> bool:
+        """Whether the accessor has a buffer view or sparse values."""
+        source = element(self._document.gltf.accessors, index, where)
+        return source.bufferView is not None or source.sparse is not None
+
+    def positions(self, index: int, where: str) -> np.ndarray:
+        """(n, 3) float64; integers are read as KHR_mesh_quantization says."""
+        if index not in self._positions:
+            accessor = self._describe(index, where)
+            self._expect(accessor, "VEC3", POSITION_COMPONENTS)
+            self.count(index, where)
+            values = self._read(accessor).astype(np.float64)
+            if accessor.source.normalized and accessor.dtype.kind != "f":
+                values = np.maximum(values / np.iinfo(accessor.dtype).max, -1.0)
+            finite = np.isfinite(values).all(axis=1)
+            if not finite.all():
+                bad = int(np.argmin(finite))
+                raise malformed(accessor.place, f"{values[bad].tolist()} at vertex {bad}", "finite positions")
+            values.setflags(write=False)
+            self._positions[index] = values
+        return self._positions[index]
+
+    def indices(self, index: int, where: str, vertex_count: int) -> np.ndarray:
+        """(n,) int64, each below `vertex_count`."""
+        accessor = self._describe(index, where)
+        self._expect(accessor, "SCALAR", INDEX_COMPONENTS)
+        self.count(index, where)
+        values = self._read(accessor)[:, 0].astype(np.int64)
+        if values.size and values.max() >= vertex_count:
+            raise malformed(
+                accessor.place,
+                f"vertex index {int(values.max())}",
+                f"an index below {vertex_count}, the vertex count",
+            )
+        return values
+
+    def _describe(self, index: int, where: str) -> _Accessor:
+        source = element(self._document.gltf.accessors, index, where)
+        place = f"accessors[{index}]"
+        if source.componentType not in COMPONENTS:
+            raise malformed(f"{place}.componentType", source.componentType, f"one of {list(COMPONENTS)}")
+        if source.type not in WIDTHS:
+            raise malformed(f"{place}.type", repr(source.type)[:40], "SCALAR or VEC3")
+        return _Accessor(place, source, COMPONENTS[source.componentType], WIDTHS[source.type])
+
+    def _expect(self, accessor: _Accessor, kind: str, components: tuple[int, ...]) -> None:
+        source = accessor.source
+        if source.type != kind or source.componentType not in components:
+            raise malformed(
+                accessor.place,
+                f"type {source.type} of component type {source.componentType}",
+                f"{kind} of {' or '.join(map(str, components))}",
+            )
+
+    def _read(self, accessor: _Accessor) -> np.ndarray:
+        if accessor.source.bufferView is None:
+            values = np.zeros((accessor.count, accessor.width), accessor.dtype)
+        else:
+            values = self._base(accessor)
+        if accessor.source.sparse is not None:
+            where, replacements = self._sparse(accessor)
+            values = values.copy()
+            values[where] = replacements
+        return values
+
+    def _base(self, accessor: _Accessor) -> np.ndarray:
+        source = accessor.source
+        return self._elements(
+            source.bufferView,
+            source.byteOffset,
+            accessor.dtype,
+            accessor.width,
+            accessor.count,
+            accessor.place,
+        )
+
+    def _sparse(self, accessor: _Accessor) -> tuple[np.ndarray, np.ndarray]:
+        sparse, place = accessor.source.sparse, f"{accessor.place}.sparse"
+        if sparse.count > accessor.count:
+            raise malformed(f"{place}.count", sparse.count, f"at most the accessor's count {accessor.count}")
+        if sparse.indices.componentType not in INDEX_COMPONENTS:
+            raise malformed(
+                f"{place}.indices", sparse.indices.componentType, f"one of {list(INDEX_COMPONENTS)}"
+            )
+        dtype = COMPONENTS[sparse.indices.componentType]
+        where = self._elements(
+            sparse.indices.bufferView, sparse.indices.byteOffset, dtype, 1, sparse.count, f"{place}.indices"
+        )[:, 0].astype(np.int64)
+        if where.size and (where.max() >= accessor.count or (np.diff(where) <= 0).any()):
+            raise malformed(f"{place}.indices", "indices that repeat, fall, or reach beyond the count",
+                            f"rising indices below {accessor.count}")  # fmt: skip
+        values = self._elements(
+            sparse.values.bufferView,
+            sparse.values.byteOffset,
+            accessor.dtype,
+            accessor.width,
+            sparse.count,
+            f"{place}.values",
+        )
+        return where, values
+
+    def _elements(
+        self, view_index: int, offset: int, dtype: np.dtype, width: int, count: int, place: str
+    ) -> np.ndarray:
+        """(count, width) array over the view's bytes; no copy."""
+        data = self._buffers.view(view_index, f"{place}.bufferView")
+        size = dtype.itemsize * width
+        stride = self._buffers.stride(view_index) or size
+        if stride < size:
+            raise malformed(f"bufferViews[{view_index}].byteStride", stride, f"at least {size}")
+        end = offset + stride * (count - 1) + size if count else offset
+        if end > len(data):
+            raise malformed(
+                place, f"{count} elements up to byte {end}", f"at most the view's {len(data)} bytes"
+            )
+        if count == 0:
+            return np.zeros((0, width), dtype)
+        return np.ndarray((count, width), dtype, data, offset, (stride, dtype.itemsize))

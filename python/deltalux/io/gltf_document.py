@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A checked glTF document: container, types, version and extensions; the only file with pygltflib."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pygltflib
+
+from deltalux.errors import FormatError
+
+from .diagnostics import Notes, malformed
+from .gltf_container import read_container
+from .gltf_schema import GLTF
+
+HONOURED = {
+    "EXT_texture_webp",
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_pbrSpecularGlossiness",  # its diffuse part
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",  # the mean texel does not depend on it
+}
+COMPRESSION = {"EXT_meshopt_compression", "KHR_draco_mesh_compression", "KHR_meshopt_compression"}
+# These change looks that Deltalux counts as diffuse anyway, so that a file may require them.
+APPEARANCE = {
+    "KHR_materials_" + name
+    for name in (
+        "anisotropy", "clearcoat", "diffuse_transmission", "dispersion", "ior", "iridescence", "sheen",
+        "specular", "transmission", "unlit", "variants", "volume",
+    )
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Document:
+    """A glTF file after the checks that need no buffer.
+
+    `gltf` is pygltflib's object; its indexes are not yet checked, its types are.
+    """
+
+    path: Path
+    gltf: Any
+    blob: bytes | None
+    notes: Notes
+
+
+def read_document(path: Path) -> Document:
+    """Read and check the JSON of a .gltf or .glb file; FormatError says what is wrong with it."""
+    root, blob = read_container(path)
+    _check_version(root)
+    checked = GLTF(root, "glTF")
+    _check_required(checked.get("extensionsRequired", []))
+    try:
+        gltf = pygltflib.GLTF2.from_json(json.dumps(checked), infer_missing=True)
+    except (RecursionError, TypeError, ValueError, AttributeError, KeyError) as error:
+        raise FormatError(
+            f"glTF: pygltflib refused it ({error!r:.200}); repair or re-export the file"
+        ) from error
+    document = Document(path, gltf, blob, Notes())
+    _note_unhonoured(document)
+    return document
+
+
+def _check_version(root: dict[str, Any]) -> None:
+    # Before the schema: a glTF 1.0 file is best told so, not that its nodes are no list.
+    asset = root.get("asset")
+    version = asset.get("version") if isinstance(asset, dict) else None
+    minimum = asset.get("minVersion", "2.0") if isinstance(asset, dict) else "2.0"
+    if not isinstance(version, str) or not re.fullmatch(r"2\.\d{1,3}", version) or minimum != "2.0":
+        shown = version if minimum == "2.0" else {"minVersion": minimum}
+        raise malformed("asset.version", repr(shown)[:60], '"2.0"', "convert the file to glTF 2.0")
+
+
+def _check_required(required: list[str]) -> None:
+    for name in required:
+        if name in COMPRESSION:
+            raise FormatError(
+                f"extension {name}: found compressed geometry, which is not supported, expected plain "
+                "accessors; export the file without compression"
+            )
+        if name not in HONOURED | APPEARANCE:
+            raise FormatError(
+                f'extension "{name}": the file requires it, but it is not supported; expected only '
+                f"{', '.join(sorted(HONOURED))} and material extensions; export the file without it"
+            )
+
+
+def _note_unhonoured(document: Document) -> None:
+    gltf, notes = document.gltf, document.notes
+    for name in sorted({*gltf.extensionsUsed, *gltf.extensionsRequired} - HONOURED):
+        if name in COMPRESSION:
+            notes.add(f"extension {name} is present but not honoured: the uncompressed data are read instead")
+        else:
+            notes.add(f"extension {name} is present but not honoured")
+    if gltf.animations:
+        notes.add("animations are present but not honoured: nodes stand as authored")

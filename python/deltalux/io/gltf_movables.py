@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which nodes of a glTF document are movable objects, and what belongs to each."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from deltalux.errors import OptionError
+
+from .diagnostics import Notes, UniqueNames, listed
+from .gltf_nodes import PlacedNode
+
+PREFIX = "MOVE_"
+
+
+@dataclass(frozen=True)
+class Ownership:
+    """`owner[k]`: position of the movable node that node k belongs to (itself, if it is one), or None.
+
+    `mesh_name[k]`: the name of the mesh that node k gives rise to, for movable roots and static nodes.
+    """
+
+    owner: list[int | None]
+    mesh_name: dict[int, str]
+
+
+def assign_owners(nodes: list[PlacedNode], names: Sequence[str], notes: Notes) -> Ownership:
+    """Decide what moves: the nodes in `names`, those named MOVE_..., and those with extras.movable.
+
+    A name selects every node that bears it; where several do, "name#2" selects the second alone. What lies
+    within a movable belongs to it. Raises OptionError for a name that no node bears, or with nothing to move.
+    """
+    content = _with_content(nodes)
+    wanted = _wanted(nodes, names, content, notes)
+    owner: list[int | None] = []
+    for k, node in enumerate(nodes):
+        above = owner[node.parent] if node.parent >= 0 else None
+        if above is not None and k in wanted and node.name != nodes[above].name:
+            notes.add(
+                "movable objects inside another one move with it", f'"{node.label}" in "{nodes[above].label}"'
+            )
+        owner.append(above if above is not None else k if k in wanted else None)
+    return Ownership(owner, _mesh_names(nodes, owner))
+
+
+def _with_content(nodes: list[PlacedNode]) -> list[bool]:
+    """Whether a mesh or a light is at or below each node."""
+    content = [n.source.mesh is not None or "KHR_lights_punctual" in n.source.extensions for n in nodes]
+    for k in range(len(nodes) - 1, -1, -1):
+        if content[k] and nodes[k].parent >= 0:
+            content[nodes[k].parent] = True
+    return content
+
+
+def _wanted(nodes: list[PlacedNode], names: Sequence[str], content: list[bool], notes: Notes) -> set[int]:
+    wanted: set[int] = set()
+    for k, node in enumerate(nodes):
+        if node.name.startswith(PREFIX) or node.source.extras.get("movable"):
+            if content[k]:
+                wanted.add(k)
+            else:
+                notes.add("nodes marked as movable have nothing to move", node.label)
+    for name in names:
+        bearing = [k for k, node in enumerate(nodes) if node.name == name]
+        bearing = bearing or [k for k, node in enumerate(nodes) if node.label == name]
+        moving = [k for k in bearing if content[k]]
+        if not moving:
+            raise OptionError(
+                _unknown(name, bool(bearing), [n.label for k, n in enumerate(nodes) if content[k]])
+            )
+        wanted.update(moving)
+    return wanted
+
+
+def _unknown(name: str, exists: bool, candidates: list[str]) -> str:
+    found = "a node with neither mesh nor light at or below it" if exists else "no node of that name"
+    near = difflib.get_close_matches(name, candidates, n=8, cutoff=0.5)
+    ordered = list(dict.fromkeys([*near, *candidates]))
+    return (
+        f'movable "{name}": found {found}, expected one of: {listed(ordered, 16) or "none, nothing can move"}'
+    )
+
+
+def _mesh_names(nodes: list[PlacedNode], owner: list[int | None]) -> dict[int, str]:
+    # Labels of nodes with a mesh stay as they are without movables; a movable node without a mesh of its
+    # own takes its plain name where that is free (its mesh child may have borne it).
+    names: dict[int, str] = {}
+    unique = UniqueNames()
+    roots = [k for k, node in enumerate(nodes) if owner[k] in (None, k) and node.source.mesh is not None]
+    for k in roots:
+        names[k] = unique.take(nodes[k].label)
+    for k, node in enumerate(nodes):
+        if owner[k] == k and k not in names:
+            names[k] = unique.take(node.name)
+    return names

@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The node tree of a glTF document: the scene's nodes in order, their transforms and their names."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .diagnostics import UniqueNames, element, malformed
+from .gltf_document import Document
+
+
+@dataclass(frozen=True)
+class PlacedNode:
+    """One node of the scene that is loaded.
+
+    `parent` is a position in the list of placed nodes, -1 for a root; a parent precedes its children.
+    `label` is unique; among nodes of one name, those with a mesh come first. `local` and `world` are 4x4.
+    """
+
+    index: int
+    parent: int
+    source: Any  # pygltflib's record
+    name: str
+    label: str
+    group: str | None
+    local: np.ndarray
+    world: np.ndarray
+
+    @property
+    def place(self) -> str:
+        """Where the node is in the file."""
+        return f"nodes[{self.index}]"
+
+
+def place_nodes(document: Document) -> list[PlacedNode]:
+    """The nodes of the default scene, depth first, with world transforms.
+
+    Raises FormatError for cycles, nodes with two parents, and transforms that are not affine or finite.
+    """
+    nodes = document.gltf.nodes
+    parents = _parents(nodes)
+    order = _depth_first(nodes, _roots(document, parents))
+    position = {index: k for k, index in enumerate(order)}
+    names = [_name(document, index) for index in order]
+    labels = _labels(names, [nodes[index].mesh is not None for index in order])
+    placed: list[PlacedNode] = []
+    for k, index in enumerate(order):
+        parent = position.get(parents[index], -1)
+        local = _local_matrix(nodes[index], f"nodes[{index}]")
+        group = nodes[index].extras.get("group")
+        world = local
+        if parent >= 0:
+            group = group or placed[parent].group
+            with np.errstate(over="ignore", invalid="ignore"):
+                world = placed[parent].world @ local
+            if not np.isfinite(world).all():
+                raise malformed(f"nodes[{index}]", "a world transform beyond float64", "a finite transform")
+        placed.append(PlacedNode(index, parent, nodes[index], names[k], labels[k], group, local, world))
+    return placed
+
+
+def _parents(nodes: list[Any]) -> list[int]:
+    parents = [-1] * len(nodes)
+    for i, node in enumerate(nodes):
+        for child in node.children:
+            element(nodes, child, f"nodes[{i}].children")
+            if parents[child] >= 0:
+                raise malformed(
+                    f"nodes[{child}]", f"a child of both node {parents[child]} and node {i}", "one parent"
+                )
+            parents[child] = i
+    return parents
+
+
+def _roots(document: Document, parents: list[int]) -> list[int]:
+    gltf = document.gltf
+    if not gltf.scenes:
+        return [i for i, parent in enumerate(parents) if parent < 0]
+    index = gltf.scene if gltf.scene is not None else 0
+    scene = element(gltf.scenes, index, "scene")
+    if gltf.scene is None and len(gltf.scenes) > 1:
+        document.notes.add(f"{len(gltf.scenes)} scenes and no default: the first is loaded")
+    elif len(gltf.scenes) > 1:
+        document.notes.add(f"{len(gltf.scenes)} scenes: only the default one is loaded")
+    for root in scene.nodes:
+        element(gltf.nodes, root, f"scenes[{index}].nodes")
+        if parents[root] >= 0:
+            raise malformed(
+                f"scenes[{index}].nodes", f"node {root}, {_ancestry(root, parents)}", "nodes without a parent"
+            )
+    return list(dict.fromkeys(scene.nodes))
+
+
+def _ancestry(node: int, parents: list[int]) -> str:
+    chain = [node]
+    while (parent := parents[chain[-1]]) >= 0:
+        if parent == node:
+            return f"which is its own ancestor (a cycle of {len(chain)} nodes)"
+        if len(chain) > len(parents):
+            break
+        chain.append(parent)
+    return f"which is a child of node {parents[node]}"
+
+
+def _depth_first(nodes: list[Any], roots: list[int]) -> list[int]:
+    order = []
+    stack = roots[::-1]
+    while stack:  # not recursive: a chain of nodes may be longer than the call stack
+        index = stack.pop()
+        order.append(index)
+        stack.extend(reversed(nodes[index].children))
+    return order
+
+
+def _name(document: Document, index: int) -> str:
+    node = document.gltf.nodes[index]
+    if node.name:
+        return node.name
+    if node.mesh is not None:
+        mesh = element(document.gltf.meshes, node.mesh, f"nodes[{index}].mesh")
+        if mesh.name:
+            return mesh.name
+    return f"node{index}"
+
+
+def _labels(names: list[str], with_mesh: list[bool]) -> list[str]:
+    # Nodes with a mesh first: their labels become the names of meshes, so "room" below an empty "room"
+    # is not "room#2".
+    unique = UniqueNames()
+    labels = [""] * len(names)
+    for wanted in (True, False):
+        for k, name in enumerate(names):
+            if with_mesh[k] is wanted:
+                labels[k] = unique.take(name)
+    return labels
+
+
+def _local_matrix(node: Any, place: str) -> np.ndarray:
+    if node.matrix is not None:
+        matrix = np.array(node.matrix).reshape(4, 4).T  # stored column by column
+        if np.abs(matrix[3] - (0, 0, 0, 1)).max() > 1e-6:
+            raise malformed(f"{place}.matrix", f"last row {matrix[3].tolist()}", "[0, 0, 0, 1]")
+        matrix[3] = (0, 0, 0, 1)
+        return matrix
+    matrix = np.eye(4)
+    matrix[:3, :3] = _rotation(node.rotation, place) * np.array(node.scale or (1.0, 1.0, 1.0))
+    matrix[:3, 3] = node.translation or (0.0, 0.0, 0.0)
+    return matrix
+
+
+def _rotation(quaternion: list[float] | None, place: str) -> np.ndarray:
+    if quaternion is None:
+        return np.eye(3)
+    length = float(np.linalg.norm(quaternion))
+    if length < 1e-6:
+        raise malformed(f"{place}.rotation", quaternion, "a unit quaternion")
+    x, y, z, w = (q / length for q in quaternion)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def rigid_part(matrix: np.ndarray) -> np.ndarray:
+    """The rigid transform nearest to an affine one: its origin, and the rotation of its polar decomposition.
+
+    A mirrored matrix is decomposed after a point reflection, which keeps the rotation unique.
+    """
+    linear = matrix[:3, :3]
+    u, _, vt = np.linalg.svd(linear)
+    rotation = u @ vt
+    if np.linalg.det(linear) < 0:
+        rotation = -rotation
+    elif np.linalg.det(rotation) < 0:  # a singular matrix: any rotation serves
+        rotation = u @ np.diag((1.0, 1.0, -1.0)) @ vt
+    pose = np.eye(4)
+    pose[:3, :3] = rotation
+    pose[:3, 3] = matrix[:3, 3]
+    return pose
+
+
+def rigid_inverse(pose: np.ndarray) -> np.ndarray:
+    """The inverse of a rigid transform."""
+    inverse = np.eye(4)
+    inverse[:3, :3] = pose[:3, :3].T
+    inverse[:3, 3] = -pose[:3, :3].T @ pose[:3, 3]
+    return inverse

@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: Apache-2.0
+"""glTF meshes to triangles in their own space: modes, windings, shared and oversized vertex arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .diagnostics import element, malformed
+from .gltf_accessors import Accessors
+from .gltf_document import COMPRESSION, Document
+
+TRIANGLES, STRIP, FAN = 4, 5, 6
+NO_TRIANGLES = {0: "points", 1: "lines", 2: "lines", 3: "lines"}
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Triangles of one glTF mesh in the mesh's space.
+
+    `vertices` (n, 3) float64; `triangles` (m, 3) int64; `materials` (m,) int64, the glTF material of each
+    triangle, -1 for glTF's default material.
+    """
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+    materials: np.ndarray
+
+    def placed(self, matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Vertices transformed by a 4x4 matrix, and triangles whose front stays the front."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            vertices = self.vertices @ matrix[:3, :3].T + matrix[:3, 3]
+        mirrored = np.linalg.det(matrix[:3, :3]) < 0
+        return vertices, self.triangles[:, ::-1] if mirrored else self.triangles
+
+
+class Primitives:
+    """Reads each glTF mesh once."""
+
+    def __init__(self, document: Document, accessors: Accessors) -> None:
+        self._document = document
+        self._accessors = accessors
+        self._surfaces: dict[int, Surface] = {}
+
+    def size(self, mesh: int) -> tuple[int, int]:
+        """Triangles and at most how many vertices the mesh has; reads no array."""
+        triangles = vertices = 0
+        for place, primitive in self._triangle_primitives(mesh):
+            count = self._accessors.count(primitive.attributes.POSITION, f"{place}.attributes.POSITION")
+            corners = count
+            if primitive.indices is not None:
+                corners = self._accessors.count(primitive.indices, f"{place}.indices")
+            own = corners // 3 if primitive.mode == TRIANGLES else max(corners - 2, 0)
+            triangles += own
+            vertices += min(count, 3 * own)
+        return triangles, vertices
+
+    def surface(self, mesh: int) -> Surface:
+        """All triangles of a mesh."""
+        if mesh not in self._surfaces:
+            self._surfaces[mesh] = self._read(mesh)
+        return self._surfaces[mesh]
+
+    def note_unhonoured(self, mesh: int, name: str) -> None:
+        """Warn of what the mesh has beside triangles."""
+        notes = self._document.notes
+        for primitive in self._document.gltf.meshes[mesh].primitives:
+            if primitive.mode in NO_TRIANGLES:
+                notes.add(f"{NO_TRIANGLES[primitive.mode]} are not surfaces and are left out", name)
+            if primitive.targets:
+                notes.add("morph targets are not applied: vertices stand as authored", name)
+            if primitive.attributes.COLOR_0 is not None:
+                notes.add("vertex colours are not honoured", name)
+
+    def _triangle_primitives(self, mesh: int) -> list[tuple[str, Any]]:
+        found = []
+        for i, primitive in enumerate(self._document.gltf.meshes[mesh].primitives):
+            place = f"meshes[{mesh}].primitives[{i}]"
+            if primitive.mode in NO_TRIANGLES:
+                continue
+            if primitive.mode not in (TRIANGLES, STRIP, FAN):
+                raise malformed(f"{place}.mode", primitive.mode, "0 to 6")
+            if primitive.attributes.POSITION is None:
+                raise malformed(f"{place}.attributes", "no POSITION", "it to be there")
+            if primitive.material is not None:
+                element(self._document.gltf.materials, primitive.material, f"{place}.material")
+            self._refuse_compressed(place, primitive)
+            found.append((place, primitive))
+        return found
+
+    def _refuse_compressed(self, place: str, primitive: Any) -> None:
+        compressed = set(primitive.extensions) & COMPRESSION
+        position = primitive.attributes.POSITION
+        if compressed and not self._accessors.has_data(position, f"{place}.attributes.POSITION"):
+            name = min(compressed)
+            raise malformed(
+                place, f"data compressed by {name} only", "plain accessors", "export without compression"
+            )
+
+    def _read(self, mesh: int) -> Surface:
+        vertices, triangles, materials = (
+            [np.zeros((0, 3))],
+            [np.zeros((0, 3), np.int64)],
+            [np.zeros(0, np.int64)],
+        )
+        offset = 0
+        for place, primitive in self._triangle_primitives(mesh):
+            points = self._accessors.positions(primitive.attributes.POSITION, f"{place}.attributes.POSITION")
+            if primitive.indices is None:
+                corners = np.arange(len(points), dtype=np.int64)
+            else:
+                corners = self._accessors.indices(primitive.indices, f"{place}.indices", len(points))
+            own = _assemble(corners, primitive.mode, place)
+            used, own = _compact(own, len(points))
+            vertices.append(points if used is None else points[used])
+            triangles.append(own + offset)
+            materials.append(
+                np.full(len(own), -1 if primitive.material is None else primitive.material, np.int64)
+            )
+            offset += len(vertices[-1])
+        return Surface(np.concatenate(vertices), np.concatenate(triangles), np.concatenate(materials))
+
+
+def _assemble(corners: np.ndarray, mode: int, place: str) -> np.ndarray:
+    """(m, 3) triangles with glTF's winding from the corners of a list, strip or fan."""
+    if mode == TRIANGLES:
+        if len(corners) % 3:
+            raise malformed(place, f"{len(corners)} corners", "a multiple of 3 for separate triangles")
+        return corners.reshape(-1, 3)
+    if len(corners) < 3:
+        return np.zeros((0, 3), np.int64)
+    if mode == FAN:
+        return np.stack([corners[1:-1], corners[2:], np.full(len(corners) - 2, corners[0])], axis=1)
+    strip = np.stack([corners[:-2], corners[1:-1], corners[2:]], axis=1)
+    strip[1::2] = strip[1::2][:, [0, 2, 1]]  # every other triangle runs the other way round
+    return strip
+
+
+def _compact(triangles: np.ndarray, vertex_count: int) -> tuple[np.ndarray | None, np.ndarray]:
+    """The vertices in use (None: all) and the triangles numbered by them.
+
+    Exporters often let a thousand small meshes share one vertex array; each must not carry all of it.
+    """
+    if triangles.size * 8 < vertex_count:  # sorting few corners is cheaper than marking many vertices
+        used, own = np.unique(triangles, return_inverse=True)
+        return used, own.reshape(-1, 3)
+    marked = np.zeros(vertex_count, bool)
+    marked[triangles] = True
+    if marked.all():
+        return None, triangles
+    renumbered = np.cumsum(marked) - 1
+    return np.flatnonzero(marked), renumbered[triangles]

@@ -1,0 +1,240 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The part of glTF 2.0's JSON that Deltalux reads: types are checked, the rest is dropped."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from .diagnostics import clean_name, malformed
+
+# Takes a JSON value and its place; returns the cleaned value or raises FormatError.
+Check = Callable[[Any, str], Any]
+
+MAX_INTEGER = 2**53
+MAX_NUMBER = 1e30  # beyond it, products of transforms would leave the range of float64
+ATTRIBUTE = re.compile(r"[A-Z][A-Z0-9_]*")
+
+
+def integer(value: Any, where: str) -> int:
+    """A non-negative integer; 5.0 counts as one, as in JSON Schema."""
+    if isinstance(value, float) and value.is_integer():
+        value = int(value)
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < MAX_INTEGER:
+        raise malformed(where, value if not isinstance(value, str) else repr(value), "a non-negative integer")
+    return value
+
+
+def number(value: Any, where: str) -> float:
+    """A finite number."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= MAX_NUMBER:
+        raise malformed(where, _shown(value), "a finite number")
+    return float(value)
+
+
+def boolean(value: Any, where: str) -> bool:
+    """true or false."""
+    if not isinstance(value, bool):
+        raise malformed(where, _shown(value), "true or false")
+    return value
+
+
+def text(value: Any, where: str) -> str:
+    """A string, as it is."""
+    if not isinstance(value, str):
+        raise malformed(where, _shown(value), "a string")
+    return value
+
+
+def name(value: Any, where: str) -> str:
+    """A string that can be printed."""
+    return clean_name(text(value, where))
+
+
+def present(value: Any, where: str) -> dict[str, Any]:
+    """Anything: only that it is there matters."""
+    return {}
+
+
+def list_of(check: Check, length: int | None = None) -> Check:
+    """A list whose elements pass `check`."""
+
+    def check_list(value: Any, where: str) -> list[Any]:
+        if not isinstance(value, list) or (length is not None and len(value) != length):
+            raise malformed(where, _shown(value), "a list" if length is None else f"a list of {length}")
+        return [check(v, f"{where}[{i}]") for i, v in enumerate(value)]
+
+    return check_list
+
+
+def record(
+    fields: Mapping[str, Check], required: tuple[str, ...] = (), extensions: Mapping[str, Check] | None = None
+) -> Check:
+    """An object; unknown fields are dropped and null counts as absent."""
+    known = {**fields, "extensions": _extensions(extensions or {}), "extras": _extras}
+
+    def check_record(value: Any, where: str) -> dict[str, Any]:
+        if not isinstance(value, dict):
+            raise malformed(where, _shown(value), "an object")
+        for key in required:
+            if value.get(key) is None:
+                raise malformed(where, f'no "{key}"', "it to be there")
+        return {k: known[k](v, f"{where}.{k}") for k, v in value.items() if k in known and v is not None}
+
+    return check_record
+
+
+def _extensions(known: Mapping[str, Check]) -> Check:
+    def check_extensions(value: Any, where: str) -> dict[str, Any]:
+        if not isinstance(value, dict):
+            raise malformed(where, _shown(value), "an object")
+        return {k: known.get(k, present)(v, f"{where}.{k}") for k, v in value.items()}
+
+    return check_extensions
+
+
+def _extras(value: Any, where: str) -> dict[str, Any]:
+    # Extras may be any JSON; these two keys are ours, and other types than ours are someone else's.
+    found = value if isinstance(value, dict) else {}
+    extras: dict[str, Any] = {}
+    if isinstance(found.get("group"), str) and found["group"]:
+        extras["group"] = clean_name(found["group"])
+    if isinstance(found.get("movable"), bool | int):  # Blender writes a tick box as 1
+        extras["movable"] = bool(found["movable"])
+    return extras
+
+
+def _attributes(value: Any, where: str) -> dict[str, int]:
+    if not isinstance(value, dict):
+        raise malformed(where, _shown(value), "an object")
+    return {k: integer(v, f"{where}.{k}") for k, v in value.items() if ATTRIBUTE.fullmatch(k)}
+
+
+def _shown(value: Any) -> Any:
+    return repr(value[:40]) if isinstance(value, str) else value
+
+
+_TEXTURE_REFERENCE = record({"index": integer}, required=("index",))
+
+_SPARSE = record(
+    {
+        "count": integer,
+        "indices": record(
+            {"bufferView": integer, "byteOffset": integer, "componentType": integer},
+            required=("bufferView", "componentType"),
+        ),
+        "values": record({"bufferView": integer, "byteOffset": integer}, required=("bufferView",)),
+    },
+    required=("count", "indices", "values"),
+)
+
+_SPECULAR_GLOSSINESS = record({"diffuseFactor": list_of(number, 4), "diffuseTexture": _TEXTURE_REFERENCE})
+
+_MATERIAL = record(
+    {
+        "name": name,
+        "pbrMetallicRoughness": record(
+            {
+                "baseColorFactor": list_of(number, 4),
+                "baseColorTexture": _TEXTURE_REFERENCE,
+                "metallicFactor": number,
+            }
+        ),
+        "normalTexture": present,
+        "occlusionTexture": present,
+        "emissiveFactor": list_of(number, 3),
+        "emissiveTexture": _TEXTURE_REFERENCE,
+        "alphaMode": text,
+        "doubleSided": boolean,
+    },
+    extensions={
+        "KHR_materials_emissive_strength": record({"emissiveStrength": number}),
+        "KHR_materials_pbrSpecularGlossiness": _SPECULAR_GLOSSINESS,
+    },
+)
+
+_PRIMITIVE = record(
+    {
+        "attributes": _attributes,
+        "indices": integer,
+        "mode": integer,
+        "material": integer,
+        "targets": list_of(present),
+    },
+    required=("attributes",),
+)
+
+_NODE = record(
+    {
+        "name": name,
+        "children": list_of(integer),
+        "mesh": integer,
+        "skin": integer,
+        "camera": integer,
+        "matrix": list_of(number, 16),
+        "translation": list_of(number, 3),
+        "rotation": list_of(number, 4),
+        "scale": list_of(number, 3),
+    },
+    extensions={"KHR_lights_punctual": record({"light": integer}, required=("light",))},
+)
+
+_LIGHT = record(
+    {
+        "name": name,
+        "type": text,
+        "color": list_of(number, 3),
+        "intensity": number,
+        "range": number,
+        "spot": record({"innerConeAngle": number, "outerConeAngle": number}),
+    },
+    required=("type",),
+)
+
+GLTF = record(
+    {
+        "asset": record({"version": text, "minVersion": text, "generator": text}, required=("version",)),
+        "extensionsUsed": list_of(name),
+        "extensionsRequired": list_of(name),
+        "scene": integer,
+        "scenes": list_of(record({"name": name, "nodes": list_of(integer)})),
+        "nodes": list_of(_NODE),
+        "meshes": list_of(
+            record({"name": name, "primitives": list_of(_PRIMITIVE)}, required=("primitives",))
+        ),
+        "materials": list_of(_MATERIAL),
+        "textures": list_of(
+            record({"source": integer}, extensions={"EXT_texture_webp": record({"source": integer})})
+        ),
+        "images": list_of(record({"name": name, "uri": text, "bufferView": integer})),
+        "accessors": list_of(
+            record(
+                {
+                    "bufferView": integer,
+                    "byteOffset": integer,
+                    "componentType": integer,
+                    "count": integer,
+                    "normalized": boolean,
+                    "type": text,
+                    "sparse": _SPARSE,
+                },
+                required=("componentType", "count", "type"),
+            )
+        ),
+        "bufferViews": list_of(
+            record(
+                {"buffer": integer, "byteOffset": integer, "byteLength": integer, "byteStride": integer},
+                required=("buffer", "byteLength"),
+            )
+        ),
+        "buffers": list_of(record({"uri": text, "byteLength": integer}, required=("byteLength",))),
+        "cameras": list_of(
+            record({"name": name, "type": text, "perspective": record({"yfov": number}, required=("yfov",))})
+        ),
+        "skins": list_of(present),
+        "animations": list_of(present),
+    },
+    required=("asset",),
+    extensions={"KHR_lights_punctual": record({"lights": list_of(_LIGHT)}, required=("lights",))},
+)

@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Wavefront OBJ to Scene: polygons of every object, with the materials of its MTL files."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from deltalux.errors import OptionError, SceneError
+from deltalux.scene import Mesh, Node, Scene
+from deltalux.units import WATTS_PER_SQUARE_METRE
+
+from .diagnostics import Notes, clean_name, listed, malformed
+from .files import read_regular_file
+from .memory import require_memory
+from .mtl import MaterialLibrary
+
+MOVABLE_PREFIX = "MOVE_"
+IGNORED = {"g", "vn", "vt", "s", "vp", "lod", "bevel", "c_interp", "d_interp", "mg"}
+
+
+@dataclass
+class _Object:
+    """Corners of the triangles of one object, as indexes into the file's vertices."""
+
+    corners: list[int] = field(default_factory=list)
+    materials: list[str] = field(default_factory=list)
+
+
+@dataclass
+class _Reading:
+    vertices: list[tuple[float, float, float]] = field(default_factory=list)
+    objects: dict[str, _Object] = field(default_factory=dict)
+
+
+def load_obj(path: Path, movable: Sequence[str] = (), light_units: str = "spec") -> Scene:
+    """Read an OBJ file and its MTL files; see `deltalux.load`.
+
+    Each object ("o", or each group "g" in files without objects) becomes one Mesh; a movable one turns about
+    the centre of its bounds. Polygons are cut into a fan. Kd is the reflectance, Ke the radiance, W/(sr m2),
+    from the front; results are in W/m2. OBJ knows no lamps, so `light_units` has no effect.
+    """
+    notes = Notes()
+    library = MaterialLibrary(path.parent, notes)
+    reading = _read(read_regular_file(path, "file"), library, notes)
+    objects = {
+        n: o for n, o in (reading.objects if reading.has_objects else reading.groups).items() if o.corners
+    }
+    if not objects:
+        raise SceneError("scene: found no faces, expected some surface to light")
+    unknown = [name for name in movable if name not in objects]
+    if unknown:
+        candidates = listed(list(objects), 16)
+        raise OptionError(f'movable "{unknown[0]}": found no such object, expected one of: {candidates}')
+    triangles = sum(len(o.materials) for o in objects.values())
+    require_memory(triangles, len(reading.vertices), "scene")
+    vertices = np.array(reading.vertices, np.float64)
+    meshes = [
+        _mesh(name, found, vertices, name in movable or name.startswith(MOVABLE_PREFIX))
+        for name, found in objects.items()
+    ]
+    materials = [
+        library.material(name) for name in dict.fromkeys(m for mesh in meshes for m in mesh.material)
+    ]
+    nodes = [Node(m.name, -1, m.pose, ((m.name, 0, len(m.triangles)),), np.eye(4)) for m in meshes]
+    return Scene(
+        meshes,
+        materials,
+        unit=WATTS_PER_SQUARE_METRE,
+        nodes=nodes,
+        warnings=notes.lines(),
+        source=str(path),
+    )
+
+
+def _mesh(name: str, found: _Object, vertices: np.ndarray, movable: bool) -> Mesh:
+    used, triangles = np.unique(found.corners, return_inverse=True)
+    points = vertices[used]
+    pose = np.eye(4)
+    if movable:
+        pose[:3, 3] = (points.min(axis=0) + points.max(axis=0)) / 2
+    names = tuple(dict.fromkeys(found.materials))
+    index = {material: i for i, material in enumerate(names)}
+    return Mesh(
+        name,
+        points - pose[:3, 3],
+        triangles.reshape(-1, 3),
+        names,
+        [index[m] for m in found.materials],
+        pose,
+        movable,
+    )
+
+
+def _lines(data: bytes) -> Iterator[tuple[int, list[str]]]:
+    """(line number, words) of each statement; a backslash continues a line."""
+    start, held = 0, ""
+    for number, line in enumerate(data.decode("utf-8", "replace").split("\n"), 1):
+        start = start if held else number
+        held += line.split("#", 1)[0].rstrip()
+        if held.endswith("\\"):
+            held = held[:-1] + " "
+            continue
+        if words := held.split():
+            yield start, words
+        held = ""
+
+
+def _read(data: bytes, library: MaterialLibrary, notes: Notes) -> _Reading:
+    reading = _Reading()
+    naming = "o" if re.search(rb"^\s*o\s", data, re.MULTILINE) else "g"
+    material, name = "default", "object"
+    for number, (key, *rest) in _lines(data):
+        where = f"line {number}"
+        if key == "v":
+            reading.vertices.append(_point(rest, where))
+            if len(rest) >= 6:
+                notes.add("vertex colours are not honoured")
+        elif key == "f":
+            corners = _face(rest, len(reading.vertices), where)
+            found = reading.objects.setdefault(name, _Object())
+            found.corners.extend(corners)
+            found.materials.extend([material] * (len(corners) // 3))
+        elif key == naming:
+            name = clean_name(" ".join(rest)) or "object"
+        elif key == "usemtl":
+            material = clean_name(" ".join(rest)) or "default"
+        elif key == "mtllib":
+            library.read(" ".join(rest), where)
+        elif key not in IGNORED:
+            notes.add("statements that are not honoured", clean_name(key))
+    return reading
+
+
+def _point(words: list[str], where: str) -> tuple[float, float, float]:
+    try:
+        x, y, z = (float(word) for word in words[:3])
+    except ValueError:
+        raise malformed(where, repr(" ".join(words))[:60], "three coordinates") from None
+    if not all(abs(c) < 1e30 for c in (x, y, z)):
+        raise malformed(where, repr(" ".join(words))[:60], "finite coordinates")
+    return x, y, z
+
+
+def _face(words: list[str], count: int, where: str) -> list[int]:
+    """Corners of the fan of triangles; negative indexes count back from the last vertex."""
+    corners = []
+    for word in words:
+        try:
+            index = int(word.split("/", 1)[0])
+        except ValueError:
+            raise malformed(where, repr(word)[:60], "a vertex index") from None
+        corner = index - 1 if index > 0 else count + index
+        if index == 0 or not 0 <= corner < count:
+            raise malformed(where, f"vertex index {word[:60]}", f"1 to {count} or -1 to -{count}")
+        corners.append(corner)
+    if len(corners) < 3:
+        raise malformed(where, f"a face of {len(corners)} corners", "at least 3")
+    return [c for i in range(1, len(corners) - 1) for c in (corners[0], corners[i], corners[i + 1])]
