@@ -47,9 +47,7 @@ def load_obj(path: Path, movable: Sequence[str] = (), light_units: str = "spec")
     notes = Notes()
     library = MaterialLibrary(path.parent, notes)
     reading = _read(read_regular_file(path, "file"), library, notes)
-    objects = {
-        n: o for n, o in (reading.objects if reading.has_objects else reading.groups).items() if o.corners
-    }
+    objects = reading.objects
     if not objects:
         raise SceneError("scene: found no faces, expected some surface to light")
     unknown = [name for name in movable if name not in objects]
