@@ -2,6 +2,7 @@
 """Generated demonstration scenes: deterministic, each with a camera "main" and something to move."""
 
 from .cornell_box import cornell_box
+from .expo import expo
 from .office import office
 
-__all__ = ["cornell_box", "office"]
+__all__ = ["cornell_box", "expo", "office"]

@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
-from deltalux.scene import Material, Mesh, Scene
+from deltalux.scene import Material, Scene
 
 from .placing import look_at
-from .shapes import GAP, box, panel_lamp, room, shape
+from .shapes import GAP, box, panel_lamp, room
 
 # The measured box is 552.8 x 548.8 x 559.2 mm; here 100 mm are a metre. Light and blocks likewise.
 WIDTH, HEIGHT, DEPTH = 5.528, 5.488, 5.592
@@ -20,9 +20,8 @@ def cornell_box() -> Scene:
     Returns
     -------
     Scene
-        Unit "W/m2"; light group "ceiling"; movable "tall_block" (free: at least 0.6 m to the
-        right and to the back, or removed) and "short_block"; camera "main", which stands before
-        the open front as in the original.
+        Unit "W/m2"; light group "ceiling"; movable "tall_block" and "short_block"; camera
+        "main", which stands before the open front as in the original.
     """
     white = (0.725, 0.71, 0.68)
     materials = [
@@ -31,23 +30,15 @@ def cornell_box() -> Scene:
         Material("green", (0.14, 0.45, 0.091)),
         Material("lamp", (0.78, 0.78, 0.78), (18.4, 14.0, 6.8), "ceiling"),
     ]
+    walls = room(WIDTH, HEIGHT, DEPTH, ["white", "white", None, "white", "red", "green"])
     lamp = panel_lamp(1.30, LAMP_THICKNESS, 1.05, LAMP_RIM, "white", "lamp")
     block = box(BLOCK_WIDTH, 1.65, BLOCK_DEPTH, "white")
     tall = box(BLOCK_WIDTH, 3.30, BLOCK_DEPTH, "white")
     meshes = [
-        _walls(),
+        walls.mesh("walls"),
         lamp.moved(0, HEIGHT - LAMP_THICKNESS - GAP, 0.0).mesh("lamp"),
         block.mesh("short_block", at=(0.925, GAP, 1.11), degrees=-16.7, movable=True),
         tall.mesh("tall_block", at=(-0.905, GAP, -0.7125), degrees=17.1, movable=True),
     ]
     camera = look_at("main", (0, 2.73, 10.8), (0, 2.73, 0), 39.3)
     return Scene(meshes, materials, unit="W/m2", cameras=[camera])
-
-
-def _walls() -> Mesh:
-    """Floor, ceiling and three walls, facing inwards."""
-    closed = room(WIDTH, HEIGHT, DEPTH, "white", "white", ("white", "white", "red", "green"))
-    names = [closed.materials[i] for i in closed.material_index]
-    front = (closed.vertices[closed.triangles][:, :, 2] == DEPTH / 2).all(axis=1)
-    kept = [name for name, gone in zip(names, front, strict=True) if not gone]
-    return shape(closed.vertices, closed.triangles[~front], kept).mesh("walls")

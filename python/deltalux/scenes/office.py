@@ -81,8 +81,8 @@ def _materials() -> list[Material]:
 
 
 def _walls() -> list[Mesh]:
-    walls = ("wall", "wall", "accent_wall", "wall")
-    return [room(WIDTH, HEIGHT, DEPTH, "carpet", "ceiling", walls).mesh("room")]
+    sides = ["carpet", "ceiling", "wall", "wall", "accent_wall", "wall"]
+    return [room(WIDTH, HEIGHT, DEPTH, sides).mesh("room")]
 
 
 def _luminaires() -> list[Mesh]:

@@ -309,10 +309,15 @@ def tiles(xs: Any, zs: Any, name: Callable[[int, int], str]) -> Shape:
     return shape(vertices, grid_triangles(len(zs), len(xs)), names * 2)
 
 
-def room(width: float, height: float, depth: float, floor: str, ceiling: str, walls: Sequence[str]) -> Shape:
-    """The inside of a cuboid: faces look inwards; `walls` at +z, -z, -x, +x."""
-    inside = box(width, height, depth, floor).flipped()
-    return shape(inside.vertices, inside.triangles, [floor, ceiling, *walls] * 2)
+def room(width: float, height: float, depth: float, sides: Sequence[str | None]) -> Shape:
+    """The inside of a cuboid, faces looking inwards.
+
+    `sides` are the materials of floor, ceiling, and the walls at +z, -z, -x, +x; None leaves one out.
+    """
+    inside = box(width, height, depth, "").flipped()
+    names = [*sides] * 2  # `box` lists the first halves of its six faces, then the second halves
+    kept = [i for i, name in enumerate(names) if name is not None]
+    return shape(inside.vertices, inside.triangles[kept], [name for name in names if name is not None])
 
 
 def panel_lamp(width: float, height: float, depth: float, rim: float, body: str, lamp: str) -> Shape:
