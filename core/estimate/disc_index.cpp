@@ -32,6 +32,11 @@ inline __m256i perm(uint32_t mask) { return _mm256_cvtepu8_epi32(_mm_loadl_epi64
 inline void prefetch4(const void* p) { const char* c = (const char*)p; _mm_prefetch(c, _MM_HINT_T0); _mm_prefetch(c+64, _MM_HINT_T0); _mm_prefetch(c+128, _MM_HINT_T0); _mm_prefetch(c+192, _MM_HINT_T0); }
 }
 
+#ifdef __AVX512VL__
+#define COMPRESS(v, m) _mm256_maskz_compress_epi32(__mmask8(m), v)
+#else
+#define COMPRESS(v, m) _mm256_permutevar8x32_epi32(v, perm(m))
+#endif
 Stats DiscIndex::accumulate(const segments::SegmentSpan& s, int sign, const EnergySums& sums, HitSlots* slots) const {
   Stats stats;
   if (tree_.nodes.empty()) return stats;
@@ -87,14 +92,18 @@ Stats DiscIndex::accumulate(const segments::SegmentSpan& s, int sign, const Ener
                                           _mm256_max_ps(plane(nz, 2, r.near_shift), _mm256_setzero_ps()));
         const __m256 far = _mm256_min_ps(_mm256_min_ps(plane(nx ^ 32, 0, r.far_shift), plane(ny ^ 32, 1, r.far_shift)),
                                           _mm256_min_ps(plane(nz ^ 32, 2, r.far_shift), _mm256_broadcast_ss(&r.end)));
+        #ifdef __AVX512VL__
+        const uint32_t mask = _mm256_cmp_ps_mask(near, far, _CMP_LE_OQ);
+#else
         const uint32_t mask = uint32_t(_mm256_movemask_ps(_mm256_cmp_ps(near, far, _CMP_LE_OQ)));
+#endif
         const uint32_t inner_mask = mask & ((1u << node.inner) - 1), leaf_mask = mask & ~((1u << node.inner) - 1);
         const uint32_t seg = item & ~kRef;
         const __m256i in = _mm256_add_epi32(_mm256_set1_epi32(int(node.inner_base + seg)), iota);
         const __m256i lf = _mm256_add_epi32(_mm256_set1_epi32(int(node.leaf_base + seg)), iota);
-        _mm256_storeu_si256((__m256i*)(stack + top), _mm256_permutevar8x32_epi32(in, perm(inner_mask)));
+        _mm256_storeu_si256((__m256i*)(stack + top), COMPRESS(in, inner_mask));
         top += std::popcount(inner_mask);
-        _mm256_storeu_si256((__m256i*)(leafq + leaf_count), _mm256_permutevar8x32_epi32(lf, perm(leaf_mask)));
+        _mm256_storeu_si256((__m256i*)(leafq + leaf_count), COMPRESS(lf, leaf_mask));
         leaf_count += std::popcount(leaf_mask);
       }
       stats.node_tests += take;
@@ -126,10 +135,14 @@ Stats DiscIndex::accumulate(const segments::SegmentSpan& s, int sign, const Ener
       else if (rule_ == segments::SegmentEnd::second) end = _mm256_broadcast_ss(&q.extended);
       else end = _mm256_min_ps(_mm256_broadcast_ss(&q.length) + _mm256_set1_ps(segments::kBoundedRadii) * radius, _mm256_broadcast_ss(&q.extended));
       const __m256 z = _mm256_setzero_ps();
+#ifdef __AVX512VL__
+      const uint32_t mask = _mm256_mask_cmp_ps_mask(_mm256_mask_cmp_ps_mask(_mm256_mask_cmp_ps_mask(_mm256_cmp_ps_mask(facing,z,_CMP_LT_OQ), t, z, _CMP_GT_OQ), t, end, _CMP_LE_OQ), d2, radius*radius, _CMP_LE_OQ);
+#else
       const __m256 ok = _mm256_and_ps(_mm256_and_ps(_mm256_cmp_ps(facing, z, _CMP_LT_OQ), _mm256_cmp_ps(t, z, _CMP_GT_OQ)),
          _mm256_and_ps(_mm256_cmp_ps(t, end, _CMP_LE_OQ), _mm256_cmp_ps(d2, radius * radius, _CMP_LE_OQ)));
       const uint32_t mask = uint32_t(_mm256_movemask_ps(ok));
-      _mm256_storeu_si256((__m256i*)(hit_disc.data() + hit_count), _mm256_permutevar8x32_epi32(_mm256_load_si256((const __m256i*)leaf.disc), perm(mask)));
+#endif
+      _mm256_storeu_si256((__m256i*)(hit_disc.data() + hit_count), COMPRESS(_mm256_load_si256((const __m256i*)leaf.disc), mask));
       _mm256_storeu_si256((__m256i*)(hit_seg.data() + hit_count), _mm256_set1_epi32(int(sg)));
       hit_count += std::popcount(mask);
     }

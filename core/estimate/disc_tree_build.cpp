@@ -17,7 +17,7 @@ float half_area(const Box& b) {
   const Vec3f e = b.extent();
   return e.x * e.y + e.y * e.z + e.z * e.x;
 }
-float leaves_of(size_t n) { return float((n + kWidth - 1) / kWidth); }
+float leaves_of(size_t n) { return float(n); }
 
 struct Binary { Box box; uint32_t left = 0, right = 0; uint32_t begin = 0, end = 0; 
   float cost[kWidth + 1]; uint8_t share[kWidth + 1]; 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <numeric>
 
 #include "base/error.h"
 #include "samples/placement.h"
@@ -151,32 +150,6 @@ void Session::check_memory(Progress& progress) {
         std::to_string(forecast_.paths_that_fit) + " paths would fit, or raise the memory limit");
 }
 
-void Session::choose_direct() {
-  State& s = *state_;
-  s.light_sampled.assign(s.lights.size(), s.options.direct == DirectMode::sampled);
-  if (s.options.direct != DirectMode::automatic) return;
-  // A shadow ray costs about a quarter of a segment that is traced, stored and deposited. Shadow
-  // rays may cost as much as the paths; lights with most power per ray come first.
-  double budget = 5.0 * double(forecast_.segments);
-  std::vector<size_t> order(s.lights.size());
-  std::iota(order.begin(), order.end(), size_t(0));
-  const auto rays = [&](size_t i) {
-    return direct::DirectLight::estimated_rays(s.lights[i], s.samples.size());
-  };
-  const auto worth = [&](size_t i) {
-    const Vec3d p = s.lights[i].power;
-    return (p.x + p.y + p.z) / std::max(1.0, rays(i));
-  };
-  std::sort(order.begin(), order.end(), [&](size_t a, size_t b) {
-    return worth(a) != worth(b) ? worth(a) > worth(b) : a < b;
-  });
-  for (size_t i : order) {
-    if (rays(i) > budget) continue;
-    budget -= rays(i);
-    s.light_sampled[i] = 1;
-  }
-}
-
 void Session::trace_all(Progress& progress, Report& report) {
   State& s = *state_;
   uint64_t paths = 0;
@@ -268,19 +241,6 @@ Report Session::recompute(Progress& progress) {
   }
 }
 
-std::vector<direct::Receiver> Session::receivers() const {
-  const State& s = *state_;
-  std::vector<direct::Receiver> out(s.samples.size());
-  const auto place = [&](const samples::DiscSet& discs, const Pose& pose) {
-    for (size_t i = 0; i < discs.size(); ++i)
-      out[discs.id[i]] = {pose.point(discs.centre[i]), pose.direction(discs.normal[i])};
-  };
-  place(s.static_index->discs(), {});
-  for (const MovingPart& part : s.moving)
-    place(part.index->discs(), s.scene.objects[part.object].pose);
-  return out;
-}
-
 void Session::refresh_areas(const std::vector<ObjectChange>* changes) {
   State& s = *state_;
   if (!changes) s.area.assign(s.samples.size(), 1.0f);
@@ -311,20 +271,6 @@ void Session::refresh_areas(const std::vector<ObjectChange>* changes) {
   };
   refresh(s.static_index->discs(), nullptr);
   for (const MovingPart& part : s.moving) refresh(part.index->discs(), &part);
-}
-
-void Session::compute_direct(Progress& progress) {
-  State& s = *state_;
-  // One quantum of irradiance: what one quantum of power is on a small disc of the scene.
-  double brightest = 0;
-  for (const trace::Light& light : s.lights)
-    brightest = std::max({brightest, light.power.x, light.power.y, light.power.z});
-  const double metre = samples::scene_metre(s.scene);
-  const double quantum = brightest > 0 ? brightest / (metre * metre) * 0x1p-40 : 1.0;
-  auto fresh = std::make_unique<direct::DirectLight>(s.samples.size(), s.scene.group_count, quantum,
-                                                     s.options.seed);
-  fresh->compute(s.scene, *s.caster, s.lights, s.light_sampled, receivers(), s.workers, progress);
-  direct_ = std::move(fresh);
 }
 
 size_t Session::bytes() const {

@@ -83,8 +83,7 @@ class Session {
   void choose_direct();
   void trace_all(Progress& progress, Report& report);
   void compute_direct(Progress& progress);
-  void update_direct(std::span<const ObjectChange> changes, std::span<const uint32_t> inserted,
-                     Progress& progress);
+  void update_direct(std::span<const ObjectChange> changes, size_t old_lights, Progress& progress);
   void refresh_areas(const std::vector<ObjectChange>* changes);
   std::vector<direct::Receiver> receivers() const;
   void build_static_parts(Progress& progress);

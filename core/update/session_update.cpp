@@ -140,7 +140,7 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
       affected = find_affected(s, changes, materials, progress);
     report.milliseconds.emplace_back("scan", since(begin));
     const Clock::time_point start = Clock::now();
-    update_direct(changes, inserted, progress);
+    update_direct(changes, old_lights, progress);
     report.milliseconds.emplace_back("direct", since(start));
   } catch (...) {
     // Nothing was written yet but the state itself: put it back.

@@ -80,6 +80,8 @@ Session::Archive Session::save() const {
     archive[prefix + "extended"] = pack(extended);
   }
   archive["level_sizes"] = pack(level_sizes);
+  archive["direct.quantum"] = pack(std::vector<double>{direct_->irradiance_quantum()});
+  direct_->save(archive);
   return archive;
 }
 

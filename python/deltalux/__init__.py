@@ -1,25 +1,40 @@
 # SPDX-License-Identifier: Apache-2.0
 """Deltalux: incremental global illumination, equal to a full bake to the last bit."""
 
-from . import scenes
+from . import estimate, scenes
 from .errors import Cancelled, Error, FormatError, OptionError, SceneError
 from .io import load
+from .results import Estimate, Frame, Result
+from .samples import Samples
 from .scene import Camera, Material, Mesh, Node, PointLight, Scene, SpotLight, SunLight
+from .segments import Segments, trace, uniform_lines
+from .session import Session
+from .version import __version__
 
 __all__ = [
     "Camera",
     "Cancelled",
     "Error",
+    "Estimate",
     "FormatError",
+    "Frame",
     "Material",
     "Mesh",
     "Node",
     "OptionError",
     "PointLight",
+    "Result",
+    "Samples",
     "Scene",
     "SceneError",
+    "Segments",
+    "Session",
     "SpotLight",
     "SunLight",
+    "__version__",
+    "estimate",
     "load",
     "scenes",
+    "trace",
+    "uniform_lines",
 ]

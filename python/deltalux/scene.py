@@ -339,6 +339,14 @@ class Scene:
                 return mesh
         raise OptionError(f'mesh "{name}": not in the scene; found {[m.name for m in self.meshes][:12]}')
 
+    def material(self, name: str) -> Material:
+        """The material of that name; OptionError when there is none."""
+        for material in self.materials:
+            if material.name == name:
+                return material
+        found = [m.name for m in self.materials][:12]
+        raise OptionError(f'material "{name}": not in the scene; found {found}')
+
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """World bounds (minimum, maximum), each (3,)."""

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// Receivers in blocks: work is handed out, and shadow volumes are passed over, by the block.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "direct/light_shape.h"
+#include "direct/shadow_volume.h"
+#include "trace/ray_caster.h"
+
+namespace deltalux::direct {
+
+inline constexpr size_t kBlock = 256;
+
+/// Points of up to kBlock receivers as structure of arrays.
+struct Block {
+  Block(std::span<const Receiver> receivers, size_t first, size_t last)
+      : begin(first), end(last), count(last - first) {
+    for (size_t i = 0; i < count; ++i) {
+      const Vec3f p = receivers[begin + i].point;
+      x[i] = p.x, y[i] = p.y, z[i] = p.z;
+      bounds.grow(p);
+    }
+  }
+
+  size_t begin, end, count;
+  Box bounds;
+  alignas(64) float x[kBlock], y[kBlock], z[kBlock];
+};
+
+/// Shadow volumes are this much wider than exact: rays start and end epsilon off their surfaces.
+inline float slack(const trace::RayCaster& caster) { return 4 * caster.epsilon(); }
+
+/// The movables that may stand between a light and receivers of a block.
+class Blockers {
+ public:
+  Blockers(const trace::RayCaster& caster, const trace::Light& light, const Block& block) {
+    for (uint32_t object : caster.present()) {
+      const ShadowVolume volume(light, caster.object_bounds(object), slack(caster));
+      if (!volume.misses(block.bounds)) near_.push_back({object, volume});
+    }
+  }
+  /// Those that may hide a part of the light from `p`. Valid until the next call.
+  std::span<const uint32_t> of(Vec3f p) {
+    found_.clear();
+    for (const Near& n : near_)
+      if (n.volume.contains(p)) found_.push_back(n.object);
+    return found_;
+  }
+
+ private:
+  struct Near {
+    uint32_t object;
+    ShadowVolume volume;
+  };
+  std::vector<Near> near_;
+  std::vector<uint32_t> found_;
+};
+
+}  // namespace deltalux::direct

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// A light as its receivers see it: irradiance without anything in between, and shadow rays.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "base/vec.h"
+#include "trace/lights.h"
+#include "trace/ray_caster.h"
+
+namespace deltalux::direct {
+
+/// A surface point that takes light: its irradiance is asked. A zero normal takes none (its object
+/// is removed). Points need a little room: shadow rays start trace::RayCaster::epsilon() above.
+struct Receiver {
+  Vec3f point, normal;
+};
+
+/// How finely a light is looked at; point, spot and sun have one ray at either level.
+enum class Level : uint8_t { coarse, fine };
+inline constexpr uint32_t kCoarseRays = 36, kFineRays = 256;
+
+/// Shadow rays to a light and what each stands for.
+struct Strata {
+  trace::RayFan fan;
+  alignas(64) std::array<float, trace::RayFan::kMost> weight;  ///< share of the light, not normed
+  trace::RayBits countable{};  ///< rays with weight: those in front of the receiver and the light
+  bool uneven = false;         ///< too few of them carry the weight: the level is too coarse
+
+  /// Share of the light that the rays in `seen` (a subset of `countable`) stand for, in [0, 1].
+  double share(const trace::RayBits& seen) const;
+};
+
+class LightShape {
+ public:
+  /// `number`: of the light; with `seed` and the receiver it determines the strata's points.
+  LightShape(const trace::Light& light, uint32_t number, uint64_t seed, float epsilon);
+
+  /// Irradiance that the unblocked light gives, as a factor of brightest(): exact for area lights.
+  double open(const Receiver& receiver) const;
+  /// Radiance or intensity of the strongest channel.
+  double brightest() const { return brightest_; }
+  void cast(const Receiver& receiver, Level level, Strata& out) const;
+
+ private:
+  struct Triangle {
+    Vec3f corner, edge_u, edge_v, normal;
+    float area, longest_squared;
+    float before, share;  // cumulative share of the light's area before it, and its own
+  };
+  double open_triangle(const Triangle& triangle, const Receiver& receiver) const;
+  double open_punctual(const Receiver& receiver) const;
+  void cast_single(const Receiver& receiver, Strata& out) const;
+  void cast_area(const Receiver& receiver, Level level, Strata& out) const;
+  const Triangle& triangle_at(float position) const;
+
+  trace::Light punctual_;  // of point, spot and sun
+  std::vector<Triangle> triangles_;
+  scene::LightKind kind_;
+  bool two_sided_, on_;
+  uint64_t key_;
+  float epsilon_;
+  double brightest_;
+  uint32_t rows_[2] = {1,
+                       1};  // per level: strata across a triangle; columns run along the triangles
+};
+
+}  // namespace deltalux::direct

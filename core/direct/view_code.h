@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// StaticView in 32 bits: a kind, or where the bits of a partial one are kept.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+#include "direct/visibility.h"
+
+namespace deltalux::direct {
+
+inline constexpr uint32_t kFirstKindCode = 0xfffffff0u;
+
+constexpr uint32_t code_of(StaticView::Kind kind, size_t partial_index = 0) {
+  return kind == StaticView::Kind::partial ? uint32_t(partial_index)
+                                           : kFirstKindCode + uint32_t(kind);
+}
+constexpr bool is_kind(uint32_t code) { return code >= kFirstKindCode; }
+constexpr StaticView::Kind kind_of(uint32_t code) {
+  return StaticView::Kind(code - kFirstKindCode);
+}
+
+}  // namespace deltalux::direct

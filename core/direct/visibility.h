@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// How much of a light reaches a receiver: what static geometry leaves (kept), what movable objects
+// leave of that (asked again after every edit). Both are pure functions of the present state.
+#pragma once
+#include <cstdint>
+#include <span>
+
+#include "direct/light_shape.h"
+#include "trace/ray_caster.h"
+
+namespace deltalux::direct {
+
+/// What static geometry leaves of a light. The rules:
+/// - 36 rays. All free: open. All blocked: hidden. A part of them: 256 rays tell how much.
+/// - Where one of the 36 would stand for too much of the light, 256 rays from the start.
+/// - Where movables block a part of the 36, 256 rays tell as well; static geometry that none of the
+///   36 met is then not asked again.
+struct StaticView {
+  enum class Kind : uint8_t { empty, hidden, open, partial };  ///< empty: light not in front
+  Kind kind = Kind::empty;
+  uint64_t coarse = 0;    ///< partial: free coarse rays
+  trace::RayBits fine{};  ///< partial: free fine rays
+};
+
+StaticView look(const trace::RayCaster& caster, const LightShape& light, const Receiver& receiver);
+
+/// Share of the light that reaches the receiver, in [0, 1]: exactly 1 in the open, exactly 0 where
+/// no ray comes through. `movables`: every present object that may stand in between, ascending.
+double visible_share(const trace::RayCaster& caster, const LightShape& light,
+                     const Receiver& receiver, const StaticView& still,
+                     std::span<const uint32_t> movables);
+
+}  // namespace deltalux::direct

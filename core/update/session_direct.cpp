@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where the session meets direct light by shadow rays: which lights, which receivers, what changed.
+#include <algorithm>
+#include <numeric>
+
+#include "samples/placement.h"
+#include "update/session.h"
+
+namespace deltalux::update {
+
+void Session::choose_direct() {
+  State& s = *state_;
+  s.light_sampled.assign(s.lights.size(), s.options.direct == DirectMode::sampled);
+  if (s.options.direct != DirectMode::automatic) return;
+  // A shadow ray costs about a quarter of a segment that is traced, stored and deposited. Shadow
+  // rays may cost as much as the paths; lights with most power per ray come first.
+  double budget = 5.0 * double(forecast_.segments);
+  std::vector<size_t> order(s.lights.size());
+  std::iota(order.begin(), order.end(), size_t(0));
+  const auto rays = [&](size_t i) {
+    return direct::DirectLight::estimated_rays(s.lights[i], s.samples.size());
+  };
+  const auto worth = [&](size_t i) {
+    const Vec3d p = s.lights[i].power;
+    return (p.x + p.y + p.z) / std::max(1.0, rays(i));
+  };
+  std::sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+    return worth(a) != worth(b) ? worth(a) > worth(b) : a < b;
+  });
+  for (size_t i : order) {
+    if (rays(i) > budget) continue;
+    budget -= rays(i);
+    s.light_sampled[i] = 1;
+  }
+}
+
+std::vector<direct::Receiver> Session::receivers() const {
+  const State& s = *state_;
+  std::vector<direct::Receiver> out(s.samples.size());
+  const auto place = [&](const samples::DiscSet& discs, const Pose& pose) {
+    for (size_t i = 0; i < discs.size(); ++i)
+      out[discs.id[i]] = {pose.point(discs.centre[i]), pose.direction(discs.normal[i])};
+  };
+  place(s.static_index->discs(), {});
+  for (const MovingPart& part : s.moving)
+    place(part.index->discs(), s.scene.objects[part.object].pose);
+  return out;
+}
+
+void Session::compute_direct(Progress& progress) {
+  State& s = *state_;
+  // One quantum of irradiance: a tiny share of what the brightest light could give at a metre.
+  double brightest = 0;
+  for (const trace::Light& light : s.lights)
+    brightest = std::max({brightest, light.power.x, light.power.y, light.power.z});
+  const double metre = samples::scene_metre(s.scene);
+  const double quantum = brightest > 0 ? brightest / (metre * metre) * 0x1p-40 : 1.0;
+  auto fresh = std::make_unique<direct::DirectLight>(s.samples.size(), s.scene.group_count, quantum,
+                                                     s.options.seed);
+  const std::vector<direct::Receiver> points = receivers();
+  fresh->compute({*s.caster, s.lights, s.light_sampled, points}, s.workers, progress);
+  direct_ = std::move(fresh);
+}
+
+void Session::update_direct(std::span<const ObjectChange> changes, size_t old_lights,
+                            Progress& progress) {
+  const State& s = *state_;
+  if (changes.empty() && old_lights == s.lights.size()) return;
+  direct::Change change;
+  std::vector<uint8_t> changed(s.scene.objects.size());
+  for (const ObjectChange& c : changes) {
+    changed[c.object] = 1;
+    for (const Box& box : {c.before, c.after})
+      if (!box.empty()) change.boxes.push_back(box);
+  }
+  for (uint32_t i = 0; i < s.lights.size(); ++i) {
+    const uint32_t object = s.lights[i].object;
+    if (i >= old_lights || (object != scene::kNone && changed[object])) change.lights.push_back(i);
+  }
+  for (uint32_t i = 0; i < s.samples.size(); ++i) {
+    const uint32_t object = s.samples.attached[i];
+    if (object != scene::kNone && changed[object]) change.samples.push_back(i);
+  }
+  const std::vector<direct::Receiver> points = receivers();
+  direct_->update({*s.caster, s.lights, s.light_sampled, points}, change, s.workers, progress);
+}
+
+void Session::restore_direct(const Archive& archive, Progress&) {
+  const State& s = *state_;
+  const auto quantum = archive.find("direct.quantum");
+  if (quantum == archive.end() || quantum->second.size() != sizeof(double))
+    throw FormatError("session file: \"direct.quantum\" is missing");
+  double value = 0;
+  std::copy_n(quantum->second.begin(), sizeof value, reinterpret_cast<std::byte*>(&value));
+  auto fresh = std::make_unique<direct::DirectLight>(s.samples.size(), s.scene.group_count, value,
+                                                     s.options.seed);
+  fresh->restore(archive, s.lights, s.light_sampled);
+  direct_ = std::move(fresh);
+}
+
+}  // namespace deltalux::update

@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Samples: points, normals and disc radii where irradiance is asked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from .display_mesh import DisplayMesh, refine
+from .errors import OptionError
+from .scene import Scene
+
+
+def _points(values: Any, what: str, count: int | None = None) -> np.ndarray:
+    try:
+        array = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise OptionError(f"samples: {what}: expected numbers ({error})") from None
+    if array.ndim == 1 and array.size == 3:
+        array = array.reshape(1, 3)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise OptionError(f"samples: {what}: found shape {array.shape}, expected (n, 3)")
+    if count is not None and len(array) != count:
+        raise OptionError(f"samples: {what}: found {len(array)} rows, expected {count}, one for each point")
+    bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
+    if len(bad):
+        raise OptionError(f"samples: {what}: found {array[bad[0]]} at row {bad[0]}, expected finite numbers")
+    return array
+
+
+class Samples:
+    """Where irradiance is asked.
+
+    Parameters
+    ----------
+    points : (n, 3) array, metres; world, or local to the movable that they are attached to
+    normals : (n, 3) array; scaled to unit length
+    radius : number, (n,) array, or None
+        Disc radius in metres; None chooses one per sample, where noise and blur balance.
+    attached_to : str, sequence of str or None (one for each sample), or None
+        Name of the movable that samples move with.
+
+    Raises
+    ------
+    OptionError
+        For malformed arrays, a zero normal, or a radius that is not positive.
+    """
+
+    def __init__(self, points: Any, normals: Any, radius: Any = None, attached_to: Any = None) -> None:
+        self.points = _points(points, "points")
+        count = len(self.points)
+        normals = _points(normals, "normals")
+        if len(normals) == 1 and count != 1:
+            normals = np.repeat(normals, count, axis=0)
+        self.normals = _points(normals, "normals", count)
+        lengths = np.linalg.norm(self.normals, axis=1, keepdims=True)
+        if (lengths == 0).any():
+            raise OptionError(f"samples: normals: found zero at row {np.argmin(lengths)}, expected a direction")
+        self.normals = self.normals / lengths
+        self.radius = _radius(radius, count)
+        self.attached = _attached(attached_to, count)
+        self.display: DisplayMesh | None = None
+        self.grid_shape: tuple[int, int] | None = None
+        self.spacing: float | None = None
+        for array in (self.points, self.normals, self.radius, self.attached):
+            array.setflags(write=False)
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    @classmethod
+    def on_vertices(
+        cls, scene: Scene, spacing: float | None = None, radius: Any = None, display: DisplayMesh | None = None
+    ) -> Samples:
+        """Samples on the vertices of the scene's display mesh, refined to `spacing` without cracks.
+
+        Parameters
+        ----------
+        spacing : metres; None chooses from the scene's area
+        radius : as in the constructor, or "spacing": half the spacing (paper 2.1)
+        """
+        mesh = refine(scene, spacing) if display is None else display
+        names = np.array([*(m.name for m in scene.meshes), None], dtype=object)
+        if isinstance(radius, str):
+            if radius != "spacing":
+                raise OptionError(f'samples: radius: found "{radius}", expected metres, None or "spacing"')
+            radius = 0.5 * mesh.spacing
+        samples = cls(mesh.sample_points, mesh.normals, radius, names[mesh.attached])
+        samples.display = mesh
+        samples.spacing = mesh.spacing
+        return samples
+
+    @classmethod
+    def on_grid(cls, origin: Any, u: Any, v: Any, spacing: float, radius: Any = None) -> Samples:
+        """A working plane: points every `spacing` from origin along u and v, normal u × v.
+
+        The grid fills the rectangle that u and v span with points at the centres of its cells; row
+        by row along u: shape (rows along v, columns along u) is kept in `grid_shape`.
+        """
+        origin, u, v = (_points(x, name)[0] for x, name in ((origin, "origin"), (u, "u"), (v, "v")))
+        if not (np.isfinite(spacing) and spacing > 0):
+            raise OptionError(f"grid: spacing: found {spacing}, expected positive metres")
+        normal = np.cross(u, v)
+        if np.linalg.norm(normal) == 0:
+            raise OptionError("grid: u and v are parallel or zero, expected two sides of a rectangle")
+        lengths = np.linalg.norm(u), np.linalg.norm(v)
+        counts = [max(1, int(np.floor(length / spacing + 1e-6))) for length in lengths]
+        if counts[0] * counts[1] > 50_000_000:
+            raise OptionError(f"grid: {counts[0]} × {counts[1]} points, expected at most 50 million")
+        a = (np.arange(counts[0]) + 0.5) / counts[0]
+        b = (np.arange(counts[1]) + 0.5) / counts[1]
+        points = origin + (b[:, None, None] * v + a[None, :, None] * u)
+        samples = cls(points.reshape(-1, 3), normal, radius)
+        samples.grid_shape = (counts[1], counts[0])
+        samples.spacing = float(spacing)
+        return samples
+
+    @classmethod
+    def concatenate(cls, parts: Sequence[Samples]) -> Samples:
+        """All samples of `parts`, in order."""
+        if not parts:
+            raise OptionError("samples: found nothing to concatenate, expected at least one set")
+        return cls(
+            np.concatenate([p.points for p in parts]),
+            np.concatenate([p.normals for p in parts]),
+            np.concatenate([p.radius for p in parts]),
+            np.concatenate([p.attached for p in parts]),
+        )
+
+    def __repr__(self) -> str:
+        moving = int(sum(name is not None for name in self.attached))
+        return f"Samples({len(self)}, {moving} of them on movables)"
+
+
+def _radius(radius: Any, count: int) -> np.ndarray:
+    """(n,) float64; NaN = automatic."""
+    if radius is None:
+        return np.full(count, np.nan)
+    values = np.array(radius, dtype=np.float64)
+    if values.ndim == 0:
+        values = np.full(count, values)
+    if values.shape != (count,):
+        raise OptionError(f"samples: radius: found shape {values.shape}, expected a number or ({count},)")
+    given = values[~np.isnan(values)] if np.ndim(radius) else values
+    if not (np.isfinite(given) & (given > 0)).all():
+        raise OptionError("samples: radius: found a value that is not positive and finite, expected metres")
+    return values
+
+
+def _attached(attached_to: Any, count: int) -> np.ndarray:
+    """(n,) object array of names or None."""
+    names = np.empty(count, dtype=object)
+    if attached_to is None or isinstance(attached_to, str):
+        names[:] = attached_to
+    elif len(attached_to) == count:
+        names[:] = list(attached_to)
+    else:
+        raise OptionError(f"samples: attached_to: found {len(attached_to)} names, expected {count}")
+    return names

@@ -1,0 +1,412 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sessions: bake once, edit, update exactly."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+
+from . import _core, snapshot
+from .errors import OptionError
+from .estimate import SEGMENT_ENDS
+from .flatten import flatten
+from .memory import available_memory
+from .results import Frame, Result
+from .samples import Samples
+from .scene import Mesh, Scene, rigid_pose
+from .segments import MAX_BOUNCES, Progress
+
+DIRECT_MODES = ("auto", "paths", "sampled")
+DISC_AREAS = ("reachable", "whole")
+METHODS = ("auto", "disc_index")
+
+
+class Session:
+    """Global illumination of a scene at samples, kept exact under edits.
+
+    Parameters
+    ----------
+    scene : Scene
+    samples : Samples or None
+        None: on the vertices of the scene's display mesh.
+    paths : light particles, shared among the lights by power
+    seed : same seed, same bits, for every number of threads
+    threads : None = all processors
+    segment_end : "first", "second" or "bounded"
+        Which part of a flight counts (docs/explanation). With reachable discs "first" is unbiased.
+    disc_area : "reachable" or "whole"
+        Clip each disc to what its centre reaches and divide by that area, or the plain circle.
+    direct : "auto", "paths" or "sampled"
+        Direct light from the first flights, by shadow rays, or whichever is cheaper per light.
+    static_method, moving_method : "auto" or "disc_index"
+    memory_limit : bytes, or None = what is free; a bake that would need more is refused
+    progress : callable (stage, fraction) -> keep going, or None
+        Called from the calling thread about 50 times a second; False cancels.
+
+    Raises
+    ------
+    OptionError, SceneError
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        samples: Samples | None = None,
+        *,
+        paths: int = 1_000_000,
+        seed: int = 1,
+        threads: int | None = None,
+        segment_end: str = "first",
+        disc_area: str = "reachable",
+        direct: str = "auto",
+        static_method: str = "auto",
+        moving_method: str = "auto",
+        max_bounces: int = MAX_BOUNCES,
+        memory_limit: int | None = None,
+        progress: Progress | None = None,
+    ) -> None:
+        for name, value, allowed in (
+            ("segment_end", segment_end, SEGMENT_ENDS),
+            ("disc_area", disc_area, DISC_AREAS),
+            ("direct", direct, DIRECT_MODES),
+            ("static_method", static_method, METHODS),
+            ("moving_method", moving_method, METHODS),
+        ):
+            if value not in allowed:
+                raise OptionError(f"{name}: found {value!r}, expected one of {allowed}")
+        if not isinstance(paths, (int, np.integer)) or not 1 <= paths < 2**32:
+            raise OptionError(f"paths: found {paths!r}, expected an integer from 1 to 4e9")
+        if not isinstance(seed, (int, np.integer)) or not 0 <= seed < 2**64:
+            raise OptionError(f"seed: found {seed!r}, expected an integer from 0 to 2^64 - 1")
+        if threads is not None and not 1 <= threads <= 1024:
+            raise OptionError(f"threads: found {threads}, expected 1 to 1024, or None for all")
+        self.scene = scene
+        self.samples = Samples.on_vertices(scene) if samples is None else samples
+        self.progress = progress
+        self._options = {
+            "paths": int(paths),
+            "seed": int(seed),
+            "threads": threads,
+            "segment_end": segment_end,
+            "disc_area": disc_area,
+            "direct": direct,
+            "static_method": static_method,
+            "moving_method": moving_method,
+            "max_bounces": max_bounces,
+            "memory_limit": memory_limit,
+        }
+        self._flat = flatten(scene)
+        attached = np.array(
+            [0xFFFFFFFF if name is None else self._object(name) for name in self.samples.attached], np.uint32
+        )
+        self._core = _core.Session(
+            self._flat.core,
+            np.ascontiguousarray(self.samples.points, np.float32),
+            np.ascontiguousarray(self.samples.normals, np.float32),
+            np.ascontiguousarray(self.samples.radius, np.float32),
+            attached,
+            int(paths),
+            int(seed),
+            threads or 0,
+            segment_end,
+            disc_area,
+            direct,
+            max_bounces,
+            available_memory() if memory_limit is None else int(memory_limit),
+        )
+        self._poses = {m.name: m.pose for m in scene.meshes if m.movable}
+        self._removed: set[str] = set()
+        self._factors = dict.fromkeys(self._flat.groups, 1.0)
+        self._edits = _core.EditList()
+        self._baked = False
+        self._foreign_build: str | None = None  # a file's build where it differs from this one
+        self._result: tuple[np.ndarray, np.ndarray] | None = None
+
+    def __enter__(self) -> Session:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Free the session's memory; results that were read stay valid."""
+        self._core = None
+
+    # ---- names --------------------------------------------------------------------------------
+
+    def _object(self, name: str) -> int:
+        mesh = self.scene.mesh(name)
+        if not mesh.movable:
+            raise OptionError(
+                f'"{name}" is static, expected one of the movables {list(self.scene.movable)}; '
+                "name it in `movable` when the scene is loaded"
+            )
+        return self._flat.objects[name]
+
+    def _queue(self, kind: str, *values: Any) -> None:
+        edit = _core.EditList()
+        getattr(edit, kind)(*values)
+        self._session().check(edit)
+        getattr(self._edits, kind)(*values)
+
+    def _session(self) -> Any:
+        if self._core is None:
+            raise OptionError("session: it was closed; make or open another")
+        return self._core
+
+    def _baked_session(self) -> Any:
+        if not self._baked:
+            raise OptionError("session: there is no light yet; call bake() first")
+        return self._session()
+
+    # ---- edits --------------------------------------------------------------------------------
+
+    def pose(self, name: str) -> np.ndarray:
+        """Pose of a movable (4x4, local to world), edits that wait for `update` included."""
+        self._object(name)
+        return self._poses[name].copy()
+
+    def move(self, name: str, pose: Any) -> None:
+        """Queue: put the movable `name` at the absolute, rigid `pose`.
+
+        Raises
+        ------
+        OptionError
+            For an unknown or static name, a pose that is not rigid, or one that takes the object
+            out of the box that the session was made for.
+        """
+        index = self._object(name)
+        matrix = rigid_pose(pose, f'move "{name}": pose')
+        self._queue("move", index, np.ascontiguousarray(matrix))
+        self._poses[name] = matrix
+
+    def remove(self, name: str) -> None:
+        """Queue: take a movable away. Its samples read 0; a lamp takes its light along."""
+        index = self._object(name)
+        if name in self._removed:
+            raise OptionError(f'remove "{name}": it is removed already')
+        self._queue("present", index, False)
+        self._removed.add(name)
+
+    def add(self, item: str | Mesh) -> None:
+        """Queue: put a removed movable back where it was, or insert a new movable mesh.
+
+        Raises
+        ------
+        OptionError
+            For a name that is not a removed movable; for a mesh that is not movable, whose name is
+            taken, or whose materials the scene does not have.
+        """
+        if isinstance(item, str):
+            index = self._object(item)
+            if item not in self._removed:
+                raise OptionError(f'add "{item}": it is in the scene already')
+            self._queue("present", index, True)
+            self._removed.discard(item)
+            return
+        if not isinstance(item, Mesh):
+            raise OptionError(f"add: found {type(item).__name__}, expected a name or a Mesh")
+        self._insert(item)
+
+    def _insert(self, mesh: Mesh) -> None:
+        if not mesh.movable:
+            raise OptionError(f'add "{mesh.name}": found a static mesh, expected movable=True')
+        if mesh.name in self._flat.objects:
+            raise OptionError(f'add "{mesh.name}": the scene has a mesh of that name')
+        self._baked_session()
+        scene = self.scene.with_mesh(mesh)
+        for material in {self.scene.material(name) for name in mesh.material}:
+            if material.emissive and (material.group or mesh.name) not in self._flat.groups:
+                raise OptionError(
+                    f'add "{mesh.name}": its light group "{material.group or mesh.name}" is new; give the '
+                    f"material one of the session's groups {list(self._flat.groups)}"
+                )
+        self._queue("insert", self._flat.object(mesh))
+        self.scene = scene
+        self._flat.scene = scene
+        self._flat.objects[mesh.name] = len(self._flat.objects)
+        self._poses[mesh.name] = mesh.pose
+
+    def dim(self, group: str, factor: float) -> None:
+        """Queue: set a light group to `factor` of its loaded power (absolute, 1 = as loaded)."""
+        if group not in self._flat.groups:
+            raise OptionError(f'dim "{group}": no such light group, expected one of {list(self._flat.groups)}')
+        self._queue("dim", self._flat.groups[group], float(factor))
+        self._factors[group] = float(factor)
+
+    def set_reflectance(self, material: str, reflectance: Any) -> None:
+        """Queue: change a material's reflectance (3 values, 0 to 1)."""
+        self.scene.material(material)
+        values = np.asarray(reflectance, np.float64)
+        if values.shape != (3,) or not np.isfinite(values).all():
+            raise OptionError(f'set_reflectance "{material}": found {reflectance!r}, expected 3 numbers')
+        self._queue("reflectance", self._flat.materials[material], tuple(values.astype(np.float32).tolist()))
+
+    # ---- work ---------------------------------------------------------------------------------
+
+    def bake(self) -> Frame:
+        """Compute everything. Cancelled: the session stays as before."""
+        self._apply_before_bake()
+        frame = Frame(**self._session().bake(self.progress))
+        self._baked = True
+        self._result = None
+        return frame
+
+    def _apply_before_bake(self) -> None:
+        if len(self._edits):
+            self._session().update(self._edits, 0.0, self.progress)
+            self._edits = _core.EditList()
+
+    def update(self, budget_ms: float | None = None) -> Frame:
+        """Apply the queued edits together and bring every sample up to date, exactly.
+
+        Parameters
+        ----------
+        budget_ms : stop after about this time; the rest waits for the next call (`Frame.done`).
+        """
+        session = self._baked_session()
+        if self._foreign_build is not None:
+            raise OptionError(
+                f"session: its light was computed by another build ({self._foreign_build}), whose bits may "
+                "differ; call recompute() once before the next edit"
+            )
+        if budget_ms is not None and not budget_ms > 0:
+            raise OptionError(f"budget_ms: found {budget_ms}, expected a positive number, or None")
+        edits, self._edits = self._edits, _core.EditList()
+        self._result = None
+        return Frame(**session.update(edits, budget_ms or 0.0, self.progress))
+
+    def recompute(self) -> Frame:
+        """Compute everything again from scratch in the present state; the digest must not change."""
+        self._result = None
+        if self._foreign_build is not None:
+            return self._rebuild()
+        self._finish()
+        return Frame(**self._session().recompute(self.progress))
+
+    def _rebuild(self) -> Frame:
+        """Bake what another build of the program baked."""
+        frame = Frame(**self._session().bake(self.progress))
+        self._foreign_build = None
+        return frame
+
+    def _finish(self) -> None:
+        """Apply what is queued or pending."""
+        session = self._baked_session()
+        if len(self._edits) or session.pending > 0:
+            self.update()
+
+    # ---- results ------------------------------------------------------------------------------
+
+    def _read(self) -> tuple[np.ndarray, np.ndarray]:
+        if self._result is None:
+            self._result = self._baked_session().read()
+        return self._result
+
+    @property
+    def irradiance(self) -> np.ndarray:
+        """(n, 3) float64, unit of the scene, as of the last bake or update."""
+        return self._read()[0].copy()
+
+    @property
+    def standard_error(self) -> np.ndarray:
+        """(n, 3) float64: standard error of the path sampling, from independent batches of paths."""
+        return self._read()[1].copy()
+
+    @property
+    def gradient(self) -> np.ndarray:
+        """(n, 3, 3) float64: surface gradient per channel (sample, channel, axis), per metre."""
+        return self._baked_session().gradient(self.progress)
+
+    @property
+    def radius(self) -> np.ndarray:
+        """(n,) float64 disc radii, metres; automatic ones are known after the bake."""
+        return self._session().radii().astype(np.float64)
+
+    @property
+    def sums(self) -> np.ndarray:
+        """(n, 3) int64 exact sums of path energy in quanta, all groups undimmed."""
+        return self._baked_session().sums()
+
+    @property
+    def energy(self) -> dict[str, Any]:
+        """Emitted, absorbed and escaped power in integer quanta per channel, and the quantum."""
+        return self._baked_session().audit()
+
+    @property
+    def statistics(self) -> dict[str, Any]:
+        """Counts and memory of the session."""
+        return self._session().statistics()
+
+    def world(self) -> tuple[np.ndarray, np.ndarray]:
+        """Points and normals of the samples in world space, in the present poses, each (n, 3)."""
+        points, normals = self.samples.points.copy(), self.samples.normals.copy()
+        for name in {n for n in self.samples.attached if n is not None}:
+            own = self.samples.attached == name
+            pose = self._poses[name]
+            points[own] = points[own] @ pose[:3, :3].T + pose[:3, 3]
+            normals[own] = normals[own] @ pose[:3, :3].T
+        return points, normals
+
+    @property
+    def poses(self) -> dict[str, np.ndarray | None]:
+        """Present pose of each movable, None for removed ones."""
+        return {name: None if name in self._removed else pose for name, pose in self._poses.items()}
+
+    @property
+    def dim_factors(self) -> dict[str, float]:
+        """Present factor of each light group."""
+        return dict(self._factors)
+
+    @property
+    def result(self) -> Result:
+        """A record of the present results, independent of the session."""
+        points, normals = self.world()
+        about = {key: value for key, value in self._options.items() if value is not None}
+        return Result(
+            points, normals, self.irradiance, self.standard_error, self.radius, self.scene.unit, about
+        )
+
+    def digest(self) -> str:
+        """Hex string over sums, segments, poses, dim factors and reflectances.
+
+        Equal for two sessions in the same state, whatever their history or number of threads.
+        Finishes pending work first.
+        """
+        self._finish()
+        return self._session().digest()
+
+    # ---- files --------------------------------------------------------------------------------
+
+    def save(self, path: str | Path) -> None:
+        """Write the session to one file (.dlx), beside and then renamed. Finishes pending work."""
+        if self._baked:
+            self._finish()
+        snapshot.write(Path(path), self)
+
+    @classmethod
+    def open(
+        cls, path: str | Path, *, threads: int | None = None, progress: Progress | None = None
+    ) -> Session:
+        """Open a saved session; moving an object then traces what it affects and nothing else.
+
+        Raises
+        ------
+        FormatError
+            For a file that is missing, truncated, foreign or of another version.
+        """
+        return snapshot.read(Path(path), cls, threads, progress)
+
+    def _repr_html_(self) -> str:
+        return self.result._repr_html_() if self._baked else f"<p>{self!r}</p>"
+
+    def __repr__(self) -> str:
+        state = "baked" if self._baked else "not baked"
+        return f"Session({self.scene!r}, {self.samples!r}, {state})"
+
+
