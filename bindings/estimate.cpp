@@ -99,7 +99,9 @@ void bind_estimate(nb::module_& m) {
     counts["disc_tests"] = stats.disc_tests;
     counts["node_tests"] = stats.node_tests;
     return nb::make_tuple(make_array(std::move(sums), {n, 3}), counts);
-  });
+  }, nb::arg("method"), nb::arg("origin"), nb::arg("direction"), nb::arg("length"),
+     nb::arg("extended"), nb::arg("power"), nb::arg("points"), nb::arg("normals"),
+     nb::arg("radius"), nb::arg("rule"), nb::arg("threads"), nb::arg("progress").none());
   m.def("uniform_lines", [](size_t count, uint64_t seed) {
     // Chords through two uniform points of the unit sphere (paper 4.2; z and phi are uniform).
     std::vector<float> points(6 * count);

@@ -70,7 +70,8 @@ NB_MODULE(_core, m) {
     throw std::runtime_error("deltalux was built for processors with AVX2, which this one lacks; "
                              "build from source with -DDELTALUX_ISA=x86-64");
 #endif
-  static nb::object errors = nb::module_::import_("deltalux.errors");
+  // Never destroyed: the interpreter may be gone by then.
+  static const auto& errors = *new nb::object(nb::module_::import_("deltalux.errors"));
   nb::register_exception_translator([](const std::exception_ptr& p, void*) {
     const auto raise = [](const char* type, const std::exception& e) {
       PyErr_SetString(nb::getattr(errors, type).ptr(), e.what());

@@ -97,19 +97,22 @@ void bind_session(nb::module_& m) {
              update::Report report;
              run(callback, [&](Progress& p) { report = s.bake(p); });
              return to_dict(report);
-           })
+           },
+           nb::arg("progress").none())
       .def("recompute",
            [](Session& s, nb::object callback) {
              update::Report report;
              run(callback, [&](Progress& p) { report = s.recompute(p); });
              return to_dict(report);
-           })
+           },
+           nb::arg("progress").none())
       .def("update",
            [](Session& s, const EditList& list, double budget_ms, nb::object callback) {
              update::Report report;
              run(callback, [&](Progress& p) { report = s.update(list.edits, budget_ms, p); });
              return to_dict(report);
-           })
+           },
+           nb::arg("edits"), nb::arg("budget_ms"), nb::arg("progress").none())
       .def("check", [](const Session& s, const EditList& list) {
         for (const scene::Edit& edit : list.edits) s.check(edit);
       })
@@ -131,7 +134,8 @@ void bind_session(nb::module_& m) {
              std::vector<double> gradient(9 * n);
              run(callback, [&](Progress& p) { s.read_gradient(gradient.data(), p); });
              return make_array(std::move(gradient), {n, 3, 3});
-           })
+           },
+           nb::arg("progress").none())
       .def("sums",
            [](const Session& s) {
              const size_t n = s.state().samples.size();
@@ -219,7 +223,7 @@ void bind_session(nb::module_& m) {
           data[nb::cast<std::string>(key)].assign(begin, begin + bytes.size());
         }
         run(callback, [&](Progress& p) { s.restore(data, p); });
-      });
+      }, nb::arg("archive"), nb::arg("progress").none());
 }
 
 }  // namespace deltalux::python

@@ -156,7 +156,9 @@ void bind_trace(nb::module_& m) {
       .def(nb::init<const Rows<float, 3>&, const Rows<uint32_t, 3>&, int>(), nb::arg("vertices"),
            nb::arg("triangles"), nb::arg("threads") = 0)
       .def("intersect", &MeshCaster::intersect, nb::arg("origins"), nb::arg("directions"));
-  m.def("trace_paths", &trace_paths);
+  m.def("trace_paths", &trace_paths, nb::arg("scene"), nb::arg("paths"), nb::arg("seed"),
+        nb::arg("max_bounces"), nb::arg("batches"), nb::arg("second_hit"), nb::arg("threads"),
+        nb::arg("progress").none());
 }
 
 }  // namespace deltalux::python
