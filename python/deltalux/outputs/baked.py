@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
+
 from deltalux.display_mesh import DisplayMesh
 from deltalux.errors import OptionError
 from deltalux.scene import Camera, Scene
@@ -65,9 +66,7 @@ class Baked:
     gradient : (n, 3, 3) array or None
     grid : (rows, columns) or None
         Shape of a grid of samples, row by row.
-    spacing : float or None
-        Of that grid, metres.
-    camera, exposure, false_colour, size : options of pictures, see `images.render`
+    camera, exposure, false_colour, size, threads : options of pictures, see `images.render`
     """
 
     result: Result
@@ -76,11 +75,11 @@ class Baked:
     poses: Mapping[str, Any] = field(default_factory=dict)
     gradient: np.ndarray | None = None
     grid: tuple[int, int] | None = None
-    spacing: float | None = None
     camera: Camera | None = None
     exposure: float | None = None
     false_colour: bool = False
     size: tuple[int, int] = (960, 600)
+    threads: int = 0
 
 
 def display_of(baked: Baked, output: str) -> DisplayMesh:

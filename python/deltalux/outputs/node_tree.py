@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+
 from deltalux.scene import Node, Scene
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from deltalux.errors import FormatError
 from deltalux.files import written_aside
 from deltalux.units import UNITS, photopic
@@ -38,7 +39,7 @@ class Table:
 
 def write_npz(path: str | os.PathLike[str], baked: Baked) -> None:
     """Write the arrays of the result, `unit` and `about` (a JSON text), and the gradient if there is one."""
-    arrays = {name: np.asarray(getattr(baked.result, name)) for name in ARRAYS}
+    arrays: dict[str, Any] = {name: np.asarray(getattr(baked.result, name)) for name in ARRAYS}
     if baked.gradient is not None:
         arrays["gradient"] = np.asarray(baked.gradient)
     about = json.dumps(about_text(baked.result))

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pygltflib as gl
+
 from deltalux.display_mesh import DisplayMesh, movable_poses
 from deltalux.files import written_aside
 from deltalux.scene import Material, Node

@@ -1,0 +1,270 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Results as pictures: the lit scene, false colours with a legend, differences, grids."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from PIL import Image
+from PIL.PngImagePlugin import PngInfo
+
+from deltalux.display_mesh import DisplayMesh, Poses
+from deltalux.errors import OptionError
+from deltalux.files import written_aside
+from deltalux.scene import Camera, Scene
+from deltalux.units import photopic
+
+from .baked import Baked, about_text, display_of
+from .camera import automatic_camera, scene_camera
+from .colour_scale import ColourScale, scale_for, symmetric_scale
+from .drawing import draw_isolines, label_above, legend
+from .tone import automatic_exposure, encode_srgb, tone_map
+from .view import CasterType, Surfaces, View, core_caster
+
+UNSAMPLED = 0.012  # linear grey of a side that has no samples: nothing is known of its light
+SURROUNDINGS = 0.03
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """An image and what a second one needs to be comparable with it.
+
+    Parameters
+    ----------
+    pixels : (height, width, 3) uint8, sRGB
+    camera : Camera or None
+    exposure : float or None, of a lit picture
+    scale : ColourScale or None, of a false-colour picture
+    """
+
+    pixels: np.ndarray
+    camera: Camera | None = None
+    exposure: float | None = None
+    scale: ColourScale | None = None
+    about: dict[str, Any] = field(default_factory=dict)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write a .png that carries `about` as the text entry "deltalux"."""
+        notes = PngInfo()
+        if self.about:
+            notes.add_itxt("deltalux", json.dumps(self.about))
+        with written_aside(path) as aside, aside.open("wb") as file:
+            Image.fromarray(self.pixels).save(file, format="png", pnginfo=notes, optimize=True)
+
+
+def render(
+    scene: Scene,
+    display: DisplayMesh,
+    irradiance: np.ndarray,
+    *,
+    poses: Poses | None = None,
+    camera: Camera | None = None,
+    size: tuple[int, int] = (960, 600),
+    exposure: float | None = None,
+    false_colour: bool = False,
+    scale: ColourScale | None = None,
+    isolux: bool = False,
+    rays_per_pixel: int = 4,
+    threads: int = 0,
+    caster: CasterType = core_caster,
+) -> Picture:
+    """Picture of the lit scene, or its photopic irradiance in false colours.
+
+    Each ray interpolates the irradiance of the triangle that it meets; a lit picture shows
+    reflectance × irradiance / pi plus emission. A side that has no samples is dark grey: its
+    light is not known.
+
+    Parameters
+    ----------
+    scene : Scene
+    display : DisplayMesh
+    irradiance : (n, 3) linear, one for each vertex of `display`
+    poses : present poses of movables, see `DisplayMesh.world`
+    camera : None = the scene's first camera, else a good one is looked for
+    size : (width, height) in pixels; a legend comes on top of the width
+    exposure : factor on radiance; None = automatic. `Picture.exposure` of one picture makes
+        another comparable with it, as do `camera` and `scale`.
+    false_colour, scale, isolux : colours by value, their scale, and lines at the scale's ticks
+    rays_per_pixel : int
+    threads : int, 0 = all
+    caster : see `Surfaces`
+
+    Raises
+    ------
+    OptionError
+        Where `irradiance` does not belong to `display`, or `size` is not positive.
+    """
+    values = _checked_values(display, irradiance)
+    view = _view(scene, display, photopic(values), poses, camera, size, rays_per_pixel, threads, caster)
+    if false_colour:
+        return _false_colour(view, photopic(values), scale_for, scale, isolux)
+    radiance, light_source = _radiance(view, values)
+    if exposure is None:
+        plain = view.facing & ~light_source
+        exposure = automatic_exposure(photopic(radiance[plain]))
+    shown = np.where(view.facing[:, None], tone_map(radiance, exposure), _unsampled(view))
+    return Picture(encode_srgb(view.pixels(shown)), camera=view.camera, exposure=exposure)
+
+
+def difference(
+    scene: Scene,
+    display: DisplayMesh,
+    before: np.ndarray,
+    after: np.ndarray,
+    *,
+    poses: Poses | None = None,
+    camera: Camera | None = None,
+    size: tuple[int, int] = (960, 600),
+    scale: ColourScale | None = None,
+    rays_per_pixel: int = 4,
+    threads: int = 0,
+    caster: CasterType = core_caster,
+) -> Picture:
+    """Photopic irradiance after minus before, orange where brighter, blue where darker.
+
+    The scale is symmetric around zero; the parameters are those of `render`, with the scene
+    drawn at `poses`, which should be those after the edit.
+    """
+    old, new = photopic(_checked_values(display, before)), photopic(_checked_values(display, after))
+    view = _view(scene, display, old + new, poses, camera, size, rays_per_pixel, threads, caster)
+    return _false_colour(view, new - old, symmetric_scale, scale, isolux=False)
+
+
+def side_by_side(pictures: Sequence[Picture], labels: Sequence[str]) -> Picture:
+    """Pictures of one height next to each other, each below its label."""
+    heights = {len(p.pixels) for p in pictures}
+    if len(heights) != 1 or len(pictures) != len(labels):
+        raise OptionError(
+            f"side_by_side: found {len(pictures)} pictures of heights {sorted(heights)} and "
+            f"{len(labels)} labels, expected one height and one label for each picture"
+        )
+    labelled = [label_above(p.pixels, text) for p, text in zip(pictures, labels, strict=True)]
+    gap = np.zeros((len(labelled[0]), 6, 3), dtype=np.uint8)
+    strips = [strip for image in labelled for strip in (gap, image)][1:]
+    return replace(pictures[0], pixels=np.concatenate(strips, axis=1))
+
+
+def grid_picture(
+    values: np.ndarray,
+    unit: str,
+    *,
+    scale: ColourScale | None = None,
+    isolux: bool = True,
+    longest: int = 800,
+) -> Picture:
+    """Heat map of a grid of values, NaN = none.
+
+    Parameters
+    ----------
+    values : (rows, columns), photopic; the first row is at the top
+    unit : str
+    scale : None = automatic
+    isolux : lines at the scale's ticks
+    longest : pixels along the longer side
+    """
+    values = np.asarray(values, dtype=np.float64)
+    if values.ndim != 2 or values.size == 0:
+        raise OptionError(f"grid picture: found values of shape {values.shape}, expected (rows, columns)")
+    scale = scale or scale_for(values.ravel())
+    cell = max(1, longest // max(values.shape))
+    fine = _between_cells(values, cell)
+    known = np.isfinite(fine)[..., None]
+    pixels = encode_srgb(np.where(known, scale.colours(np.nan_to_num(fine)), SURROUNDINGS))
+    if isolux:
+        rows, columns = fine.shape
+        joined = np.zeros((rows, columns - 1), dtype=bool), np.zeros((rows - 1, columns), dtype=bool)
+        pixels = draw_isolines(pixels, fine, scale.ticks(), joined)
+    return Picture(
+        np.concatenate([_padded(pixels, 200), legend(scale, unit, max(200, len(pixels)))], axis=1),
+        scale=scale,
+    )
+
+
+def write_png(path: str | os.PathLike[str], baked: Baked) -> None:
+    """Write the picture that fits the samples: the scene, or the heat map of a grid."""
+    result = baked.result
+    if baked.display is None and baked.grid is not None:
+        picture = grid_picture(photopic(result.irradiance).reshape(baked.grid), result.unit)
+    else:
+        picture = render(
+            baked.scene, display_of(baked, ".png"), result.irradiance, poses=baked.poses, camera=baked.camera,
+            size=baked.size, exposure=baked.exposure, false_colour=baked.false_colour, threads=baked.threads,
+        )  # fmt: skip
+    replace(picture, about=about_text(result)).save(path)
+
+
+def _checked_values(display: DisplayMesh, irradiance: np.ndarray) -> np.ndarray:
+    values = np.asarray(irradiance, dtype=np.float64)
+    if values.shape != (len(display.points), 3):
+        raise OptionError(
+            f"picture: found irradiance of shape {values.shape}, expected "
+            f"({len(display.points)}, 3): one for each vertex of the display mesh"
+        )
+    return values
+
+
+def _view(
+    scene: Scene, display: DisplayMesh, light: np.ndarray, poses: Poses | None, camera: Camera | None,
+    size: tuple[int, int], rays_per_pixel: int, threads: int, caster: CasterType,
+) -> View:  # fmt: skip
+    if min(size) < 1 or rays_per_pixel < 1:
+        raise OptionError(
+            f"picture: found size {size} and {rays_per_pixel} rays per pixel, expected at least 1"
+        )
+    surfaces = Surfaces(scene, display, poses, threads, caster)
+    camera = camera or scene_camera(scene) or automatic_camera(surfaces, light, size[0] / size[1])
+    return View(surfaces, camera, size, rays_per_pixel)
+
+
+def _radiance(view: View, irradiance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Radiance (rays, 3) towards the camera, and whether it is that of a light source."""
+    materials = view.surfaces.scene.materials
+    display = view.surfaces.display
+    reflectance = np.array([m.reflectance for m in materials])
+    emission = np.array([m.emission for m in materials])
+    material = display.triangle_material[view.triangle]
+    front = view.facing != display.reversed[view.triangle]
+    glows = front | np.array([m.two_sided for m in materials])[material]
+    radiance = reflectance[material] * np.nan_to_num(view.values(irradiance)) / np.pi
+    light = np.where(glows[:, None], emission[material], 0.0)
+    return radiance + light, np.asarray((light > 0).any(axis=1))
+
+
+def _unsampled(view: View) -> np.ndarray:
+    return np.where(view.triangle >= 0, UNSAMPLED, SURROUNDINGS)[:, None]
+
+
+def _false_colour(
+    view: View, values: np.ndarray, choose: Any, scale: ColourScale | None, isolux: bool
+) -> Picture:
+    seen = view.values(values)
+    scale = scale or choose(seen)
+    colours = np.where(view.facing[:, None], scale.colours(np.nan_to_num(seen)), _unsampled(view))
+    pixels = encode_srgb(view.pixels(colours))
+    if isolux:
+        pixels = draw_isolines(pixels, view.pixels(seen)[..., 0], scale.ticks(), view.seams())
+    bar = legend(scale, view.surfaces.scene.unit, len(pixels))
+    return Picture(np.concatenate([pixels, bar], axis=1), camera=view.camera, scale=scale)
+
+
+def _between_cells(values: np.ndarray, cell: int) -> np.ndarray:
+    """Bilinear enlargement by `cell`, each value in the middle of its square."""
+    for axis in (0, 1):
+        count = values.shape[axis]
+        at = np.clip((np.arange(count * cell) + 0.5) / cell - 0.5, 0, count - 1)
+        low = np.minimum(at.astype(np.int64), max(count - 2, 0))
+        high = np.minimum(low + 1, count - 1)
+        share = (at - low)[:, None] if axis == 0 else (at - low)[None, :]
+        values = values.take(low, axis) * (1 - share) + values.take(high, axis) * share
+    return values
+
+
+def _padded(pixels: np.ndarray, height: int) -> np.ndarray:
+    """At least `height` rows, so that a legend fits beside it."""
+    missing = max(0, height - len(pixels))
+    return np.pad(pixels, ((missing // 2, missing - missing // 2), (0, 0), (0, 0)), constant_values=24)
