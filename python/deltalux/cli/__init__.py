@@ -9,8 +9,9 @@ from typing import Annotated
 
 import typer
 
-from ..errors import Cancelled, Error
-from ..version import __version__
+from deltalux.errors import Cancelled, Error
+from deltalux.version import __version__
+
 from . import bake, compare, demo, info, update
 from .console import print_error
 
@@ -25,6 +26,7 @@ app = typer.Typer(
     Each command explains itself: [bold]deltalux bake --help[/].""",
     no_args_is_help=True,
     add_completion=False,
+    pretty_exceptions_enable=False,
     rich_markup_mode="rich",
     context_settings={"help_option_names": ["-h", "--help"]},
 )

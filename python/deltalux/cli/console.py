@@ -67,13 +67,20 @@ class Terminal:
             disable=self._quiet or not self._err.is_terminal,
         )
         tasks: dict[str, Any] = {}
+        latest = ""
 
         def report(stage: str, fraction: float) -> bool:
-            if stage not in tasks:
-                for earlier in tasks.values():
-                    bars.update(earlier, completed=1.0)
-                tasks[stage] = bars.add_task(stage, total=1.0)
-            bars.update(tasks[stage], completed=min(max(fraction, 0.0), 1.0))
+            nonlocal latest
+            if stage and stage != latest:
+                if latest:
+                    bars.update(tasks[latest], completed=1.0)
+                if stage in tasks:  # a stage comes again where the bake goes on with more paths
+                    bars.reset(tasks[stage], total=1.0)
+                else:
+                    tasks[stage] = bars.add_task(stage, total=1.0)
+                latest = stage
+            if latest:
+                bars.update(tasks[latest], completed=min(max(fraction, 0.0), 1.0))
             return True
 
         with bars:

@@ -8,7 +8,8 @@ from typing import Any
 
 from rich.table import Table
 
-from ..units import LUX
+from deltalux.units import LUX
+
 from .console import Terminal
 from .inputs import open_scene
 from .options import JsonOption, LightUnitsOption, MovableOption, QuietOption, SceneArgument

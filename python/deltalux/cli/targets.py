@@ -1,57 +1,106 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Result files of a command: which suffix means what, checked before any work is done."""
+"""Result files of a command: which suffix means what, checked before any work is done, then written."""
 
 from __future__ import annotations
 
+import dataclasses
 import os
-from collections.abc import Sequence
+import shlex
+import sys
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import typer
 
-KINDS = {
-    ".glb": "lit mesh",
-    ".png": "picture",
-    ".csv": "table",
-    ".npz": "arrays",
-    ".dlx": "session",
+import deltalux as dl
+from deltalux.outputs.baked import Baked
+from deltalux.outputs.images import write_png
+from deltalux.outputs.tables import write_csv, write_npz
+from deltalux.outputs.vertex_colors import write_glb
+
+SESSION = ".dlx"
+PICTURE = ".png"
+MESH = ".glb"
+WRITERS: dict[str, tuple[str, Callable[[Path, Baked], None]]] = {
+    MESH: ("lit mesh", write_glb),
+    PICTURE: ("picture", write_png),
+    ".csv": ("table", write_csv),
+    ".npz": ("arrays", write_npz),
 }
+KINDS = {**{suffix: kind for suffix, (kind, _) in WRITERS.items()}, SESSION: "session"}
 
 
-def check_targets(outputs: Sequence[Path] | None, more: Sequence[Path] | None) -> list[Path]:
+def check_targets(outputs: Sequence[Path] | None, more: Sequence[Path] | None, planes: int = 0) -> list[Path]:
     """Return the result files, certain to be of a known kind and in a writable place.
 
     Parameters
     ----------
     outputs : values of -o
     more : words that followed the last value of -o
+    planes : number of working planes; 0 = samples on the surfaces
 
     Raises
     ------
-    BadParameter : unknown suffix, a file named twice, or words that follow no -o
+    BadParameter : unknown or unfitting suffix, a file named twice, words that follow no -o
     OSError : the folder is absent or cannot be written to
     """
     if more and not outputs:
         raise typer.BadParameter(f"found the extra word '{more[0]}'; result files follow -o")
     targets = [*(outputs or ()), *(more or ())]
     for path in targets:
-        if path.suffix.lower() not in KINDS:
-            known = ", ".join(f"{suffix} ({kind})" for suffix, kind in KINDS.items())
-            raise typer.BadParameter(
-                f"output '{path}': found suffix '{path.suffix}', expected one of {known}"
-            )
+        kind = path.suffix.lower()
+        if kind not in KINDS:
+            known = ", ".join(f"{suffix} ({name})" for suffix, name in KINDS.items())
+            raise typer.BadParameter(f"output '{path}': found suffix '{path.suffix}', expected {known}")
+        if kind == MESH and planes:
+            raise typer.BadParameter(f"output '{path}': a mesh needs samples on surfaces; leave out --grid")
+        if kind == PICTURE and planes > 1:
+            raise typer.BadParameter(f"output '{path}': a picture shows one plane; give --grid once")
         if targets.count(path) > 1:
             raise typer.BadParameter(f"output '{path}': named twice")
     for path in targets:
-        _check_writable(path)
+        check_writable(path)
     return targets
 
 
-def _check_writable(path: Path) -> None:
+def check_writable(path: Path) -> None:
+    """Raise OSError where the file `path` could not be written."""
     folder = path.parent
     if not folder.is_dir():
         raise FileNotFoundError(0, "found no such folder; make it first, or choose another", str(folder))
     if path.is_dir():
         raise IsADirectoryError(0, "found a folder, expected the name of a file", str(path))
-    if not os.access(folder, os.W_OK) or (path.exists() and not os.access(path, os.W_OK)):
-        raise PermissionError(0, "found a place that cannot be written to; choose another", str(path))
+    if not os.access(folder, os.W_OK):
+        raise PermissionError(0, "found a folder that cannot be written to; choose another", str(folder))
+
+
+def write_targets(session: dl.Session, targets: Sequence[Path], false_colour: bool) -> None:
+    """Write the present state of `session` to each file, by suffix.
+
+    Parameters
+    ----------
+    session : baked
+    targets : see `check_targets`
+    false_colour : pictures show irradiance instead of the lit scene
+    """
+    baked = baked_of(session, false_colour) if any(p.suffix.lower() != SESSION for p in targets) else None
+    for path in targets:
+        suffix = path.suffix.lower()
+        if baked is None or suffix == SESSION:
+            session.save(path)
+        else:
+            WRITERS[suffix][1](path, baked)
+
+
+def baked_of(session: dl.Session, false_colour: bool) -> Baked:
+    """Return what the writers need; the result says which command line made it."""
+    result = session.result
+    about = {"command": shlex.join(["deltalux", *sys.argv[1:]]), **result.about}
+    return Baked(
+        dataclasses.replace(result, about=about),
+        session.scene,
+        session.samples.display,
+        poses=session.poses,
+        grid=session.samples.grid_shape,
+        false_colour=false_colour,
+    )

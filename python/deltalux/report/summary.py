@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..units import photopic
+from deltalux.units import photopic
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class SetSummary:
     samples : number of samples
     minimum, mean, maximum : over the samples, each counted once
     uniformity : minimum / mean; 0 where the mean is 0
-    standard_error : root mean square of the samples' own standard errors
+    standard_error : mean of the samples' own standard errors
     """
 
     name: str
@@ -60,7 +60,7 @@ def summarise(
                 mean=mean,
                 maximum=float(own.max()),
                 uniformity=float(own.min()) / mean if mean > 0 else 0.0,
-                standard_error=float(np.sqrt(np.mean(errors[index] ** 2))),
+                standard_error=float(errors[index].mean()),
             )
         )
     return result

@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What bake, update and demo share: samples from options, the bake itself, the session's figures."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from rich.table import Table
+
+import deltalux as dl
+from deltalux.report import SetSummary, relative_error, summarise
+from deltalux.units import LUX
+
+from .options import Grid
+
+# The next batch aims a little below the target, because the error of an error is some percent.
+AIM = 0.97
+
+
+def make_samples(
+    scene: dl.Scene, spacing: float | None, grids: Sequence[Grid], radius: float | None
+) -> tuple[dl.Samples, dict[str, np.ndarray] | None]:
+    """Return samples on the surfaces, or on working planes when there are any.
+
+    Returns
+    -------
+    samples, and the indices of each plane's samples by name (None without planes)
+    """
+    if not grids:
+        return dl.Samples.on_vertices(scene, spacing=spacing, radius=radius), None
+    planes = [_plane(grid, radius) for grid in grids]
+    starts = np.cumsum([0, *map(len, planes)])
+    names = ["plane"] if len(planes) == 1 else [f"plane {i + 1}" for i in range(len(planes))]
+    sets = {
+        name: np.arange(first, end) for name, first, end in zip(names, starts[:-1], starts[1:], strict=True)
+    }
+    return (planes[0] if len(planes) == 1 else dl.Samples.concatenate(planes)), sets
+
+
+def _plane(grid: Grid, radius: float | None) -> dl.Samples:
+    """Return rows along +X, the first at the smallest Z, as a plan is drawn; normals up."""
+    below = dl.Samples.on_grid(grid.corner, (grid.width, 0, 0), (0, 0, grid.depth), grid.spacing)
+    plane = dl.Samples(below.points, (0, 1, 0), radius)  # X × Z points down
+    plane.grid_shape, plane.spacing = below.grid_shape, below.spacing
+    return plane
+
+
+def bake_scene(
+    scene: dl.Scene, samples: dl.Samples, target_error: float | None, *, paths: int, **options: Any
+) -> tuple[dl.Session, dl.Frame]:
+    """Bake with `paths` light paths, then with more until the error is below `target_error`.
+
+    A bake with more paths is a new one, so the result is that of a plain bake with the final
+    number of paths, and its digest too.
+
+    Parameters
+    ----------
+    scene, samples : what to light
+    target_error : mean standard error over mean irradiance; None = one bake
+    paths : of the first bake
+    options : of `deltalux.Session`
+
+    Returns
+    -------
+    session, and the frame of its bake
+
+    Raises
+    ------
+    OptionError : the paths that the target asks for do not fit into memory
+    """
+    while True:
+        session = dl.Session(scene, samples, paths=paths, **options)
+        frame = session.bake()
+        if target_error is None:
+            return session, frame
+        error = relative_error(session.irradiance, session.standard_error)
+        if error <= target_error:
+            return session, frame
+        session.close()
+        paths = math.ceil(paths * max(1.25, (error / (AIM * target_error)) ** 2))
+
+
+def total_milliseconds(frame: dl.Frame) -> float:
+    """Return the wall-clock time of a bake or update."""
+    stages = frame.milliseconds
+    return stages["total"] if "total" in stages else sum(stages.values())
+
+
+def sample_sets(session: dl.Session) -> dict[str, np.ndarray]:
+    """Return the indices of each set of samples: what is static, then each movable that is present."""
+    samples = session.samples
+    static = "surfaces" if samples.display else "plane" if samples.grid_shape else "samples"
+    sets = {static: np.flatnonzero(samples.attached == None)}  # noqa: E711, elementwise
+    for name, pose in session.poses.items():
+        if pose is not None:
+            sets[name] = np.flatnonzero(samples.attached == name)
+    return sets
+
+
+def figures(
+    session: dl.Session, frame: dl.Frame, sets: Mapping[str, np.ndarray] | None = None
+) -> dict[str, Any]:
+    """Return what --json prints of a baked or updated session.
+
+    Parameters
+    ----------
+    session : baked
+    frame : of the bake or update
+    sets : name -> indices of samples; None = `sample_sets`
+    """
+    irradiance, error = session.irradiance, session.standard_error
+    statistics = session.statistics
+    summaries = summarise(irradiance, error, sets or sample_sets(session))
+    return {
+        "unit": session.scene.unit,
+        "samples": len(irradiance),
+        "paths": statistics["paths"],
+        "segments": statistics["segments"],
+        "bytes": statistics["bytes"],
+        "milliseconds": dict(frame.milliseconds),
+        "relative_error": relative_error(irradiance, error),
+        "sets": [dataclasses.asdict(summary) for summary in summaries],
+        "digest": session.digest(),
+        "warnings": list(session.scene.warnings),
+    }
+
+
+def summary_table(title: str, unit: str, sets: Sequence[Mapping[str, Any]]) -> Table:
+    """Return minimum, mean, maximum and uniformity of each set as a table."""
+    table = Table(title=title, title_justify="left")
+    table.add_column("samples of")
+    shown = "lx" if unit == LUX else unit.replace("m2", "m²")
+    for column in ("count", f"min ({shown})", "mean", "max", "uniformity", "standard error"):
+        table.add_column(column, justify="right")
+    for row in (SetSummary(**s) for s in sets):
+        values = (f"{v:.4g}" for v in (row.minimum, row.mean, row.maximum))
+        share = f"{row.standard_error / row.mean:.1%}" if row.mean > 0 else "–"
+        table.add_row(row.name, f"{row.samples:,}", *values, f"{row.uniformity:.2f}", share)
+    return table
