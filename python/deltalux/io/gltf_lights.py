@@ -63,10 +63,9 @@ class Lights:
             return
         place = f"{node.place}.extensions.KHR_lights_punctual.light"
         source = element(self._definitions, reference["light"], place)
-        name = self._names.take(node.name if node.source.name else source.get("name") or node.label)
-        group = (
-            node.group or source.get("extras", {}).get("group") or (None if name == node.name else node.name)
-        )
+        base = node.name if node.source.name else source.get("name") or node.label
+        name = self._names.take(base)
+        group = node.group or source.get("extras", {}).get("group") or (None if name == base else base)
         colour = np.array(source.get("color", (1.0, 1.0, 1.0))) * source.get("intensity", 1.0)
         if (colour < 0).any():
             raise malformed(

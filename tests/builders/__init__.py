@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Writers of small input files that tests read back."""

@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: Apache-2.0
+"""OBJ and MTL: polygons, index forms, materials, objects, refusals."""
+
+import deltalux as dl
+import numpy as np
+import pytest
+from builders.gltf import png
+
+SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+
+
+def load(tmp_path, text, mtl=None, **options):
+    (tmp_path / "scene.obj").write_text(text)
+    if mtl is not None:
+        (tmp_path / "scene.mtl").write_text(mtl)
+    return dl.load(tmp_path / "scene.obj", **options)
+
+
+FACES = (
+    "1 2 3 4",
+    "1/1 2/1 3/1 4/1",
+    "1//1 2//1 3//1 4//1",
+    "1/1/1 2/1/1 3/1/1 4/1/1",
+    "-4 -3 -2 -1",
+    "1 2 \\\n 3 4",
+)
+
+
+@pytest.mark.parametrize("face", FACES)
+def test_index_forms(tmp_path, face):
+    scene = load(tmp_path, f"{SQUARE}vn 0 0 1\nvt 0 0\nf {face}  # a quad\n")
+    (mesh,) = scene.meshes
+    np.testing.assert_array_equal(mesh.triangles, [[0, 1, 2], [0, 2, 3]])
+    assert scene.unit == "W/m2"
+    assert mesh.triangle_areas().sum() == pytest.approx(1)
+
+
+def test_negative_indexes_count_from_the_vertices_read_so_far(tmp_path):
+    text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 0 0 5\nv 1 0 5\nv 0 1 5\nf -3 -2 -1\n"
+    (mesh,) = load(tmp_path, text).meshes
+    np.testing.assert_array_equal(mesh.vertices[mesh.triangles][:, :, 2], [[0, 0, 0], [5, 5, 5]])
+
+
+def test_materials(tmp_path):
+    (tmp_path / "wood.png").write_bytes(png(np.full((2, 2, 3), 255, np.uint8)))
+    mtl = """newmtl wood
+Kd 0.5 0.4 0.3
+map_Kd -s 2 2 2 wood.png
+d 0.5
+newmtl lamp
+Kd 0 0 0
+Ke 17 12 4
+newmtl grey
+Kd 0.25
+"""
+    faces = "usemtl wood\nf 1 2 3\nusemtl lamp\nf 1 3 4\nusemtl grey\nf 1 2 4\nusemtl lost\nf 2 3 4\n"
+    scene = load(tmp_path, "mtllib scene.mtl\n" + SQUARE + faces, mtl)
+    found = {m.name: m for m in scene.materials}
+    np.testing.assert_allclose(found["wood"].reflectance, (0.5, 0.4, 0.3))
+    np.testing.assert_allclose(found["lamp"].emission, (17, 12, 4))
+    np.testing.assert_allclose(found["grey"].reflectance, (0.25,) * 3)
+    np.testing.assert_allclose(found["lost"].reflectance, (0.5,) * 3)
+    assert "materials that no MTL file defines are grey (0.5) (lost)" in scene.warnings
+    assert any("transparency" in w for w in scene.warnings)
+    (mesh,) = scene.meshes
+    assert [mesh.material[i] for i in mesh.material_index] == ["wood", "lamp", "grey", "lost"]
+
+
+def test_objects_and_movables(tmp_path):
+    text = SQUARE + "o floor\ng a\nf 1 2 3\no MOVE_box\nf 1 3 4\no floor\nf 1 2 4\no vase\nf 2 3 4\n"
+    scene = load(tmp_path, text, movable=["vase"])
+    assert [m.name for m in scene.meshes] == ["floor", "MOVE_box", "vase"]
+    assert scene.movable == ("MOVE_box", "vase")
+    assert len(scene.mesh("floor").triangles) == 2
+    vase = scene.mesh("vase")
+    np.testing.assert_array_equal(vase.pose[:3, 3], (0.5, 0.5, 0))
+    corners = {tuple(p) for p in vase.world_vertices}
+    assert corners == {(1, 0, 0), (1, 1, 0), (0, 1, 0)}
+    with pytest.raises(dl.OptionError, match='movable "cat": found no such object, expected one of: floor'):
+        load(tmp_path, text, movable=["cat"])
+
+
+def test_groups_name_the_meshes_where_there_are_no_objects(tmp_path):
+    scene = load(tmp_path, SQUARE + "g left\nf 1 2 3\ng right\nf 1 3 4\ng left\nf 1 2 4\n")
+    assert [m.name for m in scene.meshes] == ["left", "right"]
+
+
+def test_what_cannot_be_read_beside_is_a_warning(tmp_path):
+    text = "mtllib gone.mtl\nmtllib ../out.mtl\n" + SQUARE + "usemtl a\nf 1 2 3\ncurv 1 2\n"
+    (tmp_path.parent / "out.mtl").write_text("newmtl a\nKd 1 0 0\n")
+    scene = load(tmp_path, text)
+    text = "\n".join(scene.warnings)
+    assert 'no file "gone.mtl"' in text
+    assert "leads out of the file's folder" in text
+    assert "statements that are not honoured (curv)" in text
+    np.testing.assert_array_equal(scene.materials[0].reflectance, (0.5, 0.5, 0.5))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("f 1 2 5\n", r"scene\.obj: line 5: found vertex index 5, expected 1 to 4"),
+        ("f 0 1 2\n", "line 5: found vertex index 0"),
+        ("f -5 1 2\n", "line 5: found vertex index -5"),
+        ("f 1 2\n", "line 5: found a face of 2 corners, expected at least 3"),
+        ("f 1 2 x\n", "line 5: found 'x', expected a vertex index"),
+        ("v 1 2\nf 1 2 3\n", "line 5: found '1 2', expected three coordinates"),
+        ("v 1 2 nan\nf 1 2 3\n", "line 5: found '1 2 nan', expected finite"),
+    ],
+)
+def test_malformed(tmp_path, text, message):
+    with pytest.raises(dl.FormatError, match=message):
+        load(tmp_path, SQUARE + text)
+
+
+def test_malformed_mtl(tmp_path):
+    with pytest.raises(dl.FormatError, match=r"scene\.mtl line 2: found '1 2', expected three numbers"):
+        load(tmp_path, "mtllib scene.mtl\n" + SQUARE + "f 1 2 3\n", "newmtl a\nKd 1 2\n")
+
+
+def test_no_faces(tmp_path):
+    with pytest.raises(dl.SceneError, match="found no faces"):
+        load(tmp_path, SQUARE)
