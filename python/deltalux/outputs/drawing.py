@@ -20,18 +20,13 @@ def text_font(height: int) -> ImageFont.FreeTypeFont:
     return font
 
 
-def unit_label(unit: str) -> str:
-    """The unit as it is set in print."""
-    return unit.replace("m2", "m²")
-
-
 def legend(scale: ColourScale, unit: str, height: int) -> np.ndarray:
     """Colour bar with ticks: (height, width, 3) uint8."""
     font = text_font(height)
     line = sum(font.getmetrics())
     ticks = scale.ticks()
     labels = [tick_label(tick, signed=scale.diverging) for tick in ticks]
-    title = unit_label(unit)
+    title = unit  # as it is: Pillow's own font has neither "²" nor a minus sign
     bar, gap = max(12, height // 30), max(4, height // 100)
     text_width = max(font.getlength(label) for label in [*labels, title])
     width = int(4 * gap + bar + gap + text_width + 2 * gap)
@@ -56,7 +51,7 @@ def legend(scale: ColourScale, unit: str, height: int) -> np.ndarray:
 def tick_label(value: float, signed: bool = False) -> str:
     """A round number as a reader wants it."""
     text = f"{value:.6g}"
-    return f"+{text}" if signed and value > 0 else text.replace("-", "−")
+    return f"+{text}" if signed and value > 0 else text
 
 
 def label_above(pixels: np.ndarray, text: str) -> np.ndarray:
