@@ -1,174 +1,313 @@
+// SPDX-License-Identifier: Apache-2.0
+// Visits of segments to the disc hierarchy. What makes it fast: segments go in small batches whose
+// visits are interleaved, so that the next nodes and leaves are fetched in time; the hit children
+// of a node are packed into a queue without a branch. AVX-512, full leaves and huge pages were
+// tried and gained nothing or little.
 #include "estimate/disc_index.h"
-#include <immintrin.h>
-#include <cstdlib>
-#include <cstdio>
+
+#include <algorithm>
 #include <bit>
-#include <cstring>
+#include <cmath>
+
 #include "estimate/crossing.h"
+#include "estimate/disc_index_lanes.h"
+
 namespace deltalux::estimate {
-DiscIndex::DiscIndex(samples::DiscSet discs, segments::SegmentEnd rule, const Workers&, Progress*)
-  : discs_(std::move(discs)), rule_(rule) { tree_.build(discs_); 
-  if (getenv("DUMP")) fprintf(stderr, "nodes %zu leaves %zu depth %d fill %.2f\n", tree_.nodes.size(), tree_.leaves.size(), tree_.depth, double(discs_.size())/tree_.leaves.size()/8); }
+namespace {
+
+using lanes::Floats;
+
+constexpr int kBatch = 1 << (32 - kNodeBits);  // segments
+constexpr uint32_t kNodeMask = (1u << kNodeBits) - 1;
+constexpr uint32_t kChunk = 32;  // nodes taken from the stack at once
+constexpr uint32_t kAhead = 8;   // visits between prefetch and use
+constexpr uint32_t kLeafRoom = 1024, kHitRoom = 1024;
+constexpr uint32_t kRowBytes = kLanes * sizeof(float);
+
+/// Segments as arrays. A visit is (place in the batch << kNodeBits) + node or leaf.
+struct Batch {
+  alignas(64) float origin[3][kBatch], direction[3][kBatch], length[kBatch], extended[kBatch];
+  // For box tests: the segment enters and leaves between planes at
+  // plane * inverse - shift; `near_row` is the row of DiscNode::bound that it meets first.
+  alignas(64) float inverse[3][kBatch], near_shift[3][kBatch], far_shift[3][kBatch], end[kBatch];
+  alignas(64) uint32_t near_row[3][kBatch];  // in bytes
+  alignas(64) uint32_t unusual[kBatch];
+};
+
+struct Scratch {
+  Batch batch;
+  uint32_t chunk[kChunk + kAhead];
+  uint32_t leaf[kLeafRoom + 8 * kChunk + kAhead];
+  uint32_t hit_segment[kHitRoom + kLanes], hit_disc[kHitRoom + kLanes];
+  uint32_t hits[kBatch];  // per segment, so far
+  uint32_t leaf_count = 0, hit_count = 0;
+};
+
+template <class T>
+void prefetch(const T* p) {
+  for (size_t byte = 0; byte < sizeof(T); byte += 64)
+    __builtin_prefetch(reinterpret_cast<const char*>(p) + byte);
+}
+
+/// Margin of the boxes, as part of the greatest coordinate: 32 roundings (u = 2^-24). Where
+/// crossing.h accepts a hit, the point at s is off the true disc by at most 14 u reach (height and
+/// facing; the division cancels) plus 7 u reach (the point and its distance); 4 u are lost in the
+/// box test, 3 in the boxes themselves.
+constexpr float kMargin = 0x1p-19f;
+
+/// Fills the batch; true if segments are among it whose box tests could overflow or lose accuracy.
+bool prepare(Batch& b, const segments::SegmentSpan& s, size_t first, int count,
+             segments::SegmentEnd rule, const DiscTree& tree) {
+  constexpr float kFarthest = 1e15f;
+  const float* const origin[3] = {s.ox + first, s.oy + first, s.oz + first};
+  const float* const direction[3] = {s.dx + first, s.dy + first, s.dz + first};
+  for (int axis = 0; axis < 3; ++axis) {
+    std::copy_n(origin[axis], count, b.origin[axis]);
+    std::copy_n(direction[axis], count, b.direction[axis]);
+  }
+  std::copy_n(s.length + first, count, b.length);
+  std::copy_n(s.extended + first, count, b.extended);
+  uint32_t any = 0;
+  for (int i = 0; i < count; ++i) {
+    float reach = 0, speed = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      reach = std::max(reach, std::fabs(b.origin[axis][i]));
+      speed = std::max(speed, std::fabs(b.direction[axis][i]));
+    }
+    const float margin = kMargin * (tree.reach + reach);
+    // A component near 0 is replaced: the line moves by far less than the margin.
+    const float least = 1e-12f * speed;
+    for (int axis = 0; axis < 3; ++axis) {
+      const float d = b.direction[axis][i], o = b.origin[axis][i];
+      const float w = std::copysign(std::max(std::fabs(d), least), d);
+      const float inverse = 1.0f / w, outward = std::copysign(margin, d);
+      b.inverse[axis][i] = inverse;
+      b.near_shift[axis][i] = (o + outward) * inverse;
+      b.far_shift[axis][i] = (o - outward) * inverse;
+      b.near_row[axis][i] = (2 * uint32_t(axis) + (std::bit_cast<uint32_t>(d) >> 31)) * kRowBytes;
+    }
+    b.end[i] = segment_end(rule, b.length[i], b.extended[i], tree.max_radius);
+    b.unusual[i] = !(reach < kFarthest && speed > 1e-6f && speed < 1e6f);
+    any |= b.unusual[i];
+  }
+  return any != 0;
+}
+
+/// Box tests of `count` visits in scratch.chunk; pushes the children met. Returns the new top.
+uint32_t visit_nodes(Scratch& scratch, const DiscNode* nodes, uint32_t count, uint32_t* stack,
+                     uint32_t top) {
+  const Batch& b = scratch.batch;
+  uint32_t* const leaf = scratch.leaf;
+  uint32_t leaf_count = scratch.leaf_count;
+  for (uint32_t i = 0; i < kAhead; ++i) {
+    scratch.chunk[count + i] = scratch.chunk[count - 1];
+    prefetch(&nodes[scratch.chunk[i] & kNodeMask]);
+  }
+  for (uint32_t i = 0; i < count; ++i) {
+    prefetch(&nodes[scratch.chunk[i + kAhead] & kNodeMask]);
+    const uint32_t visit = scratch.chunk[i], segment = visit >> kNodeBits;
+    const DiscNode& node = nodes[visit & kNodeMask];
+    const auto distance = [&](uint32_t row, int axis, const float* shift) {
+      const auto* planes = reinterpret_cast<const char*>(node.bound) + row;
+      return lanes::about_multiply_subtract(lanes::load(reinterpret_cast<const float*>(planes)),
+                                            lanes::broadcast(b.inverse[axis][segment]),
+                                            lanes::broadcast(shift[segment]));
+    };
+    const uint32_t x = b.near_row[0][segment], y = b.near_row[1][segment],
+                   z = b.near_row[2][segment];
+    const Floats enter =
+        lanes::max(lanes::max(distance(x, 0, b.near_shift[0]), distance(y, 1, b.near_shift[1])),
+                   lanes::max(distance(z, 2, b.near_shift[2]), lanes::broadcast(0.0f)));
+    const Floats leave = lanes::min(
+        lanes::min(distance(x ^ kRowBytes, 0, b.far_shift[0]),
+                   distance(y ^ kRowBytes, 1, b.far_shift[1])),
+        lanes::min(distance(z ^ kRowBytes, 2, b.far_shift[2]), lanes::broadcast(b.end[segment])));
+    const uint32_t met = lanes::mask(lanes::less_equal(enter, leave));
+    const uint32_t inner_lanes = (1u << node.inner) - 1, base = visit & ~kNodeMask;
+    const uint32_t inner = met & inner_lanes, leaves = met & ~inner_lanes;
+    lanes::store_packed_sequence(stack + top, base + node.inner_base, inner);
+    lanes::store_packed_sequence(leaf + leaf_count, base + node.leaf_base, leaves);
+    top += uint32_t(std::popcount(inner));
+    leaf_count += uint32_t(std::popcount(leaves));
+  }
+  scratch.leaf_count = leaf_count;
+  return top;
+}
+
+/// SIMD twin of cross_circle() and segment_end(): the same operations in the same order.
+uint32_t cross_circles(const DiscLeaf& leaf, const Batch& b, uint32_t segment,
+                       segments::SegmentEnd rule) {
+  const Floats ox = lanes::broadcast(b.origin[0][segment]),
+               oy = lanes::broadcast(b.origin[1][segment]),
+               oz = lanes::broadcast(b.origin[2][segment]),
+               wx = lanes::broadcast(b.direction[0][segment]),
+               wy = lanes::broadcast(b.direction[1][segment]),
+               wz = lanes::broadcast(b.direction[2][segment]);
+  const Floats cx = lanes::load(leaf.cx), cy = lanes::load(leaf.cy), cz = lanes::load(leaf.cz);
+  const Floats nx = lanes::load(leaf.nx), ny = lanes::load(leaf.ny), nz = lanes::load(leaf.nz);
+  const Floats radius = lanes::load(leaf.radius), zero = lanes::broadcast(0.0f);
+  Floats end = lanes::broadcast(b.length[segment]);
+  if (rule != segments::SegmentEnd::first) {
+    const Floats extended = lanes::broadcast(b.extended[segment]);
+    end = rule == segments::SegmentEnd::second
+              ? extended
+              : lanes::min(end + lanes::broadcast(segments::kBoundedRadii) * radius, extended);
+  }
+  const Floats facing = nx * wx + ny * wy + nz * wz;
+  const Floats height = nx * (cx - ox) + ny * (cy - oy) + nz * (cz - oz);
+  const Floats s = height / facing;
+  const Floats px = (ox + s * wx) - cx, py = (oy + s * wy) - cy, pz = (oz + s * wz) - cz;
+  const Floats distance2 = px * px + py * py + pz * pz;
+  return lanes::mask(lanes::both(
+      lanes::both(lanes::less(facing, zero), lanes::less(zero, s)),
+      lanes::both(lanes::less_equal(s, end), lanes::less_equal(distance2, radius * radius))));
+}
+
+/// Tests the discs of waiting leaves from `next` on, while there is room for hits. Returns the
+/// next leaf to do.
+uint32_t visit_leaves(Scratch& scratch, const DiscLeaf* leaves, uint32_t next,
+                      segments::SegmentEnd rule) {
+  const uint32_t count = scratch.leaf_count;
+  const uint32_t stop = std::min(count, next + (kHitRoom - scratch.hit_count) / kLanes);
+  uint32_t* const leaf = scratch.leaf;
+  uint32_t hit_count = scratch.hit_count;
+  for (uint32_t i = 0; i < kAhead; ++i) leaf[count + i] = leaf[count - 1];
+  for (uint32_t i = next; i < std::min(next + kAhead, count); ++i)
+    prefetch(&leaves[leaf[i] & kNodeMask]);
+  for (; next < stop; ++next) {
+    prefetch(&leaves[leaf[next + kAhead] & kNodeMask]);
+    const uint32_t segment = leaf[next] >> kNodeBits;
+    const DiscLeaf& discs = leaves[leaf[next] & kNodeMask];
+    const uint32_t hit = cross_circles(discs, scratch.batch, segment, rule);
+    lanes::store_packed(scratch.hit_disc + hit_count, discs.disc, hit);
+    lanes::store_all(scratch.hit_segment + hit_count, segment);
+    hit_count += uint32_t(std::popcount(hit));
+  }
+  scratch.hit_count = hit_count;
+  return next;
+}
+
+}  // namespace
+
+DiscIndex::DiscIndex(samples::DiscSet discs, segments::SegmentEnd rule, const Workers& workers,
+                     Progress* progress)
+    : discs_(std::move(discs)), rule_(rule), tree_(build_disc_tree(discs_, workers, progress)) {}
+
+size_t DiscIndex::bytes() const {
+  return tree_.bytes() +
+         discs_.size() * (2 * sizeof(Vec3f) + sizeof(float) + 2 * sizeof(uint32_t)) +
+         discs_.outlines.size() * sizeof(samples::Outline);
+}
 
 namespace {
-#ifndef BATCH
-#define BATCH 64
-#endif
-#ifndef CHUNK
-#define CHUNK 32
-#endif
-#ifndef AHEAD
-#define AHEAD 8
-#endif
-constexpr int kBatch = BATCH, kChunk = CHUNK, kAhead = AHEAD;
-constexpr int kSegBits = 26; constexpr uint32_t kRef = (1u << kSegBits) - 1;
-struct alignas(64) Ray { float inverse[3], near_shift[3], far_shift[3], end; uint32_t near_row[3]; };
-struct Segment { float o[3], w[3], length, extended; };
 
-alignas(64) uint64_t g_lut[256];
-struct LutInit { LutInit() { for (int m = 0; m < 256; ++m) { uint64_t v = 0; int k = 0; for (int i = 0; i < 8; ++i) if (m >> i & 1) v |= uint64_t(i) << (8 * k++); g_lut[m] = v; } } } lut_init;
-inline __m256i perm(uint32_t mask) { return _mm256_cvtepu8_epi32(_mm_loadl_epi64((const __m128i*)&g_lut[mask])); }
+/// Adds a batch's hits to the sums and notes them in the slots.
+class Deposit {
+ public:
+  Deposit(const samples::DiscSet& discs, segments::SegmentEnd rule,
+          const segments::SegmentSpan& segments, int sign, const EnergySums& sums, HitSlots* slots)
+      : discs_(discs), rule_(rule), segments_(segments), sign_(sign), sums_(sums), slots_(slots) {}
 
-inline void prefetch4(const void* p) { const char* c = (const char*)p; _mm_prefetch(c, _MM_HINT_T0); _mm_prefetch(c+64, _MM_HINT_T0); _mm_prefetch(c+128, _MM_HINT_T0); _mm_prefetch(c+192, _MM_HINT_T0); }
-}
+  void begin(size_t first, int count) {
+    first_ = first;
+    std::fill_n(hits_, count, 0u);
+    if (slots_) std::fill_n(slots_ + first, count, HitSlots());
+  }
 
-#ifdef __AVX512VL__
-#define COMPRESS(v, m) _mm256_maskz_compress_epi32(__mmask8(m), v)
-#else
-#define COMPRESS(v, m) _mm256_permutevar8x32_epi32(v, perm(m))
-#endif
-Stats DiscIndex::accumulate(const segments::SegmentSpan& s, int sign, const EnergySums& sums, HitSlots* slots) const {
-  Stats stats;
-  if (tree_.nodes.empty()) return stats;
-  std::vector<uint32_t> stack_mem(kBatch + 8 * kChunk * (tree_.depth + 2)), leaf_mem(1 << 16), hit_seg(1<<16), hit_disc(1<<16);
-  uint32_t* stack = stack_mem.data(); uint32_t* leafq = leaf_mem.data();
-  Ray rays[kBatch]; Segment segs[kBatch];
-  uint32_t chunk[kChunk + kAhead];
-  uint32_t hits_of[kBatch];
-  const DiscNode* nodes = tree_.nodes.data(); const DiscLeaf* leaves = tree_.leaves.data();
-  const __m256i iota = _mm256_setr_epi32(0,1,2,3,4,5,6,7);
-  for (size_t base = 0; base < s.count; base += kBatch) {
-    const int n = int(std::min<size_t>(kBatch, s.count - base));
-    for (int i = 0; i < n; ++i) {
-      const size_t g = base + i;
-      Segment& q = segs[i]; Ray& r = rays[i];
-      q = {{s.ox[g], s.oy[g], s.oz[g]}, {s.dx[g], s.dy[g], s.dz[g]}, s.length[g], s.extended[g]};
-      const float pad = 0x1p-19f * (tree_.reach + std::max({std::fabs(q.o[0]), std::fabs(q.o[1]), std::fabs(q.o[2])}));
-      r.end = segment_end(rule_, q.length, q.extended, tree_.max_radius);
-      for (int a = 0; a < 3; ++a) {
-        const float w = std::fabs(q.w[a]) < 1e-12f ? std::copysign(1e-12f, q.w[a]) : q.w[a];
-        const bool neg = w < 0;
-        r.inverse[a] = 1.0f / w;
-        const float p = neg ? -pad : pad;
-        r.near_shift[a] = (q.o[a] + p) * r.inverse[a];
-        r.far_shift[a] = (q.o[a] - p) * r.inverse[a];
-        r.near_row[a] = (2 * a + neg) * 32;
-      }
-      stack[i] = uint32_t(i) << kSegBits;
-      hits_of[i] = 0;
-    }
-    uint32_t top = n, leaf_count = 0, hit_count = 0;
-    while (top) {
-      const uint32_t take = std::min<uint32_t>(top, kChunk);
-      top -= take;
-      for (uint32_t i = 0; i < take; ++i) chunk[i] = stack[top + i];
-      for (uint32_t i = 0; i < kAhead; ++i) chunk[take + i] = chunk[0];
-#ifndef NOPF
-      for (uint32_t i = 0; i < kAhead; ++i) prefetch4(&nodes[chunk[i] & kRef]);
-#endif
-      for (uint32_t i = 0; i < take; ++i) {
-        const uint32_t item = chunk[i];
-#ifndef NOPF
-        prefetch4(&nodes[chunk[i + kAhead] & kRef]);
-#endif
-        const DiscNode& node = nodes[item & kRef];
-        const Ray& r = rays[item >> kSegBits];
-        const char* rows = (const char*)&node;
-        const uint32_t nx = r.near_row[0], ny = r.near_row[1], nz = r.near_row[2];
-        const auto plane = [&](uint32_t row, int a, const float* shift) {
-          return _mm256_fmsub_ps(_mm256_load_ps((const float*)(rows + row)), _mm256_broadcast_ss(&r.inverse[a]), _mm256_broadcast_ss(&shift[a]));
-        };
-        const __m256 near = _mm256_max_ps(_mm256_max_ps(plane(nx, 0, r.near_shift), plane(ny, 1, r.near_shift)),
-                                          _mm256_max_ps(plane(nz, 2, r.near_shift), _mm256_setzero_ps()));
-        const __m256 far = _mm256_min_ps(_mm256_min_ps(plane(nx ^ 32, 0, r.far_shift), plane(ny ^ 32, 1, r.far_shift)),
-                                          _mm256_min_ps(plane(nz ^ 32, 2, r.far_shift), _mm256_broadcast_ss(&r.end)));
-        #ifdef __AVX512VL__
-        const uint32_t mask = _mm256_cmp_ps_mask(near, far, _CMP_LE_OQ);
-#else
-        const uint32_t mask = uint32_t(_mm256_movemask_ps(_mm256_cmp_ps(near, far, _CMP_LE_OQ)));
-#endif
-        const uint32_t inner_mask = mask & ((1u << node.inner) - 1), leaf_mask = mask & ~((1u << node.inner) - 1);
-        const uint32_t seg = item & ~kRef;
-        const __m256i in = _mm256_add_epi32(_mm256_set1_epi32(int(node.inner_base + seg)), iota);
-        const __m256i lf = _mm256_add_epi32(_mm256_set1_epi32(int(node.leaf_base + seg)), iota);
-        _mm256_storeu_si256((__m256i*)(stack + top), COMPRESS(in, inner_mask));
-        top += std::popcount(inner_mask);
-        _mm256_storeu_si256((__m256i*)(leafq + leaf_count), COMPRESS(lf, leaf_mask));
-        leaf_count += std::popcount(leaf_mask);
-      }
-      stats.node_tests += take;
-    }
-    stats.disc_tests += 8 * leaf_count;
-    for (uint32_t i = 0; i < kAhead; ++i) leafq[leaf_count + i] = 0;
-#ifndef NOPF
-    for (uint32_t i = 0; i < kAhead; ++i) prefetch4(&leaves[leafq[i] & kRef]);
-#endif
-    for (uint32_t i = 0; i < leaf_count; ++i) {
-#ifndef NOPF
-      prefetch4(&leaves[leafq[i + kAhead] & kRef]);
-#endif
-      const DiscLeaf& leaf = leaves[leafq[i] & kRef];
-      const uint32_t sg = leafq[i] >> kSegBits;
-      const Segment& q = segs[sg];
-      const __m256 wx = _mm256_broadcast_ss(&q.w[0]), wy = _mm256_broadcast_ss(&q.w[1]), wz = _mm256_broadcast_ss(&q.w[2]);
-      const __m256 ox = _mm256_broadcast_ss(&q.o[0]), oy = _mm256_broadcast_ss(&q.o[1]), oz = _mm256_broadcast_ss(&q.o[2]);
-      const __m256 nx = _mm256_load_ps(leaf.nx), ny = _mm256_load_ps(leaf.ny), nz = _mm256_load_ps(leaf.nz);
-      const __m256 cx = _mm256_load_ps(leaf.cx), cy = _mm256_load_ps(leaf.cy), cz = _mm256_load_ps(leaf.cz);
-      const __m256 facing = nx * wx + ny * wy + nz * wz;
-      const __m256 height = nx * (cx - ox) + ny * (cy - oy) + nz * (cz - oz);
-      const __m256 t = height / facing;
-      const __m256 px = (ox + t * wx) - cx, py = (oy + t * wy) - cy, pz = (oz + t * wz) - cz;
-      const __m256 d2 = px * px + py * py + pz * pz;
-      const __m256 radius = _mm256_load_ps(leaf.radius);
-      __m256 end;
-      if (rule_ == segments::SegmentEnd::first) end = _mm256_broadcast_ss(&q.length);
-      else if (rule_ == segments::SegmentEnd::second) end = _mm256_broadcast_ss(&q.extended);
-      else end = _mm256_min_ps(_mm256_broadcast_ss(&q.length) + _mm256_set1_ps(segments::kBoundedRadii) * radius, _mm256_broadcast_ss(&q.extended));
-      const __m256 z = _mm256_setzero_ps();
-#ifdef __AVX512VL__
-      const uint32_t mask = _mm256_mask_cmp_ps_mask(_mm256_mask_cmp_ps_mask(_mm256_mask_cmp_ps_mask(_mm256_cmp_ps_mask(facing,z,_CMP_LT_OQ), t, z, _CMP_GT_OQ), t, end, _CMP_LE_OQ), d2, radius*radius, _CMP_LE_OQ);
-#else
-      const __m256 ok = _mm256_and_ps(_mm256_and_ps(_mm256_cmp_ps(facing, z, _CMP_LT_OQ), _mm256_cmp_ps(t, z, _CMP_GT_OQ)),
-         _mm256_and_ps(_mm256_cmp_ps(t, end, _CMP_LE_OQ), _mm256_cmp_ps(d2, radius * radius, _CMP_LE_OQ)));
-      const uint32_t mask = uint32_t(_mm256_movemask_ps(ok));
-#endif
-      _mm256_storeu_si256((__m256i*)(hit_disc.data() + hit_count), COMPRESS(_mm256_load_si256((const __m256i*)leaf.disc), mask));
-      _mm256_storeu_si256((__m256i*)(hit_seg.data() + hit_count), _mm256_set1_epi32(int(sg)));
-      hit_count += std::popcount(mask);
-    }
-    if (slots) for (int i = 0; i < n; ++i) slots[base + i] = {};
-    for (uint32_t i = 0; i < hit_count; ++i) __builtin_prefetch(&discs_.id[hit_disc[i] & ~kClippedBit]);
-    for (uint32_t i = 0; i < hit_count; ++i) {
-      const size_t g = base + hit_seg[i];
-      __builtin_prefetch(sums.data + ((s.slab ? s.slab[g] : 0) * sums.samples + discs_.id[hit_disc[i] & ~kClippedBit]) * 3, 1);
-    }
-    for (uint32_t i = 0; i < hit_count; ++i) {
-      const uint32_t sg = hit_seg[i]; const size_t g = base + sg;
-      const uint32_t d = hit_disc[i] & ~kClippedBit;
-      if ((hit_disc[i] & kClippedBit) && !crosses(discs_, d, {s.ox[g], s.oy[g], s.oz[g]}, {s.dx[g], s.dy[g], s.dz[g]}, s.length[g], s.extended[g], rule_).hit) continue;
-#ifdef PLAIN
-      int64_t* cell = sums.data + ((s.slab ? s.slab[g] : 0) * sums.samples + discs_.id[d]) * 3;
-      for (int c = 0; c < 3; ++c) cell[c] += sign * int64_t(s.power[3 * g + c]);
-#else
-      sums.add(s.slab ? s.slab[g] : 0, discs_.id[d], s.power + 3 * g, sign);
-#endif
-      if (slots) {
-        if (hits_of[sg] < 2) slots[g].disc[hits_of[sg]] = d; else slots[g].disc[0] = slots[g].disc[1] = HitSlots::kMany;
-        ++hits_of[sg];
-      }
-      ++stats.hits;
+  void add_all(const uint32_t* segment, const uint32_t* disc, uint32_t count) {
+    for (uint32_t i = 0; i < count; ++i)
+      __builtin_prefetch(&discs_.id[disc[i] & ~DiscLeaf::kClipped]);
+    for (uint32_t i = 0; i < count; ++i)
+      __builtin_prefetch(sums_.cell(slab(segment[i]), discs_.id[disc[i] & ~DiscLeaf::kClipped]), 1);
+    for (uint32_t i = 0; i < count; ++i) {
+      const uint32_t k = disc[i] & ~DiscLeaf::kClipped;
+      if (disc[i] == k || crosses_disc(segment[i], k)) add(segment[i], k);
     }
   }
+
+  /// One segment against every disc.
+  void try_all(uint32_t segment) {
+    for (uint32_t k = 0; k < discs_.size(); ++k)
+      if (crosses_disc(segment, k)) add(segment, k);
+  }
+
+  uint64_t hits() const { return total_; }
+
+ private:
+  uint32_t slab(uint32_t segment) const {
+    return segments_.slab ? segments_.slab[first_ + segment] : 0;
+  }
+  bool crosses_disc(uint32_t segment, uint32_t k) const {
+    const segments::SegmentSpan& s = segments_;
+    const size_t i = first_ + segment;
+    return crosses(discs_, k, {s.ox[i], s.oy[i], s.oz[i]}, {s.dx[i], s.dy[i], s.dz[i]}, s.length[i],
+                   s.extended[i], rule_)
+        .hit;
+  }
+  void add(uint32_t segment, uint32_t k) {
+    const size_t i = first_ + segment;
+    sums_.add(slab(segment), discs_.id[k], segments_.power + 3 * i, sign_);
+    ++total_;
+    if (!slots_) return;
+    const uint32_t place = hits_[segment]++;
+    if (place < 2)
+      slots_[i].disc[place] = k;
+    else
+      slots_[i].disc[0] = slots_[i].disc[1] = HitSlots::kMany;
+  }
+
+  const samples::DiscSet& discs_;
+  const segments::SegmentEnd rule_;
+  const segments::SegmentSpan& segments_;
+  const int sign_;
+  const EnergySums& sums_;
+  HitSlots* const slots_;
+  size_t first_ = 0;
+  uint64_t total_ = 0;
+  uint32_t hits_[kBatch];
+};
+
+}  // namespace
+
+Stats DiscIndex::accumulate(const segments::SegmentSpan& segments, int sign, const EnergySums& sums,
+                            HitSlots* slots) const {
+  Stats stats;
+  Deposit deposit(discs_, rule_, segments, sign, sums, slots);
+  Scratch scratch;
+  // The stack is sorted by depth at any time, a chunk leaves at most 8 * kChunk visits per depth.
+  std::vector<uint32_t> stack(size_t(kBatch) + kLanes * kChunk * size_t(tree_.depth + 1));
+  for (size_t first = 0; first < segments.count; first += kBatch) {
+    const int count = int(std::min<size_t>(kBatch, segments.count - first));
+    deposit.begin(first, count);
+    if (tree_.nodes.empty()) continue;
+    if (prepare(scratch.batch, segments, first, count, rule_, tree_))
+      for (int i = 0; i < count; ++i) {
+        if (!scratch.batch.unusual[i]) continue;
+        scratch.batch.end[i] = -1;
+        deposit.try_all(uint32_t(i));
+        stats.disc_tests += discs_.size();
+      }
+    uint32_t top = 0;
+    for (; top < uint32_t(count); ++top) stack[top] = top << kNodeBits;
+    while (top) {
+      while (top && scratch.leaf_count <= kLeafRoom) {
+        const uint32_t taken = std::min(top, kChunk);
+        top -= taken;
+        std::copy_n(stack.data() + top, taken, scratch.chunk);
+        top = visit_nodes(scratch, tree_.nodes.data(), taken, stack.data(), top);
+        stats.node_tests += taken;
+      }
+      for (uint32_t next = 0; next < scratch.leaf_count;) {
+        next = visit_leaves(scratch, tree_.leaves.data(), next, rule_);
+        deposit.add_all(scratch.hit_segment, scratch.hit_disc, scratch.hit_count);
+        scratch.hit_count = 0;
+      }
+      stats.disc_tests += uint64_t(kLanes) * scratch.leaf_count;
+      scratch.leaf_count = 0;
+    }
+  }
+  stats.hits = deposit.hits();
   return stats;
 }
-}
+
+}  // namespace deltalux::estimate

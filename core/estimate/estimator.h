@@ -17,13 +17,22 @@ namespace deltalux::estimate {
 struct EnergySums {
   int64_t* data = nullptr;
   size_t samples = 0;
+  /// False when no other thread uses `data` meanwhile: plain adds save a tenth of a deposit.
+  bool shared = true;
 
-  /// Thread-safe; integer addition makes the order irrelevant.
+  int64_t* cell(uint32_t slab, uint32_t sample) const {
+    return data + (size_t(slab) * samples + sample) * 3;
+  }
+  /// Thread-safe if `shared`; integer addition makes the order irrelevant.
   void add(uint32_t slab, uint32_t sample, const uint32_t power[3], int64_t sign) const {
-    int64_t* cell = data + (size_t(slab) * samples + sample) * 3;
-    for (int c = 0; c < 3; ++c)
-      std::atomic_ref<int64_t>(cell[c]).fetch_add(sign * int64_t(power[c]),
-                                                  std::memory_order_relaxed);
+    int64_t* sums = cell(slab, sample);
+    for (int c = 0; c < 3; ++c) {
+      const int64_t energy = sign * int64_t(power[c]);
+      if (shared)
+        std::atomic_ref<int64_t>(sums[c]).fetch_add(energy, std::memory_order_relaxed);
+      else
+        sums[c] += energy;
+    }
   }
 };
 

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+// Eight floats at a time. Arithmetic is that of single floats, lane by lane, so results are the
+// same with or without the instruction set.
+#pragma once
+#include <array>
+#include <cstdint>
+
+#if defined(__AVX2__) && defined(__FMA__)
+#define DELTALUX_LANES_AVX2 1
+#include <immintrin.h>
+#endif
+
+namespace deltalux::estimate::lanes {
+
+/// order[mask]: the lanes set in `mask`, ascending, one byte each.
+inline constexpr auto kOrder = [] {
+  std::array<uint64_t, 256> order{};
+  for (uint32_t mask = 0; mask < 256; ++mask)
+    for (uint32_t lane = 0, place = 0; lane < 8; ++lane)
+      if (mask >> lane & 1) order[mask] |= uint64_t(lane) << (8 * place++);
+  return order;
+}();
+
+#if DELTALUX_LANES_AVX2
+
+using Floats = __m256;
+inline Floats load(const float* p) { return _mm256_load_ps(p); }
+inline Floats broadcast(float x) { return _mm256_set1_ps(x); }
+/// a < b ? a : b, so b when either is NaN; max likewise.
+inline Floats min(Floats a, Floats b) { return _mm256_min_ps(a, b); }
+inline Floats max(Floats a, Floats b) { return _mm256_max_ps(a, b); }
+/// a * b - c, rounded once or twice: not for results.
+inline Floats about_multiply_subtract(Floats a, Floats b, Floats c) {
+  return _mm256_fmsub_ps(a, b, c);
+}
+using Flags = __m256;
+inline Flags less(Floats a, Floats b) { return _mm256_cmp_ps(a, b, _CMP_LT_OQ); }
+inline Flags less_equal(Floats a, Floats b) { return _mm256_cmp_ps(a, b, _CMP_LE_OQ); }
+inline Flags both(Flags a, Flags b) { return _mm256_and_ps(a, b); }
+inline uint32_t mask(Flags f) { return uint32_t(_mm256_movemask_ps(f)); }
+
+inline void store_packed(uint32_t* to, __m256i values, uint32_t mask) {
+  const __m128i order = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(&kOrder[mask]));
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(to),
+                      _mm256_permutevar8x32_epi32(values, _mm256_cvtepu8_epi32(order)));
+}
+/// Writes the values whose lane is set in `mask` side by side, then anything up to to[8].
+inline void store_packed(uint32_t* to, const uint32_t* values, uint32_t mask) {
+  store_packed(to, _mm256_load_si256(reinterpret_cast<const __m256i*>(values)), mask);
+}
+/// The same for the values base, base + 1, ...
+inline void store_packed_sequence(uint32_t* to, uint32_t base, uint32_t mask) {
+  const __m256i count = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+  store_packed(to, _mm256_add_epi32(_mm256_set1_epi32(int(base)), count), mask);
+}
+inline void store_all(uint32_t* to, uint32_t value) {
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), _mm256_set1_epi32(int(value)));
+}
+
+#else
+
+struct Floats {
+  float v[8];
+  template <class F>
+  static Floats each(F&& f) {
+    Floats r;
+    for (int i = 0; i < 8; ++i) r.v[i] = f(i);
+    return r;
+  }
+  friend Floats operator+(Floats a, Floats b) {
+    return each([&](int i) { return a.v[i] + b.v[i]; });
+  }
+  friend Floats operator-(Floats a, Floats b) {
+    return each([&](int i) { return a.v[i] - b.v[i]; });
+  }
+  friend Floats operator*(Floats a, Floats b) {
+    return each([&](int i) { return a.v[i] * b.v[i]; });
+  }
+  friend Floats operator/(Floats a, Floats b) {
+    return each([&](int i) { return a.v[i] / b.v[i]; });
+  }
+};
+inline Floats load(const float* p) {
+  return Floats::each([&](int i) { return p[i]; });
+}
+inline Floats broadcast(float x) {
+  return Floats::each([&](int) { return x; });
+}
+inline Floats min(Floats a, Floats b) {
+  return Floats::each([&](int i) { return a.v[i] < b.v[i] ? a.v[i] : b.v[i]; });
+}
+inline Floats max(Floats a, Floats b) {
+  return Floats::each([&](int i) { return a.v[i] > b.v[i] ? a.v[i] : b.v[i]; });
+}
+inline Floats about_multiply_subtract(Floats a, Floats b, Floats c) { return a * b - c; }
+using Flags = uint32_t;
+inline Flags less(Floats a, Floats b) {
+  Flags r = 0;
+  for (int i = 0; i < 8; ++i) r |= Flags(a.v[i] < b.v[i]) << i;
+  return r;
+}
+inline Flags less_equal(Floats a, Floats b) {
+  Flags r = 0;
+  for (int i = 0; i < 8; ++i) r |= Flags(a.v[i] <= b.v[i]) << i;
+  return r;
+}
+inline Flags both(Flags a, Flags b) { return a & b; }
+inline uint32_t mask(Flags f) { return f; }
+inline void store_packed(uint32_t* to, const uint32_t* values, uint32_t mask) {
+  for (int i = 0; i < 8; ++i) to[i] = values[kOrder[mask] >> (8 * i) & 7];
+}
+inline void store_packed_sequence(uint32_t* to, uint32_t base, uint32_t mask) {
+  for (int i = 0; i < 8; ++i) to[i] = base + uint32_t(kOrder[mask] >> (8 * i) & 7);
+}
+inline void store_all(uint32_t* to, uint32_t value) {
+  for (int i = 0; i < 8; ++i) to[i] = value;
+}
+
+#endif
+
+}  // namespace deltalux::estimate::lanes

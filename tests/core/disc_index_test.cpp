@@ -1,0 +1,361 @@
+// SPDX-License-Identifier: Apache-2.0
+// The disc index equals brute force: sums, hit counts and slots, on ordinary and on hostile input.
+#include "estimate/disc_index.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include "base/random.h"
+#include "estimate/brute_force.h"
+#include "estimate/crossing.h"
+
+namespace deltalux::estimate {
+namespace {
+
+using segments::SegmentEnd;
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr SegmentEnd kRules[] = {SegmentEnd::first, SegmentEnd::second, SegmentEnd::bounded};
+
+/// Draws in sequence, for tests only.
+class Draw {
+ public:
+  explicit Draw(uint64_t seed) : seed_(seed) {}
+  float unit() { return unit_float(combine(seed_, next_++)); }
+  float range(float low, float high) { return low + (high - low) * unit(); }
+  uint32_t below(uint32_t n) { return uint32_t(combine(seed_, next_++) % n); }
+  bool chance(float p) { return unit() < p; }
+  Vec3f in_cube(float half) { return {range(-half, half), range(-half, half), range(-half, half)}; }
+  Vec3f direction() {
+    const float z = range(-1, 1), phi = range(0, 2 * std::numbers::pi_v<float>);
+    const float r = std::sqrt(std::max(0.0f, 1 - z * z));
+    return {r * std::cos(phi), r * std::sin(phi), z};
+  }
+  Vec3f axis() {
+    Vec3f a;
+    a[int(below(3))] = chance(0.5f) ? 1.0f : -1.0f;
+    return a;
+  }
+
+ private:
+  uint64_t seed_, next_ = 0;
+};
+
+struct Segments {
+  std::vector<float> ox, oy, oz, dx, dy, dz, length, extended;
+  std::vector<uint32_t> power;
+  std::vector<uint16_t> slab;
+
+  void add(Vec3f o, Vec3f d, float first, float second) {
+    ox.push_back(o.x), oy.push_back(o.y), oz.push_back(o.z);
+    dx.push_back(d.x), dy.push_back(d.y), dz.push_back(d.z);
+    length.push_back(first), extended.push_back(second);
+    const uint32_t k = uint32_t(ox.size());
+    power.insert(power.end(), {k, 2 * k + 1, uint32_t(mix64(k))});
+    slab.push_back(uint16_t(k % 3));
+  }
+  size_t size() const { return ox.size(); }
+  segments::SegmentSpan span(bool slabs) const {
+    return {size(),
+            ox.data(),
+            oy.data(),
+            oz.data(),
+            dx.data(),
+            dy.data(),
+            dz.data(),
+            length.data(),
+            extended.data(),
+            power.data(),
+            slabs ? slab.data() : nullptr};
+  }
+};
+
+void add_disc(samples::DiscSet& discs, Vec3f centre, Vec3f normal, float radius) {
+  discs.centre.push_back(centre);
+  discs.normal.push_back(normal);
+  discs.radius.push_back(radius);
+  discs.outline.push_back(samples::kWholeDisc);
+  discs.id.push_back(uint32_t(discs.id.size()));
+}
+
+void clip_some(samples::DiscSet& discs, Draw& draw, float share) {
+  for (size_t k = 0; k < discs.size(); ++k) {
+    if (!draw.chance(share)) continue;
+    discs.outline[k] = uint32_t(discs.outlines.size());
+    samples::Outline& outline = discs.outlines.emplace_back();
+    for (float& r : outline) r = discs.radius[k] * std::min(1.0f, draw.range(0.0f, 2.0f));
+  }
+}
+
+/// Discs on the walls of a room, on balls and in mid-air; about `radius` wide.
+samples::DiscSet room(Draw& draw, size_t count, float half, float radius, Vec3f offset) {
+  samples::DiscSet discs;
+  for (size_t k = 0; k < count; ++k) {
+    Vec3f n = draw.direction(), c = draw.in_cube(half);
+    const float r = radius * draw.range(0.5f, 1.5f);
+    switch (draw.below(4)) {
+      case 0:
+      case 1: {
+        n = draw.axis();
+        for (int axis = 0; axis < 3; ++axis)
+          if (n[axis] != 0) c[axis] = -half * n[axis];
+        break;
+      }
+      case 2:
+        c = n * (0.5f * half);
+        break;
+      default:
+        break;
+    }
+    add_disc(discs, c + offset, n, r);
+  }
+  return discs;
+}
+
+/// Segments that meet discs, end on them, graze them or lie in their planes, and oddities.
+Segments hostile_segments(Draw& draw, const samples::DiscSet& discs, size_t count, float half,
+                          Vec3f offset) {
+  Segments s;
+  while (s.size() < count) {
+    Vec3f o = draw.in_cube(half) + offset, d = draw.direction();
+    float first = draw.range(0, 2 * half), second = first + draw.range(0, half);
+    if (discs.size() > 0 && draw.chance(0.7f)) {
+      const uint32_t k = draw.below(uint32_t(discs.size()));
+      const Vec3f c = discs.centre[k], n = discs.normal[k];
+      Vec3f u, v;
+      tangent_frame(n, u, v);
+      const float phi = draw.range(0, 7),
+                  r = discs.radius[k] * (draw.chance(0.3f) ? 1.0f : draw.unit());
+      const Vec3f p = c + u * (r * std::cos(phi)) + v * (r * std::sin(phi));
+      if (draw.chance(0.3f)) o = p + u * draw.range(-half, half);  // in its plane
+      if (draw.chance(0.2f)) o = p;                                // starts on it
+      if (draw.chance(0.2f)) o = p + n * (1e-5f * half);           // just above
+      if (draw.chance(0.1f)) o = {p.x, o.y, o.z};
+      const Vec3f way = p - o;
+      if (length(way) > 0) {
+        first = length(way);
+        d = way * (1 / first);
+        second = first + draw.range(0, half);
+        if (draw.chance(0.3f)) first *= 1 + 1e-6f * draw.range(-1, 1);  // ends about there
+      }
+    }
+    if (draw.chance(0.1f)) d = draw.axis();
+    if (draw.chance(0.05f)) d.x = -0.0f;
+    if (draw.chance(0.05f)) d.y = 1e-30f;
+    if (draw.chance(0.05f)) d = d * draw.range(0.1f, 30);
+    if (draw.chance(0.01f)) d = d * (draw.chance(0.5f) ? 1e-12f : 1e12f);
+    if (draw.chance(0.03f)) first = 0;
+    if (draw.chance(0.05f)) second = kInfinity;
+    if (draw.chance(0.05f)) first = second = kInfinity;
+    if (draw.chance(0.05f)) second = first;
+    if (draw.chance(0.01f)) first = kNaN;
+    if (draw.chance(0.01f)) second = kNaN;
+    if (draw.chance(0.01f)) d = {};
+    if (draw.chance(0.01f)) d.z = kNaN;
+    if (draw.chance(0.01f)) o.y = draw.chance(0.5f) ? kNaN : kInfinity;
+    if (draw.chance(0.01f)) o = o * 1e20f;
+    s.add(o, d, first, second);
+  }
+  return s;
+}
+
+void sort_slots(std::vector<HitSlots>& slots) {
+  for (HitSlots& slot : slots)
+    if (slot.disc[0] > slot.disc[1]) std::swap(slot.disc[0], slot.disc[1]);
+}
+
+/// Returns the number of hits.
+uint64_t expect_same(const samples::DiscSet& discs, const Segments& s, SegmentEnd rule,
+                     bool slabs = false) {
+  const Workers workers(1);
+  const BruteForce oracle(discs, rule);
+  const DiscIndex index(discs, rule, workers);
+  uint32_t ids = 1;
+  for (const uint32_t id : discs.id) ids = std::max(ids, id + 1);
+  std::vector<int64_t> expected(9 * ids), found(9 * ids), quiet(9 * ids);
+  std::vector<HitSlots> expected_slots(s.size()), slots(s.size(), HitSlots{{7, 7}});
+  const auto a = oracle.accumulate(s.span(slabs), 1, {expected.data(), ids}, expected_slots.data());
+  const auto b = index.accumulate(s.span(slabs), 1, {found.data(), ids}, slots.data());
+  index.accumulate(s.span(slabs), 1, {quiet.data(), ids, false});
+  EXPECT_EQ(a.hits, b.hits);
+  EXPECT_EQ(expected, found);
+  EXPECT_EQ(expected, quiet);
+  sort_slots(expected_slots), sort_slots(slots);
+  for (size_t i = 0; i < s.size(); ++i)
+    for (int place = 0; place < 2; ++place)
+      EXPECT_EQ(expected_slots[i].disc[place], slots[i].disc[place]) << "segment " << i;
+  index.accumulate(s.span(slabs), -1, {found.data(), ids});
+  EXPECT_EQ(found, std::vector<int64_t>(9 * ids)) << "removal must undo addition";
+  return a.hits;
+}
+
+TEST(DiscIndex, EqualsBruteForceInRooms) {
+  uint64_t hits = 0;
+  for (uint64_t seed = 0; seed < 24; ++seed) {
+    Draw draw(seed);
+    const float half = std::pow(10.0f, draw.range(-3, 3));
+    const size_t count = size_t(std::pow(10.0f, draw.range(0, 3.5f)));
+    const Vec3f offset = draw.chance(0.5f) ? Vec3f{} : draw.in_cube(20 * half);
+    const float radius = half * std::min(0.7f, 1.2f / std::sqrt(float(count)));
+    samples::DiscSet discs = room(draw, count, half, radius, offset);
+    clip_some(discs, draw, draw.chance(0.5f) ? 0.3f : 0.0f);
+    const Segments s = hostile_segments(draw, discs, 1500, half, offset);
+    for (const SegmentEnd rule : kRules) {
+      SCOPED_TRACE("seed " + std::to_string(seed) + ", rule " + std::to_string(int(rule)));
+      hits += expect_same(discs, s, rule, seed % 2 == 1);
+    }
+  }
+  EXPECT_GT(hits, 10000u);
+}
+
+// Coordinates so large that discs are only a few units in the last place wide: every rounding of
+// the crossing shows, and the boxes' margin has to cover it.
+TEST(DiscIndex, EqualsBruteForceWhereRoundingDecides) {
+  uint64_t hits = 0;
+  for (uint64_t seed = 100; seed < 116; ++seed) {
+    Draw draw(seed);
+    const Vec3f offset = draw.in_cube(1e5f);
+    samples::DiscSet discs = room(draw, 800, 20, 0.02f * draw.range(0.5f, 4), offset);
+    const Segments s = hostile_segments(draw, discs, 2000, 20, offset);
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    hits += expect_same(discs, s, kRules[seed % 3]);
+  }
+  EXPECT_GT(hits, 500u);
+}
+
+// A lattice: many segments pass exactly through edges and corners of boxes.
+TEST(DiscIndex, EqualsBruteForceOnLattice) {
+  Draw draw(5);
+  samples::DiscSet discs;
+  for (int x = 0; x < 8; ++x)
+    for (int y = 0; y < 8; ++y)
+      for (int z = 0; z < 3; ++z)
+        add_disc(discs, Vec3f{float(x), float(y), float(z)}, draw.axis(), 0.5f);
+  Segments s;
+  for (int i = 0; i < 4000; ++i) {
+    const auto coordinate = [&] { return 0.5f * float(draw.below(18)) - 0.5f; };
+    const Vec3f o{coordinate(), coordinate(), coordinate()};
+    const Vec3f to{coordinate(), coordinate(), coordinate()};
+    s.add(o, to - o, 0.5f * float(draw.below(4)), 0.5f * float(draw.below(6)));
+  }
+  for (const SegmentEnd rule : kRules) EXPECT_GT(expect_same(discs, s, rule), 500u);
+}
+
+// More hits and waiting leaves than the buffers hold.
+TEST(DiscIndex, ManyHitsPerSegment) {
+  Draw draw(6);
+  samples::DiscSet discs;
+  for (int k = 0; k < 3000; ++k) add_disc(discs, {0, 0, 0}, {0, 0, 1}, 1);
+  for (int k = 0; k < 3000; ++k)
+    add_disc(discs, {draw.range(-0.1f, 0.1f), 0, 0.01f * float(k)}, {0, 0, 1}, draw.range(0.5f, 1));
+  clip_some(discs, draw, 0.1f);
+  for (uint32_t& id : discs.id) id /= 2;  // ids need be neither unique nor in order
+  Segments s;
+  for (int i = 0; i < 150; ++i)
+    s.add({draw.range(-0.3f, 0.3f), draw.range(-0.3f, 0.3f), 40}, {0, 0, -1}, 39, kInfinity);
+  EXPECT_GT(expect_same(discs, s, SegmentEnd::second), 600000u);
+  expect_same(discs, s, SegmentEnd::bounded, true);
+}
+
+TEST(DiscIndex, FewOrNoDiscs) {
+  Draw draw(7);
+  for (const size_t count : {0, 1, 2, 7, 8, 9, 17}) {
+    const samples::DiscSet discs = room(draw, count, 1, 0.5f, {});
+    const Segments s = hostile_segments(draw, discs, 300, 1, {});
+    for (const SegmentEnd rule : kRules) expect_same(discs, s, rule);
+  }
+  const Segments none;
+  expect_same(room(draw, 5, 1, 0.5f, {}), none, SegmentEnd::first);
+}
+
+TEST(DiscIndex, DegenerateDiscs) {
+  Draw draw(8);
+  samples::DiscSet discs = room(draw, 300, 1, 0.2f, {});
+  for (size_t k = 0; k < discs.size(); ++k) {
+    if (k % 5 == 0) discs.normal[k] = {};
+    if (k % 5 == 1) discs.radius[k] = 0;
+    if (k % 5 == 2) discs.normal[k] = discs.normal[k] * draw.range(1e-3f, 1e3f);
+  }
+  const Segments s = hostile_segments(draw, discs, 2000, 1, {});
+  for (const SegmentEnd rule : kRules) expect_same(discs, s, rule);
+}
+
+TEST(DiscIndex, RefusesDiscsThatAreNotFinite) {
+  const Workers workers(1);
+  for (int fault = 0; fault < 5; ++fault) {
+    samples::DiscSet discs;
+    for (int k = 0; k < 3; ++k) add_disc(discs, {float(k), 0, 0}, {0, 0, 1}, 1);
+    if (fault == 0) discs.centre[1].y = kNaN;
+    if (fault == 1) discs.centre[1].y = kInfinity;
+    if (fault == 2) discs.normal[1].z = kNaN;
+    if (fault == 3) discs.radius[1] = kInfinity;
+    if (fault == 4) discs.radius[1] = -1;
+    try {
+      const DiscIndex index(discs, SegmentEnd::first, workers);
+      ADD_FAILURE() << "fault " << fault << " passed";
+    } catch (const OptionError& error) {
+      EXPECT_NE(std::string(error.what()).find("disc 1:"), std::string::npos) << error.what();
+    }
+  }
+}
+
+// The tree must not depend on the number of workers; large enough for several build tasks.
+TEST(DiscIndex, SameTreeForAnyNumberOfWorkers) {
+  Draw draw(9);
+  const samples::DiscSet discs = room(draw, 150000, 10, 0.03f, {});
+  const Segments s = hostile_segments(draw, discs, 3000, 10, {});
+  std::vector<int64_t> sums[2];
+  Stats stats[2];
+  size_t bytes[2];
+  for (int i = 0; i < 2; ++i) {
+    const Workers workers(1 + 3 * i);
+    const DiscIndex index(discs, SegmentEnd::second, workers);
+    sums[i].resize(3 * discs.size());
+    stats[i] = index.accumulate(s.span(false), 1, {sums[i].data(), discs.size()});
+    bytes[i] = index.bytes();
+  }
+  EXPECT_EQ(sums[0], sums[1]);
+  EXPECT_EQ(stats[0].hits, stats[1].hits);
+  EXPECT_EQ(stats[0].node_tests, stats[1].node_tests);
+  EXPECT_EQ(stats[0].disc_tests, stats[1].disc_tests);
+  EXPECT_EQ(bytes[0], bytes[1]);
+  EXPECT_LT(bytes[0], discs.size() * 120);
+  EXPECT_LT(stats[0].disc_tests, s.size() * discs.size() / 20) << "the boxes must cull";
+}
+
+TEST(DiscIndex, ManyThreadsIntoTheSameSums) {
+  Draw draw(10);
+  const samples::DiscSet discs = room(draw, 200, 1, 0.3f, {});
+  const Segments s = hostile_segments(draw, discs, 20000, 1, {});
+  const Workers one(1), many(4);
+  const DiscIndex index(discs, SegmentEnd::second, many);
+  std::vector<int64_t> expected(3 * discs.size()), found(3 * discs.size());
+  index.accumulate(s.span(false), 1, {expected.data(), discs.size(), false});
+  many.for_blocks(s.size(), 500, [&](size_t begin, size_t end) {
+    segments::SegmentSpan part = s.span(false);
+    for (auto* p :
+         {&part.ox, &part.oy, &part.oz, &part.dx, &part.dy, &part.dz, &part.length, &part.extended})
+      *p += begin;
+    part.power += 3 * begin;
+    part.count = end - begin;
+    index.accumulate(part, 1, {found.data(), discs.size()});
+  });
+  EXPECT_EQ(expected, found);
+}
+
+TEST(DiscIndex, BuildCanBeCancelled) {
+  Draw draw(11);
+  Progress progress;
+  progress.cancel();
+  const Workers workers(2);
+  EXPECT_THROW(DiscIndex(room(draw, 50000, 1, 0.01f, {}), SegmentEnd::first, workers, &progress),
+               Cancelled);
+}
+
+}  // namespace
+}  // namespace deltalux::estimate
