@@ -90,3 +90,13 @@ def draw_isolines(
     result[line & dark] = pixels[line & dark] // 2 + 110
     result[line & ~dark] = pixels[line & ~dark] // 3
     return result
+
+
+def draw_outlines(pixels: np.ndarray, separate: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    """Fine grey lines between neighbours (right, below; see `draw_isolines`) that are not on one surface."""
+    line = np.zeros(pixels.shape[:2], dtype=bool)
+    line[:, 1:] |= separate[0]
+    line[1:] |= separate[1]
+    result = pixels.copy()
+    result[line] = (3 * pixels[line].astype(np.uint16) // 4).astype(np.uint8)
+    return result

@@ -22,7 +22,7 @@ from deltalux.units import photopic
 from .baked import Baked, about_text, display_of
 from .camera import automatic_camera, scene_camera
 from .colour_scale import ColourScale, scale_for, symmetric_scale
-from .drawing import draw_isolines, label_above, legend
+from .drawing import draw_isolines, draw_outlines, label_above, legend
 from .tone import automatic_exposure, encode_srgb, tone_map
 from .view import CasterType, Surfaces, View, core_caster
 
@@ -246,6 +246,8 @@ def _false_colour(
     scale = scale or choose(seen)
     colours = np.where(view.facing[:, None], scale.colours(np.nan_to_num(seen)), _unsampled(view))
     pixels = encode_srgb(view.pixels(colours))
+    if scale.diverging:  # nearly all of it has one colour; outlines show where a change is
+        pixels = draw_outlines(pixels, view.seams())
     if isolux:
         pixels = draw_isolines(pixels, view.pixels(seen)[..., 0], scale.ticks(), view.seams())
     bar = legend(scale, view.surfaces.scene.unit, len(pixels))

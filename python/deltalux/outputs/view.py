@@ -182,9 +182,10 @@ class View:
         width, height = self.size
         first = self.triangle.reshape(height, width, self.rays_per_pixel)[:, :, 0]
         normals = self.surfaces.normals[first]
-        right = np.einsum("hwc,hwc->hw", normals[:, 1:], normals[:, :-1])
-        below = np.einsum("hwc,hwc->hw", normals[1:], normals[:-1])
-        return right < 0.9, below < 0.9
+        mesh = np.where(first >= 0, self.surfaces.display.triangle_mesh[first], -1)
+        right = np.einsum("hwc,hwc->hw", normals[:, 1:], normals[:, :-1]) < 0.9
+        below = np.einsum("hwc,hwc->hw", normals[1:], normals[:-1]) < 0.9
+        return right | (mesh[:, 1:] != mesh[:, :-1]), below | (mesh[1:] != mesh[:-1])
 
     def _rays(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         width, height = self.size
