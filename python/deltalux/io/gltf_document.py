@@ -1,15 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A checked glTF document: container, types, version and extensions; the only file with pygltflib."""
+"""A checked glTF document: container, types, version and extensions."""
 
 from __future__ import annotations
 
-import json
 import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-
-import pygltflib
 
 from deltalux.errors import FormatError
 
@@ -40,7 +37,7 @@ APPEARANCE = {
 class Document:
     """A glTF file after the checks that need no buffer.
 
-    `gltf` is pygltflib's object; its indexes are not yet checked, its types are.
+    `gltf` is a pygltflib.GLTF2; its indexes are not yet checked, its types are.
     """
 
     path: Path
@@ -53,14 +50,8 @@ def read_document(path: Path) -> Document:
     """Read and check the JSON of a .gltf or .glb file; FormatError says what is wrong with it."""
     root, blob = read_container(path)
     _check_version(root)
-    checked = GLTF(root, "glTF")
-    _check_required(checked.get("extensionsRequired", []))
-    try:
-        gltf = pygltflib.GLTF2.from_json(json.dumps(checked), infer_missing=True)
-    except (RecursionError, TypeError, ValueError, AttributeError, KeyError) as error:
-        raise FormatError(
-            f"glTF: pygltflib refused it ({error!r:.200}); repair or re-export the file"
-        ) from error
+    gltf = GLTF(root, "glTF")
+    _check_required(gltf.extensionsRequired)
     document = Document(path, gltf, blob, Notes())
     _note_unhonoured(document)
     return document

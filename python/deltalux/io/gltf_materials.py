@@ -94,7 +94,7 @@ class Materials:
             )
             factor, texture = glossy.get("diffuseFactor"), glossy.get("diffuseTexture")
             texture_place = f"{place}.extensions.KHR_materials_pbrSpecularGlossiness.diffuseTexture"
-            texel = self._mean_of(texture["index"], texture_place, name) if texture else np.ones(3)
+            texel = self._mean(texture, texture_place, name)
         else:
             pbr = source.pbrMetallicRoughness
             factor = pbr.baseColorFactor if pbr else None
@@ -102,11 +102,10 @@ class Materials:
         return np.clip(np.array((factor or (1.0, 1.0, 1.0))[:3]) * texel, 0.0, 1.0)
 
     def _mean(self, reference: Any, place: str, name: str) -> np.ndarray:
-        return np.ones(3) if reference is None else self._mean_of(reference.index, place, name)
-
-    def _mean_of(self, index: int, place: str, name: str) -> np.ndarray:
+        if reference is None:
+            return np.ones(3)
         self._document.notes.add("textures count with their mean colour", name)
-        return self._textures.mean(index, place)
+        return self._textures.mean(reference.index, place)
 
 
 def _note_unhonoured(source: Any, name: str, notes: Notes) -> None:

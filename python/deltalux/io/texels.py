@@ -33,8 +33,12 @@ def mean_linear_texel(data: bytes, where: str) -> np.ndarray:
         if image.width * image.height <= MAX_PIXELS:
             if image.mode.startswith("I"):  # 16-bit grey, which Pillow would clip to 255
                 image = Image.fromarray((np.asarray(image) >> 8).astype(np.uint8))
-            histogram = np.array(image.convert("RGB").histogram(), np.float64).reshape(3, 256)
-            return histogram @ LINEAR_OF_BYTE / histogram.sum(axis=1)
+            if image.mode not in ("L", "LA", "RGB", "RGBA"):
+                image = image.convert("RGB")
+            # Counts per band, alpha last; converting first would hold a large image twice.
+            histogram = np.array(image.histogram(), np.float64).reshape(-1, 256)
+            means = histogram @ LINEAR_OF_BYTE / histogram.sum(axis=1)
+            return means[:3] if len(means) >= 3 else np.repeat(means[0], 3)
     except MemoryError:
         raise
     except Exception as error:  # Pillow's decoders raise whatever they meet in a broken file
