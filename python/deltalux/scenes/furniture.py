@@ -219,24 +219,22 @@ def door(width: float, height: float, leaf: str, frame: str, handle: str) -> Sha
 
 def pot_plant(pot: str, soil: str, leaf: str, seed: int) -> Shape:
     """Broad leaves in a pot, about 1.2 m tall."""
-    rng = np.random.default_rng(seed)
     profile = [(0.11, 0), (0.16, 0.30), (0.165, 0.32), (0.148, 0.32), (0.143, 0.27)]
-    parts = [lathe(profile, 20, [pot, pot, pot, pot, pot, soil])]
+    return merge([lathe(profile, 20, [pot] * 5 + [soil]), foliage(leaf, seed).moved(0, 0.26)])
+
+
+def foliage(leaf: str, seed: int) -> Shape:
+    """Broad leaves that grow from the origin, up to 0.9 m tall."""
+    rng = np.random.default_rng(seed)
+    parts = []
     for i in range(11):
-        turn = 137.5 * i
         reach, rise = rng.uniform(0.22, 0.42), rng.uniform(0.35, 0.85)
         t = np.linspace(0, 1, 9)
-        path = np.stack(
-            [
-                0 * t,
-                0.26 + rise * np.sin(1.9 * t) / np.sin(1.9) * (1.1 - 0.1 * t) * 0.95,
-                0.02 + reach * t**1.3,
-            ],
-            axis=1,
-        )
+        height = rise * np.sin(1.9 * t) / np.sin(1.9) * (1.045 - 0.095 * t)
+        path = np.stack([0 * t, height, 0.02 + reach * t**1.3], axis=1)
         wide = 0.006 + 0.05 * np.sin(np.pi * np.clip((t - 0.3) / 0.7, 0, 1)) ** 0.8
         section = np.array([(1.0, 0.0), (0.0, 0.10), (-1.0, 0.0), (0.0, -0.10)])
-        parts.append(tube(path, wide, 4, leaf, section=section).turned(turn))
+        parts.append(tube(path, wide, 4, leaf, section=section).turned(137.5 * i))
     return merge(parts)
 
 

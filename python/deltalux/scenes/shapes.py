@@ -249,9 +249,13 @@ def closed_tube(path: Any, radius: float, sides: int, material: str) -> Shape:
     angle = -turn * np.linspace(0, 1, len(around))[:-1, None]
     a, b = across[:-1], other[:-1]
     a, b = np.cos(angle) * a + np.sin(angle) * b, np.cos(angle) * b - np.sin(angle) * a
-    rings = _sections(points, radius, circle(1.0, sides), a, b)
-    k = len(points)
-    index = np.arange(k * sides).reshape(k, sides)
+    return closed_loft(_sections(points, radius, circle(1.0, sides), a, b), material)
+
+
+def closed_loft(rings: np.ndarray, material: str) -> Shape:
+    """Skin over rings (k, n, 3), ordered as for `loft`, of which the last joins the first."""
+    k, n, _ = rings.shape
+    index = np.arange(k * n).reshape(k, n)
     ahead, side = np.roll(index, -1, axis=0), np.roll(index, -1, axis=1)
     quads = np.stack([index, side, np.roll(side, -1, axis=0), ahead], axis=-1)
     return shape(rings, _split(quads.reshape(-1, 4)), material)
@@ -298,6 +302,11 @@ def grid_triangles(nu: int, nv: int) -> np.ndarray:
     index = np.arange(nu * nv).reshape(nu, nv)
     quads = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1)
     return _split(quads.reshape(-1, 4))
+
+
+def sheet(corners: Any, material: str) -> Shape:
+    """One rectangle, corners counter-clockwise."""
+    return shape(corners, [(0, 1, 2), (0, 2, 3)], material)
 
 
 def tiles(xs: Any, zs: Any, name: Callable[[int, int], str]) -> Shape:
