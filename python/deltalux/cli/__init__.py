@@ -86,6 +86,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except Error as error:
         print_error(str(error))
         return EXIT_FAILURE
+    if code == EXIT_CANCELLED:  # Ctrl-C, which typer turned into an exit
+        print_error("cancelled")
     return code or 0
 
 

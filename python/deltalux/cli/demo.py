@@ -3,13 +3,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import typer
 
 import deltalux as dl
+from deltalux.display_mesh import DisplayMesh
 from deltalux.outputs.images import Picture, difference, render, side_by_side
 from deltalux.outputs.vertex_colors import write_glb
 from deltalux.report import Section, page
@@ -21,7 +23,8 @@ from .targets import baked_of, check_writable
 from .update import moved_pose
 
 TROLLEY = "trolley"
-MOVE = Move(TROLLEY, (3.0, 0.0, 0.0), 0.0)
+MOVE = Move(TROLLEY, (4.0, 0.0, -1.5), 0.0)
+SIZE = (960, 600)
 PICTURES = ("before", "after", "difference", "false_colour", "overview")
 
 FolderOption = Annotated[
@@ -102,38 +105,43 @@ def run(
         )
 
 
-def _picture(
-    session: dl.Session, threads: int | None, like: Picture | None = None, **options: Any
-) -> Picture:
-    """Draw the present state, with camera and exposure of the picture `like`."""
+def _mesh(session: dl.Session) -> DisplayMesh:
     display = session.samples.display
     assert display is not None  # the demo's samples are on vertices
-    if like is not None:
-        options |= {"camera": like.camera, "exposure": like.exposure}
-    return render(
-        session.scene, display, session.irradiance, poses=session.poses, threads=threads or 0, **options
-    )
+    return display
+
+
+def _picture(session: dl.Session, threads: int | None, **options: Any) -> Picture:
+    """Draw the present state."""
+    options |= {"poses": session.poses, "size": SIZE, "threads": threads or 0}
+    return render(session.scene, _mesh(session), session.irradiance, **options)
 
 
 def _pictures(
-    session: dl.Session, before: Picture, irradiance: Any, threads: int | None
+    session: dl.Session, before: Picture, irradiance: np.ndarray, threads: int | None
 ) -> dict[str, Picture]:
-    """Draw what the report shows; `irradiance` is that before the move."""
-    display = session.samples.display
-    assert display is not None
-    after = _picture(session, threads, before)
-    change = difference(
-        session.scene, display, irradiance, session.irradiance, poses=session.poses, camera=before.camera,
-        threads=threads or 0,
-    )  # fmt: skip
-    false_colour = _picture(session, threads, replace(before, exposure=None), false_colour=True)
-    overview = side_by_side([before, after, change], ["before", "after", "difference"])
+    """Draw what the report shows, all through the camera of the picture `before`.
+
+    Parameters
+    ----------
+    session : after the move
+    before, irradiance : picture and values before it
+    """
+    camera = before.camera
+    after = _picture(session, threads, camera=camera, exposure=before.exposure)
+    options: dict[str, Any] = {
+        "poses": session.poses,
+        "camera": camera,
+        "size": SIZE,
+        "threads": threads or 0,
+    }
+    change = difference(session.scene, _mesh(session), irradiance, session.irradiance, **options)
     return {
         "before": before,
         "after": after,
         "difference": change,
-        "false_colour": false_colour,
-        "overview": overview,
+        "false_colour": _picture(session, threads, camera=camera, false_colour=True),
+        "overview": side_by_side([before, after, change], ["before", "after", "difference"]),
     }
 
 

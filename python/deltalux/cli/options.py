@@ -41,13 +41,14 @@ class Setting:
     values: tuple[float, ...]
 
 
-def _numbers(text: str, counts: tuple[int, ...], form: str) -> list[float]:
+def _numbers(text: str, counts: tuple[int, ...], form: str, whole: str | None = None) -> list[float]:
+    """Parse comma-separated numbers; an error shows `whole`, the value that `text` is a part of."""
     try:
         values = [float(part) for part in text.split(",")]
     except ValueError:
         values = []
     if len(values) not in counts or not all(math.isfinite(v) for v in values):
-        raise typer.BadParameter(f"found '{text}', expected {form}")
+        raise typer.BadParameter(f"found '{whole or text}', expected {form}")
     return values
 
 
@@ -70,14 +71,14 @@ def parse_move(text: str) -> Move:
     """Parse NAME=dx,dy,dz[,degrees]."""
     form = "NAME=dx,dy,dz[,degrees about +Y]"
     name, rest = _named(text, form)
-    dx, dy, dz, *turn = _numbers(rest, (3, 4), form)
+    dx, dy, dz, *turn = _numbers(rest, (3, 4), form, text)
     return Move(name, (dx, dy, dz), turn[0] if turn else 0.0)
 
 
 def parse_dim(text: str) -> Setting:
     """Parse GROUP=factor."""
     name, rest = _named(text, "GROUP=factor")
-    (factor,) = _numbers(rest, (1,), "GROUP=factor")
+    (factor,) = _numbers(rest, (1,), "GROUP=factor", text)
     if factor < 0:
         raise typer.BadParameter(f"found '{text}', expected a factor of 0 or more (1 = as loaded)")
     return Setting(name, (factor,))
@@ -87,7 +88,7 @@ def parse_reflectance(text: str) -> Setting:
     """Parse MATERIAL=r,g,b or MATERIAL=grey."""
     form = "MATERIAL=r,g,b with values from 0 to 1"
     name, rest = _named(text, form)
-    values = _numbers(rest, (1, 3), form)
+    values = _numbers(rest, (1, 3), form, text)
     if min(values) < 0 or max(values) > 1:
         raise typer.BadParameter(f"found '{text}', expected {form}")
     return Setting(name, tuple(values * 3 if len(values) == 1 else values))
@@ -116,7 +117,7 @@ def parse_bytes(text: str) -> int:
     """Parse a size in bytes with an optional K, M, G or T (powers of 1024)."""
     body = text.strip().upper().removesuffix("B").removesuffix("I")
     unit = body[-1:] if body[-1:] in _SIZES else ""
-    (value,) = _numbers(body.removesuffix(unit), (1,), "a size such as 4G or 800M")
+    (value,) = _numbers(body.removesuffix(unit), (1,), "a size such as 4G or 800M", text)
     if value <= 0:
         raise typer.BadParameter(f"found '{text}', expected a size above 0, such as 4G")
     return int(value * _SIZES[unit])

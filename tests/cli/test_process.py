@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The program as a process: streams, terminals, signals."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import select
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from .conftest import QUICK
+
+PROGRAM = (sys.executable, "-m", "deltalux.cli")
+LONG = ("--paths", "3e7", "--spacing", "0.2")
+
+
+def test_streams_of_a_pipe_hold_the_result_and_nothing_else(room: Path) -> None:
+    done = subprocess.run([*PROGRAM, "bake", room, *QUICK, "--json"], capture_output=True, text=True)
+    assert done.returncode == 0
+    assert json.loads(done.stdout)["samples"] > 0
+    assert done.stderr == ""
+
+
+def test_progress_appears_on_a_terminal(room: Path) -> None:
+    master, terminal = pty.openpty()
+    with subprocess.Popen(
+        [*PROGRAM, "bake", room, *LONG, "--paths", "2e6", "--json"],
+        stdout=subprocess.PIPE,
+        stderr=terminal,
+        env={**os.environ, "TERM": "xterm", "COLUMNS": "100"},
+    ) as process:
+        os.close(terminal)
+        assert process.stdout is not None
+        result = process.stdout.read()
+        shown = b""
+        while select.select([master], [], [], 0.2)[0]:
+            try:
+                shown += os.read(master, 65536)
+            except OSError:  # the other end is closed
+                break
+    os.close(master)
+    assert process.returncode == 0
+    assert json.loads(result)["paths"] == 2_000_000
+    assert b"trace" in shown
+    assert b"%" in shown
+
+
+def test_interrupt_cancels_soon_with_130_and_leaves_no_file(room: Path, tmp_path: Path) -> None:
+    file = tmp_path / "result.npz"
+    with subprocess.Popen(
+        [*PROGRAM, "bake", room, *LONG, "-o", file], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        time.sleep(2.0)
+        assert process.poll() is None, "the bake was over before it could be interrupted"
+        process.send_signal(signal.SIGINT)
+        start = time.monotonic()
+        out, err = process.communicate(timeout=20)
+        waited = time.monotonic() - start
+    assert process.returncode == 130
+    assert (out, err) == ("", "error: cancelled\n")
+    assert waited < 2.0
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_reader_that_closes_early_is_no_failure(room: Path) -> None:
+    command = " ".join(map(str, [*PROGRAM, "info", room, "--json"]))
+    done = subprocess.run(
+        ["bash", "-c", f"set -o pipefail; {command} | true"], capture_output=True, text=True
+    )
+    assert done.stderr == ""

@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`deltalux update`: edits of a saved session."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from deltalux.cli.options import Move
+from deltalux.cli.update import moved_pose
+from deltalux.outputs import tables
+
+from .conftest import Cli
+
+
+def test_moved_pose_shifts_in_world_space_and_turns_about_its_own_origin() -> None:
+    pose = np.eye(4)
+    pose[:3, 3] = (1, 2, 3)
+    moved = moved_pose(pose, Move("chair", (0.5, 0, -1), 90))
+    assert np.allclose(moved[:3, 3], (1.5, 2, 2))
+    assert np.allclose(moved[:3, :3] @ (1, 0, 0), (0, 0, -1))  # +X turns to -Z, seen from above to the left
+    assert np.array_equal(pose[:3, 3], (1, 2, 3))
+
+
+def test_without_edits_nothing_changes(cli: Cli, session_file: Path) -> None:
+    data = cli("update", session_file, "--json").data
+    assert data["affected_paths"] == 0
+    assert data["digest"] == cli("update", session_file, "--json").data["digest"]
+
+
+def test_move_and_back_restores_every_bit(cli: Cli, session_file: Path, tmp_path: Path) -> None:
+    original = cli("update", session_file, "--json").data["digest"]
+    moved = tmp_path / "moved.dlx"
+    there = cli("update", session_file, "--move", "MOVE_panel=1.5,0,-1.5,90", "--json", "-o", moved).data
+    assert there["digest"] != original
+    assert 0 < there["affected_paths"] < there["paths"]
+    back = cli("update", moved, "--move", "MOVE_panel=-1.5,0,1.5,-90", "--json").data
+    assert back["affected_paths"] > 0
+    # A quarter turn and back is not exact in floating point, so compare the light, not the bits.
+    assert back["sets"][0]["mean"] == pytest.approx(
+        cli("update", session_file, "--json").data["sets"][0]["mean"], rel=1e-3
+    )
+
+
+def test_shift_by_powers_of_two_and_back_restores_every_bit(
+    cli: Cli, session_file: Path, tmp_path: Path
+) -> None:
+    original = cli("update", session_file, "--json").data["digest"]
+    moved = tmp_path / "moved.dlx"
+    there = cli("update", session_file, "--move", "MOVE_panel=1,0,-1", "--json", "-o", moved).data
+    assert there["digest"] != original
+    assert cli("update", moved, "--move", "MOVE_panel=-1,0,1", "--json").data["digest"] == original
+
+
+def test_remove_and_add_restore_every_bit(cli: Cli, session_file: Path, tmp_path: Path) -> None:
+    original = cli("update", session_file, "--json").data["digest"]
+    without = tmp_path / "without.dlx"
+    data = cli("update", session_file, "--remove", "MOVE_panel", "--json", "-o", without).data
+    assert [s["name"] for s in data["sets"]] == ["surfaces"]
+    assert cli("update", without, "--add", "MOVE_panel", "--json").data["digest"] == original
+
+
+def test_dim_scales_the_light(cli: Cli, session_file: Path) -> None:
+    full = cli("update", session_file, "--json").data
+    dim = cli("update", session_file, "--dim", "lamp=0.25", "--json").data
+    assert dim["affected_paths"] == 0
+    for before, after in zip(full["sets"], dim["sets"], strict=True):
+        assert after["mean"] == pytest.approx(before["mean"] / 4, rel=1e-9)
+
+
+def test_reflectance_changes_the_light(cli: Cli, session_file: Path) -> None:
+    before = cli("update", session_file, "--json").data
+    after = cli("update", session_file, "--reflectance", "grey=0.9", "--json").data
+    assert after["digest"] != before["digest"]
+
+
+def test_session_file_stays_as_it_is(cli: Cli, session_file: Path) -> None:
+    before = hashlib.sha256(session_file.read_bytes()).digest()
+    cli("update", session_file, "--move", "MOVE_panel=1,0,-1", "-q")
+    assert hashlib.sha256(session_file.read_bytes()).digest() == before
+
+
+def test_outputs_show_the_edited_state(cli: Cli, session_file: Path, tmp_path: Path) -> None:
+    file = tmp_path / "moved.npz"
+    outcome = cli("update", session_file, "--move", "MOVE_panel=1,0,-1", "-o", file, tmp_path / "moved.png")
+    assert outcome.code == 0
+    assert "paths traced again" in outcome.out
+    assert tables.read(file).points[:, 0].max() <= 2.0
+    assert (tmp_path / "moved.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("edit", "text"),
+    [
+        (("--move", "sofa=1,0,0"), "sofa"),
+        (("--move", "floor=1,0,0"), "static"),
+        (("--add", "MOVE_panel"), "it is in the scene already"),
+        (("--dim", "sun=1"), "no such light group"),
+        (("--reflectance", "gold=1"), "gold"),
+    ],
+)
+def test_impossible_edits_are_one_line(
+    cli: Cli, session_file: Path, edit: tuple[str, str], text: str
+) -> None:
+    outcome = cli("update", session_file, *edit)
+    assert outcome.code == 1
+    assert text in outcome.error
+
+
+def test_truncated_session_is_refused(cli: Cli, session_file: Path, tmp_path: Path) -> None:
+    half = tmp_path / "half.dlx"
+    half.write_bytes(session_file.read_bytes()[:5000])
+    outcome = cli("update", half)
+    assert outcome.code == 1
+    assert "half.dlx" in outcome.error
