@@ -11,12 +11,26 @@ from deltalux.scene import Node, Scene
 
 
 def world_matrices(nodes: tuple[Node, ...]) -> list[np.ndarray]:
-    """4x4 matrix of each node, its own space to the world, as loaded."""
+    """4x4 invertible matrix of each node, its own space to the world, as loaded."""
     worlds = [np.eye(4)] * len(nodes)
     for index in _parents_first(nodes):
         parent = nodes[index].parent
-        worlds[index] = (worlds[parent] if parent >= 0 else np.eye(4)) @ nodes[index].matrix
+        worlds[index] = (worlds[parent] if parent >= 0 else np.eye(4)) @ _invertible(nodes[index].matrix)
     return worlds
+
+
+def _invertible(matrix: np.ndarray) -> np.ndarray:
+    """The matrix, with scales of zero replaced by one.
+
+    What hangs on a flattened node is written flat, so that such a node needs not flatten it.
+    """
+    u, scale, vt = np.linalg.svd(matrix[:3, :3])
+    flat = scale <= 1e-12 * scale[0]
+    if not flat.any():
+        return matrix
+    result = matrix.copy()
+    result[:3, :3] = (u * np.where(flat, 1.0, scale)) @ vt
+    return result
 
 
 def moved_matrices(scene: Scene, poses: Mapping[int, np.ndarray | None]) -> list[np.ndarray]:
@@ -28,7 +42,7 @@ def moved_matrices(scene: Scene, poses: Mapping[int, np.ndarray | None]) -> list
     worlds = world_matrices(nodes)
     index_of = {mesh.name: i for i, mesh in enumerate(scene.meshes)}
     moves = [np.eye(4)] * len(nodes)
-    matrices = [node.matrix for node in nodes]
+    matrices = [_invertible(node.matrix) for node in nodes]
     for index in _parents_first(nodes):
         node = nodes[index]
         parent_move = moves[node.parent] if node.parent >= 0 else np.eye(4)
@@ -38,7 +52,7 @@ def moved_matrices(scene: Scene, poses: Mapping[int, np.ndarray | None]) -> list
         moves[index] = parent_move if mesh is None else _move(scene, mesh, poses)
         if not np.array_equal(moves[index], parent_move):
             parent_world = worlds[node.parent] if node.parent >= 0 else np.eye(4)
-            matrices[index] = np.linalg.pinv(parent_move @ parent_world) @ moves[index] @ worlds[index]
+            matrices[index] = np.linalg.inv(parent_move @ parent_world) @ moves[index] @ worlds[index]
             matrices[index][3] = (0, 0, 0, 1)
     return matrices
 

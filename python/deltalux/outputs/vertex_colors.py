@@ -134,8 +134,7 @@ class _Writer:
             matrix = world
             if scene.meshes[index].movable:
                 matrix = np.linalg.inv(scene.meshes[index].pose) @ world
-            # A flattened node has no inverse; its points all lie where the pseudo-inverse is exact.
-            inverse = np.linalg.pinv(matrix[:3, :3])
+            inverse = np.linalg.inv(matrix[:3, :3])
             mirrored = np.linalg.det(matrix[:3, :3]) < 0
             yield _Part(np.arange(low, high), inverse, matrix[:3, 3], bool(mirrored))
 
@@ -161,8 +160,8 @@ class _Writer:
         if part.mirrored:  # a viewer turns the winding of a mirrored node round
             corners = corners[:, (0, 2, 1)]
         points = (display.points[used] - part.offset) @ part.to_node.T
-        normals = display.normals[used] @ np.linalg.pinv(part.to_node)
-        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+        normals = display.normals[used] @ np.linalg.inv(part.to_node)
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
         emits = np.zeros(len(used), dtype=bool)
         emits[corners[~display.reversed[chosen]].ravel()] = True
         color = self._color(self._baked.scene.materials[material], result.irradiance[used], emits)
