@@ -21,6 +21,7 @@ import sys
 import tempfile
 import time
 import traceback
+import warnings
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -110,7 +111,9 @@ def run_case(folder: Path, seed: int, case: int, valid: list[Seed]) -> dict[str,
     start = time.process_time()
     result: dict[str, Any] = {"case": case}
     try:
-        check_scene(dl.load(path, **options))
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # numpy's, say: a stray message on stderr is a failure too
+            check_scene(dl.load(path, **options))
         result["outcome"] = "accepted"
     except dl.Error as error:
         # Digits out, so that messages of one kind count as one.

@@ -138,16 +138,16 @@ def seeds() -> list[Seed]:
 
 
 def mutated(rng: Rng, valid: list[Seed]) -> bytes:
-    """One file, changed in one to eight places."""
+    """One file, changed in a place or a few."""
     root, data = valid[rng.integers(len(valid))]
     root = copy.deepcopy(root)
     binary = bytearray(data)
     kind = rng.random()
     if kind < 0.75:
-        for _ in range(rng.integers(1, 9)):
+        for _ in range(rng.geometric(0.5)):
             JSON_CHANGES[rng.integers(len(JSON_CHANGES))](rng, root)
     if 0.65 < kind < 0.9:
-        for _ in range(rng.integers(1, 9)):
+        for _ in range(rng.geometric(0.5)):
             change_binary(rng, binary)
     if rng.random() < 0.5 and isinstance(root.get("buffers"), list) and root["buffers"]:
         declare_size(root["buffers"][0], binary)
@@ -214,7 +214,8 @@ def nudge_number(rng: Rng, root: Any) -> None:
         value = container[key]
         bit = 1 << int(rng.integers(40))
         changed = int(value) ^ bit if abs(value) < 2**60 else 0
-        container[key] = pick(rng, [value + 1, value - 1, -value, value * 2, changed, changed])
+        small = int(rng.integers(6))  # most integers of a file are indexes of short lists
+        container[key] = pick(rng, [value + 1, value - 1, -value, value * 2, changed, small, small])
 
 
 def delete_value(rng: Rng, root: Any) -> None:
@@ -270,10 +271,17 @@ def multiply_nodes(rng: Rng, root: Any) -> None:
         root["scenes"] = [{"nodes": list(range(first, first + count))}]
 
 
+# Repeated ones come more often: changes that keep the types get further into the reader.
 JSON_CHANGES: list[Callable[[Rng, Any], None]] = [
-    replace_value, replace_value, nudge_number, nudge_number, nudge_number, delete_value, copy_value,
-    swap_sequence, nest_deeply, rename_key, multiply_nodes,
-]  # fmt: skip
+    *[nudge_number] * 8,
+    *[replace_value] * 3,
+    *[swap_sequence] * 2,
+    *[delete_value] * 2,
+    copy_value,
+    nest_deeply,
+    rename_key,
+    multiply_nodes,
+]
 
 
 def change_binary(rng: Rng, data: bytearray) -> None:

@@ -73,7 +73,8 @@ class Accessors:
             accessor = self._describe(index, where)
             self._expect(accessor, "VEC3", POSITION_COMPONENTS)
             self.count(index, where)
-            values = self._read(accessor).astype(np.float64)
+            with np.errstate(invalid="ignore"):  # NaN is refused below, with its place
+                values = self._read(accessor).astype(np.float64)
             if accessor.source.normalized and accessor.dtype.kind != "f":
                 values = np.maximum(values / np.iinfo(accessor.dtype).max, -1.0)
             finite = np.isfinite(values).all(axis=1)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The part of glTF 2.0's JSON that Deltalux reads, checked and made into pygltflib objects.
 
-This is the only file with pygltflib. Its own parser is not used: it lets wrong types through, fails on others with any exception, and takes seconds
-for a thousand meshes.
+This is the only file with pygltflib. Its own parser is not used: it lets wrong types through, fails on others
+with any exception, and takes seconds for a thousand meshes.
 """
 
 from __future__ import annotations
