@@ -90,6 +90,8 @@ def test_points_and_lines_are_left_out_with_one_warning(tmp_path, mode):
     builder.node(mesh=builder.mesh(dots, dots), name="dots")
     scene = load(builder, tmp_path)
     assert scene.info()["triangles"] == 2
+    assert [m.name for m in scene.meshes] == ["floor"]
+    assert [(n.name, len(n.parts)) for n in scene.nodes] == [("floor", 1), ("dots", 0)]
     what = "points" if mode == 0 else "lines"
     assert [w for w in scene.warnings if "left out" in w] == [
         f"{what} are not surfaces and are left out (dots)"

@@ -115,7 +115,7 @@ BROKEN_JSON = {
     ),
     "negative number": (lambda j: j["nodes"][0].update(mesh=-1), ["nodes[0].mesh: found -1"]),
     "fraction": (lambda j: j["nodes"][0].update(mesh=0.5), ["nodes[0].mesh: found 0.5"]),
-    "truth for a number": (lambda j: j["nodes"][0].update(mesh=True), ["nodes[0].mesh: found True"]),
+    "truth for a number": (lambda j: j["nodes"][0].update(mesh=False), ["nodes[0].mesh: found False"]),
     "text for a number": (lambda j: j["nodes"][0].update(mesh="0"), ["nodes[0].mesh: found '0'"]),
     "object for a list": (
         lambda j: j.update(nodes={"a": {}}),

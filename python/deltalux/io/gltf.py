@@ -91,14 +91,19 @@ class _Assembly:
             if owner is not None:
                 members.setdefault(owner, []).append(k)
         for k, node in enumerate(self.nodes):
+            self._note_unhonoured(node)
             owner = self.ownership.owner[k]
             if owner == k:
                 self._add_mesh(k, members[k], rigid_part(node.world))
-            elif owner is None and node.source.mesh is not None:
+            elif owner is None and self._has_triangles(node):
                 self._add_mesh(k, [k], np.eye(4))
             elif owner is None:
                 self.kept.append(Node(node.name, node.parent, node.local))
                 self.lights.add(node, node.world, None)
+
+    def _has_triangles(self, node: PlacedNode) -> bool:
+        mesh = node.source.mesh
+        return mesh is not None and len(self.primitives.surface(mesh).triangles) > 0
 
     def _add_mesh(self, root: int, members: list[int], pose: np.ndarray) -> None:
         """One Mesh of the nodes `members`, with its materials, its lights and the records of its nodes."""
@@ -123,7 +128,6 @@ class _Assembly:
                 index.append(self._material_index(surface.materials, node, default_group, names))
                 vertex_count += len(points)
                 triangle_count += len(corners)
-                self._note_unhonoured(node)
             self.lights.add(node, matrix, name if movable else None)
             self.kept.append(Node(node.name, node.parent, node.local, parts, matrix if parts else None))
         self.meshes.append(
@@ -147,6 +151,8 @@ class _Assembly:
         return np.array([names.setdefault(n, len(names)) for n in found], np.int64)[where]
 
     def _note_unhonoured(self, node: PlacedNode) -> None:
+        if node.source.mesh is None:
+            return
         self.primitives.note_unhonoured(node.source.mesh, node.label)
         if node.source.skin is not None:
             self.document.notes.add("skins are not applied: vertices stand as authored", node.label)
