@@ -81,18 +81,32 @@ constexpr uint32_t owen_scramble(uint32_t x, uint32_t seed) {
   return reverse_bits(x);
 }
 
+/// XORs of direction numbers by byte of the index: a point is four look-ups per dimension.
+constexpr std::array<std::array<std::array<uint32_t, 256>, 4>, 4> make_tables() {
+  std::array<std::array<std::array<uint32_t, 256>, 4>, 4> table{};
+  for (int d = 0; d < 4; ++d)
+    for (int byte = 0; byte < 4; ++byte)
+      for (int value = 1; value < 256; ++value) {
+        const int low = std::countr_zero(unsigned(value));
+        table[d][byte][value] =
+            table[d][byte][value & (value - 1)] ^ kDirections[d][8 * byte + low];
+      }
+  return table;
+}
+inline constexpr auto kTables = make_tables();
+
 constexpr uint32_t point(uint32_t index, int dimension) {
-  uint32_t x = 0;
-  for (int bit = 0; index; ++bit, index >>= 1)
-    if (index & 1) x ^= kDirections[dimension][bit];
-  return x;
+  const auto& t = kTables[dimension];
+  return t[0][index & 255] ^ t[1][index >> 8 & 255] ^ t[2][index >> 16 & 255] ^ t[3][index >> 24];
 }
 
-/// Coordinate `dimension` of point `index` of the sequence scrambled by `seed`, in [0, 1).
-constexpr float sample(uint32_t index, int dimension, uint64_t seed) {
+/// Point `index` of the four-dimensional sequence scrambled by `seed`, in [0, 1)^4.
+constexpr std::array<float, 4> sample(uint32_t index, uint64_t seed) {
   const uint32_t shuffled = owen_scramble(index, uint32_t(mix64(seed)));
-  return unit_float32(
-      owen_scramble(point(shuffled, dimension), uint32_t(combine(seed, dimension))));
+  std::array<float, 4> out{};
+  for (int d = 0; d < 4; ++d)
+    out[d] = unit_float32(owen_scramble(point(shuffled, d), uint32_t(combine(seed, d))));
+  return out;
 }
 
 }  // namespace sobol

@@ -14,8 +14,19 @@ constexpr float kStep = 2 * std::numbers::pi_v<float> / kProbes;
 // Clipped outlines stop short of what clips them, so that no rounding reaches through it.
 constexpr float kShort = 0.998f;
 
+struct Compass {
+  float cosine[kProbes], sine[kProbes];
+  Compass() {
+    for (int k = 0; k < kProbes; ++k) {
+      cosine[k] = std::cos(kStep * float(k));
+      sine[k] = std::sin(kStep * float(k));
+    }
+  }
+};
+
 Vec3f probe_direction(Vec3f u, Vec3f v, int k) {
-  return u * std::cos(kStep * float(k)) + v * std::sin(kStep * float(k));
+  static const Compass compass;
+  return u * compass.cosine[k] + v * compass.sine[k];
 }
 
 /// Area of sector k of an outline, where neighbours reach a and b.
@@ -129,11 +140,19 @@ float uncovered_area(const DiscSet& discs, size_t i, const Pose& pose,
   tangent_frame(discs.normal[i], u, v);
   const Vec3f centre = pose.point(discs.centre[i]);
   float reach[kProbes], open[kProbes];
-  for (int k = 0; k < kProbes; ++k) {
+  const auto probe = [&](int k) {
     reach[k] = whole ? radius : discs.outlines[discs.outline[i]][k];
     const Vec3f along = pose.direction(probe_direction(u, v, k));
     open[k] = reach[k] > 0 ? 1.0f - covered_share(foreign, centre, along, reach[k]) : 1.0f;
-  }
+    return open[k] < 1.0f;
+  };
+  // Most discs near a movable are free of it: a few probes tell.
+  constexpr int kCoarse = 4;
+  bool covered = false;
+  for (int k = 0; k < kProbes; k += kCoarse) covered |= probe(k);
+  if (!covered) return outline_area(discs, i);
+  for (int k = 0; k < kProbes; ++k)
+    if (k % kCoarse) probe(k);
   float area = 0;
   for (int k = 0; k < kProbes; ++k) {
     const int next = (k + 1) % kProbes;

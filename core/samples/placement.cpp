@@ -34,7 +34,7 @@ void resolve_radii(const scene::Scene& scene, const trace::RayCaster& caster, ui
       float inverse_sum = 0;
       for (int k = 0; k < kRays; ++k) {
         const float height = (float(k) + 0.5f) / kRays;
-        const float turn = 6.2831853f * sobol::sample(uint32_t(k), 0, 7);
+        const float turn = 6.2831853f * sobol::sample(uint32_t(k), 7)[0];
         const float flat = std::sqrt(1 - height * height);
         const Vec3f w = u * (std::cos(turn) * flat) + v * (std::sin(turn) * flat) + n * height;
         const float t = caster.closest_static(origin, w).t;

@@ -115,7 +115,7 @@ Vec3f around(Vec3f axis, float cosine, float turn) {
   return u * (std::cos(phi) * sine) + v * (std::sin(phi) * sine) + axis * cosine;
 }
 
-Emission emit_from_area(const Light& light, const float r[4], float epsilon) {
+Emission emit_from_area(const Light& light, const std::array<float, 4>& r, float epsilon) {
   float a = r[0], b = r[1], side = r[2];
   const auto entry = std::upper_bound(light.cumulative.begin(), light.cumulative.end() - 1, a);
   const size_t i = size_t(entry - light.cumulative.begin());
@@ -240,8 +240,7 @@ Emission emit(const Light& light, uint64_t seed, uint64_t index, uint32_t batche
   const uint32_t batch = batch_of(light, index, batches);
   const uint64_t start = (uint64_t(batch) * light.path_count + batches - 1) / batches;
   const uint64_t key = combine(combine(mix64(seed), light.first_path), batch);
-  float r[4];
-  for (int d = 0; d < 4; ++d) r[d] = sobol::sample(uint32_t(index - start), d, key);
+  const std::array<float, 4> r = sobol::sample(uint32_t(index - start), key);
   switch (light.kind) {
     case scene::LightKind::area:
       return emit_from_area(light, r, epsilon);

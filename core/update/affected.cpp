@@ -19,7 +19,7 @@ constexpr size_t kAhead = 16;
 
 /// What one block of slots yields; blocks are joined in order.
 struct Found {
-  std::vector<uint32_t> affected;
+  std::vector<AffectedSegment> affected;
   std::vector<std::vector<uint32_t>> near;
   uint64_t candidates = 0;
 };
@@ -77,6 +77,7 @@ class Finder {
     const Vec3f o = segment.origin, w = decode_direction(segment.direction);
     const SlabRay ray(o, w);
     const float reach = level.extended_or_length(slot);
+    AffectedSegment result{slot, false, {}};
     bool affected = false;
     if (segment.primitive != scene::kNone) {
       if (segment.primitive >= state_.scene.static_primitives())
@@ -84,21 +85,22 @@ class Finder {
       if (!materials_.empty())
         affected |= materials_[state_.scene.material_index(segment.primitive)] != 0;
     }
+    const bool retrace = affected || state_.store.with_extended();
+    if (segment.primitive != scene::kNone) result.hit = {segment.length, segment.primitive, {}};
     for (size_t k = 0; k < changes_.size(); ++k) {
       const ObjectChange& change = changes_[k];
       if (!near_[k].empty() && ray.entry(near_[k], reach) <= reach) found.near[k].push_back(slot);
-      if (affected) continue;
-      if (state_.store.with_extended()) {
+      if (state_.store.with_extended())
         // The piece behind the first hit counts too; re-tracing decides what really changed.
-        affected = ray.entry(change.before, reach) <= reach || ray.entry(change.after, reach) <= reach;
-        continue;
-      }
-      if (change.after.empty()) continue;
-      trace::Hit best;
-      if (segment.primitive != scene::kNone) best = {segment.length, segment.primitive, {}};
-      affected = state_.caster->closer(best, change.object, o, w).primitive != segment.primitive;
+        affected |= ray.entry(change.before, reach) <= reach || ray.entry(change.after, reach) <= reach;
+      if (retrace || change.after.empty()) continue;
+      result.hit = state_.caster->closer(result.hit, change.object, o, w);
     }
-    if (affected) found.affected.push_back(slot);
+    if (!retrace && result.hit.primitive != segment.primitive) {
+      // The other objects and the static scene are as before, so this is the new first hit.
+      affected = result.hit_known = true;
+    }
+    if (affected) found.affected.push_back(result);
   }
 
   const State& state_;

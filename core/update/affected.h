@@ -15,9 +15,15 @@ struct ObjectChange {
   Box before, after;
 };
 
+/// A segment whose flight changes. Where the search met the new first hit, `hit` is it.
+struct AffectedSegment {
+  uint32_t slot = 0;
+  bool hit_known = false;
+  trace::Hit hit;
+};
+
 struct Affected {
-  /// Per bounce: slots of segments whose flight changes.
-  std::vector<std::vector<uint32_t>> segments;
+  std::vector<std::vector<AffectedSegment>> segments;  ///< per bounce
   /// Per changed object, per bounce: slots of segments that meet its part's new box.
   std::vector<std::vector<std::vector<uint32_t>>> near;
   uint64_t scanned = 0, candidates = 0;

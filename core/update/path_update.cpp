@@ -63,7 +63,9 @@ void PathUpdate::start(uint32_t begin, uint32_t end) {
     }
   });
   std::erase_if(slots, [&](uint32_t slot) { return level.at(slot).length < 0; });
-  advance({std::move(slots)});
+  std::vector<Front> fresh(1);
+  fresh[0].slots = std::move(slots);
+  advance(std::move(fresh));
 }
 
 void PathUpdate::replace(std::span<const PendingPath> pending,
@@ -71,14 +73,24 @@ void PathUpdate::replace(std::span<const PendingPath> pending,
   std::vector<Level>& levels = state_.store.levels();
   // cut[b]: traced again in place; gone[b]: successors that vanish.
   std::vector<std::vector<uint32_t>> cut(levels.size() + 1), gone(levels.size() + 1);
+  std::vector<Front> fresh(levels.size() + 1);
+  std::vector<PendingPath> unknown;
   {
     Stopwatch watch(counts_.remove_ms);
     for (const PendingPath& p : pending) {
       if (state_.cut[p.path] != p.bounce) continue;
       state_.cut[p.path] = kNotCut;
       cut[p.bounce].push_back(p.slot);
+      // Those with a known hit come first.
+      if (p.hit_known) {
+        fresh[p.bounce].slots.push_back(p.slot);
+        fresh[p.bounce].hits.push_back(p.hit);
+      } else {
+        unknown.push_back(p);
+      }
       ++counts_.paths;
     }
+    for (const PendingPath& p : unknown) fresh[p.bounce].slots.push_back(p.slot);
     for (uint32_t b = 0; b < levels.size(); ++b) {
       for (const auto* list : {&cut[b], &gone[b]})
         for (size_t i = 0; i < list->size(); ++i) {
@@ -117,29 +129,31 @@ void PathUpdate::replace(std::span<const PendingPath> pending,
       chunk.centre[slot % Level::kChunk] = chunk.half[slot % Level::kChunk] = 0;
     }
   }
-  std::erase_if(cut[0], [&](uint32_t slot) { return levels[0].at(slot).length < 0; });
-  advance(std::move(cut));
+  // Lights that are off have no paths; theirs come after the known ones.
+  std::erase_if(fresh[0].slots, [&](uint32_t slot) { return levels[0].at(slot).length < 0; });
+  advance(std::move(fresh));
 }
 
-void PathUpdate::advance(std::vector<std::vector<uint32_t>> fresh) {
+void PathUpdate::advance(std::vector<Front> fresh) {
   std::vector<uint32_t> children;
   for (uint32_t b = 0; b < fresh.size() || !children.empty(); ++b) {
-    std::vector<uint32_t> slots = std::move(children);
-    if (b < fresh.size()) slots.insert(slots.end(), fresh[b].begin(), fresh[b].end());
+    Front front;
+    if (b < fresh.size()) front = std::move(fresh[b]);
+    front.slots.insert(front.slots.end(), children.begin(), children.end());
     children.clear();
-    if (slots.empty()) continue;
+    if (front.slots.empty()) continue;
     {
       Stopwatch watch(counts_.trace_ms);
-      trace(b, slots, children);
-      counts_.traced += slots.size();
+      trace(b, front, children);
+      counts_.traced += front.slots.size();
     }
     Stopwatch watch(counts_.deposit_ms);
-    deposit_.add(b, slots);
+    deposit_.add(b, front.slots);
   }
 }
 
-void PathUpdate::trace(uint32_t bounce, std::span<const uint32_t> slots,
-                       std::vector<uint32_t>& children) {
+void PathUpdate::trace(uint32_t bounce, const Front& front, std::vector<uint32_t>& children) {
+  const std::vector<uint32_t>& slots = front.slots;
   Level* level = &state_.store.level(bounce);
   const size_t blocks = (slots.size() + kGrain - 1) / kGrain;
   struct Child {
@@ -150,11 +164,14 @@ void PathUpdate::trace(uint32_t bounce, std::span<const uint32_t> slots,
   state_.workers.for_blocks(slots.size(), kGrain, [&](size_t begin, size_t end) {
     std::vector<Child>& own = born[begin / kGrain];
     for (size_t i = begin; i < end; ++i) {
+      if (i + kAhead < end) __builtin_prefetch(&level->at(slots[i + kAhead]));
       const uint32_t slot = slots[i];
       Segment& segment = level->at(slot);
       trace::Flight flight{segment.origin, segment.direction,
                            {segment.power[0], segment.power[1], segment.power[2]}, segment.path};
-      const trace::Landing landing = walk_.fly(flight, bounce);
+      const trace::Landing landing = i < front.hits.size()
+                                         ? walk_.land(flight, bounce, front.hits[i])
+                                         : walk_.fly(flight, bounce);
       segment.length = landing.length;
       segment.primitive = landing.primitive;
       segment.next = kNoSlot;

@@ -18,6 +18,8 @@ struct PendingPath {
   uint32_t path = 0;
   uint32_t slot = 0;
   uint8_t bounce = 0;
+  bool hit_known = false;  ///< `hit` is what its segment meets now; holds until the next edit
+  trace::Hit hit;
 };
 
 struct PathCounts {
@@ -38,8 +40,13 @@ class PathUpdate {
   const PathCounts& counts() const { return counts_; }
 
  private:
-  void advance(std::vector<std::vector<uint32_t>> fresh);
-  void trace(uint32_t bounce, std::span<const uint32_t> slots, std::vector<uint32_t>& children);
+  /// What to trace at one bounce, and what is known of it (the first `hits`.size() slots).
+  struct Front {
+    std::vector<uint32_t> slots;
+    std::vector<trace::Hit> hits;
+  };
+  void advance(std::vector<Front> fresh);
+  void trace(uint32_t bounce, const Front& front, std::vector<uint32_t>& children);
   void write_birth(segments::Segment& segment, const trace::Light& light, uint64_t index) const;
 
   State& state_;

@@ -255,7 +255,7 @@ void Session::refresh_areas(const std::vector<ObjectChange>* changes) {
         });
     s.workers.for_blocks(discs.size(), 512, [&](size_t begin, size_t end) {
       for (size_t i = begin; i < end; ++i) {
-        const Vec3f centre = pose.point(discs.centre[i]);
+        const Vec3f centre = part ? pose.point(discs.centre[i]) : discs.centre[i];
         bool touched = !changes || part_moved;
         for (size_t k = 0; changes && !touched && k < changes->size(); ++k)
           touched = (*changes)[k].before.touches_sphere(centre, discs.radius[i]) ||

@@ -85,7 +85,8 @@ class Session {
   void compute_direct(Progress& progress);
   void update_direct(std::span<const ObjectChange> changes, size_t old_lights, Progress& progress);
   void refresh_areas(const std::vector<ObjectChange>* changes);
-  std::vector<direct::Receiver> receivers() const;
+  /// Renews receivers_: all of them, or those of changed objects (per object: 1).
+  void place_receivers(const std::vector<uint8_t>* changed);
   void build_static_parts(Progress& progress);
   void restore_direct(const Archive& archive, Progress& progress);
   void run_pending(double budget_ms, Progress& progress, Report& report,
@@ -93,6 +94,7 @@ class Session {
 
   std::unique_ptr<State> state_;
   std::unique_ptr<direct::DirectLight> direct_;
+  std::vector<direct::Receiver> receivers_;  // per sample, in the present pose
   std::vector<PendingPath> pending_;
   Forecast forecast_;
   bool baked_ = false;

@@ -34,17 +34,17 @@ void Session::choose_direct() {
   }
 }
 
-std::vector<direct::Receiver> Session::receivers() const {
+void Session::place_receivers(const std::vector<uint8_t>* changed) {
   const State& s = *state_;
-  std::vector<direct::Receiver> out(s.samples.size());
+  receivers_.resize(s.samples.size());
   const auto place = [&](const samples::DiscSet& discs, const Pose& pose) {
     for (size_t i = 0; i < discs.size(); ++i)
-      out[discs.id[i]] = {pose.point(discs.centre[i]), pose.direction(discs.normal[i])};
+      receivers_[discs.id[i]] = {pose.point(discs.centre[i]), pose.direction(discs.normal[i])};
   };
-  place(s.static_index->discs(), {});
+  if (!changed) place(s.static_index->discs(), {});
   for (const MovingPart& part : s.moving)
-    place(part.index->discs(), s.scene.objects[part.object].pose);
-  return out;
+    if (!changed || (*changed)[part.object])
+      place(part.index->discs(), s.scene.objects[part.object].pose);
 }
 
 void Session::compute_direct(Progress& progress) {
@@ -57,8 +57,8 @@ void Session::compute_direct(Progress& progress) {
   const double quantum = brightest > 0 ? brightest / (metre * metre) * 0x1p-40 : 1.0;
   auto fresh = std::make_unique<direct::DirectLight>(s.samples.size(), s.scene.group_count, quantum,
                                                      s.options.seed);
-  const std::vector<direct::Receiver> points = receivers();
-  fresh->compute({*s.caster, s.lights, s.light_sampled, points}, s.workers, progress);
+  place_receivers(nullptr);
+  fresh->compute({*s.caster, s.lights, s.light_sampled, receivers_}, s.workers, progress);
   direct_ = std::move(fresh);
 }
 
@@ -77,12 +77,14 @@ void Session::update_direct(std::span<const ObjectChange> changes, size_t old_li
     const uint32_t object = s.lights[i].object;
     if (i >= old_lights || (object != scene::kNone && changed[object])) change.lights.push_back(i);
   }
-  for (uint32_t i = 0; i < s.samples.size(); ++i) {
-    const uint32_t object = s.samples.attached[i];
-    if (object != scene::kNone && changed[object]) change.samples.push_back(i);
-  }
-  const std::vector<direct::Receiver> points = receivers();
-  direct_->update({*s.caster, s.lights, s.light_sampled, points}, change, s.workers, progress);
+  for (const MovingPart& part : s.moving)
+    if (changed[part.object]) {
+      const std::vector<uint32_t>& ids = part.index->discs().id;
+      change.samples.insert(change.samples.end(), ids.begin(), ids.end());
+    }
+  place_receivers(&changed);
+  if (std::any_of(s.light_sampled.begin(), s.light_sampled.end(), [](uint8_t yes) { return yes; }))
+    direct_->update({*s.caster, s.lights, s.light_sampled, receivers_}, change, s.workers, progress);
 }
 
 void Session::restore_direct(const Archive& archive, Progress&) {
@@ -95,6 +97,7 @@ void Session::restore_direct(const Archive& archive, Progress&) {
   auto fresh = std::make_unique<direct::DirectLight>(s.samples.size(), s.scene.group_count, value,
                                                      s.options.seed);
   fresh->restore(archive, s.lights, s.light_sampled);
+  place_receivers(nullptr);
   direct_ = std::move(fresh);
 }
 

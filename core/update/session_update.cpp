@@ -99,6 +99,11 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
   for (trace::Light& light : s.lights) trace::place_light(scene, light);
   if (!baked_) return report;
 
+  Clock::time_point lap = Clock::now();
+  const auto stage = [&](const char* name) {
+    report.milliseconds.emplace_back(name, since(lap));
+    lap = Clock::now();
+  };
   std::vector<ObjectChange> changes;
   for (uint32_t i = 0; i < scene.objects.size(); ++i) {
     const bool fresh = i >= old_objects.size();
@@ -110,6 +115,7 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
     change.after = s.caster->object_bounds(i);
     if (!change.before.empty() || !change.after.empty()) changes.push_back(change);
   }
+  stage("geometry");
   std::vector<uint8_t> materials;
   for (size_t m = 0; m < scene.materials.size(); ++m)
     if (scene.materials[m].reflectance != old_materials[m].reflectance) {
@@ -138,10 +144,9 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
     for (MovingPart& part : s.moving) place_part(s, part);
     if (!changes.empty() || !materials.empty())
       affected = find_affected(s, changes, materials, progress);
-    report.milliseconds.emplace_back("scan", since(begin));
-    const Clock::time_point start = Clock::now();
+    stage("scan");
     update_direct(changes, old_lights, progress);
-    report.milliseconds.emplace_back("direct", since(start));
+    stage("direct");
   } catch (...) {
     // Nothing was written yet but the state itself: put it back.
     s.group_factor = old_factors;
@@ -156,17 +161,20 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
     for (const ObjectChange& change : changes) s.caster->update_object(scene, change.object);
     for (trace::Light& light : s.lights) trace::place_light(scene, light);
     for (MovingPart& part : s.moving) place_part(s, part);
+    place_receivers(nullptr);
     throw;
   }
   report.scanned_segments = affected.scanned;
   report.candidates = affected.candidates;
 
   // Marks: a path is cut at the earliest bounce that any pending change touches.
-  const auto mark = [&](uint32_t path, uint32_t slot, uint32_t bounce) {
+  for (PendingPath& waiting : pending_) waiting.hit_known = false;
+  const auto mark = [&](uint32_t path, uint32_t bounce, const AffectedSegment& segment) {
     if (s.cut[path] <= bounce) return;
     s.cut[path] = uint8_t(bounce);
-    pending_.push_back({path, slot, uint8_t(bounce)});
+    pending_.push_back({path, segment.slot, uint8_t(bounce), segment.hit_known, segment.hit});
   };
+  // Lights first: their paths are born anew, along other rays than the search saw.
   for (size_t l = 0; l < old_lights; ++l) {
     const trace::Light& light = s.lights[l];
     const bool moved = std::any_of(changes.begin(), changes.end(),
@@ -174,11 +182,11 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
     const bool dimmed = s.merged(light.group) && s.group_factor[light.group] != old_factors[light.group];
     if (moved || dimmed)
       for (uint64_t i = 0; i < light.path_count; ++i)
-        mark(uint32_t(light.first_path + i), uint32_t(light.first_path + i), 0);
+        mark(uint32_t(light.first_path + i), 0, {uint32_t(light.first_path + i), false, {}});
   }
   for (uint32_t b = 0; b < affected.segments.size(); ++b)
-    for (uint32_t slot : affected.segments[b])
-      mark(s.store.level(b).at(slot).path, slot, b);
+    for (const AffectedSegment& segment : affected.segments[b])
+      mark(s.store.level(b).at(segment.slot).path, b, segment);
 
   // Samples of moved objects start again from the stored segments near the new pose.
   std::vector<size_t> rebuild;
@@ -211,9 +219,9 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
     update.start(uint32_t(old_paths), uint32_t(s.cut.size()));
     report.traced_segments += update.counts().traced;
   }
-  const Clock::time_point start = Clock::now();
+  lap = Clock::now();
   if (!changes.empty()) refresh_areas(&changes);
-  report.milliseconds.emplace_back("areas", since(start));
+  stage("areas");
   report.milliseconds.emplace_back("total", since(begin));
   return report;
 }

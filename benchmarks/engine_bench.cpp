@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+// The engine on a real scene, every figure a ratio of CPU times within this process:
+//   engine_bench DUMP PATHS THREADS STEP -> one JSON object on stdout
+// STEP: how far the movable goes, metres.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <functional>
+
+#include "base/direction.h"
+#include "scene_dump.h"
+#include "update/scan.h"
+#include "update/session.h"
+
+using namespace deltalux;
+
+namespace {
+
+double cpu_seconds() {
+  timespec t;
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+}
+
+double wall_seconds() {
+  timespec t;
+  clock_gettime(CLOCK_MONOTONIC, &t);
+  return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+struct Rays {
+  std::vector<Vec3f> origin, direction;
+};
+
+/// Every `stride`-th stored segment, in storage order: as incoherent as the tracer's own rays.
+Rays stored_rays(const update::State& state, size_t stride) {
+  Rays rays;
+  size_t k = 0;
+  for (const segments::Level& level : state.store.levels())
+    for (uint32_t slot = 0; slot < level.size(); ++slot)
+      if (level.at(slot).length >= 0 && k++ % stride == 0) {
+        rays.origin.push_back(level.at(slot).origin);
+        rays.direction.push_back(decode_direction(level.at(slot).direction));
+      }
+  return rays;
+}
+
+double raw_ray_ns(const update::State& state, const Rays& rays, size_t begin, size_t end) {
+  const double start = cpu_seconds();
+  float sink = 0;
+  for (size_t i = begin; i < end; ++i)
+    sink += state.caster->closest_static(rays.origin[i], rays.direction[i]).t < 1 ? 1.0f : 0.0f;
+  const double ns = 1e9 * (cpu_seconds() - start) / double(end - begin);
+  if (sink < 0) std::puts("");
+  return ns;
+}
+
+/// Wall-clock milliseconds of a stage, scaled to CPU time by what the whole call used of each.
+double stage(const update::Report& report, const char* name, double cpu_per_wall) {
+  double sum = 0;
+  for (const auto& [key, ms] : report.milliseconds)
+    if (key == name) sum += ms;
+  return sum * cpu_per_wall;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 5) {
+    std::fprintf(stderr, "usage: engine_bench DUMP PATHS THREADS STEP\n");
+    return 2;
+  }
+  benchmarks::Dump dump = benchmarks::read_dump(argv[1]);
+  update::Options options;
+  options.paths = std::strtoull(argv[2], nullptr, 10);
+  options.threads = std::atoi(argv[3]);
+  options.direct = update::DirectMode::paths;
+  const double step = std::atof(argv[4]);
+  const size_t samples = dump.samples.size();
+  uint32_t object = 0;
+  while (object < dump.scene.objects.size() && !dump.scene.objects[object].movable) ++object;
+  update::Session session(std::move(dump.scene), std::move(dump.samples), options);
+  Progress progress;
+  const double bake_start = cpu_seconds();
+  session.bake(progress);
+  const double bake = cpu_seconds() - bake_start;
+  const update::State& state = session.state();
+  const double segments = double(state.store.live());
+
+  // Tracing and depositing of a whole recompute, beside raw rays, in turn.
+  const Rays rays = stored_rays(state, 4);
+  std::vector<double> raw, trace, deposit, full, full_wall;
+  for (int turn = 0; turn < 3; ++turn) {
+    raw.push_back(raw_ray_ns(state, rays, 0, rays.origin.size()));
+    const double cpu = cpu_seconds(), wall = wall_seconds();
+    const update::Report report = session.recompute(progress);
+    full.push_back(1e3 * (cpu_seconds() - cpu));
+    full_wall.push_back(1e3 * (wall_seconds() - wall));
+    const double share = full.back() / full_wall.back();
+    trace.push_back(1e6 * stage(report, "trace", share) / segments);
+    deposit.push_back(1e6 * stage(report, "deposit", share) / segments);
+  }
+  const double raw_ns = median(raw);
+
+  // The scan alone, over all outlines, for the box of the movable.
+  const update::ScanBox box =
+      update::scan_box(state.store.grid(), state.caster->object_bounds(object));
+  std::vector<double> scan;
+  std::vector<uint32_t> candidates;
+  for (int turn = 0; turn < 15; ++turn) {
+    const double start = cpu_seconds();
+    candidates.clear();
+    for (const segments::Level& level : state.store.levels())
+      for (uint32_t slot = 0; slot < level.size(); slot += segments::Level::kChunk) {
+        const segments::Level::Chunk& chunk = level.chunk(slot);
+        update::scan(chunk.centre, chunk.half, segments::Level::kChunk, {&box, 1}, slot, candidates);
+      }
+    scan.push_back(1e9 * (cpu_seconds() - start) / segments);
+  }
+
+  // Frames: there and back again; the exactness of the last one is checked.
+  const Pose home = state.scene.objects[object].pose;
+  Pose away = home;
+  away.translation.x += step;
+  std::vector<double> frame, frame_wall, search, moving, traced, removed, affected;
+  std::map<std::string, std::vector<double>> stages;
+  uint64_t candidates_seen = 0;
+  for (int turn = 0; turn < 24; ++turn) {
+    const scene::Edit edit = scene::Move{object, turn % 2 ? home : away};
+    const double cpu = cpu_seconds(), wall = wall_seconds();
+    const update::Report report = session.update({&edit, 1}, 0, progress);
+    if (turn < 4) continue;  // warm up
+    frame.push_back(1e3 * (cpu_seconds() - cpu));
+    frame_wall.push_back(1e3 * (wall_seconds() - wall));
+    const double share = frame.back() / frame_wall.back();
+    search.push_back(1e6 * stage(report, "scan", share) / segments);
+    moving.push_back(stage(report, "moving samples", share) / frame.back());
+    traced.push_back(double(report.traced_segments));
+    removed.push_back(double(report.removed_segments));
+    affected.push_back(double(report.affected_paths));
+    candidates_seen = report.candidates;
+    for (const auto& [key, ms] : report.milliseconds) stages[key].push_back(ms * share);
+  }
+  const auto updated = session.digest();
+  session.recompute(progress);
+  const bool equal = session.digest() == updated;
+
+  // Hits of an average segment, for the frame's lower bound.
+  int64_t sum = 0;
+  std::vector<int64_t> sums(3 * samples);
+  session.read_sums(sums.data());
+  for (int64_t v : sums) sum += v;
+  double power = 0;
+  for (const segments::Level& level : state.store.levels())
+    for (uint32_t slot = 0; slot < level.size(); ++slot)
+      if (level.at(slot).length >= 0)
+        for (uint32_t p : level.at(slot).power) power += p;
+  const double hits = double(sum) / power;
+  const double least_ms =
+      1e-6 * (median(traced) * raw_ns + (median(traced) + median(removed)) * hits * 5.0);
+
+  std::printf(
+      "{\"paths\": %zu, \"threads\": %d, \"samples\": %zu, \"segments\": %.0f, \"triangles\": %u, "
+      "\"bake_seconds\": %.3f, \"raw_ray_ns\": %.1f, \"raw_over_trace\": %.3f, "
+      "\"deposit_over_raw\": %.3f, \"hits_per_segment\": %.3f, \"scan_ns\": %.3f, "
+      "\"search_ns\": %.3f, \"recompute_ms\": %.2f, \"recompute_wall_ms\": %.2f, "
+      "\"frame_ms\": %.3f, \"frame_wall_ms\": %.3f, \"speedup\": %.1f, \"speedup_wall\": %.1f, "
+      "\"frame_efficiency\": %.3f, \"moving_share\": %.3f, \"affected_paths\": %.0f, \"candidates\": %llu, "
+      "\"bytes_per_segment\": %.2f, \"exact\": %s, \"stages_ms\": {",
+      size_t(options.paths), state.workers.threads(), samples, segments, state.scene.primitives(),
+      bake, raw_ns, raw_ns / median(trace), median(deposit) / raw_ns, hits, median(scan),
+      median(search), median(full), median(full_wall), median(frame), median(frame_wall),
+      median(full) / median(frame), median(full_wall) / median(frame_wall),
+      least_ms / median(frame), median(moving), median(affected), static_cast<unsigned long long>(candidates_seen),
+      double(state.store.bytes() + state.cut.size()) / segments, equal ? "true" : "false");
+  const char* comma = "";
+  for (const auto& [key, values] : stages) {
+    std::printf("%s\"%s\": %.3f", comma, key.c_str(), median(values));
+    comma = ", ";
+  }
+  std::puts("}}");
+  return equal ? 0 : 1;
+}
