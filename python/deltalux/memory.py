@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How much memory a bake may use by default."""
+"""How much memory a scene or a bake may use by default."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ SHARE = 0.9  # of what is free
 
 
 def available_memory() -> int:
-    """Bytes that a bake may use: most of what the system says is available, 0 = unknown."""
+    """Bytes that may still be used: most of what the system says is available, 0 = unknown."""
     limits = []
     try:
         for line in Path("/proc/meminfo").read_text().splitlines():
@@ -23,5 +23,14 @@ def available_memory() -> int:
         if limit != "max":
             limits.append(max(1, int(limit) - int(used)))
     except (OSError, ValueError):
+        pass
+    try:  # the process's own limit on address space
+        import resource
+
+        limit_bytes = resource.getrlimit(resource.RLIMIT_AS)[0]
+        if limit_bytes != resource.RLIM_INFINITY:
+            pages = int(Path("/proc/self/statm").read_text().split()[0])
+            limits.append(max(1, limit_bytes - pages * resource.getpagesize()))
+    except (ImportError, OSError):
         pass
     return int(SHARE * min(limits)) if limits else 0

@@ -249,18 +249,16 @@ class Camera:
 class Node:
     """One node of the input file's hierarchy, kept so that outputs can restore it.
 
-    `parent` is an index into `Scene.nodes`, -1 for a root; parents come first. `matrix` is the transform to the
-    parent. `parts` lists (mesh name, first triangle, triangle count) in the scene; `to_part` (4x4) maps the
-    node's own space to that mesh's local space, since scale and shear are baked there: local vertices times its
-    inverse are the node's. A movable's first node always has a part, if an empty one: its world transform is
-    the mesh's pose times `to_part`, whatever the pose has become.
+    `parent` is an index into `Scene.nodes`, -1 for a root; parents come first. `matrix` is the transform to
+    the parent, scale and shear included. `parts` lists (mesh name, first triangle, triangle count) in the
+    scene. A movable's first node always has a part, if an empty one. inverse(mesh's pose as loaded) @ (the
+    node's world matrix as loaded) takes a node's own space to the mesh's local one.
     """
 
     name: str
     parent: int
     matrix: np.ndarray
     parts: tuple[tuple[str, int, int], ...] = ()
-    to_part: np.ndarray | None = None
 
 
 class Scene:

@@ -21,7 +21,7 @@ from .gltf_movables import Ownership, assign_owners
 from .gltf_nodes import PlacedNode, place_nodes, rigid_inverse, rigid_part
 from .gltf_primitives import Primitives
 from .gltf_textures import Textures
-from .memory import require_memory
+from .scene_size import require_memory
 
 
 def load_gltf(path: Path, movable: Sequence[str] = (), light_units: str = "spec") -> Scene:
@@ -129,7 +129,7 @@ class _Assembly:
                 vertex_count += len(points)
                 triangle_count += len(corners)
             self.lights.add(node, matrix, name if movable else None)
-            self.kept.append(Node(node.name, node.parent, node.local, parts, matrix if parts else None))
+            self.kept.append(Node(node.name, node.parent, node.local, parts))
         self.meshes.append(
             Mesh(
                 name,

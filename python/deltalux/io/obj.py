@@ -16,8 +16,8 @@ from deltalux.units import WATTS_PER_SQUARE_METRE
 
 from .diagnostics import Notes, clean_name, listed, malformed
 from .files import read_regular_file
-from .memory import require_memory
 from .mtl import MaterialLibrary
+from .scene_size import require_memory
 
 MOVABLE_PREFIX = "MOVE_"
 IGNORED = {"g", "vn", "vt", "s", "vp", "lod", "bevel", "c_interp", "d_interp", "mg"}
@@ -64,7 +64,7 @@ def load_obj(path: Path, movable: Sequence[str] = (), light_units: str = "spec")
     materials = [
         library.material(name) for name in dict.fromkeys(m for mesh in meshes for m in mesh.material)
     ]
-    nodes = [Node(m.name, -1, m.pose, ((m.name, 0, len(m.triangles)),), np.eye(4)) for m in meshes]
+    nodes = [Node(m.name, -1, m.pose, ((m.name, 0, len(m.triangles)),)) for m in meshes]
     return Scene(
         meshes,
         materials,
