@@ -112,12 +112,14 @@ def test_meshes_with_common_end_points_are_cut_alike():
 
 
 def test_edge_of_exactly_the_spacing_is_cut_on_neither_side():
-    turned = rotation(0.3)
     square = np.array([(0, 0, 0), (0, 0, 0.5), (0.5, 0, 0.5), (0.5, 0, 0)])
-    one = Mesh("one", square, [[0, 1, 2], [0, 2, 3]], material="grey")
-    two = Mesh("two", square @ turned[:3, :3], [[0, 1, 2], [0, 2, 3]], material="grey", pose=turned)
-    mesh = refine(scene_of(one, two), 0.5)
-    assert (mesh.triangle_mesh == 0).sum() == (mesh.triangle_mesh == 1).sum() == 4  # the diagonals only
+    turns = [rotation(0.1 * i) for i in range(30)]  # their rounding differs
+    meshes = [
+        Mesh(f"m{i}", square @ turn[:3, :3], [[0, 1, 2], [0, 2, 3]], material="grey", pose=turn)
+        for i, turn in enumerate(turns)
+    ]
+    mesh = refine(scene_of(*meshes), 0.5)
+    assert (np.bincount(mesh.triangle_mesh) == 4).all()  # only the diagonals are cut
 
 
 def test_children_name_their_source_material_and_mesh():
@@ -196,6 +198,23 @@ def test_samples_at_a_reflex_corner_stay_on_the_floor():
     assert corner.sum() == 1
     assert (mesh.sample_points[corner, (0, 2)] < 1).all()
     assert not ((x > 1 - 1e-6) & (z > 1 - 1e-6)).any()
+
+
+def test_samples_on_a_straight_border_move_square_to_it():
+    # Triangles of very different angles meet at (1, 0, 0).
+    points = [(0, 0, 0), (1, 0, 0), (3, 0, 0), (0.2, 0, 0.4), (0.3, 0, 1), (3, 0, 1)]
+    fan = Mesh("fan", points, [(0, 3, 1), (3, 4, 1), (4, 5, 1), (5, 2, 1)], material="grey")
+    mesh = refine(scene_of(fan), 10)
+    at = np.flatnonzero((mesh.points == (1, 0, 0)).all(axis=1))
+    assert len(at) == 1
+    shift = (mesh.sample_points - mesh.points)[at[0]]
+    assert shift[2] > 0.01
+    np.testing.assert_allclose(shift[:2], 0, atol=1e-12)
+
+
+def test_overlapping_faces_do_not_smooth_each_other():
+    folded = Mesh("m", [(0, 0, 0), (1, 0, 0), (0, 0, 1), (1, 0, 1)], [(0, 2, 1), (0, 3, 1)], material="grey")
+    assert len(refine(scene_of(folded), 10).points) == 6
 
 
 def test_thin_sliver_limits_the_inset():
