@@ -13,8 +13,10 @@ namespace {
 
 // A triangle this much smaller than its distance (squared) is taken at its centre: 1e-4 off.
 constexpr float kSmall = 4e-4f;
-// A single ray may stand for an eighth of a light at most.
-constexpr float kMostPerRay = 0.125f;
+// Thirty-six rays are too few where one of them stands for more than an eighth of the light, or
+// where the light is large (irradiance over radiance; the whole sky is pi): a gap between them
+// could be as bright as the rest of the room.
+constexpr float kMostPerRay = 0.125f, kLarge = 0.3f;
 
 constexpr uint32_t mix32(uint32_t h) {  // finaliser of MurmurHash3
   h = (h ^ (h >> 16)) * 0x85ebca6bu;
@@ -92,6 +94,7 @@ LightShape::LightShape(const trace::Light& light, uint32_t number, uint64_t seed
     punctual_ = light;
     return;
   }
+  area_ = float(light.area);
   triangles_.reserve(light.world.size());
   float before = 0;
   for (size_t i = 0; i < light.world.size(); ++i) {
@@ -103,8 +106,33 @@ LightShape::LightShape(const trace::Light& light, uint32_t number, uint64_t seed
          light.cumulative[i] - before});
     before = light.cumulative[i];
   }
+  find_corners(light.bounds.centre());
   rows_[int(Level::coarse)] = rows_for(triangles_.size(), kCoarseRays, {6, 3, 2});
   rows_[int(Level::fine)] = rows_for(triangles_.size(), kFineRays, {16, 8, 4, 2});
+}
+
+void LightShape::find_corners(Vec3f centre) {
+  // Greedily the vertex farthest from those chosen before, drawn a little into its triangle, away
+  // from a frame that touches the light.
+  constexpr float kInset = 0.02f;
+  const auto vertex = [&](size_t i) {
+    const Triangle& t = triangles_[i / 3];
+    return i % 3 == 0 ? t.corner : t.corner + (i % 3 == 1 ? t.edge_u : t.edge_v);
+  };
+  std::vector<float> distance(3 * triangles_.size());
+  const auto squared = [&](size_t i, Vec3f p) { return dot(vertex(i) - p, vertex(i) - p); };
+  for (size_t i = 0; i < distance.size(); ++i) distance[i] = squared(i, centre);
+  for (Corner& corner : corners_) {
+    const size_t chosen =
+        size_t(std::max_element(distance.begin(), distance.end()) - distance.begin());
+    const Triangle& t = triangles_[chosen / 3];
+    const Vec3f tip = vertex(chosen), middle = t.corner + (t.edge_u + t.edge_v) * (1.0f / 3.0f);
+    corner = {tip + (middle - tip) * kInset, t.normal};
+    for (size_t i = 0; i < distance.size(); ++i) {
+      const float d = squared(i, tip);
+      distance[i] = &corner == corners_.data() ? d : std::min(distance[i], d);
+    }
+  }
 }
 
 double LightShape::open(const Receiver& receiver) const {
@@ -157,7 +185,7 @@ void LightShape::cast(const Receiver& receiver, Level level, Strata& out) const 
 
 void LightShape::cast_single(const Receiver& receiver, Strata& out) const {
   out.fan.count = 1;
-  out.uneven = false;
+  out.too_coarse = false;
   out.weight[0] = open_punctual(receiver) > 0;
   out.countable[0] = out.weight[0] > 0;
   Vec3f d = -punctual_.direction;
@@ -171,11 +199,9 @@ void LightShape::cast_single(const Receiver& receiver, Strata& out) const {
 }
 
 const LightShape::Triangle& LightShape::triangle_at(float position) const {
-  if (triangles_.size() <= 2)
-    return triangles_[triangles_.size() == 2 && position >= triangles_[1].before];
-  return *(std::upper_bound(triangles_.begin() + 1, triangles_.end(), position,
-                            [](float p, const Triangle& t) { return p < t.before; }) -
-           1);
+  const auto after = std::upper_bound(triangles_.begin() + 1, triangles_.end(), position,
+                                      [](float p, const Triangle& t) { return p < t.before; });
+  return *(after - 1);
 }
 
 void LightShape::cast_area(const Receiver& receiver, Level level, Strata& out) const {
@@ -183,49 +209,89 @@ void LightShape::cast_area(const Receiver& receiver, Level level, Strata& out) c
   const Grid& strata = grid(level, rows_[int(level)]);
   const uint64_t key = combine(key_, receiver_key(receiver));
   const uint32_t stream = level == Level::coarse ? uint32_t(key) : uint32_t(key >> 32);
-  // Separate loops, so that all but the choice of a triangle vectorise.
+  constexpr float kMostJitter = 0xffffp-16f;
   alignas(64) float a[kFineRays], b[kFineRays];
   for (uint32_t i = 0; i < count; ++i) {
     const uint32_t jitter = mix32(stream + i * 0x9e3779b9u);
     a[i] = strata.a[i] + float(int32_t(jitter >> 16)) * (0x1p-16f * strata.wide);
     b[i] = strata.b[i] + float(int32_t(jitter & 0xffffu)) * (0x1p-16f * strata.high);
   }
-  alignas(64) float px[kFineRays], py[kFineRays], pz[kFineRays];
-  alignas(64) float nx[kFineRays], ny[kFineRays], nz[kFineRays];
-  for (uint32_t i = 0; i < count; ++i) {
-    const Triangle& t = triangle_at(a[i]);
-    const float along = t.share > 0 ? std::min(1.0f, (a[i] - t.before) / t.share) : 0.5f;
-    // Square to triangle by a low-distortion map (Heitz 2019).
-    const bool upper = b[i] > along;
-    const float u = upper ? 0.5f * along : along - 0.5f * b[i];
-    const float v = upper ? b[i] - 0.5f * along : 0.5f * b[i];
-    const Vec3f p = t.corner + t.edge_u * u + t.edge_v * v;
-    px[i] = p.x, py[i] = p.y, pz[i] = p.z;
-    nx[i] = t.normal.x, ny[i] = t.normal.y, nz[i] = t.normal.z;
-  }
-  const Vec3f from = receiver.point, n = receiver.normal, origin = out.fan.origin;
-  for (uint32_t i = 0; i < count; ++i) {
-    const float dx = px[i] - from.x, dy = py[i] - from.y, dz = pz[i] - from.z;
-    const float facing = nx[i] * dx + ny[i] * dy + nz[i] * dz;  // negative in front of the light
-    const float above = n.x * dx + n.y * dy + n.z * dz;
-    const float squared = dx * dx + dy * dy + dz * dz;
-    const float front = two_sided_ ? std::fabs(facing) : -facing;
-    out.weight[i] = above > 0 && front > 0 ? above * front / (squared * squared) : 0.0f;
-    // Both ends leave their surface along its normal: a ray that grazes one stays clear of it.
-    const float lift = facing > 0 ? -epsilon_ : epsilon_;
-    out.fan.x[i] = px[i] + nx[i] * lift - origin.x;
-    out.fan.y[i] = py[i] + ny[i] * lift - origin.y;
-    out.fan.z[i] = pz[i] + nz[i] * lift - origin.z;
+  // Strata wholly on one triangle in one go, which vectorises; the others one by one.
+  for (size_t i = 0; i < count;) {
+    const Triangle& t = triangle_at(strata.a[i]);
+    size_t end = i;
+    while (end < count && strata.a[end] + kMostJitter * strata.wide < t.before + t.share) ++end;
+    if (end > i) {
+      cast_triangle(receiver, t, a, b, i, end, out);
+      i = end;
+    } else {
+      cast_triangle(receiver, triangle_at(a[i]), a, b, i, i + 1, out);
+      ++i;
+    }
   }
   out.fan.count = count;
   out.fan.to = 1;
-  float largest = 0;
-  for (uint32_t i = 0; i < count; ++i) {
-    largest = std::max(largest, out.weight[i]);
-    out.countable[i / 64] |= uint64_t(out.weight[i] > 0) << (i % 64);
+  for (size_t i = 0; i < count; i += 4) {
+    uint64_t bits = 0;
+    for (size_t k = 0; k < 4; ++k) bits |= uint64_t(out.weight[i + k] > 0) << k;
+    out.countable[i / 64] |= bits << (i % 64);
   }
+  out.too_coarse = false;
+  if (level == Level::fine) return;
   const float all = sum_of(out.weight.data(), count);
-  out.uneven = level == Level::coarse && !(largest < kMostPerRay * all);
+  const float largest = *std::max_element(out.weight.begin(), out.weight.begin() + count);
+  out.too_coarse = !(largest < kMostPerRay * all) || all * area_ > kLarge * float(count);
+  cast_corners(receiver, out);
+}
+
+void LightShape::cast_corners(const Receiver& receiver, Strata& out) const {
+  for (const Corner& corner : corners_) {
+    const size_t i = out.fan.count++;
+    const Vec3f d = corner.point - receiver.point;
+    const float facing = -dot(corner.normal, d);
+    const Vec3f ray = corner.point - out.fan.origin +
+                      corner.normal * std::copysign(epsilon_, two_sided_ ? facing : 1.0f);
+    out.weight[i] = 0;
+    out.fan.x[i] = ray.x, out.fan.y[i] = ray.y, out.fan.z[i] = ray.z;
+    const bool counts = dot(receiver.normal, d) > 0 && (two_sided_ || facing > 0);
+    out.countable[0] |= uint64_t(counts) << i;
+  }
+}
+
+void LightShape::cast_triangle(const Receiver& receiver, Triangle t, const float* __restrict a,
+                               const float* __restrict b, size_t begin, size_t end,
+                               Strata& out) const {
+  const Vec3f from = t.corner - receiver.point, n = receiver.normal;
+  const Vec3f lifted = t.corner - out.fan.origin;
+  const float stretch = t.share > 0 ? 1 / t.share : 0.0f, behind = two_sided_ ? 1.0f : 0.0f;
+  const float epsilon = epsilon_;
+  float* const __restrict weight = out.weight.data();
+  float* const __restrict x = out.fan.x.data();
+  float* const __restrict y = out.fan.y.data();
+  float* const __restrict z = out.fan.z.data();
+  for (size_t i = begin; i < end; ++i) {
+    // Square to triangle by a low-distortion map (Heitz 2019).
+    const float inside = (a[i] - t.before) * stretch;
+    const float along = inside < 1 ? inside : 1.0f;
+    const float half = 0.5f * (along < b[i] ? along : b[i]);
+    const float u = along - half, v = b[i] - half;
+    const float px = t.edge_u.x * u + t.edge_v.x * v;
+    const float py = t.edge_u.y * u + t.edge_v.y * v;
+    const float pz = t.edge_u.z * u + t.edge_v.z * v;
+    const float dx = from.x + px, dy = from.y + py, dz = from.z + pz;
+    const float facing = -(t.normal.x * dx + t.normal.y * dy + t.normal.z * dz);
+    const float above = n.x * dx + n.y * dy + n.z * dz;
+    const float other = -facing * behind;
+    const float front = facing > other ? facing : other;
+    const float squared = dx * dx + dy * dy + dz * dz;
+    const float cosines = (above > 0 ? above : 0.0f) * front;
+    weight[i] = cosines / (squared * squared + std::numeric_limits<float>::min());
+    // Both ends leave their surface along its normal: a ray that grazes one stays clear of it.
+    const float lift = std::copysign(epsilon, facing * behind + (1 - behind));
+    x[i] = lifted.x + px + t.normal.x * lift;
+    y[i] = lifted.y + py + t.normal.y * lift;
+    z[i] = lifted.z + pz + t.normal.z * lift;
+  }
 }
 
 }  // namespace deltalux::direct

@@ -19,13 +19,15 @@ struct Receiver {
 /// How finely a light is looked at; point, spot and sun have one ray at either level.
 enum class Level : uint8_t { coarse, fine };
 inline constexpr uint32_t kCoarseRays = 36, kFineRays = 256;
+/// Rays to the ends of an area light, besides those: they tell open from partly hidden, no more.
+inline constexpr uint32_t kCorners = 4;
 
 /// Shadow rays to a light and what each stands for.
 struct Strata {
   trace::RayFan fan;
   alignas(64) std::array<float, trace::RayFan::kMost> weight;  ///< share of the light, not normed
   trace::RayBits countable{};  ///< rays with weight: those in front of the receiver and the light
-  bool uneven = false;         ///< too few of them carry the weight: the level is too coarse
+  bool too_coarse = false;     ///< the light is near or large: look at the fine level
 
   /// Share of the light that the rays in `seen` (a subset of `countable`) stand for, in [0, 1].
   double share(const trace::RayBits& seen) const;
@@ -48,18 +50,26 @@ class LightShape {
     float area, longest_squared;
     float before, share;  // cumulative share of the light's area before it, and its own
   };
+  struct Corner {
+    Vec3f point, normal;
+  };
+  void find_corners(Vec3f centre);
   double open_triangle(const Triangle& triangle, const Receiver& receiver) const;
   double open_punctual(const Receiver& receiver) const;
   void cast_single(const Receiver& receiver, Strata& out) const;
   void cast_area(const Receiver& receiver, Level level, Strata& out) const;
+  void cast_triangle(const Receiver& receiver, Triangle triangle, const float* a, const float* b,
+                     size_t begin, size_t end, Strata& out) const;
+  void cast_corners(const Receiver& receiver, Strata& out) const;
   const Triangle& triangle_at(float position) const;
 
   trace::Light punctual_;  // of point, spot and sun
   std::vector<Triangle> triangles_;
+  std::array<Corner, kCorners> corners_;
   scene::LightKind kind_;
   bool two_sided_, on_;
   uint64_t key_;
-  float epsilon_;
+  float epsilon_, area_ = 0;
   double brightest_;
   uint32_t rows_[2] = {1,
                        1};  // per level: strata across a triangle; columns run along the triangles

@@ -35,14 +35,14 @@ StaticView look(const trace::RayCaster& caster, const LightShape& light, const R
                 : free == strata.countable ? StaticView::Kind::open
                                            : StaticView::Kind::partial;
   };
-  const bool uneven = strata.uneven;
-  if (!uneven) {
+  const bool too_coarse = strata.too_coarse;
+  if (!too_coarse) {
     examine();
     view.coarse = free[0];
     if (view.kind != StaticView::Kind::partial) return view;
   }
   light.cast(receiver, Level::fine, strata);
-  if (uneven) {
+  if (too_coarse) {
     examine();
     view.fine = free;
   } else {
@@ -60,7 +60,7 @@ double visible_share(const trace::RayCaster& caster, const LightShape& light,
   Strata strata;
   if (!movables.empty()) {
     light.cast(receiver, Level::coarse, strata);
-    if (!strata.uneven) {
+    if (!strata.too_coarse) {
       const RayBits free =
           still.kind == Kind::open ? strata.countable : RayBits{still.coarse, 0, 0, 0};
       const RayBits seen = pass(caster, strata.fan, free, movables);

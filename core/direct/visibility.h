@@ -11,9 +11,10 @@
 namespace deltalux::direct {
 
 /// What static geometry leaves of a light. The rules:
-/// - 36 rays. All free: open. All blocked: hidden. A part of them: 256 rays tell how much.
-/// - Where one of the 36 would stand for too much of the light, 256 rays from the start.
-/// - Where movables block a part of the 36, 256 rays tell as well; static geometry that none of the
+/// - 36 rays and 4 to the light's ends. All free: open. All blocked: hidden. A part of them: 256
+/// rays tell how much.
+/// - Where the light is near or large, 256 rays from the start.
+/// - Where movables block a part of the 40, 256 rays tell as well; static geometry that none of the
 ///   36 met is then not asked again.
 struct StaticView {
   enum class Kind : uint8_t { empty, hidden, open, partial };  ///< empty: light not in front

@@ -69,10 +69,11 @@ bool prepare(Batch& b, const segments::SegmentSpan& s, size_t first, int count,
   std::copy_n(s.extended + first, count, b.extended);
   uint32_t any = 0;
   for (int i = 0; i < count; ++i) {
-    float reach = 0, speed = 0;
+    float reach = 0, speed = 0, sum = 0;  // the sum shows a NaN, the greatest may not
     for (int axis = 0; axis < 3; ++axis) {
       reach = std::max(reach, std::fabs(b.origin[axis][i]));
       speed = std::max(speed, std::fabs(b.direction[axis][i]));
+      sum += b.origin[axis][i] + b.direction[axis][i];
     }
     const float margin = kMargin * (tree.reach + reach);
     // A component near 0 is replaced: the line moves by far less than the margin.
@@ -87,7 +88,7 @@ bool prepare(Batch& b, const segments::SegmentSpan& s, size_t first, int count,
       b.near_row[axis][i] = (2 * uint32_t(axis) + (std::bit_cast<uint32_t>(d) >> 31)) * kRowBytes;
     }
     b.end[i] = segment_end(rule, b.length[i], b.extended[i], tree.max_radius);
-    b.unusual[i] = !(reach < kFarthest && speed > 1e-6f && speed < 1e6f);
+    b.unusual[i] = !(reach < kFarthest && speed > 1e-6f && speed < 1e6f && sum == sum);
     any |= b.unusual[i];
   }
   return any != 0;

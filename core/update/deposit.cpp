@@ -2,6 +2,8 @@
 // Blocks of segments are unpacked to structure of arrays once and serve every estimator.
 #include "update/deposit.h"
 
+#include <algorithm>
+
 #include "base/direction.h"
 
 namespace deltalux::update {
@@ -29,7 +31,35 @@ struct Deposit::Block {
   }
 };
 
-Deposit::Deposit(State& state) : state_(state), sums_(state.energy()) {}
+Deposit::Deposit(State& state) : state_(state), sums_(state.energy()) { sums_.shared = false; }
+
+void Deposit::for_slabs(uint32_t bounce, std::span<const uint32_t> slots,
+                        const std::function<void(std::span<const uint32_t>)>& body) {
+  const Level& level = state_.store.level(bounce);
+  if (state_.workers.threads() == 1) {
+    for (size_t begin = 0; begin < slots.size(); begin += kGrain)
+      body(slots.subspan(begin, std::min(kGrain, slots.size() - begin)));
+    return;
+  }
+  // Counting sort by slab; the last bin takes what does not count.
+  const size_t bins = state_.sum_groups() * kBatches + 1;
+  std::vector<uint16_t> bin(slots.size());
+  state_.workers.for_blocks(slots.size(), 4096, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i)
+      if (!counts(bounce, level.at(slots[i]), bin[i])) bin[i] = uint16_t(bins - 1);
+  });
+  std::vector<size_t> start(bins + 1);
+  for (uint16_t b : bin) ++start[b + 1];
+  for (size_t b = 0; b < bins; ++b) start[b + 1] += start[b];
+  sorted_.resize(slots.size());
+  std::vector<size_t> place(start.begin(), start.end() - 1);
+  for (size_t i = 0; i < slots.size(); ++i) sorted_[place[bin[i]]++] = slots[i];
+  state_.workers.for_blocks(bins - 1, 1, [&](size_t slab, size_t) {
+    const std::span<const uint32_t> own(sorted_.data() + start[slab], start[slab + 1] - start[slab]);
+    for (size_t begin = 0; begin < own.size(); begin += kGrain)
+      body(own.subspan(begin, std::min(kGrain, own.size() - begin)));
+  });
+}
 
 bool Deposit::counts(uint32_t bounce, const Segment& segment, uint16_t& slab) const {
   if (segment.length < 0) return false;
@@ -89,14 +119,14 @@ void Deposit::flush_add(Block& block, uint32_t bounce) const {
 
 void Deposit::add(uint32_t bounce, std::span<const uint32_t> slots) {
   Level& level = state_.store.level(bounce);
-  state_.workers.for_blocks(slots.size(), kGrain, [&](size_t begin, size_t end) {
+  for (uint32_t slot : slots) level.slots(slot) = {};
+  for_slabs(bounce, slots, [&](std::span<const uint32_t> own) {
     thread_local Block block;
     block.count = 0;
-    for (size_t i = begin; i < end; ++i) {
-      const Segment& segment = level.at(slots[i]);
+    for (uint32_t slot : own) {
+      const Segment& segment = level.at(slot);
       uint16_t slab = 0;
-      level.slots(slots[i]) = {};
-      if (counts(bounce, segment, slab)) gather(block, bounce, slots[i], segment, slab);
+      if (counts(bounce, segment, slab)) gather(block, bounce, slot, segment, slab);
     }
     flush_add(block, bounce);
   });
@@ -105,21 +135,21 @@ void Deposit::add(uint32_t bounce, std::span<const uint32_t> slots) {
 void Deposit::remove(uint32_t bounce, std::span<const uint32_t> slots) {
   Level& level = state_.store.level(bounce);
   const samples::DiscSet& discs = state_.static_index->discs();
-  state_.workers.for_blocks(slots.size(), kGrain, [&](size_t begin, size_t end) {
+  for_slabs(bounce, slots, [&](std::span<const uint32_t> own) {
     thread_local Block block, many;
     block.count = many.count = 0;
-    for (size_t i = begin; i < end; ++i) {
-      if (i + kAhead < end) {
-        __builtin_prefetch(&level.at(slots[i + kAhead]));
-        __builtin_prefetch(&level.slots(slots[i + kAhead]));
+    for (size_t i = 0; i < own.size(); ++i) {
+      if (i + kAhead < own.size()) {
+        __builtin_prefetch(&level.at(own[i + kAhead]));
+        __builtin_prefetch(&level.slots(own[i + kAhead]));
       }
-      const Segment& segment = level.at(slots[i]);
+      const Segment& segment = level.at(own[i]);
       uint16_t slab = 0;
       if (!counts(bounce, segment, slab)) continue;
-      if (!state_.moving.empty()) gather(block, bounce, slots[i], segment, slab);
-      const HitSlots& hits = level.slots(slots[i]);
+      if (!state_.moving.empty()) gather(block, bounce, own[i], segment, slab);
+      const HitSlots& hits = level.slots(own[i]);
       if (hits.disc[0] == HitSlots::kMany) {
-        gather(many, bounce, slots[i], segment, slab);
+        gather(many, bounce, own[i], segment, slab);
         continue;
       }
       for (uint32_t disc : hits.disc)
@@ -132,14 +162,14 @@ void Deposit::remove(uint32_t bounce, std::span<const uint32_t> slots) {
 
 void Deposit::add_to_part(MovingPart& part, uint32_t bounce, std::span<const uint32_t> slots) {
   const Level& level = state_.store.level(bounce);
-  state_.workers.for_blocks(slots.size(), kGrain, [&](size_t begin, size_t end) {
+  for_slabs(bounce, slots, [&](std::span<const uint32_t> own) {
     thread_local Block block;
     block.count = 0;
-    for (size_t i = begin; i < end; ++i) {
-      if (i + kAhead < end) __builtin_prefetch(&level.at(slots[i + kAhead]));
-      const Segment& segment = level.at(slots[i]);
+    for (size_t i = 0; i < own.size(); ++i) {
+      if (i + kAhead < own.size()) __builtin_prefetch(&level.at(own[i + kAhead]));
+      const Segment& segment = level.at(own[i]);
       uint16_t slab = 0;
-      if (counts(bounce, segment, slab)) gather(block, bounce, slots[i], segment, slab);
+      if (counts(bounce, segment, slab)) gather(block, bounce, own[i], segment, slab);
     }
     to_part(part, block, +1);
   });

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Brings stored segments to the estimators of the static and the moving samples, and takes them
-// away again. Keeps the invariant: sums = estimator of the segments in the store.
+// away again. Keeps the invariant: sums = estimator of the segments in the store. With several
+// threads each slab of sums is written by one thread at a time, so that adding needs no atomics.
 #pragma once
+#include <functional>
 #include <span>
+#include <vector>
 
 #include "update/state.h"
 
@@ -27,9 +30,13 @@ class Deposit {
   void to_moving(const Block& block, int sign) const;
   void to_part(const MovingPart& part, const Block& block, int sign) const;
   void flush_add(Block& block, uint32_t bounce) const;
+  /// Calls body(slots of one slab) for all slabs, in parallel; slots that do not count are left out.
+  void for_slabs(uint32_t bounce, std::span<const uint32_t> slots,
+                 const std::function<void(std::span<const uint32_t>)>& body);
 
   State& state_;
   estimate::EnergySums sums_;
+  std::vector<uint32_t> sorted_;  // scratch of for_slabs
 };
 
 /// Clears the sums of the samples of `part`.

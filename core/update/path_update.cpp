@@ -48,23 +48,21 @@ void PathUpdate::write_birth(Segment& segment, const trace::Light& light, uint64
   segment.length = 0;
 }
 
-void PathUpdate::start(uint32_t begin, uint32_t end) {
+void PathUpdate::start(std::span<const uint32_t> paths) {
   Level& level = state_.store.level(0);
-  std::vector<uint32_t> slots;
-  level.allocate(end - begin, state_.store.with_extended(), slots);
+  std::vector<Front> fresh(1);
+  fresh[0].slots.assign(paths.begin(), paths.end());
+  std::vector<uint32_t>& slots = fresh[0].slots;
   state_.workers.for_blocks(slots.size(), kGrain, [&](size_t from, size_t to) {
     for (size_t i = from; i < to; ++i) {
-      const uint32_t path = begin + uint32_t(i);
-      const trace::Light& light = state_.lights[state_.light_of(path)];
+      const trace::Light& light = state_.lights[state_.light_of(slots[i])];
       Segment& segment = level.at(slots[i]);
       segment.next = kNoSlot;
       segment.primitive = scene::kNone;
-      write_birth(segment, light, path - light.first_path);
+      write_birth(segment, light, slots[i] - light.first_path);
     }
   });
   std::erase_if(slots, [&](uint32_t slot) { return level.at(slot).length < 0; });
-  std::vector<Front> fresh(1);
-  fresh[0].slots = std::move(slots);
   advance(std::move(fresh));
 }
 

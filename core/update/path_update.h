@@ -31,8 +31,8 @@ class PathUpdate {
  public:
   explicit PathUpdate(State& state);
 
-  /// Traces new paths [begin, end) of the numbering; their level-0 slots are allocated in order.
-  void start(uint32_t begin, uint32_t end);
+  /// Traces new paths; their level-0 slots, of the same numbers, are allocated.
+  void start(std::span<const uint32_t> paths);
   /// Replaces the given pending paths. `between` runs after the old segments went and before the
   /// new ones come.
   void replace(std::span<const PendingPath> pending, const std::function<void()>& between);

@@ -12,7 +12,7 @@
 namespace deltalux::update {
 namespace {
 
-constexpr uint32_t kPathsPerBlock = 32768;  // between two looks at the cancel flag, ~50 ms
+constexpr uint64_t kPathsPerStep = 32768;  // between two looks at the cancel flag
 constexpr float kLeastLift = 2.0f;          // in epsilons: discs lie above rounding
 
 double now_ms() {
@@ -164,17 +164,38 @@ void Session::trace_all(Progress& progress, Report& report) {
     part.current = true;
   }
   progress.begin("trace paths", paths);
-  PathUpdate update(s);
-  for (uint64_t begin = 0; begin < paths; begin += kPathsPerBlock) {
-    progress.check();
-    const uint64_t end = std::min<uint64_t>(paths, begin + kPathsPerBlock);
-    update.start(uint32_t(begin), uint32_t(end));
-    progress.advance(end - begin);
-  }
-  report.traced_segments = update.counts().traced;
+  const PathCounts counts = trace_lights(0, &progress);
+  report.traced_segments = counts.traced;
   report.affected_paths = paths;
-  report.milliseconds.emplace_back("trace", update.counts().trace_ms);
-  report.milliseconds.emplace_back("deposit", update.counts().deposit_ms);
+  report.milliseconds.emplace_back("trace", counts.trace_ms);
+  report.milliseconds.emplace_back("deposit", counts.deposit_ms);
+}
+
+PathCounts Session::trace_lights(size_t first_light, Progress* progress) {
+  State& s = *state_;
+  uint64_t total = 0;
+  for (size_t l = first_light; l < s.lights.size(); ++l) total += s.lights[l].path_count;
+  std::vector<uint32_t> slots;
+  s.store.level(0).allocate(total, s.store.with_extended(), slots);
+  PathUpdate update(s);
+  const uint64_t steps = (total + kPathsPerStep - 1) / kPathsPerStep;
+  for (uint64_t step = 0; step < steps; ++step) {
+    if (progress) progress->check();
+    slots.clear();
+    for (size_t l = first_light; l < s.lights.size(); ++l) {
+      const trace::Light& light = s.lights[l];
+      // Batches are equal, contiguous ranges: each gives its own share to every step.
+      for (uint32_t batch = 0; batch < kBatches; ++batch) {
+        const uint64_t from = (batch * light.path_count + kBatches - 1) / kBatches;
+        const uint64_t count = ((batch + 1) * light.path_count + kBatches - 1) / kBatches - from;
+        for (uint64_t i = count * step / steps; i < count * (step + 1) / steps; ++i)
+          slots.push_back(uint32_t(light.first_path + from + i));
+      }
+    }
+    update.start(slots);
+    if (progress) progress->advance(slots.size());
+  }
+  return update.counts();
 }
 
 Report Session::bake(Progress& progress) {

@@ -82,6 +82,8 @@ class Session {
   void check_memory(Progress& progress);
   void choose_direct();
   void trace_all(Progress& progress, Report& report);
+  /// Traces all paths of the lights from `first_light` on, in steps that touch every batch alike.
+  PathCounts trace_lights(size_t first_light, Progress* progress);
   void compute_direct(Progress& progress);
   void update_direct(std::span<const ObjectChange> changes, size_t old_lights, Progress& progress);
   void refresh_areas(const std::vector<ObjectChange>* changes);

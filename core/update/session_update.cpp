@@ -75,7 +75,6 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
   for (const scene::Object& object : scene.objects)
     old_objects.emplace_back(object.pose, object.present);
   const size_t old_lights = s.lights.size();
-  const size_t old_paths = s.cut.size();
   if (!baked_) {
     for (const scene::Edit& edit : edits)
       if (std::holds_alternative<scene::Insert>(edit))
@@ -214,11 +213,8 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
     s.cut.resize(all, kNotCut);
   }
   run_pending(budget_ms > 0 ? budget_ms - since(begin) : 0, progress, report, between);
-  if (s.cut.size() > old_paths) {
-    PathUpdate update(s);
-    update.start(uint32_t(old_paths), uint32_t(s.cut.size()));
-    report.traced_segments += update.counts().traced;
-  }
+  if (s.lights.size() > old_lights)
+    report.traced_segments += trace_lights(old_lights, nullptr).traced;
   lap = Clock::now();
   if (!changes.empty()) refresh_areas(&changes);
   stage("areas");
