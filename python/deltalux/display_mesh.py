@@ -65,9 +65,14 @@ class DisplayMesh:
     attached: np.ndarray
     spacing: float
 
-    def world(self, scene: Scene, poses: Poses | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Vertices and normals in world space, each (n, 3), movables at `poses` (else as loaded)."""
-        points, normals = self.points.copy(), self.normals.copy()
+    def world(
+        self, scene: Scene, poses: Poses | None = None, samples: bool = False
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Vertices (or sample points) and normals in world space, movables at `poses` (else as loaded).
+
+        Both are (n, 3).
+        """
+        points, normals = (self.sample_points if samples else self.points).copy(), self.normals.copy()
         for index, pose in movable_poses(scene, poses).items():
             if pose is not None:
                 own = self.attached == index

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 INSET_OF_SPACING = 0.15
-INSET_OF_HEIGHT = 0.25
+INSET_OF_HEIGHT = 0.4
 
 
 class Faces:

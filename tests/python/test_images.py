@@ -13,6 +13,7 @@ from deltalux.display_mesh import BACK, BOTH, DisplayMesh, refine
 from deltalux.errors import OptionError
 from deltalux.outputs.camera import automatic_camera, look_at
 from deltalux.outputs.colour_scale import ColourScale, scale_for, symmetric_scale
+from deltalux.outputs.covered import covered_samples
 from deltalux.outputs.images import SURROUNDINGS, UNSAMPLED
 from deltalux.outputs.tone import automatic_exposure, decode_srgb, encode_srgb, tone_map
 from deltalux.outputs.view import Surfaces, camera_rays, core_caster
@@ -171,6 +172,30 @@ def test_movables_are_drawn_where_they_are():
             scene, display, flat(display), poses=poses, camera=FROM_FRONT, size=SIZE, exposure=1
         )
         assert middle(picture) == expected
+
+
+def test_samples_under_a_box_do_not_darken_the_floor_beside_it():
+    corners = [(-2, 0, -2), (-2, 0, 2), (2, 0, 2), (2, 0, -2)]
+    floor = Mesh("floor", corners, [(0, 1, 2), (0, 2, 3)], material="grey")
+    crate = box("crate", (-0.55, 0.001, -0.55), (0.55, 0.6, 0.55), movable=True)
+    scene = scene_of(floor, crate)
+    display = refine(scene, 0.3)
+    away = np.eye(4)
+    away[0, 3] = 10
+    x, _, z = display.sample_points.T
+    on_floor = display.vertex_mesh == 0
+    bottom = ~on_floor & (display.normals[:, 1] < -0.5)
+    under = on_floor & (np.maximum(np.abs(x), np.abs(z)) < 0.55)
+    covered = covered_samples(Surfaces(scene, display))
+    np.testing.assert_array_equal(covered, under | bottom)
+    assert under.sum() > 10
+    assert not covered_samples(Surfaces(scene, display, {"crate": away})).any()
+
+    values = np.where(covered[:, None], 0.0, 5.0) * np.ones(3)
+    camera = camera_at((0.3, 4, 0), (0, 0, 0), 0.6)
+    picture = outputs.render(scene, display, values, camera=camera, size=(120, 120), exposure=0.3)
+    lit = encode_srgb(tone_map(np.array([0.6, 0.5, 0.4]) * 5 / np.pi, 0.3))
+    assert np.abs(picture.pixels.astype(int) - lit).max() <= 1
 
 
 def test_automatic_exposure_is_independent_of_the_unit():

@@ -22,6 +22,7 @@ from deltalux.units import photopic
 from .baked import Baked, about_text, display_of
 from .camera import automatic_camera, scene_camera
 from .colour_scale import ColourScale, scale_for, symmetric_scale
+from .covered import shown_values
 from .drawing import draw_isolines, draw_outlines, label_above, legend
 from .tone import automatic_exposure, encode_srgb, tone_map
 from .view import CasterType, Surfaces, View, core_caster
@@ -77,7 +78,7 @@ def render(
 
     Each ray interpolates the irradiance of the triangle that it meets; a lit picture shows
     reflectance × irradiance / pi plus emission. A side that has no samples is dark grey: its
-    light is not known.
+    light is not known. Samples under something else take their neighbours' values.
 
     Parameters
     ----------
@@ -101,6 +102,7 @@ def render(
     """
     values = _checked_values(display, irradiance)
     view = _view(scene, display, photopic(values), poses, camera, size, rays_per_pixel, threads, caster)
+    values = shown_values(view.surfaces, values)
     if false_colour:
         return _false_colour(view, photopic(values), scale_for, scale, isolux)
     radiance, light_source = _radiance(view, values)
@@ -132,7 +134,8 @@ def difference(
     """
     old, new = photopic(_checked_values(display, before)), photopic(_checked_values(display, after))
     view = _view(scene, display, old + new, poses, camera, size, rays_per_pixel, threads, caster)
-    return _false_colour(view, new - old, symmetric_scale, scale, isolux=False)
+    change = shown_values(view.surfaces, (new - old)[:, None])[:, 0]
+    return _false_colour(view, change, symmetric_scale, scale, isolux=False)
 
 
 def side_by_side(pictures: Sequence[Picture], labels: Sequence[str]) -> Picture:

@@ -17,7 +17,9 @@ from deltalux.units import photopic
 from deltalux.version import __version__
 
 from .baked import Baked, about_text, display_of
+from .covered import shown_values
 from .node_tree import moved_matrices, world_matrices
+from .view import Surfaces
 
 WHITE_PERCENTILE = 97.0
 UNLIT = "KHR_materials_unlit"
@@ -29,6 +31,7 @@ def write_glb(path: str | os.PathLike[str], baked: Baked) -> None:
     Every node of the scene keeps its name and place; its refined triangles carry COLOR_0 =
     min(1, exposure × irradiance), which multiplies the base colour (the reflectance) of an
     unlit material, and the unclamped linear values as _IRRADIANCE and _STANDARD_ERROR.
+    In COLOR_0, samples under something else take their neighbours' values.
     Luminous materials have a white base colour and their radiance in COLOR_0. What the numbers
     mean stands in `asset.extras`.
 
@@ -38,8 +41,10 @@ def write_glb(path: str | os.PathLike[str], baked: Baked) -> None:
         Where the samples are not the vertices of the display mesh.
     """
     display = display_of(baked, ".glb")
-    exposure = baked.exposure or white_exposure(display, baked.result.irradiance)
-    writer = _Writer(baked, display, exposure)
+    surfaces = Surfaces(baked.scene, display, baked.poses, baked.threads)
+    shown = shown_values(surfaces, baked.result.irradiance)
+    exposure = baked.exposure or white_exposure(display, shown)
+    writer = _Writer(baked, display, shown, exposure)
     writer.add_nodes()
     writer.document.asset.extras = {
         **about_text(baked.result),
@@ -78,8 +83,8 @@ class _Part:
 class _Writer:
     """Collects accessors and nodes of one document."""
 
-    def __init__(self, baked: Baked, display: DisplayMesh, exposure: float) -> None:
-        self._baked, self._display, self._exposure = baked, display, exposure
+    def __init__(self, baked: Baked, display: DisplayMesh, shown: np.ndarray, exposure: float) -> None:
+        self._baked, self._display, self._shown, self._exposure = baked, display, shown, exposure
         self._bytes = bytearray()
         self._materials: dict[int, int] = {}
         self._poses = movable_poses(baked.scene, baked.poses)
@@ -164,7 +169,7 @@ class _Writer:
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
         emits = np.zeros(len(used), dtype=bool)
         emits[corners[~display.reversed[chosen]].ravel()] = True
-        color = self._color(self._baked.scene.materials[material], result.irradiance[used], emits)
+        color = self._color(self._baked.scene.materials[material], self._shown[used], emits)
         attributes = gl.Attributes(
             POSITION=self._accessor(points.astype(np.float32), "VEC3", bounds=True),
             NORMAL=self._accessor(normals.astype(np.float32), "VEC3"),

@@ -70,7 +70,7 @@ class Surfaces:
         threads: int = 0,
         caster: CasterType = core_caster,
     ) -> None:
-        self.scene, self.display = scene, display
+        self.scene, self.display, self.poses = scene, display, poses
         self.points, _ = display.world(scene, poses)
         present = display.present(scene, poses)
         a, b, c = (self.points[display.triangles[:, i]] for i in range(3))
