@@ -226,10 +226,15 @@ class Deposit {
     }
   }
 
-  /// One segment against every disc.
-  void try_all(uint32_t segment) {
+  /// One segment against every disc. Returns the number of tests.
+  size_t try_all(uint32_t segment) {
+    const segments::SegmentSpan& s = segments_;
+    const size_t i = first_ + segment;
+    // Not finite: crosses nothing.
+    if (!std::isfinite(s.ox[i] + s.oy[i] + s.oz[i] + s.dx[i] + s.dy[i] + s.dz[i])) return 0;
     for (uint32_t k = 0; k < discs_.size(); ++k)
       if (crosses_disc(segment, k)) add(segment, k);
+    return discs_.size();
   }
 
   uint64_t hits() const { return total_; }
@@ -285,8 +290,7 @@ Stats DiscIndex::accumulate(const segments::SegmentSpan& segments, int sign, con
       for (int i = 0; i < count; ++i) {
         if (!scratch.batch.unusual[i]) continue;
         scratch.batch.end[i] = -1;
-        deposit.try_all(uint32_t(i));
-        stats.disc_tests += discs_.size();
+        stats.disc_tests += deposit.try_all(uint32_t(i));
       }
     uint32_t top = 0;
     for (; top < uint32_t(count); ++top) stack[top] = top << kNodeBits;

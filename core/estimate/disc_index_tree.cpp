@@ -253,7 +253,8 @@ Item bound_disc(const samples::DiscSet& discs, uint32_t k) {
   Item item;
   item.disc = k;
   for (int axis = 0; axis < 3; ++axis) {
-    // The length of a normal cancels in the crossing, unless it is so small that products underflow.
+    // The length of a normal cancels in the crossing, unless it is so small that products
+    // underflow.
     const double flat = n2 > 1e-20 ? std::max(0.0, 1.0 - n[axis] * n[axis] / n2) : 1.0;
     item.low[axis] = float(c[axis] - r * std::sqrt(flat));
     item.high[axis] = float(c[axis] + r * std::sqrt(flat));

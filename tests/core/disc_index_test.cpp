@@ -159,6 +159,7 @@ Segments hostile_segments(Draw& draw, const samples::DiscSet& discs, size_t coun
     if (draw.chance(0.01f)) d.z = kNaN;
     if (draw.chance(0.01f)) o.y = draw.chance(0.5f) ? kNaN : kInfinity;
     if (draw.chance(0.01f)) o = o * 1e20f;
+    if (draw.chance(0.01f)) o = d = {kNaN, kNaN, kNaN};
     s.add(o, d, first, second);
   }
   return s;
@@ -283,6 +284,33 @@ TEST(DiscIndex, DegenerateDiscs) {
   }
   const Segments s = hostile_segments(draw, discs, 2000, 1, {});
   for (const SegmentEnd rule : kRules) expect_same(discs, s, rule);
+}
+
+// Products with so short a normal underflow: hits lie off the disc's plane.
+TEST(DiscIndex, DenormalNormal) {
+  Draw draw(13);
+  samples::DiscSet discs;
+  add_disc(discs, {0.3f, 0.2f, 0.1f}, {0, 0, 7e-45f}, 0.5f);
+  Segments s;
+  for (int i = 0; i < 20000; ++i)
+    s.add(discs.centre[0] + draw.in_cube(1), draw.direction(), kInfinity, kInfinity);
+  EXPECT_GT(expect_same(discs, s, SegmentEnd::first), 300u);
+}
+
+// Directions and places for which the box tests overflow.
+TEST(DiscIndex, ExtremeSegments) {
+  Draw draw(12);
+  const samples::DiscSet discs = room(draw, 500, 1, 0.2f, {});
+  Segments s;
+  for (int i = 0; i < 2000; ++i) {
+    Vec3f d = draw.direction();
+    if (draw.chance(0.5f)) d[int(draw.below(3))] = 0;
+    const Vec3f o = draw.in_cube(1);
+    const float scale = std::pow(10.0f, draw.range(-44, 38));
+    if (i % 2 == 0) s.add(o, d * scale, kInfinity, kInfinity);
+    if (i % 2 == 1) s.add(o - d * std::min(scale, 1e30f), d * scale, 1, 1 + 1 / scale);
+  }
+  for (const SegmentEnd rule : kRules) EXPECT_GT(expect_same(discs, s, rule), 500u);
 }
 
 TEST(DiscIndex, RefusesDiscsThatAreNotFinite) {
