@@ -21,10 +21,10 @@ OUTER = (COURT[0] + BAY, COURT[1] + BAY)  # half sizes, to the outer walls
 UPPER_FLOOR, ROOF, SKYLIGHT = 5.4, 10.05, 11.6  # heights
 STOREYS = (("ground", 0.0, 3.2), ("upper", UPPER_FLOOR, 8.0))  # floor and springing line of each
 ARCH, WALL_HALF, RIB_HALF = 1.55, 0.25, 0.2  # radius of the openings; half thicknesses
-SKY_LUMINANCE, SUN_LUX = 900.0, 9000.0
+SKY_LUMINANCE, SUN_LUX = 900.0, 4500.0
 LAMP_LUMENS = 2200.0
 LAMP_DROP = 1.5  # of the lanterns' centres below the vaults' crowns
-TROLLEY_AT = (-6.6, 0.7)  # x, z
+TROLLEY_AT = (-5.9, 0.4)  # x, z
 CLOTHS = ("cloth_red", "cloth_blue", "cloth_green")
 MAX_TROLLEY = 0.12
 
@@ -223,7 +223,7 @@ def _structure(fine: float) -> Iterator[Mesh]:
 def _supports(name: str, floor: float, spring: float, fine: float) -> Iterator[Mesh]:
     """Columns along the court, piers at its corners, pilasters on the outer walls."""
     foot = GAP if floor == 0 else floor - 0.02
-    height = spring - foot
+    height = spring - foot + 0.005  # 10 mm into what they carry
     radius, flutes = (0.22, 0) if floor == 0 else (0.20, 16)
     column = masonry.column(height, radius, fine, "stone", "stone_light", flutes)
     places = [(x, z) for x in _axes(0)[1:-1] for z in (-COURT[1], COURT[1])]
@@ -244,9 +244,11 @@ def _arches(name: str, spring: float, fine: float) -> Iterator[Mesh]:
     """Arcade walls around the court with archivolts, and ribs across the galleries."""
     top = (UPPER_FLOOR if spring < UPPER_FLOOR else ROOF) - 0.05
     # The short walls end inside the long ones and are a little lower, so that no faces coincide.
-    long = masonry.arcade_wall(COURT_BAYS[0], BAY, ARCH, spring, top, WALL_HALF, WALL_HALF, fine, "stucco")
+    long = masonry.arcade_wall(
+        COURT_BAYS[0], BAY, ARCH, spring, top, WALL_HALF - 0.005, WALL_HALF, fine, "stucco"
+    )
     short = masonry.arcade_wall(
-        COURT_BAYS[1], BAY, ARCH, spring + 0.002, top - 0.01, 0.01 - WALL_HALF, WALL_HALF, fine, "stucco"
+        COURT_BAYS[1], BAY, ARCH, spring + 0.002, top - 0.01, 0.6 * WALL_HALF, WALL_HALF, fine, "stucco"
     )
     walls = [long.moved(0, 0, side * COURT[1]) for side in (-1, 1)]
     walls += [short.turned(90).moved(side * COURT[0]) for side in (-1, 1)]
@@ -258,12 +260,16 @@ def _arches(name: str, spring: float, fine: float) -> Iterator[Mesh]:
         for middle in (_axes(side)[:-1] + _axes(side)[1:]) / 2:
             place = np.array([middle, WALL_HALF - COURT[across]]) * (1 if turn in (0, 90) else -1)
             x, z = place if side == 0 else place[::-1]
-            bands.append(moulding.turned(turn).moved(x, spring + 0.003, z))
+            bands.append(moulding.turned(turn).moved(x, spring + 0.004 + 0.002 * side, z))
     yield merge(bands).mesh(f"{name}_archivolts")
 
-    rib = masonry.rib(ARCH, BAY / 2 - 0.02 - ARCH, RIB_HALF, fine, "stone").moved(0, spring)
-    ribs = [rib.turned(90).moved(x, 0, side * (COURT[1] + BAY / 2)) for x in _axes(0) for side in (-1, 1)]
-    ribs += [rib.moved(side * (COURT[0] + BAY / 2), 0, z) for z in _axes(1) for side in (-1, 1)]
+    rib = masonry.rib(ARCH, BAY / 2 - 0.02 - ARCH, RIB_HALF, fine, "stone")
+    ribs = [
+        rib.turned(90).moved(x, spring + 0.007, side * (COURT[1] + BAY / 2))
+        for x in _axes(0)
+        for side in (-1, 1)
+    ]
+    ribs += [rib.moved(side * (COURT[0] + BAY / 2), spring + 0.008, z) for z in _axes(1) for side in (-1, 1)]
     yield merge(ribs).mesh(f"{name}_ribs")
 
 
@@ -356,5 +362,5 @@ def _trolley(static: list[Mesh], share: float) -> Mesh:
     trolley = courtyard.trolley("wood", "iron", "rubber", "crate", "sackcloth", "clay", "leaf")
     x, z = TROLLEY_AT
     return trolley.scaled(share * diameter / trolley.diameter).mesh(
-        "trolley", at=(x, GAP, z), degrees=35, movable=True
+        "trolley", at=(x, GAP, z), degrees=-40, movable=True
     )

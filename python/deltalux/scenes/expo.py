@@ -102,13 +102,13 @@ def _hall() -> list[Mesh]:
     for z in (*TRACKS, WASHER_TRACK):
         tracks.append(box(WIDTH - 2.4, 0.05, 0.05, "track").moved(0, TRACK_HEIGHT, z))
         for x in (-8.0, -4.0, 0.0, 4.0, 8.0):
-            top = HEIGHT - 0.42 - GAP if x == 0 else HEIGHT - GAP
+            top = HEIGHT - 0.41 if x == 0 else HEIGHT - GAP
             tracks.append(
                 cylinder(0.008, top - TRACK_HEIGHT - 0.045, 8, "track").moved(x, TRACK_HEIGHT + 0.045, z)
             )
     shaft = [(0.30, 0), (0.30, 0.12), (0.25, 0.16), (0.25, 4.34), (0.33, 4.44), (0.33, 4.57)]
     columns = [lathe(shaft, 32, "hall_wall").moved(x, GAP, -3.5) for x in (-5, 5)]
-    runner = block(WIDTH - 3, 0.008, 1.5, "runner", 0.002).moved(0, GAP, -2.35)
+    runner = block(WIDTH - 3, 0.008, 1.3, "runner", 0.002).moved(0, GAP, -2.42)
     return [
         walls.mesh("hall"),
         floor.mesh("floor"),
@@ -188,9 +188,9 @@ def _housing(spot: _Spot) -> Shape:
     can = lathe([(0.055, 0.0), (0.06, 0.02), (0.06, 0.17), (0.03, 0.2)], 12, "track").moved(0, 0.03)
     tilt, turn = np.degrees(np.arccos(back[1])), np.degrees(np.arctan2(back[0], back[2]))
     joint = spot.position + 0.13 * back
-    stem = tube([joint, (joint[0], TRACK_HEIGHT + 0.02, joint[2])], 0.012, 8, "track")
-    foot = box(0.14, 0.03, 0.16, "track").moved(joint[0], TRACK_HEIGHT - 0.02, joint[2])
-    return merge([can.turned(float(tilt), "x").turned(float(turn)).moved(*spot.position), stem, foot])
+    x, _, z = spot.position
+    stem = tube([joint, (x, TRACK_HEIGHT + 0.02, z)], 0.012, 8, "track")
+    return merge([can.turned(float(tilt), "x").turned(float(turn)).moved(*spot.position), stem])
 
 
 def _booths() -> list[Mesh]:
@@ -217,7 +217,7 @@ def _banner(colour: str) -> Shape:
     parts = [shell(front, front - [0, 0, 0.006], colour)]
     parts.append(tube([(-0.79, 1.3, 0), (0.79, 1.3, 0)], 0.016, 10, "dark_metal"))
     for x in (-0.7, 0.7):
-        parts.append(cylinder(0.004, HEIGHT - 3.02 - 1.3 - GAP, 6, "dark_metal").moved(x, 1.3))
+        parts.append(cylinder(0.004, HEIGHT - 3.02 - 1.3 - GAP, 6, "dark_metal").moved(x, 1.295))
     return merge(parts)
 
 
@@ -266,7 +266,7 @@ def _pictures() -> list[Mesh]:
     """Free-standing panels on the left with pictures on both sides, and pictures on the walls."""
     meshes = []
     for i, (x, z, degrees) in enumerate(
-        [(-8.2, 0.6, 52), (-6.6, 3.6, 62), (-8.0, 5.0, 20), (-3.6, 5.9, -12)]
+        [(-8.2, 0.6, 52), (-6.2, 3.2, 62), (-8.2, 5.2, 20), (-3.6, 5.9, -12)]
     ):
         parts = [block(2.3, 2.1, 0.07, "partition").moved(0, 0.12)]
         parts += [block(0.06, 0.14, 0.5, "dark_metal").moved(side * 0.9) for side in (-1, 1)]
@@ -288,7 +288,7 @@ def _pictures() -> list[Mesh]:
 
 # Sculpture, height of its plinth, x, z.
 _SCULPTURES: dict[str, tuple[Shape, float, float, float]] = {
-    "twist": (art.twist(0.42, 1.25, 0.42, "marble"), 0.55, -2.2, -0.7),
+    "twist": (art.twist(0.42, 1.25, 0.42, "marble"), 0.55, -2.2, -0.55),
     "hoops": (art.hoops(0.46, 0.032, "brass"), 0.9, 4.7, -0.6),
     "sail": (art.sail(0.9, 1.0, "verdigris", "dark_metal"), 0.8, 7.0, -0.9),
     "figure": (art.figure(1.25, "terracotta"), 0.6, -4.3, 1.8),
@@ -312,7 +312,7 @@ def _furniture() -> list[Mesh]:
         "plant_1": plant.moved(-9.3, GAP, -3.4),
         "plant_2": plant.turned(75).moved(9.3, GAP, -3.4),
         "plant_3": plant.turned(200).moved(9.2, GAP, 4.6),
-        "barrier": _barrier(0.95).moved(-2.2, GAP, -0.7),
+        "barrier": _barrier(0.95).moved(-2.2, GAP, -0.55),
         "info_desk": _info_desk().turned(-20).moved(-0.2, GAP, 6.0),
         "door": make.door(1.6, 2.3, "oak", "steel", "dark_metal")
         .turned(-90)
@@ -339,13 +339,13 @@ def _barrier(half: float) -> Shape:
 def _info_desk() -> Shape:
     """Curved counter of 1.1 m height, its outside to -z."""
 
-    def arc(inner: float, outer: float, low: float, high: float, material: str) -> Shape:
-        angle = np.radians(np.linspace(200, 340, 33))
+    def arc(half: float, inner: float, outer: float, low: float, high: float, material: str) -> Shape:
+        angle = np.radians(np.linspace(270 - half, 270 + half, 33))
         round_ = np.stack([np.cos(angle), np.zeros(33), np.sin(angle)], axis=1)
         front, back = (np.stack([r * round_ + [0, y, 0] for y in (low, high)]) for r in (outer, inner))
         return shell(front, back, material)
 
-    return merge([arc(1.25, 1.40, 0.0, 1.05, "plinth"), arc(1.15, 1.48, 1.049, 1.09, "oak")])
+    return merge([arc(70, 1.25, 1.40, 0.0, 1.05, "plinth"), arc(72, 1.15, 1.48, 1.049, 1.09, "oak")])
 
 
 def _exhibit() -> Mesh:

@@ -21,6 +21,8 @@ from .shapes import (
     tube,
 )
 
+BULB_RADIUS = 0.035  # of `desk_lamp`, metres
+
 
 def wooden_chair(wood: str, seat: str) -> Shape:
     """About 0.46 x 0.88 x 0.5 m; the sitter looks to +z."""
@@ -77,14 +79,16 @@ def desk_lamp(body: str, bulb: str) -> Shape:
     )
     # Seen from below: rim, inside of the shade, and the bulb's face within it.
     head = lathe(
-        [(0.035, 0.035), (0.072, 0.0), (0.078, 0.0), (0.045, 0.075), (0.022, 0.09)],
+        [(BULB_RADIUS, 0.035), (0.072, 0.0), (0.078, 0.0), (0.045, 0.075), (0.022, 0.09)],
         20,
         [bulb, body, body, body, body, body],
     )
     return merge([foot, arm, head.moved(0, 0.345, 0.15)])
 
 
-BULB_RADIUS = 0.035  # of `desk_lamp`
+def bulb_area() -> float:
+    """Luminous area of a `desk_lamp`, square metres: a regular polygon of 20 corners."""
+    return float(10 * np.sin(np.pi / 10)) * BULB_RADIUS**2
 
 
 def desk(width: float, top: str, metal: str) -> Shape:
@@ -96,7 +100,7 @@ def desk(width: float, top: str, metal: str) -> Shape:
             block(0.06, 0.03, 0.7, metal).moved(x, 0, 0),
             box(0.05, 0.70, 0.07, metal).moved(x, 0.02, 0),
         ]
-        parts.append(box(0.05, 0.03, 0.6, metal).moved(x, 0.69, 0))
+        parts.append(box(0.046, 0.03, 0.6, metal).moved(x, 0.688, 0))
     return merge(parts)
 
 
@@ -157,7 +161,7 @@ def bookcase(
         count = int(rng.uniform(0.45, 0.95) * inside / 0.045)
         widths = rng.uniform(0.025, 0.06, count)
         widths *= min(1.0, inside / widths.sum())
-        heights = np.round(clear * rng.uniform(0.62, 0.88, count), 3)
+        heights = 0.005 * np.round(clear * rng.uniform(0.62, 0.88, count) / 0.005)
         names = [spines[i] for i in rng.integers(0, len(spines), count)]
         row = skyline(heights, widths, depth * 0.62, names)
         start = -inside / 2 if rng.uniform() < 0.6 else inside / 2 - widths.sum()
@@ -198,7 +202,7 @@ def window(width: float, height: float, frame: str, glass: str) -> Shape:
     rim, thick = 0.06, 0.07
     parts = [box(width - 0.02, height - 0.02, 0.02, glass).moved(0, 0.01, 0.012)]
     parts += [box(width, rim, thick, frame).moved(0, y, thick / 2) for y in (0, height - rim)]
-    for x in (-(width - rim) / 2, 0, (width - rim) / 2):
+    for x in (-(width - rim) / 2 + 0.002, 0, (width - rim) / 2 - 0.002):
         parts.append(box(rim, height - rim, thick - 0.006, frame).moved(x, rim / 2, thick / 2 - 0.002))
     parts.append(block(width + 0.12, 0.035, 0.2, frame).moved(0, -0.045, 0.1))
     return merge(parts)
@@ -209,7 +213,7 @@ def door(width: float, height: float, leaf: str, frame: str, handle: str) -> Sha
     parts = [block(width, height, 0.03, leaf).moved(0, 0, 0.015)]
     for side in (-1, 1):
         parts.append(box(0.08, height + 0.08, 0.05, frame).moved(side * (width / 2 + 0.043), 0, 0.025))
-    parts.append(box(width + 0.006 + 0.02, 0.08, 0.046, frame).moved(0, height + 0.003, 0.023))
+    parts.append(box(width + 0.006 + 0.02, 0.08, 0.046, frame).moved(0, height + 0.003, 0.025))
     for i in range(2):
         parts.append(block(width - 0.3, 0.72, 0.012, leaf).moved(0, 0.2 + 0.95 * i, 0.034))
     parts.append(tube([(width / 2 - 0.07, 1.03, 0.025), (width / 2 - 0.07, 1.03, 0.075)], 0.011, 10, handle))
@@ -233,7 +237,7 @@ def foliage(leaf: str, seed: int) -> Shape:
         height = rise * np.sin(1.9 * t) / np.sin(1.9) * (1.045 - 0.095 * t)
         path = np.stack([0 * t, height, 0.02 + reach * t**1.3], axis=1)
         wide = 0.006 + 0.05 * np.sin(np.pi * np.clip((t - 0.3) / 0.7, 0, 1)) ** 0.8
-        section = np.array([(1.0, 0.0), (0.0, 0.10), (-1.0, 0.0), (0.0, -0.10)])
+        section = np.array([(1.0, 0.0), (0.0, 0.15), (-1.0, 0.0), (0.0, -0.15)])
         parts.append(tube(path, wide, 4, leaf, section=section).turned(137.5 * i))
     return merge(parts)
 

@@ -107,12 +107,13 @@ def curved_wall(lower: np.ndarray, upper: np.ndarray, section: Any, material: st
     """Solid between two lines (k, 2) in the xy-plane, both going to +x.
 
     `section` (n, 2) is its cross-section as (share of the way from lower to upper line, z),
-    counter-clockwise for who looks to -x with +z on the left.
+    counter-clockwise for who looks to -x with +z on the left, star-shaped about (0.5, 0).
     """
     share, z = np.asarray(section, np.float64).T
     flat = lower[:, None] + share[:, None] * (upper - lower)[:, None]
     rings = np.concatenate([flat, np.broadcast_to(z[:, None], (len(lower), len(z), 1))], axis=2)
-    return _capped(rings, material)
+    start, end = (np.append((lower[i] + upper[i]) / 2, 0.0) for i in (0, -1))
+    return loft(rings, start, end, material)
 
 
 def block_section(half: float, across: int, up: int) -> np.ndarray:
@@ -142,12 +143,14 @@ def arcade_wall(
 ) -> Shape:
     """Wall of `bays` arches about x = 0, one solid, reaching `overhang` beyond the outer bays."""
     edges = count(20, fine)
+    # The lines from arch to top lean outwards, clear of the arch where it springs upright.
+    reach = radius + 0.7 * (bay / 2 - radius)
     lower, upper = [], []
     for i in range(bays):
         centre = (i - (bays - 1) / 2) * bay
         curve = arc(centre, spring, radius, edges)
         lower.append(curve)
-        upper.append(np.linspace((curve[0, 0], top), (curve[-1, 0], top), edges + 1))
+        upper.append(np.linspace((centre - reach, top), (centre + reach, top), edges + 1))
     end = bays * bay / 2 + overhang
     below = np.concatenate([[(-end, spring)], *lower, [(end, spring)]])
     above = np.concatenate([[(-end, top)], *upper, [(end, top)]])
@@ -277,15 +280,12 @@ def baluster(height: float, fine: float, material: str) -> Shape:
 
 def rail(length: float, height: float, width: float, material: str) -> Shape:
     """Rounded handrail or kerb along x."""
-    core = box(length, height * 0.5, width * 0.7, material)
+    core = box(length - 0.01, height * 0.5, width * 0.7, material)
     return merge([core, block(length, height * 0.62, width, material, height * 0.12).moved(0, height * 0.38)])
 
 
 def dado(length: float, height: float, panel: str, stone: str) -> Shape:
     """Wainscot along x, half of it behind z = 0, with a moulded top."""
-    parts = [
-        box(length, height - 0.03, 0.08, panel),
-        rail(length + 0.01, 0.08, 0.15, stone).moved(0, height - 0.08),
-    ]
-    parts.append(box(length + 0.01, 0.10, 0.12, stone))
-    return merge(parts)
+    field = box(length - 0.02, height - 0.03, 0.08, panel).moved(0, 0.005)
+    cap = rail(length + 0.01, 0.08, 0.15, stone).moved(0, height - 0.08)
+    return merge([field, cap, box(length + 0.01, 0.10, 0.12, stone)])

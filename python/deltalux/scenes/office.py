@@ -23,7 +23,7 @@ def office() -> Scene:
     -------
     Scene
         Unit "lux"; light groups "window row", "wall row" (three luminaires each) and "desk lamp";
-        movable "chair" (free floor around it: x 0 to 3, z 1 to 2.4) and "desk_lamp", which
+        movable "chair" (free floor around it: x 0.9 to 3, z 0.8 to 2.4) and "desk_lamp", which
         carries its light; camera "main".
     """
     return Scene(
@@ -37,7 +37,7 @@ def office() -> Scene:
 def _materials() -> list[Material]:
     lit = (LAMP_WIDTH - 2 * LAMP_RIM) * (LAMP_DEPTH - 2 * LAMP_RIM)
     tube = lamp_luminance(LAMP_LUMENS, lit, NEUTRAL)
-    bulb = lamp_luminance(DESK_LAMP_LUMENS, 3.09 * make.BULB_RADIUS**2, WARM)
+    bulb = lamp_luminance(DESK_LAMP_LUMENS, make.bulb_area(), WARM)
     plain = {
         "carpet": (0.22, 0.23, 0.25),
         "wall": (0.66, 0.64, 0.60),
@@ -113,7 +113,7 @@ def _workplaces() -> list[Mesh]:
         ]
         if i > 0:  # the chair of the first desk is the movable one
             chair = make.wooden_chair("beech", "seat_blue")
-            pieces.append(("chair", chair, (-0.1, 0.05, 0.0)[i - 1], GAP, -0.55, (14, -6, 10)[i - 1]))
+            pieces.append(("chair", chair, (-0.1, 0.05, 0.0)[i - 1], GAP, -0.7, (14, -6, 10)[i - 1]))
         for name, piece, left, up, ahead, turn in pieces:
             placed = piece.turned(turn).moved(left, up, ahead).turned(degrees).moved(x, 0, z)
             meshes.append(placed.mesh(f"{name}_{i + 1}"))
@@ -123,8 +123,8 @@ def _workplaces() -> list[Mesh]:
 def _along_walls() -> list[Mesh]:
     far, left = -DEPTH / 2 + GAP, -WIDTH / 2 + GAP
     pieces = {
-        "window_1": make.window(1.9, 1.35, "white_metal", "night_glass").moved(-2.0, 1.0, far),
-        "window_2": make.window(1.9, 1.35, "white_metal", "night_glass").moved(0.6, 1.0, far),
+        "window_1": make.window(1.9, 1.35, "white_metal", "night_glass").moved(-2.0, 1.12, far),
+        "window_2": make.window(1.9, 1.35, "white_metal", "night_glass").moved(0.6, 1.12, far),
         "sideboard": make.cabinet(2.4, 0.78, 0.45, 4, "oak", "front_white", "dark_metal").moved(
             -0.7, GAP, far + 0.225
         ),
