@@ -112,7 +112,8 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
     ObjectChange change{i, fresh ? Box{} : s.caster->object_bounds(i), {}};
     s.caster->update_object(scene, i);
     change.after = s.caster->object_bounds(i);
-    if (!change.before.empty() || !change.after.empty()) changes.push_back(change);
+    // Even where it is absent before and after: its samples have moved.
+    changes.push_back(change);
   }
   stage("geometry");
   std::vector<uint8_t> materials;

@@ -1,0 +1,285 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The law of the product: update equals recompute, to the bit, over random edit sequences."""
+
+from __future__ import annotations
+
+import deltalux as dl
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+
+def box(size, centre=(0.0, 0.0, 0.0), inward=False):
+    """Vertices and triangles of a box of `size` metres about `centre`."""
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float) / 2
+    vertices = corners * size + np.asarray(centre)
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    triangles = np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
+    a, b, c = (corners[triangles[:, k]] for k in range(3))
+    outward = (np.cross(b - a, c - a) * (a + b + c)).sum(axis=1) > 0
+    wrong = outward == inward
+    triangles[wrong] = triangles[wrong][:, [0, 2, 1]]
+    return vertices, triangles
+
+
+def translation(*offset):
+    pose = np.eye(4)
+    pose[:3, 3] = offset
+    return pose
+
+
+def room(groups: int = 2) -> dl.Scene:
+    """A closed room with a ceiling lamp, a movable block, a movable lamp with a spot, and a bulb."""
+    lamp_corners = np.array([[-0.4, 1.99, -0.4], [0.4, 1.99, -0.4], [0.4, 1.99, 0.4], [-0.4, 1.99, 0.4]])
+    bulbs = [
+        dl.PointLight(f"bulb{i}", (1.5 - 0.2 * i, 1.0, 1.2), intensity=(1, 2, 1), group=f"bulb{i}")
+        for i in range(groups - 2)
+    ]
+    return dl.Scene(
+        [
+            dl.Mesh("walls", *box((4, 2, 3), (0, 1, 0), inward=True), "wall"),
+            dl.Mesh("ceiling lamp", lamp_corners, [(0, 1, 2), (0, 2, 3)], "ceiling glow"),
+            dl.Mesh("block", *box((0.5, 0.6, 0.4)), "paint", pose=translation(0.7, 0.31, 0.4), movable=True),
+            dl.Mesh(
+                "lamp",
+                *box((0.2, 0.2, 0.2)),
+                material=("glow", "paint"),
+                material_index=np.arange(12) // 6,
+                pose=translation(-1.0, 0.6, -0.5),
+                movable=True,
+            ),
+        ],
+        [
+            dl.Material("wall", (0.6, 0.5, 0.4)),
+            dl.Material("paint", (0.3, 0.5, 0.7)),
+            dl.Material("ceiling glow", (0, 0, 0), emission=(5, 5, 5), group="ceiling", two_sided=True),
+            dl.Material("glow", (0.1, 0.1, 0.1), emission=(3, 2, 1), group="desk"),
+        ],
+        [
+            dl.SpotLight(
+                "spot", (0, 0, 0.2), (0, -1, 0.5), intensity=(2, 2, 2), outer_angle=0.7,
+                group="desk", attached_to="lamp",
+            ),
+            *bulbs,
+        ],
+    )  # fmt: skip
+
+
+def samples_in(scene: dl.Scene) -> dl.Samples:
+    """Some on the walls, the block and the lamp; one in free air."""
+    parts = [dl.Samples.on_vertices(scene, spacing=0.6, radius=0.15)]
+    parts.append(dl.Samples([(0.2, 0.8, 0.1)], [(0, 1, 0)], radius=0.2))
+    return dl.Samples.concatenate(parts)
+
+
+def poses(draw_float, clearance=0.45):
+    """Poses that keep the movables inside the room."""
+    return st.builds(
+        lambda x, y, z, turn: translation(x, y, z) @ _turn(turn),
+        draw_float(-2 + clearance, 2 - clearance),
+        draw_float(clearance, 2 - clearance),
+        draw_float(-1.5 + clearance, 1.5 - clearance),
+        draw_float(-3.1, 3.1),
+    )
+
+
+def _turn(angle):
+    pose = np.eye(4)
+    pose[0, 0] = pose[2, 2] = np.cos(angle)
+    pose[0, 2], pose[2, 0] = np.sin(angle), -np.sin(angle)
+    return pose
+
+
+def _floats(low, high):
+    return st.floats(low, high)
+
+
+MOVABLES = st.sampled_from(["block", "lamp"])
+EDIT = st.one_of(
+    st.tuples(st.just("move"), MOVABLES, poses(_floats)),
+    st.tuples(st.just("nudge"), MOVABLES, _floats(-0.05, 0.05)),
+    st.tuples(st.just("toggle"), MOVABLES),
+    st.tuples(st.just("dim"), st.sampled_from(["ceiling", "desk"]), _floats(0, 1)),
+    st.tuples(st.just("paint"), st.sampled_from(["wall", "paint"]), _floats(0, 0.9)),
+    st.tuples(st.just("insert"), poses(_floats)),
+)
+SEQUENCES = st.lists(st.lists(EDIT, min_size=1, max_size=3), min_size=1, max_size=4)
+
+
+def apply(session: dl.Session, edit) -> None:
+    kind, *values = edit
+    if kind == "move":
+        session.move(*values)
+    elif kind == "nudge":
+        name, by = values
+        pose = session.pose(name)
+        pose[:3, 3] = np.clip(pose[:3, 3] + by, (-1.5, 0.45, -1.0), (1.5, 1.5, 1.0))
+        session.move(name, pose)
+    elif kind == "toggle":
+        name = values[0]
+        (session.add if session.poses[name] is None else session.remove)(name)
+    elif kind == "dim":
+        session.dim(*values)
+    elif kind == "paint":
+        name, reflectance = values
+        session.set_reflectance(name, (reflectance, 0.5 * reflectance, 0.2))
+    elif kind == "insert" and "inserted" not in session.poses:
+        session.add(
+            dl.Mesh("inserted", *box((0.3, 0.3, 0.3)), "glow", pose=values[0], movable=True)
+        )
+
+
+def equals_recompute(session: dl.Session) -> None:
+    """The digest and every read value are those of a computation from scratch."""
+    digest, irradiance = session.digest(), session.irradiance
+    error, sums = session.standard_error, session.sums
+    session.recompute()
+    assert session.digest() == digest
+    np.testing.assert_array_equal(session.irradiance, irradiance)
+    np.testing.assert_array_equal(session.standard_error, error)
+    np.testing.assert_array_equal(session.sums, sums)
+    energy = session.energy
+    assert [a + e for a, e in zip(energy["absorbed"], energy["escaped"], strict=True)] == list(energy["emitted"])
+
+
+OPTIONS = [
+    {"direct": "paths"},
+    {"direct": "sampled"},
+    {"direct": "auto", "threads": 2},
+    {"direct": "paths", "segment_end": "bounded"},
+    {"direct": "sampled", "segment_end": "second", "disc_area": "whole"},
+]
+
+
+@pytest.mark.parametrize("options", OPTIONS, ids=lambda o: "-".join(map(str, o.values())))
+@settings(
+    max_examples=45, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
+)
+@given(sequence=SEQUENCES)
+def test_update_equals_recompute(options, sequence):
+    """45 sequences for each set of options, a check after every update."""
+    scene = room()
+    with dl.Session(scene, samples_in(scene), paths=600, **{"threads": 1, **options}) as session:
+        session.bake()
+        for edits in sequence:
+            for edit in edits:
+                apply(session, edit)
+            session.update()
+            equals_recompute(session)
+
+
+@settings(max_examples=15, deadline=None, derandomize=True)
+@given(sequence=SEQUENCES)
+def test_more_groups_than_sums(sequence):
+    """Groups beyond the eighth share sums; dimming them re-traces, exactly."""
+    scene = room(groups=11)
+    with dl.Session(scene, samples_in(scene), paths=600, threads=1, direct="paths") as session:
+        session.bake()
+        session.dim("bulb8", 0.25)
+        for edits in sequence:
+            for edit in edits:
+                apply(session, edit)
+            session.update()
+            equals_recompute(session)
+
+
+@settings(max_examples=30, deadline=None, derandomize=True)
+@given(edit=EDIT, direct=st.sampled_from(["paths", "sampled"]))
+def test_edit_and_inverse_restore_every_bit(edit, direct):
+    if edit[0] == "insert":
+        return  # has no inverse
+    scene = room()
+    with dl.Session(scene, samples_in(scene), paths=500, threads=1, direct=direct) as session:
+        session.bake()
+        first, home = session.digest(), {name: session.pose(name) for name in scene.movable}
+        reflectance = {m.name: m.reflectance for m in scene.materials}
+        apply(session, edit)
+        session.update()
+        for name in scene.movable:
+            if session.poses[name] is None:
+                session.add(name)
+            session.move(name, home[name])
+            session.set_reflectance("wall", reflectance["wall"])
+            session.set_reflectance("paint", reflectance["paint"])
+        for group in session.dim_factors:
+            session.dim(group, 1.0)
+        session.update()
+        assert session.digest() == first
+
+
+def test_history_does_not_matter():
+    """A session baked in a state and one edited to it have one digest."""
+    scene = room()
+    target = translation(-0.5, 0.5, 0.3) @ _turn(0.7)
+    moved = dl.Scene(
+        [m if m.name != "block" else dl.Mesh(m.name, m.vertices, m.triangles, m.material, m.material_index,
+                                             target, True) for m in scene.meshes],
+        scene.materials, scene.lights,
+    )  # fmt: skip
+    for direct in ("paths", "sampled"):
+        with (
+            dl.Session(scene, samples_in(scene), paths=2000, direct=direct) as edited,
+            dl.Session(moved, samples_in(moved), paths=2000, direct=direct) as baked,
+        ):
+            edited.bake()
+            baked.bake()
+            assert edited.digest() != baked.digest()
+            edited.move("block", target)
+            edited.update()
+            assert edited.digest() == baked.digest()
+
+
+@pytest.mark.parametrize("direct", ["paths", "sampled"])
+def test_threads_do_not_matter(direct):
+    digests = set()
+    for threads in (1, 2, 4):
+        scene = room()
+        with dl.Session(scene, samples_in(scene), paths=20_000, threads=threads, direct=direct) as session:
+            session.bake()
+            session.move("block", translation(-0.4, 0.5, 0.2))
+            session.update()
+            digests.add(session.digest())
+    assert len(digests) == 1
+
+
+def test_seeds_matter():
+    scene = room()
+    digests = set()
+    for seed in (1, 2):
+        with dl.Session(scene, samples_in(scene), paths=500, seed=seed) as session:
+            session.bake()
+            digests.add(session.digest())
+    assert len(digests) == 2
+
+
+def test_adding_a_sample_changes_no_other():
+    scene = room()
+    few = dl.Samples([(0, 0, 0), (1, 0, 1)], [(0, 1, 0), (0, 1, 0)], radius=0.2)
+    more = dl.Samples([(0.5, 0, 0.5), (0, 0, 0), (1, 0, 1)], [(0, 1, 0)] * 3, radius=[0.1, 0.2, 0.2])
+    for direct in ("paths", "sampled"):
+        results = []
+        for samples in (few, more):
+            with dl.Session(scene, samples, paths=5000, direct=direct) as session:
+                session.bake()
+                results.append(session.irradiance)
+        np.testing.assert_array_equal(results[0], results[1][1:])
+
+
+@pytest.mark.parametrize("direct", ["paths", "sampled"])
+def test_budgeted_updates_end_exactly(direct):
+    """Slices of any size, with a new edit in between, end in the recompute's bits."""
+    scene = room()
+    with dl.Session(scene, samples_in(scene), paths=60_000, threads=1, direct=direct) as session:
+        session.bake()
+        session.set_reflectance("wall", (0.5, 0.5, 0.5))
+        frame = session.update(budget_ms=0.01)
+        assert frame.done < 1
+        session.move("lamp", translation(0.9, 1.2, -0.4))
+        frame = session.update(budget_ms=0.01)
+        calls = 0
+        while frame.done < 1:
+            frame = session.update(budget_ms=0.01)
+            calls += 1
+            assert calls < 1000
+        equals_recompute(session)
