@@ -3,8 +3,9 @@
 
 import numpy as np
 import pytest
-from deltalux.scene import spot_solid_angle
+from deltalux.scene import Material, Mesh, PointLight, Scene, SpotLight, SunLight, spot_solid_angle
 from oracles import closed_forms as cf
+from oracles import mitsuba_reference, radiance_reference, world
 from scipy import integrate
 
 UP = np.array([[0.0, 1.0, 0.0]])
@@ -171,3 +172,186 @@ def test_sphere_cavity_by_bounces():
         bounce *= rho
         total += bounce
     assert cf.sphere_cavity_indirect(light, rho, radius) == pytest.approx(total)
+
+
+# The other renderers, held to the closed forms.
+
+BLACK = Material("black", (0, 0, 0))
+GREY = Material("grey", (0.8, 0.5, 0.2))
+CORNERS = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
+FACES = {
+    "floor": (0, 1, 5, 4), "ceiling": (2, 6, 7, 3), "left": (0, 2, 3, 1),
+    "right": (4, 5, 7, 6), "back": (0, 4, 6, 2), "front": (1, 3, 7, 5),
+}  # fmt: skip
+
+
+def quad(name, corners, material):
+    return Mesh(name, np.asarray(corners, float), [[0, 1, 2], [0, 2, 3]], material=material)
+
+
+def cube(*lights, **materials):
+    """A unit cube, seen from inside, of GREY faces; those named get another material."""
+    used = {m.name: m for m in (GREY, *materials.values())}
+    faces = [
+        quad(name, CORNERS[list(index)], materials.get(name, GREY).name) for name, index in FACES.items()
+    ]
+    return Scene(faces, used.values(), lights)
+
+
+def over_black_floor(*lights, lamp=None):
+    floor = quad("floor", [(-5, 0, -5), (-5, 0, 5), (5, 0, 5), (5, 0, -5)], "black")
+    if lamp is None:
+        return Scene([floor], [BLACK], lights)
+    return Scene([floor, quad("lamp", LAMP, "lamp")], [BLACK, lamp], lights)
+
+
+LAMP = np.array([(0, 1, 0), (1, 1.3, 0), (1, 1.3, 1), (0, 1, 1.0)])  # front downwards, slanting
+_rng = np.random.default_rng(3)
+FLOOR_POINTS = np.c_[_rng.uniform(-2, 2, 60), np.full(60, 1e-4), _rng.uniform(-2, 2, 60)]
+FLOOR_NORMALS = np.repeat(UP, 60, axis=0)
+
+
+def mitsuba(scene, points, normals, samples=256, passes=16):
+    try:
+        return mitsuba_reference.Renderer(scene).irradiance(points, normals, samples, passes=passes)
+    except mitsuba_reference.Unavailable as reason:
+        pytest.skip(str(reason))
+
+
+def radiance(scene, points, normals, samples=256, passes=16):
+    """Of Radiance's samples per pass each is split again at every bounce."""
+    try:
+        renderer = radiance_reference.Renderer(scene)
+    except radiance_reference.Unavailable as reason:
+        pytest.skip(str(reason))
+    settings = radiance_reference.Settings(ad=max(samples // passes, 4))
+    return renderer.irradiance(points, normals, settings, passes=passes)
+
+
+both = pytest.mark.parametrize("renderer", [mitsuba, radiance])
+
+
+@both
+def test_renderers_on_lights_without_extent(renderer):
+    spot = SpotLight("spot", (0.3, 1.5, 0), (0.2, -1, 0.1), (1, 2, 3), 0.2, 0.8)
+    bulb = PointLight("bulb", (-0.4, 2.0, 0.7), (3, 2, 1))
+    sun = SunLight("sun", (0.3, -1.5, 0), (1, 2, 3))
+    cone = (spot.position, spot.direction, spot.intensity, spot.inner_angle, spot.outer_angle)
+    expected = {
+        spot: cf.spot_irradiance(*cone, FLOOR_POINTS, FLOOR_NORMALS),
+        bulb: cf.point_irradiance(bulb.position, bulb.intensity, FLOOR_POINTS, FLOOR_NORMALS),
+        sun: cf.sun_irradiance(sun.direction, sun.irradiance, FLOOR_NORMALS),
+    }
+    for light, irradiance in expected.items():
+        found = renderer(over_black_floor(light), FLOOR_POINTS, FLOOR_NORMALS, 8, 2)
+        assert found.mean == pytest.approx(irradiance, rel=1e-3, abs=1e-3)
+
+
+@both
+@pytest.mark.parametrize("two_sided", [False, True])
+def test_renderers_on_a_lamp(renderer, two_sided):
+    """Both sides of the lamp; each point within 5 standard errors, all together within 4."""
+    lamp = Material("lamp", (0, 0, 0), (1, 2, 3), two_sided=two_sided)
+    points = np.concatenate([FLOOR_POINTS, FLOOR_POINTS + 2 * UP])
+    normals = np.concatenate([FLOOR_NORMALS, -FLOOR_NORMALS])
+    found = renderer(over_black_floor(lamp=lamp), points, normals, passes=64)
+    expected = cf.polygon_irradiance(points, normals, LAMP, lamp.emission)
+    if two_sided:
+        expected += cf.polygon_irradiance(points, normals, LAMP[::-1], lamp.emission)
+    assert (expected[60:] > 0).any() == two_sided
+    assert_unbiased(found, expected)
+
+
+def assert_unbiased(found, expected):
+    error = found.mean - expected
+    assert (np.abs(error) <= 5 * found.standard_error + 1e-6).all()
+    together = np.sqrt((found.standard_error**2).sum(axis=0))
+    assert (np.abs(error.sum(axis=0)) <= 4 * together + 1e-6).all()
+
+
+@pytest.mark.parametrize(("renderer", "samples"), [(mitsuba, 512), (radiance, 16)])
+def test_renderers_keep_the_energy_of_a_cube(renderer, samples):
+    """Many bounces, three reflectances, a punctual light: area mean within 4 standard errors and 0.1 %."""
+    scene = cube(PointLight("bulb", (0.3, 0.6, 0.5), (1, 1, 1)))
+    points, normals = strata(16)
+    found = renderer(scene, points, normals, samples, 4)
+    expected = cf.enclosure_mean(4 * np.pi, 6.0, GREY.reflectance)
+    mean = found.mean.mean(axis=0)
+    noise = np.sqrt((found.standard_error**2).mean(axis=0) / len(points))
+    assert (np.abs(mean - expected) <= 4 * noise + 1e-3 * expected).all()
+    assert (noise < 3e-3 * expected).all()
+
+
+def strata(n):
+    """The centres of n x n squares on each face of the cube, a little before it."""
+    at = (np.arange(n) + 0.5) / n
+    u, v = (a.ravel() for a in np.meshgrid(at, at))
+    points, normals = [], []
+    for axis in range(3):
+        for side, sign in ((0.0, 1.0), (1.0, -1.0)):
+            block = np.full((n * n, 3), side + sign * 1e-4)
+            block[:, (axis + 1) % 3], block[:, (axis + 2) % 3] = u, v
+            points.append(block)
+            normals.append(np.repeat(sign * np.eye(3)[axis : axis + 1], n * n, axis=0))
+    return np.concatenate(points), np.concatenate(normals)
+
+
+def test_mitsuba_on_the_furnace():
+    """Lamps that reflect, everywhere: E = pi L at every point, corners included."""
+    glow = Material("glow", (0.8, 0.5, 0.2), (1, 2, 3))
+    found = mitsuba(cube(**dict.fromkeys(FACES, glow)), *strata(6), samples=1024, passes=64)
+    assert_unbiased(found, np.broadcast_to(cf.furnace_irradiance(glow.emission, glow.reflectance), (216, 3)))
+
+
+def test_renderers_agree_on_a_lamp_that_reflects():
+    """Radiance's lamps do not reflect; their share is given back through their emission."""
+    lamp = Material("lamp", (0.9, 0.9, 0.9), (5, 5, 5))
+    scene = cube()
+    patch = quad("lamp", [(0.3, 0.999, 0.3), (0.7, 0.999, 0.3), (0.7, 0.999, 0.7), (0.3, 0.999, 0.7)], "lamp")
+    scene = Scene([*scene.meshes, patch], [*scene.materials, lamp])
+    points, normals = strata(8)
+    a, b = mitsuba(scene, points, normals, 1024), radiance(scene, points, normals, 16, 4)
+    ratio = b.mean.mean(axis=0) / a.mean.mean(axis=0)
+    assert ratio == pytest.approx([1, 1, 1], abs=5e-3)  # without that share 0.91, 0.97, 0.99
+
+
+def test_change_needs_few_samples():
+    """Equal seeds: moving a small block changes most points not at all, to the bit."""
+    room = cube(PointLight("bulb", (0.5, 0.8, 0.5), (1, 1, 1)))
+    block = Mesh("block", CORNERS * 0.3 + [0.1, 0.001, 0.1], [
+        t for i in FACES.values() for t in ((i[0], i[2], i[1]), (i[0], i[3], i[2]))
+    ], material="grey", movable=True)  # fmt: skip
+    before = room.with_mesh(block)
+    after = world.moved(before, "block", (0.0, 0.0, 0.5))
+    points, normals = strata(4)
+    try:
+        pair = [mitsuba_reference.Renderer(s) for s in (before, after)]
+    except mitsuba_reference.Unavailable as reason:
+        pytest.skip(str(reason))
+    found = mitsuba_reference.change(*pair, points, normals, 256)
+    apart = np.sqrt(sum(r.irradiance(points, normals, 256).standard_error ** 2 for r in pair))
+    assert found.standard_error.mean() < 0.5 * apart.mean()
+    assert found.mean.min() < -1  # a new shadow
+    assert found.mean.max() > 1  # and an old one gone
+
+
+def test_points_over_an_area_are_uniform_and_extend():
+    scene = over_black_floor(lamp=Material("lamp", (0, 0, 0), (1, 1, 1)))
+    points, normals = world.area_points(scene, 20000, seed=5)
+    on_floor = points[:, 1] < 0.5
+    share = 100 / (100 + np.linalg.norm(np.cross(LAMP[1] - LAMP[0], LAMP[3] - LAMP[0])))
+    assert on_floor.mean() == pytest.approx(share, abs=4 * np.sqrt(share * (1 - share) / 20000))
+    assert (normals[on_floor] == UP).all()
+    assert points[on_floor][:, 1] == pytest.approx(1e-4)
+    assert points[on_floor][:, [0, 2]].mean(axis=0) == pytest.approx([0, 0], abs=0.1)
+    fewer, _ = world.area_points(scene, 700, seed=5)
+    assert (fewer == points[:700]).all()
+
+
+def test_lamp_triangles_become_rectangles():
+    square = CORNERS[list(FACES["floor"])]
+    triangles = np.stack([square[[0, 1, 2]], square[[0, 2, 3]], square[[0, 1, 2]] + 2])
+    faces = radiance_reference.merge_triangles(triangles)
+    assert [len(face) for face in faces] == [4, 3]
+    area = 0.5 * np.cross(faces[0][2] - faces[0][0], faces[0][3] - faces[0][1])
+    assert area == pytest.approx([0, 1, 0])
