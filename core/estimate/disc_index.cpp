@@ -69,11 +69,11 @@ bool prepare(Batch& b, const segments::SegmentSpan& s, size_t first, int count,
   std::copy_n(s.extended + first, count, b.extended);
   uint32_t any = 0;
   for (int i = 0; i < count; ++i) {
-    float reach = 0, speed = 0, sum = 0;  // the sum shows a NaN, the greatest may not
+    float reach = 0, speed = 0, zero = 0;  // `zero` is NaN if any number is not finite
     for (int axis = 0; axis < 3; ++axis) {
       reach = std::max(reach, std::fabs(b.origin[axis][i]));
       speed = std::max(speed, std::fabs(b.direction[axis][i]));
-      sum += b.origin[axis][i] + b.direction[axis][i];
+      zero += 0 * b.origin[axis][i] + 0 * b.direction[axis][i];
     }
     const float margin = kMargin * (tree.reach + reach);
     // A component near 0 is replaced: the line moves by far less than the margin.
@@ -88,7 +88,7 @@ bool prepare(Batch& b, const segments::SegmentSpan& s, size_t first, int count,
       b.near_row[axis][i] = (2 * uint32_t(axis) + (std::bit_cast<uint32_t>(d) >> 31)) * kRowBytes;
     }
     b.end[i] = segment_end(rule, b.length[i], b.extended[i], tree.max_radius);
-    b.unusual[i] = !(reach < kFarthest && speed > 1e-6f && speed < 1e6f && sum == sum);
+    b.unusual[i] = !(reach < kFarthest && speed > 1e-6f && speed < 1e6f && zero == 0);
     any |= b.unusual[i];
   }
   return any != 0;
@@ -230,8 +230,8 @@ class Deposit {
   size_t try_all(uint32_t segment) {
     const segments::SegmentSpan& s = segments_;
     const size_t i = first_ + segment;
-    // Not finite: crosses nothing.
-    if (!std::isfinite(s.ox[i] + s.oy[i] + s.oz[i] + s.dx[i] + s.dy[i] + s.dz[i])) return 0;
+    for (const float x : {s.ox[i], s.oy[i], s.oz[i], s.dx[i], s.dy[i], s.dz[i]})
+      if (!std::isfinite(x)) return 0;  // crosses nothing
     for (uint32_t k = 0; k < discs_.size(); ++k)
       if (crosses_disc(segment, k)) add(segment, k);
     return discs_.size();

@@ -306,7 +306,7 @@ TEST(DiscIndex, ExtremeSegments) {
     Vec3f d = draw.direction();
     if (draw.chance(0.5f)) d[int(draw.below(3))] = 0;
     const Vec3f o = draw.in_cube(1);
-    const float scale = std::pow(10.0f, draw.range(-44, 38));
+    const float scale = std::pow(10.0f, draw.range(-44, 38.5f));
     if (i % 2 == 0) s.add(o, d * scale, kInfinity, kInfinity);
     if (i % 2 == 1) s.add(o - d * std::min(scale, 1e30f), d * scale, 1, 1 + 1 / scale);
   }
