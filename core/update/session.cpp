@@ -116,6 +116,7 @@ void Session::check_memory(Progress& progress) {
   // A pilot: every k-th path, walked but not stored.
   const uint64_t stride = std::max<uint64_t>(1, paths / 8192);
   uint64_t walked = 0, flights = 0;
+  uint32_t deepest = 0;
   for (const trace::Light& light : s.lights) {
     const auto quanta = trace::birth_quanta(light, s.scale, 1.0);
     for (uint64_t i = stride / 2; i < light.path_count; i += stride) {
@@ -123,6 +124,7 @@ void Session::check_memory(Progress& progress) {
       for (uint32_t bounce = 0;; ++bounce) {
         const trace::Landing landing = walk.fly(flight, bounce);
         ++flights;
+        deepest = std::max(deepest, bounce);
         if (!landing.survives) break;
         flight = landing.next;
       }
@@ -136,7 +138,9 @@ void Session::check_memory(Progress& progress) {
                                   ? 4.0
                                   : 0.0);
   const double fixed = double(s.samples.size()) * (s.sum_groups() * kBatches * 24.0 + 256.0) +
-                       double(s.scene.primitives()) * 200.0;
+                       double(s.scene.primitives()) * 200.0 +
+                       // Each bounce ends in a chunk that is partly empty; more paths go deeper.
+                       (1.5 * deepest + 4.0) * double(sizeof(segments::Level::Chunk));
   const double bytes_per_path = per_path * per_segment * 1.05 + 1.0;
   forecast_.segments = uint64_t(per_path * double(paths));
   forecast_.bytes = size_t(bytes_per_path * double(paths) + fixed);
