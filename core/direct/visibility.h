@@ -11,11 +11,10 @@
 namespace deltalux::direct {
 
 /// What static geometry leaves of a light. The rules:
-/// - 36 rays and 4 to the light's ends. All free: open. All blocked: hidden. A part of them: 256
-/// rays tell how much.
+/// - 36 rays and 4 to the light's ends. All free: open. All blocked: hidden. Else 256 rays tell.
 /// - Where the light is near or large, 256 rays from the start.
 /// - Where movables block a part of the 40, 256 rays tell as well; static geometry that none of the
-///   36 met is then not asked again.
+///   40 met is then not asked again.
 struct StaticView {
   enum class Kind : uint8_t { empty, hidden, open, partial };  ///< empty: light not in front
   Kind kind = Kind::empty;
