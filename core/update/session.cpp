@@ -145,7 +145,8 @@ void Session::check_memory(Progress& progress) {
   forecast_.segments = uint64_t(per_path * double(paths));
   forecast_.bytes = size_t(bytes_per_path * double(paths) + fixed);
   const double room = double(s.options.memory_limit) - fixed;
-  forecast_.paths_that_fit = room > 0 ? uint64_t(room / bytes_per_path) : 0;
+  // A little less than that: another number of paths sees another pilot.
+  forecast_.paths_that_fit = room > 0 ? uint64_t(0.95 * room / bytes_per_path) : 0;
   if (s.options.memory_limit && forecast_.bytes > s.options.memory_limit)
     throw OptionError(
         "memory: " + std::to_string(paths) + " paths would need about " +
