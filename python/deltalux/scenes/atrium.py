@@ -173,27 +173,28 @@ def _skylight(sun: bool) -> list[Mesh]:
     half = (COURT[0] + 0.11, COURT[1] + 0.11)  # within the walls below and the outer beams
     attic = room(2 * half[0], SKYLIGHT - ROOF + 0.25, 2 * half[1], [None, None, *["stucco"] * 4])
     rafter = box(0.24, 0.36, 2 * half[1] + 0.2, "iron").moved(0, SKYLIGHT - 0.22)
-    beams = [rafter.moved(x) for x in _axes(0)]
-    for j in range(COURT_BAYS[1] + 1):
-        beams.append(
-            box(2 * half[0] + 0.16, 0.30, 0.20, "iron").moved(0, SKYLIGHT - 0.18, j * BAY - COURT[1])
-        )
-    meshes = [attic.moved(0, ROOF - 0.15).mesh("attic"), merge(beams).mesh("skylight_beams")]
-    for i in range(COURT_BAYS[0]):
-        for j in range(COURT_BAYS[1]):
-            if sun and j == COURT_BAYS[1] // 2:
-                continue
-            x, z = (i + 0.5) * BAY - COURT[0], (j + 0.5) * BAY - COURT[1]
-            w, d = BAY / 2 - 0.11, BAY / 2 - 0.09  # 1 cm into the beams
-            corners = [(-w, 0, -d), (w, 0, -d), (w, 0, d), (-w, 0, d)]
-            pane = sheet(corners, "sky").moved(x, SKYLIGHT, z)
-            meshes.append(pane.mesh(f"skylight_{i + 1}_{j + 1}"))
-    return meshes
+    purlin = box(2 * half[0] + 0.16, 0.30, 0.20, "iron").moved(0, SKYLIGHT - 0.18)
+    beams = [rafter.moved(x) for x in _axes(0)] + [purlin.moved(0, 0, z) for z in _axes(1)]
+    w, d = BAY / 2 - 0.11, BAY / 2 - 0.09  # 1 cm into the beams
+    pane = sheet([(-w, 0, -d), (w, 0, -d), (w, 0, d), (-w, 0, d)], "sky")
+    rows = [z for z in _middles(1) if not (sun and z == 0)]
+    # One mesh, hence one light: its panes shine alike, and shadow rays are spent per light.
+    panes = merge(pane.moved(x, SKYLIGHT, z) for x in _middles(0) for z in rows)
+    return [
+        attic.moved(0, ROOF - 0.15).mesh("attic"),
+        merge(beams).mesh("skylight_beams"),
+        panes.mesh("skylight"),
+    ]
 
 
 def _axes(side: int) -> np.ndarray:
     """Positions of the columns' axes along x (0) or z (1)."""
     return (np.arange(COURT_BAYS[side] + 1) - COURT_BAYS[side] / 2) * BAY
+
+
+def _middles(side: int) -> np.ndarray:
+    """Positions of the bays' middles between them."""
+    return (_axes(side)[:-1] + _axes(side)[1:]) / 2
 
 
 def _structure(fine: float) -> Iterator[Mesh]:
@@ -257,7 +258,7 @@ def _arches(name: str, spring: float, fine: float) -> Iterator[Mesh]:
     moulding = masonry.arch_moulding(ARCH + 0.02, 0.0, 0.17, 0.05, fine, "stone_light")
     bands = []
     for turn, side, across in ((0, 0, 1), (180, 0, 1), (90, 1, 0), (-90, 1, 0)):
-        for middle in (_axes(side)[:-1] + _axes(side)[1:]) / 2:
+        for middle in _middles(side):
             place = np.array([middle, WALL_HALF - COURT[across]]) * (1 if turn in (0, 90) else -1)
             x, z = place if side == 0 else place[::-1]
             bands.append(moulding.turned(turn).moved(x, spring + 0.004 + 0.002 * side, z))
@@ -302,7 +303,7 @@ def _balustrade(fine: float) -> Iterator[Mesh]:
     for name, piece in (("kerbs", kerb), ("balusters", turned), ("handrails", handrail)):
         bays = []
         for side, turn in ((0, 0), (1, 90)):
-            for middle in (_axes(side)[:-1] + _axes(side)[1:]) / 2:
+            for middle in _middles(side):
                 for edge in (-COURT[1 - side], COURT[1 - side]):
                     x, z = (middle, edge) if side == 0 else (edge, middle)
                     bays.append(piece.turned(turn).moved(x, UPPER_FLOOR, z))
