@@ -96,6 +96,17 @@ struct Box {
   }
 };
 
+/// Distance along `d` from `o`, inside the box, to its border; 0 from outside.
+inline float distance_to_border(const Box& box, Vec3f o, Vec3f d) {
+  float leave = std::numeric_limits<float>::infinity();
+  for (int axis = 0; axis < 3; ++axis) {
+    const float to = d[axis] > 0 ? box.high[axis] : box.low[axis];
+    const float t = d[axis] != 0 ? (to - o[axis]) / d[axis] : leave;
+    if (t < leave) leave = t;
+  }
+  return std::max(0.0f, leave);
+}
+
 /// Precomputed ray for conservative box tests.
 struct SlabRay {
   Vec3f origin, inverse;

@@ -68,8 +68,8 @@ float covered_share(const ForeignGeometry& foreign, Vec3f centre, Vec3f along, f
 }  // namespace
 
 DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea rule,
-                   const trace::RayCaster& caster, float lift_at_least, const Workers& workers,
-                   Progress& progress) {
+                   const trace::RayCaster& caster, const Box& world, float lift_at_least,
+                   const Workers& workers, Progress& progress) {
   DiscSet discs;
   const size_t n = ids.size();
   discs.centre.resize(n);
@@ -101,8 +101,9 @@ DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea
       Outline outline;
       bool clipped = false;
       for (int k = 0; k < kProbes; ++k) {
-        const float t =
-            caster.closest_static(discs.centre[i], probe_direction(u, v, k), 0.0f, radius).t;
+        const Vec3f along = probe_direction(u, v, k);
+        const float t = std::min(caster.closest_static(discs.centre[i], along, 0.0f, radius).t,
+                                 distance_to_border(world, discs.centre[i], along));
         outline[k] = t < radius ? kShort * t : radius;
         clipped |= outline[k] < radius;
       }
@@ -130,6 +131,31 @@ float outline_area(const DiscSet& discs, size_t i) {
   for (int k = 0; k < kProbes; ++k)
     area += sector_area(outline[k], outline[(k + 1) % kProbes], radius);
   return area;
+}
+
+OutlineMoments outline_moments(const DiscSet& discs, size_t i) {
+  OutlineMoments m;
+  const float radius = discs.radius[i];
+  const bool whole = discs.outline[i] == kWholeDisc;
+  for (int k = 0; k < kProbes; ++k) {
+    const int next = (k + 1) % kProbes;
+    const float a = whole ? radius : discs.outlines[discs.outline[i]][k];
+    const float b = whole ? radius : discs.outlines[discs.outline[i]][next];
+    // A piece of the circle counts as the triangle of the same area.
+    const double area = sector_area(a, b, radius);
+    const double chord = 0.5 * a * b * std::sin(kStep);
+    const double scale = chord > 0 ? std::sqrt(area / chord) : 0;
+    const double au = scale * a * std::cos(kStep * float(k)), av = scale * a * std::sin(kStep * float(k));
+    const double bu = scale * b * std::cos(kStep * float(next)),
+                 bv = scale * b * std::sin(kStep * float(next));
+    m.area += area;
+    m.u += area * (au + bu) / 3;
+    m.v += area * (av + bv) / 3;
+    m.uu += area / 12 * (au * au + bu * bu + (au + bu) * (au + bu));
+    m.vv += area / 12 * (av * av + bv * bv + (av + bv) * (av + bv));
+    m.uv += area / 12 * (au * av + bu * bv + (au + bu) * (av + bv));
+  }
+  return m;
 }
 
 float uncovered_area(const DiscSet& discs, size_t i, const Pose& pose,

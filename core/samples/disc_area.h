@@ -20,13 +20,20 @@ namespace deltalux::samples {
 inline constexpr float kLift = 0.03f;
 
 /// Discs of the samples listed in `ids`, in their own space, clipped by the static geometry of
-/// `caster` (for a movable object: a caster over its own local triangles).
+/// `caster` (for a movable object: a caster over its own local triangles) and by `world`, where
+/// segments that hit nothing end.
 DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea rule,
-                   const trace::RayCaster& caster, float lift_at_least, const Workers& workers,
-                   Progress& progress);
+                   const trace::RayCaster& caster, const Box& world, float lift_at_least,
+                   const Workers& workers, Progress& progress);
 
 /// Area inside the outline, square metres.
 float outline_area(const DiscSet& discs, size_t i);
+
+/// Integrals over the outline in the disc's own (u, v) frame: 1, p, p p^T.
+struct OutlineMoments {
+  double area = 0, u = 0, v = 0, uu = 0, uv = 0, vv = 0;
+};
+OutlineMoments outline_moments(const DiscSet& discs, size_t i);
 
 /// Geometry that may cover part of a disc and moves relative to it.
 struct ForeignGeometry {

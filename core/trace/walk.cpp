@@ -34,17 +34,6 @@ Vec3f cosine_direction(Vec3f n, float r, float s) {
 
 }  // namespace
 
-float Walk::border(Vec3f o, Vec3f d) const {
-  const Box& world = scene_.world();
-  float leave = std::numeric_limits<float>::infinity();
-  for (int axis = 0; axis < 3; ++axis) {
-    const float to = d[axis] > 0 ? world.high[axis] : world.low[axis];
-    const float t = d[axis] != 0 ? (to - o[axis]) / d[axis] : leave;
-    if (t < leave) leave = t;
-  }
-  return std::max(0.0f, leave);
-}
-
 Flight Walk::birth(const Light& light, uint64_t index,
                    const std::array<uint32_t, 3>& quanta) const {
   const Emission e = emit(light, options_.seed, index, options_.batches, caster_.epsilon());
@@ -73,13 +62,13 @@ Landing Walk::land(const Flight& flight, uint32_t bounce, const Hit& hit) const 
   Landing landing;
   landing.primitive = hit.primitive;
   if (!hit.valid()) {
-    landing.length = landing.extended = border(flight.origin, w);
+    landing.length = landing.extended = distance_to_border(scene_.world(), flight.origin, w);
     return landing;
   }
   landing.length = landing.extended = hit.t;
   if (options_.second_hit) {
-    const float limit = std::max(hit.t, std::min(hit.t + options_.second_reach,
-                                                 border(flight.origin, w)));
+    const float border = distance_to_border(scene_.world(), flight.origin, w);
+    const float limit = std::max(hit.t, std::min(hit.t + options_.second_reach, border));
     const Hit second = caster_.closest(flight.origin, w, hit.t + caster_.epsilon(), limit);
     landing.extended = second.valid() ? second.t : limit;
   }

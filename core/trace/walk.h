@@ -57,8 +57,6 @@ class Walk {
   Landing land(const Flight& flight, uint32_t bounce, const Hit& hit) const;
 
  private:
-  float border(Vec3f origin, Vec3f direction) const;
-
   const scene::Scene& scene_;
   const RayCaster& caster_;
   Options options_;

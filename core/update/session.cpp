@@ -14,6 +14,8 @@ namespace {
 
 constexpr uint64_t kPathsPerStep = 32768;  // between two looks at the cancel flag
 constexpr float kLeastLift = 2.0f;          // in epsilons: discs lie above rounding
+constexpr float kFar = std::numeric_limits<float>::infinity();
+constexpr Box kEverywhere{{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
 
 double now_ms() {
   return std::chrono::duration<double, std::milli>(
@@ -85,13 +87,14 @@ void Session::build_static_parts(Progress& progress) {
   const float lift = kLeastLift * s.caster->epsilon();
   std::map<uint32_t, std::vector<uint32_t>> by_object;
   for (uint32_t i = 0; i < s.samples.size(); ++i) by_object[s.samples.attached[i]].push_back(i);
-  const auto index = [&](std::vector<uint32_t> ids, const trace::RayCaster& caster) {
+  const auto index = [&](std::vector<uint32_t> ids, const trace::RayCaster& caster,
+                         const Box& world) {
     return std::make_unique<estimate::DiscIndex>(
-        samples::make_discs(s.samples, std::move(ids), s.options.disc_area, caster, lift, s.workers,
-                            progress),
+        samples::make_discs(s.samples, std::move(ids), s.options.disc_area, caster, world, lift,
+                            s.workers, progress),
         s.options.segment_end, s.workers, &progress);
   };
-  s.static_index = index(by_object[scene::kNone], *s.caster);
+  s.static_index = index(by_object[scene::kNone], *s.caster, s.scene.world());
   s.moving.clear();
   for (auto& [object, ids] : by_object) {
     if (object == scene::kNone) continue;
@@ -99,7 +102,7 @@ void Session::build_static_parts(Progress& progress) {
     const trace::RayCaster caster(local, progress);
     MovingPart part;
     part.object = object;
-    part.index = index(std::move(ids), caster);
+    part.index = index(std::move(ids), caster, kEverywhere);
     const samples::DiscSet& discs = part.index->discs();
     for (size_t i = 0; i < discs.size(); ++i)
       part.local.grow(Box{discs.centre[i], discs.centre[i]}.padded(discs.radius[i]));

@@ -38,8 +38,10 @@ void Session::place_receivers(const std::vector<uint8_t>* changed) {
   const State& s = *state_;
   receivers_.resize(s.samples.size());
   const auto place = [&](const samples::DiscSet& discs, const Pose& pose) {
+    // Not the discs' centres: their lift would bring a sample nearer to its lights.
     for (size_t i = 0; i < discs.size(); ++i)
-      receivers_[discs.id[i]] = {pose.point(discs.centre[i]), pose.direction(discs.normal[i])};
+      receivers_[discs.id[i]] = {pose.point(s.samples.point[discs.id[i]]),
+                                 pose.direction(discs.normal[i])};
   };
   if (!changed) place(s.static_index->discs(), {});
   for (const MovingPart& part : s.moving)
