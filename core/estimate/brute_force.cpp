@@ -14,8 +14,12 @@ Stats BruteForce::accumulate(const segments::SegmentSpan& s, int sign, const Ene
     uint32_t hits = 0;
     HitSlots found;
     for (size_t k = 0; k < discs_.size(); ++k) {
-      if (!crosses(discs_, k, o, w, s.length[i], s.extended[i], rule_).hit) continue;
-      sums.add(s.slab ? s.slab[i] : 0, discs_.id[k], s.power + 3 * i, sign);
+      const Crossing crossing = crosses(discs_, k, o, w, s.length[i], s.extended[i], rule_);
+      if (!crossing.hit) continue;
+      const uint32_t slab = s.slab ? s.slab[i] : 0;
+      sums.add(slab, discs_.id[k], s.power + 3 * i, sign);
+      if (sums.moments)
+        add_moments(sums, discs_, k, crossing.offset, slab, s.power + 3 * i, sign);
       if (hits < 2) found.disc[hits] = uint32_t(k);
       ++hits;
     }

@@ -243,16 +243,19 @@ class Deposit {
   uint32_t slab(uint32_t segment) const {
     return segments_.slab ? segments_.slab[first_ + segment] : 0;
   }
-  bool crosses_disc(uint32_t segment, uint32_t k) const {
+  Crossing crossing(uint32_t segment, uint32_t k) const {
     const segments::SegmentSpan& s = segments_;
     const size_t i = first_ + segment;
     return crosses(discs_, k, {s.ox[i], s.oy[i], s.oz[i]}, {s.dx[i], s.dy[i], s.dz[i]}, s.length[i],
-                   s.extended[i], rule_)
-        .hit;
+                   s.extended[i], rule_);
   }
+  bool crosses_disc(uint32_t segment, uint32_t k) const { return crossing(segment, k).hit; }
   void add(uint32_t segment, uint32_t k) {
     const size_t i = first_ + segment;
-    sums_.add(slab(segment), discs_.id[k], segments_.power + 3 * i, sign_);
+    const uint32_t* power = segments_.power + 3 * i;
+    sums_.add(slab(segment), discs_.id[k], power, sign_);
+    if (sums_.moments)
+      add_moments(sums_, discs_, k, crossing(segment, k).offset, slab(segment), power, sign_);
     ++total_;
     if (!slots_) return;
     const uint32_t place = hits_[segment]++;

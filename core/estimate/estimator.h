@@ -3,6 +3,7 @@
 // (SignedEstimator); methods that average over a count of photons cannot.
 #pragma once
 #include <atomic>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -20,6 +21,12 @@ struct EnergySums {
   /// False when no other thread uses `data` meanwhile: plain adds save a tenth of a deposit.
   bool shared = true;
 
+  /// Optional first moments of the crossings for surface gradients, laid out like `data` but with
+  /// six numbers per sample: channel x (u, v) of tangent_frame(normal), in quanta times
+  /// radius / kMomentSteps.
+  int64_t* moments = nullptr;
+  static constexpr float kMomentSteps = 64;
+
   int64_t* cell(uint32_t slab, uint32_t sample) const {
     return data + (size_t(slab) * samples + sample) * 3;
   }
@@ -35,6 +42,21 @@ struct EnergySums {
     }
   }
 };
+
+/// Adds one crossing to the moments of `sums`.
+inline void add_moments(const EnergySums& sums, const samples::DiscSet& discs, size_t disc,
+                        Vec3f offset, uint32_t slab, const uint32_t power[3], int64_t sign) {
+  Vec3f u, v;
+  tangent_frame(discs.normal[disc], u, v);
+  const float steps = EnergySums::kMomentSteps / discs.radius[disc];
+  const auto a = int64_t(std::nearbyint(dot(offset, u) * steps));
+  const auto b = int64_t(std::nearbyint(dot(offset, v) * steps));
+  int64_t* cell = sums.moments + (size_t(slab) * sums.samples + discs.id[disc]) * 6;
+  for (int c = 0; c < 3; ++c) {
+    cell[2 * c] += sign * a * int64_t(power[c]);
+    cell[2 * c + 1] += sign * b * int64_t(power[c]);
+  }
+}
 
 /// What a call did; summed over calls by the caller.
 struct Stats {

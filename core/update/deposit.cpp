@@ -15,6 +15,7 @@ using segments::Segment;
 namespace {
 constexpr size_t kGrain = 256;
 constexpr size_t kAhead = 12;  // prefetch distance of random segment reads
+constexpr uint32_t kAllAtOnce = 65536;
 }  // namespace
 
 struct Deposit::Block {
@@ -31,7 +32,31 @@ struct Deposit::Block {
   }
 };
 
-Deposit::Deposit(State& state) : state_(state), sums_(state.energy()) { sums_.shared = false; }
+Deposit::Deposit(State& state) : Deposit(state, state.energy()) {}
+
+Deposit::Deposit(State& state, const estimate::EnergySums& sums) : state_(state), sums_(sums) {
+  sums_.shared = false;
+}
+
+void Deposit::add_all(Progress& progress) {
+  const std::vector<Level>& levels = state_.store.levels();
+  progress.begin("deposit", levels.size());
+  std::vector<uint32_t> slots;
+  for (uint32_t bounce = 0; bounce < levels.size(); ++bounce, progress.advance(1))
+    for (uint32_t begin = 0; begin < levels[bounce].size(); begin += kAllAtOnce) {
+      progress.check();
+      slots.clear();
+      const uint32_t end = std::min(levels[bounce].size(), begin + kAllAtOnce);
+      for (uint32_t slot = begin; slot < end; ++slot) slots.push_back(slot);
+      for_slabs(bounce, slots, [&](std::span<const uint32_t> own) {
+        thread_local Block block;
+        gather_counting(block, bounce, own);
+        if (!block.count) return;
+        state_.static_index->accumulate(block.span(), +1, sums_);
+        to_moving(block, +1);
+      });
+    }
+}
 
 void Deposit::for_slabs(uint32_t bounce, std::span<const uint32_t> slots,
                         const std::function<void(std::span<const uint32_t>)>& body) {
@@ -86,6 +111,18 @@ void Deposit::gather(Block& block, uint32_t bounce, uint32_t slot, const Segment
   block.slot[i] = slot;
 }
 
+void Deposit::gather_counting(Block& block, uint32_t bounce,
+                              std::span<const uint32_t> slots) const {
+  const Level& level = state_.store.levels()[bounce];
+  block.count = 0;
+  for (size_t i = 0; i < slots.size(); ++i) {
+    if (i + kAhead < slots.size()) __builtin_prefetch(&level.at(slots[i + kAhead]));
+    const Segment& segment = level.at(slots[i]);
+    uint16_t slab = 0;
+    if (counts(bounce, segment, slab)) gather(block, bounce, slots[i], segment, slab);
+  }
+}
+
 void Deposit::to_part(const MovingPart& part, const Block& block, int sign) const {
   const FastTransform to_local(state_.scene.objects[part.object].pose.inverse());
   thread_local Block local;
@@ -122,12 +159,7 @@ void Deposit::add(uint32_t bounce, std::span<const uint32_t> slots) {
   for (uint32_t slot : slots) level.slots(slot) = {};
   for_slabs(bounce, slots, [&](std::span<const uint32_t> own) {
     thread_local Block block;
-    block.count = 0;
-    for (uint32_t slot : own) {
-      const Segment& segment = level.at(slot);
-      uint16_t slab = 0;
-      if (counts(bounce, segment, slab)) gather(block, bounce, slot, segment, slab);
-    }
+    gather_counting(block, bounce, own);
     flush_add(block, bounce);
   });
 }
@@ -161,16 +193,9 @@ void Deposit::remove(uint32_t bounce, std::span<const uint32_t> slots) {
 }
 
 void Deposit::add_to_part(MovingPart& part, uint32_t bounce, std::span<const uint32_t> slots) {
-  const Level& level = state_.store.level(bounce);
   for_slabs(bounce, slots, [&](std::span<const uint32_t> own) {
     thread_local Block block;
-    block.count = 0;
-    for (size_t i = 0; i < own.size(); ++i) {
-      if (i + kAhead < own.size()) __builtin_prefetch(&level.at(own[i + kAhead]));
-      const Segment& segment = level.at(own[i]);
-      uint16_t slab = 0;
-      if (counts(bounce, segment, slab)) gather(block, bounce, own[i], segment, slab);
-    }
+    gather_counting(block, bounce, own);
     to_part(part, block, +1);
   });
 }

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "base/progress.h"
 #include "update/state.h"
 
 namespace deltalux::update {
@@ -14,7 +15,11 @@ namespace deltalux::update {
 class Deposit {
  public:
   explicit Deposit(State& state);
+  /// Deposits into other sums than the state's, laid out alike.
+  Deposit(State& state, const estimate::EnergySums& sums);
 
+  /// All stored segments, for sums other than the state's; hits are not remembered.
+  void add_all(Progress& progress);
   /// New segments of one bounce: searches the discs and remembers hits.
   void add(uint32_t bounce, std::span<const uint32_t> slots);
   /// Segments about to go: replays remembered hits, searches only where there were many.
@@ -27,6 +32,7 @@ class Deposit {
   bool counts(uint32_t bounce, const segments::Segment& segment, uint16_t& slab) const;
   void gather(Block& block, uint32_t bounce, uint32_t slot, const segments::Segment& segment,
               uint16_t slab) const;
+  void gather_counting(Block& block, uint32_t bounce, std::span<const uint32_t> slots) const;
   void to_moving(const Block& block, int sign) const;
   void to_part(const MovingPart& part, const Block& block, int sign) const;
   void flush_add(Block& block, uint32_t bounce) const;

@@ -1,8 +1,88 @@
 // SPDX-License-Identifier: Apache-2.0
-// Placeholder compiled until the moments pass lands.
-#include "base/error.h"
+// Surface gradients of irradiance: from the first moments of the crossings (SYSTEM.md section 3,
+// last item), corrected for clipped discs; direct light by shadow rays adds central differences.
 #include "update/session.h"
 
 namespace deltalux::update {
-void Session::read_gradient(double*, Progress&) { throw Error("gradient: not available yet"); }
+namespace {
+
+constexpr float kDifferenceStep = 0.25f;  // of the radius, to either side
+
+/// Solves E0 and the gradient (gu, gv) from energy and moments over an outline.
+void fit(const samples::OutlineMoments& m, double energy, double su, double sv, double& gu,
+         double& gv) {
+  if (!(m.area > 0)) return;
+  // Eliminate E0 = (energy - g . m1) / m0.
+  const double uu = m.uu - m.u * m.u / m.area, uv = m.uv - m.u * m.v / m.area,
+               vv = m.vv - m.v * m.v / m.area;
+  const double a = su - energy * m.u / m.area, b = sv - energy * m.v / m.area;
+  const double determinant = uu * vv - uv * uv;
+  if (!(determinant > 1e-6 * m.area * m.area * m.area * m.area)) return;  // almost a line
+  gu += (a * vv - b * uv) / determinant;
+  gv += (b * uu - a * uv) / determinant;
+}
+
+}  // namespace
+
+void Session::read_gradient(double* gradient, Progress& progress) {
+  State& s = *state_;
+  const size_t n = s.samples.size();
+  const uint32_t slabs = s.sum_groups() * kBatches;
+  std::vector<int64_t> sums(size_t(slabs) * n * 3), moments(size_t(slabs) * n * 6);
+  Deposit(s, {sums.data(), n, false, moments.data()}).add_all(progress);
+
+  // Receivers a little to either side along u and v.
+  std::vector<direct::Receiver> around(4 * n);
+  std::vector<Vec3f> axis_u(n), axis_v(n);
+  std::fill(gradient, gradient + 9 * n, 0.0);
+  const auto visit = [&](const samples::DiscSet& discs, const Pose& pose) {
+    for (size_t i = 0; i < discs.size(); ++i) {
+      const uint32_t id = discs.id[i];
+      Vec3f u, v;
+      tangent_frame(discs.normal[i], u, v);
+      axis_u[id] = pose.direction(u), axis_v[id] = pose.direction(v);
+      const float step = kDifferenceStep * discs.radius[i];
+      const Vec3f normal = pose.direction(discs.normal[i]);
+      for (int k = 0; k < 4; ++k) {
+        const Vec3f axis = k < 2 ? u : v;
+        around[4 * id + k] = {pose.point(discs.centre[i] + axis * (k % 2 ? step : -step)), normal};
+      }
+      const samples::OutlineMoments m = samples::outline_moments(discs, i);
+      const double unit = discs.radius[i] / estimate::EnergySums::kMomentSteps;
+      for (int c = 0; c < 3; ++c) {
+        double gu = 0, gv = 0;
+        for (uint32_t slab = 0; slab < slabs; ++slab) {
+          const uint32_t group = slab / kBatches;
+          const double factor = s.scale.quantum * (s.merged(group) ? 1.0 : s.group_factor[group]);
+          const size_t at = size_t(slab) * n + id;
+          fit(m, factor * double(sums[3 * at + c]), factor * unit * double(moments[6 * at + 2 * c]),
+              factor * unit * double(moments[6 * at + 2 * c + 1]), gu, gv);
+        }
+        for (int axis = 0; axis < 3; ++axis)
+          gradient[9 * id + 3 * c + axis] = gu * axis_u[id][axis] + gv * axis_v[id][axis];
+      }
+    }
+  };
+  visit(s.static_index->discs(), {});
+  for (const MovingPart& part : s.moving)
+    if (s.scene.objects[part.object].present)
+      visit(part.index->discs(), s.scene.objects[part.object].pose);
+
+  direct::DirectLight direct(4 * n, s.scene.group_count, direct_->irradiance_quantum(),
+                             s.options.seed);
+  direct.compute({*s.caster, s.lights, s.light_sampled, around}, s.workers, progress);
+  const auto light = direct.sums();
+  for (uint32_t g = 0; g < s.scene.group_count; ++g)
+    for (size_t id = 0; id < n; ++id) {
+      const double per_metre = s.group_factor[g] * direct.irradiance_quantum() /
+                               (2 * kDifferenceStep * double(s.samples.radius[id]));
+      for (int c = 0; c < 3; ++c) {
+        const int64_t* e = light.data() + 3 * (size_t(g) * 4 * n + 4 * id) + c;
+        const double du = double(e[3] - e[0]) * per_metre, dv = double(e[9] - e[6]) * per_metre;
+        for (int axis = 0; axis < 3; ++axis)
+          gradient[9 * id + 3 * c + axis] += du * axis_u[id][axis] + dv * axis_v[id][axis];
+      }
+    }
+}
+
 }  // namespace deltalux::update
