@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from .clearance import cleared
 from .display_mesh import DisplayMesh, refine
 from .errors import OptionError
 from .scene import Scene
@@ -57,7 +58,9 @@ class Samples:
         self.normals = _points(normals, "normals", count)
         lengths = np.linalg.norm(self.normals, axis=1, keepdims=True)
         if (lengths == 0).any():
-            raise OptionError(f"samples: normals: found zero at row {np.argmin(lengths)}, expected a direction")
+            raise OptionError(
+                f"samples: normals: found zero at row {np.argmin(lengths)}, expected a direction"
+            )
         self.normals = self.normals / lengths
         self.radius = _radius(radius, count)
         self.attached = _attached(attached_to, count)
@@ -72,7 +75,11 @@ class Samples:
 
     @classmethod
     def on_vertices(
-        cls, scene: Scene, spacing: float | None = None, radius: Any = None, display: DisplayMesh | None = None
+        cls,
+        scene: Scene,
+        spacing: float | None = None,
+        radius: Any = None,
+        display: DisplayMesh | None = None,
     ) -> Samples:
         """Samples on the vertices of the scene's display mesh, refined to `spacing` without cracks.
 
@@ -81,7 +88,7 @@ class Samples:
         spacing : metres; None chooses from the scene's area
         radius : as in the constructor, or "spacing": half the spacing (paper 2.1)
         """
-        mesh = refine(scene, spacing) if display is None else display
+        mesh = cleared(scene, refine(scene, spacing)) if display is None else display
         names = np.array([*(m.name for m in scene.meshes), None], dtype=object)
         if isinstance(radius, str):
             if radius != "spacing":

@@ -9,16 +9,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 from deltalux import outputs
+from deltalux.clearance import cleared, covered_samples
 from deltalux.display_mesh import BACK, BOTH, DisplayMesh, refine
 from deltalux.errors import OptionError
 from deltalux.outputs.camera import automatic_camera, look_at
 from deltalux.outputs.colour_scale import ColourScale, scale_for, symmetric_scale
-from deltalux.outputs.covered import covered_samples
 from deltalux.outputs.images import SURROUNDINGS, UNSAMPLED
 from deltalux.outputs.tone import automatic_exposure, decode_srgb, encode_srgb, tone_map
-from deltalux.outputs.view import Surfaces, camera_rays, core_caster
+from deltalux.outputs.view import camera_rays
 from deltalux.results import Result
 from deltalux.scene import Camera, Material, Mesh, Scene
+from deltalux.surfaces import Surfaces, core_caster
 from deltalux.units import photopic
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -196,6 +197,31 @@ def test_samples_under_a_box_do_not_darken_the_floor_beside_it():
     picture = outputs.render(scene, display, values, camera=camera, size=(120, 120), exposure=0.3)
     lit = encode_srgb(tone_map(np.array([0.6, 0.5, 0.4]) * 5 / np.pi, 0.3))
     assert np.abs(picture.pixels.astype(int) - lit).max() <= 1
+
+
+def test_covered_samples_move_to_an_open_place_of_their_faces():
+    # Every vertex of the panel lies under a frame; its middle is open. The plate is covered whole.
+    panel = wall(name="panel")
+    spans = (
+        ((-1.1, -1.1), (1.1, -0.7), 0.1),
+        ((-1.1, 0.7), (1.1, 1.1), 0.1),
+        ((-1.1, -0.8), (-0.7, 0.8), 0.09),
+        ((0.7, -0.8), (1.1, 0.8), 0.09),
+    )
+    bars = [box(f"bar {i}", (*low, 0.001), (*high, top)) for i, (low, high, top) in enumerate(spans)]
+    plate, lid = wall(name="plate", z=5), box("lid", (-2, -2, 5.001), (2, 2, 5.1))
+    scene = scene_of(panel, *bars, plate, lid)
+    display = refine(scene, 1.5)
+    moved = cleared(scene, display)
+    own = display.vertex_mesh == 0
+    outer = own & (np.abs(display.points[:, :2]).max(axis=1) > 0.99)
+    assert (covered_samples(Surfaces(scene, display)) & own == outer).all()
+    assert not (covered_samples(Surfaces(scene, moved)) & own).any()
+    assert (np.abs(moved.sample_points[outer, :2]) < 0.7).all()
+    assert (moved.sample_points[outer, 2] == 0).all()
+    on_plate = display.vertex_mesh == 5
+    np.testing.assert_array_equal(moved.sample_points[on_plate], display.sample_points[on_plate])
+    np.testing.assert_array_equal(moved.points, display.points)
 
 
 def test_automatic_exposure_is_independent_of_the_unit():

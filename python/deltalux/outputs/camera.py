@@ -8,8 +8,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from deltalux.scene import Camera, Scene
+from deltalux.surfaces import Hits, Surfaces
 
-from .view import Hits, Surfaces, camera_rays
+from .view import camera_rays
 
 EYE_HEIGHT = 1.6  # metres above the floor
 ROOM_HEIGHTS = (2.2, 40.0)  # scenes of other heights are not in metres, or not for people

@@ -17,6 +17,7 @@ from deltalux.display_mesh import DisplayMesh, Poses
 from deltalux.errors import OptionError
 from deltalux.files import written_aside
 from deltalux.scene import Camera, Scene
+from deltalux.surfaces import CasterType, Surfaces, core_caster
 from deltalux.units import photopic
 
 from .baked import Baked, about_text, display_of
@@ -25,7 +26,7 @@ from .colour_scale import ColourScale, scale_for, symmetric_scale
 from .covered import shown_values
 from .drawing import draw_isolines, draw_outlines, label_above, legend
 from .tone import automatic_exposure, encode_srgb, tone_map
-from .view import CasterType, Surfaces, View, core_caster
+from .view import View
 
 UNSAMPLED = 0.012  # linear grey of a side that has no samples: nothing is known of its light
 SURROUNDINGS = 0.03

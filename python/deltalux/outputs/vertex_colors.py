@@ -13,13 +13,13 @@ import pygltflib as gl
 from deltalux.display_mesh import DisplayMesh, movable_poses
 from deltalux.files import written_aside
 from deltalux.scene import Material, Node
+from deltalux.surfaces import Surfaces
 from deltalux.units import photopic
 from deltalux.version import __version__
 
 from .baked import Baked, about_text, display_of
 from .covered import shown_values
 from .node_tree import moved_matrices, world_matrices
-from .view import Surfaces
 
 WHITE_PERCENTILE = 97.0
 UNLIT = "KHR_materials_unlit"

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Samples that nothing can reach, because something stands on them, and open places beside them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from .display_mesh import DisplayMesh
+from .scene import Scene
+from .surfaces import Surfaces
+
+DIRECTIONS = 12
+NEEDED = 3  # rays that must be free; where two boxes touch, one may seem so
+LIFT = 1e-3  # of the spacing; where a ray leaves the surface
+CONTACT = 0.1  # of the spacing; a gap this narrow counts as closed
+TOWARDS_MIDDLE = (0.5, 1.0)  # where open places are looked for: from the vertex to a triangle's middle
+MAX_FACES = 8  # triangles around a vertex that are tried
+
+
+def cleared(scene: Scene, display: DisplayMesh, threads: int = 0) -> DisplayMesh:
+    """Move covered samples to an open place in one of their triangles, where there is one.
+
+    A sample under a bookcase's side says nothing of the floor that is seen beside it. Movables
+    stand as loaded.
+
+    Parameters
+    ----------
+    scene : Scene
+    display : DisplayMesh, of that scene
+    threads : int, 0 = all
+    """
+    surfaces = Surfaces(scene, display, threads=threads)
+    points, normals = display.world(scene, samples=True)
+    vertices, _ = display.world(scene)
+    samples = display.sample_points.copy()
+    covered = np.flatnonzero(_covered(surfaces, points, normals))
+    corners = display.triangles.ravel()
+    order = np.argsort(corners, kind="stable")
+    first = np.searchsorted(corners[order], np.arange(len(points) + 1))
+    for share, turn in product(TOWARDS_MIDDLE, range(MAX_FACES)):
+        tried = covered[first[covered] + turn < first[covered + 1]]
+        triangles = order[first[tried] + turn] // 3
+        places = _inside(vertices, display, tried, triangles, share)
+        is_open = ~_covered(surfaces, places, surfaces.normals[triangles])
+        moved = tried[is_open]
+        samples[moved] = _inside(display.points, display, moved, triangles[is_open], share)
+        covered = np.setdiff1d(covered, moved, assume_unique=True)
+    samples.setflags(write=False)
+    return replace(display, sample_points=samples)
+
+
+def _inside(
+    points: np.ndarray, display: DisplayMesh, vertices: np.ndarray, triangles: np.ndarray, share: float
+) -> np.ndarray:
+    """A point of each triangle, between one of its vertices and its middle."""
+    middle = points[display.triangles[triangles]].mean(axis=1)
+    return points[vertices] + share * (middle - points[vertices])
+
+
+def covered_samples(surfaces: Surfaces) -> np.ndarray:
+    """Find samples under a bookcase, behind a frame, inside a column.
+
+    Returns
+    -------
+    (n,) bool: nearly every ray from the sample soon meets something, or meets it from behind.
+    """
+    points, normals = surfaces.display.world(surfaces.scene, surfaces.poses, samples=True)
+    return _covered(surfaces, points, normals)
+
+
+def _covered(surfaces: Surfaces, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    spacing = surfaces.display.spacing
+    tangent = np.cross(normals, np.where(np.abs(normals[:, :1]) < 0.7, [1.0, 0, 0], [0, 1.0, 0]))
+    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
+    bitangent = np.cross(normals, tangent)
+    origins = points + LIFT * spacing * normals
+    open_rays = np.zeros(len(points), dtype=np.int64)
+    for index in range(DIRECTIONS):
+        left = np.flatnonzero(open_rays < NEEDED)
+        share, turn = (index + 0.5) / DIRECTIONS, 2.399963 * index  # the golden angle
+        across, up = np.sqrt(share), np.sqrt(1 - share)
+        direction = (
+            across * (np.cos(turn) * tangent[left] + np.sin(turn) * bitangent[left]) + up * normals[left]
+        )
+        hits = surfaces.intersect(origins[left], direction)
+        open_rays[left] += ~hits.hit | (hits.facing & (hits.distance > CONTACT * spacing))
+    return open_rays < NEEDED

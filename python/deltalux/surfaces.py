@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A display mesh in world space that rays can be cast at."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .display_mesh import DisplayMesh, Poses
+from .scene import Scene
+
+NOTHING = 0xFFFFFFFF
+# Front and back of one sheet are two triangles in one place; their distances differ by rounding.
+SAME_PLACE = 1e-4
+
+CasterType = Callable[[np.ndarray, np.ndarray, int], Any]
+
+
+def core_caster(vertices: np.ndarray, triangles: np.ndarray, threads: int) -> Any:
+    """The engine's own ray caster."""
+    from deltalux._core import RayCaster
+
+    return RayCaster(vertices, triangles, threads)
+
+
+@dataclass(frozen=True, eq=False)
+class Hits:
+    """First hits of k rays.
+
+    Parameters
+    ----------
+    triangle : (k,) int64, index into the display mesh's triangles, -1 = none
+    weights : (k, 3), barycentric
+    distance : (k,)
+    facing : (k,) bool, the ray meets the sampled side
+    """
+
+    triangle: np.ndarray
+    weights: np.ndarray
+    distance: np.ndarray
+    facing: np.ndarray
+
+    @property
+    def hit(self) -> np.ndarray:
+        """(k,) bool: the ray met something."""
+        return self.triangle >= 0
+
+
+class Surfaces:
+    """A display mesh in world space, ready for ray casting.
+
+    Parameters
+    ----------
+    scene : Scene
+    display : DisplayMesh
+    poses : poses of movables, see `DisplayMesh.world`
+    threads : int, 0 = all
+    caster : how to make a ray caster; the engine's own unless a test brings another
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        display: DisplayMesh,
+        poses: Poses | None = None,
+        threads: int = 0,
+        caster: CasterType = core_caster,
+    ) -> None:
+        self.scene, self.display, self.poses = scene, display, poses
+        self.points, _ = display.world(scene, poses)
+        present = display.present(scene, poses)
+        a, b, c = (self.points[display.triangles[:, i]] for i in range(3))
+        cross = np.cross(b - a, c - a)
+        self.area = 0.5 * np.linalg.norm(cross, axis=1) * present
+        self.normals = cross / np.maximum(np.linalg.norm(cross, axis=1, keepdims=True), 1e-300)
+        used = self.points[display.triangles[present].ravel()]
+        self.bounds = (used.min(axis=0), used.max(axis=0)) if len(used) else (np.zeros(3), np.ones(3))
+        vertices = self.points.astype(np.float32)
+        self._casters = []
+        for chosen in (present & ~display.reversed, present & display.reversed):
+            numbers = np.flatnonzero(chosen)
+            if len(numbers):
+                faces = display.triangles[numbers].astype(np.uint32)
+                self._casters.append((numbers, caster(vertices, faces, threads)))
+
+    def intersect(self, origins: np.ndarray, directions: np.ndarray) -> Hits:
+        """First hits of rays, each (k, 3)."""
+        nearest: Hits | None = None
+        for numbers, caster in self._casters:
+            hits = self._hits(numbers, caster, origins, directions)
+            nearest = hits if nearest is None else _nearer(nearest, hits)
+        if nearest is None:
+            count = len(origins)
+            nothing = np.full(count, -1), np.zeros((count, 3)), np.full(count, np.inf)
+            return Hits(*nothing, np.zeros(count, dtype=bool))
+        return nearest
+
+    def _hits(self, numbers: np.ndarray, caster: Any, origins: np.ndarray, directions: np.ndarray) -> Hits:
+        t, primitive, u, v = caster.intersect(
+            np.ascontiguousarray(origins, dtype=np.float32),
+            np.ascontiguousarray(directions, dtype=np.float32),
+        )
+        hit = primitive != NOTHING
+        triangle = np.where(hit, numbers[np.where(hit, primitive, 0)], -1)
+        u, v = u.astype(np.float64), v.astype(np.float64)
+        facing = hit & (np.einsum("ij,ij->i", directions, self.normals[triangle]) < 0)
+        distance = np.where(hit, t.astype(np.float64), np.inf)
+        return Hits(triangle, np.stack([1 - u - v, u, v], axis=1), distance, facing)
+
+
+def _nearer(one: Hits, two: Hits) -> Hits:
+    with np.errstate(invalid="ignore"):
+        together = np.abs(one.distance - two.distance) <= SAME_PLACE * one.distance
+    take_two = np.where(together & (one.facing != two.facing), two.facing, two.distance < one.distance)
+    return Hits(
+        *(
+            np.where(take_two if a.ndim == 1 else take_two[:, None], b, a)
+            for a, b in (
+                (one.triangle, two.triangle),
+                (one.weights, two.weights),
+                (one.distance, two.distance),
+                (one.facing, two.facing),
+            )
+        )
+    )
