@@ -96,14 +96,15 @@ def moved(scene: Scene, name: str, translation: tuple[float, float, float]) -> S
 
 
 def scene_hash(scene: Scene) -> str:
-    """Hex digest of all that light depends on; stable over runs, equal for equal scenes."""
+    """Hex digest of all that light depends on; equal for scenes that are equal but for rounding."""
     digest = hashlib.sha256()
     for part in parts(scene):
         material = part.material
         digest.update(part.mesh.encode())
         digest.update(bytes([part.movable, material.two_sided]))
         for array in (part.corners, material.reflectance, material.emission):
-            digest.update(np.ascontiguousarray(array, np.float32).tobytes())
+            rounded = np.round(array, 6) + 0.0  # micrometres, and no negative zero
+            digest.update(rounded.astype(np.float32).tobytes())
     for light in lights(scene):
         digest.update(repr(light).encode())
     return digest.hexdigest()[:16]

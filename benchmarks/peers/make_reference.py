@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Compute the office's reference irradiance with Mitsuba 3 and Radiance: reference_office.npz.
+
+    PYTHONPATH=tests .venv/bin/python benchmarks/peers/make_reference.py --out benchmarks/peers
+
+Does nothing where the file in --out is of the present office and settings. Finished stages
+are kept in --cache, so that a run that was stopped goes on where it was.
+
+The file holds 5,000 points uniform over the area of the static surfaces and, as `near_*`,
+1,000 that lie within 0.6 m of the chair before or after its move; for each their irradiance
+in lux before and after the move, and its standard error. `near_change` is the difference of
+two Mitsuba renders with equal random numbers.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from deltalux.scene import Scene
+from deltalux.scenes import office
+from numpy.typing import NDArray
+from oracles import mitsuba_reference, radiance_reference, world
+
+MOVED = "chair"
+TRANSLATION = (0.6, 0.0, 0.4)  # metres
+NEAR = 0.6  # metres from the chair
+SETTINGS: dict[str, Any] = {
+    "points": 5000,
+    "points_seed": 1,
+    "near_points": 1000,
+    "near_seed": 2,
+    "mitsuba_samples": 16384,
+    "near_samples": 32768,
+    "mitsuba_passes": 32,
+    "mitsuba_seed": 1000,
+    "radiance_passes": 16,
+    "radiance": {"ad": 64, "lw": 1e-2, "ds": 0.05},
+    "moved": MOVED,
+    "translation": TRANSLATION,
+    "near": NEAR,
+}
+FILE = "reference_office.npz"
+
+Arrays = dict[str, NDArray[np.float32]]
+
+
+def key_of(scene: Scene) -> str:
+    """Digest of the scene and of the settings: equal means that the reference is still right."""
+    text = world.scene_hash(scene) + json.dumps(SETTINGS, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def reference_points(scene: Scene, count: int | None = None) -> tuple[NDArray, NDArray]:
+    """Area-uniform points; a larger `count` than the reference's begins with the reference's."""
+    return _single(*world.area_points(scene, count or SETTINGS["points"], SETTINGS["points_seed"]))
+
+
+def near_points(scene: Scene) -> tuple[NDArray, NDArray]:
+    """Points of static surfaces within NEAR of the chair, where it stands or will stand."""
+    rng = np.random.default_rng(0)
+    chairs = [
+        world.points_on(part.corners, 4000, rng, offset=0)[0]
+        for state in (scene, moved(scene))
+        for part in world.parts(state)
+        if part.mesh == MOVED
+    ]
+    near = np.concatenate(chairs)
+    found = world.area_points(scene, SETTINGS["near_points"], SETTINGS["near_seed"], near=near, within=NEAR)
+    return _single(*found)
+
+
+def moved(scene: Scene) -> Scene:
+    """The office after the chair's move."""
+    return world.moved(scene, MOVED, TRANSLATION)
+
+
+def load(folder: Path, scene: Scene) -> Arrays:
+    """The stored reference; SystemExit where it is missing or of another scene."""
+    path = folder / FILE
+    if not path.exists():
+        raise SystemExit(f"{path}: not found; run benchmarks/peers/make_reference.py --out {folder}")
+    with np.load(path) as data:
+        arrays = {name: data[name] for name in data.files}
+    if str(arrays["key"]) != key_of(scene):
+        raise SystemExit(
+            f"{path}: found key {arrays['key']}, expected {key_of(scene)}: the office or the settings "
+            "changed; run benchmarks/peers/make_reference.py again"
+        )
+    return arrays
+
+
+def main() -> None:
+    """Compute what is missing and write the file."""
+    parser = argparse.ArgumentParser(description="Reference irradiance of the office")
+    parser.add_argument("--out", type=Path, default=Path(__file__).parent)
+    parser.add_argument("--cache", type=Path, default=Path("benchmarks/out/reference"))
+    options = parser.parse_args()
+    scene = office()
+    key = key_of(scene)
+    path = options.out / FILE
+    if path.exists():
+        with np.load(path) as data:
+            if str(data["key"]) == key:
+                print(f"{path}: is current ({key})")
+                return
+    options.cache.mkdir(parents=True, exist_ok=True)
+    stages = _stages(scene)
+    arrays: Arrays = {}
+    for name, stage in stages.items():
+        arrays |= _cached(options.cache / f"{key}-{name}.npz", name, stage)
+    options.out.mkdir(parents=True, exist_ok=True)
+    settings = json.dumps(SETTINGS | {"scene": world.scene_hash(scene), "versions": _versions()})
+    np.savez_compressed(path, key=key, settings=settings, **arrays)
+    print(f"{path}: {path.stat().st_size / 1e3:.0f} kB")
+    _report(arrays)
+
+
+def _stages(scene: Scene) -> dict[str, Callable[[], Arrays]]:
+    states = {"before": scene, "after": moved(scene)}
+    points, normals = reference_points(scene)
+    near, near_normals = near_points(scene)
+
+    def save_points() -> Arrays:
+        return _arrays(points=points, normals=normals, near_points=near, near_normals=near_normals)
+
+    def by_mitsuba(state: str) -> Arrays:
+        renderer = mitsuba_reference.Renderer(states[state])
+        found = renderer.irradiance(
+            points, normals, SETTINGS["mitsuba_samples"],
+            passes=SETTINGS["mitsuba_passes"], seed=SETTINGS["mitsuba_seed"],
+        )  # fmt: skip
+        return _arrays(**{f"mitsuba_{state}": found.mean, f"mitsuba_{state}_error": found.standard_error})
+
+    def by_radiance(state: str) -> Arrays:
+        settings = radiance_reference.Settings(**SETTINGS["radiance"])
+        renderer = radiance_reference.Renderer(states[state])
+        found = renderer.irradiance(points, normals, settings, passes=SETTINGS["radiance_passes"])
+        return _arrays(**{f"radiance_{state}": found.mean, f"radiance_{state}_error": found.standard_error})
+
+    def near_chair() -> Arrays:
+        renderers = [mitsuba_reference.Renderer(state) for state in states.values()]
+        before, after = (
+            renderer.passes(
+                near, near_normals, SETTINGS["near_samples"],
+                passes=SETTINGS["mitsuba_passes"], seed=SETTINGS["mitsuba_seed"] + 1,
+            )
+            for renderer in renderers
+        )  # fmt: skip
+        old, change = world.estimate(before, 0), world.estimate(after - before, 0)
+        return _arrays(
+            near_before=old.mean, near_before_error=old.standard_error,
+            near_change=change.mean, near_change_error=change.standard_error,
+        )  # fmt: skip
+
+    return {
+        "points": save_points,
+        "mitsuba-before": lambda: by_mitsuba("before"),
+        "near": near_chair,
+        "radiance-before": lambda: by_radiance("before"),
+        "mitsuba-after": lambda: by_mitsuba("after"),
+        "radiance-after": lambda: by_radiance("after"),
+    }
+
+
+def _cached(path: Path, name: str, stage: Callable[[], Arrays]) -> Arrays:
+    if not path.exists():
+        start = time.perf_counter()
+        arrays = stage()
+        with path.with_suffix(".part").open("wb") as file:
+            np.savez(file, **arrays)
+        path.with_suffix(".part").rename(path)
+        print(f"{name}: {time.perf_counter() - start:.0f} s", flush=True)
+    with np.load(path) as data:
+        return {key: data[key] for key in data.files}
+
+
+def _single(*arrays: NDArray) -> tuple[NDArray, ...]:
+    """Rounded to what the file can hold, so that every renderer gets the same points."""
+    return tuple(array.astype(np.float32).astype(np.float64) for array in arrays)
+
+
+def _arrays(**arrays: NDArray) -> Arrays:
+    return {name: np.asarray(array, np.float32) for name, array in arrays.items()}
+
+
+def _versions() -> dict[str, str]:
+    from importlib.metadata import version
+
+    return {name: version(name) for name in ("mitsuba", "drjit", "pyradiance")}
+
+
+def _report(arrays: Arrays) -> None:
+    for state in ("before", "after"):
+        for name in ("mitsuba", "radiance"):
+            mean, error = arrays[f"{name}_{state}"], arrays[f"{name}_{state}_error"]
+            relative = error / np.maximum(mean, 0.1 * mean.mean(axis=0))
+            print(f"{name} {state}: mean {mean.mean(axis=0)} lx, standard error {relative.mean():.2%}")
+    change, error = arrays["near_change"], arrays["near_change_error"]
+    rms = [float(np.sqrt((array.astype(float) ** 2).mean())) for array in (change, error)]
+    print(f"change near the chair: RMS {rms[0]:.2f} lx, its standard error {rms[1]:.2f} lx")
+
+
+if __name__ == "__main__":
+    main()
