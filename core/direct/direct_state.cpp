@@ -9,9 +9,10 @@
 namespace deltalux::direct {
 namespace {
 
-// Pairs that see the light in part, and the closed form's cost per triangle: see docs of `auto`.
-constexpr double kPartialShare = 0.3;
-constexpr double kRaysPerTriangle = 2;
+// Measured in the office, the exhibition hall and the atrium: the share of pairs where sample and
+// light face each other (0.60 to 0.66), the share that static geometry parts (0.03, 0.14, 0.21),
+// and what a triangle costs in closed form, in shadow rays.
+constexpr double kFacingShare = 0.6, kPartialShare = 0.15, kRaysPerTriangle = 0.2;
 
 template <class T>
 void append(std::vector<std::byte>& out, const std::vector<T>& values) {
@@ -75,8 +76,8 @@ size_t DirectLight::forecast_bytes(size_t samples, uint32_t group_count,
 
 double DirectLight::estimated_rays(const trace::Light& light, size_t samples) {
   if (light.kind != scene::LightKind::area) return double(samples);
-  return double(samples) *
-         (kCoarseRays + kPartialShare * kFineRays + kRaysPerTriangle * double(light.world.size()));
+  return double(samples) * (kFacingShare * (kCoarseRays + kCorners) + kPartialShare * kFineRays +
+                            kRaysPerTriangle * double(light.world.size()));
 }
 
 void DirectLight::save(Archive& archive) const {
