@@ -62,7 +62,8 @@ bench: build ## Measure the engine: prints a table, writes benchmarks/out/bench.
 	$(BIN)/python benchmarks/run.py
 
 bench-peers: build $(VENV)/test.stamp ## Measure against Mitsuba 3 and Radiance
-	$(BIN)/python benchmarks/peers/office.py
+	sh tools/install_packages.sh libllvm19
+	PYTHONPATH=tests $(BIN)/python benchmarks/peers/office.py
 
 clean: ## Remove everything that earlier runs left in the tree
 	rm -rf $(VENV) build dist demo-output benchmarks/out python/deltalux/_core*.so \

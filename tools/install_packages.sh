@@ -1,9 +1,9 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Installs the Debian or Ubuntu packages that the build needs, and only those that are missing.
+# Installs the Debian or Ubuntu packages that the build needs, and those named as arguments, if missing.
 set -eu
 
-wanted="build-essential cmake ninja-build libembree-dev libtbb-dev libgtest-dev"
+wanted="build-essential cmake ninja-build libembree-dev libtbb-dev libgtest-dev $*"
 # A python3 that was not installed by apt brings its own headers and venv.
 python=$(command -v "${PYTHON:-python3}" || true)
 case "$python" in
