@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The house rules' own checks: each rule finds its violation, and nothing in a tree that keeps them."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+TOOLS = Path(__file__).resolve().parents[2] / "tools"
+HEADER = "// SPDX-License-Identifier: Apache-2.0\n// A file of the test.\n"
+
+
+def run_tool(name: str, root: Path) -> tuple[int, str]:
+    """Run a copy of the tool that believes `root` to be the project."""
+    copy = root / "tools" / name
+    copy.parent.mkdir(exist_ok=True)
+    copy.write_text((TOOLS / name).read_text(encoding="utf-8"), encoding="utf-8")
+    done = subprocess.run([sys.executable, copy], capture_output=True, text=True)
+    return done.returncode, done.stdout + done.stderr
+
+
+def layers(root: Path, file: str, text: str) -> tuple[int, str]:
+    path = root / "core" / file
+    path.parent.mkdir(parents=True)
+    path.write_text(HEADER + text, encoding="utf-8")
+    (root / "bindings").mkdir()
+    return run_tool("check_layers.py", root)
+
+
+@pytest.mark.parametrize(
+    ("file", "text"),
+    [
+        ("scene/mesh.h", '#include "base/vec.h"\n#include <vector>\n'),
+        (
+            "estimate/disc_index.cpp",
+            '#include "estimate/crossing.h"\n#include "estimate/disc_index_tree.h"\n',
+        ),
+        ("trace/ray_caster.cpp", "#include <embree3/rtcore.h>\n"),
+        ("base/parallel.cpp", "#include <tbb/parallel_for.h>\n"),
+        ("direct/light.cpp", '#include "estimate/disc_index.h"\n'),
+        ("estimate/read.cpp", "void f(const Scene& s, const scene::Scene& t, Scene&& u);\n"),
+        ("base/text.cpp", "void f(); // printf(\n"),
+    ],
+)
+def test_layers_accept(tmp_path: Path, file: str, text: str) -> None:
+    code, out = layers(tmp_path, file, text)
+    assert (code, out) == (0, "check_layers: 1 files of core/ keep the rules\n")
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "found"),
+    [
+        ("scene/mesh.h", '#include "trace/walk.h"\n', "lies downstream"),
+        ("samples/a.cpp", '#include "../base/vec.h"\n', "is not of the form"),
+        ("elsewhere/a.cpp", "", "is not a stage"),
+        ("estimate/ray_map.cpp", '#include "trace/walk.h"\n', "see segments and samples only"),
+        ("estimate/ray_map.cpp", '#include "estimate/disc_index.h"\n', "another estimator"),
+        ("plan/cost_model.cpp", '#include "scene/scene.h"\n', "includes base only"),
+        ("trace/walk.cpp", "#include <embree4/rtcore.h>\n", "belongs to core/trace/ray_caster"),
+        ("update/session.cpp", "#include <tbb/task_arena.h>\n", "belongs to core/base/parallel"),
+        ("scene/a.cpp", "#include <nanobind/nanobind.h>\n", "neither bindings nor file formats"),
+        ("scene/a.cpp", "#include <fstream>\n", "does not print, read files"),
+        ("scene/a.cpp", 'void f() { printf("x"); }\n', "reports by exceptions"),
+        ("estimate/a.cpp", "void f(scene::Scene& s);\n", "mutable Scene"),
+        ("direct/a.cpp", "void f(SegmentStore* s);\n", "mutable SegmentStore"),
+    ],
+)
+def test_layers_refuse(tmp_path: Path, file: str, text: str, found: str) -> None:
+    code, out = layers(tmp_path, file, text)
+    assert code == 1
+    assert found in out
+    assert f"{file}:" in out
+
+
+def text_check(root: Path, name: str, text: str) -> tuple[int, str]:
+    subprocess.run(["git", "init", "-q", root], check=True)
+    (root / name).write_text(text, encoding="utf-8")
+    return run_tool("check_text.py", root)
+
+
+def test_text_accepts(tmp_path: Path) -> None:
+    code, out = text_check(tmp_path, "a.h", HEADER + "int a;  // see /usr/include and /tmp/x\n")
+    assert code == 0, out
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "found"),
+    [
+        ("a.py", '"""No licence."""\n', "a.py:1: the licence line is missing"),
+        ("a.h", "// SPDX-License-Identifier: Apache-2.0\n#pragma once\n", "a.h:2: line 2 must say"),
+        ("a.h", HEADER + "int a; \n", "a.h:3: trailing white space"),
+        ("a.md", "see /" + "home/someone/file\n", "is a path of one machine"),
+        ("a.md", "TO" + "DO: write\n", "leftover"),
+        ("a.h", HEADER + "int a;\n" * 500, "split the file"),
+    ],
+)
+def test_text_refuses(tmp_path: Path, name: str, text: str, found: str) -> None:
+    code, out = text_check(tmp_path, name, text)
+    assert code == 1
+    assert found in out
