@@ -23,8 +23,9 @@ MAX_FACES = 8  # triangles around a vertex that are tried
 def cleared(scene: Scene, display: DisplayMesh, threads: int = 0) -> DisplayMesh:
     """Move covered samples to an open place in one of their triangles, where there is one.
 
-    A sample under a bookcase's side says nothing of the floor that is seen beside it. Movables
-    stand as loaded.
+    A sample under a bookcase's side says nothing of the floor that is seen beside it. Static
+    geometry alone decides, for static samples: where they are must not depend on where movables
+    happen to stand.
 
     Parameters
     ----------
@@ -32,11 +33,11 @@ def cleared(scene: Scene, display: DisplayMesh, threads: int = 0) -> DisplayMesh
     display : DisplayMesh, of that scene
     threads : int, 0 = all
     """
-    surfaces = Surfaces(scene, display, threads=threads)
+    surfaces = Surfaces(scene, display, poses=dict.fromkeys(scene.movable), threads=threads)
     points, normals = display.world(scene, samples=True)
     vertices, _ = display.world(scene)
     samples = display.sample_points.copy()
-    covered = np.flatnonzero(_covered(surfaces, points, normals))
+    covered = np.flatnonzero(_covered(surfaces, points, normals) & (display.attached < 0))
     corners = display.triangles.ravel()
     order = np.argsort(corners, kind="stable")
     first = np.searchsorted(corners[order], np.arange(len(points) + 1))

@@ -25,9 +25,7 @@ class FlatScene:
     def object(self, mesh: Mesh) -> _core.Object:
         """The core's form of `mesh`; its emission's groups must be known already."""
         names = [self.materials[name] for name in mesh.material]
-        groups = [
-            self.groups.get(self.scene.material(name).group or mesh.name, 0) for name in mesh.material
-        ]
+        groups = [self.groups.get(self.scene.material(name).group or mesh.name, 0) for name in mesh.material]
         return _core.Object(
             mesh.name,
             np.ascontiguousarray(mesh.vertices, np.float32),
@@ -53,9 +51,7 @@ def flatten(scene: Scene) -> FlatScene:
     flat.groups = {name: i for i, name in enumerate(scene.groups)}
     for index, material in enumerate(scene.materials):
         flat.materials[material.name] = index
-        flat.core.add_material(
-            tuple(material.reflectance), tuple(material.emission), material.two_sided
-        )
+        flat.core.add_material(tuple(material.reflectance), tuple(material.emission), material.two_sided)
     ordered = sorted(scene.meshes, key=lambda m: m.movable)  # stable: static ones first
     for index, mesh in enumerate(ordered):
         flat.objects[mesh.name] = index

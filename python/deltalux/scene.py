@@ -21,9 +21,7 @@ def _frozen_array(values: Any, dtype: Any, shape: tuple[int, ...], what: str) ->
         array = np.array(values, dtype=dtype)
     except (TypeError, ValueError) as error:
         raise SceneError(f"{what}: found {values!r:.60}, expected numbers ({error})") from None
-    matches = array.ndim == len(shape) and all(
-        n in (-1, m) for n, m in zip(shape, array.shape, strict=True)
-    )
+    matches = array.ndim == len(shape) and all(n in (-1, m) for n, m in zip(shape, array.shape, strict=True))
     if not matches:
         raise SceneError(f"{what}: found shape {array.shape}, expected {shape} (-1 = any)")
     if np.issubdtype(array.dtype, np.floating) and not np.isfinite(array).all():
@@ -201,8 +199,15 @@ class SpotLight(_PunctualLight):
     outer_angle: float = np.pi / 4
 
     def __init__(
-        self, name, position, direction, intensity=(1, 1, 1), inner_angle=0.0, outer_angle=np.pi / 4,
-        group=None, attached_to=None,
+        self,
+        name,
+        position,
+        direction,
+        intensity=(1, 1, 1),
+        inner_angle=0.0,
+        outer_angle=np.pi / 4,
+        group=None,
+        attached_to=None,
     ):
         if not 0 <= inner_angle < outer_angle <= np.pi / 2 + 1e-6:
             raise SceneError(
@@ -210,8 +215,12 @@ class SpotLight(_PunctualLight):
                 "expected 0 <= inner < outer <= pi/2 (radians)"
             )
         _init(
-            self, name=name, group=group, attached_to=attached_to,
-            inner_angle=float(inner_angle), outer_angle=float(outer_angle),
+            self,
+            name=name,
+            group=group,
+            attached_to=attached_to,
+            inner_angle=float(inner_angle),
+            outer_angle=float(outer_angle),
         )
         self._check(position=position, direction=direction, intensity=intensity)
 
@@ -395,8 +404,11 @@ class Scene:
                 power = np.pi * own * material.emission * (2 if material.two_sided else 1)
                 lights.append(
                     {
-                        "name": mesh.name, "kind": "area", "group": material.group or mesh.name,
-                        "power": float(photopic(power)), "area": own,
+                        "name": mesh.name,
+                        "kind": "area",
+                        "group": material.group or mesh.name,
+                        "power": float(photopic(power)),
+                        "area": own,
                     }
                 )
         for light in self.lights:

@@ -55,7 +55,9 @@ class Segments:
         directions = _column(direction, "direction", 3, np.float64, count)
         norms = np.linalg.norm(directions, axis=1, keepdims=True)
         if (norms == 0).any():
-            raise OptionError(f"segments: direction: found zero at row {np.argmin(norms)}, expected a direction")
+            raise OptionError(
+                f"segments: direction: found zero at row {np.argmin(norms)}, expected a direction"
+            )
         # Unit vectors pass unchanged: dividing again would alter their last bits.
         unit = np.abs(norms - 1) < 1e-6
         self.direction = np.where(unit, directions, directions / norms).astype(np.float32)
@@ -138,9 +140,7 @@ def trace(
     """
     _check_count(paths, "paths")
     flat = flatten(scene)
-    columns = _core.trace_paths(
-        flat.core, paths, seed, max_bounces, BATCHES, True, threads or 0, progress
-    )
+    columns = _core.trace_paths(flat.core, paths, seed, max_bounces, BATCHES, True, threads or 0, progress)
     segments = object.__new__(Segments)
     quantum = columns.pop("quantum")
     segments.quanta = columns.pop("power")

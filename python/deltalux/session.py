@@ -235,7 +235,9 @@ class Session:
     def dim(self, group: str, factor: float) -> None:
         """Queue: set a light group to `factor` of its loaded power (absolute, 1 = as loaded)."""
         if group not in self._flat.groups:
-            raise OptionError(f'dim "{group}": no such light group, expected one of {list(self._flat.groups)}')
+            raise OptionError(
+                f'dim "{group}": no such light group, expected one of {list(self._flat.groups)}'
+            )
         self._queue("dim", self._flat.groups[group], float(factor))
         self._factors[group] = float(factor)
 
@@ -408,5 +410,3 @@ class Session:
     def __repr__(self) -> str:
         state = "baked" if self._baked else "not baked"
         return f"Session({self.scene!r}, {self.samples!r}, {state})"
-
-
