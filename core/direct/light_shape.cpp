@@ -209,12 +209,13 @@ void LightShape::cast_area(const Receiver& receiver, Level level, Strata& out) c
   const Grid& strata = grid(level, rows_[int(level)]);
   const uint64_t key = combine(key_, receiver_key(receiver));
   const uint32_t stream = level == Level::coarse ? uint32_t(key) : uint32_t(key >> 32);
-  constexpr float kMostJitter = 0xffffp-16f;
+  // Points keep off the borders of their strata: a light may end at another surface.
+  constexpr float kMostJitter = 0x1ffffp-17f;
   alignas(64) float a[kFineRays], b[kFineRays];
   for (uint32_t i = 0; i < count; ++i) {
     const uint32_t jitter = mix32(stream + i * 0x9e3779b9u);
-    a[i] = strata.a[i] + float(int32_t(jitter >> 16)) * (0x1p-16f * strata.wide);
-    b[i] = strata.b[i] + float(int32_t(jitter & 0xffffu)) * (0x1p-16f * strata.high);
+    a[i] = strata.a[i] + (float(int32_t(jitter >> 16)) + 0.5f) * (0x1p-16f * strata.wide);
+    b[i] = strata.b[i] + (float(int32_t(jitter & 0xffffu)) + 0.5f) * (0x1p-16f * strata.high);
   }
   // Strata wholly on one triangle in one go, which vectorises; the others one by one.
   for (size_t i = 0; i < count;) {
