@@ -15,85 +15,19 @@ two Mitsuba renders with equal random numbers.
 from __future__ import annotations
 
 import argparse
-import hashlib
 import json
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from deltalux.scene import Scene
 from deltalux.scenes import office
 from numpy.typing import NDArray
-from oracles import mitsuba_reference, radiance_reference, world
-
-MOVED = "chair"
-TRANSLATION = (0.6, 0.0, 0.4)  # metres
-NEAR = 0.6  # metres from the chair
-SETTINGS: dict[str, Any] = {
-    "points": 5000,
-    "points_seed": 1,
-    "near_points": 1000,
-    "near_seed": 2,
-    "mitsuba_samples": 16384,
-    "near_samples": 32768,
-    "mitsuba_passes": 32,
-    "mitsuba_seed": 1000,
-    "radiance_passes": 16,
-    "radiance": {"ad": 64, "lw": 1e-2, "ds": 0.05},
-    "moved": MOVED,
-    "translation": TRANSLATION,
-    "near": NEAR,
-}
-FILE = "reference_office.npz"
+from oracles import mitsuba_reference, office_reference, radiance_reference, world
+from oracles.office_reference import SETTINGS
 
 Arrays = dict[str, NDArray[np.float32]]
-
-
-def key_of(scene: Scene) -> str:
-    """Digest of the scene and of the settings: equal means that the reference is still right."""
-    text = world.scene_hash(scene) + json.dumps(SETTINGS, sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
-
-
-def reference_points(scene: Scene, count: int | None = None) -> tuple[NDArray, NDArray]:
-    """Area-uniform points; a larger `count` than the reference's begins with the reference's."""
-    return _single(*world.area_points(scene, count or SETTINGS["points"], SETTINGS["points_seed"]))
-
-
-def near_points(scene: Scene) -> tuple[NDArray, NDArray]:
-    """Points of static surfaces within NEAR of the chair, where it stands or will stand."""
-    rng = np.random.default_rng(0)
-    chairs = [
-        world.points_on(part.corners, 4000, rng, offset=0)[0]
-        for state in (scene, moved(scene))
-        for part in world.parts(state)
-        if part.mesh == MOVED
-    ]
-    near = np.concatenate(chairs)
-    found = world.area_points(scene, SETTINGS["near_points"], SETTINGS["near_seed"], near=near, within=NEAR)
-    return _single(*found)
-
-
-def moved(scene: Scene) -> Scene:
-    """The office after the chair's move."""
-    return world.moved(scene, MOVED, TRANSLATION)
-
-
-def load(folder: Path, scene: Scene) -> Arrays:
-    """The stored reference; SystemExit where it is missing or of another scene."""
-    path = folder / FILE
-    if not path.exists():
-        raise SystemExit(f"{path}: not found; run benchmarks/peers/make_reference.py --out {folder}")
-    with np.load(path) as data:
-        arrays = {name: data[name] for name in data.files}
-    if str(arrays["key"]) != key_of(scene):
-        raise SystemExit(
-            f"{path}: found key {arrays['key']}, expected {key_of(scene)}: the office or the settings "
-            "changed; run benchmarks/peers/make_reference.py again"
-        )
-    return arrays
 
 
 def main() -> None:
@@ -103,8 +37,8 @@ def main() -> None:
     parser.add_argument("--cache", type=Path, default=Path("benchmarks/out/reference"))
     options = parser.parse_args()
     scene = office()
-    key = key_of(scene)
-    path = options.out / FILE
+    key = office_reference.key_of(scene)
+    path = options.out / office_reference.PATH.name
     if path.exists():
         with np.load(path) as data:
             if str(data["key"]) == key:
@@ -123,9 +57,9 @@ def main() -> None:
 
 
 def _stages(scene: Scene) -> dict[str, Callable[[], Arrays]]:
-    states = {"before": scene, "after": moved(scene)}
-    points, normals = reference_points(scene)
-    near, near_normals = near_points(scene)
+    states = {"before": scene, "after": office_reference.moved(scene)}
+    points, normals = office_reference.reference_points(scene)
+    near, near_normals = office_reference.near_points(scene)
 
     def save_points() -> Arrays:
         return _arrays(points=points, normals=normals, near_points=near, near_normals=near_normals)
@@ -179,11 +113,6 @@ def _cached(path: Path, name: str, stage: Callable[[], Arrays]) -> Arrays:
         print(f"{name}: {time.perf_counter() - start:.0f} s", flush=True)
     with np.load(path) as data:
         return {key: data[key] for key in data.files}
-
-
-def _single(*arrays: NDArray) -> tuple[NDArray, ...]:
-    """Rounded to what the file can hold, so that every renderer gets the same points."""
-    return tuple(array.astype(np.float32).astype(np.float64) for array in arrays)
 
 
 def _arrays(**arrays: NDArray) -> Arrays:

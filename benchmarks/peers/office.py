@@ -18,13 +18,13 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import make_reference as reference
 import numpy as np
 from deltalux.scene import Scene
 from deltalux.scenes import office
-from metrics import Run, change_error, relative_error, seconds_to
 from numpy.typing import NDArray
 from oracles import mitsuba_reference, radiance_reference
+from oracles import office_reference as reference
+from oracles.metrics import Run, change_error, relative_error, seconds_to
 
 POINTS = 50_000
 TARGETS = (0.10, 0.05, 0.03)
@@ -45,10 +45,10 @@ STATES = ("before", "after")
 class Bench:
     """The scenes, the points, and the answers they are held to."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, path: Path) -> None:
         self.scenes: dict[str, Scene] = {"before": office()}
         self.scenes["after"] = reference.moved(self.scenes["before"])
-        self.data = reference.load(folder, self.scenes["before"])
+        self.data = reference.load(self.scenes["before"], path)
         self.count = len(self.data["points"])
         near, near_normals = self.data["near_points"], self.data["near_normals"]
         more, more_normals = reference.reference_points(self.scenes["before"], POINTS - len(near))
@@ -182,7 +182,7 @@ def main() -> None:
     """Run the chosen programs, keep the others' results, write and print the table."""
     parser = argparse.ArgumentParser(description="Deltalux against Mitsuba 3 and Radiance")
     parser.add_argument("--programs", nargs="+", choices=PROGRAMS, default=list(PROGRAMS))
-    parser.add_argument("--reference", type=Path, default=Path(__file__).parent)
+    parser.add_argument("--reference", type=Path, default=reference.PATH)
     parser.add_argument("--out", type=Path, default=Path("benchmarks/out/peers.json"))
     options = parser.parse_args()
     bench = Bench(options.reference)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from deltalux.scene import Material, Mesh, PointLight, Scene, SpotLight, SunLight, spot_solid_angle
 from oracles import closed_forms as cf
-from oracles import mitsuba_reference, radiance_reference, world
+from oracles import metrics, mitsuba_reference, radiance_reference, world
 from scipy import integrate
 
 UP = np.array([[0.0, 1.0, 0.0]])
@@ -355,3 +355,36 @@ def test_lamp_triangles_become_rectangles():
     assert [len(face) for face in faces] == [4, 3]
     area = 0.5 * np.cross(faces[0][2] - faces[0][0], faces[0][3] - faces[0][1])
     assert area == pytest.approx([0, 1, 0])
+
+
+# What the benchmark does with them.
+
+
+def test_errors_do_not_count_the_reference_s_noise():
+    rng = np.random.default_rng(2)
+    truth = np.repeat(rng.uniform(0.5, 1.5, (4000, 1)), 3, axis=1)
+    noise = np.full_like(truth, 0.04)
+    reference = truth + 0.04 * rng.normal(size=truth.shape)
+    assert metrics.relative_error(truth, reference, noise) == pytest.approx(0, abs=0.01)
+    assert metrics.relative_error(truth, reference, 0 * noise) > 0.035
+    assert metrics.relative_error(1.1 * reference, reference, 0 * noise) == pytest.approx(0.1)
+    assert metrics.change_error(1.1 * reference, reference, 0 * noise) == pytest.approx(0.1)
+
+
+def test_dark_points_count_against_a_tenth_of_the_mean():
+    reference = np.ones((10, 3))
+    reference[0] = 0
+    found = reference.copy()
+    found[0] = 0.09
+    expected = np.sqrt((0.09 / (0.1 * 0.9)) ** 2 / 10)
+    assert metrics.relative_error(found, reference, 0 * reference) == pytest.approx(expected)
+
+
+def test_seconds_to_an_error():
+    runs = [metrics.Run("", seconds, error) for seconds, error in ((1, 0.2), (4, 0.1), (9, 0.3), (16, 0.05))]
+    assert metrics.seconds_to(0.1, runs) == pytest.approx(4)
+    assert metrics.seconds_to(0.1 / np.sqrt(2), runs) == pytest.approx(8)  # error halves as time fourfolds
+    assert metrics.seconds_to(0.5, runs) == 1
+    assert metrics.seconds_to(0.025, runs) == pytest.approx(64)
+    assert metrics.seconds_to(0.01, runs) is None
+    assert metrics.seconds_to(0.1, []) is None

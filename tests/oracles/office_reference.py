@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The office's reference irradiance: which points, which settings, and the stored answers.
+
+`benchmarks/peers/make_reference.py` computes the file; tests and benchmarks load it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from deltalux.scene import Scene
+from numpy.typing import NDArray
+
+from . import world
+
+PATH = Path(__file__).parents[2] / "benchmarks" / "peers" / "reference_office.npz"
+
+MOVED = "chair"
+TRANSLATION = (0.6, 0.0, 0.4)  # metres
+NEAR = 0.6  # metres from the chair
+SETTINGS: dict[str, Any] = {
+    "points": 5000,
+    "points_seed": 1,
+    "near_points": 1000,
+    "near_seed": 2,
+    "mitsuba_samples": 16384,
+    "near_samples": 32768,
+    "mitsuba_passes": 32,
+    "mitsuba_seed": 1000,
+    "radiance_passes": 16,
+    "radiance": {"ad": 64, "lw": 1e-2, "ds": 0.05},
+    "moved": MOVED,
+    "translation": TRANSLATION,
+    "near": NEAR,
+}
+
+
+class Stale(RuntimeError):
+    """There is no reference for this scene and these settings."""
+
+
+def key_of(scene: Scene) -> str:
+    """Digest of the scene and of the settings: equal means that the reference is still right."""
+    text = world.scene_hash(scene) + json.dumps(SETTINGS, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def reference_points(scene: Scene, count: int | None = None) -> tuple[NDArray, NDArray]:
+    """Area-uniform points; a larger `count` than the reference's begins with the reference's."""
+    return single(*world.area_points(scene, count or SETTINGS["points"], SETTINGS["points_seed"]))
+
+
+def near_points(scene: Scene) -> tuple[NDArray, NDArray]:
+    """Points of static surfaces within NEAR of the chair, where it stands or will stand."""
+    rng = np.random.default_rng(0)
+    chairs = [
+        world.points_on(part.corners, 4000, rng, offset=0)[0]
+        for state in (scene, moved(scene))
+        for part in world.parts(state)
+        if part.mesh == MOVED
+    ]
+    near = np.concatenate(chairs)
+    found = world.area_points(scene, SETTINGS["near_points"], SETTINGS["near_seed"], near=near, within=NEAR)
+    return single(*found)
+
+
+def moved(scene: Scene) -> Scene:
+    """The office after the chair's move."""
+    return world.moved(scene, MOVED, TRANSLATION)
+
+
+def load(scene: Scene, path: Path = PATH) -> dict[str, NDArray]:
+    """The stored arrays; `Stale` where they are missing or of another scene.
+
+    Returns
+    -------
+    dict with `points`, `normals` (n, 3); `mitsuba_before`, `mitsuba_after`, `radiance_before`,
+    `radiance_after` (n, 3) irradiance in lux, each with `..._error`, its standard error;
+    `near_points`, `near_normals` (m, 3), `near_before`, `near_change` (m, 3), with `..._error`.
+    """
+    if not path.exists():
+        raise Stale(f"{path}: not found; run benchmarks/peers/make_reference.py")
+    with np.load(path) as data:
+        arrays = {name: data[name] for name in data.files}
+    if str(arrays["key"]) != key_of(scene):
+        raise Stale(
+            f"{path}: found key {arrays['key']}, expected {key_of(scene)}: the office or the settings "
+            "changed; run benchmarks/peers/make_reference.py again"
+        )
+    return arrays
+
+
+def single(*arrays: NDArray) -> tuple[NDArray, ...]:
+    """Rounded to what the file can hold, so that every renderer gets the same points."""
+    return tuple(array.astype(np.float32).astype(np.float64) for array in arrays)
