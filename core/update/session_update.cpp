@@ -95,7 +95,15 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
       s.closed.push_back(samples::is_closed(insert->object));
     }
   }
-  for (trace::Light& light : s.lights) trace::place_light(scene, light);
+  const auto place_lights = [&] {
+    for (trace::Light& light : s.lights) {
+      if (light.object == scene::kNone || light.object >= old_objects.size()) continue;
+      const scene::Object& object = scene.objects[light.object];
+      const auto& [pose, present] = old_objects[light.object];
+      if (object.pose != pose || object.present != present) trace::place_light(scene, light);
+    }
+  };
+  place_lights();
   if (!baked_) return report;
 
   Clock::time_point lap = Clock::now();
@@ -152,6 +160,7 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
     s.group_factor = old_factors;
     scene.materials = old_materials;
     s.lights.resize(old_lights);
+
     s.light_sampled.resize(old_lights);
     for (uint32_t i = 0; i < old_objects.size(); ++i) {
       scene.objects[i].pose = old_objects[i].first;
