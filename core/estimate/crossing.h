@@ -25,18 +25,47 @@ inline float segment_end(segments::SegmentEnd rule, float length, float extended
   return bound < extended ? bound : extended;
 }
 
-/// True when (offset_u, offset_v), inside the circle, lies within a clipped disc's outline.
+/// cos and sin of the probes' angles, the same on every machine and symmetric to the bit.
+struct ProbeDirections {
+  float cosine[samples::kProbes], sine[samples::kProbes];
+};
+inline constexpr ProbeDirections kProbeDirections = [] {
+  static_assert(samples::kProbes == 32);
+  constexpr float kQuarter[] = {1.0f,         0.980785280f, 0.923879533f,
+                                0.831469612f, 0.707106781f, 0.555570233f,
+                                0.382683432f, 0.195090322f, 0.0f};  // cos(k pi/16)
+  ProbeDirections table{};
+  for (int k = 0; k < 32; ++k) {
+    const int in_half = k % 16;
+    const float c = in_half <= 8 ? kQuarter[in_half] : -kQuarter[16 - in_half];
+    const float s = in_half <= 8 ? kQuarter[8 - in_half] : kQuarter[in_half - 8];
+    table.cosine[k] = k < 16 ? c : -c;
+    table.sine[k] = k < 16 ? s : -s;
+  }
+  return table;
+}();
+
+/// The k with probe k <= angle of (u, v) <= probe k + 1. Comparisons within an octant and mirror
+/// images: several times faster than atan2, which took most of a clipped disc's test.
+inline int sector_of(float u, float v) {
+  const float au = std::fabs(u), av = std::fabs(v);
+  const float small = std::min(au, av), large = std::max(au, av);
+  int k = int(small > 0.198912367f * large) + int(small > 0.414213562f * large) +
+          int(small > 0.668178638f * large);  // tan(k pi/16)
+  if (av > au) k = 7 - k;
+  if (u < 0) k = 15 - k;
+  return v < 0 ? 31 - k : k;
+}
+
+/// True when (u, v), inside the circle, lies within a clipped disc's outline.
 inline bool inside_outline(const samples::Outline& outline, float radius, float u, float v) {
-  constexpr float kSectors = samples::kProbes / 6.28318530717958647692f;
-  float turn = std::atan2(v, u) * kSectors;
-  if (turn < 0) turn += float(samples::kProbes);
-  const int k = int(turn) % samples::kProbes, next = (k + 1) % samples::kProbes;
+  const int k = sector_of(u, v), next = (k + 1) % samples::kProbes;
   const float a = outline[k], b = outline[next];
   if (a >= radius && b >= radius) return true;
-  constexpr float kStep = 6.28318530717958647692f / samples::kProbes;
-  const float ax = a * std::cos(kStep * float(k)), ay = a * std::sin(kStep * float(k));
-  const float bx = b * std::cos(kStep * float(next)), by = b * std::sin(kStep * float(next));
-  return (bx - ax) * (v - ay) - (by - ay) * (u - ax) >= 0.0f;
+  const float ax = a * kProbeDirections.cosine[k], ay = a * kProbeDirections.sine[k];
+  const float bx = b * kProbeDirections.cosine[next], by = b * kProbeDirections.sine[next];
+  // Strictly: where both probes are 0, nothing is inside.
+  return (bx - ax) * (v - ay) - (by - ay) * (u - ax) > 0.0f;
 }
 
 /// The crossing of a segment with a disc's plane, relative to the centre.
