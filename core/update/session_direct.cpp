@@ -12,9 +12,9 @@ void Session::choose_direct() {
   State& s = *state_;
   s.light_sampled.assign(s.lights.size(), s.options.direct == DirectMode::sampled);
   if (s.options.direct != DirectMode::automatic) return;
-  // A shadow ray costs about a quarter of a segment that is traced, stored and deposited. Shadow
-  // rays may cost as much as the paths; lights with most power per ray come first.
-  double budget = 5.0 * double(forecast_.segments);
+  // A shadow ray costs a tenth to a thirtieth of a segment that is traced, stored and deposited.
+  // Shadow rays may cost as much as the paths; lights with most power per ray come first.
+  double budget = 15.0 * double(forecast_.segments);
   std::vector<size_t> order(s.lights.size());
   std::iota(order.begin(), order.end(), size_t(0));
   const auto rays = [&](size_t i) {
