@@ -36,7 +36,7 @@ import numpy as np
 from fuzz.mutate_gltf import Seed, mutated, seeds
 
 SECONDS_LIMIT = 30.0  # wall time of one case; a typical one takes milliseconds
-GROWTH_LIMIT = 512 << 20  # bytes of resident memory that one case may add; the files have kilobytes
+GROWTH_LIMIT = 256 << 20  # bytes of resident memory that one case may add; the files have kilobytes
 ADDRESS_SPACE = 1 << 30  # beyond what the child has after its imports
 
 

@@ -17,6 +17,7 @@ from builders.gltf import QUAD, QUAD_TRIANGLES, GltfBuilder, png
 Rng = np.random.Generator
 Seed = tuple[dict[str, Any], bytes]  # JSON and binary data of a valid file
 MAX_SEED_BYTES = 60_000
+MAX_REPEATED_BYTES = 200_000
 
 COMPONENT_TYPES = [5120, 5121, 5122, 5123, 5125, 5126, 5130]
 NUMBERS = [
@@ -240,8 +241,9 @@ def swap_sequence(rng: Rng, root: Any) -> None:
         items = container[key]
         if rng.random() < 0.5:
             container[key] = [items[i] for i in rng.permutation(len(items))]
-        elif len(items) < 50:
-            container[key] = items * int(rng.integers(2, 60))
+        else:
+            most = MAX_REPEATED_BYTES // len(json.dumps(items))  # lists in lists would grow without bound
+            container[key] = items * int(min(rng.integers(2, 60), max(most, 1)))
 
 
 def nest_deeply(rng: Rng, root: Any) -> None:

@@ -290,7 +290,7 @@ def test_instancing_beyond_memory_is_refused_before_allocating(tmp_path, monkeyp
     quad = builder.quad()
     for _ in range(1000):
         builder.node(mesh=quad)
-    monkeypatch.setattr("deltalux.io.scene_size.available_memory", lambda: 500_000)
+    monkeypatch.setattr("deltalux.io.scene_size.available_memory", lambda: 1_000_000)
     with pytest.raises(dl.SceneError, match=r"scene\.glb: scene: found 2,000 triangles .* need 1 MiB"):
         load(builder, tmp_path)
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Malformed glTF: one clear FormatError with file, place, found and expected; nothing read elsewhere."""
 
+import gc
 import json
 import os
 import struct
@@ -392,6 +393,30 @@ def test_absent_file_and_unknown_suffix(tmp_path):
     refuse(tmp_path / "none.glb", 'file: found no file "none.glb"')
     with pytest.raises(dl.OptionError, match=r'found suffix "\.fbx", expected one of \.gltf, \.glb, \.obj'):
         dl.load(tmp_path / "scene.fbx")
+
+
+def test_json_beyond_memory_is_refused_before_it_is_parsed(tmp_path, monkeypatch):
+    path = tmp_path / "scene.gltf"
+    path.write_bytes(b"[" + b"[]," * 100_000 + b"[]]")
+    refuse(path, "expected an object")
+    monkeypatch.setattr("deltalux.io.scene_size.available_memory", lambda: 5_000_000)
+    with pytest.raises(
+        dl.SceneError, match=r"scene\.gltf: JSON: found 300,004 bytes of text, which need 9 MiB"
+    ):
+        dl.load(path)
+
+
+@pytest.mark.parametrize("enabled", [True, False])
+@pytest.mark.parametrize("text", [b"{}", b"{", b"[" * 100_000])
+def test_garbage_collection_is_left_as_it_was(tmp_path, text, enabled):
+    path = tmp_path / "scene.gltf"
+    path.write_bytes(text)
+    (gc.enable if enabled else gc.disable)()
+    try:
+        refuse(path)
+        assert gc.isenabled() is enabled
+    finally:
+        gc.enable()
 
 
 def test_nothing_to_light(tmp_path):

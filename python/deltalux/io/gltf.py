@@ -21,7 +21,7 @@ from .gltf_movables import Ownership, assign_owners
 from .gltf_nodes import PlacedNode, place_nodes, rigid_inverse, rigid_part
 from .gltf_primitives import Primitives
 from .gltf_textures import Textures
-from .scene_size import require_memory
+from .scene_size import require_memory_for_triangles
 
 
 def load_gltf(path: Path, movable: Sequence[str] = (), light_units: str = "spec") -> Scene:
@@ -82,7 +82,7 @@ class _Assembly:
                 sizes[mesh] = self.primitives.size(mesh)
             triangles += sizes[mesh][0]
             vertices += sizes[mesh][1]
-        require_memory(triangles, vertices, "scene")
+        require_memory_for_triangles(triangles, vertices)
 
     def run(self) -> None:
         """Put the nodes together, in order; what belongs to a movable follows its root directly."""

@@ -17,7 +17,7 @@ from deltalux.units import WATTS_PER_SQUARE_METRE
 from .diagnostics import Notes, clean_name, listed, malformed
 from .files import read_regular_file
 from .mtl import MaterialLibrary
-from .scene_size import require_memory
+from .scene_size import require_memory_for_triangles
 
 MOVABLE_PREFIX = "MOVE_"
 IGNORED = {"g", "vn", "vt", "s", "vp", "lod", "bevel", "c_interp", "d_interp", "mg"}
@@ -55,7 +55,7 @@ def load_obj(path: Path, movable: Sequence[str] = (), light_units: str = "spec")
         candidates = listed(list(objects), 16)
         raise OptionError(f'movable "{unknown[0]}": found no such object, expected one of: {candidates}')
     triangles = sum(len(o.materials) for o in objects.values())
-    require_memory(triangles, len(reading.vertices), "scene")
+    require_memory_for_triangles(triangles, len(reading.vertices))
     vertices = np.array(reading.vertices, np.float64)
     meshes = [
         _mesh(name, found, vertices, name in movable or name.startswith(MOVABLE_PREFIX))
