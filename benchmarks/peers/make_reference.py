@@ -6,10 +6,10 @@
 Does nothing where the file in --out is of the present office and settings. Finished stages
 are kept in --cache, so that a run that was stopped goes on where it was.
 
-The file holds 5,000 points uniform over the area of the static surfaces and, as `near_*`,
+The file holds 7,000 points uniform over the area of the static surfaces and, as `near_*`,
 1,000 that lie within 0.6 m of the chair before or after its move; for each their irradiance
 in lux before and after the move, and its standard error. `near_change` is the difference of
-two Mitsuba renders with equal random numbers.
+two Mitsuba renders with equal random numbers. `free` tells open points from those in slits.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from deltalux.scene import Scene
+from deltalux.scene import Scene, replace_scene
 from deltalux.scenes import office
 from numpy.typing import NDArray
 from oracles import mitsuba_reference, office_reference, radiance_reference, world
 from oracles.office_reference import SETTINGS
 
-Arrays = dict[str, NDArray[np.float32]]
+Arrays = dict[str, NDArray]
 
 
 def main() -> None:
@@ -62,7 +62,13 @@ def _stages(scene: Scene) -> dict[str, Callable[[], Arrays]]:
     near, near_normals = office_reference.near_points(scene)
 
     def save_points() -> Arrays:
-        return _arrays(points=points, normals=normals, near_points=near, near_normals=near_normals)
+        static = replace_scene(scene, meshes=[mesh for mesh in scene.meshes if not mesh.movable])
+        renderer, distances = mitsuba_reference.Renderer(static), SETTINGS["free_distances"]
+        return _arrays(
+            points=points, normals=normals, free=renderer.free_share(points, normals, distances),
+            near_points=near, near_normals=near_normals,
+            near_free=renderer.free_share(near, near_normals, distances),
+        )  # fmt: skip
 
     def by_mitsuba(state: str) -> Arrays:
         renderer = mitsuba_reference.Renderer(states[state])
@@ -116,7 +122,11 @@ def _cached(path: Path, name: str, stage: Callable[[], Arrays]) -> Arrays:
 
 
 def _arrays(**arrays: NDArray) -> Arrays:
-    return {name: np.asarray(array, np.float32) for name, array in arrays.items()}
+    """In single precision, errors in half."""
+    return {
+        name: np.asarray(array, np.float16 if name.endswith("_error") else np.float32)
+        for name, array in arrays.items()
+    }
 
 
 def _versions() -> dict[str, str]:
@@ -126,13 +136,13 @@ def _versions() -> dict[str, str]:
 
 
 def _report(arrays: Arrays) -> None:
+    print(f"open points: {office_reference.is_open(arrays['free']).sum()} of {len(arrays['points'])}")
     for state in ("before", "after"):
         for name in ("mitsuba", "radiance"):
-            mean, error = arrays[f"{name}_{state}"], arrays[f"{name}_{state}_error"]
+            mean, error = (arrays[f"{name}_{state}{end}"].astype(float) for end in ("", "_error"))
             relative = error / np.maximum(mean, 0.1 * mean.mean(axis=0))
             print(f"{name} {state}: mean {mean.mean(axis=0)} lx, standard error {relative.mean():.2%}")
-    change, error = arrays["near_change"], arrays["near_change_error"]
-    rms = [float(np.sqrt((array.astype(float) ** 2).mean())) for array in (change, error)]
+    rms = [np.sqrt((arrays[name].astype(float) ** 2).mean()) for name in ("near_change", "near_change_error")]
     print(f"change near the chair: RMS {rms[0]:.2f} lx, its standard error {rms[1]:.2f} lx")
 
 

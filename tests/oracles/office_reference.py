@@ -22,8 +22,10 @@ PATH = Path(__file__).parents[2] / "benchmarks" / "peers" / "reference_office.np
 MOVED = "chair"
 TRANSLATION = (0.6, 0.0, 0.4)  # metres
 NEAR = 0.6  # metres from the chair
+FREE_DISTANCES = (0.02, 0.1)  # metres
+OPEN_SHARE = 0.25  # of the cosine-distributed rays free for FREE_DISTANCES[0]: an open point
 SETTINGS: dict[str, Any] = {
-    "points": 5000,
+    "points": 7000,
     "points_seed": 1,
     "near_points": 1000,
     "near_seed": 2,
@@ -36,6 +38,7 @@ SETTINGS: dict[str, Any] = {
     "moved": MOVED,
     "translation": TRANSLATION,
     "near": NEAR,
+    "free_distances": FREE_DISTANCES,
 }
 
 
@@ -80,7 +83,8 @@ def load(scene: Scene, path: Path = PATH) -> dict[str, NDArray]:
     -------
     dict with `points`, `normals` (n, 3); `mitsuba_before`, `mitsuba_after`, `radiance_before`,
     `radiance_after` (n, 3) irradiance in lux, each with `..._error`, its standard error;
-    `near_points`, `near_normals` (m, 3), `near_before`, `near_change` (m, 3), with `..._error`.
+    `near_points`, `near_normals` (m, 3), `near_before`, `near_change` (m, 3), with `..._error`;
+    `free`, `near_free` (n, 2), (m, 2) share of rays that meet no static surface for FREE_DISTANCES.
     """
     if not path.exists():
         raise Stale(f"{path}: not found; run benchmarks/peers/make_reference.py")
@@ -92,6 +96,15 @@ def load(scene: Scene, path: Path = PATH) -> dict[str, NDArray]:
             "changed; run benchmarks/peers/make_reference.py again"
         )
     return arrays
+
+
+def is_open(free: NDArray) -> NDArray:
+    """(n,) bool from `free`: points that can be seen, not those in slits between touching things.
+
+    A fifth of the office's area lies behind pictures, under cupboards and where boxes overlap;
+    little or no light gets there.
+    """
+    return free[:, 0] >= OPEN_SHARE
 
 
 def single(*arrays: NDArray) -> tuple[NDArray, ...]:
