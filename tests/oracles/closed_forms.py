@@ -45,6 +45,15 @@ def sphere_cavity_indirect(power: ArrayLike, reflectance: ArrayLike, radius: flo
     return rho * _array(power) / (4 * np.pi * radius**2 * (1 - rho))
 
 
+def hemisphere_indirect(flux: ArrayLike, reflectance: ArrayLike, radius: float) -> Array:
+    """Indirect irradiance, the same everywhere inside an open diffuse hemisphere that catches `flux`.
+
+    As in the whole sphere, of which it is one half: of what it reflects, half meets it again.
+    """
+    rho = _array(reflectance)
+    return rho * _array(flux) / (4 * np.pi * radius**2 * (1 - rho / 2))
+
+
 def enclosure_mean(power: ArrayLike, area: float, reflectance: ArrayLike) -> Array:
     """Mean irradiance over the area of any closed room of one reflectance: Phi / (S (1 - rho)).
 
