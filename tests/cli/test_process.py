@@ -16,7 +16,7 @@ from pathlib import Path
 from .conftest import QUICK
 
 PROGRAM = (sys.executable, "-m", "deltalux.cli")
-LONG = ("--paths", "3e7", "--spacing", "0.2")
+LONG = ("--paths", "1e7", "--spacing", "0.1")
 
 
 def test_streams_of_a_pipe_hold_the_result_and_nothing_else(room: Path) -> None:

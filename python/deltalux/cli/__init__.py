@@ -60,8 +60,9 @@ def run(arguments: Sequence[str] | None = None) -> int:
     -------
     0 good, 1 failure, 2 wrong usage, 130 cancelled. Failures print one line on stderr.
     """
+    words = list(sys.argv[1:] if arguments is None else arguments)
     try:
-        code = app(args=arguments, prog_name="deltalux", standalone_mode=False)
+        code = app(args=words, prog_name="deltalux", standalone_mode=False, obj=words)
     except typer.TyperException as error:
         usage = getattr(error, "exit_code", EXIT_FAILURE) == EXIT_USAGE
         context = getattr(error, "ctx", None)

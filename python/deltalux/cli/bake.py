@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import typer
+
 from .baking import bake_scene, figures, make_samples, summary_table
 from .console import Terminal
 from .inputs import open_scene
@@ -28,6 +30,7 @@ from .targets import check_targets, write_targets
 
 
 def run(
+    context: typer.Context,
     scene: SceneArgument,
     more: MoreOutputsArgument = None,
     output: OutputsOption = None,
@@ -75,7 +78,7 @@ def run(
             progress=progress,
         )
         with session:
-            write_targets(session, targets, false_colour)
+            write_targets(session, targets, context.obj, false_colour)
             data = figures(session, frame, sets)
     data |= {"scene": scene, "outputs": [str(path) for path in targets]}
     written = [f"wrote {path}" for path in targets]

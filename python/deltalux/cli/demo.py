@@ -48,6 +48,7 @@ class Times:
 
 
 def run(
+    context: typer.Context,
     output: FolderOption = Path("demo-output"),
     paths: PathsOption = 1_000_000,
     seed: SeedOption = 1,
@@ -77,7 +78,7 @@ def run(
             frame = session.update()
             updated, data = session.digest(), figures(session, frame)
             pictures = _pictures(session, before, irradiance, threads)
-            write_glb(mesh, baked_of(session, false_colour=False))
+            write_glb(mesh, baked_of(session, context.obj))
             again = session.recompute()
             recomputed = session.digest()
     times = Times(*(total_milliseconds(f) for f in (bake, frame, again)))

@@ -6,7 +6,6 @@ from __future__ import annotations
 import dataclasses
 import os
 import shlex
-import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -74,16 +73,21 @@ def check_writable(path: Path) -> None:
         raise PermissionError(0, "found a folder that cannot be written to; choose another", str(folder))
 
 
-def write_targets(session: dl.Session, targets: Sequence[Path], false_colour: bool) -> None:
+def write_targets(
+    session: dl.Session, targets: Sequence[Path], words: Sequence[str], false_colour: bool
+) -> None:
     """Write the present state of `session` to each file, by suffix.
 
     Parameters
     ----------
     session : baked
     targets : see `check_targets`
+    words : the command line after "deltalux", which every result names
     false_colour : pictures show irradiance instead of the lit scene
     """
-    baked = baked_of(session, false_colour) if any(p.suffix.lower() != SESSION for p in targets) else None
+    baked = (
+        baked_of(session, words, false_colour) if any(p.suffix.lower() != SESSION for p in targets) else None
+    )
     for path in targets:
         suffix = path.suffix.lower()
         if baked is None or suffix == SESSION:
@@ -92,10 +96,10 @@ def write_targets(session: dl.Session, targets: Sequence[Path], false_colour: bo
             WRITERS[suffix][1](path, baked)
 
 
-def baked_of(session: dl.Session, false_colour: bool) -> Baked:
+def baked_of(session: dl.Session, words: Sequence[str], false_colour: bool = False) -> Baked:
     """Return what the writers need; the result says which command line made it."""
     result = session.result
-    about = {"command": shlex.join(["deltalux", *sys.argv[1:]]), **result.about}
+    about = {"command": shlex.join(["deltalux", *words]), **result.about}
     return Baked(
         dataclasses.replace(result, about=about),
         session.scene,

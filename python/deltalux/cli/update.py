@@ -69,6 +69,7 @@ ReflectanceOption = Annotated[
 
 
 def run(
+    context: typer.Context,
     session: SessionArgument,
     more: MoreOutputsArgument = None,
     output: OutputsOption = None,
@@ -112,7 +113,7 @@ def run(
         for setting in reflectance or ():
             opened.set_reflectance(setting.name, setting.values)
         frame = opened.update()
-        write_targets(opened, targets, false_colour)
+        write_targets(opened, targets, context.obj, false_colour)
         data = figures(opened, frame)
     data |= {
         "session": str(session),
