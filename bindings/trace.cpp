@@ -3,6 +3,7 @@
 #include "base/direction.h"
 #include "base/parallel.h"
 #include "common.h"
+#include "plan/allotment.h"
 #include "scene/scene.h"
 #include "trace/ray_caster.h"
 #include "trace/walk.h"
@@ -83,7 +84,13 @@ nb::dict trace_paths(scene::Scene scene, uint64_t paths, uint64_t seed, uint32_t
     scene.finish();
     const trace::RayCaster caster(scene, progress);
     std::vector<trace::Light> lights = trace::find_lights(scene);
-    trace::allot_paths(lights, paths, batches);
+    const Workers workers(threads);
+    std::vector<Vec3f> reflectance;
+    for (const scene::Material& material : scene.materials)
+      reflectance.push_back(material.reflectance);
+    trace::allot_paths(
+        lights, plan::shares_by_use(scene, reflectance, caster, lights, workers, progress), paths,
+        batches);
     const trace::EnergyScale scale = trace::choose_scale(lights, max_bounces);
     quantum = scale.quantum;
     const trace::Walk walk(scene, caster,
@@ -94,7 +101,6 @@ nb::dict trace_paths(scene::Scene scene, uint64_t paths, uint64_t seed, uint32_t
       trace::Landing landing;
       uint32_t bounce, group;
     };
-    const Workers workers(threads);
     uint64_t total = 0;
     for (const trace::Light& light : lights) total += light.path_count;
     progress.begin("trace paths", total);

@@ -198,15 +198,22 @@ void place_light(const scene::Scene& scene, Light& light) {
     light.bounds.grow(light.position);
 }
 
-void allot_paths(std::vector<Light>& lights, uint64_t paths, uint32_t batches) {
+std::vector<double> shares_by_power(std::span<const Light> lights) {
+  std::vector<double> shares;
+  for (const Light& light : lights) shares.push_back(luminance(light.power));
+  return shares;
+}
+
+void allot_paths(std::vector<Light>& lights, std::span<const double> shares, uint64_t paths,
+                 uint32_t batches) {
   double total = 0;
-  for (const Light& light : lights) total += luminance(light.power);
+  for (double share : shares) total += share;
   const uint64_t unit = paths >= lights.size() * uint64_t(batches) ? batches : 1;
   const uint64_t rows = std::max<uint64_t>(paths / unit, lights.size());
   std::vector<std::pair<double, size_t>> remainder;
   uint64_t used = 0;
   for (size_t i = 0; i < lights.size(); ++i) {
-    const double exact = total > 0 ? double(rows) * luminance(lights[i].power) / total : 0;
+    const double exact = total > 0 ? double(rows) * shares[i] / total : 0;
     const uint64_t whole = std::max<uint64_t>(1, uint64_t(exact));
     lights[i].path_count = whole * unit;
     used += whole;
@@ -217,16 +224,13 @@ void allot_paths(std::vector<Light>& lights, uint64_t paths, uint32_t batches) {
   });
   for (size_t k = 0; used < rows && !remainder.empty(); k = (k + 1) % remainder.size(), ++used)
     lights[remainder[k].second].path_count += unit;
-  // What does not fill a row of batches goes to the brightest light, so that the sum is `paths`.
+  // What does not fill a row of batches goes to the greatest share, so that the sum is `paths`.
   uint64_t sum = 0;
   for (const Light& light : lights) sum += light.path_count;
-  const auto brightest =
-      std::max_element(lights.begin(), lights.end(), [](const Light& a, const Light& b) {
-        return luminance(a.power) < luminance(b.power);
-      });
-  if (brightest != lights.end()) {
-    if (sum < paths) brightest->path_count += paths - sum;
-    if (sum > paths && brightest->path_count > sum - paths) brightest->path_count -= sum - paths;
+  if (!lights.empty()) {
+    Light& most = lights[size_t(std::max_element(shares.begin(), shares.end()) - shares.begin())];
+    if (sum < paths) most.path_count += paths - sum;
+    if (sum > paths && most.path_count > sum - paths) most.path_count -= sum - paths;
   }
   uint64_t next = 0;
   for (Light& light : lights) {

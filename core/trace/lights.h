@@ -2,6 +2,7 @@
 // Lights as sources of paths: geometry in the present pose, total power, emission of one path.
 #pragma once
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "base/random.h"
@@ -53,9 +54,12 @@ std::vector<Light> find_lights(const scene::Scene& scene, uint32_t only_object =
 /// Moves `light` to the present pose of its object.
 void place_light(const scene::Scene& scene, Light& light);
 
-/// Splits `paths` among lights in proportion to power, a multiple of `batches` each where that is
-/// possible, at least one batch row for every light with power; numbers them consecutively.
-void allot_paths(std::vector<Light>& lights, uint64_t paths, uint32_t batches);
+/// Splits `paths` among lights in proportion to `shares`, a multiple of `batches` each where that
+/// is possible, at least one batch row for every light; numbers them consecutively.
+void allot_paths(std::vector<Light>& lights, std::span<const double> shares, uint64_t paths,
+                 uint32_t batches);
+/// The shares that give every path of every light the same photopic power.
+std::vector<double> shares_by_power(std::span<const Light> lights);
 
 struct Emission {
   Vec3f origin, direction;

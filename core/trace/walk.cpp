@@ -53,8 +53,10 @@ Flight Walk::birth(const Light& light, uint64_t index,
 }
 
 Landing Walk::fly(const Flight& flight, uint32_t bounce) const {
+  const Vec3f direction = decode_direction(flight.direction);
   return land(flight, bounce,
-              caster_.closest(flight.origin, decode_direction(flight.direction)));
+              options_.static_only ? caster_.closest_static(flight.origin, direction)
+                                   : caster_.closest(flight.origin, direction));
 }
 
 Landing Walk::land(const Flight& flight, uint32_t bounce, const Hit& hit) const {

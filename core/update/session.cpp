@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "plan/allotment.h"
 #include "samples/placement.h"
 
 namespace deltalux::update {
@@ -70,8 +71,10 @@ Session::Session(scene::Scene scene, samples::SampleSet samples, const Options& 
   state_->samples = std::move(samples);
   state_->group_factor.assign(state_->scene.group_count, 1.0);
   state_->lights = trace::find_lights(state_->scene);
-  trace::allot_paths(state_->lights, options.paths, kBatches);
+  trace::allot_paths(state_->lights, trace::shares_by_power(state_->lights), options.paths, kBatches);
   state_->scale = trace::choose_scale(state_->lights, options.max_bounces);
+  for (const scene::Material& material : state_->scene.materials)
+    state_->loaded_reflectance.push_back(material.reflectance);
   for (const scene::Object& object : state_->scene.objects)
     state_->closed.push_back(object.movable && samples::is_closed(object));
 }
@@ -215,6 +218,7 @@ Report Session::bake(Progress& progress) {
   fresh->group_factor = state_->group_factor;
   fresh->scale = state_->scale;
   fresh->closed = state_->closed;
+  fresh->loaded_reflectance = state_->loaded_reflectance;
   std::swap(state_, fresh);
   auto old_direct = std::move(direct_);
   const auto old_pending = pending_;
@@ -222,6 +226,11 @@ Report Session::bake(Progress& progress) {
     Report report;
     double start = now_ms();
     build_static_parts(progress);
+    trace::allot_paths(state_->lights,
+                       plan::shares_by_use(state_->scene, state_->loaded_reflectance, *state_->caster,
+                                           state_->lights, state_->workers, progress),
+                       state_->options.paths, kBatches);
+    state_->scale = trace::choose_scale(state_->lights, state_->options.max_bounces);
     check_memory(progress);
     choose_direct();
     report.milliseconds.emplace_back("prepare", now_ms() - start);

@@ -55,6 +55,7 @@ struct State {
   std::vector<trace::Light> lights;       // ascending first_path
   std::vector<uint8_t> light_sampled;     // 1 = direct part by shadow rays, not by first flights
   std::vector<double> group_factor;       // dim factors, per group
+  std::vector<Vec3f> loaded_reflectance;  // per material, before any edit
   trace::EnergyScale scale;
   float largest_radius = 0;
 
