@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Workers over plain threads, in place of base/parallel.cpp when ThreadSanitizer looks for races: it
-// cannot see how oneTBB, a library of the system, synchronises, and would report what is none.
+// Workers over plain threads, in place of base/parallel.cpp when ThreadSanitizer looks for races:
+// it cannot see how oneTBB, a library of the system, synchronises, and would report what is none.
 #include <algorithm>
 #include <atomic>
 #include <exception>
