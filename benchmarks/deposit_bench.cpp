@@ -353,15 +353,15 @@ void measure(const Mesh& mesh, RTCDevice device, RTCScene rays, const Segments& 
     }
   };
   const auto deposit = [&] {
-    stats = first.accumulate(segments.span(), 1, {own.data(), count}, slots.data());
+    stats = first.accumulate(segments.span(), 1, {own.data(), count, false}, slots.data());
   };
   const auto deposit_bounded = [&] {
-    bounded.accumulate(segments.span(), 1, {scratch.data(), count}, slots.data());
+    bounded.accumulate(segments.span(), 1, {scratch.data(), count, false}, slots.data());
   };
   uint64_t embree_hits = 0;
   const auto embree_discs = [&] {
     embree_hits = 0;
-    const estimate::EnergySums sums{theirs.data(), count};
+    const estimate::EnergySums sums{theirs.data(), count, false};
     for (size_t i = 0; i < n; ++i) {
       Context context;
       context.hits = found.data();
@@ -373,7 +373,7 @@ void measure(const Mesh& mesh, RTCDevice device, RTCScene rays, const Segments& 
     }
   };
   std::vector<double> seconds[4];
-  for (int repetition = 0; repetition < 7; ++repetition) {
+  for (int repetition = 0; repetition < 5; ++repetition) {
     const auto timed = [&](int which, auto&& body) {
       const double start = cpu_seconds();
       body();

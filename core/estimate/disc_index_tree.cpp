@@ -271,10 +271,6 @@ Item bound_disc(const samples::DiscSet& discs, uint32_t k) {
 
 DiscTree build_disc_tree(const samples::DiscSet& discs, const Workers& workers,
                          Progress* progress) {
-  constexpr size_t kMost = size_t(kLanes) << (kNodeBits - 3);  // leaves may be nearly empty
-  if (discs.size() > kMost)
-    throw OptionError("disc index: " + std::to_string(discs.size()) + " discs, at most " +
-                      std::to_string(kMost) + " fit: use fewer samples");
   DiscTree tree;
   if (discs.size() == 0) return tree;
   const uint32_t count = uint32_t(discs.size());
@@ -305,6 +301,9 @@ DiscTree build_disc_tree(const samples::DiscSet& discs, const Workers& workers,
 
   weigh(binary);
   Collapse(discs, items, binary, tree).run();
+  if (tree.leaves.size() > size_t(1) << kNodeBits)
+    throw OptionError("disc index: " + std::to_string(count) + " discs are more than fit (about " +
+                      std::to_string(6 << kNodeBits) + "): use fewer samples");
   const Vec3f far = max(-binary[0].box.low, binary[0].box.high);
   // Not 0: in the tiniest scenes squared distances underflow, and the margin must not.
   tree.reach = std::max({far.x, far.y, far.z, 1e-15f});

@@ -13,7 +13,7 @@ namespace deltalux::estimate {
 
 inline constexpr int kLanes = 8;
 /// A node and a segment's place in its batch share 32 bits.
-inline constexpr int kNodeBits = 26;
+inline constexpr int kNodeBits = 25;
 
 /// Children lie side by side: lanes [0, inner) are nodes inner_base + lane, the following ones
 /// leaves leaf_base + lane (modulo 2^32), the rest empty (low = +inf, high = -inf).
