@@ -62,7 +62,7 @@ def test_wrong_usage_is_found_before_any_work(cli: Cli, words: tuple[str, ...], 
 def test_missing_scene_names_what_would_do(cli: Cli) -> None:
     outcome = cli("info", "nowhere.glb")
     assert outcome.code == 1
-    assert "scene 'nowhere.glb': found no such file, expected a .glb or .gltf file" in outcome.error
+    assert "scene 'nowhere.glb': found no such file, expected a .glb, .gltf or .obj file" in outcome.error
     assert "cornell_box" in outcome.error
 
 

@@ -35,5 +35,5 @@ def open_scene(word: str, movable: Sequence[str] | None = None, light_units: str
         found = "a folder" if path.is_dir() else "no such file"
         close = difflib.get_close_matches(name, BUNDLED_SCENES, n=1)
         hint = f"did you mean {close[0]}?" if close else f"or one of {', '.join(BUNDLED_SCENES)}"
-        raise dl.FormatError(f"scene '{word}': found {found}, expected a .glb or .gltf file; {hint}")
+        raise dl.FormatError(f"scene '{word}': found {found}, expected a .glb, .gltf or .obj file; {hint}")
     return dl.load(path, movable=list(movable or ()), light_units=light_units)

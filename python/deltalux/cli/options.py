@@ -127,7 +127,7 @@ SceneArgument = Annotated[
     str,
     typer.Argument(
         metavar="SCENE",
-        help="A .glb or .gltf file, or a bundled scene: atrium, expo, office, cornell_box.",
+        help="A .glb, .gltf or .obj file, or a bundled scene: atrium, expo, office, cornell_box.",
         show_default=False,
     ),
 ]
