@@ -21,9 +21,7 @@ from .console import ProgressCallback, Terminal
 from .options import JsonOption, QuietOption
 from .targets import PICTURE, SESSION, check_writable
 
-ResultArgument = Annotated[
-    Path, typer.Argument(help="A .dlx, .npz or .csv that bake or update wrote.", show_default=False)
-]
+RESULT_HELP = "A .dlx, .npz or .csv that bake or update wrote."
 PictureOption = Annotated[
     Path | None,
     typer.Option(
@@ -45,8 +43,8 @@ class Loaded:
 
 
 def run(
-    a: ResultArgument,
-    b: ResultArgument,
+    a: Annotated[Path, typer.Argument(metavar="A", help=RESULT_HELP, show_default=False)],
+    b: Annotated[Path, typer.Argument(metavar="B", help=RESULT_HELP, show_default=False)],
     output: PictureOption = None,
     as_json: JsonOption = False,
     quiet: QuietOption = False,

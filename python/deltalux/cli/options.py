@@ -158,7 +158,9 @@ OutputsOption = Annotated[
         show_default=False,
     ),
 ]
-MoreOutputsArgument = Annotated[list[Path] | None, typer.Argument(hidden=True, show_default=False)]
+MoreOutputsArgument = Annotated[
+    list[Path] | None, typer.Argument(metavar="-o OUT", hidden=True, show_default=False)
+]
 FalseColourOption = Annotated[
     bool, typer.Option("--false-colour", help="Pictures show irradiance in false colour, with a legend.")
 ]

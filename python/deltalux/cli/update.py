@@ -93,8 +93,8 @@ def run(
     Half a metre along +X and a quarter turn:
     deltalux update office.dlx --move chair=0.5,0,0,90 -o moved.png moved.dlx
 
-    The ceiling lamps at 30 %, the lamp on the desk away:
-    deltalux update office.dlx --dim ceiling=0.3 --remove desk_lamp -o evening.png
+    The lamps at the wall at 30 %, the lamp on the desk away:
+    deltalux update office.dlx --dim "wall row=0.3" --remove desk_lamp -o evening.png
     """
     targets = check_targets(output, more)
     terminal = Terminal(as_json, quiet)
