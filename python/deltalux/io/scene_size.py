@@ -9,7 +9,7 @@ from deltalux.memory import available_memory
 # Arrays of a Mesh and the temporaries of making it. Measured: 212 bytes per triangle and per vertex where one
 # mesh holds two million triangles, 54 to 88 where many meshes share 300,000.
 BYTES_PER_ELEMENT = 240
-# Python objects for JSON text. Measured: 2.5 to 5.5 bytes per byte for real files, 30 for nothing but brackets.
+# Python objects for JSON text. Measured: 2.5 to 5.5 bytes per byte for real files, 30 for bare brackets.
 BYTES_PER_JSON_BYTE = 32
 
 
