@@ -117,6 +117,7 @@ void bind_session(nb::module_& m) {
         for (const scene::Edit& edit : list.edits) s.check(edit);
       })
       .def_prop_ro("pending", &Session::pending_share)
+      .def_prop_ro("edits_applied", &Session::edits_applied)
       .def("read",
            [](const Session& s) {
              const size_t n = s.state().samples.size();

@@ -12,10 +12,14 @@ namespace deltalux {
 class Progress {
  public:
   void begin(const char* stage, size_t total) {
+    announce(stage, total);
+    check();
+  }
+  /// begin() for work that has to start once it got here.
+  void announce(const char* stage, size_t total) {
     done_.store(0, std::memory_order_relaxed);
     total_.store(total ? total : 1, std::memory_order_relaxed);
     stage_.store(stage, std::memory_order_release);
-    check();
   }
   void advance(size_t by) { done_.fetch_add(by, std::memory_order_relaxed); }
   /// Throws Cancelled once cancel() was called; workers call it every few milliseconds.

@@ -13,6 +13,10 @@ namespace {
 constexpr float kStep = 2 * std::numbers::pi_v<float> / kProbes;
 // Clipped outlines stop short of what clips them, so that no rounding reaches through it.
 constexpr float kShort = 0.998f;
+// A polygon of so many corners around the circle is so much larger.
+const float kAround = 1.0f / std::cos(0.5f * kStep);
+// Probes go further than the circle, to see what may jut in between two of them.
+constexpr float kGuard = 1.25f;
 
 struct Compass {
   float cosine[kProbes], sine[kProbes];
@@ -65,6 +69,77 @@ float covered_share(const ForeignGeometry& foreign, Vec3f centre, Vec3f along, f
   return std::min(1.0f, covered / (reach * reach));
 }
 
+/// What a disc's centre reaches along its probes.
+class Probes {
+ public:
+  Probes(const trace::RayCaster& caster, const Box& world, Vec3f centre, Vec3f normal, float radius)
+      : caster_(caster), centre_(centre), far_(kAround * radius) {
+    Vec3f u, v;
+    tangent_frame(normal, u, v);
+    for (int k = 0; k < kProbes; ++k) {
+      along_[k] = probe_direction(u, v, k);
+      hit_[k] = caster.closest_static(centre, along_[k], 0.0f, kGuard * radius);
+      const float t = std::min(hit_[k].t, distance_to_border(world, centre, along_[k]));
+      reach_[k] = t < far_ ? kShort * t : far_;
+    }
+    for (int k = 0; k < kProbes; ++k) clear_sector(k);
+  }
+
+  /// Returns false when the whole circle is free.
+  bool outline(float radius, Outline& out) const {
+    bool clipped = false;
+    for (int k = 0; k < kProbes; ++k) {
+      const bool whole = reach_[k] >= far_;
+      out[k] = whole ? radius : std::min(reach_[k], kShort * radius);
+      clipped |= !whole;
+    }
+    return clipped;
+  }
+
+ private:
+  Vec3f at(int k, float distance) const { return centre_ + along_[k] * distance; }
+
+  bool sees(int k, int next, float a, float b) const {
+    const Vec3f from = at(k, a);
+    return !caster_.occluded_static(from, at(next, b) - from, 1.0f);
+  }
+
+  /// Nothing as wide as a room fits between two probes that reach beyond the circle, nor between
+  /// two that end on one plane.
+  bool surely_free(int k, int next) const {
+    if (!hit_[k].valid() && !hit_[next].valid()) return true;
+    if (!hit_[k].valid() || !hit_[next].valid()) return false;
+    const Vec3f n = hit_[k].normal, along = at(next, hit_[next].t) - at(k, hit_[k].t);
+    return std::fabs(dot(n, along)) <= 1e-3f * length(n) * length(along);
+  }
+
+  /// Between two probes something may jut in: where walls are thin, a corner of the next room. A
+  /// sector's triangle is free when its third side is. Draws the ends in until that holds; that
+  /// keeps other sectors free.
+  void clear_sector(int k) {
+    const int next = (k + 1) % kProbes;
+    float &a = reach_[k], &b = reach_[next];
+    if (surely_free(k, next) || sees(k, next, a, b)) return;
+    constexpr int kSteps = 5;
+    const float full_a = a, full_b = b, shorter = std::min(a, b);
+    // The longer end alone where that is enough, else both.
+    const bool alone = sees(k, next, shorter, shorter);
+    float good = alone ? shorter : 0.0f, bad = alone ? std::max(a, b) : shorter;
+    for (int step = 0; step < kSteps; ++step) {
+      const float middle = 0.5f * (good + bad);
+      (sees(k, next, std::min(full_a, middle), std::min(full_b, middle)) ? good : bad) = middle;
+    }
+    a = std::min(full_a, good), b = std::min(full_b, good);
+  }
+
+  const trace::RayCaster& caster_;
+  Vec3f centre_;
+  float far_;
+  std::array<Vec3f, kProbes> along_;
+  std::array<trace::Hit, kProbes> hit_;
+  Outline reach_;
+};
+
 }  // namespace
 
 DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea rule,
@@ -96,18 +171,8 @@ DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea
                              .t;
       discs.centre[i] = samples.point[id] + normal * std::min(lift, 0.5f * room);
       if (rule == DiscArea::whole) continue;
-      Vec3f u, v;
-      tangent_frame(normal, u, v);
       Outline outline;
-      bool clipped = false;
-      for (int k = 0; k < kProbes; ++k) {
-        const Vec3f along = probe_direction(u, v, k);
-        const float t = std::min(caster.closest_static(discs.centre[i], along, 0.0f, radius).t,
-                                 distance_to_border(world, discs.centre[i], along));
-        outline[k] = t < radius ? kShort * t : radius;
-        clipped |= outline[k] < radius;
-      }
-      if (clipped) {
+      if (Probes(caster, world, discs.centre[i], normal, radius).outline(radius, outline)) {
         discs.outline[i] = uint32_t(found[begin / kBlock].size());
         found[begin / kBlock].push_back(outline);
       }

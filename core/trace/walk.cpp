@@ -32,6 +32,15 @@ Vec3f cosine_direction(Vec3f n, float r, float s) {
   return u * x + v * y + n * std::sqrt(std::max(0.0f, 1 - x * x - y * y));
 }
 
+/// Where a path leaves the surface that it hit, `epsilon` above it: back along the flight, which
+/// crossed nothing, and only what that cannot give (grazing or very short flights) along the normal,
+/// which in an acute corner would lead through the other wall.
+Vec3f leave_surface(Vec3f origin, Vec3f w, const Hit& hit, Vec3f n, float epsilon) {
+  const float cosine = -dot(n, w);
+  const float back = std::min(epsilon / std::max(cosine, 1.0f / 16), 0.5f * hit.t);
+  return origin + w * (hit.t - back) + n * (epsilon - back * cosine);
+}
+
 }  // namespace
 
 Flight Walk::birth(const Light& light, uint64_t index,
@@ -82,7 +91,7 @@ Landing Walk::land(const Flight& flight, uint32_t bounce, const Hit& hit) const 
   Vec3f n = normalize(hit.normal);
   if (dot(n, w) > 0) n = -n;
   landing.survives = true;
-  landing.next.origin = flight.origin + w * hit.t + n * caster_.epsilon();
+  landing.next.origin = leave_surface(flight.origin, w, hit, n, caster_.epsilon());
   landing.next.direction =
       encode_direction(cosine_direction(n, random(bounce, kScatterU), random(bounce, kScatterV)));
   for (int c = 0; c < 3; ++c)

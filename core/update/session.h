@@ -56,6 +56,8 @@ class Session {
   void check(const scene::Edit& edit) const;
 
   bool baked() const { return baked_; }
+  /// Of the last update(): false when it threw before its edits took effect.
+  bool edits_applied() const { return edits_applied_; }
   double pending_share() const;
   /// Irradiance and standard error, both samples x 3.
   void read(double* irradiance, double* standard_error) const;
@@ -100,6 +102,7 @@ class Session {
   std::vector<PendingPath> pending_;
   Forecast forecast_;
   bool baked_ = false;
+  bool edits_applied_ = true;
 };
 
 }  // namespace deltalux::update

@@ -62,6 +62,7 @@ void Session::check(const scene::Edit& edit) const {
 }
 
 Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Progress& progress) {
+  edits_applied_ = false;
   for (const scene::Edit& edit : edits) check(edit);
   State& s = *state_;
   Report report;
@@ -104,7 +105,10 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
     }
   };
   place_lights();
-  if (!baked_) return report;
+  if (!baked_) {
+    edits_applied_ = true;
+    return report;
+  }
 
   Clock::time_point lap = Clock::now();
   const auto stage = [&](const char* name) {
@@ -173,6 +177,7 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
     place_receivers(nullptr);
     throw;
   }
+  edits_applied_ = true;
   report.scanned_segments = affected.scanned;
   report.candidates = affected.candidates;
 
@@ -229,6 +234,7 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
   if (!changes.empty()) refresh_areas(&changes);
   stage("areas");
   report.milliseconds.emplace_back("total", since(begin));
+  if (!pending_.empty() && progress.cancelled()) throw Cancelled();
   return report;
 }
 
@@ -238,7 +244,7 @@ void Session::run_pending(double budget_ms, Progress& progress, Report& report,
   const size_t total = pending_.size();
   size_t done = 0;
   PathUpdate update(*state_);
-  progress.begin("replace paths", total);
+  progress.announce("replace paths", total);
   // The moving samples come in the first step, which always runs: from then on they follow every
   // replacement as the static ones do.
   do {
@@ -257,9 +263,6 @@ void Session::run_pending(double budget_ms, Progress& progress, Report& report,
   report.milliseconds.emplace_back("moving samples", update.counts().moving_ms);
   report.milliseconds.emplace_back("trace", update.counts().trace_ms);
   report.milliseconds.emplace_back("deposit", update.counts().deposit_ms);
-  if (!pending_.empty() && progress.cancelled()) {
-    throw Cancelled();
-  }
 }
 
 }  // namespace deltalux::update

@@ -261,7 +261,7 @@ class Session:
 
     def _apply_before_bake(self) -> None:
         if len(self._edits):
-            self._session().update(self._edits, 0.0, self.progress)
+            self._session().update(self._edits, 0.0, None)
             self._edits = _core.EditList()
 
     def update(self, budget_ms: float | None = None) -> Frame:
@@ -279,9 +279,13 @@ class Session:
             )
         if budget_ms is not None and not budget_ms > 0:
             raise OptionError(f"budget_ms: found {budget_ms}, expected a positive number, or None")
-        edits, self._edits = self._edits, _core.EditList()
         self._result = None
-        return Frame(**session.update(edits, budget_ms or 0.0, self.progress))
+        try:
+            return Frame(**session.update(self._edits, budget_ms or 0.0, self.progress))
+        finally:
+            # Cancelled before they took effect, edits wait for the next update.
+            if session.edits_applied:
+                self._edits = _core.EditList()
 
     def recompute(self) -> Frame:
         """Compute everything again from scratch in the present state; the digest must not change."""

@@ -182,6 +182,11 @@ def test_cancelled_update_is_finished_by_the_next(calls, direct):
         digest = session.digest()
         session.recompute()
         assert session.digest() == digest
+        with dl.Session(scene, samples_in(scene), paths=120_000, direct=direct) as other:
+            other.bake()
+            other.set_reflectance("wall", (0.3, 0.3, 0.3))
+            other.move("lamp", translation(0.9, 1.2, -0.4))
+            assert other.digest() == digest
         assert session.energy["absorbed"][0] + session.energy["escaped"][0] == session.energy["emitted"][0]
 
 
