@@ -217,10 +217,20 @@ class Deposit {
   }
 
   void add_all(const uint32_t* segment, const uint32_t* disc, uint32_t count) {
-    for (uint32_t i = 0; i < count; ++i)
-      __builtin_prefetch(&discs_.id[disc[i] & ~DiscLeaf::kClipped]);
-    for (uint32_t i = 0; i < count; ++i)
-      __builtin_prefetch(sums_.cell(slab(segment[i]), discs_.id[disc[i] & ~DiscLeaf::kClipped]), 1);
+    for (uint32_t i = 0; i < count; ++i) {
+      const uint32_t k = disc[i] & ~DiscLeaf::kClipped;
+      __builtin_prefetch(&discs_.id[k]);
+      if (disc[i] == k) continue;
+      __builtin_prefetch(&discs_.outline[k]);
+      __builtin_prefetch(&discs_.normal[k]);
+      __builtin_prefetch(&discs_.centre[k]);
+      __builtin_prefetch(&discs_.radius[k]);
+    }
+    for (uint32_t i = 0; i < count; ++i) {
+      const uint32_t k = disc[i] & ~DiscLeaf::kClipped;
+      __builtin_prefetch(sums_.cell(slab(segment[i]), discs_.id[k]), 1);
+      if (disc[i] != k) prefetch(&discs_.outlines[discs_.outline[k]]);
+    }
     for (uint32_t i = 0; i < count; ++i) {
       const uint32_t k = disc[i] & ~DiscLeaf::kClipped;
       if (disc[i] == k || crosses_disc(segment[i], k)) add(segment[i], k);

@@ -75,6 +75,12 @@ uint32_t Scene::add_object(Object object) {
   return uint32_t(objects.size() - 1);
 }
 
+void Scene::drop_last_object() {
+  primitives_ = objects.back().first_primitive;
+  material_.resize(primitives_);
+  objects.pop_back();
+}
+
 uint32_t Scene::object_of(uint32_t primitive) const {
   if (primitive < static_primitives_) return object_of_static_[primitive];
   uint32_t low = 0, high = uint32_t(objects.size());

@@ -59,6 +59,8 @@ class Scene {
   void finish();
   /// Appends a movable object. Throws SceneError.
   uint32_t add_object(Object object);
+  /// Takes the object that was added last back out.
+  void drop_last_object();
 
   uint32_t static_primitives() const { return static_primitives_; }
   uint32_t primitives() const { return primitives_; }

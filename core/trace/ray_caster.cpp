@@ -199,6 +199,13 @@ void RayCaster::update_object(const scene::Scene& scene, uint32_t index) {
     if (movables_[i].scene) present_.push_back(i);
 }
 
+void RayCaster::drop_objects(size_t count) {
+  for (size_t i = count; i < movables_.size(); ++i)
+    if (movables_[i].scene) rtcReleaseScene(static_cast<RTCScene>(movables_[i].scene));
+  movables_.resize(std::min(count, movables_.size()));
+  std::erase_if(present_, [&](uint32_t i) { return i >= count; });
+}
+
 bool RayCaster::reaches(const Movable& movable, Vec3f origin, Vec3f direction, float to) const {
   return SlabRay(origin, direction).entry(movable.bounds, to) < kInfinity;
 }

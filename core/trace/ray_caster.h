@@ -44,6 +44,8 @@ class RayCaster {
 
   /// Commits `object` (movable, possibly new) in its present pose. Not while queries run.
   void update_object(const scene::Scene& scene, uint32_t object);
+  /// Forgets objects from number `count` on.
+  void drop_objects(size_t count);
 
   Hit closest(Vec3f origin, Vec3f direction, float from = 0.0f,
               float to = std::numeric_limits<float>::infinity()) const;

@@ -170,8 +170,13 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
       scene.objects[i].pose = old_objects[i].first;
       scene.objects[i].present = old_objects[i].second;
     }
-    for (uint32_t object : inserted) scene.objects[object].present = false;
-    for (const ObjectChange& change : changes) s.caster->update_object(scene, change.object);
+    for (size_t i = 0; i < inserted.size(); ++i) {
+      scene.drop_last_object();
+      s.closed.pop_back();
+    }
+    s.caster->drop_objects(scene.objects.size());
+    for (const ObjectChange& change : changes)
+      if (change.object < scene.objects.size()) s.caster->update_object(scene, change.object);
     for (trace::Light& light : s.lights) trace::place_light(scene, light);
     for (MovingPart& part : s.moving) place_part(s, part);
     place_receivers(nullptr);

@@ -377,3 +377,21 @@ def test_gradient_under_a_point_light(direct):
     else:
         assert abs(ratio.mean() - 1) < 0.06
     assert gradient.shape == (12, 3, 3)
+
+
+def test_cancelled_insertion_happens_with_the_next_update():
+    scene = room()
+    with dl.Session(scene, samples_in(scene), paths=400_000, direct="sampled") as session:
+        session.bake()
+        session.add(dl.Mesh("new", *box((0.3, 0.3, 0.3)), "glow", pose=translation(0.2, 1, 0), movable=True))
+        session.set_reflectance("wall", (0.3, 0.3, 0.3))
+        session.progress = Stopper(0)
+        with pytest.raises(dl.Cancelled):
+            session.update()
+        session.progress = None
+        session.update()
+        session.move("new", translation(0.4, 1, 0.1))
+        session.update()
+        digest = session.digest()
+        session.recompute()
+        assert session.digest() == digest
