@@ -9,9 +9,10 @@ from . import _core
 from .errors import OptionError
 from .results import Estimate
 from .samples import Samples
-from .segments import Progress, Segments
+from .segments import Progress, Segments, check_threads
 
 SEGMENT_ENDS = ("first", "second", "bounded")
+FARTHEST = 1e15  # metres; beyond it products of coordinates could overflow
 
 
 def _disc_method(
@@ -31,6 +32,8 @@ def _disc_method(
         )
     if any(name is not None for name in samples.attached):
         raise OptionError("samples: found samples attached to a movable, expected world points here")
+    _check_range(samples)
+    check_threads(threads)
     if first_bounce:
         segments = segments.select(segments.bounce >= first_bounce)
     sums, stats = _core.disc_method(
@@ -49,6 +52,23 @@ def _disc_method(
     )
     area = np.pi * samples.radius.astype(np.float32).astype(np.float64) ** 2
     return Estimate(sums * (segments.quantum / area[:, None]), sums, segments.quantum, stats)
+
+
+def _check_range(samples: Samples) -> None:
+    """Refuse discs that single precision cannot hold."""
+    radius = samples.radius.astype(np.float32)
+    if not (radius > 0).all():
+        row = int(np.argmin(radius))
+        raise OptionError(
+            f"samples: radius: found {samples.radius[row]} at row {row}, expected at least 1e-45 metres"
+        )
+    reach = np.abs(samples.points).max(axis=1, initial=0.0) + samples.radius
+    if (reach > FARTHEST).any():
+        row = int(np.argmax(reach))
+        raise OptionError(
+            f"samples: row {row} lies {reach[row]:.3g} m from the origin, expected none farther than "
+            f"{FARTHEST:g} m; choose another unit or origin"
+        )
 
 
 def brute_force(

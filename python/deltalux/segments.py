@@ -69,17 +69,12 @@ class Segments:
         )
         if (self.length < 0).any():
             raise OptionError("segments: length: found a negative value, expected metres")
-        power = np.asarray(power, np.float64)
-        if power.ndim == 0:
-            power = np.full(count, power)
-        if power.ndim == 1:
-            power = np.repeat(power[:, None], 3, axis=1)
-        self.power = _column(power, "power", 3, np.float64, count)
+        self.power = _column(_per_channel(power, count), "power", 3, np.float64, count)
         if (self.power < 0).any():
             raise OptionError("segments: power: found a negative value, expected none")
-        self.path = np.arange(count, dtype=np.uint32) if path is None else np.asarray(path, np.uint32)
-        self.bounce = np.zeros(count, np.uint8) if bounce is None else np.asarray(bounce, np.uint8)
-        self.group = np.zeros(count, np.uint32) if group is None else np.asarray(group, np.uint32)
+        self.path = _numbers(np.arange(count) if path is None else path, "path", np.uint32, count)
+        self.bounce = _numbers(np.zeros(count) if bounce is None else bounce, "bounce", np.uint8, count)
+        self.group = _numbers(np.zeros(count) if group is None else group, "group", np.uint32, count)
         most = self.power.max(initial=0.0)
         self.quantum = most / 2.0**POWER_BITS if most > 0 else 1.0
         self.quanta = np.rint(self.power / self.quantum).astype(np.uint32)
@@ -96,6 +91,25 @@ class Segments:
 
     def __repr__(self) -> str:
         return f"Segments({len(self)}, {len(np.unique(self.path))} paths)"
+
+
+def _per_channel(power: Any, count: int) -> Any:
+    """A number, or one per segment, for all three channels."""
+    power = np.asarray(power)
+    if power.ndim == 0:
+        power = np.full(count, power)
+    return np.repeat(power[:, None], 3, axis=1) if power.ndim == 1 else power
+
+
+def _numbers(values: Any, what: str, dtype: Any, count: int) -> np.ndarray:
+    """Whole numbers that `dtype` holds."""
+    exact = _column(values, what, 1, np.float64, count)
+    bad = (exact != np.floor(exact)) | (exact < 0) | (exact > np.iinfo(dtype).max)
+    if bad.any():
+        raise OptionError(
+            f"segments: {what}: found {exact[bad][0]:g}, expected integers from 0 to {np.iinfo(dtype).max}"
+        )
+    return exact.astype(dtype)
 
 
 def _column(
@@ -138,7 +152,10 @@ def trace(
     Segments
         With `path`, `bounce`, `group`; `extended` reaches to the second hit or the scene's border.
     """
-    _check_count(paths, "paths")
+    check_paths(paths)
+    check_seed(seed)
+    check_threads(threads)
+    check_bounces(max_bounces)
     flat = flatten(scene)
     columns = _core.trace_paths(flat.core, paths, seed, max_bounces, BATCHES, True, threads or 0, progress)
     segments = object.__new__(Segments)
@@ -153,7 +170,8 @@ def trace(
 
 def uniform_lines(count: int, seed: int = 1) -> Segments:
     """Chords of the unit sphere through two uniform points of its surface (paper 4.2, Figure 8)."""
-    _check_count(count, "uniform_lines")
+    _check_integer("uniform_lines", count, 1, 2**32 - 1)
+    check_seed(seed)
     ends = _core.uniform_lines(count, seed)
     chord = ends[:, 1].astype(np.float64) - ends[:, 0]
     length = np.linalg.norm(chord, axis=1)
@@ -162,6 +180,27 @@ def uniform_lines(count: int, seed: int = 1) -> Segments:
     return Segments(ends[:, 0], direction, length, np.full(count, 1.0 / count))
 
 
-def _check_count(count: int, what: str) -> None:
-    if not 1 <= count < 2**32:
-        raise OptionError(f"{what}: found {count}, expected 1 to 4e9")
+def check_paths(paths: Any) -> None:
+    """Raise OptionError unless `paths` is a number of light paths."""
+    _check_integer("paths", paths, 1, 2**32 - 16)
+
+
+def check_seed(seed: Any) -> None:
+    """Raise OptionError unless `seed` fits 64 bits."""
+    _check_integer("seed", seed, 0, 2**64 - 1)
+
+
+def check_threads(threads: Any) -> None:
+    """Raise OptionError unless `threads` is a number of threads or None."""
+    if threads is not None:
+        _check_integer("threads", threads, 1, 1024, "; None = all")
+
+
+def check_bounces(max_bounces: Any) -> None:
+    """Raise OptionError unless `max_bounces` is a number of flights that a path may have."""
+    _check_integer("max_bounces", max_bounces, 1, 250)
+
+
+def _check_integer(what: str, value: Any, least: int, most: int, remedy: str = "") -> None:
+    if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or not least <= value <= most:
+        raise OptionError(f"{what}: found {value!r}, expected an integer from {least} to {most}{remedy}")

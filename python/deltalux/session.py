@@ -17,7 +17,7 @@ from .memory import available_memory
 from .results import Frame, Result
 from .samples import Samples
 from .scene import Mesh, Scene, rigid_pose
-from .segments import MAX_BOUNCES, Progress
+from .segments import MAX_BOUNCES, Progress, check_bounces, check_paths, check_seed, check_threads
 
 DIRECT_MODES = ("auto", "paths", "sampled")
 DISC_AREAS = ("reachable", "whole")
@@ -77,12 +77,12 @@ class Session:
         ):
             if value not in allowed:
                 raise OptionError(f"{name}: found {value!r}, expected one of {allowed}")
-        if not isinstance(paths, (int, np.integer)) or not 1 <= paths < 2**32:
-            raise OptionError(f"paths: found {paths!r}, expected an integer from 1 to 4e9")
-        if not isinstance(seed, (int, np.integer)) or not 0 <= seed < 2**64:
-            raise OptionError(f"seed: found {seed!r}, expected an integer from 0 to 2^64 - 1")
-        if threads is not None and not 1 <= threads <= 1024:
-            raise OptionError(f"threads: found {threads}, expected 1 to 1024, or None for all")
+        check_paths(paths)
+        check_seed(seed)
+        check_threads(threads)
+        check_bounces(max_bounces)
+        if memory_limit is not None and not 0 < memory_limit < 2**63:
+            raise OptionError(f"memory_limit: found {memory_limit}, expected bytes, or None for what is free")
         self.scene = scene
         self.samples = Samples.on_vertices(scene) if samples is None else samples
         self.progress = progress
