@@ -181,6 +181,24 @@ def two_rooms(lit: str, lamp: str = "panel") -> dl.Scene:
     return dl.Scene([hull, wall, panel], [grey(), dl.Material("glowing", (0, 0, 0), (10, 10, 10))])
 
 
+def closet_in_hall(sides: int, turn: float) -> tuple[dl.Scene, dl.Samples]:
+    """A lit prism of single polygons in a dark hall whose floor is one polygon; floor samples around it.
+
+    Corners of the prism jut into the discs of the samples; with 3 sides its own are acute.
+    """
+    angle = turn + np.arange(sides) * 2 * np.pi / sides
+    corners = 0.5 * np.stack([np.cos(angle), 0 * angle, np.sin(angle)], axis=1)
+    sheets = [quad(a, (0, 1, 0), b - a) for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True)]
+    top = quad((-0.6, 1, -0.6), (1.2, 0, 0), (0, 0, 1.2))
+    walls = joined(box((-2, 0, -2), (2, 2, 2)), *sheets, top).mesh("walls", "grey")
+    scene = dl.Scene([walls], [grey()], [dl.PointLight("bulb", (0.05, 0.5, 0.02), BULB)])
+    points = np.random.default_rng(sides).uniform(-0.8, 0.8, (8000, 2))
+    facing = np.stack([np.cos(angle + np.pi / sides), np.sin(angle + np.pi / sides)])
+    beyond = (points @ facing).max(axis=1) - 0.5 * np.cos(np.pi / sides)
+    points = points[(beyond > 1e-6) & (beyond < 0.2)]
+    return scene, dl.Samples(np.insert(points, 1, 0, axis=1), (0, 1, 0))
+
+
 # ---- cases: error and leak of a rule ---------------------------------------------------------------
 
 

@@ -9,7 +9,19 @@ import deltalux as dl
 import numpy as np
 import pytest
 from oracles import closed_forms as cf
-from scenes_for_tests import BULB, Shape, box, disc, furnace, grey, joined, plane_under, quad, sphere
+from scenes_for_tests import (
+    BULB,
+    Shape,
+    bowl_case,
+    box,
+    disc,
+    furnace,
+    grey,
+    joined,
+    plane_under,
+    quad,
+    sphere,
+)
 from statistics_for_tests import assert_each_sample, assert_mean, bake, runs
 
 MODES = pytest.mark.parametrize("direct", ["paths", "sampled"])
@@ -282,6 +294,29 @@ def test_configuration_factors(direct, lamp):
     expected = disc_means(exact, samples, radius)
     assert_each_sample(found, expected)
     assert_mean(found, expected)
+
+
+def test_floor_at_the_border_of_the_world():
+    """Null hypothesis: under a sun each disc has the sun's irradiance, also where it overhangs the scene.
+
+    A flight that hits nothing ends at the border of the world, so discs must not reach beyond. Rates 1e-3.
+    """
+    light, exact = LAMPS["sun"]
+    scene, floor = plane_under(light)
+    samples = floor.samples(1500, seed=6)
+    outer = np.abs(samples.points).max(axis=1) > 1.9
+    assert outer.sum() > 100
+    found = runs(scene, samples, SEEDS, paths=20_000, direct="paths")
+    expected = exact(samples.points, samples.normals)[:, 0]
+    assert_each_sample(found, expected)
+    assert_mean(found.at(outer), expected[outer])
+
+
+def test_automatic_radius_does_not_collapse_on_a_concave_mesh():
+    """On a vertex of a bowl with smooth normals, the faces around it are no surroundings."""
+    coarse, fine = (bowl_case(smooth=True, cells=cells) for cells in (12, 40))
+    radii = [np.median(bake(c.lit, c.samples, paths=1000).radius) for c in (coarse, fine)]
+    assert radii[0] > 0.5 * radii[1]
 
 
 # ---- shadow ----------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ from __future__ import annotations
 import deltalux as dl
 import numpy as np
 import pytest
-from scenes_for_tests import Case, bowl_case, corner_case, rooms_case, two_rooms
+from scenes_for_tests import Case, bowl_case, closet_in_hall, corner_case, rooms_case, two_rooms
 from statistics_for_tests import bake
 
 MODES = pytest.mark.parametrize("direct", ["paths", "sampled"])
@@ -62,6 +62,15 @@ def test_the_dark_room_is_black(lit, direct):
     session = bake(scene, samples, paths=200_000, direct=direct)
     assert (session.irradiance[dark] == 0).all()
     assert session.irradiance[~dark].mean() > 0.1
+
+
+@pytest.mark.parametrize("sides", [3, 4, 6, 24])
+def test_nothing_leaks_around_corners_that_jut_in(sides):
+    """The hall around a lit closet of thin walls stays black, to the last path."""
+    scene, samples = closet_in_hall(sides, turn=0.3 * sides)
+    assert len(samples) > 1000
+    session = bake(scene, samples, paths=300_000, direct="paths")
+    assert (session.irradiance == 0).all()
 
 
 @pytest.mark.parametrize(
