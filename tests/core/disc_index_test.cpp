@@ -170,9 +170,9 @@ void sort_slots(std::vector<HitSlots>& slots) {
     if (slot.disc[0] > slot.disc[1]) std::swap(slot.disc[0], slot.disc[1]);
 }
 
-/// Returns the number of hits.
+/// Returns the number of hits. Moments want unit normals and a radius.
 uint64_t expect_same(const samples::DiscSet& discs, const Segments& s, SegmentEnd rule,
-                     bool slabs = false) {
+                     bool slabs = false, bool with_moments = true) {
   const Workers workers(1);
   const BruteForce oracle(discs, rule);
   const DiscIndex index(discs, rule, workers);
@@ -180,12 +180,18 @@ uint64_t expect_same(const samples::DiscSet& discs, const Segments& s, SegmentEn
   for (const uint32_t id : discs.id) ids = std::max(ids, id + 1);
   std::vector<int64_t> expected(9 * ids), found(9 * ids), quiet(9 * ids);
   std::vector<HitSlots> expected_slots(s.size()), slots(s.size(), HitSlots{{7, 7}});
-  const auto a = oracle.accumulate(s.span(slabs), 1, {expected.data(), ids}, expected_slots.data());
-  const auto b = index.accumulate(s.span(slabs), 1, {found.data(), ids}, slots.data());
+  std::vector<int64_t> expected_moments(18 * ids), moments(18 * ids);
+  const auto given = [&](std::vector<int64_t>& m) { return with_moments ? m.data() : nullptr; };
+  const auto a =
+      oracle.accumulate(s.span(slabs), 1, {expected.data(), ids, true, given(expected_moments)},
+                        expected_slots.data());
+  const auto b =
+      index.accumulate(s.span(slabs), 1, {found.data(), ids, true, given(moments)}, slots.data());
   index.accumulate(s.span(slabs), 1, {quiet.data(), ids, false});
   EXPECT_EQ(a.hits, b.hits);
   EXPECT_EQ(expected, found);
   EXPECT_EQ(expected, quiet);
+  EXPECT_EQ(expected_moments, moments);
   sort_slots(expected_slots), sort_slots(slots);
   for (size_t i = 0; i < s.size(); ++i)
     for (int place = 0; place < 2; ++place)
@@ -283,7 +289,7 @@ TEST(DiscIndex, DegenerateDiscs) {
     if (k % 5 == 2) discs.normal[k] = discs.normal[k] * draw.range(1e-3f, 1e3f);
   }
   const Segments s = hostile_segments(draw, discs, 2000, 1, {});
-  for (const SegmentEnd rule : kRules) expect_same(discs, s, rule);
+  for (const SegmentEnd rule : kRules) expect_same(discs, s, rule, false, false);
 }
 
 // Products with so short a normal underflow: hits lie off the disc's plane.
@@ -294,7 +300,7 @@ TEST(DiscIndex, DenormalNormal) {
   Segments s;
   for (int i = 0; i < 20000; ++i)
     s.add(discs.centre[0] + draw.in_cube(1), draw.direction(), kInfinity, kInfinity);
-  EXPECT_GT(expect_same(discs, s, SegmentEnd::first), 300u);
+  EXPECT_GT(expect_same(discs, s, SegmentEnd::first, false, false), 300u);
 }
 
 // Directions and places for which the box tests overflow.
