@@ -45,13 +45,15 @@ def row(case: Case, rule: dict[str, str], **options) -> str:
     error = 100 * (lit / case.reference - 1)
     leak = 100 * irradiance(case.other, case.samples, **rule, **options) / case.reference.mean()
     name = "defaults" if rule is DEFAULT else f"{rule['disc_area']}, {rule['segment_end']}"
-    cells = [f"{error[place].mean():+.1f}" for place in case.places.values()]
+    cells = [f"{round(error[place].mean(), 1) + 0.0:+.1f}" for place in case.places.values()]  # never -0.0
     cells += [f"{np.sqrt((error**2).mean()):.1f}", _percent(leak.mean()), _percent(leak.max())]
     return f"| {name} | " + " | ".join(cells) + " |"
 
 
 def _percent(value: float) -> str:
-    return "0" if value == 0 else f"{value:.2g}"
+    if value == 0:
+        return "0"
+    return f"{value:.0f}" if value >= 10 else f"{value:.2g}"
 
 
 def main() -> None:
