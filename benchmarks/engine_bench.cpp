@@ -120,7 +120,8 @@ int main(int argc, char** argv) {
     for (const segments::Level& level : state.store.levels())
       for (uint32_t slot = 0; slot < level.size(); slot += segments::Level::kChunk) {
         const segments::Level::Chunk& chunk = level.chunk(slot);
-        update::scan(chunk.centre, chunk.half, segments::Level::kChunk, {&box, 1}, slot, candidates);
+        update::scan(chunk.centre, chunk.half, segments::Level::kChunk, {&box, 1}, slot,
+                     candidates);
       }
     scan.push_back(1e9 * (cpu_seconds() - start) / segments);
   }
@@ -172,13 +173,15 @@ int main(int argc, char** argv) {
       "\"deposit_over_raw\": %.3f, \"hits_per_segment\": %.3f, \"scan_ns\": %.3f, "
       "\"search_ns\": %.3f, \"recompute_ms\": %.2f, \"recompute_wall_ms\": %.2f, "
       "\"frame_ms\": %.3f, \"frame_wall_ms\": %.3f, \"speedup\": %.1f, \"speedup_wall\": %.1f, "
-      "\"frame_efficiency\": %.3f, \"moving_share\": %.3f, \"affected_paths\": %.0f, \"candidates\": %llu, "
+      "\"frame_efficiency\": %.3f, \"moving_share\": %.3f, \"affected_paths\": %.0f, "
+      "\"candidates\": %llu, "
       "\"bytes_per_segment\": %.2f, \"exact\": %s, \"stages_ms\": {",
       size_t(options.paths), state.workers.threads(), samples, segments, state.scene.primitives(),
       bake, raw_ns, raw_ns / median(trace), median(deposit) / raw_ns, hits, median(scan),
       median(search), median(full), median(full_wall), median(frame), median(frame_wall),
       median(full) / median(frame), median(full_wall) / median(frame_wall),
-      least_ms / median(frame), median(moving), median(affected), static_cast<unsigned long long>(candidates_seen),
+      least_ms / median(frame), median(moving), median(affected),
+      static_cast<unsigned long long>(candidates_seen),
       double(state.store.bytes() + state.cut.size()) / segments, equal ? "true" : "false");
   const char* comma = "";
   for (const auto& [key, values] : stages) {

@@ -83,7 +83,11 @@ def table(runs: dict[str, Any]) -> str:
         if name != "deposit":
             rows.append((f"recompute / frame, object {name}", f"{run['speedup']:.0f}x", required[name]))
     rows.append(
-        ("recompute, 1 thread / 2 threads, wall clock", f"{base['recompute_wall_ms'] / two['recompute_wall_ms']:.2f}", "")
+        (
+            "recompute, 1 thread / 2 threads, wall clock",
+            f"{base['recompute_wall_ms'] / two['recompute_wall_ms']:.2f}",
+            "",
+        )
     )
     exact = all(run.get("exact", True) for run in runs.values())
     rows.append(("frames equal recompute to the bit", "yes" if exact else "NO", "yes"))

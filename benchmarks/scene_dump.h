@@ -28,7 +28,8 @@ class DumpReader {
   std::vector<Vec3f> vectors() {
     const std::vector<float> flat = array<float>();
     std::vector<Vec3f> out(flat.size() / 3);
-    for (size_t i = 0; i < out.size(); ++i) out[i] = {flat[3 * i], flat[3 * i + 1], flat[3 * i + 2]};
+    for (size_t i = 0; i < out.size(); ++i)
+      out[i] = {flat[3 * i], flat[3 * i + 1], flat[3 * i + 2]};
     return out;
   }
 

@@ -7,7 +7,9 @@ import deltalux as dl
 import numpy as np
 
 
-def on_surfaces(scene: dl.Scene, count: int, seed: int, radius: float | None, *, movables: bool = True) -> dl.Samples:
+def on_surfaces(
+    scene: dl.Scene, count: int, seed: int, radius: float | None, *, movables: bool = True
+) -> dl.Samples:
     """`count` area-uniform samples on the front sides; those on movables move with them."""
     rng = np.random.default_rng(seed)
     meshes = [m for m in scene.meshes if len(m.triangles) and (movables or not m.movable)]
@@ -19,8 +21,8 @@ def on_surfaces(scene: dl.Scene, count: int, seed: int, radius: float | None, *,
     u, v = rng.random((2, count))
     flip = u + v > 1
     u[flip], v[flip] = 1 - u[flip], 1 - v[flip]
-    points, normals = np.empty((count, 3)), np.empty((count, 3))
-    names = np.empty(count, dtype=object)
+    points, normals = np.zeros((count, 3)), np.zeros((count, 3))
+    names = np.full(count, None, dtype=object)
     for i, mesh in enumerate(meshes):
         own = np.flatnonzero(owner[chosen] == i)
         corners = mesh.triangles[local[chosen[own]]]

@@ -67,8 +67,9 @@ NB_MODULE(_core, m) {
   m.doc() = "Compiled core of Deltalux; use the package, not this module.";
 #if defined(__x86_64__) && defined(__AVX2__)
   if (!__builtin_cpu_supports("avx2"))
-    throw std::runtime_error("deltalux was built for processors with AVX2, which this one lacks; "
-                             "build from source with -DDELTALUX_ISA=x86-64");
+    throw std::runtime_error(
+        "deltalux was built for processors with AVX2, which this one lacks; "
+        "build from source with -DDELTALUX_ISA=x86-64");
 #endif
   // Never destroyed: the interpreter may be gone by then.
   static const auto& errors = *new nb::object(nb::module_::import_("deltalux.errors"));

@@ -26,12 +26,14 @@ scene::Object make_object(const std::string& name, const Rows<float, 3>& vertice
 }
 
 void bind_scene(nb::module_& m) {
-  nb::class_<scene::Object>(m, "Object").def("__init__", [](scene::Object* self,
-      const std::string& name, const Rows<float, 3>& vertices, const Rows<uint32_t, 3>& triangles,
-      const Column<uint32_t>& material, const Column<uint32_t>& group, bool movable,
-      const Matrix& pose) {
-    new (self) scene::Object(make_object(name, vertices, triangles, material, group, movable, pose));
-  });
+  nb::class_<scene::Object>(m, "Object")
+      .def("__init__", [](scene::Object* self, const std::string& name,
+                          const Rows<float, 3>& vertices, const Rows<uint32_t, 3>& triangles,
+                          const Column<uint32_t>& material, const Column<uint32_t>& group,
+                          bool movable, const Matrix& pose) {
+        new (self)
+            scene::Object(make_object(name, vertices, triangles, material, group, movable, pose));
+      });
   nb::class_<Scene>(m, "Scene")
       .def(nb::init<>())
       .def("add_material",
@@ -49,7 +51,7 @@ void bind_scene(nb::module_& m) {
               uint32_t group) {
              scene::PunctualLight light;
              light.name = name;
-             light.kind = kind == "spot" ? LightKind::spot
+             light.kind = kind == "spot"  ? LightKind::spot
                           : kind == "sun" ? LightKind::sun
                                           : LightKind::point;
              light.position = {position[0], position[1], position[2]};

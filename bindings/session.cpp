@@ -45,17 +45,17 @@ class EditList {
 };
 
 update::Options to_options(uint64_t paths, uint64_t seed, int threads, const std::string& end,
-                           const std::string& area, const std::string& direct,
-                           uint32_t max_bounces, uint64_t memory_limit) {
+                           const std::string& area, const std::string& direct, uint32_t max_bounces,
+                           uint64_t memory_limit) {
   update::Options o;
   o.paths = paths;
   o.seed = seed;
   o.threads = threads;
-  o.segment_end = end == "first" ? segments::SegmentEnd::first
+  o.segment_end = end == "first"    ? segments::SegmentEnd::first
                   : end == "second" ? segments::SegmentEnd::second
                                     : segments::SegmentEnd::bounded;
   o.disc_area = area == "whole" ? samples::DiscArea::whole : samples::DiscArea::reachable;
-  o.direct = direct == "paths" ? update::DirectMode::paths
+  o.direct = direct == "paths"     ? update::DirectMode::paths
              : direct == "sampled" ? update::DirectMode::sampled
                                    : update::DirectMode::automatic;
   o.max_bounces = max_bounces;
@@ -92,30 +92,34 @@ void bind_session(nb::module_& m) {
                                 to_options(paths, seed, threads, segment_end, disc_area, direct,
                                            max_bounces, memory_limit));
            })
-      .def("bake",
-           [](Session& s, nb::object callback) {
-             update::Report report;
-             run(callback, [&](Progress& p) { report = s.bake(p); });
-             return to_dict(report);
-           },
-           nb::arg("progress").none())
-      .def("recompute",
-           [](Session& s, nb::object callback) {
-             update::Report report;
-             run(callback, [&](Progress& p) { report = s.recompute(p); });
-             return to_dict(report);
-           },
-           nb::arg("progress").none())
-      .def("update",
-           [](Session& s, const EditList& list, double budget_ms, nb::object callback) {
-             update::Report report;
-             run(callback, [&](Progress& p) { report = s.update(list.edits, budget_ms, p); });
-             return to_dict(report);
-           },
-           nb::arg("edits"), nb::arg("budget_ms"), nb::arg("progress").none())
-      .def("check", [](const Session& s, const EditList& list) {
-        for (const scene::Edit& edit : list.edits) s.check(edit);
-      })
+      .def(
+          "bake",
+          [](Session& s, nb::object callback) {
+            update::Report report;
+            run(callback, [&](Progress& p) { report = s.bake(p); });
+            return to_dict(report);
+          },
+          nb::arg("progress").none())
+      .def(
+          "recompute",
+          [](Session& s, nb::object callback) {
+            update::Report report;
+            run(callback, [&](Progress& p) { report = s.recompute(p); });
+            return to_dict(report);
+          },
+          nb::arg("progress").none())
+      .def(
+          "update",
+          [](Session& s, const EditList& list, double budget_ms, nb::object callback) {
+            update::Report report;
+            run(callback, [&](Progress& p) { report = s.update(list.edits, budget_ms, p); });
+            return to_dict(report);
+          },
+          nb::arg("edits"), nb::arg("budget_ms"), nb::arg("progress").none())
+      .def("check",
+           [](const Session& s, const EditList& list) {
+             for (const scene::Edit& edit : list.edits) s.check(edit);
+           })
       .def_prop_ro("pending", &Session::pending_share)
       .def_prop_ro("edits_applied", &Session::edits_applied)
       .def("read",
@@ -129,14 +133,15 @@ void bind_session(nb::module_& m) {
              return nb::make_tuple(make_array(std::move(irradiance), {n, 3}),
                                    make_array(std::move(error), {n, 3}));
            })
-      .def("gradient",
-           [](Session& s, nb::object callback) {
-             const size_t n = s.state().samples.size();
-             std::vector<double> gradient(9 * n);
-             run(callback, [&](Progress& p) { s.read_gradient(gradient.data(), p); });
-             return make_array(std::move(gradient), {n, 3, 3});
-           },
-           nb::arg("progress").none())
+      .def(
+          "gradient",
+          [](Session& s, nb::object callback) {
+            const size_t n = s.state().samples.size();
+            std::vector<double> gradient(9 * n);
+            run(callback, [&](Progress& p) { s.read_gradient(gradient.data(), p); });
+            return make_array(std::move(gradient), {n, 3, 3});
+          },
+          nb::arg("progress").none())
       .def("sums",
            [](const Session& s) {
              const size_t n = s.state().samples.size();
@@ -216,15 +221,18 @@ void bind_session(nb::module_& m) {
              for (const auto& [name, data] : s.save()) out[name.c_str()] = copy_bytes(data);
              return out;
            })
-      .def("restore", [](Session& s, nb::dict archive, nb::object callback) {
-        Session::Archive data;
-        for (const auto& [key, value] : archive) {
-          const nb::bytes bytes = nb::cast<nb::bytes>(value);
-          const auto* begin = static_cast<const std::byte*>(bytes.data());
-          data[nb::cast<std::string>(key)].assign(begin, begin + bytes.size());
-        }
-        run(callback, [&](Progress& p) { s.restore(data, p); });
-      }, nb::arg("archive"), nb::arg("progress").none());
+      .def(
+          "restore",
+          [](Session& s, nb::dict archive, nb::object callback) {
+            Session::Archive data;
+            for (const auto& [key, value] : archive) {
+              const nb::bytes bytes = nb::cast<nb::bytes>(value);
+              const auto* begin = static_cast<const std::byte*>(bytes.data());
+              data[nb::cast<std::string>(key)].assign(begin, begin + bytes.size());
+            }
+            run(callback, [&](Progress& p) { s.restore(data, p); });
+          },
+          nb::arg("archive"), nb::arg("progress").none());
 }
 
 }  // namespace deltalux::python

@@ -88,14 +88,14 @@ nb::dict trace_paths(scene::Scene scene, uint64_t paths, uint64_t seed, uint32_t
     std::vector<Vec3f> reflectance;
     for (const scene::Material& material : scene.materials)
       reflectance.push_back(material.reflectance);
-    trace::allot_paths(
-        lights, plan::shares_by_use(scene, reflectance, caster, lights, workers, progress), paths,
-        batches);
+    trace::allot_paths(lights,
+                       plan::shares_by_use(scene, reflectance, caster, lights, workers, progress),
+                       paths, batches);
     const trace::EnergyScale scale = trace::choose_scale(lights, max_bounces);
     quantum = scale.quantum;
-    const trace::Walk walk(scene, caster,
-                           {seed, batches, max_bounces, second_hit,
-                            std::numeric_limits<float>::infinity()});
+    const trace::Walk walk(
+        scene, caster,
+        {seed, batches, max_bounces, second_hit, std::numeric_limits<float>::infinity()});
     struct Item {
       trace::Flight flight;
       trace::Landing landing;

@@ -26,9 +26,7 @@ Workers::~Workers() = default;
 void Workers::for_blocks(size_t count, size_t grain,
                          const std::function<void(size_t, size_t)>& body) const {
   const size_t blocks = (count + grain - 1) / grain;
-  const auto run = [&](size_t block) {
-    body(block * grain, std::min(count, (block + 1) * grain));
-  };
+  const auto run = [&](size_t block) { body(block * grain, std::min(count, (block + 1) * grain)); };
   if (!arena_ || blocks < 2) {
     for (size_t block = 0; block < blocks; ++block) run(block);
     return;

@@ -18,8 +18,7 @@ Stats BruteForce::accumulate(const segments::SegmentSpan& s, int sign, const Ene
       if (!crossing.hit) continue;
       const uint32_t slab = s.slab ? s.slab[i] : 0;
       sums.add(slab, discs_.id[k], s.power + 3 * i, sign);
-      if (sums.moments)
-        add_moments(sums, discs_, k, crossing.offset, slab, s.power + 3 * i, sign);
+      if (sums.moments) add_moments(sums, discs_, k, crossing.offset, slab, s.power + 3 * i, sign);
       if (hits < 2) found.disc[hits] = uint32_t(k);
       ++hits;
     }

@@ -81,7 +81,8 @@ struct Flights {
   segments::SegmentSpan span() const {
     const float* c[7];
     for (int k = 0; k < 7; ++k) c[k] = column[k].data();
-    return {column[0].size(), c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[6], power.data(), nullptr};
+    return {column[0].size(), c[0],   c[1], c[2], c[3], c[4], c[5], c[6], c[6],
+            power.data(),     nullptr};
   }
 };
 

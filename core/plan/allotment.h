@@ -15,8 +15,8 @@
 namespace deltalux::plan {
 
 /// Shares of the paths, one per light. A sample's variance is the sum over lights of power per path
-/// times irradiance, so the mean relative variance is least for N ~ sqrt(power * sum E_light / E^2),
-/// here over points spread evenly on the static surfaces. The pilot sees static geometry and
+/// times irradiance, so the mean relative variance is least for N ~ sqrt(power * sum E_light /
+/// E^2), here over points spread evenly on the static surfaces. The pilot sees static geometry and
 /// `reflectance` (per material) alone: shares must not depend on where movables stand; lights that
 /// move count as average ones of their power. Throws Cancelled.
 std::vector<double> shares_by_use(const scene::Scene& scene, std::span<const Vec3f> reflectance,

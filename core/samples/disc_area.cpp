@@ -42,9 +42,10 @@ float sector_area(float a, float b, float radius) {
 /// Share of probe [0, reach], weighted by distance from the centre, that foreign geometry takes:
 /// all beyond the first static hit, and what lies inside closed movable objects.
 float covered_share(const ForeignGeometry& foreign, Vec3f centre, Vec3f along, float reach) {
-  const float limit = foreign.with_static
-                          ? std::min(reach, foreign.caster->closest_static(centre, along, 0, reach).t)
-                          : reach;
+  const float limit =
+      foreign.with_static
+          ? std::min(reach, foreign.caster->closest_static(centre, along, 0, reach).t)
+          : reach;
   float covered = reach * reach - limit * limit;
   float from = 0, entered = -1;
   bool first = true;
@@ -166,8 +167,9 @@ DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea
       discs.normal[i] = normal;
       discs.radius[i] = radius;
       // A low ceiling over the sample (less than the lift) keeps the disc below it.
-      const float room = caster.closest_static(samples.point[id] + normal * (0.25f * lift_at_least),
-                                               normal, 0.0f, 2 * lift)
+      const float room = caster
+                             .closest_static(samples.point[id] + normal * (0.25f * lift_at_least),
+                                             normal, 0.0f, 2 * lift)
                              .t;
       discs.centre[i] = samples.point[id] + normal * std::min(lift, 0.5f * room);
       if (rule == DiscArea::whole) continue;
@@ -210,7 +212,8 @@ OutlineMoments outline_moments(const DiscSet& discs, size_t i) {
     const double area = sector_area(a, b, radius);
     const double chord = 0.5 * a * b * std::sin(kStep);
     const double scale = chord > 0 ? std::sqrt(area / chord) : 0;
-    const double au = scale * a * std::cos(kStep * float(k)), av = scale * a * std::sin(kStep * float(k));
+    const double au = scale * a * std::cos(kStep * float(k)),
+                 av = scale * a * std::sin(kStep * float(k));
     const double bu = scale * b * std::cos(kStep * float(next)),
                  bv = scale * b * std::sin(kStep * float(next));
     m.area += area;

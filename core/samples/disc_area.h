@@ -38,12 +38,12 @@ OutlineMoments outline_moments(const DiscSet& discs, size_t i);
 /// Geometry that may cover part of a disc and moves relative to it.
 struct ForeignGeometry {
   const trace::RayCaster* caster = nullptr;
-  bool with_static = false;              ///< static geometry is foreign too (moving samples)
-  uint32_t own_object = scene::kNone;    ///< never foreign
-  std::span<const uint8_t> closed;       ///< per object: closed movables only are counted
+  bool with_static = false;            ///< static geometry is foreign too (moving samples)
+  uint32_t own_object = scene::kNone;  ///< never foreign
+  std::span<const uint8_t> closed;     ///< per object: closed movables only are counted
 };
-/// The outline's area less what `foreign` geometry covers in the disc's plane. `pose` takes the disc
-/// to world space. A pure function of the state of the scene.
+/// The outline's area less what `foreign` geometry covers in the disc's plane. `pose` takes the
+/// disc to world space. A pure function of the state of the scene.
 float uncovered_area(const DiscSet& discs, size_t i, const Pose& pose,
                      const ForeignGeometry& foreign);
 

@@ -29,8 +29,8 @@ void resolve_radii(const scene::Scene& scene, const trace::RayCaster& caster, ui
         continue;
       }
       const Vec3f n = samples.normal[i];
-      // As high as the lowest discs: on a vertex of a concave mesh the faces around it stand up from
-      // the tangent plane, and are no surroundings.
+      // As high as the lowest discs: on a vertex of a concave mesh the faces around it stand up
+      // from the tangent plane, and are no surroundings.
       const Vec3f origin = samples.point[i] + n * std::max(caster.epsilon(), kLift * least);
       Vec3f u, v;
       tangent_frame(n, u, v);

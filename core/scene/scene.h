@@ -21,10 +21,10 @@ struct Material {
 
 struct Object {
   std::string name;
-  std::vector<Vec3f> vertices;                       ///< local
-  std::vector<std::array<uint32_t, 3>> triangles;    ///< front = counter-clockwise
-  std::vector<uint32_t> material;                    ///< per triangle
-  std::vector<uint32_t> group;                       ///< light group per triangle (emissive ones)
+  std::vector<Vec3f> vertices;                     ///< local
+  std::vector<std::array<uint32_t, 3>> triangles;  ///< front = counter-clockwise
+  std::vector<uint32_t> material;                  ///< per triangle
+  std::vector<uint32_t> group;                     ///< light group per triangle (emissive ones)
   bool movable = false;
   bool present = true;  ///< false after `remove`
   Pose pose;
@@ -78,8 +78,8 @@ class Scene {
   void number(Object& object);
   Box measure_world() const;
 
-  std::vector<uint32_t> object_of_static_;    // per static primitive
-  std::vector<uint32_t> material_;            // per primitive
+  std::vector<uint32_t> object_of_static_;  // per static primitive
+  std::vector<uint32_t> material_;          // per primitive
   uint32_t static_primitives_ = 0, primitives_ = 0;
   Box world_;
 };

@@ -8,8 +8,8 @@
 
 #include "base/direction.h"
 #include "base/vec.h"
-#include "segments/hit_slots.h"
 #include "scene/scene.h"
+#include "segments/hit_slots.h"
 
 namespace deltalux::segments {
 
@@ -19,12 +19,12 @@ inline constexpr uint32_t kNoSlot = 0xffffffffu;
 /// segments at random, and one record is one cache line.
 struct Segment {
   Vec3f origin;
-  uint32_t direction;   ///< decode_direction(); the ray was traced along the decoded vector
-  float length;         ///< to the first hit, or to the world's border; negative = slot not in use
-  uint32_t power[3];    ///< quanta per channel
+  uint32_t direction;  ///< decode_direction(); the ray was traced along the decoded vector
+  float length;        ///< to the first hit, or to the world's border; negative = slot not in use
+  uint32_t power[3];   ///< quanta per channel
   uint32_t path;
-  uint32_t primitive;   ///< first hit, or scene::kNone
-  uint32_t next;        ///< slot one bounce later, or kNoSlot
+  uint32_t primitive;  ///< first hit, or scene::kNone
+  uint32_t next;       ///< slot one bounce later, or kNoSlot
 };
 static_assert(sizeof(Segment) == 44);
 

@@ -65,8 +65,8 @@ void add_area_lights(const scene::Scene& scene, uint32_t index, std::vector<Ligh
   std::map<std::pair<uint32_t, uint32_t>, std::vector<uint32_t>> by_material;
   for (uint32_t t = 0; t < object.triangles.size(); ++t) {
     const Vec3f e = scene.materials[object.material[t]].emission;
-    const Vec3d a(object.vertices[object.triangles[t][0]]), b(object.vertices[object.triangles[t][1]]),
-        c(object.vertices[object.triangles[t][2]]);
+    const Vec3d a(object.vertices[object.triangles[t][0]]),
+        b(object.vertices[object.triangles[t][1]]), c(object.vertices[object.triangles[t][2]]);
     if (e == Vec3f{} || length(cross(b - a, c - a)) <= 0) continue;
     by_material[{object.material[t], object.group[t]}].push_back(t);
   }
@@ -253,10 +253,9 @@ Emission emit(const Light& light, uint64_t seed, uint64_t index, uint32_t batche
     case scene::LightKind::spot: {
       const float inner = 1 - light.cos_inner, ring = (light.cos_inner - light.cos_outer) / 3;
       const float x = r[0] * (inner + ring);
-      const float cosine = x < inner
-                               ? 1 - x
-                               : light.cos_outer + (light.cos_inner - light.cos_outer) *
-                                                       std::cbrt((inner + ring - x) / ring);
+      const float cosine = x < inner ? 1 - x
+                                     : light.cos_outer + (light.cos_inner - light.cos_outer) *
+                                                             std::cbrt((inner + ring - x) / ring);
       return {light.position, around(light.direction, std::min(1.0f, cosine), r[1])};
     }
     case scene::LightKind::sun:

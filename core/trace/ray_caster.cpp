@@ -54,7 +54,8 @@ Hit closest_in(RTCScene scene, uint32_t first_primitive, Vec3f o, Vec3f d, float
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   intersect(scene, query);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
-  return {query.ray.tfar, first_primitive + query.hit.primID,
+  return {query.ray.tfar,
+          first_primitive + query.hit.primID,
           {query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z}};
 }
 
@@ -270,8 +271,8 @@ std::string RayCaster::description() const {
   const auto version = rtcGetDeviceProperty(device_->device, RTC_DEVICE_PROPERTY_VERSION);
   std::string text = "embree " + std::to_string(version / 10000) + "." +
                      std::to_string(version / 100 % 100) + "." + std::to_string(version % 100);
-  const bool wide = rtcGetDeviceProperty(device_->device,
-                                         RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0;
+  const bool wide =
+      rtcGetDeviceProperty(device_->device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0;
 #if defined(__x86_64__)
   text += wide && __builtin_cpu_supports("avx512f") ? ", avx512"
           : __builtin_cpu_supports("avx2")          ? ", avx2"

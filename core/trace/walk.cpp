@@ -33,8 +33,8 @@ Vec3f cosine_direction(Vec3f n, float r, float s) {
 }
 
 /// Where a path leaves the surface that it hit, `epsilon` above it: back along the flight, which
-/// crossed nothing, and only what that cannot give (grazing or very short flights) along the normal,
-/// which in an acute corner would lead through the other wall.
+/// crossed nothing, and only what that cannot give (grazing or very short flights) along the
+/// normal, which in an acute corner would lead through the other wall.
 Vec3f leave_surface(Vec3f origin, Vec3f w, const Hit& hit, Vec3f n, float epsilon) {
   const float cosine = -dot(n, w);
   const float back = std::min(epsilon / std::max(cosine, 1.0f / 16), 0.5f * hit.t);
@@ -86,8 +86,7 @@ Landing Walk::land(const Flight& flight, uint32_t bounce, const Hit& hit) const 
   const Vec3f reflectance = scene_.material_of(hit.primitive).reflectance;
   const float survival = std::max({reflectance.x, reflectance.y, reflectance.z});
   const PathRandom random(options_.seed, flight.path);
-  if (bounce + 1 >= options_.max_bounces || !(random(bounce, kSurvive) < survival))
-    return landing;
+  if (bounce + 1 >= options_.max_bounces || !(random(bounce, kSurvive) < survival)) return landing;
   Vec3f n = normalize(hit.normal);
   if (dot(n, w) > 0) n = -n;
   landing.survives = true;
@@ -110,8 +109,8 @@ EnergyScale choose_scale(std::span<const Light> lights, uint32_t max_bounces) {
   }
   if (!(most > 0)) return {1.0};
   if (paths * max_bounces > 0x1p32)
-    throw OptionError("paths: found " + std::to_string(uint64_t(paths)) +
-                      ", expected at most " + std::to_string(uint64_t(0x1p32) / max_bounces) +
+    throw OptionError("paths: found " + std::to_string(uint64_t(paths)) + ", expected at most " +
+                      std::to_string(uint64_t(0x1p32) / max_bounces) +
                       " so that no integer sum can overflow");
   return {most / 0x1p30};  // one bit of room for lights that are added later
 }
@@ -122,8 +121,9 @@ std::array<uint32_t, 3> birth_quanta(const Light& light, const EnergyScale& scal
     const double q =
         std::nearbyint(factor * light.power[c] / double(light.path_count) / scale.quantum);
     if (!(q <= 0x1p31))
-      throw OptionError("light: a path would carry more than the session's integer scale holds; "
-                        "start a new session with this light in the scene");
+      throw OptionError(
+          "light: a path would carry more than the session's integer scale holds; "
+          "start a new session with this light in the scene");
     quanta[c] = uint32_t(q);
   }
   return quanta;

@@ -41,10 +41,10 @@ class Walk {
   struct Options {
     uint64_t seed = 1;
     uint32_t batches = 8;
-    uint32_t max_bounces = 64;    ///< flights per path
-    bool second_hit = false;      ///< look for `extended`
-    float second_reach = 1e30f;   ///< no further than this beyond the first hit
-    bool static_only = false;     ///< as if there were no movable objects
+    uint32_t max_bounces = 64;   ///< flights per path
+    bool second_hit = false;     ///< look for `extended`
+    float second_reach = 1e30f;  ///< no further than this beyond the first hit
+    bool static_only = false;    ///< as if there were no movable objects
   };
 
   Walk(const scene::Scene& scene, const RayCaster& caster, const Options& options)

@@ -28,7 +28,10 @@ class Finder {
  public:
   Finder(const State& state, std::span<const ObjectChange> changes,
          std::span<const uint8_t> materials)
-      : state_(state), changes_(changes), materials_(materials), changed_(state.scene.objects.size()) {
+      : state_(state),
+        changes_(changes),
+        materials_(materials),
+        changed_(state.scene.objects.size()) {
     for (const ObjectChange& change : changes) {
       changed_[change.object] = 1;
       Box near = change.after;
@@ -92,7 +95,8 @@ class Finder {
       if (!near_[k].empty() && ray.entry(near_[k], reach) <= reach) found.near[k].push_back(slot);
       if (state_.store.with_extended())
         // The piece behind the first hit counts too; re-tracing decides what really changed.
-        affected |= ray.entry(change.before, reach) <= reach || ray.entry(change.after, reach) <= reach;
+        affected |=
+            ray.entry(change.before, reach) <= reach || ray.entry(change.after, reach) <= reach;
       if (retrace || change.after.empty()) continue;
       result.hit = state_.caster->closer(result.hit, change.object, o, w);
     }

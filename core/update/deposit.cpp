@@ -80,7 +80,8 @@ void Deposit::for_slabs(uint32_t bounce, std::span<const uint32_t> slots,
   std::vector<size_t> place(start.begin(), start.end() - 1);
   for (size_t i = 0; i < slots.size(); ++i) sorted_[place[bin[i]]++] = slots[i];
   state_.workers.for_blocks(bins - 1, 1, [&](size_t slab, size_t) {
-    const std::span<const uint32_t> own(sorted_.data() + start[slab], start[slab + 1] - start[slab]);
+    const std::span<const uint32_t> own(sorted_.data() + start[slab],
+                                        start[slab + 1] - start[slab]);
     for (size_t begin = 0; begin < own.size(); begin += kGrain)
       body(own.subspan(begin, std::min(kGrain, own.size() - begin)));
   });

@@ -36,7 +36,8 @@ class Deposit {
   void to_moving(const Block& block, int sign) const;
   void to_part(const MovingPart& part, const Block& block, int sign) const;
   void flush_add(Block& block, uint32_t bounce) const;
-  /// Calls body(slots of one slab) for all slabs, in parallel; slots that do not count are left out.
+  /// Calls body(slots of one slab) for all slabs, in parallel; slots that do not count are left
+  /// out.
   void for_slabs(uint32_t bounce, std::span<const uint32_t> slots,
                  const std::function<void(std::span<const uint32_t>)>& body);
 

@@ -40,7 +40,8 @@ void PathUpdate::write_birth(Segment& segment, const trace::Light& light, uint64
     segment.length = -1;
     return;
   }
-  const trace::Flight flight = walk_.birth(light, index, quanta_[size_t(&light - state_.lights.data())]);
+  const trace::Flight flight =
+      walk_.birth(light, index, quanta_[size_t(&light - state_.lights.data())]);
   segment.origin = flight.origin;
   segment.direction = flight.direction;
   std::copy(flight.power, flight.power + 3, segment.power);
@@ -165,8 +166,10 @@ void PathUpdate::trace(uint32_t bounce, const Front& front, std::vector<uint32_t
       if (i + kAhead < end) __builtin_prefetch(&level->at(slots[i + kAhead]));
       const uint32_t slot = slots[i];
       Segment& segment = level->at(slot);
-      trace::Flight flight{segment.origin, segment.direction,
-                           {segment.power[0], segment.power[1], segment.power[2]}, segment.path};
+      trace::Flight flight{segment.origin,
+                           segment.direction,
+                           {segment.power[0], segment.power[1], segment.power[2]},
+                           segment.path};
       const trace::Landing landing = i < front.hits.size()
                                          ? walk_.land(flight, bounce, front.hits[i])
                                          : walk_.fly(flight, bounce);

@@ -31,7 +31,7 @@ void test_block(const uint32_t* centre, const uint32_t* half, const ScanBox& box
     const float hx = float(int32_t(h << 22) >> 22), hy = float(int32_t(h << 12) >> 22),
                 hz = float(int32_t(h << 2) >> 22);
     const float ax = std::fabs(hx), ay = std::fabs(hy), az = std::fabs(hz);
-    const float *e = box.half;
+    const float* e = box.half;
     const bool apart = (std::fabs(cx) > e[0] + ax) | (std::fabs(cy) > e[1] + ay) |
                        (std::fabs(cz) > e[2] + az) |
                        (std::fabs(hy * cz - hz * cy) > e[1] * az + e[2] * ay) |

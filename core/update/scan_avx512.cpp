@@ -11,9 +11,9 @@ namespace deltalux::update::detail {
 size_t scan_avx512(const uint32_t* centre, const uint32_t* half, size_t count,
                    std::span<const ScanBox> boxes, uint32_t base, uint32_t* out) {
   const __m512i ten_bits = _mm512_set1_epi32(1023);
-  __m512i index = _mm512_add_epi32(
-      _mm512_set1_epi32(int(base)),
-      _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15));
+  __m512i index =
+      _mm512_add_epi32(_mm512_set1_epi32(int(base)),
+                       _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15));
   const __m512i step = _mm512_set1_epi32(16);
   uint32_t* const start = out;
   for (size_t i = 0; i < count; i += 16, index = _mm512_add_epi32(index, step)) {

@@ -14,7 +14,7 @@ namespace deltalux::update {
 namespace {
 
 constexpr uint64_t kPathsPerStep = 32768;  // between two looks at the cancel flag
-constexpr float kLeastLift = 2.0f;          // in epsilons: discs lie above rounding
+constexpr float kLeastLift = 2.0f;         // in epsilons: discs lie above rounding
 constexpr float kFar = std::numeric_limits<float>::infinity();
 constexpr Box kEverywhere{{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
 
@@ -38,9 +38,11 @@ void check_samples(const scene::Scene& scene, samples::SampleSet& samples) {
     samples.normal[i] = normalize(samples.normal[i]);
     const float r = samples.radius[i];
     if (!std::isnan(r) && !(r > 0 && std::isfinite(r)))
-      throw OptionError(where + "radius: found " + std::to_string(r) + ", expected positive metres");
+      throw OptionError(where + "radius: found " + std::to_string(r) +
+                        ", expected positive metres");
     const uint32_t object = samples.attached[i];
-    if (object != scene::kNone && (object >= scene.objects.size() || !scene.objects[object].movable))
+    if (object != scene::kNone &&
+        (object >= scene.objects.size() || !scene.objects[object].movable))
       throw OptionError(where + "attached to something that is not movable");
   }
 }
@@ -71,7 +73,8 @@ Session::Session(scene::Scene scene, samples::SampleSet samples, const Options& 
   state_->samples = std::move(samples);
   state_->group_factor.assign(state_->scene.group_count, 1.0);
   state_->lights = trace::find_lights(state_->scene);
-  trace::allot_paths(state_->lights, trace::shares_by_power(state_->lights), options.paths, kBatches);
+  trace::allot_paths(state_->lights, trace::shares_by_power(state_->lights), options.paths,
+                     kBatches);
   state_->scale = trace::choose_scale(state_->lights, options.max_bounces);
   for (const scene::Material& material : state_->scene.materials)
     state_->loaded_reflectance.push_back(material.reflectance);
@@ -138,11 +141,9 @@ void Session::check_memory(Progress& progress) {
     }
   }
   const double per_path = walked ? double(flights) / double(walked) : 1.0;
-  const double per_segment = sizeof(segments::Level::Chunk) / double(segments::Level::kChunk) +
-                             (s.store.with_extended() || s.options.segment_end !=
-                                                             segments::SegmentEnd::first
-                                  ? 4.0
-                                  : 0.0);
+  const double per_segment =
+      sizeof(segments::Level::Chunk) / double(segments::Level::kChunk) +
+      (s.store.with_extended() || s.options.segment_end != segments::SegmentEnd::first ? 4.0 : 0.0);
   const double fixed = double(s.samples.size()) * (s.sum_groups() * kBatches * 24.0 + 256.0) +
                        double(s.scene.primitives()) * 200.0 +
                        // Each bounce ends in a chunk that is partly empty; more paths go deeper.
@@ -154,19 +155,19 @@ void Session::check_memory(Progress& progress) {
   // A little less than that: another number of paths sees another pilot.
   forecast_.paths_that_fit = room > 0 ? uint64_t(0.95 * room / bytes_per_path) : 0;
   if (s.options.memory_limit && forecast_.bytes > s.options.memory_limit)
-    throw OptionError(
-        "memory: " + std::to_string(paths) + " paths would need about " +
-        std::to_string(forecast_.bytes >> 20) + " MiB, the limit is " +
-        std::to_string(s.options.memory_limit >> 20) + " MiB; about " +
-        std::to_string(forecast_.paths_that_fit) + " paths would fit, or raise the memory limit");
+    throw OptionError("memory: " + std::to_string(paths) + " paths would need about " +
+                      std::to_string(forecast_.bytes >> 20) + " MiB, the limit is " +
+                      std::to_string(s.options.memory_limit >> 20) + " MiB; about " +
+                      std::to_string(forecast_.paths_that_fit) +
+                      " paths would fit, or raise the memory limit");
 }
 
 void Session::trace_all(Progress& progress, Report& report) {
   State& s = *state_;
   uint64_t paths = 0;
   for (const trace::Light& light : s.lights) paths += light.path_count;
-  s.store = segments::SegmentStore(s.scene.world(),
-                                   s.options.segment_end != segments::SegmentEnd::first);
+  s.store =
+      segments::SegmentStore(s.scene.world(), s.options.segment_end != segments::SegmentEnd::first);
   s.cut.assign(paths, kNotCut);
   s.sums.assign(size_t(s.sum_groups()) * kBatches * s.samples.size() * 3, 0);
   pending_.clear();
@@ -226,10 +227,11 @@ Report Session::bake(Progress& progress) {
     Report report;
     double start = now_ms();
     build_static_parts(progress);
-    trace::allot_paths(state_->lights,
-                       plan::shares_by_use(state_->scene, state_->loaded_reflectance, *state_->caster,
-                                           state_->lights, state_->workers, progress),
-                       state_->options.paths, kBatches);
+    trace::allot_paths(
+        state_->lights,
+        plan::shares_by_use(state_->scene, state_->loaded_reflectance, *state_->caster,
+                            state_->lights, state_->workers, progress),
+        state_->options.paths, kBatches);
     state_->scale = trace::choose_scale(state_->lights, state_->options.max_bounces);
     check_memory(progress);
     choose_direct();
@@ -287,10 +289,9 @@ void Session::refresh_areas(const std::vector<ObjectChange>* changes) {
     const Pose pose = part ? s.scene.objects[part->object].pose : Pose{};
     samples::ForeignGeometry foreign{s.caster.get(), part != nullptr,
                                      part ? part->object : scene::kNone, s.closed};
-    const bool part_moved =
-        part && changes && std::any_of(changes->begin(), changes->end(), [&](const auto& c) {
-          return c.object == part->object;
-        });
+    const bool part_moved = part && changes &&
+                            std::any_of(changes->begin(), changes->end(),
+                                        [&](const auto& c) { return c.object == part->object; });
     s.workers.for_blocks(discs.size(), 512, [&](size_t begin, size_t end) {
       for (size_t i = begin; i < end; ++i) {
         const Vec3f centre = part ? pose.point(discs.centre[i]) : discs.centre[i];
@@ -301,7 +302,8 @@ void Session::refresh_areas(const std::vector<ObjectChange>* changes) {
         if (!touched) continue;
         bool reached = part != nullptr;
         for (uint32_t object : s.caster->present())
-          reached = reached || s.caster->object_bounds(object).touches_sphere(centre, discs.radius[i]);
+          reached =
+              reached || s.caster->object_bounds(object).touches_sphere(centre, discs.radius[i]);
         s.area[discs.id[i]] = reached && !whole ? samples::uncovered_area(discs, i, pose, foreign)
                                                 : samples::outline_area(discs, i);
       }

@@ -21,7 +21,7 @@ namespace deltalux::update {
 struct Report {
   uint64_t affected_paths = 0, removed_segments = 0, traced_segments = 0;
   uint64_t scanned_segments = 0, candidates = 0;
-  double done = 1;                              ///< share of the pending paths that were replaced
+  double done = 1;  ///< share of the pending paths that were replaced
   std::vector<std::pair<std::string, double>> milliseconds;  ///< by stage, wall clock
 };
 

@@ -24,9 +24,8 @@ void Session::choose_direct() {
     const Vec3d p = s.lights[i].power;
     return (p.x + p.y + p.z) / std::max(1.0, rays(i));
   };
-  std::sort(order.begin(), order.end(), [&](size_t a, size_t b) {
-    return worth(a) != worth(b) ? worth(a) > worth(b) : a < b;
-  });
+  std::sort(order.begin(), order.end(),
+            [&](size_t a, size_t b) { return worth(a) != worth(b) ? worth(a) > worth(b) : a < b; });
   for (size_t i : order) {
     if (rays(i) > budget) continue;
     budget -= rays(i);
@@ -86,7 +85,8 @@ void Session::update_direct(std::span<const ObjectChange> changes, size_t old_li
     }
   place_receivers(&changed);
   if (std::any_of(s.light_sampled.begin(), s.light_sampled.end(), [](uint8_t yes) { return yes; }))
-    direct_->update({*s.caster, s.lights, s.light_sampled, receivers_}, change, s.workers, progress);
+    direct_->update({*s.caster, s.lights, s.light_sampled, receivers_}, change, s.workers,
+                    progress);
 }
 
 void Session::restore_direct(const Archive& archive, Progress&) {

@@ -51,10 +51,12 @@ void Session::check(const scene::Edit& edit) const {
       throw OptionError("dim: found factor " + std::to_string(dim->factor) +
                         ", expected 0 to 1e6 (1 = as loaded)");
     if (state_->merged(dim->group) && dim->factor > 1.5)
-      throw OptionError("dim: more than eight groups share sums, and this one has no room for a "
-                        "factor above 1.5");
+      throw OptionError(
+          "dim: more than eight groups share sums, and this one has no room for a "
+          "factor above 1.5");
   } else if (const auto* paint = std::get_if<scene::SetReflectance>(&edit)) {
-    if (paint->material >= scene.materials.size()) throw OptionError("reflectance: no such material");
+    if (paint->material >= scene.materials.size())
+      throw OptionError("reflectance: no such material");
     for (int c = 0; c < 3; ++c)
       if (!(paint->reflectance[c] >= 0 && paint->reflectance[c] <= 1))
         throw OptionError("reflectance: expected 0 to 1 per channel");
@@ -137,10 +139,12 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
   for (uint32_t object : inserted)
     for (trace::Light& light : trace::find_lights(scene, object)) {
       // A new light's paths carry about as much as the others', so that noise stays even.
-      light.first_path = s.lights.empty() ? 0 : s.lights.back().first_path + s.lights.back().path_count;
+      light.first_path =
+          s.lights.empty() ? 0 : s.lights.back().first_path + s.lights.back().path_count;
       const double most = std::max({light.power.x, light.power.y, light.power.z});
       const double per_path = s.scale.quantum * 0x1p29;
-      light.path_count = std::max<uint64_t>(kBatches, uint64_t(most / per_path / kBatches) * kBatches);
+      light.path_count =
+          std::max<uint64_t>(kBatches, uint64_t(most / per_path / kBatches) * kBatches);
       s.lights.push_back(std::move(light));
       s.light_sampled.push_back(s.options.direct == DirectMode::sampled);
     }
@@ -198,7 +202,8 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
     const trace::Light& light = s.lights[l];
     const bool moved = std::any_of(changes.begin(), changes.end(),
                                    [&](const auto& c) { return c.object == light.object; });
-    const bool dimmed = s.merged(light.group) && s.group_factor[light.group] != old_factors[light.group];
+    const bool dimmed =
+        s.merged(light.group) && s.group_factor[light.group] != old_factors[light.group];
     if (moved || dimmed)
       for (uint64_t i = 0; i < light.path_count; ++i)
         mark(uint32_t(light.first_path + i), 0, {uint32_t(light.first_path + i), false, {}});

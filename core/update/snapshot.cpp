@@ -117,15 +117,15 @@ void Session::restore(const Archive& archive, Progress& progress) {
   s.scale.quantum = unpack<double>(archive, "quantum", 1)[0];
   build_static_parts(progress);
   s.cut = unpack<uint8_t>(archive, "cut", paths);
-  s.sums = unpack<int64_t>(archive, "sums",
-                           size_t(s.sum_groups()) * kBatches * s.samples.size() * 3);
+  s.sums =
+      unpack<int64_t>(archive, "sums", size_t(s.sum_groups()) * kBatches * s.samples.size() * 3);
   s.area = unpack<float>(archive, "area", s.samples.size());
   const auto& pending_bytes = archive.find("pending");
   if (pending_bytes == archive.end()) throw FormatError("session file: \"pending\" is missing");
-  pending_ = unpack<PendingPath>(archive, "pending",
-                                 pending_bytes->second.size() / sizeof(PendingPath));
-  s.store = segments::SegmentStore(s.scene.world(),
-                                   s.options.segment_end != segments::SegmentEnd::first);
+  pending_ =
+      unpack<PendingPath>(archive, "pending", pending_bytes->second.size() / sizeof(PendingPath));
+  s.store =
+      segments::SegmentStore(s.scene.world(), s.options.segment_end != segments::SegmentEnd::first);
   const size_t bounces = archive.at("level_sizes").size() / sizeof(uint64_t);
   const auto sizes = unpack<uint64_t>(archive, "level_sizes", bounces);
   progress.begin("restore segments", bounces);
@@ -133,8 +133,8 @@ void Session::restore(const Archive& archive, Progress& progress) {
     const std::string prefix = "level" + std::to_string(b) + ".";
     const auto records = unpack<segments::Segment>(archive, prefix + "segments", sizes[b]);
     const auto hits = unpack<segments::HitSlots>(archive, prefix + "hits", sizes[b]);
-    const auto extended = unpack<float>(archive, prefix + "extended",
-                                        s.store.with_extended() ? sizes[b] : 0);
+    const auto extended =
+        unpack<float>(archive, prefix + "extended", s.store.with_extended() ? sizes[b] : 0);
     segments::Level& level = s.store.level(b);
     std::vector<uint32_t> slots;
     level.allocate(sizes[b], s.store.with_extended(), slots);

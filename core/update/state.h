@@ -17,8 +17,8 @@
 
 namespace deltalux::update {
 
-inline constexpr uint32_t kBatches = 8;         // independent estimates behind the standard error
-inline constexpr uint32_t kMostSumGroups = 8;   // later groups share the last one's sums
+inline constexpr uint32_t kBatches = 8;        // independent estimates behind the standard error
+inline constexpr uint32_t kMostSumGroups = 8;  // later groups share the last one's sums
 inline constexpr uint8_t kNotCut = 255;
 
 enum class DirectMode : uint8_t { automatic, paths, sampled };
@@ -38,8 +38,8 @@ struct Options {
 struct MovingPart {
   uint32_t object = scene::kNone;
   std::unique_ptr<estimate::DiscIndex> index;
-  Box local;       ///< of all discs
-  Box world;       ///< of `local` in the present pose, conservative
+  Box local;             ///< of all discs
+  Box world;             ///< of `local` in the present pose, conservative
   bool current = false;  ///< sums are those of the present pose
 };
 
@@ -61,12 +61,12 @@ struct State {
 
   std::unique_ptr<estimate::DiscIndex> static_index;
   std::vector<MovingPart> moving;
-  std::vector<uint8_t> closed;            // per object, see samples::is_closed
-  std::vector<float> area;                // per sample: what its disc counts, now
+  std::vector<uint8_t> closed;  // per object, see samples::is_closed
+  std::vector<float> area;      // per sample: what its disc counts, now
 
   segments::SegmentStore store;
-  std::vector<uint8_t> cut;               // per path: pending re-trace from this bounce, or kNotCut
-  std::vector<int64_t> sums;              // EnergySums, slab = group * kBatches + batch
+  std::vector<uint8_t> cut;   // per path: pending re-trace from this bounce, or kNotCut
+  std::vector<int64_t> sums;  // EnergySums, slab = group * kBatches + batch
 
   uint32_t sum_groups() const { return std::min(scene.group_count, kMostSumGroups); }
   bool merged(uint32_t group) const {
@@ -87,7 +87,8 @@ struct State {
     return merged(light.group) ? group_factor[light.group] : 1.0;
   }
   trace::Walk walk() const {
-    return {scene, *caster,
+    return {scene,
+            *caster,
             {options.seed, kBatches, options.max_bounces,
              options.segment_end != segments::SegmentEnd::first,
              options.segment_end == segments::SegmentEnd::bounded

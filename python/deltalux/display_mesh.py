@@ -166,25 +166,16 @@ def _checked_sides(scene: Scene, sides: Any) -> np.ndarray:
 def _welded(scene: Scene, sides: np.ndarray) -> _Base:
     if not scene.meshes:
         raise SceneError("display mesh: found a scene without meshes, expected at least one triangle")
-    frames = [m.vertices if m.movable else m.world_vertices for m in scene.meshes]
-    points = np.concatenate(frames)
-    vertex_counts = [len(f) for f in frames]
+    representative, triangles = weld(scene)
+    points = np.concatenate([m.vertices if m.movable else m.world_vertices for m in scene.meshes])
     triangle_counts = [len(m.triangles) for m in scene.meshes]
-    point_mesh = np.repeat(np.arange(len(frames)), vertex_counts)
-    first_vertex = np.cumsum([0, *vertex_counts[:-1]])
+    point_mesh = np.repeat(np.arange(len(scene.meshes)), [len(m.vertices) for m in scene.meshes])
     material_of = {m.name: i for i, m in enumerate(scene.materials)}
     material = np.concatenate(
         [np.array([material_of[name] for name in m.material])[m.material_index] for m in scene.meshes]
     )
-    triangles = np.concatenate(
-        [m.triangles + first for m, first in zip(scene.meshes, first_vertex, strict=True)]
-    )
-    mesh = np.repeat(np.arange(len(frames)), triangle_counts)
+    mesh = np.repeat(np.arange(len(scene.meshes)), triangle_counts)
     source = np.concatenate([np.arange(n) for n in triangle_counts])
-
-    local = np.concatenate([m.vertices for m in scene.meshes])
-    representative, position = _weld(local, point_mesh)
-    triangles = position[triangles]
 
     # Both sides of one triangle stay neighbours, so that everything is ordered by source.
     order = np.repeat(np.arange(len(triangles)), np.where(sides == BOTH, 2, 1))
@@ -219,14 +210,19 @@ def _without(base: _Base, dropped: np.ndarray) -> _Base:
     )
 
 
-def _weld(points: np.ndarray, mesh: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Merge the vertices of a mesh that differ by rounding only.
+def weld(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Merge the vertices of each mesh that differ by rounding only.
 
     Returns
     -------
-    representative : (k,) a vertex for each merged one
-    position : (n,) the merged vertex of each vertex
+    representative : (k,) for each merged vertex, one of the vertices of all meshes
+    triangles : (m, 3), the triangles of all meshes over the merged vertices
     """
+    counts = [len(m.vertices) for m in scene.meshes]
+    points = np.concatenate([m.vertices for m in scene.meshes])
+    mesh = np.repeat(np.arange(len(counts)), counts)
+    first = np.cumsum([0, *counts[:-1]])
+    triangles = np.concatenate([m.triangles + k for m, k in zip(scene.meshes, first, strict=True)])
     extent = np.zeros(mesh.max(initial=0) + 1)
     np.maximum.at(extent, mesh, np.abs(points).max(axis=1))
     cell = np.maximum(WELD_TOLERANCE * extent, np.finfo(float).tiny)[mesh]
@@ -237,7 +233,7 @@ def _weld(points: np.ndarray, mesh: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     new = np.r_[True, (high[order][1:] != high[order][:-1]) | (low[order][1:] != low[order][:-1])]
     position = np.zeros(len(points), dtype=np.int64)
     position[order] = np.cumsum(new) - 1
-    return order[new], position
+    return order[new], position[triangles]
 
 
 def _degenerate(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:

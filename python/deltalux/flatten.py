@@ -63,16 +63,15 @@ def flatten(scene: Scene) -> FlatScene:
 
 
 def _add_light(flat: FlatScene, light: PointLight | SpotLight | SunLight) -> None:
-    spot = isinstance(light, SpotLight)
-    kind = "spot" if spot else "sun" if isinstance(light, SunLight) else "point"
+    kind = "spot" if isinstance(light, SpotLight) else "sun" if isinstance(light, SunLight) else "point"
     flat.core.add_light(
         light.name,
         kind,
         (0.0, 0.0, 0.0) if isinstance(light, SunLight) else tuple(light.position),
         (0.0, -1.0, 0.0) if isinstance(light, PointLight) else tuple(light.direction),
         tuple(light.irradiance if isinstance(light, SunLight) else light.intensity),
-        float(np.cos(light.inner_angle)) if spot else 1.0,
-        float(np.cos(light.outer_angle)) if spot else 0.0,
+        float(np.cos(light.inner_angle)) if isinstance(light, SpotLight) else 1.0,
+        float(np.cos(light.outer_angle)) if isinstance(light, SpotLight) else 0.0,
         -1 if light.attached_to is None else flat.objects[light.attached_to],
         flat.groups[light.group or light.name],
     )

@@ -82,6 +82,7 @@ class Material:
 
     @property
     def emissive(self) -> bool:
+        """Whether it gives light of its own."""
         return bool((self.emission > 0).any())
 
 
@@ -180,16 +181,23 @@ class PointLight(_PunctualLight):
     position: Any = (0.0, 0.0, 0.0)
     intensity: Any = (1.0, 1.0, 1.0)
 
-    def __init__(self, name, position, intensity=(1, 1, 1), group=None, attached_to=None):
+    def __init__(
+        self,
+        name: str,
+        position: Any,
+        intensity: Any = (1, 1, 1),
+        group: str | None = None,
+        attached_to: str | None = None,
+    ) -> None:
         _init(self, name=name, group=group, attached_to=attached_to)
         self._check(position=position, intensity=intensity)
 
 
 @dataclass(frozen=True, eq=False)
 class SpotLight(_PunctualLight):
-    """Point source within a cone: full inside `inner_angle`, zero outside `outer_angle` (radians, half angles).
+    """Point source within a cone: full inside `inner_angle`, zero outside `outer_angle`.
 
-    The falloff between them is that of KHR_lights_punctual.
+    Both are half angles in radians. The falloff between them is that of KHR_lights_punctual.
     """
 
     position: Any = (0.0, 0.0, 0.0)
@@ -200,15 +208,15 @@ class SpotLight(_PunctualLight):
 
     def __init__(
         self,
-        name,
-        position,
-        direction,
-        intensity=(1, 1, 1),
-        inner_angle=0.0,
-        outer_angle=np.pi / 4,
-        group=None,
-        attached_to=None,
-    ):
+        name: str,
+        position: Any,
+        direction: Any,
+        intensity: Any = (1, 1, 1),
+        inner_angle: float = 0.0,
+        outer_angle: float = np.pi / 4,
+        group: str | None = None,
+        attached_to: str | None = None,
+    ) -> None:
         if not 0 <= inner_angle < outer_angle <= np.pi / 2 + 1e-6:
             raise SceneError(
                 f'light "{name}": found inner angle {inner_angle}, outer angle {outer_angle}; '
@@ -232,7 +240,14 @@ class SunLight(_PunctualLight):
     direction: Any = (0.0, -1.0, 0.0)
     irradiance: Any = (1.0, 1.0, 1.0)
 
-    def __init__(self, name, direction, irradiance=(1, 1, 1), group=None, attached_to=None):
+    def __init__(
+        self,
+        name: str,
+        direction: Any,
+        irradiance: Any = (1, 1, 1),
+        group: str | None = None,
+        attached_to: str | None = None,
+    ) -> None:
         _init(self, name=name, group=group, attached_to=attached_to)
         self._check(direction=direction, irradiance=irradiance)
 

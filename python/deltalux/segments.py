@@ -75,6 +75,7 @@ class Segments:
         self.path = _numbers(np.arange(count) if path is None else path, "path", np.uint32, count)
         self.bounce = _numbers(np.zeros(count) if bounce is None else bounce, "bounce", np.uint8, count)
         self.group = _numbers(np.zeros(count) if group is None else group, "group", np.uint32, count)
+        self.primitive: np.ndarray | None = None  # triangle hit; of traced segments only
         most = self.power.max(initial=0.0)
         self.quantum = most / 2.0**POWER_BITS if most > 0 else 1.0
         self.quanta = np.rint(self.power / self.quantum).astype(np.uint32)
@@ -86,7 +87,8 @@ class Segments:
         """The segments of a mask or an index array, with the same quanta."""
         part = object.__new__(Segments)
         for name, value in vars(self).items():
-            setattr(part, name, value if name == "quantum" else np.ascontiguousarray(value[which]))
+            single = name == "quantum" or value is None
+            setattr(part, name, value if single else np.ascontiguousarray(value[which]))
         return part
 
     def __repr__(self) -> str:
@@ -172,7 +174,7 @@ def uniform_lines(count: int, seed: int = 1) -> Segments:
     """Chords of the unit sphere through two uniform points of its surface (paper 4.2, Figure 8)."""
     _check_integer("uniform_lines", count, 1, 2**32 - 1)
     check_seed(seed)
-    ends = _core.uniform_lines(count, seed)
+    ends: Any = _core.uniform_lines(count, seed)
     chord = ends[:, 1].astype(np.float64) - ends[:, 0]
     length = np.linalg.norm(chord, axis=1)
     length[length == 0] = np.finfo(np.float32).tiny

@@ -102,7 +102,7 @@ class Session:
         attached = np.array(
             [0xFFFFFFFF if name is None else self._object(name) for name in self.samples.attached], np.uint32
         )
-        self._core = _core.Session(
+        self._core: Any = _core.Session(
             self._flat.core,
             np.ascontiguousarray(self.samples.points, np.float32),
             np.ascontiguousarray(self.samples.normals, np.float32),

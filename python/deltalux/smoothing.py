@@ -28,6 +28,31 @@ class Faces:
         self.bisector = middle / np.maximum(np.linalg.norm(middle, axis=2, keepdims=True), 1e-12)
 
 
+def shared_edges(triangles: np.ndarray, point_count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Find where two triangles continue each other: an edge that they run along in opposite directions.
+
+    Triangles that overlap or are wound against each other share none.
+
+    Returns
+    -------
+    Two (e,) int64 arrays of edges 3 t + k (triangle t, from its corner k to the next), pairwise one edge.
+    """
+    start, end = triangles.ravel(), triangles[:, (1, 2, 0)].ravel()
+    key = np.minimum(start, end) * point_count + np.maximum(start, end)
+    order = np.argsort(key, kind="stable")
+    sorted_key = key[order]
+    pairs: list[tuple[np.ndarray, np.ndarray]] = []
+    offset = 1
+    # Usually two triangles share an edge; where sheets meet, every pair of them is looked at.
+    while (same := sorted_key[offset:] == sorted_key[:-offset]).any():
+        one, two = order[:-offset][same], order[offset:][same]
+        opposite = start[one] == end[two]
+        pairs.append((one[opposite], two[opposite]))
+        offset += 1
+    none = np.zeros(0, dtype=np.int64)
+    return np.concatenate([none, *(p[0] for p in pairs)]), np.concatenate([none, *(p[1] for p in pairs)])
+
+
 def smooth_edges(
     faces: Faces, cosine: np.ndarray, point_count: int
 ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
@@ -38,27 +63,13 @@ def smooth_edges(
     joined : (m, 3) bool, edge k (corner k to k + 1) continues smoothly in another triangle
     links : two arrays of corner numbers (3 t + k), pairwise in one smoothing group
     """
-    start, end = faces.triangles.ravel(), faces.triangles[:, (1, 2, 0)].ravel()
-    key = np.minimum(start, end) * point_count + np.maximum(start, end)
-    order = np.argsort(key, kind="stable")
-    sorted_key = key[order]
-    joined = np.zeros(len(key), dtype=bool)
-    first: list[np.ndarray] = []
-    second: list[np.ndarray] = []
-    offset = 1
-    # Usually two triangles share an edge; where sheets meet, every pair of them is looked at.
-    while (same := sorted_key[offset:] == sorted_key[:-offset]).any():
-        one, two = order[:-offset][same], order[offset:][same]
-        normals = faces.normal
-        smooth = np.einsum("ij,ij->i", normals[one // 3], normals[two // 3]) >= cosine[one // 3]
-        smooth &= start[one] == end[two]  # else the two overlap or are wound against each other
-        one, two = one[smooth], two[smooth]
-        joined[one] = joined[two] = True
-        first += [one, _next_corner(one)]
-        second += [_next_corner(two), two]
-        offset += 1
-    empty = np.zeros(0, dtype=np.int64)
-    links = (np.concatenate([empty, *first]), np.concatenate([empty, *second]))
+    one, two = shared_edges(faces.triangles, point_count)
+    normals = faces.normal
+    smooth = np.einsum("ij,ij->i", normals[one // 3], normals[two // 3]) >= cosine[one // 3]
+    one, two = one[smooth], two[smooth]
+    joined = np.zeros(faces.triangles.size, dtype=bool)
+    joined[one] = joined[two] = True
+    links = np.concatenate([one, _next_corner(one)]), np.concatenate([_next_corner(two), two])
     return joined.reshape(-1, 3), links
 
 

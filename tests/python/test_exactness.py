@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-
 from rooms import box, room, samples_in, translation, turn
 
 
@@ -57,9 +56,7 @@ def apply(session: dl.Session, edit) -> None:
         name, reflectance = values
         session.set_reflectance(name, (reflectance, 0.5 * reflectance, 0.2))
     elif kind == "insert" and "inserted" not in session.poses:
-        session.add(
-            dl.Mesh("inserted", *box((0.3, 0.3, 0.3)), "glow", pose=values[0], movable=True)
-        )
+        session.add(dl.Mesh("inserted", *box((0.3, 0.3, 0.3)), "glow", pose=values[0], movable=True))
 
 
 def equals_recompute(session: dl.Session) -> None:
@@ -72,7 +69,9 @@ def equals_recompute(session: dl.Session) -> None:
     np.testing.assert_array_equal(session.standard_error, error)
     np.testing.assert_array_equal(session.sums, sums)
     energy = session.energy
-    assert [a + e for a, e in zip(energy["absorbed"], energy["escaped"], strict=True)] == list(energy["emitted"])
+    assert [a + e for a, e in zip(energy["absorbed"], energy["escaped"], strict=True)] == list(
+        energy["emitted"]
+    )
 
 
 OPTIONS = [
@@ -85,9 +84,7 @@ OPTIONS = [
 
 
 @pytest.mark.parametrize("options", OPTIONS, ids=lambda o: "-".join(map(str, o.values())))
-@settings(
-    max_examples=45, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
-)
+@settings(max_examples=45, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 @given(sequence=SEQUENCES)
 def test_update_equals_recompute(options, sequence):
     """45 sequences for each set of options, a check after every update."""
