@@ -36,13 +36,21 @@ def test_progress_appears_on_a_terminal(room: Path) -> None:
     ) as process:
         os.close(terminal)
         assert process.stdout is not None
-        result = process.stdout.read()
-        shown = b""
-        while select.select([master], [], [], 0.2)[0]:
-            try:
-                shown += os.read(master, 65536)
-            except OSError:  # the other end is closed
-                break
+        result = shown = b""
+        streams = [master, process.stdout.fileno()]
+        # Both in turn: a terminal holds few bytes, and a writer that is not read waits.
+        while streams:
+            for stream in select.select(streams, [], [])[0]:
+                try:
+                    chunk = os.read(stream, 65536)
+                except OSError:  # the terminal's other end is closed
+                    chunk = b""
+                if not chunk:
+                    streams.remove(stream)
+                elif stream == master:
+                    shown += chunk
+                else:
+                    result += chunk
     os.close(master)
     assert process.returncode == 0
     assert json.loads(result)["paths"] == 2_000_000
@@ -50,10 +58,19 @@ def test_progress_appears_on_a_terminal(room: Path) -> None:
     assert b"%" in shown
 
 
+def listen_to_interrupts() -> None:
+    """A job in the background of a script starts with Ctrl-C ignored."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def test_interrupt_cancels_soon_with_130_and_leaves_no_file(tmp_path: Path) -> None:
     file = tmp_path / "result.npz"
     with subprocess.Popen(
-        [*PROGRAM, "bake", *LONG, "-o", file], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [*PROGRAM, "bake", *LONG, "-o", file],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=listen_to_interrupts,
     ) as process:
         time.sleep(2.5)
         assert process.poll() is None, "the bake was over before it could be interrupted"
