@@ -53,7 +53,7 @@ def test_nothing_leaks_to_the_other_side(case, direct):
 def test_the_dark_room_is_black(lit, direct):
     """The display mesh of both rooms under a panel lamp, the wall's own samples face the right room."""
     scene = two_rooms(lit)
-    samples = dl.Samples.on_vertices(scene, 0.15)
+    samples = dl.Samples.on_vertices(scene, 0.15, sides="front")
     x = samples.points[:, 0]
     of_wall = (np.abs(x) < 1e-6) & (samples.normals[:, 0] > 0.9)
     right = (x > 1e-6) | of_wall
