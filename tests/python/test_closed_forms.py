@@ -86,21 +86,20 @@ def test_furnace_of_other_reflectances(direct, reflectance):
 
 
 @MODES
-def test_furnace_at_edges_and_corners(direct):
-    """The mean over the samples on edges, and over those on corners, is within 2 %, at default settings.
+@pytest.mark.parametrize(("place", "seeds"), [("edges", 1), ("corners", 16)])
+def test_furnace_at_edges_and_corners(direct, place, seeds):
+    """The mean over the display mesh's samples there is within 2 %, at default settings.
 
-    Its standard error is 0.2 % on edges and 0.8 % on corners (paths): rate 1 % for the latter.
+    One bake knows the mean over edges to 0.2 %, over the 24 corners to 2.2 %, 16 bakes to 0.6 %. Rate 4e-4.
     """
     scene, _ = furnace()
     every = dl.Samples.on_vertices(scene)
-    outward = np.sort(np.abs(every.points), axis=1)
-    near = outward[:, 1] > 1 - every.spacing / 2
-    samples = dl.Samples(every.points[near], every.normals[near])
-    corner = outward[near, 0] > 1 - every.spacing / 2
-    found = runs(scene, samples, [1, 2], direct=direct).mean[:, 0] / cf.furnace_irradiance(1.0, 0.5)
-    assert corner.sum() >= 24
-    assert found[~corner].mean() == pytest.approx(1, abs=0.02)
-    assert found[corner].mean() == pytest.approx(1, abs=0.02)
+    near = (np.abs(every.points) > 1 - every.spacing / 2).sum(axis=1)
+    here = near == 2 if place == "edges" else near == 3
+    samples = dl.Samples(every.points[here], every.normals[here])
+    assert len(samples) >= 24
+    found = runs(scene, samples, range(1, seeds + 1), direct=direct).mean[:, 0]
+    assert found.mean() == pytest.approx(cf.furnace_irradiance(1.0, 0.5), rel=0.02)
 
 
 @MODES
