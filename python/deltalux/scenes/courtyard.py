@@ -42,7 +42,7 @@ def urn(fine: float, clay: str, stone: str, inside: str) -> Shape:
     t = np.linspace(0, 1, 15)
     belly = np.stack([0.11 + 0.21 * np.sin(np.pi * t**0.75) ** 1.2 * (1 - 0.25 * t), 0.06 + 0.62 * t], axis=1)
     outline = [(0.15, 0.0), (0.15, 0.03), *belly, (0.17, 0.72), (0.20, 0.75), (0.20, 0.77), (0.17, 0.77)]
-    inner = [(0.12, 0.68), (0.18, 0.55), (0.15, 0.50)]
+    inner = [(0.085, 0.68), (0.13, 0.60), (0.15, 0.50)]  # inside the belly, which is 0.11 at the neck
     line = refine([*outline, *inner], count(len(outline) + 3, fine))
     names = [clay] * len(line) + [inside]
     vase = lathe(line, count(32, fine), names)
