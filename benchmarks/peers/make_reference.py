@@ -3,8 +3,9 @@
 
     PYTHONPATH=tests .venv/bin/python benchmarks/peers/make_reference.py --out benchmarks/peers
 
-Does nothing where the file in --out is of the present office and settings. Finished stages
-are kept in --cache, so that a run that was stopped goes on where it was.
+Each finished stage is written at once, so that a run that was stopped goes on where it was;
+nothing is done where the file is of the present office and settings and whole. One thread,
+some 30 minutes of CPU time.
 
 The file holds 7,000 points uniform over the area of the static surfaces and, as `near_*`,
 1,000 that lie within 0.6 m of the chair before or after its move; for each their irradiance
@@ -34,29 +35,30 @@ def main() -> None:
     """Compute what is missing and write the file."""
     parser = argparse.ArgumentParser(description="Reference irradiance of the office")
     parser.add_argument("--out", type=Path, default=Path(__file__).parent)
-    parser.add_argument("--cache", type=Path, default=Path("benchmarks/out/reference"))
     options = parser.parse_args()
     scene = office()
-    key = office_reference.key_of(scene)
     path = options.out / office_reference.PATH.name
-    if path.exists():
-        with np.load(path) as data:
-            if str(data["key"]) == key:
-                print(f"{path}: is current ({key})")
-                return
-    options.cache.mkdir(parents=True, exist_ok=True)
-    stages = _stages(scene)
-    arrays: Arrays = {}
-    for name, stage in stages.items():
-        arrays |= _cached(options.cache / f"{key}-{name}.npz", name, stage)
-    options.out.mkdir(parents=True, exist_ok=True)
     settings = json.dumps(SETTINGS | {"scene": world.scene_hash(scene), "versions": _versions()})
-    np.savez_compressed(path, key=key, settings=settings, **arrays)
-    print(f"{path}: {path.stat().st_size / 1e3:.0f} kB")
+    header = {"key": np.array(office_reference.key_of(scene)), "settings": np.array(settings)}
+    try:
+        arrays: Arrays = office_reference.load(scene, path)
+    except office_reference.Stale:
+        arrays = dict(header)
+    options.out.mkdir(parents=True, exist_ok=True)
+    for name, stage in _stages(scene).items():
+        if name in arrays:
+            continue
+        start = time.perf_counter()
+        arrays |= stage() | header
+        aside = path.with_suffix(".part.npz")
+        np.savez_compressed(aside, **arrays)
+        aside.rename(path)
+        print(f"{name}: {time.perf_counter() - start:.0f} s", flush=True)
     _report(arrays)
 
 
 def _stages(scene: Scene) -> dict[str, Callable[[], Arrays]]:
+    """By the array that tells that a stage is done."""
     states = {"before": scene, "after": office_reference.moved(scene)}
     points, normals = office_reference.reference_points(scene)
     near, near_normals = office_reference.near_points(scene)
@@ -101,24 +103,12 @@ def _stages(scene: Scene) -> dict[str, Callable[[], Arrays]]:
 
     return {
         "points": save_points,
-        "mitsuba-before": lambda: by_mitsuba("before"),
-        "near": near_chair,
-        "radiance-before": lambda: by_radiance("before"),
-        "mitsuba-after": lambda: by_mitsuba("after"),
-        "radiance-after": lambda: by_radiance("after"),
+        "mitsuba_before": lambda: by_mitsuba("before"),
+        "near_change": near_chair,
+        "radiance_before": lambda: by_radiance("before"),
+        "mitsuba_after": lambda: by_mitsuba("after"),
+        "radiance_after": lambda: by_radiance("after"),
     }
-
-
-def _cached(path: Path, name: str, stage: Callable[[], Arrays]) -> Arrays:
-    if not path.exists():
-        start = time.perf_counter()
-        arrays = stage()
-        with path.with_suffix(".part").open("wb") as file:
-            np.savez(file, **arrays)
-        path.with_suffix(".part").rename(path)
-        print(f"{name}: {time.perf_counter() - start:.0f} s", flush=True)
-    with np.load(path) as data:
-        return {key: data[key] for key in data.files}
 
 
 def _arrays(**arrays: NDArray) -> Arrays:

@@ -41,6 +41,7 @@ RADIANCE_COMMON = {"lr": -10, "lw": 1e-4, "ds": 0.2, "dj": 0.9, "dt": 0.05, "dc"
 DELTALUX_PATHS = (30_000, 100_000, 300_000, 1_000_000, 3_000_000)
 MOVES = 7  # of the chair there and back; the median counts
 STATES = ("before", "after")
+NEEDED = ("mitsuba_before", "mitsuba_after", "near_change")  # of the stored reference
 
 
 class Bench:
@@ -49,7 +50,7 @@ class Bench:
     def __init__(self, path: Path) -> None:
         self.scenes: dict[str, Scene] = {"before": office()}
         self.scenes["after"] = reference.moved(self.scenes["before"])
-        self.data = reference.load(self.scenes["before"], path)
+        self.data = reference.load(self.scenes["before"], path, NEEDED)
         self.count = len(self.data["points"])
         near, near_normals = self.data["near_points"], self.data["near_normals"]
         more, more_normals = reference.reference_points(self.scenes["before"], POINTS - len(near))

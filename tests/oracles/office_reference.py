@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -76,8 +77,8 @@ def moved(scene: Scene) -> Scene:
     return world.moved(scene, MOVED, TRANSLATION)
 
 
-def load(scene: Scene, path: Path = PATH) -> dict[str, NDArray]:
-    """The stored arrays; `Stale` where they are missing or of another scene.
+def load(scene: Scene, path: Path = PATH, needed: Iterable[str] = ()) -> dict[str, NDArray]:
+    """The stored arrays; `Stale` where they are of another scene or those `needed` are missing.
 
     Returns
     -------
@@ -95,6 +96,9 @@ def load(scene: Scene, path: Path = PATH) -> dict[str, NDArray]:
             f"{path}: found key {arrays['key']}, expected {key_of(scene)}: the office or the settings "
             "changed; run benchmarks/peers/make_reference.py again"
         )
+    missing = sorted(set(needed) - arrays.keys())
+    if missing:
+        raise Stale(f"{path}: has no {missing}; run benchmarks/peers/make_reference.py to its end")
     return arrays
 
 
