@@ -116,10 +116,13 @@ void bind_session(nb::module_& m) {
             return to_dict(report);
           },
           nb::arg("edits"), nb::arg("budget_ms"), nb::arg("progress").none())
-      .def("check",
-           [](const Session& s, const EditList& list) {
-             for (const scene::Edit& edit : list.edits) s.check(edit);
-           })
+      .def(
+          "check",
+          [](const Session& s, const EditList& list, const EditList& before) {
+            for (const scene::Edit& edit : list.edits) s.check(edit, before.edits);
+          },
+          nb::arg("edits"), nb::arg("before"))
+      .def_prop_ro("baked", &Session::baked)
       .def_prop_ro("pending", &Session::pending_share)
       .def_prop_ro("edits_applied", &Session::edits_applied)
       .def("read",

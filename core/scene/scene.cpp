@@ -12,9 +12,9 @@ std::vector<Vec3f> Object::world_vertices() const {
   return out;
 }
 
-Box Object::world_bounds() const {
+Box bounds_at(const Object& object, const Pose& pose) {
   Box box;
-  for (const Vec3f& v : vertices) box.grow(pose.point(v));
+  for (const Vec3f& v : object.vertices) box.grow(pose.point(v));
   return box;
 }
 
@@ -30,6 +30,8 @@ void Scene::check(const Object& object) const {
   if (object.material.size() != object.triangles.size() ||
       object.group.size() != object.triangles.size())
     throw SceneError(what + "expected one material and one group per triangle");
+  for (uint32_t g : object.group)
+    if (g >= group_count) throw SceneError(what + "a light group is out of range");
   for (const Vec3f& v : object.vertices)
     if (!std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z))
       throw SceneError(what + "found a vertex that is not finite, expected finite numbers");
@@ -60,10 +62,13 @@ void Scene::finish() {
       object_of_static_.resize(primitives_, uint32_t(i));
     }
   }
-  for (const PunctualLight& light : lights)
+  for (const PunctualLight& light : lights) {
     if (light.attached != kNone &&
         (light.attached >= objects.size() || !objects[light.attached].movable))
       throw SceneError("light \"" + light.name + "\": attached to something that is not movable");
+    if (light.group >= group_count)
+      throw SceneError("light \"" + light.name + "\": its group is out of range");
+  }
   world_ = measure_world();
 }
 
@@ -100,7 +105,7 @@ const Material& Scene::material_of(uint32_t primitive) const {
 Box Scene::measure_world() const {
   Box box;
   for (const Object& object : objects)
-    if (!object.movable) box.grow(object.world_bounds());
+    if (!object.movable) box.grow(scene::bounds_at(object, object.pose));
   if (!box.empty()) {
     // Flat scenes (a bare floor) get room above and below.
     const Vec3f e = box.extent();
@@ -110,14 +115,33 @@ Box Scene::measure_world() const {
       box.low[axis] -= grow, box.high[axis] += grow;
     }
   }
-  for (const Object& object : objects) {
-    const Box own = object.world_bounds();
-    if (object.movable && !box.contains(own)) box.grow(own.padded(0.05f * own.diagonal()));
+  for (uint32_t i = 0; i < objects.size(); ++i) {
+    if (!objects[i].movable) continue;
+    const Box own = bounds_at(i, objects[i].pose);
+    if (!box.contains(own)) box.grow(own.padded(0.05f * own.diagonal()));
   }
   for (const PunctualLight& light : lights)
     if (light.kind != LightKind::sun && light.attached == kNone) box.grow(Vec3f(light.position));
   if (box.empty()) box = {{-1, -1, -1}, {1, 1, 1}};
   return box;
+}
+
+Box Scene::bounds_at(uint32_t object, const Pose& pose) const {
+  Box box = scene::bounds_at(objects[object], pose);
+  for (const PunctualLight& light : lights)
+    if (light.attached == object && light.kind != LightKind::sun)
+      box.grow(pose.point(Vec3f(light.position)));
+  return box;
+}
+
+void Scene::set_world(const Box& world) {
+  for (int axis = 0; axis < 3; ++axis)
+    if (!(world.low[axis] < world.high[axis]) || !std::isfinite(world.high[axis] - world.low[axis]))
+      throw SceneError("scene: its box is not finite");
+  for (uint32_t i = 0; i < objects.size(); ++i)
+    if (!world.contains(bounds_at(i, objects[i].pose)))
+      throw SceneError("mesh \"" + objects[i].name + "\": outside the scene's box");
+  world_ = world;
 }
 
 double Scene::area() const {

@@ -31,7 +31,6 @@ struct Object {
   uint32_t first_primitive = 0;
 
   std::vector<Vec3f> world_vertices() const;
-  Box world_bounds() const;
 };
 
 enum class LightKind : uint8_t { area, point, spot, sun };
@@ -46,6 +45,8 @@ struct PunctualLight {
   uint32_t group = 0;
 };
 
+Box bounds_at(const Object& object, const Pose& pose);
+
 /// Objects are ordered static first; primitives are numbered through all objects in that order, so
 /// primitive < static_primitives() iff it is static. Objects added later come last.
 class Scene {
@@ -57,6 +58,9 @@ class Scene {
 
   /// Numbers the primitives and checks indices. Throws SceneError.
   void finish();
+  /// Throws SceneError where `object` is malformed or refers to materials or groups that are not
+  /// here.
+  void check(const Object& object) const;
   /// Appends a movable object. Throws SceneError.
   uint32_t add_object(Object object);
   /// Takes the object that was added last back out.
@@ -70,11 +74,14 @@ class Scene {
   /// The box that light paths live in: fixed when the scene is finished, from static geometry
   /// alone where that encloses the movables, so that it does not depend on where they stand.
   const Box& world() const { return world_; }
+  /// For a scene that was finished before, with objects that were added since. Throws SceneError.
+  void set_world(const Box& world);
+  /// What `object` takes up at `pose`, the bulbs and spots that it carries included.
+  Box bounds_at(uint32_t object, const Pose& pose) const;
   /// Sum of all triangle areas, square metres.
   double area() const;
 
  private:
-  void check(const Object& object) const;
   void number(Object& object);
   Box measure_world() const;
 

@@ -28,6 +28,11 @@ struct Segment {
 };
 static_assert(sizeof(Segment) == 44);
 
+/// What a slot holds that is not in use. At bounce 0 slots are paths, used or not.
+inline Segment unused_segment(uint32_t path = 0) {
+  return {{}, 0, -1.0f, {0, 0, 0}, path, scene::kNone, kNoSlot};
+}
+
 /// Conservative outline of a segment for the scan: centre and half extent on a grid of 1024 cells
 /// along the world's longest side, 3 x 10 bits each, off by at most one cell per axis.
 struct ScanGrid {

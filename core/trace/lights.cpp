@@ -105,6 +105,9 @@ void place_sun(const scene::Scene& scene, Light& light) {
   light.frame_v = light.frame_v * size.y;
   light.area = double(size.x) * double(size.y);
   light.power = Vec3d(light.intensity) * light.area;
+  // No side of the rectangle is longer than the box's diagonal.
+  if (light.object != scene::kNone)
+    light.most_power = double(world.diagonal()) * double(world.diagonal()) / light.area;
 }
 
 Vec3f around(Vec3f axis, float cosine, float turn) {
@@ -147,8 +150,6 @@ Emission emit_from_area(const Light& light, const std::array<float, 4>& r, float
 
 std::vector<Light> find_lights(const scene::Scene& scene, uint32_t only_object) {
   std::vector<Light> lights;
-  for (uint32_t i = 0; i < scene.objects.size(); ++i)
-    if (only_object == scene::kNone || only_object == i) add_area_lights(scene, i, lights);
   for (uint32_t i = 0; i < scene.lights.size() && only_object == scene::kNone; ++i) {
     const scene::PunctualLight& source = scene.lights[i];
     Light light;
@@ -167,6 +168,8 @@ std::vector<Light> find_lights(const scene::Scene& scene, uint32_t only_object) 
     }
     if (luminance(light.power) > 0) lights.push_back(std::move(light));
   }
+  for (uint32_t i = 0; i < scene.objects.size(); ++i)
+    if (only_object == scene::kNone || only_object == i) add_area_lights(scene, i, lights);
   return lights;
 }
 
@@ -200,7 +203,7 @@ void place_light(const scene::Scene& scene, Light& light) {
 
 std::vector<double> shares_by_power(std::span<const Light> lights) {
   std::vector<double> shares;
-  for (const Light& light : lights) shares.push_back(luminance(light.power));
+  for (const Light& light : lights) shares.push_back(light.most_power * luminance(light.power));
   return shares;
 }
 

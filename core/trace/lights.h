@@ -27,6 +27,7 @@ struct Light {
   bool two_sided = false;            ///< area
   bool on = true;                    ///< false while its object is removed
   Vec3d power{};                     ///< total emitted per channel, undimmed
+  double most_power = 1;             ///< in units of `power`: that in any pose of its object
   double area = 0;                   ///< area light's surface; a sun's emission rectangle
   Vec3f radiance{};                  ///< area: per channel
   std::vector<uint32_t> triangles;   ///< area: triangle indices within the object
@@ -49,7 +50,8 @@ inline float spot_falloff(const Light& light, float cosine) {
   return clamped * clamped;
 }
 
-/// Finds the lights of a scene (kNone = all objects, else only that object's). Throws SceneError.
+/// Finds the lights of a scene (kNone = all objects, else only that object's): punctual ones first,
+/// then object by object, so that those of an object that is added come last. Throws SceneError.
 std::vector<Light> find_lights(const scene::Scene& scene, uint32_t only_object = scene::kNone);
 /// Moves `light` to the present pose of its object.
 void place_light(const scene::Scene& scene, Light& light);

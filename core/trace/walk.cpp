@@ -105,7 +105,8 @@ EnergyScale choose_scale(std::span<const Light> lights, uint32_t max_bounces) {
   for (const Light& light : lights) {
     paths += double(light.path_count);
     for (int c = 0; c < 3; ++c)
-      most = std::max(most, light.power[c] / double(std::max<uint64_t>(1, light.path_count)));
+      most = std::max(most, light.most_power * light.power[c] /
+                                double(std::max<uint64_t>(1, light.path_count)));
   }
   if (!(most > 0)) return {1.0};
   if (paths * max_bounces > 0x1p32)

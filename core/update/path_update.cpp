@@ -58,8 +58,7 @@ void PathUpdate::start(std::span<const uint32_t> paths) {
     for (size_t i = from; i < to; ++i) {
       const trace::Light& light = state_.lights[state_.light_of(slots[i])];
       Segment& segment = level.at(slots[i]);
-      segment.next = kNoSlot;
-      segment.primitive = scene::kNone;
+      segment = segments::unused_segment(slots[i]);
       write_birth(segment, light, slots[i] - light.first_path);
     }
   });
@@ -95,11 +94,11 @@ void PathUpdate::replace(std::span<const PendingPath> pending,
         for (size_t i = 0; i < list->size(); ++i) {
           if (i + kAhead < list->size()) __builtin_prefetch(&levels[b].at((*list)[i + kAhead]));
           const Segment& segment = levels[b].at((*list)[i]);
+          counts_.removed += segment.length >= 0;
           if (segment.next != kNoSlot) gone[b + 1].push_back(segment.next);
         }
       deposit_.remove(b, cut[b]);
       deposit_.remove(b, gone[b]);
-      counts_.removed += cut[b].size() + gone[b].size();
     }
     for (uint32_t b = 0; b < levels.size(); ++b) {
       for (uint32_t slot : gone[b]) {

@@ -52,6 +52,7 @@ void check_samples(const scene::Scene& scene, samples::SampleSet& samples) {
 scene::Scene local_scene(const scene::Scene& scene, uint32_t object) {
   scene::Scene local;
   local.materials = scene.materials;
+  local.group_count = scene.group_count;
   local.objects.push_back(scene.objects[object]);
   local.objects[0].movable = false;
   local.objects[0].pose = {};
@@ -116,7 +117,7 @@ void Session::build_static_parts(Progress& progress) {
   }
 }
 
-void Session::check_memory(Progress& progress) {
+void Session::forecast_memory(Progress& progress) {
   State& s = *state_;
   progress.begin("memory forecast", 1);
   uint64_t paths = 0;
@@ -148,12 +149,21 @@ void Session::check_memory(Progress& progress) {
                        double(s.scene.primitives()) * 200.0 +
                        // Each bounce ends in a chunk that is partly empty; more paths go deeper.
                        (1.5 * deepest + 4.0) * double(sizeof(segments::Level::Chunk));
-  const double bytes_per_path = per_path * per_segment * 1.05 + 1.0;
+  forecast_.bytes_per_path = per_path * per_segment * 1.05 + 1.0;
   forecast_.segments = uint64_t(per_path * double(paths));
-  forecast_.bytes = size_t(bytes_per_path * double(paths) + fixed);
+  forecast_.bytes = size_t(forecast_.bytes_per_path * double(paths) + fixed);
+}
+
+void Session::refuse_beyond_limit() {
+  const State& s = *state_;
+  uint64_t paths = 0;
+  for (const trace::Light& light : s.lights) paths += light.path_count;
+  forecast_.bytes += direct::DirectLight::forecast_bytes(s.samples.size(), s.scene.group_count,
+                                                         s.lights, s.light_sampled);
+  const double fixed = double(forecast_.bytes) - forecast_.bytes_per_path * double(paths);
   const double room = double(s.options.memory_limit) - fixed;
   // A little less than that: another number of paths sees another pilot.
-  forecast_.paths_that_fit = room > 0 ? uint64_t(0.95 * room / bytes_per_path) : 0;
+  forecast_.paths_that_fit = room > 0 ? uint64_t(0.95 * room / forecast_.bytes_per_path) : 0;
   if (s.options.memory_limit && forecast_.bytes > s.options.memory_limit)
     throw OptionError("memory: " + std::to_string(paths) + " paths would need about " +
                       std::to_string(forecast_.bytes >> 20) + " MiB, the limit is " +
@@ -176,26 +186,24 @@ void Session::trace_all(Progress& progress, Report& report) {
     part.current = true;
   }
   progress.begin("trace paths", paths);
-  const PathCounts counts = trace_lights(0, &progress);
+  const PathCounts counts = trace_lights(progress);
   report.traced_segments = counts.traced;
   report.affected_paths = paths;
   report.milliseconds.emplace_back("trace", counts.trace_ms);
   report.milliseconds.emplace_back("deposit", counts.deposit_ms);
 }
 
-PathCounts Session::trace_lights(size_t first_light, Progress* progress) {
+PathCounts Session::trace_lights(Progress& progress) {
   State& s = *state_;
-  uint64_t total = 0;
-  for (size_t l = first_light; l < s.lights.size(); ++l) total += s.lights[l].path_count;
+  const uint64_t total = s.cut.size();
   std::vector<uint32_t> slots;
   s.store.level(0).allocate(total, s.store.with_extended(), slots);
   PathUpdate update(s);
   const uint64_t steps = (total + kPathsPerStep - 1) / kPathsPerStep;
   for (uint64_t step = 0; step < steps; ++step) {
-    if (progress) progress->check();
+    progress.check();
     slots.clear();
-    for (size_t l = first_light; l < s.lights.size(); ++l) {
-      const trace::Light& light = s.lights[l];
+    for (const trace::Light& light : s.lights) {
       // Batches are equal, contiguous ranges: each gives its own share to every step.
       for (uint32_t batch = 0; batch < kBatches; ++batch) {
         const uint64_t from = (batch * light.path_count + kBatches - 1) / kBatches;
@@ -205,7 +213,7 @@ PathCounts Session::trace_lights(size_t first_light, Progress* progress) {
       }
     }
     update.start(slots);
-    if (progress) progress->advance(slots.size());
+    progress.advance(slots.size());
   }
   return update.counts();
 }
@@ -233,8 +241,9 @@ Report Session::bake(Progress& progress) {
                             state_->lights, state_->workers, progress),
         state_->options.paths, kBatches);
     state_->scale = trace::choose_scale(state_->lights, state_->options.max_bounces);
-    check_memory(progress);
+    forecast_memory(progress);
     choose_direct();
+    refuse_beyond_limit();
     report.milliseconds.emplace_back("prepare", now_ms() - start);
     trace_all(progress, report);
     start = now_ms();
@@ -315,7 +324,10 @@ void Session::refresh_areas(const std::vector<ObjectChange>* changes) {
 
 size_t Session::bytes() const {
   const State& s = *state_;
-  size_t sum = s.store.bytes() + s.cut.capacity() + s.sums.capacity() * sizeof(int64_t);
+  size_t sum = s.store.bytes() + s.cut.capacity() + s.sums.capacity() * sizeof(int64_t) +
+               pending_.capacity() * sizeof(PendingPath) +
+               receivers_.capacity() * sizeof(direct::Receiver);
+  if (direct_) sum += direct_->bytes();
   if (s.static_index) sum += s.static_index->bytes();
   for (const MovingPart& part : s.moving) sum += part.index->bytes();
   return sum;

@@ -34,6 +34,7 @@ struct EnergyAudit {
 struct Forecast {
   uint64_t segments = 0;
   size_t bytes = 0;
+  double bytes_per_path = 0;
   uint64_t paths_that_fit = 0;
 };
 
@@ -51,9 +52,9 @@ class Session {
   /// Applies `edits` together. Throws Cancelled: then either nothing changed, or the rest is
   /// pending and the next update() finishes it. With `budget_ms` > 0 stops after about that time.
   Report update(std::span<const scene::Edit> edits, double budget_ms, Progress& progress);
-  /// Throws OptionError or SceneError where `edit` cannot be applied to the scene as it would be
-  /// after the edits before it.
-  void check(const scene::Edit& edit) const;
+  /// Throws OptionError or SceneError where `edit` cannot be applied after the edits `before` it,
+  /// none of which has been applied yet.
+  void check(const scene::Edit& edit, std::span<const scene::Edit> before) const;
 
   bool baked() const { return baked_; }
   /// Of the last update(): false when it threw before its edits took effect.
@@ -81,11 +82,14 @@ class Session {
 
  private:
   void prepare(Progress& progress);
-  void check_memory(Progress& progress);
+  void forecast_memory(Progress& progress);
+  /// Adds direct light to the forecast. Throws OptionError where it exceeds the limit.
+  void refuse_beyond_limit();
+  void check_insert(const scene::Object& object, std::span<const scene::Edit> before) const;
   void choose_direct();
   void trace_all(Progress& progress, Report& report);
-  /// Traces all paths of the lights from `first_light` on, in steps that touch every batch alike.
-  PathCounts trace_lights(size_t first_light, Progress* progress);
+  /// Traces all paths, in steps that touch every batch alike.
+  PathCounts trace_lights(Progress& progress);
   void compute_direct(Progress& progress);
   void update_direct(std::span<const ObjectChange> changes, size_t old_lights, Progress& progress);
   void refresh_areas(const std::vector<ObjectChange>* changes);

@@ -7,6 +7,21 @@
 #include "update/session.h"
 
 namespace deltalux::update {
+namespace {
+
+/// A tiny share of what the brightest light could give at a metre. Poses do not matter.
+double choose_irradiance_quantum(const State& s) {
+  const double metre = samples::scene_metre(s.scene), area = metre * metre;
+  double brightest = 0;
+  for (const trace::Light& light : s.lights) {
+    const bool sun = light.kind == scene::LightKind::sun;
+    const Vec3d given = sun ? Vec3d(light.intensity) : light.power * (1 / area);
+    brightest = std::max({brightest, given.x, given.y, given.z});
+  }
+  return brightest > 0 ? brightest * 0x1p-40 : 1.0;
+}
+
+}  // namespace
 
 void Session::choose_direct() {
   State& s = *state_;
@@ -21,7 +36,7 @@ void Session::choose_direct() {
     return direct::DirectLight::estimated_rays(s.lights[i], s.samples.size());
   };
   const auto worth = [&](size_t i) {
-    const Vec3d p = s.lights[i].power;
+    const Vec3d p = s.lights[i].power * s.lights[i].most_power;
     return (p.x + p.y + p.z) / std::max(1.0, rays(i));
   };
   std::sort(order.begin(), order.end(),
@@ -50,14 +65,9 @@ void Session::place_receivers(const std::vector<uint8_t>* changed) {
 
 void Session::compute_direct(Progress& progress) {
   State& s = *state_;
-  // One quantum of irradiance: a tiny share of what the brightest light could give at a metre.
-  double brightest = 0;
-  for (const trace::Light& light : s.lights)
-    brightest = std::max({brightest, light.power.x, light.power.y, light.power.z});
-  const double metre = samples::scene_metre(s.scene);
-  const double quantum = brightest > 0 ? brightest / (metre * metre) * 0x1p-40 : 1.0;
-  auto fresh = std::make_unique<direct::DirectLight>(s.samples.size(), s.scene.group_count, quantum,
-                                                     s.options.seed);
+  if (!(s.irradiance_quantum > 0)) s.irradiance_quantum = choose_irradiance_quantum(s);
+  auto fresh = std::make_unique<direct::DirectLight>(s.samples.size(), s.scene.group_count,
+                                                     s.irradiance_quantum, s.options.seed);
   place_receivers(nullptr);
   fresh->compute({*s.caster, s.lights, s.light_sampled, receivers_}, s.workers, progress);
   direct_ = std::move(fresh);
@@ -96,6 +106,7 @@ void Session::restore_direct(const Archive& archive, Progress&) {
     throw FormatError("session file: \"direct.quantum\" is missing");
   double value = 0;
   std::copy_n(quantum->second.begin(), sizeof value, reinterpret_cast<std::byte*>(&value));
+  state_->irradiance_quantum = value;
   auto fresh = std::make_unique<direct::DirectLight>(s.samples.size(), s.scene.group_count, value,
                                                      s.options.seed);
   fresh->restore(archive, s.lights, s.light_sampled);

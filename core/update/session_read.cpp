@@ -22,11 +22,13 @@ struct Lanes {
 };
 
 uint64_t bits(float v) {
+  v += 0.0f;  // one zero
   uint32_t u;
   std::memcpy(&u, &v, 4);
   return u;
 }
 uint64_t bits(double v) {
+  v += 0.0;  // one zero
   uint64_t u;
   std::memcpy(&u, &v, 8);
   return u;

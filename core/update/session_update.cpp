@@ -2,6 +2,7 @@
 // Edits: validation, what they touch, and the replacement of the paths they change.
 #include <algorithm>
 #include <chrono>
+#include <numbers>
 
 #include "base/error.h"
 #include "update/session.h"
@@ -17,34 +18,103 @@ double since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-const scene::Object& movable_object(const scene::Scene& scene, uint32_t index) {
-  if (index >= scene.objects.size()) throw OptionError("edit: no such object");
-  const scene::Object& object = scene.objects[index];
-  if (!object.movable)
-    throw OptionError("\"" + object.name + "\" is static; list it in `movable` to edit it");
-  return object;
+/// The object that an edit means: in the scene, or inserted by one of the edits `before` it.
+const scene::Object& movable_object(const scene::Scene& scene, std::span<const scene::Edit> before,
+                                    uint32_t index) {
+  if (index < scene.objects.size()) {
+    const scene::Object& object = scene.objects[index];
+    if (!object.movable)
+      throw OptionError("\"" + object.name + "\" is static; list it in `movable` to edit it");
+    return object;
+  }
+  size_t number = index - scene.objects.size();
+  for (const scene::Edit& edit : before)
+    if (const auto* insert = std::get_if<scene::Insert>(&edit); insert && number-- == 0)
+      return insert->object;
+  throw OptionError("edit: no such object");
 }
 
-void check_inside(const scene::Scene& scene, const scene::Object& object, const Pose& pose) {
-  scene::Object moved;
-  moved.vertices = object.vertices;
-  moved.pose = pose;
-  if (!scene.world().contains(moved.world_bounds()))
+void check_inside(const scene::Scene& scene, const scene::Object& object, const Box& bounds) {
+  if (!scene.world().contains(bounds))
     throw OptionError("\"" + object.name +
                       "\" would leave the box that the session was baked for (the scene's bounds); "
                       "move it inside, or start a new session with it there");
 }
 
+/// The lights of a new object. Their paths carry about as much as the others', so that noise stays
+/// even.
+std::vector<trace::Light> new_lights(const State& s, const scene::Scene& scene, uint32_t object) {
+  std::vector<trace::Light> lights = trace::find_lights(scene, object);
+  uint64_t next = s.lights.empty() ? 0 : s.lights.back().first_path + s.lights.back().path_count;
+  for (trace::Light& light : lights) {
+    const double rows = std::max({light.power.x, light.power.y, light.power.z}) /
+                        (s.scale.quantum * 0x1p29 * kBatches);
+    light.first_path = next;
+    light.path_count = kBatches * uint64_t(std::clamp(rows, 1.0, 0x1p40));
+    next += light.path_count;
+  }
+  return lights;
+}
+
+std::string mebibytes(double bytes) { return std::to_string(uint64_t(bytes) >> 20) + " MiB"; }
+
 }  // namespace
 
-void Session::check(const scene::Edit& edit) const {
+void Session::check_insert(const scene::Object& object, std::span<const scene::Edit> before) const {
+  const State& s = *state_;
+  if (!baked_) throw OptionError("add: bake the session before adding a new mesh");
+  const std::string what = "add \"" + object.name + "\": ";
+  s.scene.check(object);
+  check_inside(s.scene, object, bounds_at(object, object.pose));
+  uint64_t more = 0;
+  double brightest = 0;
+  const auto count = [&](const scene::Object& own) {
+    scene::Scene alone;
+    alone.materials = s.scene.materials;
+    alone.objects.push_back(own);
+    for (const trace::Light& light : new_lights(s, alone, 0)) {
+      more += light.path_count;
+      brightest = std::max({brightest, double(light.radiance.x), double(light.radiance.y),
+                            double(light.radiance.z)});
+    }
+  };
+  for (const scene::Edit& edit : before)
+    if (const auto* insert = std::get_if<scene::Insert>(&edit)) count(insert->object);
+  count(object);
+  if (!more) return;
+  const uint64_t paths = s.cut.size(), most = (uint64_t(1) << 32) / s.options.max_bounces;
+  if (more > most - std::min(most, paths))
+    throw OptionError(what + "its light needs " + std::to_string(more) + " paths beside the " +
+                      std::to_string(paths) + " of the session, expected at most " +
+                      std::to_string(most) +
+                      " in all so that no integer sum can overflow; "
+                      "start a new session with it in the scene");
+  if (s.options.direct == DirectMode::sampled &&
+      std::numbers::pi * brightest > direct::kMostWeight * direct_->irradiance_quantum())
+    throw OptionError(what +
+                      "its light is brighter than the session's integer scale holds; start a "
+                      "new session with it in the scene");
+  const double per_path =
+      paths ? double(s.store.bytes()) / double(paths) : 4.0 * sizeof(segments::Segment);
+  const double needed = double(bytes()) + per_path * double(more);
+  if (s.options.memory_limit && needed > double(s.options.memory_limit))
+    throw OptionError(what + "memory: with the paths of its light the session would need about " +
+                      mebibytes(needed) + ", the limit is " +
+                      mebibytes(double(s.options.memory_limit)) +
+                      "; raise the memory limit, or start a new session with it in the scene");
+}
+
+void Session::check(const scene::Edit& edit, std::span<const scene::Edit> before) const {
   const scene::Scene& scene = state_->scene;
   if (const auto* move = std::get_if<scene::Move>(&edit)) {
-    check_inside(scene, movable_object(scene, move->object), move->pose);
+    const scene::Object& object = movable_object(scene, before, move->object);
+    check_inside(scene, object,
+                 move->object < scene.objects.size() ? scene.bounds_at(move->object, move->pose)
+                                                     : bounds_at(object, move->pose));
   } else if (const auto* presence = std::get_if<scene::SetPresent>(&edit)) {
-    movable_object(scene, presence->object);
+    movable_object(scene, before, presence->object);
   } else if (const auto* insert = std::get_if<scene::Insert>(&edit)) {
-    check_inside(scene, insert->object, insert->object.pose);
+    check_insert(insert->object, before);
   } else if (const auto* dim = std::get_if<scene::Dim>(&edit)) {
     if (dim->group >= scene.group_count) throw OptionError("dim: no such group");
     if (!(dim->factor >= 0) || !(dim->factor <= 1e6))
@@ -65,7 +135,7 @@ void Session::check(const scene::Edit& edit) const {
 
 Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Progress& progress) {
   edits_applied_ = false;
-  for (const scene::Edit& edit : edits) check(edit);
+  for (size_t i = 0; i < edits.size(); ++i) check(edits[i], edits.first(i));
   State& s = *state_;
   Report report;
   const Clock::time_point begin = Clock::now();
@@ -78,11 +148,6 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
   for (const scene::Object& object : scene.objects)
     old_objects.emplace_back(object.pose, object.present);
   const size_t old_lights = s.lights.size();
-  if (!baked_) {
-    for (const scene::Edit& edit : edits)
-      if (std::holds_alternative<scene::Insert>(edit))
-        throw OptionError("add: bake the session before adding a new mesh");
-  }
   std::vector<uint32_t> inserted;
   for (const scene::Edit& edit : edits) {
     if (const auto* move = std::get_if<scene::Move>(&edit)) {
@@ -137,26 +202,13 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
       materials[m] = 1;
     }
   for (uint32_t object : inserted)
-    for (trace::Light& light : trace::find_lights(scene, object)) {
-      // A new light's paths carry about as much as the others', so that noise stays even.
-      light.first_path =
-          s.lights.empty() ? 0 : s.lights.back().first_path + s.lights.back().path_count;
-      const double most = std::max({light.power.x, light.power.y, light.power.z});
-      const double per_path = s.scale.quantum * 0x1p29;
-      light.path_count =
-          std::max<uint64_t>(kBatches, uint64_t(most / per_path / kBatches) * kBatches);
+    for (trace::Light& light : new_lights(s, scene, object)) {
       s.lights.push_back(std::move(light));
       s.light_sampled.push_back(s.options.direct == DirectMode::sampled);
     }
 
   Affected affected;
   try {
-    const uint64_t all_paths =
-        s.lights.empty() ? 0 : s.lights.back().first_path + s.lights.back().path_count;
-    if (all_paths * s.options.max_bounces > (uint64_t(1) << 32))
-      throw OptionError("add: the new light needs more paths than the session's sums can hold");
-    for (size_t i = old_lights; i < s.lights.size(); ++i)
-      trace::birth_quanta(s.lights[i], s.scale, 1.0);  // throws where it does not fit
     for (MovingPart& part : s.moving) place_part(s, part);
     if (!changes.empty() || !materials.empty())
       affected = find_affected(s, changes, materials, progress);
@@ -168,7 +220,6 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
     s.group_factor = old_factors;
     scene.materials = old_materials;
     s.lights.resize(old_lights);
-
     s.light_sampled.resize(old_lights);
     for (uint32_t i = 0; i < old_objects.size(); ++i) {
       scene.objects[i].pose = old_objects[i].first;
@@ -211,6 +262,18 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
   for (uint32_t b = 0; b < affected.segments.size(); ++b)
     for (const AffectedSegment& segment : affected.segments[b])
       mark(s.store.level(b).at(segment.slot).path, b, segment);
+  // Paths of new lights wait like those that are cut: as segments that are not in use yet.
+  if (s.lights.size() > old_lights) {
+    const size_t all = s.lights.back().first_path + s.lights.back().path_count;
+    std::vector<uint32_t> slots;
+    s.store.level(0).allocate(all - s.cut.size(), s.store.with_extended(), slots);
+    s.cut.resize(all, kNotCut);
+    for (uint32_t slot : slots) {
+      s.store.level(0).at(slot) = segments::unused_segment(slot);
+      s.store.level(0).slots(slot) = {};
+      mark(slot, 0, {slot, false, {}});
+    }
+  }
 
   // Samples of moved objects start again from the stored segments near the new pose.
   std::vector<size_t> rebuild;
@@ -233,13 +296,7 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
       }
     rebuild.clear();
   };
-  if (s.lights.size() > old_lights) {
-    const uint32_t all = uint32_t(s.lights.back().first_path + s.lights.back().path_count);
-    s.cut.resize(all, kNotCut);
-  }
   run_pending(budget_ms > 0 ? budget_ms - since(begin) : 0, progress, report, between);
-  if (s.lights.size() > old_lights)
-    report.traced_segments += trace_lights(old_lights, nullptr).traced;
   lap = Clock::now();
   if (!changes.empty()) refresh_areas(&changes);
   stage("areas");

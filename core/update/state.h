@@ -57,6 +57,7 @@ struct State {
   std::vector<double> group_factor;       // dim factors, per group
   std::vector<Vec3f> loaded_reflectance;  // per material, before any edit
   trace::EnergyScale scale;
+  double irradiance_quantum = 0;  // of direct light by shadow rays; fixed at the bake
   float largest_radius = 0;
 
   std::unique_ptr<estimate::DiscIndex> static_index;

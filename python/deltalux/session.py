@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -121,7 +124,7 @@ class Session:
         self._removed: set[str] = set()
         self._factors = dict.fromkeys(self._flat.groups, 1.0)
         self._edits = _core.EditList()
-        self._baked = False
+        self._calls = threading.Lock()  # one at a time
         self._foreign_build: str | None = None  # a file's build where it differs from this one
         self._result: tuple[np.ndarray, np.ndarray] | None = None
 
@@ -151,18 +154,34 @@ class Session:
     def _queue(self, kind: str, *values: Any) -> None:
         edit = _core.EditList()
         getattr(edit, kind)(*values)
-        self._session().check(edit)
+        self._session().check(edit, self._edits)
         getattr(self._edits, kind)(*values)
 
     def _session(self) -> Any:
         if self._core is None:
             raise OptionError("session: it was closed; make or open another")
+        if self._calls.locked():
+            raise OptionError(
+                "session: another call is at work, of another thread or of this progress callback; "
+                "wait until it returns"
+            )
         return self._core
 
     def _baked_session(self) -> Any:
-        if not self._baked:
+        session = self._session()
+        if not session.baked:
             raise OptionError("session: there is no light yet; call bake() first")
-        return self._session()
+        return session
+
+    @contextmanager
+    def _at_work(self, session: Any) -> Iterator[Any]:
+        """Keeps other calls out while `session` works without holding the interpreter."""
+        with self._calls:
+            yield session
+
+    @property
+    def _baked(self) -> bool:
+        return self._core is not None and self._core.baked
 
     # ---- edits --------------------------------------------------------------------------------
 
@@ -253,15 +272,20 @@ class Session:
 
     def bake(self) -> Frame:
         """Compute everything. Cancelled: the session stays as before."""
-        self._apply_before_bake()
-        frame = Frame(**self._session().bake(self.progress))
-        self._baked = True
+        session = self._session()
+        self._apply_at_once()
         self._result = None
+        with self._at_work(session):
+            frame = Frame(**session.bake(self.progress))
+        self._foreign_build = None
         return frame
 
-    def _apply_before_bake(self) -> None:
+    def _apply_at_once(self) -> None:
+        """Apply what is queued, without progress and without a chance to cancel."""
+        session = self._session()
         if len(self._edits):
-            self._session().update(self._edits, 0.0, None)
+            with self._at_work(session):
+                session.update(self._edits, 0.0, None)
             self._edits = _core.EditList()
 
     def update(self, budget_ms: float | None = None) -> Frame:
@@ -281,7 +305,8 @@ class Session:
             raise OptionError(f"budget_ms: found {budget_ms}, expected a positive number, or None")
         self._result = None
         try:
-            return Frame(**session.update(self._edits, budget_ms or 0.0, self.progress))
+            with self._at_work(session):
+                return Frame(**session.update(self._edits, budget_ms or 0.0, self.progress))
         finally:
             # Cancelled before they took effect, edits wait for the next update.
             if session.edits_applied:
@@ -289,17 +314,13 @@ class Session:
 
     def recompute(self) -> Frame:
         """Compute everything again from scratch in the present state; the digest must not change."""
-        self._result = None
         if self._foreign_build is not None:
-            return self._rebuild()
+            return self.bake()
         self._finish()
-        return Frame(**self._session().recompute(self.progress))
-
-    def _rebuild(self) -> Frame:
-        """Bake what another build of the program baked."""
-        frame = Frame(**self._session().bake(self.progress))
-        self._foreign_build = None
-        return frame
+        self._result = None
+        session = self._session()
+        with self._at_work(session):
+            return Frame(**session.recompute(self.progress))
 
     def _finish(self) -> None:
         """Apply what is queued or pending."""
@@ -311,7 +332,8 @@ class Session:
 
     def _read(self) -> tuple[np.ndarray, np.ndarray]:
         if self._result is None:
-            self._result = self._baked_session().read()
+            with self._at_work(self._baked_session()) as session:
+                self._result = session.read()
         return self._result
 
     @property
@@ -327,7 +349,8 @@ class Session:
     @property
     def gradient(self) -> np.ndarray:
         """(n, 3, 3) float64: surface gradient per channel (sample, channel, axis), per metre."""
-        return self._baked_session().gradient(self.progress)
+        with self._at_work(self._baked_session()) as session:
+            return session.gradient(self.progress)
 
     @property
     def radius(self) -> np.ndarray:
@@ -385,14 +408,17 @@ class Session:
         Finishes pending work first.
         """
         self._finish()
-        return self._session().digest()
+        with self._at_work(self._session()) as session:
+            return session.digest()
 
     # ---- files --------------------------------------------------------------------------------
 
     def save(self, path: str | Path) -> None:
         """Write the session to one file (.dlx), beside and then renamed. Finishes pending work."""
-        if self._baked:
+        if self._session().baked:
             self._finish()
+        else:
+            self._apply_at_once()
         snapshot.write(Path(path), self)
 
     @classmethod

@@ -123,7 +123,6 @@ def _restore(
         if name.startswith("core/")
     }
     session._session().restore(core, progress)
-    session._baked = index["baked"]
     session._removed = set(index["removed"])
     session._poses = {name: np.array(pose) for name, pose in index["poses"].items()}
     session._factors = dict(index["factors"])
