@@ -13,6 +13,7 @@
 #include <cstring>
 
 #include "base/error.h"
+#include "base/parallel.h"
 
 namespace deltalux::trace {
 namespace {
@@ -129,7 +130,9 @@ RTCScene build(RTCDevice device, std::span<const Vec3f> vertices,
   if (progress)
     rtcSetSceneProgressMonitorFunction(
         scene, [](void* p, double) { return !static_cast<Progress*>(p)->cancelled(); }, progress);
-  rtcCommitScene(scene);
+  // One thread builds: the tree, and with it the choice among triangles hit at the same distance,
+  // must not depend on scheduling. Embree's own option for that would bind the whole process.
+  run_alone([&] { rtcJoinCommitScene(scene); });
   const RTCError error = rtcGetDeviceError(device);
   if (error != RTC_ERROR_NONE) {
     rtcReleaseScene(scene);
@@ -153,9 +156,7 @@ struct RayCaster::Device {
 
 RayCaster::RayCaster(const scene::Scene& scene, Progress& progress)
     : device_(std::make_unique<Device>()) {
-  // One build thread: the tree, and with it the choice among triangles hit at the same distance,
-  // must not depend on scheduling.
-  device_->device = rtcNewDevice("threads=1,set_affinity=0");
+  device_->device = rtcNewDevice("threads=0,set_affinity=0");
   if (!device_->device) throw Error("Embree could not be started");
   std::vector<Vec3f> vertices;
   std::vector<std::array<uint32_t, 3>> triangles;

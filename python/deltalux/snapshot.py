@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import json
+import math
+import tokenize
 import zipfile
 import zlib
 from pathlib import Path
@@ -70,7 +72,7 @@ def read(path: Path, kind: type[Session], threads: int | None, progress: Progres
             _check_index(path, index)
             # Reading an entry to its end verifies its checksum.
             arrays = {
-                name.removesuffix(".npy"): _read_array(archive, name)
+                name.removesuffix(".npy"): _read_array(archive, name, path.stat().st_size)
                 for name in archive.namelist()
                 if name.endswith(".npy")
             }
@@ -96,13 +98,23 @@ def _check_index(path: Path, index: Any) -> None:
         )
 
 
-def _read_array(archive: zipfile.ZipFile, name: str) -> np.ndarray:
+def _read_array(archive: zipfile.ZipFile, name: str, file_size: int) -> np.ndarray:
+    """One array; memory is taken only for what the file really holds."""
     info = archive.getinfo(name)
+    if info.compress_type != zipfile.ZIP_STORED or info.file_size > file_size:
+        raise ValueError(f"{name} is compressed, or longer than the file")
     with archive.open(info) as file:
-        array = np.lib.format.read_array(file, allow_pickle=False)
-        if file.read(1):
-            raise ValueError(f"{name} is longer than its header says")
-    return array
+        try:
+            if np.lib.format.read_magic(file) != (1, 0):
+                raise ValueError(f"{name} is of another version")
+            shape, fortran_order, dtype = np.lib.format.read_array_header_1_0(file)
+        except (tokenize.TokenError, SyntaxError) as error:
+            raise ValueError(f"{name} has a damaged header ({error})") from None
+        if fortran_order or dtype.kind not in "biuf" or min(shape, default=0) < 0:
+            raise ValueError(f"{name} is no plain array of numbers")
+        if file.tell() + math.prod(shape) * dtype.itemsize != info.file_size:
+            raise ValueError(f"{name} is longer or shorter than its header says")
+        return np.frombuffer(bytearray(file.read()), dtype).reshape(shape)
 
 
 def _restore(
