@@ -17,6 +17,8 @@ constexpr float kShort = 0.998f;
 const float kAround = 1.0f / std::cos(0.5f * kStep);
 // Probes go further than the circle, to see what may jut in between two of them.
 constexpr float kGuard = 1.25f;
+// Under a ceiling lower than this share of the radius a sample lies in a slit.
+constexpr float kSlit = 0.25f;
 
 struct Compass {
   float cosine[kProbes], sine[kProbes];
@@ -84,6 +86,24 @@ class Probes {
       reach_[k] = t < far_ ? kShort * t : far_;
     }
     for (int k = 0; k < kProbes; ++k) clear_sector(k);
+  }
+
+  /// In a slit of height `room`, as between a cupboard and the wall behind it: ends the disc where
+  /// the slit ends, for there the plane is open to light that the sample's surroundings shut out.
+  void stay_in_slit(Vec3f normal, float room, float height) {
+    const Vec3f up = normal * (2 * room), down = normal * (-2 * height);
+    const bool supported = caster_.occluded_static(centre_, down, 1.0f);  // not so in mid-air
+    for (int k = 0; k < kProbes; ++k) {
+      const auto inside = [&](float distance) {
+        const Vec3f p = at(k, distance);
+        return caster_.occluded_static(p, up, 1.0f) &&
+               (!supported || caster_.occluded_static(p, down, 1.0f));
+      };
+      constexpr int kSteps = 16;
+      int step = 1;
+      while (step <= kSteps && inside(reach_[k] * float(step) / kSteps)) ++step;
+      if (step <= kSteps) reach_[k] *= (float(step) - 0.5f) / kSteps;
+    }
   }
 
   /// Returns false when the whole circle is free.
@@ -167,14 +187,18 @@ DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea
       discs.normal[i] = normal;
       discs.radius[i] = radius;
       // A low ceiling over the sample (less than the lift) keeps the disc below it.
+      const float low = std::max(2 * lift, kSlit * radius);
       const float room = caster
                              .closest_static(samples.point[id] + normal * (0.25f * lift_at_least),
-                                             normal, 0.0f, 2 * lift)
+                                             normal, 0.0f, low)
                              .t;
-      discs.centre[i] = samples.point[id] + normal * std::min(lift, 0.5f * room);
+      const float height = std::min(lift, 0.5f * room);
+      discs.centre[i] = samples.point[id] + normal * height;
       if (rule == DiscArea::whole) continue;
+      Probes probes(caster, world, discs.centre[i], normal, radius);
+      if (room < low) probes.stay_in_slit(normal, room, height);
       Outline outline;
-      if (Probes(caster, world, discs.centre[i], normal, radius).outline(radius, outline)) {
+      if (probes.outline(radius, outline)) {
         discs.outline[i] = uint32_t(found[begin / kBlock].size());
         found[begin / kBlock].push_back(outline);
       }

@@ -9,13 +9,15 @@
 
 namespace deltalux::samples {
 
+constexpr float kShareOfRoom = 0.6f;  // of the harmonic mean distance to the surroundings
+
 float scene_metre(const scene::Scene& scene) { return 0.1f * scene.world().diagonal(); }
 
 void resolve_radii(const scene::Scene& scene, const trace::RayCaster& caster, uint64_t paths,
                    const Workers& workers, Progress& progress, SampleSet& samples) {
   constexpr int kRays = 16;
   const float metre = scene_metre(scene);
-  const float least = 0.05f * metre;
+  const float least = 0.06f * metre;
   const float most = std::max(
       least, 0.2f * metre * float(std::pow(1e6 / double(std::max<uint64_t>(1, paths)), 1.0 / 6)));
   progress.begin("disc radii", samples.size());
@@ -29,9 +31,11 @@ void resolve_radii(const scene::Scene& scene, const trace::RayCaster& caster, ui
         continue;
       }
       const Vec3f n = samples.normal[i];
-      // As high as the lowest discs: on a vertex of a concave mesh the faces around it stand up
+      // As high as the highest disc: on a vertex of a concave mesh the faces around it stand up
       // from the tangent plane, and are no surroundings.
-      const Vec3f origin = samples.point[i] + n * std::max(caster.epsilon(), kLift * least);
+      const Vec3f above = samples.point[i] + n * caster.epsilon();
+      const float room = caster.closest_static(above, n, 0.0f, 2 * kLift * most).t;
+      const Vec3f origin = above + n * std::min(kLift * most, 0.5f * room);
       Vec3f u, v;
       tangent_frame(n, u, v);
       float inverse_sum = 0;
@@ -44,7 +48,7 @@ void resolve_radii(const scene::Scene& scene, const trace::RayCaster& caster, ui
         inverse_sum += 1.0f / std::max(t, 1e-3f * metre);
       }
       const float harmonic = inverse_sum > 0 ? kRays / inverse_sum : most;
-      samples.radius[i] = std::min(most, std::max(least, harmonic));
+      samples.radius[i] = std::min(most, std::max(least, kShareOfRoom * harmonic));
     }
     progress.advance(end - begin);
   });

@@ -24,7 +24,7 @@ MOVED = "chair"
 TRANSLATION = (0.6, 0.0, 0.4)  # metres
 NEAR = 0.6  # metres from the chair
 FREE_DISTANCES = (0.02, 0.1)  # metres
-OPEN_SHARE = 0.25  # of the cosine-distributed rays free for FREE_DISTANCES[0]: an open point
+OPEN_SHARE = 0.5  # of the cosine-distributed rays free for FREE_DISTANCES[0]: an open point
 SETTINGS: dict[str, Any] = {
     "points": 7000,
     "points_seed": 1,

@@ -233,6 +233,7 @@ both = pytest.mark.parametrize("renderer", [mitsuba, radiance])
 
 @both
 def test_renderers_on_lights_without_extent(renderer):
+    """Radiance has a sphere of 1 mm for a point at 1.5 m: its distance varies by 0.13 % in the square."""
     spot = SpotLight("spot", (0.3, 1.5, 0), (0.2, -1, 0.1), (1, 2, 3), 0.2, 0.8)
     bulb = PointLight("bulb", (-0.4, 2.0, 0.7), (3, 2, 1))
     sun = SunLight("sun", (0.3, -1.5, 0), (1, 2, 3))
@@ -244,7 +245,7 @@ def test_renderers_on_lights_without_extent(renderer):
     }
     for light, irradiance in expected.items():
         found = renderer(over_black_floor(light), FLOOR_POINTS, FLOOR_NORMALS, 8, 2)
-        assert found.mean == pytest.approx(irradiance, rel=1e-3, abs=1e-3)
+        assert found.mean == pytest.approx(irradiance, rel=2e-3, abs=1e-3)
 
 
 @both
