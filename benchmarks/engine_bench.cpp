@@ -120,8 +120,7 @@ int main(int argc, char** argv) {
     for (const segments::Level& level : state.store.levels())
       for (uint32_t slot = 0; slot < level.size(); slot += segments::Level::kChunk) {
         const segments::Level::Chunk& chunk = level.chunk(slot);
-        update::scan(chunk.centre, chunk.half, segments::Level::kChunk, {&box, 1}, slot,
-                     candidates);
+        update::scan(chunk.low, chunk.high, segments::Level::kChunk, {&box, 1}, slot, candidates);
       }
     scan.push_back(1e9 * (cpu_seconds() - start) / segments);
   }

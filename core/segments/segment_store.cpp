@@ -8,23 +8,37 @@
 namespace deltalux::segments {
 
 ScanGrid::ScanGrid(const Box& world) {
-  const Vec3f e = world.extent();
-  const float side = std::max({e.x, e.y, e.z, 1e-20f});
-  cells_per_metre = 1000.0f / side;
-  origin = world.low - Vec3f{1, 1, 1} * (8.0f / cells_per_metre);
+  constexpr float kMargin = 4;  // cells beyond the world
+  const Vec3f extent = world.extent();
+  const float side = std::max({extent.x, extent.y, extent.z, 1e-20f});
+  float scale[3], corner[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    scale[axis] = (kCells[axis] - 2 * kMargin) / std::max(extent[axis], 1e-3f * side);
+    corner[axis] = world.low[axis] - kMargin / scale[axis];
+  }
+  cells_per_metre = {scale[0], scale[1], scale[2]};
+  origin = {corner[0], corner[1], corner[2]};
 }
 
-void ScanGrid::encode(Vec3f a, Vec3f b, uint32_t& centre, uint32_t& half) const {
-  const Vec3f c = ((a + b) * 0.5f - origin) * cells_per_metre;
-  const Vec3f h = (b - a) * (0.5f * cells_per_metre);
-  const auto unsigned_cell = [](float v) {
-    return uint32_t(std::min(1023.0f, std::max(0.0f, std::nearbyint(v))));
+Vec3f ScanGrid::to_cells(Vec3f p) const {
+  const Vec3f d = p - origin;
+  return {d.x * cells_per_metre.x, d.y * cells_per_metre.y, d.z * cells_per_metre.z};
+}
+
+uint32_t ScanGrid::pack(Vec3f cells) {
+  const auto whole = [&](int axis) {
+    return uint32_t(std::min(kCells[axis], std::max(0.0f, std::nearbyint(cells[axis]))));
   };
-  const auto signed_cell = [](float v) {
-    return uint32_t(int32_t(std::min(511.0f, std::max(-511.0f, std::nearbyint(v))))) & 1023u;
-  };
-  centre = unsigned_cell(c.x) | unsigned_cell(c.y) << 10 | unsigned_cell(c.z) << 20;
-  half = signed_cell(h.x) | signed_cell(h.y) << 10 | signed_cell(h.z) << 20;
+  return whole(0) | whole(2) << 11 | whole(1) << 22;
+}
+
+CellBox ScanGrid::cell_box(Vec3f a, Vec3f b) const {
+  const Vec3f p = to_cells(a), q = to_cells(b);
+  const bool rises = p.x <= q.x;
+  CellBox out{pack(min(p, q)), pack(max(p, q)) | kGuards};
+  if ((p.z <= q.z) != rises) out.low |= kFallsInZ;
+  if ((p.y <= q.y) != rises) out.low |= kFallsInY;
+  return out;
 }
 
 void Level::allocate(size_t count, bool with_extended, std::vector<uint32_t>& out) {
@@ -41,7 +55,8 @@ void Level::allocate(size_t count, bool with_extended, std::vector<uint32_t>& ou
       // Unused slots of the last chunk must look unused to whoever scans whole chunks.
       for (uint32_t i = 0; i < kChunk; ++i) {
         chunk.segment[i].length = -1.0f;
-        chunk.centre[i] = chunk.half[i] = 0;
+        chunk.low[i] = ScanGrid::kUnused.low;
+        chunk.high[i] = ScanGrid::kUnused.high;
       }
       if (with_extended) chunk.extended = std::make_unique<float[]>(kChunk);
     }
@@ -69,12 +84,13 @@ size_t SegmentStore::bytes() const {
 }
 
 void SegmentStore::index(uint32_t bounce, uint32_t slot) {
-  Level::Chunk& chunk = levels_[bounce].chunk(slot);
+  const Level::Chunk& chunk = levels_[bounce].chunk(slot);
   const uint32_t i = slot % Level::kChunk;
   const Segment& s = chunk.segment[i];
   const float reach = chunk.extended ? std::max(s.length, chunk.extended[i]) : s.length;
-  grid_.encode(s.origin, s.origin + decode_direction(s.direction) * std::max(reach, 0.0f),
-               chunk.centre[i], chunk.half[i]);
+  levels_[bounce].set_cell_box(
+      slot,
+      grid_.cell_box(s.origin, s.origin + decode_direction(s.direction) * std::max(reach, 0.0f)));
 }
 
 }  // namespace deltalux::segments

@@ -33,15 +33,30 @@ inline Segment unused_segment(uint32_t path = 0) {
   return {{}, 0, -1.0f, {0, 0, 0}, path, scene::kNone, kNoSlot};
 }
 
-/// Conservative outline of a segment for the scan: centre and half extent on a grid of 1024 cells
-/// along the world's longest side, 3 x 10 bits each, off by at most one cell per axis.
+/// CellBox of a segment for the scan: its box on a grid over the world, ends rounded to cells, and
+/// which of the box's four diagonals it is. Fields (bit 0: x, bit 11: z, bit 22: y) are followed by
+/// a guard bit each, so that one subtraction compares three of them: low <= high in every field
+/// exactly if (high | kGuards) - low keeps the guards. The guards of `high` are set; those of `low`
+/// carry the diagonal.
+struct CellBox {
+  uint32_t low, high;
+};
+
 struct ScanGrid {
-  Vec3f origin{};
-  float cells_per_metre = 1;
+  static constexpr uint32_t kGuards = 1u << 10 | 1u << 21 | 1u << 31;
+  static constexpr uint32_t kFallsInZ = 1u << 10, kFallsInY = 1u << 21;  // in `low`, while x rises
+  static constexpr float kCells[3] = {1023, 511, 1023};
+  /// Of a slot that is not in use; no box meets it but the whole world.
+  static constexpr CellBox kUnused{~kGuards, kGuards};
+
+  Vec3f origin{}, cells_per_metre{1, 1, 1};
 
   ScanGrid() = default;
   explicit ScanGrid(const Box& world);
-  void encode(Vec3f a, Vec3f b, uint32_t& centre, uint32_t& half) const;
+  /// Whole cells, each axis at its place.
+  static uint32_t pack(Vec3f cells);
+  Vec3f to_cells(Vec3f p) const;
+  CellBox cell_box(Vec3f a, Vec3f b) const;
 };
 
 /// One bounce of all paths.
@@ -50,7 +65,7 @@ class Level {
   static constexpr uint32_t kChunk = 2048;
   struct Chunk {
     Segment segment[kChunk];
-    uint32_t centre[kChunk], half[kChunk];
+    uint32_t low[kChunk], high[kChunk];  ///< outlines
     HitSlots slots[kChunk];
     std::unique_ptr<float[]> extended;  ///< distance to the second hit, where sessions need it
   };
@@ -65,6 +80,11 @@ class Level {
   float extended_or_length(uint32_t slot) const {
     const Chunk& c = chunk(slot);
     return c.extended ? c.extended[slot % kChunk] : c.segment[slot % kChunk].length;
+  }
+  void set_cell_box(uint32_t slot, CellBox box) {
+    Chunk& c = chunk(slot);
+    c.low[slot % kChunk] = box.low;
+    c.high[slot % kChunk] = box.high;
   }
   Chunk& chunk(uint32_t slot) { return *chunks_[slot / kChunk]; }
   const Chunk& chunk(uint32_t slot) const { return *chunks_[slot / kChunk]; }

@@ -51,7 +51,7 @@ class Finder {
     for (uint32_t slot = begin; slot < end; slot += Level::kChunk) {
       const Level::Chunk& chunk = level.chunk(slot);
       if (materials_.empty()) {
-        scan(chunk.centre, chunk.half, Level::kChunk, boxes_, slot, candidates);
+        scan(chunk.low, chunk.high, Level::kChunk, boxes_, slot, candidates);
       } else {
         for (uint32_t i = 0; i < Level::kChunk; ++i)
           if (chunk.segment[i].length >= 0) candidates.push_back(slot + i);

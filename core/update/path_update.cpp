@@ -49,7 +49,7 @@ void PathUpdate::write_birth(Segment& segment, const trace::Light& light, uint64
   segment.length = 0;
 }
 
-void PathUpdate::start(std::span<const uint32_t> paths) {
+void PathUpdate::start(std::span<const uint32_t> paths, const Progress& progress) {
   Level& level = state_.store.level(0);
   std::vector<Front> fresh(1);
   fresh[0].slots.assign(paths.begin(), paths.end());
@@ -63,7 +63,7 @@ void PathUpdate::start(std::span<const uint32_t> paths) {
     }
   });
   std::erase_if(slots, [&](uint32_t slot) { return level.at(slot).length < 0; });
-  advance(std::move(fresh));
+  advance(std::move(fresh), &progress);
 }
 
 void PathUpdate::replace(std::span<const PendingPath> pending,
@@ -102,9 +102,8 @@ void PathUpdate::replace(std::span<const PendingPath> pending,
     }
     for (uint32_t b = 0; b < levels.size(); ++b) {
       for (uint32_t slot : gone[b]) {
-        Level::Chunk& chunk = levels[b].chunk(slot);
-        chunk.segment[slot % Level::kChunk].length = -1;
-        chunk.centre[slot % Level::kChunk] = chunk.half[slot % Level::kChunk] = 0;
+        levels[b].at(slot).length = -1;
+        levels[b].set_cell_box(slot, segments::ScanGrid::kUnused);
         levels[b].release(slot);
       }
       for (uint32_t slot : cut[b]) {
@@ -122,17 +121,14 @@ void PathUpdate::replace(std::span<const PendingPath> pending,
     Segment& segment = levels[0].at(slot);
     const trace::Light& light = state_.lights[state_.light_of(segment.path)];
     write_birth(segment, light, segment.path - light.first_path);
-    if (segment.length < 0) {
-      Level::Chunk& chunk = levels[0].chunk(slot);
-      chunk.centre[slot % Level::kChunk] = chunk.half[slot % Level::kChunk] = 0;
-    }
+    if (segment.length < 0) levels[0].set_cell_box(slot, segments::ScanGrid::kUnused);
   }
   // Lights that are off have no paths; theirs come after the known ones.
   std::erase_if(fresh[0].slots, [&](uint32_t slot) { return levels[0].at(slot).length < 0; });
-  advance(std::move(fresh));
+  advance(std::move(fresh), nullptr);
 }
 
-void PathUpdate::advance(std::vector<Front> fresh) {
+void PathUpdate::advance(std::vector<Front> fresh, const Progress* progress) {
   std::vector<uint32_t> children;
   for (uint32_t b = 0; b < fresh.size() || !children.empty(); ++b) {
     Front front;
@@ -140,11 +136,13 @@ void PathUpdate::advance(std::vector<Front> fresh) {
     front.slots.insert(front.slots.end(), children.begin(), children.end());
     children.clear();
     if (front.slots.empty()) continue;
+    if (progress) progress->check();
     {
       Stopwatch watch(counts_.trace_ms);
       trace(b, front, children);
       counts_.traced += front.slots.size();
     }
+    if (progress) progress->check();
     Stopwatch watch(counts_.deposit_ms);
     deposit_.add(b, front.slots);
   }

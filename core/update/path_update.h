@@ -31,8 +31,9 @@ class PathUpdate {
  public:
   explicit PathUpdate(State& state);
 
-  /// Traces new paths; their level-0 slots, of the same numbers, are allocated.
-  void start(std::span<const uint32_t> paths);
+  /// Traces new paths; their level-0 slots, of the same numbers, are allocated. Throws Cancelled in
+  /// the middle: the state is of no use then.
+  void start(std::span<const uint32_t> paths, const Progress& progress);
   /// Replaces the given pending paths. `between` runs after the old segments went and before the
   /// new ones come.
   void replace(std::span<const PendingPath> pending, const std::function<void()>& between);
@@ -45,7 +46,8 @@ class PathUpdate {
     std::vector<uint32_t> slots;
     std::vector<trace::Hit> hits;
   };
-  void advance(std::vector<Front> fresh);
+  /// Looks at `progress`, if any, between the bounces.
+  void advance(std::vector<Front> fresh, const Progress* progress);
   void trace(uint32_t bounce, const Front& front, std::vector<uint32_t>& children);
   void write_birth(segments::Segment& segment, const trace::Light& light, uint64_t index) const;
 

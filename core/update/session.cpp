@@ -13,7 +13,8 @@
 namespace deltalux::update {
 namespace {
 
-constexpr uint64_t kPathsPerStep = 32768;  // between two looks at the cancel flag
+constexpr uint64_t kPathsPerStep = 32768;  // each gives every batch its share
+constexpr uint64_t kSlotsPerStep = 65536;  // taken between two looks at the cancel flag
 constexpr float kLeastLift = 2.0f;         // in epsilons: discs lie above rounding
 constexpr float kFar = std::numeric_limits<float>::infinity();
 constexpr Box kEverywhere{{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
@@ -197,11 +198,14 @@ PathCounts Session::trace_lights(Progress& progress) {
   State& s = *state_;
   const uint64_t total = s.cut.size();
   std::vector<uint32_t> slots;
-  s.store.level(0).allocate(total, s.store.with_extended(), slots);
+  for (uint64_t done = 0; done < total; done += slots.size()) {
+    progress.check();
+    s.store.level(0).allocate(std::min(total - done, kSlotsPerStep), s.store.with_extended(),
+                              slots);
+  }
   PathUpdate update(s);
   const uint64_t steps = (total + kPathsPerStep - 1) / kPathsPerStep;
   for (uint64_t step = 0; step < steps; ++step) {
-    progress.check();
     slots.clear();
     for (const trace::Light& light : s.lights) {
       // Batches are equal, contiguous ranges: each gives its own share to every step.
@@ -212,7 +216,7 @@ PathCounts Session::trace_lights(Progress& progress) {
           slots.push_back(uint32_t(light.first_path + from + i));
       }
     }
-    update.start(slots);
+    update.start(slots, progress);
     progress.advance(slots.size());
   }
   return update.counts();
@@ -256,6 +260,7 @@ Report Session::bake(Progress& progress) {
     std::swap(state_, fresh);
     direct_ = std::move(old_direct);
     pending_ = old_pending;
+    dispose(std::move(fresh));
     throw;
   }
 }
@@ -281,7 +286,8 @@ Report Session::recompute(Progress& progress) {
     return report;
   } catch (...) {
     s.caster = std::move(old_caster);
-    s.store = std::move(old_store);
+    std::swap(s.store, old_store);
+    dispose(std::move(old_store));
     s.sums = std::move(old_sums);
     s.cut = std::move(old_cut);
     pending_ = std::move(old_pending);

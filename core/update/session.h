@@ -2,6 +2,7 @@
 // A session: bake once, then edits. The only object that changes a scene, its segments and sums.
 #pragma once
 #include <array>
+#include <future>
 #include <map>
 #include <memory>
 #include <span>
@@ -81,7 +82,6 @@ class Session {
   void restore(const Archive& archive, Progress& progress);
 
  private:
-  void prepare(Progress& progress);
   void forecast_memory(Progress& progress);
   /// Adds direct light to the forecast. Throws OptionError where it exceeds the limit.
   void refuse_beyond_limit();
@@ -104,7 +104,14 @@ class Session {
   std::unique_ptr<direct::DirectLight> direct_;
   std::vector<direct::Receiver> receivers_;  // per sample, in the present pose
   std::vector<PendingPath> pending_;
+  /// Frees what a cancelled call left behind, gigabytes perhaps, without making the caller wait.
+  template <class T>
+  void dispose(T&& waste) {
+    disposal_ = std::async(std::launch::async, [gone = std::forward<T>(waste)] {});
+  }
+
   Forecast forecast_;
+  std::future<void> disposal_;
   bool baked_ = false;
   bool edits_applied_ = true;
 };

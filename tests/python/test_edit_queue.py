@@ -117,12 +117,17 @@ class CancelAt:
 
 # Paths enough for each stage to last until the callback, asked every 20 ms, sees it.
 @pytest.mark.parametrize(
-    ("stage", "paths"), [("find affected paths", 1_500_000), ("direct light", 150_000), ("replace paths", 150_000)]
+    ("stage", "paths", "spacing"),
+    [
+        ("find affected paths", 1_500_000, 1.0),
+        ("direct light", 150_000, 0.06),
+        ("replace paths", 150_000, 0.06),
+    ],
 )
-def test_what_a_cancelled_update_was_asked_for_comes_with_the_next(stage, paths):
+def test_what_a_cancelled_update_was_asked_for_comes_with_the_next(stage, paths, spacing):
     """At whatever stage it stopped: poses, dims, new meshes, irradiance, all of it."""
     scene = room()
-    samples = dl.Samples.on_vertices(scene, spacing=0.06, radius=0.1)
+    samples = dl.Samples.on_vertices(scene, spacing=spacing, radius=0.1)
     with dl.Session(scene, samples, paths=paths, direct="sampled", threads=1) as session:
         session.bake()
         session.move("block", TARGET)

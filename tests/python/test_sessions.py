@@ -149,8 +149,8 @@ def test_cancelled_bake_leaves_the_session_as_before(calls):
         try:
             session.bake()
         except dl.Cancelled:
-            # 100 ms by design; a loaded test machine gets ten times that.
-            assert time.monotonic() - stopper.said_no < 1.0
+            # A few milliseconds on a free machine, 100 promised; a loaded one gets more.
+            assert time.monotonic() - stopper.said_no < 0.3
             with pytest.raises(dl.OptionError, match="bake"):
                 _ = session.irradiance
         session.progress = None
