@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/parallel.h"
+#include "base/progress.h"
 #include "samples/disc_set.h"
 #include "segments/hit_slots.h"
 #include "segments/segment_span.h"
@@ -60,9 +62,10 @@ inline void add_moments(const EnergySums& sums, const samples::DiscSet& discs, s
 
 /// What a call did; summed over calls by the caller.
 struct Stats {
-  uint64_t disc_tests = 0, node_tests = 0, hits = 0;
+  uint64_t disc_tests = 0, node_tests = 0, sphere_tests = 0, hits = 0;
   Stats& operator+=(const Stats& o) {
-    disc_tests += o.disc_tests, node_tests += o.node_tests, hits += o.hits;
+    disc_tests += o.disc_tests, node_tests += o.node_tests;
+    sphere_tests += o.sphere_tests, hits += o.hits;
     return *this;
   }
 };
@@ -77,6 +80,21 @@ class SignedEstimator {
   virtual Stats accumulate(const segments::SegmentSpan& segments, int sign, const EnergySums& sums,
                            HitSlots* slots = nullptr) const = 0;
   virtual const samples::DiscSet& discs() const = 0;
+};
+
+/// What a gather method returns: irradiance in quanta per square metre, three per sample.
+struct Gathered {
+  std::vector<double> irradiance;
+  Stats stats;
+};
+
+class GatherEstimator {
+ public:
+  virtual ~GatherEstimator() = default;
+  /// Irradiance at all samples from these segments alone. The result does not depend on the number
+  /// of workers. Throws Cancelled.
+  virtual Gathered estimate(const segments::SegmentSpan& segments, const Workers& workers,
+                            Progress* progress = nullptr) const = 0;
 };
 
 }  // namespace deltalux::estimate

@@ -14,7 +14,7 @@ import numpy as np
 
 from . import _core, snapshot
 from .errors import OptionError
-from .estimate import SEGMENT_ENDS
+from .estimate.inputs import SEGMENT_ENDS
 from .flatten import flatten
 from .memory import available_memory
 from .results import Frame, Result
