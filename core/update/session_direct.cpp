@@ -5,6 +5,7 @@
 
 #include "samples/placement.h"
 #include "update/session.h"
+#include "update/snapshot_check.h"
 
 namespace deltalux::update {
 namespace {
@@ -106,6 +107,7 @@ void Session::restore_direct(const Archive& archive, Progress&) {
     throw FormatError("session file: \"direct.quantum\" is missing");
   double value = 0;
   std::copy_n(quantum->second.begin(), sizeof value, reinterpret_cast<std::byte*>(&value));
+  snapshot::check_range("direct.quantum", std::vector<double>{value}, 0, 1e300);
   state_->irradiance_quantum = value;
   auto fresh = std::make_unique<direct::DirectLight>(s.samples.size(), s.scene.group_count, value,
                                                      s.options.seed);

@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "update/session.h"
+#include "update/snapshot_check.h"
 
 namespace deltalux::update {
 namespace {
@@ -28,6 +29,13 @@ std::vector<T> unpack(const Session::Archive& archive, const std::string& name, 
   std::vector<T> out(expected);
   if (expected) std::memcpy(out.data(), entry->second.data(), entry->second.size());
   return out;
+}
+
+/// The same where the number of entries is not known.
+template <class T>
+std::vector<T> unpack_all(const Session::Archive& archive, const std::string& name) {
+  const auto entry = archive.find(name);
+  return unpack<T>(archive, name, entry == archive.end() ? 0 : entry->second.size() / sizeof(T));
 }
 
 }  // namespace
@@ -59,7 +67,9 @@ Session::Archive Session::save() const {
   archive["light_sampled"] = pack(s.light_sampled);
   archive["quantum"] = pack(std::vector<double>{s.scale.quantum});
   archive["cut"] = pack(s.cut);
-  archive["pending"] = pack(pending_);
+  std::vector<uint32_t> pending;  // known hits are left out: they only save time
+  for (const PendingPath& p : pending_) pending.insert(pending.end(), {p.path, p.slot, p.bounce});
+  archive["pending"] = pack(pending);
   archive["sums"] = pack(s.sums);
   archive["area"] = pack(s.area);
   for (size_t b = 0; b < s.store.levels().size(); ++b) {
@@ -90,6 +100,7 @@ void Session::restore(const Archive& archive, Progress& progress) {
   const size_t objects = s.scene.objects.size();
   const auto poses = unpack<double>(archive, "poses", 12 * objects);
   const auto present = unpack<uint8_t>(archive, "present", objects);
+  const std::vector<scene::Object> original = s.scene.objects;
   for (size_t i = 0; i < objects; ++i) {
     const double* p = poses.data() + 12 * i;
     Pose& pose = s.scene.objects[i].pose;
@@ -97,37 +108,49 @@ void Session::restore(const Archive& archive, Progress& progress) {
     pose.translation = {p[9], p[10], p[11]};
     s.scene.objects[i].present = present[i] != 0;
   }
+  snapshot::check_poses(original, s.scene);
   const auto reflectance = unpack<float>(archive, "reflectance", 3 * s.scene.materials.size());
   for (size_t m = 0; m < s.scene.materials.size(); ++m)
     s.scene.materials[m].reflectance = {reflectance[3 * m], reflectance[3 * m + 1],
                                         reflectance[3 * m + 2]};
+  snapshot::check_range("reflectance", reflectance, 0, 1);
   s.group_factor = unpack<double>(archive, "group_factor", s.scene.group_count);
+  snapshot::check_range("group_factor", s.group_factor, 0, 1e6);
   s.samples.radius = unpack<float>(archive, "radius", s.samples.size());
   for (trace::Light& light : s.lights) trace::place_light(s.scene, light);
   if (!archive.contains("level_sizes")) return;
 
   const auto light_paths = unpack<uint64_t>(archive, "light_paths", s.lights.size());
   uint64_t paths = 0;
+  snapshot::check_range("light_paths", light_paths, 0, double(UINT32_MAX));
   for (size_t i = 0; i < s.lights.size(); ++i) {
     s.lights[i].first_path = paths;
     s.lights[i].path_count = light_paths[i];
     paths += light_paths[i];
   }
+  if (paths > (uint64_t(1) << 32) / s.options.max_bounces)
+    snapshot::refuse("\"light_paths\": found " + std::to_string(paths) + " paths, more than fit");
   s.light_sampled = unpack<uint8_t>(archive, "light_sampled", s.lights.size());
-  s.scale.quantum = unpack<double>(archive, "quantum", 1)[0];
+  snapshot::check_range("light_sampled", s.light_sampled, 0, 1);
+  const auto quantum = unpack<double>(archive, "quantum", 1);
+  snapshot::check_range("quantum", quantum, 0, 1e300);
+  s.scale.quantum = quantum[0];
+  for (const trace::Light& light : s.lights)
+    trace::birth_quanta(light, s.scale,
+                        s.birth_factor(light));  // refuses one that does not hold it
   build_static_parts(progress);
   s.cut = unpack<uint8_t>(archive, "cut", paths);
   s.sums =
       unpack<int64_t>(archive, "sums", size_t(s.sum_groups()) * kBatches * s.samples.size() * 3);
   s.area = unpack<float>(archive, "area", s.samples.size());
-  const auto& pending_bytes = archive.find("pending");
-  if (pending_bytes == archive.end()) throw FormatError("session file: \"pending\" is missing");
-  pending_ =
-      unpack<PendingPath>(archive, "pending", pending_bytes->second.size() / sizeof(PendingPath));
+  snapshot::check_range("radius", s.samples.radius, 0, 1e15);
+  snapshot::check_range("area", s.area, 0, 1e30);
   s.store =
       segments::SegmentStore(s.scene.world(), s.options.segment_end != segments::SegmentEnd::first);
-  const size_t bounces = archive.at("level_sizes").size() / sizeof(uint64_t);
-  const auto sizes = unpack<uint64_t>(archive, "level_sizes", bounces);
+  const auto sizes = unpack_all<uint64_t>(archive, "level_sizes");
+  const size_t bounces = sizes.size();
+  if (bounces > s.options.max_bounces + 1u)
+    snapshot::refuse("\"level_sizes\" has too many bounces");
   progress.begin("restore segments", bounces);
   for (uint32_t b = 0; b < bounces; ++b) {
     const std::string prefix = "level" + std::to_string(b) + ".";
@@ -138,17 +161,12 @@ void Session::restore(const Archive& archive, Progress& progress) {
     segments::Level& level = s.store.level(b);
     std::vector<uint32_t> slots;
     level.allocate(sizes[b], s.store.with_extended(), slots);
-    const uint64_t next_size = b + 1 < bounces ? sizes[b + 1] : 0;
     for (uint32_t slot = 0; slot < sizes[b]; ++slot) {
       const segments::Segment& g = records[slot];
-      if (g.length >= 0 && (g.path >= paths ||
-                            (g.primitive != scene::kNone && g.primitive >= s.scene.primitives()) ||
-                            (g.next != segments::kNoSlot && g.next >= next_size)))
-        throw FormatError("session file: a segment refers to something that is not there");
       for (uint32_t disc : hits[slot].disc)
         if (disc < segments::HitSlots::kMany && disc >= s.static_index->discs().size())
-          throw FormatError("session file: a segment refers to a disc that is not there");
-      level.at(slot) = g;
+          snapshot::refuse("a segment refers to a disc that is not there");
+      level.at(slot) = g.length < 0 ? segments::unused_segment(g.path) : g;
       level.slots(slot) = hits[slot];
       if (!extended.empty()) level.extended(slot) = extended[slot];
       if (g.length >= 0)
@@ -158,6 +176,12 @@ void Session::restore(const Archive& archive, Progress& progress) {
     }
     progress.advance(1);
   }
+  snapshot::check_segments(s.store, s.scene, paths);
+  const auto pending = unpack_all<uint32_t>(archive, "pending");
+  if (pending.size() % 3) snapshot::refuse("\"pending\" is incomplete");
+  for (size_t i = 0; i < pending.size(); i += 3)
+    pending_.push_back({pending[i], pending[i + 1], uint8_t(pending[i + 2]), false, {}});
+  snapshot::check_pending(pending_, s.cut, s.store);
   for (MovingPart& part : s.moving) {
     place_part(s, part);
     part.current = true;

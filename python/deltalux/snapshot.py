@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .display_mesh import DisplayMesh
-from .errors import FormatError
+from .errors import FormatError, OptionError, SceneError
 from .files import written_aside
 from .samples import Samples
 from .scene import Camera, Light, Material, Mesh, Node, PointLight, Scene, SpotLight, SunLight
-from .segments import Progress
+from .segments import Progress, check_threads
 
 if TYPE_CHECKING:
     from .session import Session
@@ -66,6 +66,7 @@ def read(path: Path, kind: type[Session], threads: int | None, progress: Progres
     FormatError
         Where it is missing, truncated, foreign, damaged or of another version.
     """
+    check_threads(threads)
     try:
         with zipfile.ZipFile(path) as archive:
             index = json.loads(archive.read(INDEX))
@@ -85,7 +86,9 @@ def read(path: Path, kind: type[Session], threads: int | None, progress: Progres
         ) from None
     try:
         return _restore(index, arrays, kind, threads, progress)
-    except (KeyError, TypeError, IndexError) as error:
+    except FormatError as error:
+        raise FormatError(f"{path}: {error}") from None
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError, OptionError, SceneError) as error:
         raise FormatError(f"{path}: the session's parts do not fit together ({error!r})") from None
 
 

@@ -17,6 +17,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rooms import box, room, samples_in, translation, turn
+from session_files import read_parts, write_parts
 
 
 @pytest.fixture
@@ -94,6 +95,45 @@ def test_damaged_session_files_are_refused(baked, tmp_path):
             dl.Session.open(path).close()
         except dl.FormatError as error:
             assert "damaged.dlx" in str(error)
+
+
+def test_hostile_session_files_are_refused_or_harmless(tmp_path):
+    """Right checksums, wrong contents: an error, or a session that still answers and updates."""
+    scene = room()
+    whole, hostile = tmp_path / "whole.dlx", tmp_path / "hostile.dlx"
+    with dl.Session(scene, samples_in(scene), paths=300, threads=1) as session:
+        session.bake()
+        session.move("block", translation(-0.5, 0.5, 0.2))
+        session.update(budget_ms=1e-6)
+        session.save(whole)
+    index, arrays = read_parts(whole)
+    rng = np.random.default_rng(5)
+    refused = harmless = 0
+    for name in sorted(arrays):
+        if not name.startswith("core/"):
+            continue
+        for pattern in (b"\x00", b"\xff", b"\x7f", None):
+            data = bytearray(arrays[name].tobytes())
+            if not data:
+                continue
+            for place in rng.integers(0, max(1, len(data) // 4), 3):
+                value = rng.bytes(4) if pattern is None else pattern * 4
+                data[4 * place : 4 * place + 4] = value[: len(data) - 4 * place]
+            write_parts(hostile, index, arrays | {name: np.frombuffer(bytes(data), np.uint8)})
+            try:
+                opened = dl.Session.open(hostile)
+            except dl.FormatError as error:
+                assert "hostile.dlx" in str(error)
+                refused += 1
+                continue
+            harmless += 1
+            with opened:
+                opened.move("block", translation(0.4, 0.6, -0.3))
+                opened.update()
+                assert np.isfinite(opened.irradiance).all()
+                assert np.isfinite(opened.standard_error).all()
+    assert refused > 100
+    assert harmless > 0
 
 
 def test_foreign_and_missing_files_are_refused(tmp_path):
