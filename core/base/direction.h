@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Directions in 4 bytes: 16+16-bit octahedral. Rays are traced along the decoded direction, so
-// nothing is lost when a segment is read back (SYSTEM.md section 4, trap 4).
+// nothing is lost when a segment is read back.
 #pragma once
 #include <cmath>
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Direct light by deterministic stratified shadow rays (SYSTEM.md section 3), kept exact under
+// Direct light by deterministic stratified shadow rays, kept exact under
 // edits: after any of them the sums are those of a computation from scratch, to the bit.
 #pragma once
 #include <cstddef>

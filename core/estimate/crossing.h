@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// THE segment-disc test (SYSTEM.md section 3): every disc method calls crosses() on the same bits,
+// THE segment-disc test (paper 2.1): every disc method calls crosses() on the same bits,
 // alone or through a SIMD twin that performs the same operations in the same order. The build
 // forbids contraction, so both agree to the bit.
 #pragma once

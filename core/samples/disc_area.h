@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The part of a disc that its centre reaches in the tangent plane (SYSTEM.md section 2): it keeps
+// The part of a disc that its centre reaches in the tangent plane: it keeps
 // discs from reaching under walls, and its area repairs dark edges and corners.
 //
 // Discs are lifted off their surface by a small share of their radius. Then nothing lies between

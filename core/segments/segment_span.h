@@ -6,7 +6,7 @@
 
 namespace deltalux::segments {
 
-/// Which part of a segment counts (paper 2.1, SYSTEM.md section 2).
+/// Which part of a segment counts (paper 2.1; docs/explanation/segment-ends.md).
 enum class SegmentEnd : uint8_t {
   first,    ///< up to the first hit
   second,   ///< up to the second hit

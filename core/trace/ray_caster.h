@@ -34,7 +34,7 @@ using RayBits = std::array<uint64_t, RayFan::kMost / 64>;  ///< one bit per ray 
 /// Closest hit = the least (t, rank) over the static scene (rank 0) and each present movable
 /// object in its own acceleration structure (rank 1 + object), every one of them queried over the
 /// whole ray. So a hit is a pure function of the ray and of each object's pose: what one object
-/// does never changes the bits that another returns (SYSTEM.md section 4, traps 2 to 5).
+/// does never changes the bits that another returns.
 class RayCaster {
  public:
   RayCaster(const scene::Scene& scene, Progress& progress);

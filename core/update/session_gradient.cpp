@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Surface gradients of irradiance: from the first moments of the crossings (SYSTEM.md section 3,
-// last item), corrected for clipped discs; direct light by shadow rays adds central differences.
+// Surface gradients of irradiance: from the first moments of the crossings,
+// corrected for clipped discs; direct light by shadow rays adds central differences.
 #include "update/session.h"
 
 namespace deltalux::update {

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Segment-disc crossings in float64, written from SYSTEM.md section 3 and from nothing else."""
+"""Segment-disc crossings in float64, written from the definition (paper 2.1) and sharing no code with the core."""
 
 from __future__ import annotations
 

@@ -40,19 +40,19 @@ def _rms_without_noise(difference: NDArray, noise: NDArray) -> float:
     return float(np.sqrt(max(square, 0.0)))
 
 
-def seconds_to(target: float, runs: Sequence[Run]) -> float | None:
+def seconds_to(target: float, runs: Sequence[Run], *, extrapolate: bool = True) -> float | None:
     """CPU seconds at which the error falls to `target`.
 
     Straight lines between the runs that no other run beats in both time and error, on
     logarithmic axes. Beyond the last one the error is taken to fall with the square root of
-    the time, as Monte Carlo does; before the first one that run's time counts. None: there is
+    the time, as Monte Carlo does, if `extrapolate`; before the first one that run's time counts. None: there is
     no run, or the best is more than three times off (its error may have a floor).
     """
     front: list[Run] = []
     for run in sorted(runs, key=lambda r: (r.cpu_seconds, r.error)):
         if not front or run.error < front[-1].error:
             front.append(run)
-    if not front or front[-1].error > 3 * target:
+    if not front or front[-1].error > (3 if extrapolate else 1) * target:
         return None
     if front[-1].error > target:
         return front[-1].cpu_seconds * (front[-1].error / target) ** 2

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+// A small session through every kind of edit: what the sanitizers see of baking and updating.
+#include "update/session.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include "base/error.h"
+#include "direct_world.h"
+
+namespace deltalux::update {
+namespace {
+
+/// A room of 4 x 3 x 4 m with a lamp under the ceiling and a movable box.
+scene::Scene room() {
+  scene::Scene scene;
+  scene.materials = {{{0.7f, 0.6f, 0.5f}, {}, false}, {{}, {10, 8, 6}, false}};
+  scene::Object walls, block;
+  walls.name = "walls";
+  direct::add_box(walls, {4, 3, 4}, {0, 0, 0});  // turned inside out
+  direct::add_quad(walls, {1.5f, 2.9f, 1.5f}, {1, 0, 0}, {0, 0, 1}, 1);
+  block.name = "block";
+  block.movable = true;
+  direct::add_box(block, {-0.3f, -0.3f, -0.3f}, {0.3f, 0.3f, 0.3f});
+  block.pose.translation = {1, 0.5, 1};
+  scene.objects = {walls, block};
+  scene.finish();
+  return scene;
+}
+
+samples::SampleSet some_samples() {
+  samples::SampleSet set;
+  for (int i = 0; i < 64; ++i) {
+    set.point.push_back({0.25f + 0.5f * float(i % 8), 0, 0.25f + 0.5f * float(i / 8)});
+    set.normal.push_back({0, 1, 0});
+    set.attached.push_back(scene::kNone);
+  }
+  for (int i = 0; i < 4; ++i) {
+    set.point.push_back({-0.2f + 0.1f * float(i), 0.3f, 0});
+    set.normal.push_back({0, 1, 0});
+    set.attached.push_back(1);
+  }
+  set.radius.assign(set.point.size(), 0.2f);
+  return set;
+}
+
+Options options(int threads, DirectMode direct, segments::SegmentEnd end) {
+  Options out;
+  out.paths = 4000;
+  out.threads = threads;
+  out.direct = direct;
+  out.segment_end = end;
+  return out;
+}
+
+Pose at(double x, double z) {
+  Pose pose;
+  pose.translation = {x, 0.5, z};
+  return pose;
+}
+
+TEST(Session, UpdatesEqualARecompute) {
+  for (const DirectMode direct : {DirectMode::paths, DirectMode::sampled})
+    for (const auto end : {segments::SegmentEnd::first, segments::SegmentEnd::bounded}) {
+      Progress progress;
+      Session session(room(), some_samples(), options(2, direct, end));
+      session.bake(progress);
+      const auto baked = session.digest();
+      scene::Object lamp;
+      lamp.name = "second lamp";
+      lamp.movable = true;
+      direct::add_quad(lamp, {-0.2f, 0, -0.2f}, {0.4f, 0, 0}, {0, 0, 0.4f}, 1);
+      lamp.pose.translation = {3, 2, 3};
+      const std::vector<std::vector<scene::Edit>> steps = {
+          {scene::Move{1, at(2.5, 2)}},
+          {scene::SetPresent{1, false}, scene::Dim{0, 0.5}},
+          {scene::SetPresent{1, true}, scene::SetReflectance{0, {0.3f, 0.4f, 0.5f}}},
+          {scene::Insert{lamp}},
+          {scene::Move{2, at(1, 3)}, scene::Move{1, at(3, 1)}}};
+      for (const auto& edits : steps) {
+        session.update(edits, 0, progress);
+        const auto updated = session.digest();
+        EXPECT_NE(updated, baked);
+        session.recompute(progress);
+        EXPECT_EQ(session.digest(), updated);
+      }
+    }
+}
+
+TEST(Session, ThreadsDoNotMatter) {
+  std::vector<std::array<uint64_t, 4>> digests;
+  for (const int threads : {1, 2, 4}) {
+    Progress progress;
+    Session session(room(), some_samples(),
+                    options(threads, DirectMode::automatic, segments::SegmentEnd::first));
+    session.bake(progress);
+    session.update(std::vector<scene::Edit>{scene::Move{1, at(2, 2)}}, 0, progress);
+    digests.push_back(session.digest());
+  }
+  EXPECT_EQ(digests[0], digests[1]);
+  EXPECT_EQ(digests[0], digests[2]);
+}
+
+TEST(Session, ComesBackFromItsArchive) {
+  Progress progress;
+  const Options chosen = options(1, DirectMode::sampled, segments::SegmentEnd::first);
+  Session session(room(), some_samples(), chosen), opened(room(), some_samples(), chosen);
+  session.bake(progress);
+  session.update(std::vector<scene::Edit>{scene::Move{1, at(2, 2)}}, 0, progress);
+  opened.restore(session.save(), progress);
+  EXPECT_EQ(opened.digest(), session.digest());
+  for (Session* each : {&session, &opened})
+    each->update(std::vector<scene::Edit>{scene::Move{1, at(1, 3)}}, 0, progress);
+  EXPECT_EQ(opened.digest(), session.digest());
+}
+
+TEST(Session, CancelledCallsLeaveItValid) {
+  Progress progress, stopped;
+  stopped.cancel();
+  Session session(room(), some_samples(),
+                  options(2, DirectMode::sampled, segments::SegmentEnd::first));
+  EXPECT_THROW(session.bake(stopped), Cancelled);
+  session.bake(progress);
+  const auto baked = session.digest();
+  EXPECT_THROW(session.recompute(stopped), Cancelled);
+  EXPECT_EQ(session.digest(), baked);
+}
+
+// The ray library may bind oneTBB for the whole process when asked for one thread.
+TEST(RayCaster, LeavesOtherThreadsAlone) {
+  const auto allowed = [] {
+    return tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+  };
+  const size_t before = allowed();
+  Progress progress;
+  const trace::RayCaster caster(room(), progress);
+  EXPECT_EQ(allowed(), before);
+}
+
+}  // namespace
+}  // namespace deltalux::update
