@@ -76,7 +76,6 @@ void PathUpdate::replace(std::span<const PendingPath> pending,
   {
     Stopwatch watch(counts_.remove_ms);
     for (const PendingPath& p : pending) {
-      if (state_.cut[p.path] != p.bounce) continue;
       state_.cut[p.path] = kNotCut;
       cut[p.bounce].push_back(p.slot);
       // Those with a known hit come first.

@@ -12,8 +12,7 @@
 
 namespace deltalux::update {
 
-/// A path to trace again from `bounce`, whose segment there is in `slot`. Valid while
-/// state.cut[path] == bounce.
+/// A path to trace again from `bounce` = state.cut[path]; its segment there is in `slot`.
 struct PendingPath {
   uint32_t path = 0;
   uint32_t slot = 0;

@@ -340,9 +340,8 @@ size_t Session::bytes() const {
 }
 
 double Session::pending_share() const {
-  size_t waiting = 0;
-  for (const PendingPath& p : pending_) waiting += state_->cut[p.path] == p.bounce;
-  return state_->cut.empty() ? 0.0 : double(waiting) / double(state_->cut.size());
+  const size_t paths = state_->cut.size();
+  return paths ? double(pending_.size()) / double(paths) : 0.0;
 }
 
 }  // namespace deltalux::update

@@ -5,12 +5,15 @@
 #include <numbers>
 
 #include "base/error.h"
+#include "update/pending.h"
 #include "update/session.h"
 
 namespace deltalux::update {
 namespace {
 
-constexpr size_t kPathsPerStep = 8192;  // replaced between two looks at clock and cancel flag
+// Paths replaced between two looks at clock and cancel flag; with a time budget the first step
+// measures how many fit.
+constexpr size_t kMostPerStep = 8192, kFirstStep = 128;
 
 using Clock = std::chrono::steady_clock;
 
@@ -54,6 +57,21 @@ std::vector<trace::Light> new_lights(const State& s, const scene::Scene& scene, 
     next += light.path_count;
   }
   return lights;
+}
+
+PendingPath whole_path(uint32_t path) { return {path, path, 0, false, {}}; }
+
+/// Paths of new lights wait like those that are cut: as segments that are not in use yet.
+void add_paths(State& s, EditMarks& marks) {
+  const size_t all = s.lights.back().first_path + s.lights.back().path_count;
+  std::vector<uint32_t> slots;
+  s.store.level(0).allocate(all - s.cut.size(), s.store.with_extended(), slots);
+  s.cut.resize(all, kNotCut);
+  for (uint32_t slot : slots) {
+    s.store.level(0).at(slot) = segments::unused_segment(slot);
+    s.store.level(0).slots(slot) = {};
+    marks.mark(whole_path(slot));
+  }
 }
 
 std::string mebibytes(double bytes) { return std::to_string(uint64_t(bytes) >> 20) + " MiB"; }
@@ -241,13 +259,8 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
   report.scanned_segments = affected.scanned;
   report.candidates = affected.candidates;
 
-  // Marks: a path is cut at the earliest bounce that any pending change touches.
-  for (PendingPath& waiting : pending_) waiting.hit_known = false;
-  const auto mark = [&](uint32_t path, uint32_t bounce, const AffectedSegment& segment) {
-    if (s.cut[path] <= bounce) return;
-    s.cut[path] = uint8_t(bounce);
-    pending_.push_back({path, segment.slot, uint8_t(bounce), segment.hit_known, segment.hit});
-  };
+  // A path is cut at the earliest bounce that any edit touches.
+  EditMarks marks(s, pending_);
   // Lights first: their paths are born anew, along other rays than the search saw.
   for (size_t l = 0; l < old_lights; ++l) {
     const trace::Light& light = s.lights[l];
@@ -257,23 +270,14 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
         s.merged(light.group) && s.group_factor[light.group] != old_factors[light.group];
     if (moved || dimmed)
       for (uint64_t i = 0; i < light.path_count; ++i)
-        mark(uint32_t(light.first_path + i), 0, {uint32_t(light.first_path + i), false, {}});
+        marks.mark(whole_path(uint32_t(light.first_path + i)));
   }
   for (uint32_t b = 0; b < affected.segments.size(); ++b)
     for (const AffectedSegment& segment : affected.segments[b])
-      mark(s.store.level(b).at(segment.slot).path, b, segment);
-  // Paths of new lights wait like those that are cut: as segments that are not in use yet.
-  if (s.lights.size() > old_lights) {
-    const size_t all = s.lights.back().first_path + s.lights.back().path_count;
-    std::vector<uint32_t> slots;
-    s.store.level(0).allocate(all - s.cut.size(), s.store.with_extended(), slots);
-    s.cut.resize(all, kNotCut);
-    for (uint32_t slot : slots) {
-      s.store.level(0).at(slot) = segments::unused_segment(slot);
-      s.store.level(0).slots(slot) = {};
-      mark(slot, 0, {slot, false, {}});
-    }
-  }
+      marks.mark({s.store.level(b).at(segment.slot).path, segment.slot, uint8_t(b),
+                  segment.hit_known, segment.hit});
+  if (s.lights.size() > old_lights) add_paths(s, marks);
+  if (budget_ms > 0) marks.order();
 
   // Samples of moved objects start again from the stored segments near the new pose.
   std::vector<size_t> rebuild;
@@ -314,12 +318,17 @@ void Session::run_pending(double budget_ms, Progress& progress, Report& report,
   progress.announce("replace paths", total);
   // The moving samples come in the first step, which always runs: from then on they follow every
   // replacement as the static ones do.
+  size_t step = budget_ms != 0 ? kFirstStep : kMostPerStep;
   do {
-    const size_t end = std::min(total, done + kPathsPerStep);
+    const size_t end = std::min(total, done + step);
     update.replace(std::span(pending_).subspan(done, end - done), done ? nullptr : between);
     progress.advance(end - done);
     done = end;
-    if (budget_ms != 0 && since(start) >= budget_ms) break;
+    if (budget_ms == 0) continue;
+    const double spent = since(start), left = budget_ms - spent;
+    if (left <= 0) break;
+    step = std::clamp(size_t(double(done) * left / spent), size_t(1), 2 * step);
+    step = std::min(step, kMostPerStep);
   } while (done < total && !progress.cancelled());
   pending_.erase(pending_.begin(), pending_.begin() + long(done));
   report.affected_paths = update.counts().paths;

@@ -84,10 +84,8 @@ void check_pending(const std::vector<PendingPath>& pending, const std::vector<ui
                    const segments::SegmentStore& store) {
   std::vector<bool> waiting(cut.size());
   for (const PendingPath& p : pending) {
-    // Marks that a later edit overtook stay in the list and are passed over.
-    if (p.path < cut.size() && cut[p.path] != p.bounce) continue;
-    if (p.path >= cut.size() || waiting[p.path] || p.bounce >= store.levels().size() ||
-        p.slot >= store.levels()[p.bounce].size() ||
+    if (p.path >= cut.size() || waiting[p.path] || cut[p.path] != p.bounce ||
+        p.bounce >= store.levels().size() || p.slot >= store.levels()[p.bounce].size() ||
         store.levels()[p.bounce].at(p.slot).path != p.path)
       refuse("\"pending\" refers to a segment that is not there");
     waiting[p.path] = true;

@@ -28,7 +28,7 @@ void check_poses(const std::vector<scene::Object>& original, const scene::Scene&
 /// later segment in use has exactly one predecessor, of its own path.
 void check_segments(const segments::SegmentStore& store, const scene::Scene& scene, uint64_t paths);
 
-/// Each path with a mark in `cut` waits once, at a segment of its own; others do not.
+/// Each path with a mark in `cut` waits once, at its own segment of that bounce; others do not.
 void check_pending(const std::vector<PendingPath>& pending, const std::vector<uint8_t>& cut,
                    const segments::SegmentStore& store);
 

@@ -187,6 +187,60 @@ def test_new_lights_while_paths_are_pending(direct):
         equals_recompute(session)
 
 
+def energy_adds_up(session):
+    audit = session.energy
+    total = np.array(audit["absorbed"]) + np.array(audit["escaped"])
+    np.testing.assert_array_equal(total, audit["emitted"])
+
+
+@pytest.mark.parametrize("budget", [0.001, 1.0, 30.0, 1e9])
+def test_any_budget_ends_in_the_recomputes_bits_and_loses_no_energy(budget):
+    """A stale path stays in the sums, whole, until its replacement takes its place."""
+    scene = room()
+    with dl.Session(scene, samples_in(scene), paths=40_000, threads=1, direct="paths") as session:
+        session.bake()
+        energy_adds_up(session)
+        edits = [
+            lambda: session.set_reflectance("wall", (0.2, 0.5, 0.3)),
+            lambda: session.move("block", translation(-0.3, 0.5, 0.1)),
+            lambda: session.move("block", translation(0.3, 0.9, 0.1)),
+        ]
+        for calls in range(100_000):
+            if edits and calls % 3 == 0:
+                edits.pop(0)()
+            frame = session.update(budget_ms=budget)
+            energy_adds_up(session)
+            if frame.done == 1 and not edits:
+                break
+        equals_recompute(session)
+
+
+def test_a_budget_spreads_the_error_over_the_scene():
+    """Half the work done is about half the change everywhere, not all of it near one lamp."""
+    bulbs = [dl.PointLight(f"bulb{x}", (x, 0.6, 0), (1, 1, 1)) for x in (-3.0, 3.0)]
+    walls = dl.Mesh("walls", *box((8, 2, 2), (0, 1, 0), inward=True), "wall")
+    block = dl.Mesh("block", *box((0.2, 0.2, 0.2)), "wall", pose=translation(0, 1, 0), movable=True)
+    scene = dl.Scene([walls, block], [dl.Material("wall", (0.6, 0.6, 0.6))], bulbs)
+    points = [(x, 0, z) for x in (-3.0, 3.0) for z in (-0.5, 0.0, 0.5)]
+    samples = dl.Samples(points, (0, 1, 0), radius=0.4)
+    with dl.Session(scene, samples, paths=100_000, threads=1, direct="paths") as session:
+        session.bake()
+        old = session.irradiance[:, 0]
+        session.set_reflectance("wall", (0.2, 0.2, 0.2))
+        waiting = 1.0
+        while waiting > 0.5:
+            waiting *= 1 - session.update(budget_ms=0.001).done
+        half = session.irradiance[:, 0]
+        session.update()
+        new = session.irradiance[:, 0]
+        share = [
+            (half[side] - old[side]).mean() / (new[side] - old[side]).mean()
+            for side in (slice(3), slice(3, 6))
+        ]
+        np.testing.assert_allclose(share, 1 - waiting, atol=0.08)
+        equals_recompute(session)
+
+
 def test_a_new_lamp_keeps_to_the_budget():
     """Its paths are pending work like any other, so a budget or a cancel can stop between them."""
     scene = room()
