@@ -145,6 +145,16 @@ void bind_session(nb::module_& m) {
             return make_array(std::move(gradient), {n, 3, 3});
           },
           nb::arg("progress").none())
+      .def("visible",
+           [](const Session& s, const Rows<float, 3>& from, const Rows<float, 3>& to) {
+             const std::vector<Vec3f> a = to_vectors(from), b = to_vectors(to);
+             std::vector<uint8_t> out;
+             {
+               nb::gil_scoped_release release;
+               out = s.visible(a, b);
+             }
+             return make_array(std::move(out), {a.size()});
+           })
       .def("sums",
            [](const Session& s) {
              const size_t n = s.state().samples.size();

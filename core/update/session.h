@@ -67,6 +67,8 @@ class Session {
   void read_gradient(double* gradient, Progress& progress);
   /// Sums of all batches and groups in quanta, samples x 3, without direct light by shadow rays.
   void read_sums(int64_t* sums) const;
+  /// 1 where nothing lies between points from[i] and to[i] at present.
+  std::vector<uint8_t> visible(std::span<const Vec3f> from, std::span<const Vec3f> to) const;
   std::array<uint64_t, 4> digest() const;
   EnergyAudit audit() const;
   Forecast forecast() const { return forecast_; }

@@ -127,6 +127,20 @@ std::array<uint64_t, 4> Session::digest() const {
   return {all.a, all.b, ordered.a, ordered.b};
 }
 
+std::vector<uint8_t> Session::visible(std::span<const Vec3f> from,
+                                      std::span<const Vec3f> to) const {
+  std::vector<uint8_t> out(from.size());
+  const trace::RayCaster& caster = *state_->caster;
+  state_->workers.for_blocks(out.size(), 1024, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const Vec3f way = to[i] - from[i];
+      out[i] = !caster.occluded_static(from[i], way, 1.0f) &&
+               !caster.occluded_movable(from[i], way, 1.0f);
+    }
+  });
+  return out;
+}
+
 EnergyAudit Session::audit() const {
   const State& s = *state_;
   EnergyAudit audit;

@@ -11,11 +11,13 @@ from types import TracebackType
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from . import _core, snapshot
 from .errors import OptionError
 from .estimate.inputs import SEGMENT_ENDS
 from .flatten import flatten
+from .interpolation import Interpolator
 from .memory import available_memory
 from .results import Frame, Result
 from .samples import Samples
@@ -127,6 +129,7 @@ class Session:
         self._calls = threading.Lock()  # one at a time
         self._foreign_build: str | None = None  # a file's build where it differs from this one
         self._result: tuple[np.ndarray, np.ndarray] | None = None
+        self._interpolator: tuple[list, np.ndarray, Interpolator] | None = None
 
     def __enter__(self) -> Session:
         return self
@@ -351,6 +354,55 @@ class Session:
         """(n, 3, 3) float64: surface gradient per channel (sample, channel, axis), per metre."""
         with self._at_work(self._baked_session()) as session:
             return session.gradient(self.progress)
+
+    def at(self, points: ArrayLike, normals: ArrayLike, *, gradients: bool = False) -> np.ndarray:
+        """Irradiance at other surface points, interpolated from the samples nearby.
+
+        Parameters
+        ----------
+        points, normals : (m, 3), world space, metres
+        gradients : extrapolate each sample along its surface gradient (see `gradient`)
+            Takes a pass over all stored segments; pays where samples are sparse and paths many.
+
+        Returns
+        -------
+        (m, 3) float64
+            Weights after Ward, Rubinstein & Clear (1988), gradients after Ward & Heckbert (1992)
+            from the moments of the crossings. Samples that something hides from a point do not
+            count; a point that no sample serves takes the nearest one of a like normal.
+            Edits that wait are applied first.
+
+        Raises
+        ------
+        OptionError
+            Where a number is not finite, a normal is zero, or no sample is present.
+        """
+        asked = Samples(points, normals, radius=1.0)
+        self._finish()
+        present, interpolator = self._interpolation()
+        session = self._baked_session()
+
+        def visible(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+            rows = (np.ascontiguousarray(array, np.float32) for array in (a, b))
+            return session.visible(*rows).astype(bool)
+
+        slopes = self.gradient[present] if gradients else None
+        values = self._read()[0][present]
+        with self._at_work(session):
+            return interpolator(asked.points, asked.normals, values, slopes, visible)
+
+    def _interpolation(self) -> tuple[np.ndarray, Interpolator]:
+        """The samples that are there, and an interpolator over them in the present poses."""
+        moving = {name for name in self.samples.attached if name is not None}
+        state = [(name, name in self._removed, self._poses[name].tobytes()) for name in sorted(moving)]
+        if self._interpolator is None or self._interpolator[0] != state:
+            gone = [name in self._removed for name in self.samples.attached]
+            present = np.flatnonzero(~np.array(gone, bool))
+            if not len(present):
+                raise OptionError("at: found no sample that is present, expected at least one")
+            points, normals = (array[present] for array in self.world())
+            self._interpolator = state, present, Interpolator(points, normals)
+        return self._interpolator[1:]
 
     @property
     def radius(self) -> np.ndarray:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Segment-disc crossings in float64, written from the definition (paper 2.1) and sharing no code with the core."""
+"""Segment-disc crossings in float64, written from the definition (paper 2.1), no code of the core."""
 
 from __future__ import annotations
 

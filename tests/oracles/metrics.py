@@ -45,8 +45,9 @@ def seconds_to(target: float, runs: Sequence[Run], *, extrapolate: bool = True) 
 
     Straight lines between the runs that no other run beats in both time and error, on
     logarithmic axes. Beyond the last one the error is taken to fall with the square root of
-    the time, as Monte Carlo does, if `extrapolate`; before the first one that run's time counts. None: there is
-    no run, or the best is more than three times off (its error may have a floor).
+    the time, as Monte Carlo does, if `extrapolate`; before the first one that run's time counts.
+    None: there is no run, or the best is too far off (with `extrapolate` more than three times;
+    its error may have a floor).
     """
     front: list[Run] = []
     for run in sorted(runs, key=lambda r: (r.cpu_seconds, r.error)):

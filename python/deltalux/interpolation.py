@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Irradiance anywhere from computed samples: split-sphere weights and surface gradients."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+NEIGHBOURS = 8
+LIFT = 0.02  # of the reach: how far above the surfaces visibility is asked
+IN_FRONT = 0.05  # of the reach: a sample farther in front of the point sees other things
+LARGEST_TURN = 0.7  # cosine between the normals of a point and of a sample that may serve it
+
+Visible = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+class Interpolator:
+    """Weighted means of nearby samples (Ward, Rubinstein & Clear 1988; Ward & Heckbert 1992).
+
+    A sample i with normal n_i counts with the inverse of its error bound
+
+        |p - p_i| / reach_i + sqrt(1 - n . n_i)
+
+    where reach_i is twice the distance to its sixth neighbour (split-sphere model), and its value
+    may be extrapolated along its surface gradient. It does not count where it lies in front of the
+    point, where the normals differ by more than 45 degrees, or where something stands in between.
+    A point that none serves takes the nearest sample of a like normal, else the nearest.
+
+    Parameters
+    ----------
+    points, normals : (n, 3) of the samples, world space, n > 0
+    """
+
+    def __init__(self, points: np.ndarray, normals: np.ndarray) -> None:
+        self.points, self.normals = points, normals
+        distances, _ = cKDTree(points).query(points, min(7, len(points)))
+        self.reach = np.maximum(2 * distances.reshape(len(points), -1)[:, -1], 1e-6)
+        # Where samples are sparse, a like normal matters more than a short way.
+        self._scale = float(np.quantile(self.reach, 0.95))
+        self._tree = cKDTree(self._place(points, normals))
+
+    def _place(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Where distance counts as the error bound does: |n - n_i|^2 / 2 = 1 - n . n_i."""
+        return np.hstack([points / self._scale, normals * np.sqrt(0.5)])
+
+    def weights(
+        self, points: np.ndarray, normals: np.ndarray, visible: Visible
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Samples (m, k) and their weights (m, k), each row of which adds up to 1."""
+        count = min(NEIGHBOURS, len(self.points))
+        _, index = self._tree.query(self._place(points, normals), count)
+        index = index.reshape(len(points), count)
+        way = points[:, None] - self.points[index]
+        turn = np.einsum("mi,mki->mk", normals, self.normals[index])
+        between = normals[:, None] + self.normals[index]
+        in_front = -0.5 * np.einsum("mki,mki->mk", way, between)
+        reach = self.reach[index]
+        serves = (turn > LARGEST_TURN) & (in_front < IN_FRONT * reach)
+        asked = np.nonzero(serves)
+        lift = LIFT * reach[asked][:, None]
+        serves[asked] = visible(
+            points[asked[0]] + lift * normals[asked[0]],
+            self.points[index[asked]] + lift * self.normals[index[asked]],
+        )
+        bound = np.linalg.norm(way, axis=2) / reach + np.sqrt(np.maximum(0, 1 - turn))
+        weight = np.where(serves, 1 / np.maximum(bound, 1e-6), 0.0)
+        alone = ~serves.any(axis=1)
+        choice = np.argmax(turn[alone] > LARGEST_TURN, axis=1)  # neighbours come nearest first
+        weight[np.flatnonzero(alone), choice] = 1.0
+        return index, weight / weight.sum(axis=1, keepdims=True)
+
+    def __call__(
+        self,
+        points: np.ndarray,
+        normals: np.ndarray,
+        values: np.ndarray,
+        gradients: np.ndarray | None,
+        visible: Visible,
+    ) -> np.ndarray:
+        """Values (m, 3) from those at the samples (n, 3) and their gradients (n, 3, 3) or None.
+
+        An extrapolated value stays between zero and twice the sample's.
+        """
+        index, weight = self.weights(points, normals, visible)
+        near = values[index]
+        if gradients is not None:
+            way = points[:, None] - self.points[index]
+            change = np.einsum("mkci,mki->mkc", gradients[index], way)
+            near = np.clip(near + change, 0, 2 * near)
+        return np.einsum("mk,mkc->mc", weight, near)
