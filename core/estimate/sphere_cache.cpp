@@ -25,8 +25,9 @@ SphereCache::SphereCache(samples::DiscSet discs, const SphereCacheOptions& optio
   for (size_t k = 0; k < discs_.size(); ++k) {
     const Vec3f c = discs_.centre[k], n = discs_.normal[k];
     if (!std::isfinite(dot(c, c) + dot(n, n) + discs_.radius[k]))
-      throw OptionError("sphere_cache: disc " + std::to_string(k) +
-                        ": found a position, normal or radius that is not finite, expected numbers");
+      throw OptionError(
+          "sphere_cache: disc " + std::to_string(k) +
+          ": found a position, normal or radius that is not finite, expected numbers");
   }
   order_ = samples::curve_order(discs_.centre, options_.order);
 }
@@ -71,14 +72,15 @@ SphereCache::Result SphereCache::accumulate_levels(const segments::SegmentSpan& 
   }
   const sphere_cache::Target target{segments, sign, sums, nullptr};
   std::vector<Result> parts(starts.size());
-  workers.for_blocks(order_.size(), wanted == 1 ? order_.size() : grain, [&](size_t begin, size_t end) {
-    Run run(discs_, options_, root, target, starts[begin / grain]);
-    for (size_t i = begin; i < end; ++i) {
-      if (progress) progress->check(), progress->advance(1);
-      run.visit(order_[i]);
-    }
-    parts[begin / grain] = {run.stats, run.levels};
-  });
+  workers.for_blocks(order_.size(), wanted == 1 ? order_.size() : grain,
+                     [&](size_t begin, size_t end) {
+                       Run run(discs_, options_, root, target, starts[begin / grain]);
+                       for (size_t i = begin; i < end; ++i) {
+                         if (progress) progress->check(), progress->advance(1);
+                         run.visit(order_[i]);
+                       }
+                       parts[begin / grain] = {run.stats, run.levels};
+                     });
 
   const size_t levels = root.radius.size();
   result.levels = {root.radius, std::vector<uint64_t>(levels), std::vector<uint64_t>(levels),

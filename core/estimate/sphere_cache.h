@@ -15,7 +15,7 @@ using sphere_cache::Containment;
 
 struct SphereCacheOptions {
   segments::SegmentEnd rule = segments::SegmentEnd::bounded;
-  double ratio = 2.0 / 3;  ///< Q, of the radii of consecutive spheres
+  double ratio = 2.0 / 3;   ///< Q, of the radii of consecutive spheres
   uint64_t min_rays = 100;  ///< shorter lists are not subdivided
   samples::Curve order = samples::Curve::hilbert;
   Containment containment = Containment::all;

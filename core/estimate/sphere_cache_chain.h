@@ -21,7 +21,7 @@ enum class Containment : uint8_t {
 };
 
 struct DiscPlace {
-  Vec3d centre, normal;  ///< unit normal
+  Vec3d centre, normal;  ///< of unit length, or zero
   double radius = 0;
   int last = 0;  ///< level of the smallest sphere that is larger than the disc
 };
@@ -39,7 +39,12 @@ class SphereChain {
   DiscPlace place(Vec3f centre, Vec3f normal, float radius) const {
     const auto smaller = std::partition_point(radius_.begin() + 1, radius_.end(),
                                               [&](double r) { return r > double(radius); });
-    return {Vec3d(centre), normalize(Vec3d(normal)), radius, int(smaller - radius_.begin()) - 1};
+    // Products with a far too short or long normal may underflow or overflow, so that hits lie off
+    // the disc's plane. Without a normal holds() wants the whole ball.
+    const Vec3d n(normal);
+    const bool usual = dot(n, n) > 1e-20 && dot(n, n) < 1e20;
+    return {Vec3d(centre), usual ? normalize(n) : Vec3d(), radius,
+            int(smaller - radius_.begin()) - 1};
   }
 
   /// h^2 + (rho + d)^2 <= r^2, with h the height of the sphere's centre over the disc's plane and

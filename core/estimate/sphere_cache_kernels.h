@@ -8,7 +8,7 @@
 
 namespace deltalux::estimate::sphere_cache {
 
-inline constexpr int kColumns = 7;  // origin, direction, end
+inline constexpr int kColumns = 7;   // origin, direction, end
 inline constexpr size_t kRoom = 16;  // places that kernels may touch behind the last one
 
 /// Columns start on 64 bytes.

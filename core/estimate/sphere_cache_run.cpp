@@ -43,9 +43,9 @@ std::vector<double> make_radii(double outer, double ratio, double least) {
   std::vector<double> radius{outer};
   while (outer * std::pow(ratio, double(radius.size())) > least) {
     if (radius.size() > kMostLevels)
-      throw OptionError("sphere_cache: ratio: found " + std::to_string(ratio) + ", which needs over " +
-                        std::to_string(kMostLevels) + " spheres from " + std::to_string(outer) +
-                        " m down to discs of " + std::to_string(least) +
+      throw OptionError("sphere_cache: ratio: found " + std::to_string(ratio) +
+                        ", which needs over " + std::to_string(kMostLevels) + " spheres from " +
+                        std::to_string(outer) + " m down to discs of " + std::to_string(least) +
                         " m; expected a smaller ratio or larger discs");
     radius.push_back(outer * std::pow(ratio, double(radius.size())));
   }
@@ -119,7 +119,8 @@ void Run::build_to(int level, bool counted) {
 }
 
 void Run::visit(uint32_t disc) {
-  const DiscPlace place = chain_.place(discs_.centre[disc], discs_.normal[disc], discs_.radius[disc]);
+  const DiscPlace place =
+      chain_.place(discs_.centre[disc], discs_.normal[disc], discs_.radius[disc]);
   const int first = chain_.first_to_centre(place, worth_dividing(built_));
   // A run that begins within the walk makes up for the lists it did not see being built.
   build_to(first - 1, false);

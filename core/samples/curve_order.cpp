@@ -57,8 +57,8 @@ std::vector<uint32_t> curve_order(std::span<const Vec3f> points, Curve curve) {
     Cell cell{};
     for (int axis = 0; axis < 3; ++axis)
       if (side > 0)
-        cell[size_t(axis)] = uint32_t(
-            std::min((double(points[i][axis]) - low[axis]) / side * kCells, kCells - 1));
+        cell[size_t(axis)] =
+            uint32_t(std::min((double(points[i][axis]) - low[axis]) / side * kCells, kCells - 1));
     places[i] = {interleave(curve == Curve::hilbert ? hilbert_transpose(cell) : cell), i};
   }
   std::sort(places.begin(), places.end());

@@ -28,7 +28,8 @@ TEST(CurveOrder, HilbertGoesFromCellToNeighbour) {
       ++seen[order[i]];
       if (i == 0) continue;
       const Vec3f step = points[order[i]] - points[order[i - 1]];
-      ASSERT_EQ(std::fabs(step.x) + std::fabs(step.y) + std::fabs(step.z), 1.0f) << side << ' ' << i;
+      ASSERT_EQ(std::fabs(step.x) + std::fabs(step.y) + std::fabs(step.z), 1.0f)
+          << side << ' ' << i;
     }
     EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), long(points.size()));
   }
