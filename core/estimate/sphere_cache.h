@@ -32,7 +32,8 @@ struct SphereLevels {
 };
 
 /// Finds for each disc all segments that cross it: under `all` and `nested` the same ones as
-/// BruteForce to the bit, under `literal` (lossy) fewer. About 100 bytes per segment and thread.
+/// BruteForce to the bit, under `literal` (lossy) fewer. 32 bytes per segment, and for
+/// each thread 32 Q^2 / (1 - Q^2) + 4 where segments are spread evenly.
 class SphereCache final : public SignedEstimator {
  public:
   /// Throws OptionError for a ratio that is not between 0 and 1, and discs that are not finite.

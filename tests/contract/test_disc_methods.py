@@ -17,7 +17,6 @@ from oracles.disc_crossings import crossings
 from contract.disc_worlds import World, few, worlds
 
 
-
 def with_options(name, method, **options):
     """The method under other options than its defaults, as an entry of its own."""
     variant = functools.partial(method, **options)
