@@ -6,6 +6,8 @@ A new method joins by one entry in METHODS. The first one is the reference of th
 
 from __future__ import annotations
 
+import functools
+
 import deltalux as dl
 import numpy as np
 import pytest
@@ -14,7 +16,23 @@ from oracles.disc_crossings import crossings
 
 from contract.disc_worlds import World, few, worlds
 
-METHODS = [dl.estimate.brute_force, dl.estimate.disc_index]
+
+def with_options(name, method, **options):
+    """The method under other options than its defaults, as an entry of its own."""
+    variant = functools.partial(method, **options)
+    variant.__name__ = name
+    return variant
+
+
+METHODS = [
+    dl.estimate.brute_force,
+    dl.estimate.disc_index,
+    dl.estimate.sphere_cache,
+    with_options("sphere_cache_deep", dl.estimate.sphere_cache, min_rays=1, ratio=0.8),
+    with_options("sphere_cache_lebesgue", dl.estimate.sphere_cache, min_rays=2, order="lebesgue"),
+    with_options("sphere_cache_unordered", dl.estimate.sphere_cache, min_rays=2, order="none"),
+    with_options("sphere_cache_nested", dl.estimate.sphere_cache, min_rays=1, containment="nested"),
+]
 ENDS = ["first", "second", "bounded"]
 
 every_method = pytest.mark.parametrize("method", METHODS, ids=lambda m: m.__name__)

@@ -33,6 +33,9 @@ inline Floats max(Floats a, Floats b) { return _mm256_max_ps(a, b); }
 inline Floats about_multiply_subtract(Floats a, Floats b, Floats c) {
   return _mm256_fmsub_ps(a, b, c);
 }
+/// a * b + c and c - a * b, likewise.
+inline Floats about_multiply_add(Floats a, Floats b, Floats c) { return _mm256_fmadd_ps(a, b, c); }
+inline Floats about_less_product(Floats c, Floats a, Floats b) { return _mm256_fnmadd_ps(a, b, c); }
 using Flags = __m256;
 inline Flags less(Floats a, Floats b) { return _mm256_cmp_ps(a, b, _CMP_LT_OQ); }
 inline Flags less_equal(Floats a, Floats b) { return _mm256_cmp_ps(a, b, _CMP_LE_OQ); }
@@ -47,6 +50,10 @@ inline void store_packed(uint32_t* to, __m256i values, uint32_t mask) {
 /// Writes the values whose lane is set in `mask` side by side, then anything up to to[8].
 inline void store_packed(uint32_t* to, const uint32_t* values, uint32_t mask) {
   store_packed(to, _mm256_load_si256(reinterpret_cast<const __m256i*>(values)), mask);
+}
+inline void store_packed(float* to, Floats values, uint32_t mask) {
+  const __m128i order = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(&kOrder[mask]));
+  _mm256_storeu_ps(to, _mm256_permutevar8x32_ps(values, _mm256_cvtepu8_epi32(order)));
 }
 /// The same for the values base, base + 1, ...
 inline void store_packed_sequence(uint32_t* to, uint32_t base, uint32_t mask) {
@@ -93,6 +100,8 @@ inline Floats max(Floats a, Floats b) {
   return Floats::each([&](int i) { return a.v[i] > b.v[i] ? a.v[i] : b.v[i]; });
 }
 inline Floats about_multiply_subtract(Floats a, Floats b, Floats c) { return a * b - c; }
+inline Floats about_multiply_add(Floats a, Floats b, Floats c) { return a * b + c; }
+inline Floats about_less_product(Floats c, Floats a, Floats b) { return c - a * b; }
 using Flags = uint32_t;
 inline Flags less(Floats a, Floats b) {
   Flags r = 0;
@@ -108,6 +117,9 @@ inline Flags both(Flags a, Flags b) { return a & b; }
 inline uint32_t mask(Flags f) { return f; }
 inline void store_packed(uint32_t* to, const uint32_t* values, uint32_t mask) {
   for (int i = 0; i < 8; ++i) to[i] = values[kOrder[mask] >> (8 * i) & 7];
+}
+inline void store_packed(float* to, Floats values, uint32_t mask) {
+  for (int i = 0; i < 8; ++i) to[i] = values.v[kOrder[mask] >> (8 * i) & 7];
 }
 inline void store_packed_sequence(uint32_t* to, uint32_t base, uint32_t mask) {
   for (int i = 0; i < 8; ++i) to[i] = base + uint32_t(kOrder[mask] >> (8 * i) & 7);

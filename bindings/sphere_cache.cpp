@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// The sphere cache on plain arrays, with its statistics per level.
+#include "estimate/sphere_cache.h"
+
+#include "base/parallel.h"
+#include "estimate_inputs.h"
+
+namespace deltalux::python {
+namespace {
+
+using estimate::Containment;
+using samples::Curve;
+
+Curve to_curve(const std::string& name) {
+  return name == "none" ? Curve::none : name == "lebesgue" ? Curve::lebesgue : Curve::hilbert;
+}
+
+Containment to_containment(const std::string& name) {
+  return name == "literal"  ? Containment::literal
+         : name == "nested" ? Containment::nested
+                            : Containment::all;
+}
+
+}  // namespace
+
+void bind_sphere_cache(nb::module_& m) {
+  m.def(
+      "sphere_cache",
+      [](const SegmentArrays& segments, const samples::DiscSet& discs, const std::string& rule,
+         double ratio, uint64_t min_rays, const std::string& order, const std::string& containment,
+         double outer_radius, int threads, nb::object progress) {
+        const size_t n = discs.size();
+        std::vector<int64_t> sums(3 * n, 0);
+        estimate::SphereCache::Result result;
+        run(progress, [&](Progress& p) {
+          const Workers workers(threads);
+          estimate::SphereCacheOptions options;
+          options.rule = to_rule(rule);
+          options.ratio = ratio;
+          options.min_rays = min_rays;
+          options.order = to_curve(order);
+          options.containment = to_containment(containment);
+          options.outer_radius = outer_radius;
+          const estimate::SphereCache cache(discs, options);
+          result = cache.accumulate_levels(segments.span(0, segments.count()), +1,
+                                           {sums.data(), n, false}, workers, &p);
+        });
+        nb::dict counts;
+        counts["hits"] = result.stats.hits;
+        counts["disc_tests"] = result.stats.disc_tests;
+        counts["sphere_tests"] = result.stats.sphere_tests;
+        counts["radii"] = result.levels.radius;
+        counts["rebuilds"] = result.levels.rebuilds;
+        counts["first_misses"] = result.levels.first_misses;
+        counts["rays"] = result.levels.rays;
+        return nb::make_tuple(make_array(std::move(sums), {n, 3}), counts);
+      },
+      nb::arg("segments"), nb::arg("discs"), nb::arg("rule"), nb::arg("ratio"), nb::arg("min_rays"),
+      nb::arg("order"), nb::arg("containment"), nb::arg("outer_radius"), nb::arg("threads"),
+      nb::arg("progress").none());
+}
+
+}  // namespace deltalux::python

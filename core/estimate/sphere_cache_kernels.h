@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+// The two inner loops of the sphere cache, written once for any number of lanes: which segments
+// meet a sphere, which cross a disc. `W` is local to the file that instantiates it, and nothing
+// here calls an inline function that other files share, so that no instruction set leaks.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+namespace deltalux::estimate::sphere_cache {
+
+inline constexpr int kColumns = 7;   // origin, direction, end
+inline constexpr size_t kRoom = 16;  // places that kernels may touch behind the last one
+
+/// Columns start on 64 bytes.
+struct Columns {
+  float* of[kColumns];
+  uint32_t* index;  ///< place in the caller's span
+};
+
+struct SphereTest {
+  float centre[3];
+  float surely2, maybe2;  ///< squared distances up to which a segment meets it surely, or maybe
+};
+
+struct DiscTest {
+  float centre[3], normal[3], radius;
+};
+
+struct Found {
+  size_t surely, maybe;
+};
+
+/// Of the first `count` segments, packs those that surely meet the sphere into `to` and writes the
+/// places of those that may meet it to `maybe`.
+using MeetSphere = Found (*)(const Columns& from, size_t count, const SphereTest& sphere,
+                             const Columns& to, uint32_t* maybe);
+/// Writes the places of segments that pass cross_circle() with their `end`; returns how many.
+using CrossDisc = size_t (*)(const Columns& list, size_t count, const DiscTest& disc,
+                             uint32_t* hits);
+struct Kernels {
+  MeetSphere meet_sphere;
+  CrossDisc cross_disc;
+};
+
+/// Lanes below `count`.
+template <class W>
+uint32_t lanes_below(size_t count) {
+  return count < W::kWidth ? (1u << count) - 1 : (1u << W::kWidth) - 1;
+}
+
+template <class W>
+Found meet_sphere(const Columns& from, size_t count, const SphereTest& sphere, const Columns& to,
+                  uint32_t* maybe) {
+  using Floats = typename W::Floats;
+  const Floats cx = W::broadcast(sphere.centre[0]), cy = W::broadcast(sphere.centre[1]),
+               cz = W::broadcast(sphere.centre[2]), zero = W::broadcast(0.0f),
+               surely2 = W::broadcast(sphere.surely2), maybe2 = W::broadcast(sphere.maybe2);
+  Found found{0, 0};
+  for (size_t i = 0; i < count; i += W::kWidth) {
+    Floats column[kColumns];
+    for (int k = 0; k < kColumns; ++k) column[k] = W::load(from.of[k] + i);
+    const auto& [ox, oy, oz, wx, wy, wz, end] = column;
+    const Floats vx = cx - ox, vy = cy - oy, vz = cz - oz;
+    const Floats along = W::about_multiply_add(vz, wz, W::about_multiply_add(vy, wy, vx * wx));
+    const Floats t = W::min(W::max(along, zero), end);
+    const Floats x = W::about_less_product(vx, t, wx), y = W::about_less_product(vy, t, wy),
+                 z = W::about_less_product(vz, t, wz);
+    const Floats distance2 = W::about_multiply_add(z, z, W::about_multiply_add(y, y, x * x));
+    const uint32_t there = lanes_below<W>(count - i);
+    const uint32_t in = W::less_equal(distance2, surely2) & there;
+    const uint32_t near = W::less_equal(distance2, maybe2) & there & ~in;
+    for (int k = 0; k < kColumns; ++k) W::store_packed(to.of[k] + found.surely, column[k], in);
+    W::store_packed(to.index + found.surely, from.index + i, in);
+    found.surely += size_t(__builtin_popcount(in));
+    if (near) {
+      W::store_packed_sequence(maybe + found.maybe, uint32_t(i), near);
+      found.maybe += size_t(__builtin_popcount(near));
+    }
+  }
+  return found;
+}
+
+/// Twin of cross_circle(): the same operations in the same order.
+template <class W>
+size_t cross_disc(const Columns& list, size_t count, const DiscTest& disc, uint32_t* hits) {
+  using Floats = typename W::Floats;
+  const Floats cx = W::broadcast(disc.centre[0]), cy = W::broadcast(disc.centre[1]),
+               cz = W::broadcast(disc.centre[2]), nx = W::broadcast(disc.normal[0]),
+               ny = W::broadcast(disc.normal[1]), nz = W::broadcast(disc.normal[2]),
+               zero = W::broadcast(0.0f), radius = W::broadcast(disc.radius);
+  const Floats radius2 = radius * radius;
+  size_t found = 0;
+  for (size_t i = 0; i < count; i += W::kWidth) {
+    Floats column[kColumns];
+    for (int k = 0; k < kColumns; ++k) column[k] = W::load(list.of[k] + i);
+    const auto& [ox, oy, oz, wx, wy, wz, end] = column;
+    const Floats facing = nx * wx + ny * wy + nz * wz;
+    const Floats height = nx * (cx - ox) + ny * (cy - oy) + nz * (cz - oz);
+    const Floats s = height / facing;
+    const Floats px = (ox + s * wx) - cx, py = (oy + s * wy) - cy, pz = (oz + s * wz) - cz;
+    const Floats distance2 = px * px + py * py + pz * pz;
+    const uint32_t hit = W::less(facing, zero) & W::less(zero, s) & W::less_equal(s, end) &
+                         W::less_equal(distance2, radius2) & lanes_below<W>(count - i);
+    if (!hit) continue;
+    W::store_packed_sequence(hits + found, uint32_t(i), hit);
+    found += size_t(__builtin_popcount(hit));
+  }
+  return found;
+}
+
+/// Sixteen lanes; only on processors that have them.
+Kernels kernels_avx512();
+
+}  // namespace deltalux::estimate::sphere_cache

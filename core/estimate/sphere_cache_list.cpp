@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// Filtering of ray lists: lanes decide the clear cases in single precision, the few near the
+// sphere's surface are decided in double precision.
+#include "estimate/sphere_cache_list.h"
+
+#include "estimate/lanes.h"
+
+namespace deltalux::estimate::sphere_cache {
+namespace {
+
+struct Eight {
+  static constexpr size_t kWidth = 8;
+  using Floats = lanes::Floats;
+  static Floats load(const float* p) { return lanes::load(p); }
+  static Floats broadcast(float x) { return lanes::broadcast(x); }
+  static Floats min(Floats a, Floats b) { return lanes::min(a, b); }
+  static Floats max(Floats a, Floats b) { return lanes::max(a, b); }
+  static Floats about_multiply_add(Floats a, Floats b, Floats c) {
+    return lanes::about_multiply_add(a, b, c);
+  }
+  static Floats about_less_product(Floats c, Floats a, Floats b) {
+    return lanes::about_less_product(c, a, b);
+  }
+  static uint32_t less(Floats a, Floats b) { return lanes::mask(lanes::less(a, b)); }
+  static uint32_t less_equal(Floats a, Floats b) { return lanes::mask(lanes::less_equal(a, b)); }
+  static void store_packed(float* to, Floats values, uint32_t mask) {
+    lanes::store_packed(to, values, mask);
+  }
+  static void store_packed(uint32_t* to, const uint32_t* values, uint32_t mask) {
+    lanes::store_packed(to, values, mask);
+  }
+  static void store_packed_sequence(uint32_t* to, uint32_t base, uint32_t mask) {
+    lanes::store_packed_sequence(to, base, mask);
+  }
+};
+
+struct One {
+  static constexpr size_t kWidth = 1;
+  using Floats = float;
+  static float load(const float* p) { return *p; }
+  static float broadcast(float x) { return x; }
+  static float min(float a, float b) { return a < b ? a : b; }
+  static float max(float a, float b) { return a > b ? a : b; }
+  static float about_multiply_add(float a, float b, float c) { return a * b + c; }
+  static float about_less_product(float c, float a, float b) { return c - a * b; }
+  static uint32_t less(float a, float b) { return a < b; }
+  static uint32_t less_equal(float a, float b) { return a <= b; }
+  // Always stored: a branch that goes either way at random takes twice the time.
+  static void store_packed(float* to, float value, uint32_t) { *to = value; }
+  static void store_packed(uint32_t* to, const uint32_t* value, uint32_t) { *to = *value; }
+  static void store_packed_sequence(uint32_t* to, uint32_t base, uint32_t) { *to = base; }
+};
+
+}  // namespace
+
+Kernels kernels(Lanes lanes) {
+  if (lanes == Lanes::one) return {meet_sphere<One>, cross_disc<One>};
+#if defined(__x86_64__)
+  static const bool wide = __builtin_cpu_supports("avx512f");
+  if (lanes == Lanes::widest && wide) return kernels_avx512();
+#endif
+  return {meet_sphere<Eight>, cross_disc<Eight>};
+}
+
+void SegmentList::reserve(size_t size) {
+  if (size + kRoom <= capacity_) return;
+  // An odd number of blocks: columns a power of two apart would compete for the same cache lines.
+  const size_t blocks = ((size + kRoom) / 16 + 1) | 1;
+  capacity_ = 16 * blocks;
+  columns_memory_.reset();
+  columns_memory_ = std::make_unique_for_overwrite<Block[]>(blocks * kColumns);
+  index_memory_.reset();
+  index_memory_ = std::make_unique_for_overwrite<IndexBlock[]>(blocks);
+  for (size_t k = 0; k < kColumns; ++k) columns_.of[k] = columns_memory_[k * blocks].place;
+  columns_.index = index_memory_[0].place;
+}
+
+void SegmentList::append(Vec3f origin, Vec3f direction, float end, uint32_t index) {
+  for (int axis = 0; axis < 3; ++axis) {
+    columns_.of[axis][size] = origin[axis];
+    columns_.of[axis + 3][size] = direction[axis];
+  }
+  columns_.of[6][size] = end;
+  columns_.index[size] = index;
+  count = ++size;
+}
+
+bool SegmentList::meets(size_t i, Vec3f centre, double radius) const {
+  const Vec3d between = Vec3d(centre) - Vec3d(origin(i)), w(direction(i));
+  const double end = columns_.of[6][i];
+  const double t = std::min(std::max(dot(between, w) / dot(w, w), 0.0), end);
+  const Vec3d nearest = between - w * t;
+  return dot(nearest, nearest) <= radius * radius;
+}
+
+void SegmentList::copy(const SegmentList& from, size_t i) {
+  for (int k = 0; k < kColumns; ++k) columns_.of[k][size] = from.columns_.of[k][i];
+  columns_.index[size++] = from.columns_.index[i];
+}
+
+void SegmentList::assign(const SegmentList& from, Vec3f centre, double radius, double margin,
+                         const Kernels& kernels, std::vector<uint32_t>& scratch) {
+  reserve(from.size);
+  if (scratch.size() < from.count + kRoom) scratch.resize(from.count + kRoom);
+  const double inner = radius - margin, outer = radius + margin;
+  const SphereTest sphere{{centre.x, centre.y, centre.z},
+                          inner > 0 ? float(inner * inner) : -1.0f,
+                          float(outer * outer)};
+  const Found found =
+      kernels.meet_sphere(from.columns_, from.count, sphere, columns_, scratch.data());
+  size = found.surely;
+  size_t border = 0;
+  for (size_t k = 0; k < found.maybe; ++k)
+    if (from.meets(scratch[k], centre, radius))
+      copy(from, scratch[k]);
+    else
+      scratch[border++] = scratch[k];
+  count = size;
+  for (size_t k = 0; k < border; ++k) copy(from, scratch[k]);
+  for (size_t i = from.count; i < from.size; ++i)
+    if (from.meets(i, centre, outer)) copy(from, i);
+}
+
+}  // namespace deltalux::estimate::sphere_cache

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+// Renewal of ray lists from sample to sample, and the crossings found in the innermost one.
+#include "estimate/sphere_cache_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "estimate/crossing.h"
+
+namespace deltalux::estimate::sphere_cache {
+namespace {
+
+constexpr double kFarthest = 1e15;  // metres, as for discs
+constexpr size_t kMostLevels = 10000;
+
+/// Rounding of the segments' tests as part of the greatest coordinates (u = 2^-24): a point at
+/// which crossing.h accepts a hit lies within 21 u of the segment and of the disc; directions are
+/// unit vectors within 32 u, which with the other roundings misplaces the point nearest to a
+/// sphere's centre by up to 66 u; its distance is good to 10 u.
+constexpr double kMargin = 0x1p-17;
+
+/// True where the lists' tests are good to kMargin.
+bool is_usual(Vec3d o, Vec3d w) {
+  const double reach = std::max({std::fabs(o.x), std::fabs(o.y), std::fabs(o.z)});
+  return std::isfinite(o.x + o.y + o.z) && reach <= kFarthest && std::fabs(dot(w, w) - 1) <= 4e-6;
+}
+
+/// Half the box's diagonal would do; the sphere around its centre that just holds all is smaller.
+double enclosing_radius(const SegmentList& list, Vec3d centre, Progress* progress) {
+  double most2 = 0;
+  for (size_t i = 0; i < list.size; ++i) {
+    if (progress && i % 65536 == 0) progress->check();
+    const Vec3d from = Vec3d(list.origin(i)) - centre;
+    const double end = list.columns().of[6][i];
+    const Vec3d to = from + Vec3d(list.direction(i)) * (end <= kFarthest ? end : 0.0);
+    most2 = std::max({most2, dot(from, from), dot(to, to)});
+  }
+  return std::sqrt(most2);
+}
+
+std::vector<double> make_radii(double outer, double ratio, double least) {
+  std::vector<double> radius{outer};
+  while (outer * std::pow(ratio, double(radius.size())) > least) {
+    if (radius.size() > kMostLevels)
+      throw OptionError("sphere_cache: ratio: found " + std::to_string(ratio) +
+                        ", which needs over " + std::to_string(kMostLevels) + " spheres from " +
+                        std::to_string(outer) + " m down to discs of " + std::to_string(least) +
+                        " m; expected a smaller ratio or larger discs");
+    radius.push_back(outer * std::pow(ratio, double(radius.size())));
+  }
+  return radius;
+}
+
+}  // namespace
+
+Root make_root(const segments::SegmentSpan& s, const SphereCacheOptions& options,
+               const samples::DiscSet& discs, Progress* progress) {
+  Root root;
+  root.list.reserve(s.count);
+  const auto [least, most] = std::minmax_element(discs.radius.begin(), discs.radius.end());
+  double reach = 0;
+  for (size_t k = 0; k < discs.size(); ++k)
+    for (int axis = 0; axis < 3; ++axis)
+      reach = std::max(reach, double(std::fabs(discs.centre[k][axis])) + double(discs.radius[k]));
+  Vec3d low, high;
+  double far = 0;
+  for (size_t i = 0; i < s.count; ++i) {
+    if (progress && i % 65536 == 0) progress->check();
+    const Vec3f o{s.ox[i], s.oy[i], s.oz[i]}, w{s.dx[i], s.dy[i], s.dz[i]};
+    if (!is_usual(Vec3d(o), Vec3d(w))) {
+      root.strays.push_back(uint32_t(i));
+      continue;
+    }
+    // The longest part that any disc counts.
+    const float end = segment_end(options.rule, s.length[i], s.extended[i], *most);
+    if (root.list.size == 0) low = high = Vec3d(o);
+    const Vec3d to = Vec3d(o) + Vec3d(w) * (double(end) <= kFarthest ? double(end) : 0.0);
+    low = min(low, min(Vec3d(o), to)), high = max(high, max(Vec3d(o), to));
+    for (int axis = 0; axis < 3; ++axis) far = std::max(far, double(std::fabs(o[axis])));
+    root.list.append(o, w, end, uint32_t(i));
+  }
+  root.margin = kMargin * (reach + far);
+  const double outer = options.outer_radius > 0
+                           ? options.outer_radius
+                           : enclosing_radius(root.list, (low + high) * 0.5, progress);
+  root.radius = make_radii(outer, options.ratio, double(*least));
+  return root;
+}
+
+Run::Run(const samples::DiscSet& discs, const SphereCacheOptions& options, const Root& root,
+         const Target& target, const SphereChain& chain)
+    : discs_(discs),
+      options_(options),
+      root_(root),
+      target_(target),
+      kernels_(kernels(options.lanes)),
+      most_radius_(*std::max_element(discs.radius.begin(), discs.radius.end())),
+      chain_(chain),
+      lists_(root.radius.size()),
+      scratch_(root.list.size + kRoom) {
+  levels.rebuilds.assign(root.radius.size(), 0);
+  levels.first_misses.assign(root.radius.size(), 0);
+  levels.rays.assign(root.radius.size(), 0);
+}
+
+void Run::build_to(int level, bool counted) {
+  while (built_ < level && worth_dividing(built_)) {
+    const SegmentList& from = list(built_);
+    ++built_;
+    const size_t i = size_t(built_);
+    lists_[i].assign(from, Vec3f(chain_.centre(built_)), root_.radius[i], root_.margin, kernels_,
+                     scratch_);
+    if (!counted) continue;
+    stats.sphere_tests += from.count;
+    ++levels.rebuilds[i];
+    levels.rays[i] += lists_[i].count;
+  }
+}
+
+void Run::visit(uint32_t disc) {
+  const DiscPlace place =
+      chain_.place(discs_.centre[disc], discs_.normal[disc], discs_.radius[disc]);
+  const int first = chain_.first_to_centre(place, worth_dividing(built_));
+  // A run that begins within the walk makes up for the lists it did not see being built.
+  build_to(first - 1, false);
+  if (first <= place.last) {
+    if (first <= chain_.present && built_ >= first - 1 && worth_dividing(first - 1))
+      ++levels.first_misses[size_t(first)];
+    built_ = std::min(built_, first - 1);
+    chain_.centre_on(place, first);
+    build_to(place.last, true);
+    if (options_.containment != Containment::all) chain_.present = built_;
+  }
+  deposit(list(std::min(built_, place.last)), disc);
+}
+
+void Run::deposit(const SegmentList& list, uint32_t disc) {
+  const Vec3f c = discs_.centre[disc], n = discs_.normal[disc];
+  const float radius = discs_.radius[disc];
+  const size_t count = kernels_.cross_disc(
+      list.columns(), list.size, {{c.x, c.y, c.z}, {n.x, n.y, n.z}, radius}, scratch_.data());
+  stats.disc_tests += list.count + root_.strays.size();
+  const segments::SegmentSpan& s = target_.segments;
+  for (size_t k = 0; k < count; ++k)
+    __builtin_prefetch(s.power + 3 * size_t(list.columns().index[scratch_[k]]));
+  // The lists' ends are those of the largest disc.
+  const bool shorter = options_.rule == segments::SegmentEnd::bounded && radius < most_radius_;
+  const bool clipped = discs_.outline[disc] != samples::kWholeDisc;
+  for (size_t k = 0; k < count; ++k) {
+    const size_t place = scratch_[k];
+    const uint32_t i = list.columns().index[place];
+    Vec3f offset;
+    if (shorter || clipped || target_.sums.moments) {
+      const Crossing crossing = crosses(discs_, disc, list.origin(place), list.direction(place),
+                                        s.length[i], s.extended[i], options_.rule);
+      if (!crossing.hit) continue;
+      offset = crossing.offset;
+    }
+    stats.disc_tests += place >= list.count;  // so that there are never fewer tests than hits
+    add(disc, i, offset);
+  }
+  for (const uint32_t i : root_.strays) {
+    const Crossing crossing =
+        crosses(discs_, disc, {s.ox[i], s.oy[i], s.oz[i]}, {s.dx[i], s.dy[i], s.dz[i]}, s.length[i],
+                s.extended[i], options_.rule);
+    if (crossing.hit) add(disc, i, crossing.offset);
+  }
+}
+
+void Run::add(uint32_t disc, uint32_t segment, Vec3f offset) {
+  const segments::SegmentSpan& s = target_.segments;
+  const uint32_t slab = s.slab ? s.slab[segment] : 0;
+  const uint32_t* power = s.power + 3 * size_t(segment);
+  target_.sums.add(slab, discs_.id[disc], power, target_.sign);
+  if (target_.sums.moments)
+    add_moments(target_.sums, discs_, disc, offset, slab, power, target_.sign);
+  ++stats.hits;
+  if (!target_.slots) return;
+  HitSlots& slot = target_.slots[segment];
+  if (slot.disc[0] == HitSlots::kFree)
+    slot.disc[0] = disc;
+  else if (slot.disc[1] == HitSlots::kFree)
+    slot.disc[1] = disc;
+  else
+    slot.disc[0] = slot.disc[1] = HitSlots::kMany;
+}
+
+}  // namespace deltalux::estimate::sphere_cache

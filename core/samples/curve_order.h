@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// Order of points along a space-filling curve, so that consecutive samples lie close together
+// (point sorting, paper 2.3).
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/vec.h"
+
+namespace deltalux::samples {
+
+enum class Curve : uint8_t {
+  none,      ///< as given
+  lebesgue,  ///< Morton, z-order
+  hilbert,   ///< consecutive cells are neighbours
+};
+
+/// Indices of the points in the order in which the curve through their bounding cube, 2^21 cells
+/// wide, meets them; points of one cell stay in their order. Points must be finite.
+std::vector<uint32_t> curve_order(std::span<const Vec3f> points, Curve curve);
+
+}  // namespace deltalux::samples

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sphere cache: ray lists in nested spheres around the sample at hand."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from deltalux import _core
+from deltalux.errors import OptionError
+from deltalux.results import Estimate
+from deltalux.samples import Samples
+from deltalux.segments import Progress, Segments
+
+from .inputs import (
+    FARTHEST,
+    SEGMENT_ENDS,
+    check_choice,
+    check_discs,
+    core_discs,
+    core_segments,
+    disc_estimate,
+    select_segments,
+)
+
+ORDERS = ("none", "lebesgue", "hilbert")
+CONTAINMENTS = ("all", "nested", "literal")
+
+
+def sphere_cache(
+    segments: Segments,
+    samples: Samples,
+    ratio: float = 2 / 3,
+    min_rays: int = 100,
+    order: str = "hilbert",
+    containment: str = "all",
+    outer_sphere: tuple[Any, float] | None = None,
+    *,
+    segment_end: str = "bounded",
+    first_bounce: int = 0,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Estimate:
+    """The same sums by lists of the segments in nested spheres around each sample (paper 2.3).
+
+    S_0 holds all segments and is never invalid nor rebuilt; S_i has the radius r_0 ratio^i and holds
+    those of S_(i-1) that meet it. The samples are visited in order; spheres that a sample's disc makes
+    invalid are built anew around it, and the disc is tested against the innermost list.
+
+    Parameters
+    ----------
+    segments : Segments
+    samples : Samples with radii, in world space
+    ratio : number between 0 and 1, Q of the paper
+    min_rays : integer from 1; shorter lists are not subdivided
+    order : "hilbert", "lebesgue" (Morton) or "none" (as given)
+    containment : which spheres are valid for a disc
+        "all": those within and including the outermost that does not hold the disc are built anew;
+        exact. "nested": also a sphere that would not hold the next one around the sample; exact.
+        "literal": as printed in the paper, the innermost sphere that holds the disc is kept whatever
+        lies around it. **Literal is lossy**: it misses a few to fifty per cent of the hits. For studies.
+    outer_sphere : (centre, radius) of S_0 in metres, or None
+        Sets the radii of all spheres; where it stands plays no part. None: the least sphere around all
+        segments whose centre is that of their bounding box (of endless segments, the origin counts).
+    segment_end : "first", "second" or "bounded" (second, at most 3 radii beyond the first)
+    first_bounce : count flights from this bounce on; 1 leaves direct light out
+    threads : number of threads, None = all
+        Sums and statistics do not depend on it. "nested" and "literal" use one.
+    progress : callable (stage, fraction) -> keep going
+
+    Returns
+    -------
+    Estimate
+        `sums` are exact and equal (==) to every other disc method's, but for "literal". `stats`: hits,
+        disc_tests, sphere_tests, and one number per level, S_0 first: radii (metres), rebuilds (times
+        that S_i was built, the first included), first_misses (samples whose outermost invalid sphere
+        was S_i; the first sample counts none), mean_rays (mean length of S_i's list over its builds;
+        0 if it was never built).
+
+    Raises
+    ------
+    OptionError
+        For options out of range, or a ratio so close to 1 that over 10,000 spheres would be needed.
+    """
+    check_choice("segment_end", segment_end, SEGMENT_ENDS)
+    check_choice("order", order, ORDERS)
+    check_choice("containment", containment, CONTAINMENTS)
+    ratio = _number("ratio", ratio)
+    if not 0 < ratio < 1:
+        raise OptionError(f"ratio: found {ratio:g}, expected a number between 0 and 1, without them")
+    if isinstance(min_rays, bool) or not isinstance(min_rays, (int, np.integer)) or not 1 <= min_rays < 2**63:
+        raise OptionError(f"min_rays: found {min_rays!r}, expected an integer of at least 1")
+    outer_radius = _outer_radius(outer_sphere)
+    check_discs(samples)
+    segments = select_segments(segments, first_bounce, threads)
+    sums, stats = _core.sphere_cache(
+        core_segments(segments),
+        core_discs(samples),
+        segment_end,
+        ratio,
+        int(min_rays),
+        order,
+        containment,
+        outer_radius,
+        threads or 0,
+        progress,
+    )
+    rays = stats.pop("rays")
+    builds = [1, *stats["rebuilds"][1:]]
+    stats["mean_rays"] = [total / max(1, count) for total, count in zip(rays, builds, strict=False)]
+    return disc_estimate(segments, samples, sums, stats)
+
+
+def _number(name: str, value: Any) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise OptionError(f"{name}: found {value!r}, expected a number") from None
+
+
+def _outer_radius(outer_sphere: Any) -> float:
+    """Radius of S_0; 0 = around all segments."""
+    if outer_sphere is None:
+        return 0.0
+    try:
+        centre, radius = np.asarray(outer_sphere[0], float), float(outer_sphere[1])
+        good = len(outer_sphere) == 2 and centre.shape == (3,) and bool(np.isfinite(centre).all())
+    except (TypeError, ValueError, IndexError, KeyError):
+        good, radius = False, 0.0
+    if not (good and 0 < radius <= FARTHEST):
+        raise OptionError(
+            f"outer_sphere: found {outer_sphere!r}, expected (centre, radius): three finite numbers and "
+            f"a positive one up to {FARTHEST:g}, in metres"
+        )
+    return radius
