@@ -11,7 +11,7 @@
 #include <cmath>
 
 #include "estimate/crossing.h"
-#include "estimate/disc_index_lanes.h"
+#include "estimate/lanes.h"
 
 namespace deltalux::estimate {
 namespace {
