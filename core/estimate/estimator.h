@@ -80,6 +80,8 @@ class SignedEstimator {
   virtual Stats accumulate(const segments::SegmentSpan& segments, int sign, const EnergySums& sums,
                            HitSlots* slots = nullptr) const = 0;
   virtual const samples::DiscSet& discs() const = 0;
+  /// Segments per call of accumulate() that suit the method.
+  virtual size_t best_span() const { return 256; }
 };
 
 /// What a gather method returns: irradiance in quanta per square metre, three per sample.

@@ -14,7 +14,7 @@ from oracles.disc_crossings import crossings
 
 from contract.disc_worlds import World, few, worlds
 
-METHODS = [dl.estimate.brute_force, dl.estimate.disc_index]
+METHODS = [dl.estimate.brute_force, dl.estimate.disc_index, dl.estimate.ray_map]
 ENDS = ["first", "second", "bounded"]
 
 every_method = pytest.mark.parametrize("method", METHODS, ids=lambda m: m.__name__)

@@ -2,5 +2,6 @@
 """Estimators on arrays: every method on the same segments and samples."""
 
 from .disc_methods import brute_force, disc_index
+from .ray_map import RayMap, ray_map
 
-__all__ = ["brute_force", "disc_index"]
+__all__ = ["RayMap", "brute_force", "disc_index", "ray_map"]
