@@ -60,15 +60,15 @@ nb::object ray_map_nearest(const SegmentArrays& segments, const Rows<float, 3>& 
                            const std::string& metric, uint32_t k, bool unbiased, uint32_t leaf_size,
                            size_t memory_limit, int threads, nb::object progress) {
   estimate::Gathered found;
+  RayMapStats stats;
   const estimate::RayMapNearest nearest(to_vectors(points), to_vectors(normals), to_rule(rule),
                                         {to_metric(metric), k}, unbiased,
                                         {leaf_size, memory_limit, true});
   run(progress, [&](Progress& p) {
-    found = nearest.estimate(segments.span(0, segments.count()), Workers(threads), &p);
+    found = nearest.estimate(segments.span(0, segments.count()), Workers(threads), &p, stats);
   });
   const size_t n = points.shape(0);
-  return nb::make_tuple(make_array(std::move(found.irradiance), {n, 3}),
-                        to_dict({found.stats, 0, 0}));
+  return nb::make_tuple(make_array(std::move(found.irradiance), {n, 3}), to_dict(stats));
 }
 
 /// A map with its powers and the discs that were asked about last. Calls exclude each other.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <string>
 
 namespace deltalux::estimate {
@@ -23,7 +24,7 @@ void for_each_node(Node& node, F&& f) {
 RayMap::RayMap(segments::SegmentEnd rule, const RayMapOptions& options)
     : rule_(rule), options_(options) {}
 
-bool RayMap::usual(const RayRecord& r) const {
+bool RayMap::is_usual(const RayRecord& r) const {
   const float speed = greatest(r.direction);
   // Comparisons with NaN are false.
   return greatest(r.origin) < kFarthest && speed > 1e-6f && speed < 1e6f &&
@@ -31,7 +32,7 @@ bool RayMap::usual(const RayRecord& r) const {
 }
 
 std::vector<uint32_t> RayMap::push(const segments::SegmentSpan& s) {
-  std::vector<uint32_t> ids(s.count);
+  std::vector<uint32_t> ids(s.count), usual, odd;
   float reach = 0;
   Box bounds;
   for (size_t i = 0; i < s.count; ++i) {
@@ -45,14 +46,15 @@ std::vector<uint32_t> RayMap::push(const segments::SegmentSpan& s) {
       free_.pop_back();
       records_[ids[i]] = r;
     }
-    const bool fits = usual(r);
-    (fits ? root_ : odd_).ids.push_back(ids[i]);
+    const bool fits = is_usual(r);
+    (fits ? usual : odd).push_back(ids[i]);
     if (!fits) continue;
     reach = std::max(reach, greatest(r.origin));
     bounds.grow(r.origin);
     const Vec3f end = r.origin + r.direction * r.length;
     if (greatest(end) < kFarthest) bounds.grow(end);
   }
+  root_.add(usual), odd_.add(odd);
   bounds_.grow(bounds);
   widen(reach, 0);
   return ids;
@@ -76,10 +78,12 @@ void RayMap::remove(std::span<const uint32_t> ids) {
 void RayMap::sweep() {
   const auto gone = [&](uint32_t id) { return !records_[id].alive(); };
   const auto clean = [&](RayNode& node) {
-    const auto middle =
-        node.ids.begin() + std::min<ptrdiff_t>(node.settled, ptrdiff_t(node.ids.size()));
-    node.settled -= uint32_t(std::count_if(node.ids.begin(), middle, gone));
-    std::erase_if(node.ids, gone);
+    uint32_t settled = 0;
+    node.for_range(0, std::min<size_t>(node.settled, node.count()), [&](const auto ids) {
+      settled += uint32_t(std::count_if(ids.begin(), ids.end(), std::not_fn(gone)));
+    });
+    node.settled = settled;
+    std::erase_if(node.ids, gone), std::erase_if(node.late, gone);
   };
   for_each_node(root_, clean);
   clean(odd_);
@@ -101,7 +105,7 @@ void RayMap::widen(float reach, float radius) {
   if (!root_.child && root_.settled == 0) return;
   root_ = {}, odd_ = {};
   for (uint32_t id = 0; id < records_.size(); ++id)
-    if (records_[id].alive()) (usual(records_[id]) ? root_ : odd_).ids.push_back(id);
+    if (records_[id].alive()) (is_usual(records_[id]) ? root_ : odd_).ids.push_back(id);
   free_.clear();
   for (uint32_t id = 0; id < records_.size(); ++id)
     if (!records_[id].alive()) free_.push_back(id);
@@ -117,7 +121,8 @@ void RayMap::unsettle() {
 size_t RayMap::bytes() const {
   size_t sum = records_.capacity() * sizeof(RayRecord) + free_.capacity() * sizeof(uint32_t);
   const auto add = [&](const RayNode& node) {
-    sum += node.ids.capacity() * sizeof(uint32_t) + (node.child ? 2 * sizeof(RayNode) : 0);
+    sum += (node.ids.capacity() + node.late.capacity()) * sizeof(uint32_t) +
+           (node.child ? 2 * sizeof(RayNode) : 0);
   };
   for_each_node(root_, add);
   add(odd_);

@@ -2,6 +2,7 @@
 // Ray map (Havran, Bittner, Herzog, Seidel 2005): a kd-tree over segments that grows where queries
 // look, and that segments enter and leave at any time.
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -23,16 +24,38 @@ struct alignas(32) RayRecord {
   bool alive() const { return length >= 0; }
 };
 
-/// Nodes own their children. `ids` are a leaf's segments, in an inner node those that came in later
-/// and sink when a query passes. The first `settled` ones are known to the follower `follower`.
+/// Nodes own their children. A leaf's segments are `ids`, then `late`: those that came after it was
+/// made, apart because adding a few to every list would copy all of them. An inner node has `late`
+/// only, which sink when a query passes. The first `settled` are known to the follower `follower`.
 struct RayNode {
   std::unique_ptr<RayNode[]> child;
-  std::vector<uint32_t> ids;
+  std::vector<uint32_t> ids, late;
   uint32_t settled = 0, follower = 0;
   uint32_t visits = 0;  ///< queries that tested all segments here
   float plane = 0;
   uint8_t axis = 0;
   bool stuck = false;  ///< splitting was tried in vain
+
+  size_t count() const { return ids.size() + late.size(); }
+  void add(std::span<const uint32_t> more) {
+    late.insert(late.end(), more.begin(), more.end());
+    if (child || late.size() <= 16 + ids.size() / 2) return;
+    ids.reserve(count());
+    ids.insert(ids.end(), late.begin(), late.end());
+    late = {};
+  }
+  /// Calls f(part of ids), f(part of late) with the segments from place `begin` to `end`.
+  template <class F>
+  void for_range(size_t begin, size_t end, F&& f) const {
+    const size_t middle = ids.size();
+    if (begin < std::min(end, middle)) f(std::span(ids).subspan(begin, std::min(end, middle) - begin));
+    if (const size_t from = std::max(begin, middle); from < end)
+      f(std::span(late).subspan(from - middle, end - from));
+  }
+  template <class F>
+  void for_range(size_t begin, F&& f) const {
+    for_range(begin, count(), f);
+  }
 };
 
 struct RayMapOptions {
@@ -59,12 +82,11 @@ class RayMap {
   /// Throws OptionError for an id that no segment has.
   void remove(std::span<const uint32_t> ids);
 
-  /// What a leaf is asked: `queries` are indices of the boxes that meet its cell, `ids` its
-  /// segments, of which those before `fresh` are known to the follower.
+  /// What a leaf is asked: `queries` are indices of the boxes that meet its cell, `ids` segments
+  /// there: all of them in one call or two, or those that the follower has not seen.
   struct Leaf {
     const Box& cell;
     std::span<const uint32_t> ids;
-    size_t fresh;
     std::span<const uint32_t> queries;
   };
   /// Tests a leaf and returns the hits. Called from several threads.
@@ -102,7 +124,7 @@ class RayMap {
 
  private:
   friend class RayMapDescent;
-  bool usual(const RayRecord& r) const;
+  bool is_usual(const RayRecord& r) const;
   void widen(float reach, float radius);
   void sweep();
 

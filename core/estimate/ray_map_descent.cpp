@@ -130,19 +130,16 @@ class RayMapDescent {
     }
 
     void sink(RayNode& node, const Box& cell) {
-      if (node.ids.empty()) return;
-      clear_halves(node.ids.size());
-      classify(cell, node.axis, node.plane, node.ids);
-      for (int i = 0; i < 2; ++i) {
-        const std::span<const uint32_t> ids = half_[i].ids();
-        node.child[i].ids.insert(node.child[i].ids.end(), ids.begin(), ids.end());
-      }
-      node.ids.clear();
+      if (node.late.empty()) return;
+      clear_halves(node.late.size());
+      classify(cell, node.axis, node.plane, node.late);
+      for (int i = 0; i < 2; ++i) node.child[i].add(half_[i].ids());
+      node.late.clear();
     }
 
     /// Splits a leaf if that is worth it.
     bool open(RayNode& node, Task& task) {
-      const size_t count = node.ids.size(), settled = node.settled;
+      const size_t count = node.count(), settled = node.settled;
       // A follower tests the new segments only.
       if (node.stuck || count <= map_.options_.leaf_size || settled > count / 2) return false;
       node.visits = uint32_t(std::min<uint64_t>(node.visits + task.queries.size(), 1u << 30));
@@ -151,10 +148,12 @@ class RayMapDescent {
       if (!choice.worth) return false;
       part_queries(task, choice.axis, choice.plane);
       clear_halves(count);
-      const std::span<const uint32_t> ids(node.ids);
-      classify(task.cell, choice.axis, choice.plane, ids.first(settled));
+      const auto halve = [&](std::span<const uint32_t> ids) {
+        classify(task.cell, choice.axis, choice.plane, ids);
+      };
+      node.for_range(0, settled, halve);
       const size_t settled_half[2] = {half_[0].count, half_[1].count};
-      classify(task.cell, choice.axis, choice.plane, ids.subspan(settled));
+      node.for_range(settled, halve);
       double left = 0;  // tests
       for (int i = 0; i < 2; ++i) left += double(queries_[i].size()) * double(half_[i].count);
       if (left > 0.9 * double(task.queries.size()) * double(count)) {
@@ -178,14 +177,14 @@ class RayMapDescent {
           child.ids.assign(half_[i].ids().begin(), half_[i].ids().end());
         child.settled = uint32_t(settled_half[i]), child.follower = node.follower;
       }
-      node.ids = {};
+      node.ids = {}, node.late = {};
       node.settled = 0;
       return true;
     }
 
     /// Children that have queries, with their share of the budget.
     std::vector<Task> children(RayNode& node, const Task& task, uint32_t depth) {
-      const double all = double(node.child[0].ids.size() + node.child[1].ids.size() + 1);
+      const double all = double(node.child[0].count() + node.child[1].count() + 1);
       std::vector<Task> tasks;
       for (int i = 0; i < 2; ++i) {
         if (queries_[i].empty()) {
@@ -194,7 +193,7 @@ class RayMapDescent {
         }
         Box cell = task.cell;
         (i ? cell.low : cell.high)[node.axis] = node.plane;
-        const double share = double(node.child[i].ids.size()) / all;
+        const double share = double(node.child[i].count()) / all;
         tasks.push_back({&node.child[i], cell, queries_[i],
                          task.budget > 0 ? int64_t(share * double(task.budget)) : 0});
       }
@@ -202,11 +201,12 @@ class RayMapDescent {
     }
 
     void test(RayNode& node, const Task& task) {
-      const size_t fresh = d_.query_.follower ? node.settled : 0;
-      if (d_.visit_ && fresh < node.ids.size())
-        stats_.tests += d_.visit_({task.cell, node.ids, fresh, task.queries});
-      if (d_.query_.follower) node.settled = uint32_t(node.ids.size());
-      if (!map_.options_.keep) node.ids = {};
+      if (d_.visit_)
+        node.for_range(d_.query_.follower ? node.settled : 0, [&](std::span<const uint32_t> ids) {
+          stats_.tests += d_.visit_({task.cell, ids, task.queries});
+        });
+      if (d_.query_.follower) node.settled = uint32_t(node.count());
+      if (!map_.options_.keep) node.ids = {}, node.late = {};
     }
 
     RayMapDescent& d_;

@@ -59,7 +59,7 @@ class CrossingFinder {
 
   Stats operator()(const RayMap::Leaf& leaf) const {
     std::vector<RayMapHit> hits;
-    const std::span<const uint32_t> ids = leaf.ids.subspan(leaf.fresh);
+    const std::span<const uint32_t> ids = leaf.ids;
     for (size_t first = 0; first < ids.size(); first += 8) {
       RayLanes::prefetch(map_.records().data(), ids, first);
       const RayLanes rays(map_.records().data(), ids, first);
@@ -112,8 +112,9 @@ RayMapStats find_crossings(RayMap& map, const samples::DiscSet& discs, const Wor
   RayMapStats stats = map.visit(boxes, {radius, kSplitCost, follower}, finder, workers, progress);
   RayNode& odd = map.odd();
   if (follower && odd.follower != follower) odd.settled = 0, odd.follower = follower;
-  stats.tests += finder.try_all(std::span(odd.ids).subspan(follower ? odd.settled : 0));
-  if (follower) odd.settled = uint32_t(odd.ids.size());
+  odd.for_range(follower ? odd.settled : 0,
+                [&](std::span<const uint32_t> ids) { stats.tests += finder.try_all(ids); });
+  if (follower) odd.settled = uint32_t(odd.count());
   return stats;
 }
 

@@ -81,18 +81,18 @@ class Search {
     const RayNode* node = &map_.root();
     Box cell = everything();
     while (node->child) {
-      test(node->ids, cell, stats);
+      test(*node, cell, stats);
       const int side = eye.point[node->axis] < double(node->plane) ? 0 : 1;
       (side ? cell.low : cell.high)[node->axis] = node->plane;
       node = &node->child[side];
     }
-    test(node->ids, cell, stats);
+    test(*node, cell, stats);
     return limit_;
   }
 
   std::span<const NearRay> nearest(const Eye& eye, double bound, Stats& stats) {
     begin(eye, bound);
-    test(map_.odd().ids, everything(), stats);
+    test(map_.odd(), everything(), stats);
     descend(map_.root(), everything(), stats);
     std::sort(found_.begin(), found_.end(), before_);
     return found_;
@@ -110,7 +110,10 @@ class Search {
     found_.clear();
   }
 
-  void test(std::span<const uint32_t> ids, const Box& cell, Stats& stats) {
+  void test(const RayNode& node, const Box& cell, Stats& stats) {
+    node.for_range(0, [&](std::span<const uint32_t> ids) { test_ids(ids, cell, stats); });
+  }
+  void test_ids(std::span<const uint32_t> ids, const Box& cell, Stats& stats) {
     stats.disc_tests += ids.size();
     for (const uint32_t id : ids) {
       const auto m = measure(map_.record(id), eye_, options_.metric, map_.rule());
@@ -149,7 +152,7 @@ class Search {
   }
 
   void descend(const RayNode& node, const Box& cell, Stats& stats) {
-    test(node.ids, cell, stats);  // an inner node's are on their way down
+    test(node, cell, stats);  // an inner node's are on their way down
     if (!node.child) return;
     ++stats.node_tests;
     const int near = eye_.point[node.axis] < double(node.plane) ? 0 : 1;
@@ -221,6 +224,12 @@ RayMapStats find_nearest(RayMap& map, std::span<const uint32_t> power,
 
 Gathered RayMapNearest::estimate(const segments::SegmentSpan& segments, const Workers& workers,
                                  Progress* progress) const {
+  RayMapStats stats;
+  return estimate(segments, workers, progress, stats);
+}
+
+Gathered RayMapNearest::estimate(const segments::SegmentSpan& segments, const Workers& workers,
+                                 Progress* progress, RayMapStats& stats) const {
   RayMap map(rule_, map_);
   map.push(segments);
   Gathered out;
@@ -237,8 +246,9 @@ Gathered RayMapNearest::estimate(const segments::SegmentSpan& segments, const Wo
     for (int c = 0; c < 3; ++c) out.irradiance[3 * i + size_t(c)] = sum[c] * per_area;
   };
   const std::span power(segments.power, 3 * segments.count);
-  out.stats = find_nearest(map, power, points_, normals_, options_, take, workers, progress).tests;
-  for (const uint64_t count : found) out.stats.hits += count;
+  stats = find_nearest(map, power, points_, normals_, options_, take, workers, progress);
+  for (const uint64_t count : found) stats.tests.hits += count;
+  out.stats = stats.tests;
   return out;
 }
 

@@ -53,6 +53,9 @@ class RayMapNearest final : public GatherEstimator {
         map_(map) {}
   Gathered estimate(const segments::SegmentSpan& segments, const Workers& workers,
                     Progress* progress = nullptr) const override;
+  /// The same with all counts of the map.
+  Gathered estimate(const segments::SegmentSpan& segments, const Workers& workers,
+                    Progress* progress, RayMapStats& stats) const;
 
  private:
   std::vector<Vec3f> points_, normals_;

@@ -44,8 +44,8 @@ std::vector<uint32_t> find(RayMap& map, const Box& around, const Meets& meets, R
         return Stats{.sphere_tests = leaf.ids.size()};
       },
       Workers(1));
-  test(map.odd().ids);
-  stats.tests.sphere_tests += map.odd().ids.size();
+  map.odd().for_range(0, test);
+  stats.tests.sphere_tests += map.odd().count();
   // A segment stands in every leaf that it passes.
   std::sort(found.begin(), found.end());
   found.erase(std::unique(found.begin(), found.end()), found.end());
