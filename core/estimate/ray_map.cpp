@@ -33,6 +33,7 @@ bool RayMap::is_usual(const RayRecord& r) const {
 
 std::vector<uint32_t> RayMap::push(const segments::SegmentSpan& s) {
   std::vector<uint32_t> ids(s.count), usual, odd;
+  if (records_.empty()) records_.reserve(s.count);
   float reach = 0;
   Box bounds;
   for (size_t i = 0; i < s.count; ++i) {

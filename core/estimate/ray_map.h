@@ -31,24 +31,27 @@ struct RayNode {
   std::unique_ptr<RayNode[]> child;
   std::vector<uint32_t> ids, late;
   uint32_t settled = 0, follower = 0;
-  uint32_t visits = 0;  ///< queries that tested all segments here
+  uint32_t visits = 0;    ///< queries that tested all segments here
+  uint32_t patience = 0;  ///< visits before a split is tried (again)
   float plane = 0;
   uint8_t axis = 0;
-  bool stuck = false;  ///< splitting was tried in vain
 
+  /// Gives the memory of the lists back, as assigning {} would not.
+  void drop_lists() { ids = std::vector<uint32_t>(), late = std::vector<uint32_t>(); }
   size_t count() const { return ids.size() + late.size(); }
   void add(std::span<const uint32_t> more) {
     late.insert(late.end(), more.begin(), more.end());
     if (child || late.size() <= 16 + ids.size() / 2) return;
     ids.reserve(count());
     ids.insert(ids.end(), late.begin(), late.end());
-    late = {};
+    late = std::vector<uint32_t>();
   }
   /// Calls f(part of ids), f(part of late) with the segments from place `begin` to `end`.
   template <class F>
   void for_range(size_t begin, size_t end, F&& f) const {
     const size_t middle = ids.size();
-    if (begin < std::min(end, middle)) f(std::span(ids).subspan(begin, std::min(end, middle) - begin));
+    if (begin < std::min(end, middle))
+      f(std::span(ids).subspan(begin, std::min(end, middle) - begin));
     if (const size_t from = std::max(begin, middle); from < end)
       f(std::span(late).subspan(from - middle, end - from));
   }

@@ -77,7 +77,7 @@ class RayMapDescent {
     /// Depth first. Whatever of the budget one child leaves goes to the other one.
     void walk(Task& task, uint32_t depth) {
       std::vector<Task> children = step(task, depth);
-      task.queries = {};
+      task.queries = std::vector<uint32_t>();
       int64_t left_over = 0;
       for (Task& child : children) {
         child.budget += left_over;
@@ -141,8 +141,9 @@ class RayMapDescent {
     bool open(RayNode& node, Task& task) {
       const size_t count = node.count(), settled = node.settled;
       // A follower tests the new segments only.
-      if (node.stuck || count <= map_.options_.leaf_size || settled > count / 2) return false;
+      if (count <= map_.options_.leaf_size || settled > count / 2) return false;
       node.visits = uint32_t(std::min<uint64_t>(node.visits + task.queries.size(), 1u << 30));
+      if (node.visits <= node.patience) return false;
       const SplitChoice choice = choose_split(d_.boxes_, task.queries, task.cell, map_.bounds_,
                                               node.visits, d_.query_.split_cost);
       if (!choice.worth) return false;
@@ -157,7 +158,7 @@ class RayMapDescent {
       double left = 0;  // tests
       for (int i = 0; i < 2; ++i) left += double(queries_[i].size()) * double(half_[i].count);
       if (left > 0.9 * double(task.queries.size()) * double(count)) {
-        node.stuck = true;
+        node.patience = 2 * node.visits;
         return false;
       }
       const auto more =
@@ -177,14 +178,14 @@ class RayMapDescent {
           child.ids.assign(half_[i].ids().begin(), half_[i].ids().end());
         child.settled = uint32_t(settled_half[i]), child.follower = node.follower;
       }
-      node.ids = {}, node.late = {};
+      node.drop_lists();
       node.settled = 0;
       return true;
     }
 
     /// Children that have queries, with their share of the budget.
     std::vector<Task> children(RayNode& node, const Task& task, uint32_t depth) {
-      const double all = double(node.child[0].count() + node.child[1].count() + 1);
+      const double all = double(queries_[0].size() + queries_[1].size());
       std::vector<Task> tasks;
       for (int i = 0; i < 2; ++i) {
         if (queries_[i].empty()) {
@@ -193,7 +194,7 @@ class RayMapDescent {
         }
         Box cell = task.cell;
         (i ? cell.low : cell.high)[node.axis] = node.plane;
-        const double share = double(node.child[i].count()) / all;
+        const double share = double(queries_[i].size()) / all;
         tasks.push_back({&node.child[i], cell, queries_[i],
                          task.budget > 0 ? int64_t(share * double(task.budget)) : 0});
       }
@@ -206,7 +207,7 @@ class RayMapDescent {
           stats_.tests += d_.visit_({task.cell, ids, task.queries});
         });
       if (d_.query_.follower) node.settled = uint32_t(node.count());
-      if (!map_.options_.keep) node.ids = {}, node.late = {};
+      if (!map_.options_.keep) node.drop_lists();
     }
 
     RayMapDescent& d_;

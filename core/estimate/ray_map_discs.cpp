@@ -54,13 +54,14 @@ bool holds(const Box& cell, Vec3f p) {
 class CrossingFinder {
  public:
   CrossingFinder(const RayMap& map, const samples::DiscSet& discs,
-                 const std::function<void(std::span<const RayMapHit>)>& take)
-      : map_(map), discs_(discs), take_(take) {}
+                 const std::function<void(std::span<const RayMapHit>)>& take, Progress* progress)
+      : map_(map), discs_(discs), take_(take), progress_(progress) {}
 
   Stats operator()(const RayMap::Leaf& leaf) const {
     std::vector<RayMapHit> hits;
     const std::span<const uint32_t> ids = leaf.ids;
     for (size_t first = 0; first < ids.size(); first += 8) {
+      if (progress_) progress_->check();
       RayLanes::prefetch(map_.records().data(), ids, first);
       const RayLanes rays(map_.records().data(), ids, first);
       for (const uint32_t k : leaf.queries) {
@@ -76,8 +77,10 @@ class CrossingFinder {
 
   Stats try_all(std::span<const uint32_t> ids) const {
     std::vector<RayMapHit> hits;
-    for (const uint32_t id : ids)
+    for (const uint32_t id : ids) {
+      if (progress_) progress_->check();
       for (uint32_t k = 0; k < discs_.size(); ++k) try_pair(id, k, nullptr, hits);
+    }
     if (!hits.empty()) take_(hits);
     return {.disc_tests = ids.size() * discs_.size(), .hits = hits.size()};
   }
@@ -94,6 +97,7 @@ class CrossingFinder {
   const RayMap& map_;
   const samples::DiscSet& discs_;
   const std::function<void(std::span<const RayMapHit>)>& take_;
+  Progress* const progress_;
 };
 
 }  // namespace
@@ -107,7 +111,7 @@ RayMapStats find_crossings(RayMap& map, const samples::DiscSet& discs, const Wor
     boxes[i] = disc_box(discs.centre[i], discs.normal[i], discs.radius[i]);
     radius = std::max(radius, discs.radius[i]);
   }
-  const CrossingFinder finder(map, discs, take);
+  const CrossingFinder finder(map, discs, take, progress);
   constexpr float kSplitCost = 3.0f;  // SIMD tests are cheap
   RayMapStats stats = map.visit(boxes, {radius, kSplitCost, follower}, finder, workers, progress);
   RayNode& odd = map.odd();
