@@ -2,10 +2,10 @@
 // The ray map in disc mode: a query of all discs in disc-index deposits, and an update in rebuilds.
 // Median of repetitions, one thread; prints JSON. Arguments: discs, segments, share changed (%).
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <vector>
 
 #include "base/random.h"
@@ -17,8 +17,8 @@ namespace {
 using namespace deltalux;
 using segments::SegmentEnd;
 
-double seconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+double seconds() {  // of the processor, which others may use too
+  return double(std::clock()) / CLOCKS_PER_SEC;
 }
 
 double median(std::vector<double> v) {
@@ -38,8 +38,8 @@ struct Segments {
     power.insert(power.end(), {1000, 900, 800});
   }
   segments::SegmentSpan span(size_t begin, size_t end) const {
-    return {end - begin,       &ox[begin],      &oy[begin],     &oz[begin], &dx[begin], &dy[begin],
-            &dz[begin],        &length[begin],  &length[begin], &power[3 * begin], nullptr};
+    return {end - begin, &ox[begin],     &oy[begin],     &oz[begin],        &dx[begin], &dy[begin],
+            &dz[begin],  &length[begin], &length[begin], &power[3 * begin], nullptr};
   }
 };
 
@@ -51,7 +51,8 @@ Vec3f on_sphere(const PathRandom& random, uint32_t dimension) {
 
 /// A point on the six walls of a room and on a table in it, with its normal.
 std::pair<Vec3f, Vec3f> on_surface(const PathRandom& random, uint32_t dimension) {
-  const float pick = random(0, dimension), u = random(0, dimension + 1), v = random(0, dimension + 2);
+  const float pick = random(0, dimension), u = random(0, dimension + 1),
+              v = random(0, dimension + 2);
   if (pick < 0.1f) return {{2 + u, 2 + v, 0.8f}, {0, 0, 1}};
   const int wall = std::min(5, int((pick - 0.1f) / 0.15f)), axis = wall / 2;
   const Vec3f size{6, 5, 3};
@@ -97,7 +98,8 @@ void measure(const char* world, bool room, size_t disc_count, size_t count, doub
   for (int repetition = 0; repetition < 5; ++repetition) {
     std::fill(by_index.begin(), by_index.end(), 0), std::fill(by_rays.begin(), by_rays.end(), 0);
     double start = seconds();
-    index_stats = index.accumulate(segments.span(0, count), 1, {by_index.data(), disc_count, false});
+    index_stats =
+        index.accumulate(segments.span(0, count), 1, {by_index.data(), disc_count, false});
     index_time.push_back(seconds() - start);
     start = seconds();
     ray_stats = rays.accumulate(segments.span(0, count), 1, {by_rays.data(), disc_count, false});
@@ -126,7 +128,8 @@ void measure(const char* world, bool room, size_t disc_count, size_t count, doub
     update_time.push_back(seconds() - start);
     for (const uint32_t i : gone)
       index.accumulate(segments.span(i, i + 1), -1, {by_index.data(), disc_count, false});
-    index.accumulate(segments.span(count, count + changed), 1, {by_index.data(), disc_count, false});
+    index.accumulate(segments.span(count, count + changed), 1,
+                     {by_index.data(), disc_count, false});
     equal = equal && tally.sums() == by_index;
   }
   const double n = double(count);

@@ -36,9 +36,9 @@ nb::dict to_dict(const RayMapStats& stats) {
 
 Vec3f to_vector3(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
 
-nb::object ray_map_sums(const SegmentArrays& segments, const samples::DiscSet& discs,
-                        const std::string& rule, uint32_t leaf_size, size_t memory_limit,
-                        int threads, nb::object progress) {
+nb::tuple ray_map_sums(const SegmentArrays& segments, const samples::DiscSet& discs,
+                       const std::string& rule, uint32_t leaf_size, size_t memory_limit,
+                       int threads, nb::object progress) {
   const size_t n = discs.size();
   std::vector<int64_t> sums(3 * n, 0);
   RayMapStats stats;
@@ -55,10 +55,10 @@ nb::object ray_map_sums(const SegmentArrays& segments, const samples::DiscSet& d
   return nb::make_tuple(make_array(std::move(sums), {n, 3}), to_dict(stats));
 }
 
-nb::object ray_map_nearest(const SegmentArrays& segments, const Rows<float, 3>& points,
-                           const Rows<float, 3>& normals, const std::string& rule,
-                           const std::string& metric, uint32_t k, bool unbiased, uint32_t leaf_size,
-                           size_t memory_limit, int threads, nb::object progress) {
+nb::tuple ray_map_nearest(const SegmentArrays& segments, const Rows<float, 3>& points,
+                          const Rows<float, 3>& normals, const std::string& rule,
+                          const std::string& metric, uint32_t k, bool unbiased, uint32_t leaf_size,
+                          size_t memory_limit, int threads, nb::object progress) {
   estimate::Gathered found;
   RayMapStats stats;
   const estimate::RayMapNearest nearest(to_vectors(points), to_vectors(normals), to_rule(rule),
@@ -81,6 +81,7 @@ class RayMapObject {
     std::vector<uint32_t> ids;
     exclusively([&] {
       ids = map_.push(segments.span(0, segments.count()));
+      power_.reserve(3 * map_.room());
       power_.resize(3 * map_.records().size());
       for (size_t i = 0; i < ids.size(); ++i)
         std::copy_n(&segments.power[3 * i], 3, &power_[3 * size_t(ids[i])]);
@@ -125,8 +126,8 @@ class RayMapObject {
     });
   }
 
-  nb::object nearest(const std::array<float, 3>& point, const std::array<float, 3>& normal,
-                     uint32_t k, const std::string& metric) {
+  nb::tuple nearest(const std::array<float, 3>& point, const std::array<float, 3>& normal,
+                    uint32_t k, const std::string& metric) {
     std::vector<uint32_t> ids;
     std::vector<double> distances;
     const Vec3f points[1] = {to_vector3(point)}, normals[1] = {to_vector3(normal)};
@@ -150,7 +151,7 @@ class RayMapObject {
   size_t bytes() {
     size_t sum = 0;
     exclusively([&] {
-      sum = map_.bytes() + power_.capacity() * sizeof(uint32_t) + (tally_ ? tally_->bytes() : 0);
+      sum = map_.bytes() + power_.size() * sizeof(uint32_t) + (tally_ ? tally_->bytes() : 0);
     });
     return sum;
   }

@@ -33,7 +33,9 @@ bool RayMap::is_usual(const RayRecord& r) const {
 
 std::vector<uint32_t> RayMap::push(const segments::SegmentSpan& s) {
   std::vector<uint32_t> ids(s.count), usual, odd;
-  if (records_.empty()) records_.reserve(s.count);
+  // Room for as many removed ones as wait for sweep() costs nothing before it is used, and edits
+  // then copy no arrays.
+  if (records_.empty()) records_.reserve(s.count + s.count * 5 / 8);
   float reach = 0;
   Box bounds;
   for (size_t i = 0; i < s.count; ++i) {
@@ -120,7 +122,7 @@ void RayMap::unsettle() {
 }
 
 size_t RayMap::bytes() const {
-  size_t sum = records_.capacity() * sizeof(RayRecord) + free_.capacity() * sizeof(uint32_t);
+  size_t sum = records_.size() * sizeof(RayRecord) + free_.capacity() * sizeof(uint32_t);
   const auto add = [&](const RayNode& node) {
     sum += (node.ids.capacity() + node.late.capacity()) * sizeof(uint32_t) +
            (node.child ? 2 * sizeof(RayNode) : 0);

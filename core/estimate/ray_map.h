@@ -114,6 +114,8 @@ class RayMap {
   const RayNode& root() const { return root_; }
   const RayRecord& record(uint32_t id) const { return records_[id]; }
   std::span<const RayRecord> records() const { return records_; }
+  /// Ids may grow to here before arrays by id have to move.
+  size_t room() const { return records_.capacity(); }
   segments::SegmentEnd rule() const { return rule_; }
   /// No coordinate of an origin or a query is greater.
   float reach() const { return reach_; }

@@ -20,6 +20,7 @@ RayMapStats RayMapTally::refresh(RayMap& map, std::span<const uint32_t> power,
     map.unsettle();
   }
   valid_ = false;
+  first_.reserve(map.room());
   first_.resize(map.records().size(), kNone);
   std::mutex mutex;
   const auto take = [&](std::span<const RayMapHit> hits) {
@@ -44,7 +45,16 @@ RayMapStats RayMapTally::refresh(RayMap& map, std::span<const uint32_t> power,
 }
 
 void RayMapTally::remove(std::span<const uint32_t> ids, std::span<const uint32_t> power) {
-  for (const uint32_t id : ids) {
+  constexpr size_t kAhead = 8;  // memory is asked for in advance
+  const auto known = [&](size_t i) { return i < ids.size() && ids[i] < first_.size(); };
+  for (size_t i = 0; i < ids.size(); ++i) {
+    const uint32_t id = ids[i];
+    if (known(i + 2 * kAhead)) {
+      __builtin_prefetch(&first_[ids[i + 2 * kAhead]]);
+      __builtin_prefetch(&power[3 * size_t(ids[i + 2 * kAhead])]);
+    }
+    if (known(i + kAhead) && first_[ids[i + kAhead]] != kNone)
+      __builtin_prefetch(&crossings_[first_[ids[i + kAhead]]]);
     if (id >= first_.size()) continue;  // came after the last refresh
     uint32_t place = first_[id];
     first_[id] = kNone;

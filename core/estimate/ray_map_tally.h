@@ -29,7 +29,7 @@ class RayMapTally {
   uint64_t hits() const { return hits_; }
   uint32_t name() const { return name_; }
   size_t bytes() const {
-    return first_.capacity() * sizeof(uint32_t) + crossings_.capacity() * sizeof(Crossed);
+    return first_.size() * sizeof(uint32_t) + crossings_.size() * sizeof(Crossed);
   }
 
  private:

@@ -116,7 +116,10 @@ def test_coincident_samples_and_segments(method):
     """Many at one place: no leaf can be split between them."""
     rng = np.random.default_rng(2)
     segments = dl.Segments(
-        np.tile([(0, 1, 0)], (300, 1)), np.tile([(0, -1, 0)], (300, 1)), np.full(300, 1.0), rng.uniform(1, 2, 300)
+        np.tile([(0, 1, 0)], (300, 1)),
+        np.tile([(0, -1, 0)], (300, 1)),
+        np.full(300, 1.0),
+        rng.uniform(1, 2, 300),
     )
     aside = dl.Samples(np.tile([(0.1, 0, 0)], (70, 1)), [(0, 1, 0)], radius=0.1)
     found = check(method, segments, aside)

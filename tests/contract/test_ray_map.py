@@ -135,7 +135,7 @@ def test_any_sequence_of_changes_equals_brute_force(end, world: World, steps, se
     everything = world.segments
     half = len(everything) // 2
     rays = dl.estimate.RayMap(everything.select(slice(half)), segment_end=end, leaf_size=4)
-    held = {id: id for id in range(half)}  # id: row
+    held = {row: row for row in range(half)}  # id: row
     waiting = list(range(half, len(everything)))
     other = random_samples(5, seed, radius=0.5)
     samples = world.samples
@@ -143,7 +143,7 @@ def test_any_sequence_of_changes_equals_brute_force(end, world: World, steps, se
         if step == "remove" and held:
             gone = rng.choice(list(held), rng.integers(1, len(held) + 1), replace=False)
             rays.remove(gone)
-            waiting += [held.pop(int(id)) for id in gone]
+            waiting += [held.pop(int(which)) for which in gone]
         elif step == "push":
             count = int(rng.integers(0, len(waiting) + 1))
             rows, waiting = waiting[:count], waiting[count:]
@@ -180,9 +180,7 @@ def test_many_small_edits_stay_exact_and_small():
         rows[out] = np.arange(first, first + 500)
         held[out] = rays.push(everything.select(rows[out]))
         found = rays.disc(samples)
-    np.testing.assert_array_equal(
-        found.sums, dl.estimate.brute_force(everything.select(rows), samples).sums
-    )
+    np.testing.assert_array_equal(found.sums, dl.estimate.brute_force(everything.select(rows), samples).sums)
     assert held.max() < 20_000
     assert rays.bytes < 6 * before
 

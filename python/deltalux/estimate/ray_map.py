@@ -80,20 +80,22 @@ def ray_map(
         For unknown names, a k or sizes that are no such numbers, or samples without radii ("disc").
     """
     check_choice("metric", metric, ("disc", *METRICS))
-    options = (_check_leaf_size(leaf_size), _check_limit(memory_limit), threads or 0, progress)
+    options = (_check_leaf_size(leaf_size), _check_limit(memory_limit), threads or 0)
     check_choice("segment_end", segment_end, SEGMENT_ENDS)
     segments = select_segments(segments, first_bounce, threads)
     if metric == "disc":
         if k is not None:
             raise OptionError(f'k: found {k!r}, expected None with metric "disc", which counts by area')
         check_discs(samples)
-        found = _core.ray_map_sums(core_segments(segments), core_discs(samples), segment_end, *options)
+        found = _core.ray_map_sums(
+            core_segments(segments), core_discs(samples), segment_end, *options, progress
+        )
         return disc_estimate(segments, samples, *found)
     k = _check_integer("k", k, 2 if unbiased else 1)
     check_world_points(samples)
     points, normals = (np.ascontiguousarray(a, np.float32) for a in (samples.points, samples.normals))
     arrays = core_segments(segments), points, normals
-    quanta, stats = _core.ray_map_nearest(*arrays, segment_end, metric, k, bool(unbiased), *options)
+    quanta, stats = _core.ray_map_nearest(*arrays, segment_end, metric, k, bool(unbiased), *options, progress)
     return Estimate(quanta * segments.quantum, None, segments.quantum, stats)
 
 
@@ -126,7 +128,7 @@ class RayMap:
         memory_limit: int | None = None,
     ) -> None:
         check_choice("segment_end", segment_end, SEGMENT_ENDS)
-        self._core = _core.RayMap(segment_end, _check_leaf_size(leaf_size), _check_limit(memory_limit))
+        self._core: Any = _core.RayMap(segment_end, _check_leaf_size(leaf_size), _check_limit(memory_limit))
         self._samples: Samples | None = None
         self._quantum: float | None = None
         self.push(segments)
@@ -175,7 +177,7 @@ class RayMap:
         given = np.asarray(ids)
         if given.ndim != 1 or (given.size and given.dtype.kind not in "iu"):
             raise OptionError(f"ids: found {given.dtype} of shape {given.shape}, expected (n,) integers")
-        if given.size and not (0 <= given.min() and given.max() <= MOST_QUANTA):
+        if given.size and not (given.min() >= 0 and given.max() <= MOST_QUANTA):
             raise OptionError(f"ids: found {given.min()} to {given.max()}, expected ids of the map")
         self._core.remove(np.ascontiguousarray(given, np.uint32))
 
