@@ -26,6 +26,23 @@ inline constexpr auto kOrder = [] {
 using Floats = __m256;
 inline Floats load(const float* p) { return _mm256_load_ps(p); }
 inline Floats broadcast(float x) { return _mm256_set1_ps(x); }
+/// Eight rows of eight floats, turned into columns.
+inline void load_columns(const float* const row[8], Floats column[8]) {
+  __m256 pair[8], quad[8];
+  for (int i = 0; i < 8; i += 2) {
+    const __m256 a = load(row[i]), b = load(row[i + 1]);
+    pair[i] = _mm256_unpacklo_ps(a, b), pair[i + 1] = _mm256_unpackhi_ps(a, b);
+  }
+  for (int i = 0; i < 8; i += 4)
+    for (int k = 0; k < 2; ++k) {
+      quad[i + 2 * k] = _mm256_shuffle_ps(pair[i + k], pair[i + k + 2], 0x44);
+      quad[i + 2 * k + 1] = _mm256_shuffle_ps(pair[i + k], pair[i + k + 2], 0xee);
+    }
+  for (int k = 0; k < 4; ++k) {
+    column[k] = _mm256_permute2f128_ps(quad[k], quad[k + 4], 0x20);
+    column[k + 4] = _mm256_permute2f128_ps(quad[k], quad[k + 4], 0x31);
+  }
+}
 /// a < b ? a : b, so b when either is NaN; max likewise.
 inline Floats min(Floats a, Floats b) { return _mm256_min_ps(a, b); }
 inline Floats max(Floats a, Floats b) { return _mm256_max_ps(a, b); }
@@ -92,6 +109,9 @@ inline Floats load(const float* p) {
 }
 inline Floats broadcast(float x) {
   return Floats::each([&](int) { return x; });
+}
+inline void load_columns(const float* const row[8], Floats column[8]) {
+  for (int k = 0; k < 8; ++k) column[k] = Floats::each([&](int i) { return row[i][k]; });
 }
 inline Floats min(Floats a, Floats b) {
   return Floats::each([&](int i) { return a.v[i] < b.v[i] ? a.v[i] : b.v[i]; });

@@ -27,6 +27,7 @@ def with_options(name, method, **options):
 METHODS = [
     dl.estimate.brute_force,
     dl.estimate.disc_index,
+    dl.estimate.ray_map,
     dl.estimate.sphere_cache,
     with_options("sphere_cache_deep", dl.estimate.sphere_cache, min_rays=1, ratio=0.8),
     with_options("sphere_cache_lebesgue", dl.estimate.sphere_cache, min_rays=2, order="lebesgue"),

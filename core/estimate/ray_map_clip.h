@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+// Eight segments of a ray map at a time: loading them, and which halves of a cell they meet.
+#pragma once
+#include <algorithm>
+#include <bit>
+#include <span>
+#include <vector>
+
+#include "estimate/lanes.h"
+#include "estimate/ray_map.h"
+
+namespace deltalux::estimate {
+
+/// Segments in lanes; those past the end of a list repeat its last one and are not in `valid`.
+struct RayLanes {
+  lanes::Floats o[3], w[3], length, extended;
+  uint32_t valid;
+
+  RayLanes(const RayRecord* records, std::span<const uint32_t> ids, size_t first) {
+    static_assert(sizeof(RayRecord) == 32);
+    const size_t count = std::min<size_t>(8, ids.size() - first);
+    valid = (1u << count) - 1;
+    const float* row[8];
+    for (size_t i = 0; i < 8; ++i) row[i] = &records[ids[first + std::min(i, count - 1)]].origin.x;
+    lanes::Floats column[8];
+    lanes::load_columns(row, column);
+    std::copy_n(column, 3, o);
+    std::copy_n(column + 3, 3, w);
+    length = column[6], extended = column[7];
+  }
+  /// Brings those in time that a loop over `ids` needs some rounds later.
+  static void prefetch(const RayRecord* records, std::span<const uint32_t> ids, size_t first) {
+    constexpr size_t kAhead = 32;
+    for (size_t i = first + kAhead; i < std::min(first + kAhead + 8, ids.size()); ++i)
+      __builtin_prefetch(&records[ids[i]]);
+  }
+};
+
+/// A list under construction, in memory that is used again.
+struct HalfList {
+  std::vector<uint32_t> room;
+  size_t count = 0;
+
+  void clear(size_t most) {
+    count = 0;
+    if (room.size() < most + 8) room.resize(most + 8);
+  }
+  void append(const uint32_t* eight, uint32_t mask) {
+    lanes::store_packed(room.data() + count, eight, mask);
+    count += size_t(std::popcount(mask));
+  }
+  std::span<const uint32_t> ids() const { return {room.data(), count}; }
+};
+
+/// Which segments meet the cell's part below (above) a plane, each part grown by a margin that
+/// covers all rounding: 64 u reach (u = 2^-24). A crossing counted by crossing.h is off the segment
+/// and off the disc by at most 21 u reach, the rest is that of the tests here.
+class CellSplit {
+ public:
+  CellSplit(const Box& cell, int axis, float plane, float margin, segments::SegmentEnd rule,
+            float radius)
+      : low_(cell.low), high_(cell.high), plane_(plane), margin_(margin), axis_(axis) {
+    // A segment ends at min(length + past, extended) at most.
+    using segments::SegmentEnd;
+    past_ = rule == SegmentEnd::bounded ? segments::kBoundedRadii * radius
+                                        : std::numeric_limits<float>::infinity();
+    first_ = rule == SegmentEnd::first;
+  }
+
+  /// Writes the ids that meet each half, in order; both arrays need room for eight more than `ids`.
+  void classify(const RayRecord* records, std::span<const uint32_t> ids, HalfList& below,
+                HalfList& above) const {
+    alignas(32) uint32_t eight[8] = {};
+    for (size_t first = 0; first < ids.size(); first += 8) {
+      RayLanes::prefetch(records, ids, first);
+      const RayLanes rays(records, ids, first);
+      std::copy_n(ids.data() + first, std::bit_width(rays.valid), eight);
+      const auto [in_below, in_above] = halves(rays);
+      below.append(eight, in_below & rays.valid);
+      above.append(eight, in_above & rays.valid);
+    }
+  }
+
+ private:
+  struct Halves {
+    uint32_t below, above;
+  };
+  Halves halves(const RayLanes& rays) const {
+    using namespace lanes;
+    const Floats steepest = broadcast(1e30f), one = broadcast(1.0f);
+    Floats enter = broadcast(0.0f), leave = rays.length;
+    if (!first_) leave = min(leave + broadcast(past_), rays.extended);
+    Floats enter_below = enter, leave_below = leave, enter_above = enter, leave_above = leave;
+    for (int axis = 0; axis < 3; ++axis) {
+      // Finite, so that no product is NaN; a segment this parallel to the plane leaves the margin
+      // nowhere within reach.
+      const Floats inverse = max(min(one / rays.w[axis], steepest), broadcast(-1e30f));
+      const auto at = [&](float plane) { return (broadcast(plane) - rays.o[axis]) * inverse; };
+      const Floats low = at(low_[axis] - margin_), high = at(high_[axis] + margin_);
+      if (axis != axis_) {
+        enter = max(enter, min(low, high)), leave = min(leave, max(low, high));
+        continue;
+      }
+      const Floats top = at(plane_ + margin_), bottom = at(plane_ - margin_);
+      enter_below = min(low, top), leave_below = max(low, top);
+      enter_above = min(bottom, high), leave_above = max(bottom, high);
+    }
+    return {mask(less_equal(max(enter, enter_below), min(leave, leave_below))),
+            mask(less_equal(max(enter, enter_above), min(leave, leave_above)))};
+  }
+
+  Vec3f low_, high_;
+  float plane_, margin_, past_;
+  int axis_;
+  bool first_;
+};
+
+}  // namespace deltalux::estimate

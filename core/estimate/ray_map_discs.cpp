@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+// Disc queries of a ray map: leaves by SIMD, eight segments against one disc at a time.
+#include "estimate/ray_map_discs.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "estimate/crossing.h"
+#include "estimate/ray_map_clip.h"
+
+namespace deltalux::estimate {
+namespace {
+
+using lanes::Floats;
+
+Box disc_box(Vec3f c, Vec3f n, float radius) {
+  const Vec3f half =
+      Vec3f{std::hypot(n.y, n.z), std::hypot(n.z, n.x), std::hypot(n.x, n.y)} * radius;
+  return {c - half, c + half};
+}
+
+/// SIMD twin of cross_circle() and segment_end(): the same operations in the same order.
+uint32_t cross_circles(const RayLanes& rays, Vec3f centre, Vec3f normal, float disc_radius,
+                       segments::SegmentEnd rule) {
+  const Floats cx = lanes::broadcast(centre.x), cy = lanes::broadcast(centre.y),
+               cz = lanes::broadcast(centre.z);
+  const Floats nx = lanes::broadcast(normal.x), ny = lanes::broadcast(normal.y),
+               nz = lanes::broadcast(normal.z);
+  const Floats radius = lanes::broadcast(disc_radius), zero = lanes::broadcast(0.0f);
+  const Floats &ox = rays.o[0], &oy = rays.o[1], &oz = rays.o[2];
+  const Floats &wx = rays.w[0], &wy = rays.w[1], &wz = rays.w[2];
+  Floats end = rays.length;
+  if (rule == segments::SegmentEnd::second) end = rays.extended;
+  if (rule == segments::SegmentEnd::bounded)
+    end = lanes::min(end + lanes::broadcast(segments::kBoundedRadii) * radius, rays.extended);
+  const Floats facing = nx * wx + ny * wy + nz * wz;
+  const Floats height = nx * (cx - ox) + ny * (cy - oy) + nz * (cz - oz);
+  const Floats s = height / facing;
+  const Floats px = (ox + s * wx) - cx, py = (oy + s * wy) - cy, pz = (oz + s * wz) - cz;
+  const Floats distance2 = px * px + py * py + pz * pz;
+  return rays.valid &
+         lanes::mask(lanes::both(lanes::both(lanes::less(facing, zero), lanes::less(zero, s)),
+                                 lanes::both(lanes::less_equal(s, end),
+                                             lanes::less_equal(distance2, radius * radius))));
+}
+
+/// A segment stands in every leaf that it passes: a crossing belongs to the leaf that holds it.
+bool holds(const Box& cell, Vec3f p) {
+  return p.x >= cell.low.x && p.y >= cell.low.y && p.z >= cell.low.z && p.x < cell.high.x &&
+         p.y < cell.high.y && p.z < cell.high.z;
+}
+
+class CrossingFinder {
+ public:
+  CrossingFinder(const RayMap& map, const samples::DiscSet& discs,
+                 const std::function<void(std::span<const RayMapHit>)>& take, Progress* progress)
+      : map_(map), discs_(discs), take_(take), progress_(progress) {}
+
+  Stats operator()(const RayMap::Leaf& leaf) const {
+    std::vector<RayMapHit> hits;
+    const std::span<const uint32_t> ids = leaf.ids;
+    for (size_t first = 0; first < ids.size(); first += 8) {
+      if (progress_) progress_->check();
+      RayLanes::prefetch(map_.records().data(), ids, first);
+      const RayLanes rays(map_.records().data(), ids, first);
+      for (const uint32_t k : leaf.queries) {
+        uint32_t met =
+            cross_circles(rays, discs_.centre[k], discs_.normal[k], discs_.radius[k], map_.rule());
+        for (; met; met &= met - 1)
+          try_pair(ids[first + size_t(std::countr_zero(met))], k, &leaf.cell, hits);
+      }
+    }
+    if (!hits.empty()) take_(hits);
+    return {.disc_tests = ids.size() * leaf.queries.size(), .hits = hits.size()};
+  }
+
+  Stats try_all(std::span<const uint32_t> ids) const {
+    std::vector<RayMapHit> hits;
+    for (const uint32_t id : ids) {
+      if (progress_) progress_->check();
+      for (uint32_t k = 0; k < discs_.size(); ++k) try_pair(id, k, nullptr, hits);
+    }
+    if (!hits.empty()) take_(hits);
+    return {.disc_tests = ids.size() * discs_.size(), .hits = hits.size()};
+  }
+
+ private:
+  void try_pair(uint32_t id, uint32_t k, const Box* cell, std::vector<RayMapHit>& hits) const {
+    const RayRecord& r = map_.record(id);
+    const Crossing crossing =
+        crosses(discs_, k, r.origin, r.direction, r.length, r.extended, map_.rule());
+    if (crossing.hit && (!cell || holds(*cell, discs_.centre[k] + crossing.offset)))
+      hits.push_back({id, k, crossing.offset});
+  }
+
+  const RayMap& map_;
+  const samples::DiscSet& discs_;
+  const std::function<void(std::span<const RayMapHit>)>& take_;
+  Progress* const progress_;
+};
+
+}  // namespace
+
+RayMapStats find_crossings(RayMap& map, const samples::DiscSet& discs, const Workers& workers,
+                           const std::function<void(std::span<const RayMapHit>)>& take,
+                           Progress* progress, uint32_t follower) {
+  std::vector<Box> boxes(discs.size());
+  float radius = 0;
+  for (size_t i = 0; i < boxes.size(); ++i) {
+    boxes[i] = disc_box(discs.centre[i], discs.normal[i], discs.radius[i]);
+    radius = std::max(radius, discs.radius[i]);
+  }
+  const CrossingFinder finder(map, discs, take, progress);
+  constexpr float kSplitCost = 3.0f;  // SIMD tests are cheap
+  RayMapStats stats = map.visit(boxes, {radius, kSplitCost, follower}, finder, workers, progress);
+  RayNode& odd = map.odd();
+  if (follower && odd.follower != follower) odd.settled = 0, odd.follower = follower;
+  odd.for_range(follower ? odd.settled : 0,
+                [&](std::span<const uint32_t> ids) { stats.tests += finder.try_all(ids); });
+  if (follower) odd.settled = uint32_t(odd.count());
+  return stats;
+}
+
+Stats RayMapDiscs::accumulate(const segments::SegmentSpan& s, int sign, const EnergySums& sums,
+                              HitSlots* slots) const {
+  RayMap map(rule_, {.keep = false});
+  map.push(s);
+  std::vector<uint32_t> found(slots ? s.count : 0);
+  if (slots) std::fill_n(slots, s.count, HitSlots());
+  const auto take = [&](std::span<const RayMapHit> hits) {
+    for (const RayMapHit& hit : hits) {
+      const size_t i = hit.segment;
+      const uint32_t slab = s.slab ? s.slab[i] : 0;
+      const uint32_t* const power = s.power + 3 * i;
+      sums.add(slab, discs_.id[hit.disc], power, sign);
+      if (sums.moments) add_moments(sums, discs_, hit.disc, hit.offset, slab, power, sign);
+      if (!slots) continue;
+      const uint32_t place = found[i]++;
+      if (place < 2)
+        slots[i].disc[place] = hit.disc;
+      else
+        slots[i].disc[0] = slots[i].disc[1] = HitSlots::kMany;
+    }
+  };
+  return find_crossings(map, discs_, Workers(1), take).tests;
+}
+
+}  // namespace deltalux::estimate
