@@ -63,6 +63,7 @@ void run(nb::object callback, const std::function<void(Progress&)>& work);
 void bind_scene(nb::module_& m);
 void bind_trace(nb::module_& m);
 void bind_estimate(nb::module_& m);
+void bind_gather(nb::module_& m);
 void bind_session(nb::module_& m);
 
 }  // namespace deltalux::python

@@ -94,5 +94,6 @@ NB_MODULE(_core, m) {
   python::bind_scene(m);
   python::bind_trace(m);
   python::bind_estimate(m);
+  python::bind_gather(m);
   python::bind_session(m);
 }

@@ -2,5 +2,19 @@
 """Estimators on arrays: every method on the same segments and samples."""
 
 from .disc_methods import brute_force, disc_index
+from .live_photon_map import PhotonMap, PhotonUpdate
+from .local_linear import local_linear
+from .patch_sum import PatchEstimate, PatchSum, patch_sum
+from .photon_map import photon_map
 
-__all__ = ["brute_force", "disc_index"]
+__all__ = [
+    "PatchEstimate",
+    "PatchSum",
+    "PhotonMap",
+    "PhotonUpdate",
+    "brute_force",
+    "disc_index",
+    "local_linear",
+    "patch_sum",
+    "photon_map",
+]
