@@ -133,7 +133,7 @@ class PhotonMap:
         joined = kept.joined(fresh.renumbered(np.arange(first_new, len(segments), dtype=np.uint32)))
         rows = np.flatnonzero(lost)
         if len(rows):
-            some = core_map(Samples(self._samples.points[rows], self._samples.normals[rows]), *self._options)
+            some = core_map(self._samples, *self._options, rows=rows)
             asked = _Lists(*some.neighbours(core_hits(segments), None, self._threads, progress))
             joined = joined.replaced(rows, asked)
         self.segments, self._lists = segments, joined

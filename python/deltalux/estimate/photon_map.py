@@ -93,8 +93,9 @@ def core_map(
     scene: Scene | None,
     compression: float,
     cone: float,
+    rows: np.ndarray | slice = slice(None),
 ) -> _core.PhotonMap:
-    """The core's method for these samples; options are those of `photon_map`."""
+    """The core's method for these rows of the samples; options are those of `photon_map`."""
     check_choice("kernel", kernel, KERNELS)
     check_choice("area", area, AREAS)
     if not isinstance(k, (int, np.integer)) or isinstance(k, bool) or not 2 <= k < 2**32:
@@ -106,8 +107,8 @@ def core_map(
         raise OptionError('scene: found None, expected a scene; area="surface" measures its surfaces')
     check_world_points(samples)
     return _core.PhotonMap(
-        np.ascontiguousarray(samples.points),
-        np.ascontiguousarray(samples.normals),
+        np.ascontiguousarray(samples.points[rows]),
+        np.ascontiguousarray(samples.normals[rows]),
         int(k),
         kernel,
         bool(unbiased),
