@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bias of the photon map and of local-linear fits: furnaces, edges, very small surfaces.
 
-Each test of a mean has the null hypothesis that the mean over samples and runs has the expectation stated. Runs
-(seeds) are independent, so their own spread gives the standard error; four of those are allowed, Student's t with
-15 degrees of freedom: a false-alarm rate of 1.2e-3 for each test. Seeds are fixed: what passes always passes.
+Each test of a mean has the null hypothesis that the mean over samples and runs has the expectation stated.
+Runs (seeds) are independent, so their own spread gives the standard error; four of those are allowed, by
+Student's t with 15 degrees of freedom a false-alarm rate of 1.2e-3 a test. Seeds are fixed: what passes
+always passes.
 """
 
 from __future__ import annotations
@@ -132,7 +133,7 @@ def test_the_surfaces_area_is_exact(compression):
     rng = np.random.default_rng(4)
     at = rng.uniform(-1, 1, (4000, 2))
     end = np.stack([at[:, 0], np.maximum(0, at[:, 1]) * 0.5, at[:, 1]], axis=1)
-    segments = dl.Segments(end + (0, 1, 0), [(0, -1, 0)] * 4000, [1.0] * 4000, 1.0)
+    segments = dl.Segments(end + np.array([0, 1, 0]), [(0, -1, 0)] * 4000, [1.0] * 4000, 1.0)
     points = np.array([(0.0, 0, -0.5), (0.9, 0, -0.1), (0.3, 0, 0.0), (0.99, 0, -0.99)])
     samples = dl.Samples(points, (0, 1, 0))
     k = 400
@@ -170,7 +171,7 @@ def with_plate():
 def test_very_small_surfaces():
     """Too few photons on a plate of 4 cm (paper 1.2): k nearest reach for the walls, a metre away.
 
-    Its own irradiance is that of the walls; discs that segments cross (DETP) find it, as do local-linear fits.
+    Its own irradiance is that of the walls. Discs that segments cross (DETP) find it, and local-linear fits.
     """
     plate = dl.Samples([(0, 0, 0)], [(0, 1, 0)], radius=0.1)
     values = {"map": [], "surface": [], "disc": [], "linear": []}

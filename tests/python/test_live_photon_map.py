@@ -84,20 +84,21 @@ def test_an_update_keeps_valid_photons_and_asks_for_the_others():
     old = live.estimate.irradiance
     report = live.update(gone, after.select(new))
     assert (report.removed, report.added) == (gone.sum(), new.sum())
-    assert report.requeried + report.extended + report.kept == len(samples)
-    assert min(report.requeried, report.extended, report.kept) > 10
+    assert report.requeried + report.changed + report.kept == len(samples)
+    assert min(report.requeried, report.changed, report.kept) > 10
     found = live.estimate.irradiance
     expected = dl.estimate.photon_map(after, samples).irradiance
     equal = (found == expected).all(axis=1)
-    assert (~equal).sum() <= report.extended  # nothing else may differ
+    assert (~equal).sum() <= report.changed  # nothing else may differ
     assert equal.sum() >= report.kept
     assert ((found == old).all(axis=1)).sum() >= report.kept
 
 
-def test_the_difference_from_a_recompute_is_noise():
+@pytest.mark.parametrize("requery", [True, False])
+def test_the_difference_from_a_recompute_is_noise(requery):
     """Null hypothesis: kept photons and recomputed ones have one expectation.
 
-    Over 16 seeds the mean relative difference of the samples that got photons in addition has its own
+    Over 16 seeds the mean relative difference of the samples that differ has its own
     standard error; four of those are allowed (Student's t, 15 degrees of freedom: 1.2e-3).
     """
     scene = room()
@@ -108,7 +109,7 @@ def test_the_difference_from_a_recompute_is_noise():
         before, after = (dl.trace(s, paths=4000, seed=seed, threads=1) for s in (scene, after_scene))
         gone, new = changes(before, after)
         live = dl.estimate.PhotonMap(before, samples, threads=1)
-        live.update(gone, after.select(new))
+        live.update(gone, after.select(new), requery=requery)
         found, expected = (
             e.irradiance.mean(axis=1)
             for e in (live.estimate, dl.estimate.photon_map(after, samples, threads=1))
@@ -120,6 +121,29 @@ def test_the_difference_from_a_recompute_is_noise():
     error = np.std(difference, ddof=1) / 4
     assert abs(np.mean(difference)) < 4 * error
     assert 0.005 < np.mean(spread) < 0.15  # of the order of 1 / sqrt(50), the noise of either
+
+
+def test_without_a_requery_samples_keep_their_radius():
+    """What is weighed are the photons within the old radius, no more and no less."""
+    before, after, gone, new, samples = edit()
+    live = dl.estimate.PhotonMap(before, samples, k=20)
+    report = live.update(gone, after.select(new), requery=False)
+    assert report.requeried == 0
+    assert report.changed > 100
+    again = live.update(np.zeros(len(after), bool), after.select([]), requery=False)
+    assert (again.changed, again.kept) == (0, len(samples))
+
+    def photons(segments, i):
+        end = segments.origin.astype(float) + segments.length[:, None].astype(float) * segments.direction
+        facing = segments.direction.astype(float) @ samples.normals[i] < 0
+        return np.linalg.norm(end - samples.points[i], axis=1), facing
+
+    for i in range(0, len(samples), 100):
+        distance, facing = photons(before, i)
+        radius = np.sort(distance[facing])[19]
+        distance, facing = photons(after, i)
+        inside = after.quanta[facing & (distance < radius)].astype(float).sum(axis=0) * after.quantum
+        np.testing.assert_allclose(live.estimate.irradiance[i], inside / (np.pi * radius**2), rtol=1e-9)
 
 
 def test_threads_do_not_matter():
@@ -138,7 +162,7 @@ def test_removing_everything_leaves_nothing_and_it_may_come_back():
     live = dl.estimate.PhotonMap(before, samples)
     first = live.estimate.irradiance
     report = live.update(np.ones(len(before), bool), before.select([]))
-    assert report.requeried == len(samples)
+    assert (report.requeried, report.kept) == (len(samples), 0)
     assert not live.estimate.irradiance.any()
     live.update([], before)
     np.testing.assert_array_equal(live.estimate.irradiance, first)

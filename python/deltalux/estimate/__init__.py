@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Estimators on arrays: every method on the same segments and samples."""
 
+from .decimation import decimate
 from .disc_methods import brute_force, disc_index
 from .live_photon_map import PhotonMap, PhotonUpdate
 from .local_linear import local_linear
@@ -13,6 +14,7 @@ __all__ = [
     "PhotonMap",
     "PhotonUpdate",
     "brute_force",
+    "decimate",
     "disc_index",
     "local_linear",
     "patch_sum",

@@ -26,15 +26,15 @@ class PhotonUpdate:
     Attributes
     ----------
     removed, added : photons
-    requeried : samples that had lost a photon and were asked anew
-    extended : samples that kept their photons and got new ones within their old radius
+    requeried : samples that were asked anew
+    changed : samples that kept their radius and lost photons or got new ones within it
     kept : samples of which nothing changed
     """
 
     removed: int
     added: int
     requeried: int
-    extended: int
+    changed: int
     kept: int
 
 
@@ -42,8 +42,9 @@ class PhotonMap:
     """A photon map that keeps each sample's photons over edits (García et al. 2004; paper 1.1).
 
     Valid photons are never discarded: a sample keeps its photons and its radius, new photons within that
-    radius join them, so that their number differs from k; a sample that lost a photon is asked anew.
-    There is no bias in that, but another random error than a recompute has; `requery` makes both equal.
+    radius join them, so that their number differs from k; a sample that lost a photon is asked anew, if
+    wanted. There is no bias in that, but another random error than a recompute has; `requery` makes both
+    equal.
 
     Parameters
     ----------
@@ -101,7 +102,12 @@ class PhotonMap:
         return Estimate(values * quantum, None, quantum, {"hits": stats["hits"]})
 
     def update(
-        self, removed: Any, new_segments: Segments, *, progress: Progress | None = None
+        self,
+        removed: Any,
+        new_segments: Segments,
+        *,
+        requery: bool = True,
+        progress: Progress | None = None,
     ) -> PhotonUpdate:
         """Take segments away and add others.
 
@@ -109,6 +115,9 @@ class PhotonMap:
         ----------
         removed : (n,) bool mask or integer array, into `segments`
         new_segments : Segments with the same quantum; they follow the kept ones in `segments`
+        requery : bool
+            Ask samples that lost a photon anew; else they keep their radius too, which is the paper's mode
+            and needs no search among the kept photons. Samples without a radius are always asked.
 
         Raises
         ------
@@ -127,19 +136,18 @@ class PhotonMap:
         first_new = len(segments) - len(new_segments)
         old = self._lists
         lost = old.with_any(gone)
+        asked = (old.radius2 == 0) | (lost & requery)
         fresh = _Lists(*self._core.neighbours(core_hits(new_segments), old.radius2, self._threads, progress))
-        number = np.where(gone, 0, np.cumsum(~gone) - 1).astype(np.uint32)
-        kept = old.renumbered(number)
-        joined = kept.joined(fresh.renumbered(np.arange(first_new, len(segments), dtype=np.uint32)))
-        rows = np.flatnonzero(lost)
+        joined = old.without(gone).joined(fresh, first_new)
+        rows = np.flatnonzero(asked)
         if len(rows):
             some = core_map(self._samples, *self._options, rows=rows)
-            asked = _Lists(*some.neighbours(core_hits(segments), None, self._threads, progress))
-            joined = joined.replaced(rows, asked)
+            found = _Lists(*some.neighbours(core_hits(segments), None, self._threads, progress))
+            joined = joined.replaced(rows, found)
         self.segments, self._lists = segments, joined
-        extended = int(((fresh.counts > 0) & ~lost).sum())
+        changed = int(((lost | (fresh.counts > 0)) & ~asked).sum())
         return PhotonUpdate(
-            int(gone.sum()), len(new_segments), len(rows), extended, len(lost) - len(rows) - extended
+            int(gone.sum()), len(new_segments), len(rows), changed, len(asked) - len(rows) - changed
         )
 
 
@@ -163,25 +171,29 @@ class _Lists:
         return np.repeat(np.arange(len(self.radius2)), self.counts)
 
     def with_any(self, gone: np.ndarray) -> np.ndarray:
-        """(n,) bool: samples without photons, or with a photon, that at the rim included, of those gone."""
+        """(n,) bool: samples with a photon, that at the rim included, of those gone."""
         some = np.zeros(len(self.radius2), dtype=bool)
         some[self.rows[gone[self.photon]]] = True
         has_rim = self.rim != _NONE
         some[has_rim] |= gone[self.rim[has_rim]]
-        return some | ~has_rim
+        return some
 
-    def renumbered(self, number: np.ndarray) -> _Lists:
+    def without(self, gone: np.ndarray) -> _Lists:
+        """The lists less the photons gone, the others renumbered."""
+        number = np.where(gone, _NONE, np.cumsum(~gone) - 1).astype(np.uint32)
+        stays = ~gone[self.photon]
         rim = self.rim.copy()
         has_rim = rim != _NONE
         rim[has_rim] = number[rim[has_rim]]
-        return _Lists(self.start, number[self.photon], self.distance2, self.radius2, rim)
-
-    def joined(self, other: _Lists) -> _Lists:
-        """Each sample's photons followed by those of `other`; radii stay."""
-        rows = np.concatenate([self.rows, other.rows])
         return self._from(
-            rows,
-            np.concatenate([self.photon, other.photon]),
+            self.rows[stays], number[self.photon[stays]], self.distance2[stays], self.radius2, rim
+        )
+
+    def joined(self, other: _Lists, first: int) -> _Lists:
+        """Each sample's photons followed by those of `other`, numbered from `first`; radii stay."""
+        return self._from(
+            np.concatenate([self.rows, other.rows]),
+            np.concatenate([self.photon, other.photon + np.uint32(first)]),
             np.concatenate([self.distance2, other.distance2]),
             self.radius2,
             self.rim,
