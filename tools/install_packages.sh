@@ -3,7 +3,7 @@
 # Installs the Debian or Ubuntu packages that the build needs, and those named as arguments, if missing.
 set -eu
 
-wanted="build-essential cmake ninja-build libembree-dev libtbb-dev libgtest-dev $*"
+wanted="build-essential cmake ninja-build libembree-dev libnanoflann-dev libtbb-dev libgtest-dev $*"
 # A python3 that was not installed by apt brings its own headers and venv.
 python=$(command -v "${PYTHON:-python3}" || true)
 case "$python" in

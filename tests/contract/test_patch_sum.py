@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Patch sums: exact, signed, order-free; power is neither lost nor counted twice."""
+
+from __future__ import annotations
+
+import deltalux as dl
+import numpy as np
+import pytest
+from rooms import room, translation
+from scenes_for_tests import furnace, grey, quad
+
+SPACING = 0.5
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return room()
+
+
+@pytest.fixture(scope="module")
+def segments(scene):
+    return dl.trace(scene, paths=5000, seed=3)
+
+
+def reference(segments, display, points):
+    """Sums and hits by testing every end against the planes and edges of every patch, in NumPy."""
+    sums = np.zeros((len(display.triangles), 3), np.int64)
+    end = segments.origin.astype(float) + segments.length[:, None].astype(float) * segments.direction
+    a, b, c = (points[display.triangles[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    hits = 0
+    sure = np.ones(len(display.triangles), bool)
+    for at, direction, quanta in zip(end, segments.direction, segments.quanta, strict=True):
+        # Distances from the plane and, outward, from the three edges.
+        off = [np.abs(((at - a) * normal).sum(axis=1))]
+        for p, q in ((a, b), (b, c), (c, a)):
+            outward = np.cross(q - p, normal)
+            outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+            off.append(((at - p) * outward).sum(axis=1))
+        distance = np.max(off, axis=0)
+        distance[normal @ direction >= 0] = np.inf
+        best = np.argsort(distance)[:2]
+        if distance[best[0]] > 1e-4:
+            continue
+        hits += 1
+        if distance[best[1]] < 2e-5:  # on an edge: rounding decides
+            sure[distance < 2e-5] = False
+        sums[best[0]] += quanta
+    return sums, hits, sure
+
+
+def test_equals_the_reference(scene, segments):
+    some = segments.select(np.arange(0, len(segments), 8))
+    found = dl.estimate.patch_sum(some, scene, spacing=SPACING)
+    points, _ = found.display.world(scene)
+    sums, hits, sure = reference(some, found.display, points)
+    assert found.stats["hits"] == hits
+    assert sure.mean() > 0.9
+    np.testing.assert_array_equal(found.sums[sure], sums[sure])
+
+
+def test_hits_lie_on_the_triangle_that_the_tracer_hit(scene, segments):
+    """Each patch's sum comes from segments whose own record names the patch's source triangle."""
+    found = dl.estimate.patch_sum(segments, scene, spacing=SPACING)
+    order = sorted(scene.meshes, key=lambda m: m.movable)
+    first = {m.name: sum(len(n.triangles) for n in order[:i]) for i, m in enumerate(order)}
+    source = np.array([first[scene.meshes[m].name] for m in found.display.triangle_mesh])
+    source = source + found.display.source_triangle
+    count = sum(len(m.triangles) for m in order)
+    by_patch = np.zeros(count, np.int64)
+    np.add.at(by_patch, source, found.sums[:, 0])
+    by_record = np.zeros(count, np.int64)
+    hit = segments.primitive != 0xFFFFFFFF
+    np.add.at(by_record, segments.primitive[hit], segments.quanta[hit, 0].astype(np.int64))
+    # Hits within rounding of an edge may be given to the neighbour, hits of unlit sides to none.
+    assert np.abs(by_patch - by_record).sum() < 2e-3 * by_record.sum()
+
+
+def test_power_adds_up(scene, segments):
+    found = dl.estimate.patch_sum(segments, scene, spacing=SPACING)
+    assert found.stats["hits"] + found.stats["elsewhere"] == len(segments)
+    assert found.stats["elsewhere"] < 0.01 * len(segments)
+    np.testing.assert_allclose(
+        (found.irradiance * found.area[:, None]).sum(axis=0),
+        found.sums.sum(axis=0) * found.quantum,
+        rtol=1e-12,
+    )
+    third = np.bincount(found.display.triangles.ravel(), np.repeat(found.area, 3) / 3)
+    np.testing.assert_allclose(
+        (found.vertex_irradiance * third[:, None]).sum(axis=0),
+        found.sums.sum(axis=0) * found.quantum,
+        rtol=1e-9,
+    )
+
+
+def test_adding_and_removing_leaves_exactly_nothing(scene, segments):
+    rng = np.random.default_rng(1)
+    patches = dl.estimate.PatchSum(scene, SPACING, threads=2)
+    parts = np.array_split(rng.permutation(len(segments)), 5)
+    for part in parts:
+        patches.add(segments.select(part))
+    assert patches.estimate.sums.sum() > 0
+    patches.remove(segments.select(rng.permutation(len(segments))))
+    assert not patches.estimate.sums.any()
+    assert patches.estimate.stats == {"hits": 0, "elsewhere": 0}
+
+
+def test_order_parts_and_threads_do_not_matter(scene, segments):
+    rng = np.random.default_rng(2)
+    expected = dl.estimate.patch_sum(segments, scene, spacing=SPACING, threads=1)
+    shuffled = segments.select(rng.permutation(len(segments)))
+    for threads in (1, 2, 4):
+        found = dl.estimate.patch_sum(shuffled, scene, spacing=SPACING, threads=threads)
+        np.testing.assert_array_equal(found.sums, expected.sums)
+        assert found.stats == expected.stats
+    patches = dl.estimate.PatchSum(scene, SPACING)
+    odd = segments.path % 2 == 1
+    patches.add(segments.select(odd))
+    patches.add(segments.select(~odd))
+    np.testing.assert_array_equal(patches.estimate.sums, expected.sums)
+
+
+def test_an_edit_equals_a_recompute():
+    """A block moves: its old segments are removed in the old pose, the new ones added in the new pose."""
+    scene = room()
+    pose = translation(0.2, 0.4, -0.3)
+    meshes = [
+        dl.Mesh(m.name, m.vertices, m.triangles, m.material, m.material_index,
+                pose if m.name == "block" else m.pose, m.movable)
+        for m in scene.meshes
+    ]  # fmt: skip
+    after_scene = dl.Scene(meshes, scene.materials, scene.lights)
+    before, after = (dl.trace(s, paths=3000, seed=2) for s in (scene, after_scene))
+    patches = dl.estimate.PatchSum(scene, SPACING)
+    patches.add(before)
+    patches.remove(before)
+    patches.add(after, poses={"block": pose})
+    whole = dl.estimate.PatchSum(scene, display=patches.display)
+    whole.add(after, poses={"block": pose})
+    np.testing.assert_array_equal(patches.estimate.sums, whole.estimate.sums)
+    on_block = patches.display.attached >= 0
+    assert whole.estimate.vertex_irradiance[on_block].sum() > 0
+
+
+def test_a_removed_movable_takes_no_light(scene, segments):
+    patches = dl.estimate.PatchSum(scene, SPACING)
+    patches.add(segments, poses={"block": None})
+    estimate = patches.estimate
+    block = [m.name for m in scene.meshes].index("block")
+    assert not estimate.sums[estimate.display.triangle_mesh == block].any()
+    assert estimate.stats["elsewhere"] > 100
+
+
+def test_both_sides_of_a_sheet_are_patches_of_their_own():
+    sheet = quad((-1, 0, -1), (0, 0, 2), (2, 0, 0)).mesh("sheet", "grey")
+    scene = dl.Scene([sheet], [grey()], [dl.PointLight("a", (0, 2, 0)), dl.PointLight("b", (0, -2, 0))])
+    light = dl.Segments(
+        [(0.3, 1, 0.2)] * 3 + [(0.3, -1, 0.2)] * 2,
+        [(0, -1, 0)] * 3 + [(0, 1, 0)] * 2,
+        np.ones(5),
+        [1.0] * 5,
+    )
+    found = dl.estimate.patch_sum(light, scene, spacing=3.0)
+    per_hit = int(light.quanta[0, 0])
+    back = found.display.reversed
+    assert found.sums[~back, 0].sum() == 3 * per_hit
+    assert found.sums[back, 0].sum() == 2 * per_hit
+
+
+def test_irradiance_in_a_furnace():
+    """Null hypothesis: every patch has the furnace's irradiance pi / (1 - 0.5).
+
+    Patches get Poisson numbers of equal photons; chi-square of the patches, false-alarm rate 1e-4. Photons of
+    one path repel each other a little, if anything, and the total is fixed.
+    """
+    from scipy import stats
+
+    scene, _ = furnace()
+    segments = dl.trace(scene, paths=100_000, seed=1)
+    found = dl.estimate.patch_sum(segments, scene, spacing=0.5)
+    exact = np.pi / (1 - 0.5)
+    power = segments.power[:, 0]
+    expected = exact * found.area
+    variance = (power**2).sum() / power.sum() * expected
+    chi2 = ((found.irradiance[:, 0] * found.area - expected) ** 2 / variance).sum()
+    assert stats.chi2.sf(chi2, len(expected)) > 1e-4
+    assert stats.chi2.cdf(chi2, len(expected)) > 1e-4
+
+
+def test_nothing_gives_nothing(scene, segments):
+    found = dl.estimate.patch_sum(segments.select([]), scene, spacing=SPACING)
+    assert found.sums.shape == found.irradiance.shape == (len(found.display.triangles), 3)
+    assert found.vertex_irradiance.shape == (len(found.display.points), 3)
+    assert not found.sums.any()
+
+
+def test_ends_in_free_air_are_elsewhere(scene):
+    lost = dl.Segments([(0, 1, 0)] * 2, [(0, -1, 0)] * 2, [0.5, np.inf], 1.0)
+    found = dl.estimate.patch_sum(lost, scene, spacing=SPACING)
+    assert found.stats == {"hits": 0, "elsewhere": 2}
+
+
+def test_first_bounce_leaves_direct_light_out(scene, segments):
+    found = dl.estimate.patch_sum(segments, scene, spacing=SPACING, first_bounce=1)
+    expected = dl.estimate.patch_sum(segments.select(segments.bounce >= 1), scene, spacing=SPACING)
+    np.testing.assert_array_equal(found.sums, expected.sums)
+
+
+def test_wrong_use_is_refused(scene, segments):
+    with pytest.raises(dl.OptionError, match="spacing"):
+        dl.estimate.patch_sum(segments, scene, spacing=-1.0)
+    with pytest.raises(dl.OptionError, match="scene: found None"):
+        dl.estimate.patch_sum(segments, None)
+    with pytest.raises(dl.OptionError, match="threads"):
+        dl.estimate.patch_sum(segments, scene, threads=0)
+    patches = dl.estimate.PatchSum(scene, SPACING)
+    patches.add(segments)
+    with pytest.raises(dl.OptionError, match="quantum"):
+        patches.add(dl.Segments([(0, 1, 0)], [(0, -1, 0)], [1.0], 1.0))
+    with pytest.raises(dl.OptionError, match="poses"):
+        patches.add(segments, poses={"walls": None})
+
+
+def test_a_cancelled_call_adds_nothing(scene):
+    patches = dl.estimate.PatchSum(scene, 0.1)
+    with pytest.raises(dl.Cancelled):
+        patches.add(dl.trace(scene, paths=200_000), progress=lambda stage, share: False)
+    assert not patches.estimate.sums.any()
+    assert patches.estimate.stats == {"hits": 0, "elsewhere": 0}
