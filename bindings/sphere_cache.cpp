@@ -41,7 +41,7 @@ void bind_sphere_cache(nb::module_& m) {
           options.order = to_curve(order);
           options.containment = to_containment(containment);
           options.outer_radius = outer_radius;
-          const estimate::SphereCache cache(discs, options);
+          const estimate::SphereCache cache(discs, options, &p);
           result = cache.accumulate_levels(segments.span(0, segments.count()), +1,
                                            {sums.data(), n, false}, workers, &p);
         });

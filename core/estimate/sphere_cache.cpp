@@ -17,7 +17,8 @@ using sphere_cache::Root;
 using sphere_cache::Run;
 using sphere_cache::SphereChain;
 
-SphereCache::SphereCache(samples::DiscSet discs, const SphereCacheOptions& options)
+SphereCache::SphereCache(samples::DiscSet discs, const SphereCacheOptions& options,
+                         const Progress* progress)
     : discs_(std::move(discs)), options_(options) {
   if (!(options_.ratio > 0 && options_.ratio < 1))
     throw OptionError("sphere_cache: ratio: found " + std::to_string(options_.ratio) +
@@ -29,11 +30,11 @@ SphereCache::SphereCache(samples::DiscSet discs, const SphereCacheOptions& optio
           "sphere_cache: disc " + std::to_string(k) +
           ": found a position, normal or radius that is not finite, expected numbers");
   }
-  order_ = samples::curve_order(discs_.centre, options_.order);
+  order_ = samples::curve_order(discs_.centre, options_.order, progress);
 }
 
 size_t SphereCache::best_span() const {
-  // A visit costs about as much as the tests of 100 segments, and needs 8 (discs)^(-2/3) of them.
+  // A visit tests about 25 discs^(-2/3) of the segments, and itself takes the time of 100 tests.
   return std::clamp<size_t>(discs_.size(), size_t(1) << 16, size_t(1) << 20);
 }
 
@@ -65,6 +66,7 @@ SphereCache::Result SphereCache::accumulate_levels(const segments::SegmentSpan& 
   for (size_t i = 0; i < order_.size(); ++i) {
     if (i % grain == 0) starts.push_back(chain);
     if (wanted == 1) break;
+    if (progress && i % 65536 == 0) progress->check();
     const uint32_t disc = order_[i];
     const auto place = chain.place(discs_.centre[disc], discs_.normal[disc], discs_.radius[disc]);
     const int first = chain.first_to_centre(place, true);

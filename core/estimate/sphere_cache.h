@@ -37,7 +37,9 @@ struct SphereLevels {
 class SphereCache final : public SignedEstimator {
  public:
   /// Throws OptionError for a ratio that is not between 0 and 1, and discs that are not finite.
-  SphereCache(samples::DiscSet discs, const SphereCacheOptions& options);
+  /// Throws Cancelled.
+  SphereCache(samples::DiscSet discs, const SphereCacheOptions& options,
+              const Progress* progress = nullptr);
 
   /// One chain of spheres for the span, in the caller's thread. Fast for long spans only.
   Stats accumulate(const segments::SegmentSpan& segments, int sign, const EnergySums& sums,

@@ -43,7 +43,8 @@ Cell hilbert_transpose(Cell x) {
 
 }  // namespace
 
-std::vector<uint32_t> curve_order(std::span<const Vec3f> points, Curve curve) {
+std::vector<uint32_t> curve_order(std::span<const Vec3f> points, Curve curve,
+                                  const Progress* progress) {
   std::vector<uint32_t> order(points.size());
   std::iota(order.begin(), order.end(), 0u);
   if (curve == Curve::none) return order;
@@ -54,6 +55,7 @@ std::vector<uint32_t> curve_order(std::span<const Vec3f> points, Curve curve) {
   constexpr double kCells = 1u << kBits;
   std::vector<std::pair<uint64_t, uint32_t>> places(points.size());
   for (uint32_t i = 0; i < points.size(); ++i) {
+    if (progress && i % 65536 == 0) progress->check();
     Cell cell{};
     for (int axis = 0; axis < 3; ++axis)
       if (side > 0)

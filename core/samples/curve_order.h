@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "base/progress.h"
 #include "base/vec.h"
 
 namespace deltalux::samples {
@@ -18,6 +19,8 @@ enum class Curve : uint8_t {
 
 /// Indices of the points in the order in which the curve through their bounding cube, 2^21 cells
 /// wide, meets them; points of one cell stay in their order. Points must be finite.
-std::vector<uint32_t> curve_order(std::span<const Vec3f> points, Curve curve);
+/// Throws Cancelled.
+std::vector<uint32_t> curve_order(std::span<const Vec3f> points, Curve curve,
+                                  const Progress* progress = nullptr);
 
 }  // namespace deltalux::samples
