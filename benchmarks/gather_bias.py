@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measures the bias of gather methods where the irradiance is known.
 
-Prints the table of docs/explanation/gather-methods.md: a furnace, a closed cube of 2 m in which the irradiance
-is the same everywhere, with a plate of 4 cm in its middle.
+Prints the table of docs/explanation/gather-methods.md: a furnace, a closed cube of 2 m in which the
+irradiance is the same everywhere, with a plate of 4 cm in its middle.
 """
 
 from __future__ import annotations
