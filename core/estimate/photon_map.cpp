@@ -167,6 +167,7 @@ Neighbours PhotonMap::neighbours(const segments::SegmentSpan& segments, const Wo
   std::vector<std::unique_ptr<Bundle>> bundles(surfaces_ ? 54 : 1);
   size_t photons = 0;
   for (size_t i = 0; i < segments.count; ++i) {
+    if ((i & 0xffff) == 0) progress.check();
     if (!std::isfinite(segments.length[i])) continue;
     if (surfaces_ && landing[i] == kNoTriangle) continue;
     const Vec3d normal = surfaces_ ? surfaces_->triangles()[landing[i]].normal : Vec3d{};
