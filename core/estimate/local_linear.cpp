@@ -187,6 +187,7 @@ Gathered LocalLinear::estimate(const segments::SegmentSpan& segments, const Work
   std::vector<Hit> hits;
   std::vector<uint64_t> count(surfaces_->surfaces(), 0);
   for (size_t i = 0; i < segments.count; ++i) {
+    if ((i & 0xffff) == 0) watched.check();
     if (landing[i] == kNoTriangle) continue;
     const uint32_t* power = segments.power + 3 * i;
     hits.push_back({end_of(segments, i), {power[0], power[1], power[2]}, landing[i]});

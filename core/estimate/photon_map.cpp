@@ -7,13 +7,10 @@
 #include <nanoflann.hpp>
 
 #include "base/error.h"
-#include "estimate/disc_moments.h"
 
 namespace deltalux::estimate {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kSameSurface = 0.70710678118654752;  // cos 45 degrees
 constexpr size_t kGrain = 64;
 
 #if NANOFLANN_VERSION >= 0x150
@@ -27,7 +24,7 @@ using SearchParameters = nanoflann::SearchParams;
 struct Hits {
   std::vector<Vec3d> position;
   std::vector<uint32_t> segment;
-  std::vector<Vec3d> normal;  ///< of the surface hit, where surfaces are known
+  std::vector<Vec3d> normal;  ///< of the surface hit; empty where surfaces do not matter
   const Progress* building = nullptr;
   mutable uint32_t reads = 0;
 
@@ -44,6 +41,39 @@ struct Hits {
 
 using Metric = nanoflann::L2_Simple_Adaptor<double, Hits, double, uint32_t>;
 using Tree = nanoflann::KDTreeSingleIndexAdaptor<Metric, Hits, 3, uint32_t>;
+
+/// Photons whose surfaces are turned alike. Where surfaces matter, a sample in a dark place would
+/// otherwise look at all the photons of the brighter walls around it: 6 times slower in an office.
+struct Bundle {
+  Hits hits;
+  Vec3d axis{};       ///< mean of the normals
+  double spread = 0;  ///< largest angle between it and one of them
+  std::unique_ptr<Tree> tree;
+
+  void build(const Progress& progress) {
+    for (const Vec3d& n : hits.normal) axis = axis + n;
+    if (!hits.normal.empty()) axis = normalize(axis);
+    for (const Vec3d& n : hits.normal)
+      spread = std::max(spread, std::acos(std::clamp(dot(axis, n), -1.0, 1.0)));
+    hits.building = &progress;
+    tree = std::make_unique<Tree>(3, hits);
+    hits.building = nullptr;
+  }
+  bool may_face(Vec3d normal) const {
+    constexpr double kTurn = 0.78539816339744831 + 1e-6;  // 45 degrees, and rounding
+    return hits.normal.empty() || dot(axis, normal) > std::cos(spread + kTurn);
+  }
+};
+
+/// Cell of a direction: nine on each side of a cube.
+size_t bundle_of(Vec3d n) {
+  const double x = std::fabs(n.x), y = std::fabs(n.y), z = std::fabs(n.z);
+  const int major = x >= y && x >= z ? 0 : y >= z ? 1 : 2;
+  const double size = std::max({x, y, z});
+  const auto third = [&](double value) { return std::min(2, int((value / size + 1) * 1.5)); };
+  const int side = 2 * major + (n[major] < 0);
+  return size_t((side * 3 + third(n[(major + 1) % 3])) * 3 + third(n[(major + 2) % 3]));
+}
 
 struct Found {
   double distance2;
@@ -67,24 +97,28 @@ class Nearest {
  public:
   using DistanceType = double;
 
-  Nearest(const segments::SegmentSpan& segments, const Hits& hits, Vec3d point, Vec3d normal,
-          double stretch, size_t k, double reach2)
+  Nearest(const segments::SegmentSpan& segments, Vec3d point, Vec3d normal, double stretch,
+          size_t k, double reach2)
       : segments_(segments),
-        hits_(hits),
         point_(point),
         normal_(normal),
         stretch_(stretch),
         k_(k),
         reach2_(reach2) {}
 
+  void look_in(const Bundle& bundle) {
+    hits_ = &bundle.hits;
+    const double at[3] = {point_.x, point_.y, point_.z};
+    bundle.tree->findNeighbors(*this, at, SearchParameters());
+  }
+
   bool addPoint(double, uint32_t hit) {
-    ++tests;
-    const uint32_t s = hits_.segment[hit];
+    const uint32_t s = hits_->segment[hit];
     const double facing = normal_.x * double(segments_.dx[s]) +
                           normal_.y * double(segments_.dy[s]) + normal_.z * double(segments_.dz[s]);
     if (!(facing < 0)) return true;
-    if (!hits_.normal.empty() && !(dot(hits_.normal[hit], normal_) > kSameSurface)) return true;
-    const Vec3d gap = hits_.position[hit] - point_;
+    if (!hits_->normal.empty() && !(dot(hits_->normal[hit], normal_) > kSameSurface)) return true;
+    const Vec3d gap = hits_->position[hit] - point_;
     const double height = dot(gap, normal_);
     const Found found{dot(gap, gap) + stretch_ * (height * height), s};
     if (!(found.distance2 < reach2_)) return true;
@@ -107,11 +141,10 @@ class Nearest {
   size_t size() const { return heap.size(); }
 
   std::vector<Found> heap;
-  uint64_t tests = 0;
 
  private:
   const segments::SegmentSpan& segments_;
-  const Hits& hits_;
+  const Hits* hits_ = nullptr;
   Vec3d point_, normal_;
   double stretch_;
   size_t k_;
@@ -131,18 +164,26 @@ Neighbours PhotonMap::neighbours(const segments::SegmentSpan& segments, const Wo
                                  Progress& progress, const double* reach2) const {
   std::vector<uint32_t> landing;
   if (surfaces_) landing = surfaces_->landings(segments, workers, progress);
-  Hits hits;
+  std::vector<std::unique_ptr<Bundle>> bundles(surfaces_ ? 54 : 1);
+  size_t photons = 0;
   for (size_t i = 0; i < segments.count; ++i) {
+    if ((i & 0xffff) == 0) progress.check();
     if (!std::isfinite(segments.length[i])) continue;
     if (surfaces_ && landing[i] == kNoTriangle) continue;
-    hits.position.push_back(end_of(segments, i));
-    hits.segment.push_back(uint32_t(i));
-    if (surfaces_) hits.normal.push_back(surfaces_->triangles()[landing[i]].normal);
+    const Vec3d normal = surfaces_ ? surfaces_->triangles()[landing[i]].normal : Vec3d{};
+    auto& bundle = bundles[surfaces_ ? bundle_of(normal) : 0];
+    if (!bundle) bundle = std::make_unique<Bundle>();
+    bundle->hits.position.push_back(end_of(segments, i));
+    bundle->hits.segment.push_back(uint32_t(i));
+    if (surfaces_) bundle->hits.normal.push_back(normal);
+    ++photons;
   }
-  progress.begin("photon map", 1);
-  hits.building = &progress;
-  const Tree tree(3, hits);
-  hits.building = nullptr;
+  std::erase(bundles, nullptr);
+  progress.begin("photon map", bundles.size());
+  for (const auto& bundle : bundles) {
+    bundle->build(progress);
+    progress.advance(1);
+  }
 
   const size_t count = points_.size();
   std::vector<std::vector<Found>> found(count);
@@ -150,12 +191,16 @@ Neighbours PhotonMap::neighbours(const segments::SegmentSpan& segments, const Wo
   workers.for_blocks(count, kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       progress.check();
-      const size_t k = reach2 ? hits.position.size() : options_.k;
-      const double reach = reach2 ? reach2[i] : std::numeric_limits<double>::infinity();
-      Nearest nearest(segments, hits, points_[i], normals_[i],
-                      options_.compression * options_.compression - 1, k, reach);
-      const double at[3] = {points_[i].x, points_[i].y, points_[i].z};
-      if (!hits.position.empty()) tree.findNeighbors(nearest, at, SearchParameters());
+      Nearest nearest(segments, points_[i], normals_[i],
+                      options_.compression * options_.compression - 1,
+                      reach2 ? photons : options_.k,
+                      reach2 ? reach2[i] : std::numeric_limits<double>::infinity());
+      std::vector<std::pair<double, const Bundle*>> order;  // the likeliest to hold near ones first
+      for (const auto& bundle : bundles)
+        if (bundle->may_face(normals_[i]))
+          order.emplace_back(-dot(bundle->axis, normals_[i]), bundle.get());
+      std::sort(order.begin(), order.end());
+      for (const auto& [turned, bundle] : order) nearest.look_in(*bundle);
       std::sort(nearest.heap.begin(), nearest.heap.end(),
                 [&](const Found& a, const Found& b) { return before(segments, a, b); });
       found[i] = std::move(nearest.heap);
@@ -189,65 +234,6 @@ double PhotonMap::weight(double distance2, double radius2) const {
       return 1 - distance2 / radius2;
   }
   return 0;
-}
-
-/// Integral of weight() over the surfaces inside the region.
-double PhotonMap::kernel_integral(size_t sample, double radius2) const {
-  const double cone = options_.cone, radius = std::sqrt(radius2);
-  if (!surfaces_) {
-    const double disc = kPi * radius2;
-    if (options_.kernel == Kernel::cone) return disc * (1 - 2 / (3 * cone));
-    return options_.kernel == Kernel::epanechnikov ? disc / 2 : disc;
-  }
-  if (options_.kernel == Kernel::constant) return area_within(sample, radius);
-  // By layers: the integral of w(t) dA(t) is w(1) A(1) - the integral of w'(t) A(t).
-  constexpr double kAt[4] = {0.18343464249564980, 0.52553240991632899, 0.79666647741362674,
-                             0.96028985649753623};
-  constexpr double kShare[4] = {0.36268378337836198, 0.31370664587788729, 0.22238103445337447,
-                                0.10122853629037626};
-  const bool is_cone = options_.kernel == Kernel::cone;
-  double sum = is_cone ? (1 - 1 / cone) * area_within(sample, radius) : 0;
-  for (int i = 0; i < 8; ++i) {
-    const double t = (1 + (i % 2 ? kAt[i / 2] : -kAt[i / 2])) / 2;
-    const double slope = is_cone ? 1 / cone : 2 * t;
-    sum += kShare[i / 2] / 2 * slope * area_within(sample, t * radius);
-  }
-  return sum;
-}
-
-/// Area of the surfaces inside the region that are turned less than 45 degrees from the sample's
-/// plane, exact: where the normal's axis is stretched the region is a sphere, which cuts each
-/// triangle's plane in a circle; areas within one plane keep their ratios.
-double PhotonMap::area_within(size_t sample, double radius) const {
-  const Vec3d centre = points_[sample], n = normals_[sample];
-  Vec3d u, v;
-  tangent_frame(n, u, v);
-  double area = 0;
-  surfaces_->near(centre, radius, [&](uint32_t number) {
-    const SurfaceTriangle& triangle = surfaces_->triangles()[number];
-    if (!(dot(triangle.normal, n) > kSameSurface)) return;
-    Vec3d corner[3];
-    for (int k = 0; k < 3; ++k) {
-      const Vec3d p = triangle.corner[k] - centre;
-      corner[k] = {dot(p, u), dot(p, v), dot(p, n) * options_.compression};
-    }
-    const Vec3d twice = cross(corner[1] - corner[0], corner[2] - corner[0]);
-    const double doubled_area = length(twice);
-    const Vec3d normal = twice * (1 / doubled_area);
-    const double height = dot(corner[0], normal);
-    const double circle2 = radius * radius - height * height;
-    if (!(circle2 > 0)) return;
-    const double scale = 1 / std::sqrt(circle2);
-    Vec3d a, b;
-    tangent_frame(normal, a, b);
-    DiscMoments moments;
-    for (int k = 0; k < 3; ++k) {
-      const Vec3d p = corner[k] * scale, q = corner[(k + 1) % 3] * scale;
-      moments.add_edge(dot(p, a), dot(p, b), dot(q, a), dot(q, b));
-    }
-    area += std::max(0.0, moments.area()) * circle2 * (triangle.area / (doubled_area / 2));
-  });
-  return area;
 }
 
 Gathered PhotonMap::weigh(const segments::SegmentSpan& segments, const Neighbours& neighbours,

@@ -9,6 +9,8 @@
 
 namespace deltalux::estimate {
 
+inline constexpr double kSameSurface = 0.70710678118654752;  ///< cos 45 degrees
+
 /// Photons of some samples, each sample's by ascending distance: those of sample i are
 /// photon[start[i]] to photon[start[i + 1] - 1], numbers of segments.
 struct Neighbours {

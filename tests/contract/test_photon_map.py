@@ -175,6 +175,16 @@ def test_coincident_samples_are_equal():
     np.testing.assert_array_equal(found, found[:1].repeat(4, axis=0))
 
 
+def test_of_equally_far_photons_the_weaker_is_nearer():
+    """Whatever the order of segments: four at 1 m, of which two count beside the one at 0.5 m."""
+    at = np.array([(1, 0), (0, 1), (-1, 0), (0, -1), (0.5, 0)], float)
+    power = np.array([4.0, 1.0, 8.0, 2.0, 16.0])
+    for seed in range(10):
+        order = np.random.default_rng(seed).permutation(5)
+        found = dl.estimate.photon_map(rain(at[order], power[order]), FLOOR, k=3, unbiased=False)
+        np.testing.assert_allclose(found.irradiance, (16 + 1 + 2) / np.pi, rtol=1e-6)
+
+
 def test_light_from_behind_and_light_that_hits_nothing_do_not_count():
     below = dl.Segments([(0.5, -1, 0)] * 3, [(0, 1, 0)] * 3, [1.0] * 3, 1.0)
     endless = dl.Segments([(0.5, 1, 0)] * 3, [(0, -1, 0)] * 3, [np.inf] * 3, 1.0)

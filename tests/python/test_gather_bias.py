@@ -87,7 +87,7 @@ def test_epanechnikov_gives_the_farthest_photon_no_weight():
 @pytest.mark.parametrize("kernel", ["constant", "epanechnikov"])
 @pytest.mark.parametrize(("place", "bandwidth"), [("middle", None), ("edge", None), ("corner", 0.4)])
 def test_local_linear_fits_are_unbiased_up_to_the_corners(kernel, place, bandwidth):
-    """In corners with more hits than by default: there a fit has four times the variance of a mean."""
+    """In corners with more hits than by default: a fit is noisy there."""
 
     def estimate(segments, samples):
         return dl.estimate.local_linear(segments, samples, scene(), kernel=kernel, bandwidth=bandwidth)

@@ -146,6 +146,16 @@ def test_without_a_requery_samples_keep_their_radius():
         np.testing.assert_allclose(live.estimate.irradiance[i], inside / (np.pi * radius**2), rtol=1e-9)
 
 
+def test_a_sample_that_lost_its_farthest_photon_is_asked_anew():
+    """That one defines the radius, though it is not weighed."""
+    origin = [(x, 1.0, 0.0) for x in (1, 2, 4)]
+    segments = dl.Segments(origin, [(0, -1, 0)] * 3, [1.0] * 3, [1.0] * 3)
+    live = dl.estimate.PhotonMap(segments, dl.Samples([(0, 0, 0)], [(0, 1, 0)]), k=2)
+    np.testing.assert_allclose(live.estimate.irradiance, 1 / (4 * np.pi), rtol=1e-6)
+    assert live.update([1], segments.select([])).requeried == 1
+    np.testing.assert_allclose(live.estimate.irradiance, 1 / (16 * np.pi), rtol=1e-6)
+
+
 def test_threads_do_not_matter():
     before, after, gone, new, samples = edit()
     found = []

@@ -43,8 +43,7 @@ class PhotonMap:
 
     Valid photons are never discarded: a sample keeps its photons and its radius, new photons within that
     radius join them, so that their number differs from k; a sample that lost a photon is asked anew, if
-    wanted. There is no bias in that, but another random error than a recompute has; `requery` makes both
-    equal.
+    wanted. That shows no bias, but another random error than a recompute has; `requery` makes both equal.
 
     Parameters
     ----------
