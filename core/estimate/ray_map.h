@@ -65,6 +65,7 @@ struct RayMapOptions {
   uint32_t leaf_size = 32;  ///< leaves of up to so many segments are never split
   size_t memory_limit = 0;  ///< bytes of the whole map, 0 = none; then leaves stay big
   bool keep = true;         ///< false: for one query; the tree is forgotten behind it
+  bool ends_only = false;   ///< the tree holds the first hits alone, not the ways there
 };
 
 struct RayMapStats {

@@ -58,13 +58,14 @@ struct HalfList {
 class CellSplit {
  public:
   CellSplit(const Box& cell, int axis, float plane, float margin, segments::SegmentEnd rule,
-            float radius)
+            float radius, bool ends_only)
       : low_(cell.low), high_(cell.high), plane_(plane), margin_(margin), axis_(axis) {
     // A segment ends at min(length + past, extended) at most.
     using segments::SegmentEnd;
     past_ = rule == SegmentEnd::bounded ? segments::kBoundedRadii * radius
                                         : std::numeric_limits<float>::infinity();
-    first_ = rule == SegmentEnd::first;
+    first_ = rule == SegmentEnd::first || ends_only;
+    ends_only_ = ends_only;
   }
 
   /// Writes the ids that meet each half, in order; both arrays need room for eight more than `ids`.
@@ -88,7 +89,7 @@ class CellSplit {
   Halves halves(const RayLanes& rays) const {
     using namespace lanes;
     const Floats steepest = broadcast(1e30f), one = broadcast(1.0f);
-    Floats enter = broadcast(0.0f), leave = rays.length;
+    Floats enter = ends_only_ ? rays.length : broadcast(0.0f), leave = rays.length;
     if (!first_) leave = min(leave + broadcast(past_), rays.extended);
     Floats enter_below = enter, leave_below = leave, enter_above = enter, leave_above = leave;
     for (int axis = 0; axis < 3; ++axis) {
@@ -112,7 +113,7 @@ class CellSplit {
   Vec3f low_, high_;
   float plane_, margin_, past_;
   int axis_;
-  bool first_;
+  bool first_, ends_only_;
 };
 
 }  // namespace deltalux::estimate

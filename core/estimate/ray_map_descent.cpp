@@ -124,7 +124,7 @@ class RayMapDescent {
       for (HalfList& half : half_) half.clear(most);
     }
     void classify(const Box& cell, int axis, float plane, std::span<const uint32_t> ids) {
-      CellSplit(cell, axis, plane, map_.margin(), map_.rule_, map_.radius_)
+      CellSplit(cell, axis, plane, map_.margin(), map_.rule_, map_.radius_, map_.options_.ends_only)
           .classify(map_.records_.data(), ids, half_[0], half_[1]);
       stats_.tests.node_tests += ids.size();
     }

@@ -230,7 +230,9 @@ Gathered RayMapNearest::estimate(const segments::SegmentSpan& segments, const Wo
 
 Gathered RayMapNearest::estimate(const segments::SegmentSpan& segments, const Workers& workers,
                                  Progress* progress, RayMapStats& stats) const {
-  RayMap map(rule_, map_);
+  RayMapOptions tree = map_;
+  tree.ends_only = options_.metric == RayMetric::hit;  // few of those that pass a leaf end there
+  RayMap map(rule_, tree);
   map.push(segments);
   Gathered out;
   out.irradiance.resize(3 * points_.size());
