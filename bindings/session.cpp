@@ -44,9 +44,18 @@ class EditList {
   std::vector<scene::Edit> edits;
 };
 
+update::Method to_method(const std::string& name) {
+  return name == "brute_force"    ? update::Method::brute_force
+         : name == "disc_index"   ? update::Method::disc_index
+         : name == "ray_map"      ? update::Method::ray_map
+         : name == "sphere_cache" ? update::Method::sphere_cache
+                                  : update::Method::automatic;
+}
+
 update::Options to_options(uint64_t paths, uint64_t seed, int threads, const std::string& end,
-                           const std::string& area, const std::string& direct, uint32_t max_bounces,
-                           uint64_t memory_limit) {
+                           const std::string& area, const std::string& direct,
+                           const std::string& static_method, const std::string& moving_method,
+                           uint32_t max_bounces, uint64_t memory_limit) {
   update::Options o;
   o.paths = paths;
   o.seed = seed;
@@ -58,6 +67,8 @@ update::Options to_options(uint64_t paths, uint64_t seed, int threads, const std
   o.direct = direct == "paths"     ? update::DirectMode::paths
              : direct == "sampled" ? update::DirectMode::sampled
                                    : update::DirectMode::automatic;
+  o.static_method = to_method(static_method);
+  o.moving_method = to_method(moving_method);
   o.max_bounces = max_bounces;
   o.memory_limit = memory_limit;
   return o;
@@ -85,12 +96,14 @@ void bind_session(nb::module_& m) {
               const Rows<float, 3>& normals, const Column<float>& radius,
               const Column<uint32_t>& attached, uint64_t paths, uint64_t seed, int threads,
               const std::string& segment_end, const std::string& disc_area,
-              const std::string& direct, uint32_t max_bounces, uint64_t memory_limit) {
+              const std::string& direct, const std::string& static_method,
+              const std::string& moving_method, uint32_t max_bounces, uint64_t memory_limit) {
              samples::SampleSet set{to_vectors(points), to_vectors(normals), to_vector(radius),
                                     to_vector(attached)};
-             new (self) Session(scene, std::move(set),
-                                to_options(paths, seed, threads, segment_end, disc_area, direct,
-                                           max_bounces, memory_limit));
+             new (self)
+                 Session(scene, std::move(set),
+                         to_options(paths, seed, threads, segment_end, disc_area, direct,
+                                    static_method, moving_method, max_bounces, memory_limit));
            })
       .def(
           "bake",
@@ -164,13 +177,13 @@ void bind_session(nb::module_& m) {
            })
       .def("areas",
            [](const Session& s) {
-             std::vector<float> area = s.state().area;
+             std::vector<float> area = s.areas();
              const size_t n = area.size();
              return make_array(std::move(area), {n});
            })
       .def("radii",
            [](const Session& s) {
-             std::vector<float> radius = s.state().samples.radius;
+             std::vector<float> radius = s.radii();
              const size_t n = radius.size();
              return make_array(std::move(radius), {n});
            })

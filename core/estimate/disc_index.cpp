@@ -196,9 +196,7 @@ DiscIndex::DiscIndex(samples::DiscSet discs, segments::SegmentEnd rule, const Wo
     : discs_(std::move(discs)), rule_(rule), tree_(build_disc_tree(discs_, workers, progress)) {}
 
 size_t DiscIndex::bytes() const {
-  return tree_.bytes() +
-         discs_.size() * (2 * sizeof(Vec3f) + sizeof(float) + 2 * sizeof(uint32_t)) +
-         discs_.outlines.size() * sizeof(samples::Outline);
+  return tree_.bytes() + discs_.bytes();
 }
 
 namespace {

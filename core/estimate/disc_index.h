@@ -18,8 +18,7 @@ class DiscIndex final : public SignedEstimator {
   Stats accumulate(const segments::SegmentSpan& segments, int sign, const EnergySums& sums,
                    HitSlots* slots = nullptr) const override;
   const samples::DiscSet& discs() const override { return discs_; }
-  /// Memory of the hierarchy and of the discs.
-  size_t bytes() const;
+  size_t bytes() const override;
 
  private:
   samples::DiscSet discs_;

@@ -80,6 +80,8 @@ class SignedEstimator {
   virtual Stats accumulate(const segments::SegmentSpan& segments, int sign, const EnergySums& sums,
                            HitSlots* slots = nullptr) const = 0;
   virtual const samples::DiscSet& discs() const = 0;
+  /// Memory of the discs and of what stands between calls.
+  virtual size_t bytes() const { return discs().bytes(); }
   /// How many segments to pass at once: methods with a cost per call ask for more.
   virtual size_t best_span() const { return 256; }
 };

@@ -24,6 +24,10 @@ struct DiscSet {
   std::vector<uint32_t> id;
   std::vector<Outline> outlines;
   size_t size() const { return centre.size(); }
+  size_t bytes() const {
+    return size() * (2 * sizeof(Vec3f) + sizeof(float) + 2 * sizeof(uint32_t)) +
+           outlines.size() * sizeof(Outline);
+  }
 };
 
 }  // namespace deltalux::samples

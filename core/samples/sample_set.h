@@ -3,6 +3,7 @@
 // whose own space its point and normal are given.
 #pragma once
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "base/vec.h"
@@ -21,6 +22,8 @@ struct SampleSet {
   std::vector<float> radius;         ///< disc radius; NaN = automatic, until resolved
   std::vector<uint32_t> attached;    ///< movable object, or scene::kNone
   size_t size() const { return point.size(); }
+  /// Sample i of the result is sample order[i] of this set.
+  SampleSet reordered(std::span<const uint32_t> order) const;
 };
 
 }  // namespace deltalux::samples

@@ -36,6 +36,17 @@ Deposit::Deposit(State& state) : Deposit(state, state.energy()) {}
 
 Deposit::Deposit(State& state, const estimate::EnergySums& sums) : state_(state), sums_(sums) {
   sums_.shared = false;
+  feeds_.emplace_back(*state.static_index, sums_, state.workers);
+  for (const MovingPart& part : state.moving)
+    feeds_.emplace_back(*part.index, sums_, state.workers);
+}
+
+void Deposit::finish() {
+  for (Feed& feed : feeds_) feed.finish();
+}
+
+void Deposit::settle() {
+  for (Feed& feed : feeds_) feed.settle();
 }
 
 void Deposit::add_all(Progress& progress) {
@@ -52,10 +63,12 @@ void Deposit::add_all(Progress& progress) {
         thread_local Block block;
         gather_counting(block, bounce, own);
         if (!block.count) return;
-        state_.static_index->accumulate(block.span(), +1, sums_);
+        feeds_[0].add(block.span(), +1);
         to_moving(block, +1);
       });
+      settle();
     }
+  finish();
 }
 
 void Deposit::for_slabs(uint32_t bounce, std::span<const uint32_t> slots,
@@ -124,7 +137,7 @@ void Deposit::gather_counting(Block& block, uint32_t bounce,
   }
 }
 
-void Deposit::to_part(const MovingPart& part, const Block& block, int sign) const {
+void Deposit::to_part(const MovingPart& part, const Block& block, int sign) {
   const FastTransform to_local(state_.scene.objects[part.object].pose.inverse());
   thread_local Block local;
   local.count = 0;
@@ -139,20 +152,12 @@ void Deposit::to_part(const MovingPart& part, const Block& block, int sign) cons
     for (int c = 0; c < 3; ++c) local.power[3 * k + c] = block.power[3 * i + c];
     local.slab[k] = block.slab[i];
   }
-  if (local.count) part.index->accumulate(local.span(), sign, sums_);
+  if (local.count) feeds_[1 + size_t(&part - state_.moving.data())].add(local.span(), sign);
 }
 
-void Deposit::to_moving(const Block& block, int sign) const {
+void Deposit::to_moving(const Block& block, int sign) {
   for (const MovingPart& part : state_.moving)
     if (part.current && state_.scene.objects[part.object].present) to_part(part, block, sign);
-}
-
-void Deposit::flush_add(Block& block, uint32_t bounce) const {
-  if (!block.count) return;
-  state_.static_index->accumulate(block.span(), +1, sums_, block.hits);
-  Level& level = state_.store.level(bounce);
-  for (size_t i = 0; i < block.count; ++i) level.slots(block.slot[i]) = block.hits[i];
-  to_moving(block, +1);
 }
 
 void Deposit::add(uint32_t bounce, std::span<const uint32_t> slots) {
@@ -161,8 +166,12 @@ void Deposit::add(uint32_t bounce, std::span<const uint32_t> slots) {
   for_slabs(bounce, slots, [&](std::span<const uint32_t> own) {
     thread_local Block block;
     gather_counting(block, bounce, own);
-    flush_add(block, bounce);
+    if (!block.count) return;
+    feeds_[0].add(block.span(), +1, block.hits);
+    for (size_t i = 0; i < block.count; ++i) level.slots(block.slot[i]) = block.hits[i];
+    to_moving(block, +1);
   });
+  settle();
 }
 
 void Deposit::remove(uint32_t bounce, std::span<const uint32_t> slots) {
@@ -188,12 +197,14 @@ void Deposit::remove(uint32_t bounce, std::span<const uint32_t> slots) {
       for (uint32_t disc : hits.disc)
         if (disc != HitSlots::kFree) sums_.add(slab, discs.id[disc], segment.power, -1);
     }
-    if (many.count) state_.static_index->accumulate(many.span(), -1, sums_);
+    if (many.count) feeds_[0].add(many.span(), -1);
     to_moving(block, -1);
   });
+  settle();
 }
 
-void Deposit::add_to_part(MovingPart& part, uint32_t bounce, std::span<const uint32_t> slots) {
+void Deposit::add_to_part(const MovingPart& part, uint32_t bounce,
+                          std::span<const uint32_t> slots) {
   for_slabs(bounce, slots, [&](std::span<const uint32_t> own) {
     thread_local Block block;
     gather_counting(block, bounce, own);

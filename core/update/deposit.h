@@ -3,11 +3,13 @@
 // away again. Keeps the invariant: sums = estimator of the segments in the store. With several
 // threads each slab of sums is written by one thread at a time, so that adding needs no atomics.
 #pragma once
+#include <deque>
 #include <functional>
 #include <span>
 #include <vector>
 
 #include "base/progress.h"
+#include "update/feed.h"
 #include "update/state.h"
 
 namespace deltalux::update {
@@ -17,15 +19,17 @@ class Deposit {
   explicit Deposit(State& state);
   /// Deposits into other sums than the state's, laid out alike.
   Deposit(State& state, const estimate::EnergySums& sums);
+  /// Sums are up to date only after this; once for all adding, once for all removing.
+  void finish();
 
-  /// All stored segments, for sums other than the state's; hits are not remembered.
+  /// All stored segments, for sums other than the state's; hits are not remembered. Finishes.
   void add_all(Progress& progress);
   /// New segments of one bounce: searches the discs and remembers hits.
   void add(uint32_t bounce, std::span<const uint32_t> slots);
   /// Segments about to go: replays remembered hits, searches only where there were many.
   void remove(uint32_t bounce, std::span<const uint32_t> slots);
   /// Adds stored segments to one moving part only (whose sums were cleared).
-  void add_to_part(MovingPart& part, uint32_t bounce, std::span<const uint32_t> slots);
+  void add_to_part(const MovingPart& part, uint32_t bounce, std::span<const uint32_t> slots);
 
  private:
   struct Block;
@@ -33,9 +37,9 @@ class Deposit {
   void gather(Block& block, uint32_t bounce, uint32_t slot, const segments::Segment& segment,
               uint16_t slab) const;
   void gather_counting(Block& block, uint32_t bounce, std::span<const uint32_t> slots) const;
-  void to_moving(const Block& block, int sign) const;
-  void to_part(const MovingPart& part, const Block& block, int sign) const;
-  void flush_add(Block& block, uint32_t bounce) const;
+  void to_moving(const Block& block, int sign);
+  void to_part(const MovingPart& part, const Block& block, int sign);
+  void settle();
   /// Calls body(slots of one slab) for all slabs, in parallel; slots that do not count are left
   /// out.
   void for_slabs(uint32_t bounce, std::span<const uint32_t> slots,
@@ -43,6 +47,7 @@ class Deposit {
 
   State& state_;
   estimate::EnergySums sums_;
+  std::deque<Feed> feeds_;        // of the static samples, then of each moving part
   std::vector<uint32_t> sorted_;  // scratch of for_slabs
 };
 

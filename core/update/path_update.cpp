@@ -99,6 +99,7 @@ void PathUpdate::replace(std::span<const PendingPath> pending,
       deposit_.remove(b, cut[b]);
       deposit_.remove(b, gone[b]);
     }
+    deposit_.finish();
     for (uint32_t b = 0; b < levels.size(); ++b) {
       for (uint32_t slot : gone[b]) {
         levels[b].at(slot).length = -1;
@@ -145,6 +146,8 @@ void PathUpdate::advance(std::vector<Front> fresh, const Progress* progress) {
     Stopwatch watch(counts_.deposit_ms);
     deposit_.add(b, front.slots);
   }
+  Stopwatch watch(counts_.deposit_ms);
+  deposit_.finish();
 }
 
 void PathUpdate::trace(uint32_t bounce, const Front& front, std::vector<uint32_t>& children) {

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "plan/allotment.h"
+#include "samples/curve_order.h"
 #include "samples/placement.h"
 
 namespace deltalux::update {
@@ -72,7 +73,8 @@ Session::Session(scene::Scene scene, samples::SampleSet samples, const Options& 
   scene.finish();
   check_samples(scene, samples);
   state_->scene = std::move(scene);
-  state_->samples = std::move(samples);
+  state_->given = samples::curve_order(samples.point, samples::Curve::hilbert);
+  state_->samples = samples.reordered(state_->given);
   state_->group_factor.assign(state_->scene.group_count, 1.0);
   state_->lights = trace::find_lights(state_->scene);
   trace::allot_paths(state_->lights, trace::shares_by_power(state_->lights), options.paths,
@@ -96,13 +98,14 @@ void Session::build_static_parts(Progress& progress) {
   std::map<uint32_t, std::vector<uint32_t>> by_object;
   for (uint32_t i = 0; i < s.samples.size(); ++i) by_object[s.samples.attached[i]].push_back(i);
   const auto index = [&](std::vector<uint32_t> ids, const trace::RayCaster& caster,
-                         const Box& world) {
-    return std::make_unique<estimate::DiscIndex>(
-        samples::make_discs(s.samples, std::move(ids), s.options.disc_area, caster, world, lift,
-                            s.workers, progress),
-        s.options.segment_end, s.workers, &progress);
+                         const Box& world, Method method) {
+    return make_estimator(method,
+                          samples::make_discs(s.samples, std::move(ids), s.options.disc_area,
+                                              caster, world, lift, s.workers, progress),
+                          s.options.segment_end, s.workers, progress);
   };
-  s.static_index = index(by_object[scene::kNone], *s.caster, s.scene.world());
+  s.static_index =
+      index(by_object[scene::kNone], *s.caster, s.scene.world(), s.options.static_method);
   s.moving.clear();
   for (auto& [object, ids] : by_object) {
     if (object == scene::kNone) continue;
@@ -110,7 +113,7 @@ void Session::build_static_parts(Progress& progress) {
     const trace::RayCaster caster(local, progress);
     MovingPart part;
     part.object = object;
-    part.index = index(std::move(ids), caster, kEverywhere);
+    part.index = index(std::move(ids), caster, kEverywhere, s.options.moving_method);
     const samples::DiscSet& discs = part.index->discs();
     for (size_t i = 0; i < discs.size(); ++i)
       part.local.grow(Box{discs.centre[i], discs.centre[i]}.padded(discs.radius[i]));
@@ -227,6 +230,7 @@ Report Session::bake(Progress& progress) {
   auto fresh = std::make_unique<State>(state_->options);
   fresh->scene = state_->scene;
   fresh->samples = state_->samples;
+  fresh->given = state_->given;
   fresh->lights = state_->lights;
   fresh->group_factor = state_->group_factor;
   fresh->scale = state_->scale;

@@ -69,6 +69,9 @@ class Session {
   void read_sums(int64_t* sums) const;
   /// 1 where nothing lies between points from[i] and to[i] at present.
   std::vector<uint8_t> visible(std::span<const Vec3f> from, std::span<const Vec3f> to) const;
+  /// Of each sample, what its disc counts (square metres) and its radius.
+  std::vector<float> areas() const { return as_given(state_->area); }
+  std::vector<float> radii() const { return as_given(state_->samples.radius); }
   std::array<uint64_t, 4> digest() const;
   EnergyAudit audit() const;
   Forecast forecast() const { return forecast_; }
@@ -84,6 +87,7 @@ class Session {
   void restore(const Archive& archive, Progress& progress);
 
  private:
+  std::vector<float> as_given(const std::vector<float>& own) const;
   void forecast_memory(Progress& progress);
   /// Adds direct light to the forecast. Throws OptionError where it exceeds the limit.
   void refuse_beyond_limit();

@@ -59,7 +59,8 @@ void Session::read_gradient(double* gradient, Progress& progress) {
               factor * unit * double(moments[6 * at + 2 * c + 1]), gu, gv);
         }
         for (int axis = 0; axis < 3; ++axis)
-          gradient[9 * id + 3 * c + axis] = gu * axis_u[id][axis] + gv * axis_v[id][axis];
+          gradient[9 * size_t(s.given[id]) + 3 * c + axis] =
+              gu * axis_u[id][axis] + gv * axis_v[id][axis];
       }
     }
   };
@@ -80,7 +81,8 @@ void Session::read_gradient(double* gradient, Progress& progress) {
         const int64_t* e = light.data() + 3 * (size_t(g) * 4 * n + 4 * id) + c;
         const double du = double(e[3] - e[0]) * per_metre, dv = double(e[9] - e[6]) * per_metre;
         for (int axis = 0; axis < 3; ++axis)
-          gradient[9 * id + 3 * c + axis] += du * axis_u[id][axis] + dv * axis_v[id][axis];
+          gradient[9 * size_t(s.given[id]) + 3 * c + axis] +=
+              du * axis_u[id][axis] + dv * axis_v[id][axis];
       }
     }
 }

@@ -81,8 +81,9 @@ void Session::read(double* irradiance, double* standard_error) const {
         for (uint32_t g = 0; g < s.scene.group_count; ++g)
           value += s.group_factor[g] * double(sums[3 * (size_t(g) * n + i) + c]) *
                    direct_->irradiance_quantum();
-        irradiance[3 * i + c] = absent ? 0.0 : value;
-        standard_error[3 * i + c] = absent ? 0.0 : std::sqrt(variance) * per_area;
+        const size_t out = 3 * size_t(s.given[i]) + size_t(c);
+        irradiance[out] = absent ? 0.0 : value;
+        standard_error[out] = absent ? 0.0 : std::sqrt(variance) * per_area;
       }
     }
   });
@@ -93,7 +94,13 @@ void Session::read_sums(int64_t* sums) const {
   const size_t n = 3 * s.samples.size();
   std::fill(sums, sums + n, 0);
   for (uint32_t slab = 0; slab < s.sum_groups() * kBatches; ++slab)
-    for (size_t i = 0; i < n; ++i) sums[i] += s.sums[slab * n + i];
+    for (size_t i = 0; i < n; ++i) sums[3 * size_t(s.given[i / 3]) + i % 3] += s.sums[slab * n + i];
+}
+
+std::vector<float> Session::as_given(const std::vector<float>& own) const {
+  std::vector<float> out(own.size());
+  for (size_t i = 0; i < own.size(); ++i) out[state_->given[i]] = own[i];
+  return out;
 }
 
 std::array<uint64_t, 4> Session::digest() const {

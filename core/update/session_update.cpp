@@ -298,6 +298,7 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
         for (uint32_t b = 0; b < affected.near[k].size(); ++b)
           deposit.add_to_part(part, b, affected.near[k][b]);
       }
+    deposit.finish();
     rebuild.clear();
   };
   run_pending(budget_ms > 0 ? budget_ms - since(begin) : 0, progress, report, between);

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "base/parallel.h"
-#include "estimate/disc_index.h"
 #include "samples/disc_area.h"
 #include "samples/sample_set.h"
 #include "scene/scene.h"
@@ -14,6 +13,7 @@
 #include "trace/lights.h"
 #include "trace/ray_caster.h"
 #include "trace/walk.h"
+#include "update/methods.h"
 
 namespace deltalux::update {
 
@@ -30,6 +30,7 @@ struct Options {
   segments::SegmentEnd segment_end = segments::SegmentEnd::first;
   samples::DiscArea disc_area = samples::DiscArea::reachable;
   DirectMode direct = DirectMode::automatic;
+  Method static_method = Method::automatic, moving_method = Method::automatic;
   uint32_t max_bounces = 64;
   size_t memory_limit = 0;  ///< bytes, 0 = none
 };
@@ -37,7 +38,7 @@ struct Options {
 /// Samples that move with one object: discs and index in the object's own space.
 struct MovingPart {
   uint32_t object = scene::kNone;
-  std::unique_ptr<estimate::DiscIndex> index;
+  std::unique_ptr<estimate::SignedEstimator> index;
   Box local;             ///< of all discs
   Box world;             ///< of `local` in the present pose, conservative
   bool current = false;  ///< sums are those of the present pose
@@ -49,7 +50,10 @@ struct State {
   Options options;
   Workers workers;
   scene::Scene scene;
+  /// Along a space-filling curve: what lies close together in space does so in the sums, which
+  /// takes a quarter off a deposit where discs overlap much.
   samples::SampleSet samples;
+  std::vector<uint32_t> given;  // per sample of `samples`, its number among the user's
 
   std::unique_ptr<trace::RayCaster> caster;
   std::vector<trace::Light> lights;       // ascending first_path
@@ -60,7 +64,7 @@ struct State {
   double irradiance_quantum = 0;  // of direct light by shadow rays; fixed at the bake
   float largest_radius = 0;
 
-  std::unique_ptr<estimate::DiscIndex> static_index;
+  std::unique_ptr<estimate::SignedEstimator> static_index;
   std::vector<MovingPart> moving;
   std::vector<uint8_t> closed;  // per object, see samples::is_closed
   std::vector<float> area;      // per sample: what its disc counts, now

@@ -26,7 +26,7 @@ from .segments import MAX_BOUNCES, Progress, check_bounces, check_paths, check_s
 
 DIRECT_MODES = ("auto", "paths", "sampled")
 DISC_AREAS = ("reachable", "whole")
-METHODS = ("auto", "disc_index")
+METHODS = ("auto", "brute_force", "disc_index", "ray_map", "sphere_cache")
 
 
 class Session:
@@ -46,7 +46,9 @@ class Session:
         Clip each disc to what its centre reaches and divide by that area, or the plain circle.
     direct : "auto", "paths" or "sampled"
         Direct light from the first flights, by shadow rays, or whichever is cheaper per light.
-    static_method, moving_method : "auto" or "disc_index"
+    static_method, moving_method : "auto", "brute_force", "disc_index", "ray_map" or "sphere_cache"
+        How crossings are found for samples at rest and for samples on movables. All give the same
+        bits; "auto" is the disc index. The paper's hybrid is "disc_index" with "sphere_cache".
     memory_limit : bytes, or None = what is free; a bake that would need more is refused
     progress : callable (stage, fraction) -> keep going, or None
         Called from the calling thread about 50 times a second; False cancels.
@@ -119,6 +121,8 @@ class Session:
             segment_end,
             disc_area,
             direct,
+            static_method,
+            moving_method,
             max_bounces,
             available_memory() if memory_limit is None else int(memory_limit),
         )
