@@ -21,7 +21,7 @@ from deltalux import scenes
 from uniform_samples import on_surfaces
 
 MOST_NEW_LAMPS = 20
-CHECK_EVERY, REPORT_EVERY = 100, 1000
+REPORT_EVERY = 1000
 
 
 def resident_mib() -> float:
@@ -142,14 +142,14 @@ def run(args: argparse.Namespace) -> int:
     with dl.Session(scene, samples, paths=args.paths, seed=args.seed, **options) as session:
         session.bake()
         marathon = Marathon(session, args.seed)
-        start, checks, next_check, next_report = time.perf_counter(), 0, CHECK_EVERY, REPORT_EVERY
+        start, checks, next_check, next_report = time.perf_counter(), 0, args.check_every, REPORT_EVERY
         memory = resident_mib()
         while marathon.edits < args.edits:
             marathon.step()
             last = marathon.edits >= args.edits
             if marathon.edits < next_check and not last:
                 continue
-            next_check += CHECK_EVERY
+            next_check += args.check_every
             checks += 1
             if not marathon.check():
                 print(f"DIFFERENT after {marathon.edits} edits (check {checks}, seed {args.seed})")
@@ -177,6 +177,7 @@ def main() -> int:
     )
     parser.add_argument("--scene", default="office", choices=("office", "expo", "atrium", "cornell_box"))
     parser.add_argument("--edits", type=int, default=10_000)
+    parser.add_argument("--check-every", type=int, default=100, help="edits; 1 checks every update")
     parser.add_argument("--paths", type=int, default=4000)
     parser.add_argument("--samples", type=int, default=2000)
     parser.add_argument("--seed", type=int, default=1)
