@@ -6,6 +6,7 @@ from __future__ import annotations
 import deltalux as dl
 import numpy as np
 import pytest
+
 # ---- few photons, few samples -------------------------------------------------------------------
 
 FLOOR = dl.Samples([(0, 0, 0)], [(0, 1, 0)])

@@ -106,6 +106,27 @@ TEST_P(SignedMethods, EqualBruteForceOnCoincidentDiscs) {
   EXPECT_GT(expect_same(world, SegmentEnd::second), 10000u);
 }
 
+// Else the comparisons above would say little: lists and trees have to be divided in them.
+TEST_P(SignedMethods, SpareDiscTestsAndCountThem) {
+  Draw draw(1);
+  World world{room(draw, 1000, 1, 0.05f, {}), {}};
+  world.segments = hostile_segments(draw, world.discs, 4000, 1, {}, false);
+  const uint64_t pairs = world.segments.size() * world.discs.size();
+  for (const SegmentEnd rule : kRules) {
+    expect_same(world, rule);
+    std::vector<int64_t> sums(9 * world.discs.size());
+    const Stats stats =
+        make(world.discs, rule)
+            ->accumulate(world.segments.span(true), 1, {sums.data(), world.discs.size(), false});
+    EXPECT_GT(stats.hits, 1000u);
+    EXPECT_GE(stats.disc_tests, stats.hits);
+    if (std::string(GetParam().name) == "BruteForce")
+      EXPECT_EQ(stats.disc_tests, pairs);
+    else
+      EXPECT_LT(stats.disc_tests, pairs / 3 * 2);
+  }
+}
+
 // ---- in any order, in any parts, on any number of threads ---------------------------------------
 
 /// Sums by three slabs, with moments.
