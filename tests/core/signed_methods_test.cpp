@@ -45,6 +45,8 @@ const Method kMethods[] = {
      }},
 };
 
+void PrintTo(const Method& method, std::ostream* out) { *out << method.name; }
+
 class SignedMethods : public testing::TestWithParam<Method> {
  protected:
   static Made make(const samples::DiscSet& discs, SegmentEnd rule) {
