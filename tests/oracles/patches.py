@@ -17,18 +17,18 @@ def sums(segments, corners: np.ndarray) -> tuple[np.ndarray, int, np.ndarray]:
     a, b, c = corners.transpose(1, 0, 2)
     normal = np.cross(b - a, c - a)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    # The plane through each patch, and those through its edges, outward.
+    planes = [(a, normal)]
+    for p, q in ((a, b), (b, c), (c, a)):
+        outward = np.cross(q - p, normal)
+        planes.append((p, outward / np.linalg.norm(outward, axis=1, keepdims=True)))
     hits = 0
     sure = np.ones(len(corners), bool)
     for at, direction, quanta in zip(ends(segments), segments.direction, segments.quanta, strict=True):
         if not np.isfinite(at).all():
             continue
-        # Distances from the plane and, outward, from the three edges.
-        off = [np.abs(((at - a) * normal).sum(axis=1))]
-        for p, q in ((a, b), (b, c), (c, a)):
-            outward = np.cross(q - p, normal)
-            outward /= np.linalg.norm(outward, axis=1, keepdims=True)
-            off.append(((at - p) * outward).sum(axis=1))
-        distance = np.max(off, axis=0)
+        off = [((at - p) * outward).sum(axis=1) for p, outward in planes]
+        distance = np.max([np.abs(off[0]), *off[1:]], axis=0)
         distance[normal @ direction >= 0] = np.inf
         best = np.argsort(distance)[:2]
         if distance[best[0]] > ON_PATCH:
