@@ -113,6 +113,7 @@ class Nearest {
   }
 
   bool addPoint(double, uint32_t hit) {
+    ++tests;
     const uint32_t s = hits_->segment[hit];
     const double facing = normal_.x * double(segments_.dx[s]) +
                           normal_.y * double(segments_.dy[s]) + normal_.z * double(segments_.dz[s]);
@@ -141,6 +142,7 @@ class Nearest {
   size_t size() const { return heap.size(); }
 
   std::vector<Found> heap;
+  uint64_t tests = 0;
 
  private:
   const segments::SegmentSpan& segments_;
@@ -187,6 +189,7 @@ Neighbours PhotonMap::neighbours(const segments::SegmentSpan& segments, const Wo
 
   const size_t count = points_.size();
   std::vector<std::vector<Found>> found(count);
+  std::vector<uint64_t> tests(count);
   progress.begin("gather", count);
   workers.for_blocks(count, kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
@@ -204,6 +207,7 @@ Neighbours PhotonMap::neighbours(const segments::SegmentSpan& segments, const Wo
       std::sort(nearest.heap.begin(), nearest.heap.end(),
                 [&](const Found& a, const Found& b) { return before(segments, a, b); });
       found[i] = std::move(nearest.heap);
+      tests[i] = nearest.tests;
     }
     progress.advance(end - begin);
   });
@@ -211,6 +215,7 @@ Neighbours PhotonMap::neighbours(const segments::SegmentSpan& segments, const Wo
   Neighbours out;
   out.start.push_back(0);
   for (size_t i = 0; i < count; ++i) {
+    out.tests += tests[i];
     auto& list = found[i];
     out.radius2.push_back(reach2 ? reach2[i] : list.empty() ? 0.0 : list.back().distance2);
     out.rim.push_back(list.empty() ? kNoTriangle : list.back().segment);
@@ -242,6 +247,7 @@ Gathered PhotonMap::weigh(const segments::SegmentSpan& segments, const Neighbour
   Gathered out;
   out.irradiance.assign(3 * count, 0.0);
   out.stats.hits = neighbours.photon.size();
+  out.stats.disc_tests = neighbours.tests;
   progress.begin("estimate", count);
   workers.for_blocks(count, kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {

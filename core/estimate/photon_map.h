@@ -19,6 +19,7 @@ struct Neighbours {
   std::vector<double> distance2;
   std::vector<double> radius2;  ///< squared distance of the farthest photon, per sample
   std::vector<uint32_t> rim;    ///< that photon, or kNoTriangle where there are none
+  uint64_t tests = 0;           ///< photons that were looked at
 };
 
 /// Distance is that to the sample, the part along its normal counted `compression` times: the

@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 
 import deltalux as dl
 import numpy as np
+from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
 SEGMENT_KINDS = (
@@ -36,6 +38,27 @@ class World:
 
     def __repr__(self) -> str:
         return f"World({self.about}: {len(self.segments)} segments, {len(self.samples)} samples)"
+
+
+def examples(count: int) -> settings:
+    """Decoration of a test: so many examples, the same in every run."""
+    return settings(
+        max_examples=count, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
+    )
+
+
+def pick(samples: dl.Samples, rows: np.ndarray) -> dl.Samples:
+    """These samples as they are: the constructor would scale the normals again, an ulp off."""
+    part = copy(samples)
+    for name in ("points", "normals", "radius", "attached"):
+        setattr(part, name, getattr(samples, name)[rows])
+    return part
+
+
+def nothing() -> tuple[dl.Segments, dl.Samples]:
+    """No segments and no samples."""
+    none = np.zeros((0, 3))
+    return dl.Segments(none, none, np.zeros(0), np.zeros(0)), dl.Samples(none, none, radius=0.1)
 
 
 def _unit(rng: np.random.Generator, count: int) -> np.ndarray:

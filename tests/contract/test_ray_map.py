@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from oracles import nearest_segments
 
-from contract.disc_worlds import World, worlds
-from contract.test_disc_methods import ENDS, examples
+from contract.disc_worlds import World, examples, worlds
+from contract.test_disc_methods import ENDS
 
 # Scales at which 1e-4 of an extent is far more than single precision loses, and distances finite.
 ROUNDING = 1e-5

@@ -13,40 +13,6 @@ uint64_t expect_same(const samples::DiscSet& discs, const Segments& s, SegmentEn
   return expect_same(DiscIndex(discs, rule, workers), s, rule, slabs, with_moments);
 }
 
-TEST(DiscIndex, EqualsBruteForceInRooms) {
-  uint64_t hits = 0;
-  for (uint64_t seed = 0; seed < 24; ++seed) {
-    Draw draw(seed);
-    const float half = std::pow(10.0f, draw.range(-3, 3));
-    const size_t count = size_t(std::pow(10.0f, draw.range(0, 3.5f)));
-    const Vec3f offset = draw.chance(0.5f) ? Vec3f{} : draw.in_cube(20 * half);
-    const float radius = half * std::min(0.7f, 1.2f / std::sqrt(float(count)));
-    samples::DiscSet discs = room(draw, count, half, radius, offset);
-    clip_some(discs, draw, draw.chance(0.5f) ? 0.3f : 0.0f);
-    const Segments s = hostile_segments(draw, discs, 1500, half, offset);
-    for (const SegmentEnd rule : kRules) {
-      SCOPED_TRACE("seed " + std::to_string(seed) + ", rule " + std::to_string(int(rule)));
-      hits += expect_same(discs, s, rule, seed % 2 == 1);
-    }
-  }
-  EXPECT_GT(hits, 10000u);
-}
-
-// Coordinates so large that discs are only a few units in the last place wide: every rounding of
-// the crossing shows, and the boxes' margin has to cover it.
-TEST(DiscIndex, EqualsBruteForceWhereRoundingDecides) {
-  uint64_t hits = 0;
-  for (uint64_t seed = 100; seed < 116; ++seed) {
-    Draw draw(seed);
-    const Vec3f offset = draw.in_cube(1e5f);
-    samples::DiscSet discs = room(draw, 800, 20, 0.02f * draw.range(0.5f, 4), offset);
-    const Segments s = hostile_segments(draw, discs, 2000, 20, offset);
-    SCOPED_TRACE("seed " + std::to_string(seed));
-    hits += expect_same(discs, s, kRules[seed % 3]);
-  }
-  EXPECT_GT(hits, 500u);
-}
-
 // A lattice: many segments pass exactly through edges and corners of boxes.
 TEST(DiscIndex, EqualsBruteForceOnLattice) {
   Draw draw(5);
@@ -79,29 +45,6 @@ TEST(DiscIndex, ManyHitsPerSegment) {
     s.add({draw.range(-0.3f, 0.3f), draw.range(-0.3f, 0.3f), 40}, {0, 0, -1}, 39, kInfinity);
   EXPECT_GT(expect_same(discs, s, SegmentEnd::second), 600000u);
   expect_same(discs, s, SegmentEnd::bounded, true);
-}
-
-TEST(DiscIndex, FewOrNoDiscs) {
-  Draw draw(7);
-  for (const size_t count : {0, 1, 2, 7, 8, 9, 17}) {
-    const samples::DiscSet discs = room(draw, count, 1, 0.5f, {});
-    const Segments s = hostile_segments(draw, discs, 300, 1, {});
-    for (const SegmentEnd rule : kRules) expect_same(discs, s, rule);
-  }
-  const Segments none;
-  expect_same(room(draw, 5, 1, 0.5f, {}), none, SegmentEnd::first);
-}
-
-TEST(DiscIndex, DegenerateDiscs) {
-  Draw draw(8);
-  samples::DiscSet discs = room(draw, 300, 1, 0.2f, {});
-  for (size_t k = 0; k < discs.size(); ++k) {
-    if (k % 5 == 0) discs.normal[k] = {};
-    if (k % 5 == 1) discs.radius[k] = 0;
-    if (k % 5 == 2) discs.normal[k] = discs.normal[k] * draw.range(1e-3f, 1e3f);
-  }
-  const Segments s = hostile_segments(draw, discs, 2000, 1, {});
-  for (const SegmentEnd rule : kRules) expect_same(discs, s, rule, false, false);
 }
 
 // Products with so short a normal underflow: hits lie off the disc's plane.
@@ -172,26 +115,6 @@ TEST(DiscIndex, SameTreeForAnyNumberOfWorkers) {
   EXPECT_EQ(bytes[0], bytes[1]);
   EXPECT_LT(bytes[0], discs.size() * 120);
   EXPECT_LT(stats[0].disc_tests, s.size() * discs.size() / 20) << "the boxes must cull";
-}
-
-TEST(DiscIndex, ManyThreadsIntoTheSameSums) {
-  Draw draw(10);
-  const samples::DiscSet discs = room(draw, 200, 1, 0.3f, {});
-  const Segments s = hostile_segments(draw, discs, 20000, 1, {});
-  const Workers one(1), many(4);
-  const DiscIndex index(discs, SegmentEnd::second, many);
-  std::vector<int64_t> expected(3 * discs.size()), found(3 * discs.size());
-  index.accumulate(s.span(false), 1, {expected.data(), discs.size(), false});
-  many.for_blocks(s.size(), 500, [&](size_t begin, size_t end) {
-    segments::SegmentSpan part = s.span(false);
-    for (auto* p :
-         {&part.ox, &part.oy, &part.oz, &part.dx, &part.dy, &part.dz, &part.length, &part.extended})
-      *p += begin;
-    part.power += 3 * begin;
-    part.count = end - begin;
-    index.accumulate(part, 1, {found.data(), discs.size()});
-  });
-  EXPECT_EQ(expected, found);
 }
 
 TEST(DiscIndex, BuildCanBeCancelled) {

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "base/random.h"
@@ -58,6 +60,18 @@ struct Segments {
     slab.push_back(uint16_t(k % 3));
   }
   size_t size() const { return ox.size(); }
+  Segments select(std::span<const uint32_t> rows) const {
+    Segments part;
+    const auto take = [&](const auto& from, auto& to, size_t width) {
+      for (const size_t row : rows)
+        to.insert(to.end(), &from[width * row], &from[width * row] + width);
+    };
+    take(ox, part.ox, 1), take(oy, part.oy, 1), take(oz, part.oz, 1);
+    take(dx, part.dx, 1), take(dy, part.dy, 1), take(dz, part.dz, 1);
+    take(length, part.length, 1), take(extended, part.extended, 1);
+    take(power, part.power, 3), take(slab, part.slab, 1);
+    return part;
+  }
   segments::SegmentSpan span(bool slabs) const {
     return {size(),
             ox.data(),
@@ -115,9 +129,10 @@ inline samples::DiscSet room(Draw& draw, size_t count, float half, float radius,
   return discs;
 }
 
-/// Segments that meet discs, end on them, graze them or lie in their planes, and oddities.
+/// Segments that meet discs, end on them, graze them or lie in their planes, and oddities. Those
+/// that start or end `far` away can make a method test every pair.
 inline Segments hostile_segments(Draw& draw, const samples::DiscSet& discs, size_t count,
-                                 float half, Vec3f offset) {
+                                 float half, Vec3f offset, bool far = true) {
   Segments s;
   while (s.size() < count) {
     Vec3f o = draw.in_cube(half) + offset, d = draw.direction();
@@ -145,7 +160,7 @@ inline Segments hostile_segments(Draw& draw, const samples::DiscSet& discs, size
     if (draw.chance(0.1f)) d = draw.axis();
     if (draw.chance(0.05f)) d.x = -0.0f;
     if (draw.chance(0.05f)) d.y = 1e-30f;
-    if (draw.chance(0.05f)) d = d * draw.range(0.1f, 30);
+    if (draw.chance(0.05f)) d = d * draw.range(0.1f, far ? 30.0f : 1.0f);
     if (draw.chance(0.01f)) d = d * (draw.chance(0.5f) ? 1e-12f : 1e12f);
     if (draw.chance(0.03f)) first = 0;
     if (draw.chance(0.05f)) second = kInfinity;
@@ -156,11 +171,54 @@ inline Segments hostile_segments(Draw& draw, const samples::DiscSet& discs, size
     if (draw.chance(0.01f)) d = {};
     if (draw.chance(0.01f)) d.z = kNaN;
     if (draw.chance(0.01f)) o.y = draw.chance(0.5f) ? kNaN : kInfinity;
-    if (draw.chance(0.01f)) o = o * 1e20f;
+    if (draw.chance(0.01f) && far) o = o * 1e20f;
     if (draw.chance(0.01f)) o = d = {kNaN, kNaN, kNaN};
     s.add(o, d, first, second);
   }
   return s;
+}
+
+struct World {
+  samples::DiscSet discs;
+  Segments segments;
+};
+
+/// A room of any size, anywhere; in half of them some discs are clipped.
+inline World any_room(uint64_t seed, float most_discs) {
+  Draw draw(seed);
+  const float half = std::pow(10.0f, draw.range(-3, 3));
+  const size_t count = size_t(std::pow(most_discs, draw.unit()));
+  const Vec3f offset = draw.chance(0.5f) ? Vec3f{} : draw.in_cube(20 * half);
+  const float radius = half * std::min(0.7f, 1.2f / std::sqrt(float(count)));
+  World world{room(draw, count, half, radius, offset), {}};
+  clip_some(world.discs, draw, draw.chance(0.5f) ? 0.3f : 0.0f);
+  world.segments = hostile_segments(draw, world.discs, 1500, half, offset, seed % 4 < 2);
+  return world;
+}
+
+/// Coordinates so large that discs are only a few units in the last place wide: every rounding of
+/// the crossing shows, and the margins of boxes and lists have to cover it.
+inline World coarse_room(uint64_t seed) {
+  Draw draw(seed);
+  const Vec3f offset = draw.in_cube(1e5f);
+  World world{room(draw, 800, 20, 0.02f * draw.range(0.5f, 4), offset), {}};
+  world.segments = hostile_segments(draw, world.discs, 2000, 20, offset);
+  return world;
+}
+
+/// A room where some discs have no, long or very short normals, or no radius.
+inline World degenerate_room(uint64_t seed) {
+  Draw draw(seed);
+  World world{room(draw, 60, 1, 0.2f, {}), {}};
+  samples::DiscSet& discs = world.discs;
+  for (size_t k = 0; k < discs.size(); ++k) {
+    if (k % 5 == 0) discs.normal[k] = {};
+    if (k % 5 == 1) discs.radius[k] = 0;
+    if (k % 5 == 2) discs.normal[k] = discs.normal[k] * draw.range(1e-3f, 1e3f);
+    if (k % 5 == 3) discs.normal[k] = {0, 0, 7e-45f};
+  }
+  world.segments = hostile_segments(draw, discs, 800, 1, {});
+  return world;
 }
 
 inline void sort_slots(std::vector<HitSlots>& slots) {

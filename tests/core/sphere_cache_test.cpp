@@ -26,62 +26,26 @@ SphereCacheOptions options_of(uint64_t seed, SegmentEnd rule) {
 TEST(SphereCache, EqualsBruteForceInRooms) {
   uint64_t hits = 0;
   for (uint64_t seed = 0; seed < 24; ++seed) {
-    Draw draw(seed);
-    const float half = std::pow(10.0f, draw.range(-3, 3));
-    const size_t count = size_t(std::pow(10.0f, draw.range(0, 3)));
-    const Vec3f offset = draw.chance(0.5f) ? Vec3f{} : draw.in_cube(20 * half);
-    const float radius = half * std::min(0.7f, 1.2f / std::sqrt(float(count)));
-    samples::DiscSet discs = room(draw, count, half, radius, offset);
-    clip_some(discs, draw, draw.chance(0.5f) ? 0.3f : 0.0f);
-    const Segments s = hostile_segments(draw, discs, 1500, half, offset);
+    const World world = any_room(seed, 1000);
     for (const SegmentEnd rule : kRules) {
       SCOPED_TRACE("seed " + std::to_string(seed) + ", rule " + std::to_string(int(rule)));
-      hits += expect_same(SphereCache(discs, options_of(seed, rule)), s, rule, seed % 2 == 1);
+      const SphereCache cache(world.discs, options_of(seed, rule));
+      hits += expect_same(cache, world.segments, rule, seed % 2 == 1);
     }
   }
   EXPECT_GT(hits, 10000u);
 }
 
-// Coordinates so large that discs are only a few units in the last place wide: every rounding of
-// the crossing shows, and the margin of the lists has to cover it.
 TEST(SphereCache, EqualsBruteForceWhereRoundingDecides) {
   uint64_t hits = 0;
   for (uint64_t seed = 100; seed < 116; ++seed) {
-    Draw draw(seed);
-    const Vec3f offset = draw.in_cube(1e5f);
-    samples::DiscSet discs = room(draw, 800, 20, 0.02f * draw.range(0.5f, 4), offset);
-    const Segments s = hostile_segments(draw, discs, 2000, 20, offset);
     SCOPED_TRACE("seed " + std::to_string(seed));
+    const World world = coarse_room(seed);
     SphereCacheOptions options = options_of(seed, kRules[seed % 3]);
     options.outer_radius = 60;
-    hits += expect_same(SphereCache(discs, options), s, options.rule);
+    hits += expect_same(SphereCache(world.discs, options), world.segments, options.rule);
   }
   EXPECT_GT(hits, 500u);
-}
-
-TEST(SphereCache, DegenerateDiscs) {
-  Draw draw(8);
-  samples::DiscSet discs = room(draw, 60, 1, 0.2f, {});
-  for (size_t k = 0; k < discs.size(); ++k) {
-    if (k % 5 == 0) discs.normal[k] = {};
-    if (k % 5 == 1) discs.radius[k] = 0;
-    if (k % 5 == 2) discs.normal[k] = discs.normal[k] * draw.range(1e-3f, 1e3f);
-    if (k % 5 == 3) discs.normal[k] = {0, 0, 7e-45f};
-  }
-  const Segments s = hostile_segments(draw, discs, 800, 1, {});
-  for (const SegmentEnd rule : kRules)
-    expect_same(SphereCache(discs, options_of(1, rule)), s, rule, false, false);
-}
-
-TEST(SphereCache, FewOrNoDiscs) {
-  Draw draw(7);
-  for (const size_t count : {0, 1, 2, 17}) {
-    const samples::DiscSet discs = room(draw, count, 1, 0.5f, {});
-    const Segments s = hostile_segments(draw, discs, 300, 1, {});
-    for (const SegmentEnd rule : kRules)
-      expect_same(SphereCache(discs, options_of(2, rule)), s, rule);
-  }
-  expect_same(SphereCache(room(draw, 5, 1, 0.5f, {}), {}), Segments(), SegmentEnd::bounded);
 }
 
 // One walk on one thread is the definition of the statistics.

@@ -52,14 +52,15 @@ def nearest(segments, point, normal, k: int, metric: str, segment_end: str = "bo
 
 def irradiance(
     segments, samples, *, metric: str, k: int, unbiased: bool = True, segment_end: str = "bounded"
-) -> np.ndarray:
-    """(n, 3): power of the k nearest, without the last one if unbiased, over pi r_k²."""
-    out = np.zeros((len(samples), 3))
+) -> tuple[np.ndarray, int]:
+    """(n, 3), power of the k nearest, without the last one if unbiased, over pi r_k²; hits found."""
+    out, hits = np.zeros((len(samples), 3)), 0
     for i, (point, normal) in enumerate(zip(samples.points, samples.normals, strict=True)):
         rows, distance, weight = nearest(segments, point, normal, k, metric, segment_end)
+        hits += len(rows)
         if len(rows) == 0 or distance[-1] == 0:
             continue
         inner = slice(0, len(rows) - unbiased)
         sums = (weight[inner, None] * segments.quanta[rows[inner]]).sum(axis=0)
         out[i] = sums * segments.quantum / (np.pi * distance[-1] ** 2)
-    return out
+    return out, hits

@@ -93,6 +93,7 @@ def walk(
         bounded = np.minimum(first[which] + BOUNDED_RADII * radius, second[which])
         return {"first": first[which], "second": second[which], "bounded": bounded}[segment_end]
 
+    squared = np.einsum("ij,ij->i", w, w)
     everything = np.arange(len(o))
     longest = ends(discs.max(), everything)
     if outer_radius is None:
@@ -105,9 +106,10 @@ def walk(
 
     def meeting(which: np.ndarray, centre: np.ndarray, radius: float) -> np.ndarray:
         """Those of the segments whose distance from the centre is at most the radius."""
-        to = centre - o[which]
-        t = np.clip((to * w[which]).sum(axis=1) / (w[which] ** 2).sum(axis=1), 0, longest[which])
-        return which[np.linalg.norm(to - t[:, None] * w[which], axis=1) <= radius]
+        to, way = centre - o[which], w[which]
+        t = np.clip(np.einsum("ij,ij->i", to, way) / squared[which], 0, longest[which])
+        off = to - t[:, None] * way
+        return which[np.sqrt(np.einsum("ij,ij->i", off, off)) <= radius]
 
     def crossing(which: np.ndarray, i: int) -> int:
         facing = w[which] @ normals[i]

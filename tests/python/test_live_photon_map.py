@@ -64,7 +64,7 @@ def test_starts_as_the_photon_map():
         live = dl.estimate.PhotonMap(before, samples, **options)
         once = dl.estimate.photon_map(before, samples, **options)
         np.testing.assert_array_equal(live.estimate.irradiance, once.irradiance)
-        assert live.estimate.stats == once.stats
+        assert live.estimate.stats["hits"] == once.stats["hits"]
 
 
 @pytest.mark.parametrize("form", ["mask", "numbers"])

@@ -70,7 +70,8 @@ def photon_map(
     Returns
     -------
     Estimate
-        `stats`: hits, those that were weighed. Independent of threads and of the order of segments.
+        Independent of threads and of the order of segments. `stats`: hits, those that were weighed, and
+        disc_tests, those looked at (which the order of segments may change).
 
     Raises
     ------
@@ -81,7 +82,7 @@ def photon_map(
     core = core_map(samples, k, kernel, unbiased, area, scene, compression, cone)
     segments = select_segments(segments, first_bounce, threads)
     values, stats = core.estimate(core_hits(segments), threads or 0, progress)
-    return Estimate(values * segments.quantum, None, segments.quantum, {"hits": stats["hits"]})
+    return Estimate(values * segments.quantum, None, segments.quantum, stats)
 
 
 def core_map(
