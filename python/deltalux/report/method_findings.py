@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sentences on what a comparison of methods found, each decided by its figures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+WORSE = 1.5  # times as many wrong samples are called more
+ERROR_MARGIN = 0.05  # RMS errors that differ by less are called equal
+
+Row = Mapping[str, Any]
+_PLACES = {
+    "very small": "On very small surfaces",
+    "small": "On small surfaces",
+    "edge": "Near the edges of large surfaces",
+    "inside": "Inside large surfaces",
+}
+
+
+def findings(data: Row) -> list[str]:
+    """What the figures of `deltalux compare-methods` say, a sentence or two each.
+
+    Parameters
+    ----------
+    data : as `MethodStudy.run` returns it
+    """
+    methods = {row["name"]: row for row in data["methods"]}
+    equal = {row["name"]: row for row in data["equal_count"]["rows"]}
+    sentences = [_exact(data["methods"]), _lossy(methods), _fastest(data["methods"])]
+    sentences += [_claim(data, equal, name) for name in _PLACES]
+    sentences += [_fixed(data, equal), _plain(data)]
+    return [text for text in sentences if text]
+
+
+def _exact(rows: Sequence[Row]) -> str:
+    exact = [row for row in rows if row["kind"] == "disc" and "equal" in row]
+    wrong = [row["label"] for row in exact if not row["equal"]]
+    if wrong:
+        return f"Exactness is broken: {', '.join(wrong)} differ from the disc index; please report this."
+    return f"All {len(exact)} exact disc methods have equal sums, to the last bit."
+
+
+def _lossy(methods: Mapping[str, Row]) -> str:
+    row = methods["sphere_cache_literal"]
+    return f"The sphere cache as printed in the paper (literal) loses {row['lost']:.1%} of the light."
+
+
+def _fastest(rows: Sequence[Row]) -> str:
+    timed = [row for row in rows if row["kind"] == "disc" and row.get("cpu_seconds") is not None]
+    cost = {row["label"]: row["cpu_seconds"] / max(row["samples"], 1) for row in timed}
+    (first, least), (second, next_) = sorted(cost.items(), key=lambda item: item[1])[:2]
+    ratio = f", {next_ / least:.1f} times less per sample than the {second}" if least > 0 else ""
+    return f"Of the exact methods the {first} takes the least time{ratio}."
+
+
+def _claim(data: Row, equal: Mapping[str, Row], name: str) -> str:
+    """The photon map against discs of equal expected count, in one class of samples."""
+    group = next(c for c in data["classes"] if c["name"] == name)
+    photons, whole, clipped = (
+        equal[key]["by_class"][name] for key in ("photon_map", "discs_of_k", "clipped_discs_of_k")
+    )
+    if photons is None or whole is None or clipped is None:
+        return ""
+    text = (
+        f"{_PLACES[name]} ({group['samples']:,} samples) the photon map is {_wrong(photons)}; discs of the "
+        "same "
+        f"expected count are {_wrong(whole)}, clipped to what they reach {_wrong(clipped)}."
+    )
+    if name != "very small":
+        return text
+    elsewhere = equal["photon_map"]["by_class"]["inside"]
+    best = min(_share(whole), _share(clipped))
+    if elsewhere is not None and _share(photons) <= WORSE * _share(elsewhere):
+        return f"{text} That photon maps fail on very small surfaces (paper 1.2) does not show in this scene."
+    if best > _share(photons) / WORSE:
+        return f"{text} That photon maps fail on very small surfaces (paper 1.2) shows here; discs fail, too."
+    ratio = f"{_share(photons) / best:.1f} times less often" if best > 0 else "nowhere"
+    return f"{text} That photon maps fail on very small surfaces (paper 1.2) shows here; discs fail {ratio}."
+
+
+def _share(row: Row) -> float:
+    return float(row["too_dark"] + row["too_bright"])
+
+
+def _wrong(row: Row) -> str:
+    return (
+        f"too dark by half or more at {row['too_dark']:.1%} of them, twice too bright at "
+        f"{row['too_bright']:.1%} "
+        f"(RMS error {row['rms_error']:.0%}, mean {row['bias']:+.0%})"
+    )
+
+
+def _fixed(data: Row, equal: Mapping[str, Row]) -> str:
+    """Discs of one radius against the k nearest crossings, which differ in nothing else."""
+    area, count = equal["discs_of_k"], equal["ray_map_crossing"]
+    parts = []
+    for name, a in area["by_class"].items():
+        b = count["by_class"][name]
+        if a is None or b is None:
+            continue
+        ratio = a["rms_error"] / max(b["rms_error"], 1e-12)
+        word = "less" if ratio < 1 - ERROR_MARGIN else "more" if ratio > 1 + ERROR_MARGIN else "the same"
+        held = data["equal_count"]["count_by_class"][name]
+        parts.append(f"{word} {name} ({a['rms_error']:.0%} and {b['rms_error']:.0%}; {held:.0f} in a disc)")
+    table = data["equal_count"]
+    return (
+        f"Fixed area against fixed count: discs of {100 * table['radius']:.0f} cm hold "
+        f"{table['mean_count']:.1f} segments on average. Their RMS error, beside that of the {data['k']} "
+        "nearest "
+        f"crossings, is {'; '.join(parts)}."
+    )
+
+
+def _plain(data: Row) -> str:
+    k = data["k"]
+    return (
+        "The plain form of the photon map, which counts the k-th hit, gives "
+        f"{data['plain_over_unbiased'] - 1:+.2%} "
+        f"against the unbiased one; k / (k - 1) says {k / (k - 1) - 1:+.2%}."
+    )

@@ -1,0 +1,7 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Studies: experiments that answer a question with figures; they write no files."""
+
+from .compare_methods import MethodStudy
+from .method_list import PICTURED
+
+__all__ = ["PICTURED", "MethodStudy"]
