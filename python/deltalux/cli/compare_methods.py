@@ -13,7 +13,8 @@ from rich.table import Table
 from deltalux.files import written_aside
 from deltalux.outputs.images import Picture
 from deltalux.report.method_findings import findings
-from deltalux.report.methods_page import equal_count_csv, methods_csv, methods_page
+from deltalux.report.method_tables import equal_count_csv, methods_csv
+from deltalux.report.methods_page import methods_page
 from deltalux.studies import PICTURED, MethodStudy
 
 from .console import ProgressCallback, Terminal
@@ -76,9 +77,8 @@ SamplesOption = Annotated[
         "--samples",
         parser=parse_count,
         metavar="N",
-        help="Samples that the methods are asked for, drawn from the mesh's vertices; slow methods get a "
-        "part of "
-        "them.  [dim]\\[default: 20000; quick: 2000][/]",
+        help="Samples that the methods are asked for, drawn from the mesh's vertices; brute force gets "
+        "fewer.  [dim]\\[default: 20000; quick: 2000][/]",
         show_default=False,
     ),
 ]

@@ -63,9 +63,10 @@ def _claim(data: Row, equal: Mapping[str, Row], name: str) -> str:
     if photons is None or whole is None or clipped is None:
         return ""
     text = (
-        f"{_PLACES[name]} ({group['samples']:,} samples) the photon map is {_wrong(photons)}; discs of the "
-        "same "
-        f"expected count are {_wrong(whole)}, clipped to what they reach {_wrong(clipped)}."
+        f"{_PLACES[name]} ({group['samples']:,} samples) the photon map gives less than half of the light "
+        f"at {photons['too_dark']:.1%} and more than twice at {photons['too_bright']:.1%} of the samples; "
+        f"discs of the same expected count at {_wrong(whole)}, clipped to what they reach at "
+        f"{_wrong(clipped)}."
     )
     if name != "very small":
         return text
@@ -84,31 +85,27 @@ def _share(row: Row) -> float:
 
 
 def _wrong(row: Row) -> str:
-    return (
-        f"too dark by half or more at {row['too_dark']:.1%} of them, twice too bright at "
-        f"{row['too_bright']:.1%} "
-        f"(RMS error {row['rms_error']:.0%}, mean {row['bias']:+.0%})"
-    )
+    return f"{row['too_dark']:.1%} and {row['too_bright']:.1%}"
 
 
 def _fixed(data: Row, equal: Mapping[str, Row]) -> str:
     """Discs of one radius against the k nearest crossings, which differ in nothing else."""
-    area, count = equal["discs_of_k"], equal["ray_map_crossing"]
-    parts = []
-    for name, a in area["by_class"].items():
-        b = count["by_class"][name]
-        if a is None or b is None:
+    area, count = equal["discs_of_k"]["by_class"], equal["ray_map_crossing"]["by_class"]
+    table, parts = data["equal_count"], []
+    for name, own in area.items():
+        other = count[name]
+        if own is None or other is None:
             continue
-        ratio = a["rms_error"] / max(b["rms_error"], 1e-12)
-        word = "less" if ratio < 1 - ERROR_MARGIN else "more" if ratio > 1 + ERROR_MARGIN else "the same"
-        held = data["equal_count"]["count_by_class"][name]
-        parts.append(f"{word} {name} ({a['rms_error']:.0%} and {b['rms_error']:.0%}; {held:.0f} in a disc)")
-    table = data["equal_count"]
+        ratio = own["rms_error"] / max(other["rms_error"], 1e-12)
+        word = "less" if ratio < 1 - ERROR_MARGIN else "more" if ratio > 1 + ERROR_MARGIN else "as much"
+        held = table["count_by_class"][name]
+        parts.append(
+            f"{name} {own['rms_error']:.0%} ({word}: {other['rms_error']:.0%}; {held:.0f} in a disc)"
+        )
     return (
-        f"Fixed area against fixed count: discs of {100 * table['radius']:.0f} cm hold "
-        f"{table['mean_count']:.1f} segments on average. Their RMS error, beside that of the {data['k']} "
-        "nearest "
-        f"crossings, is {'; '.join(parts)}."
+        f"Fixed area against fixed count (paper 2.2): discs of {100 * table['radius']:.0f} cm hold "
+        f"{table['mean_count']:.1f} segments on average. Their RMS error, and in brackets that of the "
+        f"{data['k']} nearest crossings: {', '.join(parts)}."
     )
 
 

@@ -59,7 +59,7 @@ class Method:
     label : for readers
     kind : "disc" (exact sums over discs), "disc, lossy", "k nearest" or "surface"
     run : takes inputs, samples in the world, their rows in the display mesh, and a progress callback
-    at_most : samples asked; slow methods are asked fewer
+    at_most : samples asked; a slow method is asked fewer
     """
 
     name: str
@@ -115,12 +115,12 @@ METHODS = (
     Method(INDEX, "disc index", DISC, _plain(estimate.disc_index)),
     Method("brute_force", "brute force", DISC, _plain(estimate.brute_force), at_most=1_000),
     Method("sphere_cache_all", "sphere cache, all", DISC, _cache("all")),
-    Method("sphere_cache_nested", "sphere cache, nested", DISC, _cache("nested"), at_most=5_000),
-    Method("sphere_cache_literal", "sphere cache, literal (lossy)", LOSSY, _cache("literal"), at_most=5_000),
+    Method("sphere_cache_nested", "sphere cache, nested", DISC, _cache("nested")),
+    Method("sphere_cache_literal", "sphere cache, literal (lossy)", LOSSY, _cache("literal")),
     Method("ray_map_disc", "ray map, discs", DISC, _plain(estimate.ray_map)),
-    Method("ray_map_crossing", "ray map, k nearest crossings", NEAREST, _rays("crossing"), at_most=5_000),
-    Method("ray_map_line", "ray map, k nearest lines", NEAREST, _rays("line"), at_most=5_000),
-    Method("ray_map_hit", "ray map, k nearest hits", NEAREST, _rays("hit"), at_most=5_000),
+    Method("ray_map_crossing", "ray map, k nearest crossings", NEAREST, _rays("crossing")),
+    Method("ray_map_line", "ray map, k nearest lines", NEAREST, _rays("line")),
+    Method("ray_map_hit", "ray map, k nearest hits", NEAREST, _rays("hit")),
     Method(PHOTONS, "photon map", NEAREST, _photons()),
     Method("photon_map_plain", "photon map, plain form", NEAREST, _photons(unbiased=False)),
     Method("photon_map_cone", "photon map, cone", NEAREST, _photons(kernel="cone")),
