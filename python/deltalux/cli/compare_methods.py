@@ -15,11 +15,11 @@ from deltalux.outputs.images import Picture
 from deltalux.report.method_findings import findings
 from deltalux.report.method_tables import equal_count_csv, methods_csv
 from deltalux.report.methods_page import methods_page
-from deltalux.studies import PICTURED, MethodStudy
+from deltalux.studies import MethodStudy
 
-from .console import ProgressCallback, Terminal
+from .console import Terminal
 from .inputs import open_scene
-from .method_pictures import Views, make_views, sheets
+from .method_pictures import make_views, sheets
 from .options import (
     JsonOption,
     LightUnitsOption,
@@ -37,11 +37,11 @@ PICTURES = {
     "whole.png": "The scene through its camera; all pictures have one exposure.",
     "close_up.png": "Close up, where most small surfaces are seen.",
 }
-LABELS = {
+LABELS = {  # of the pictures, in their order
     "reference": "reference",
     "session": "session (clipped discs)",
     "disc_index": "discs (whole)",
-    "ray_map_crossing": "k nearest crossings",
+    "sphere_cache_literal": "sphere cache, literal (lossy)",
     "photon_map": "photon map",
     "photon_map_surface": "photon map, surface area",
     "patch_sum": "patch sum",
@@ -145,7 +145,8 @@ def run(
         study.trace(progress)
         views = make_views(study, QUICK_SIZE if quick else SIZE)
         data = study.run(views.vertices, progress)
-        drawn = _draw(study, views, progress)
+        values = study.pictures(list(LABELS), progress)
+        drawn = sheets(views, {LABELS[name]: value for name, value in values.items()})
     command = shlex.join(["deltalux", *context.obj])
     data |= {"scene": scene, "command": command, "findings": findings(data)}
     outputs = _write(output, data, dict(zip(PICTURES, drawn, strict=True)))
@@ -153,15 +154,6 @@ def run(
     terminal.result(
         data, _table(data), *data["findings"], f"report.html, pictures and tables are in {output}"
     )
-
-
-def _draw(study: MethodStudy, views: Views, progress: ProgressCallback) -> tuple[Picture, Picture]:
-    names = ("reference", "session", *PICTURED)
-    values = {}
-    for index, name in enumerate(names):
-        values[LABELS[name]] = study.picture(name)
-        progress("pictures", (index + 1) / (len(names) + 1))
-    return sheets(views, values)
 
 
 def _write(folder: Path, data: dict[str, Any], pictures: dict[str, Picture]) -> list[Path]:
@@ -190,7 +182,7 @@ def _table(data: dict[str, Any]) -> Table:
         seconds = row.get("cpu_seconds")
         groups = (row["by_class"][name] for name in ("edge", "very small"))
         table.add_row(
-            LABELS.get(row["name"], row["label"]),
+            row["label"],
             "–" if seconds is None else f"{1e6 * seconds / row['samples']:.1f}",
             f"{row['rms_error']:.1%}",
             f"{row['bias']:+.1%}",

@@ -2,6 +2,5 @@
 """Studies: experiments that answer a question with figures; they write no files."""
 
 from .compare_methods import MethodStudy
-from .method_list import PICTURED
 
-__all__ = ["PICTURED", "MethodStudy"]
+__all__ = ["MethodStudy"]

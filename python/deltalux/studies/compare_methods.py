@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -14,18 +14,20 @@ from deltalux.results import Estimate
 from deltalux.samples import Samples
 from deltalux.scene import Scene
 from deltalux.segments import Progress, Segments, trace
-from deltalux.session import Session
 from deltalux.surfaces import NOTHING
 from deltalux.units import photopic
 
 from .measuring import Measured, measured
 from .method_errors import Reference
 from .method_list import DISC, INDEX, LOSSY, METHODS, NEAREST, Answer, Inputs, Method, method
+from .progress_parts import named, part_of
 from .sample_classes import CLASSES, classify
+from .sessions import VertexSessions
 
 UNLIT = 0.01  # of the mean reference: such samples are covered or unlit, and have no relative error
 NOISE_BATCHES = 8
-SESSION, EQUAL_WHOLE, EQUAL_CLIPPED = "session", "discs_of_k", "clipped_discs_of_k"
+REFERENCE, SESSION = "reference", "session"
+EQUAL_WHOLE, EQUAL_CLIPPED = "discs_of_k", "clipped_discs_of_k"
 REFERENCE_SEED = 1_000_003  # added to the seed, so that the reference shares no path
 
 
@@ -63,6 +65,7 @@ class MethodStudy:
         self.vertices = Samples.on_vertices(scene, spacing)
         assert self.vertices.display is not None  # on_vertices makes one
         self.display = self.vertices.display
+        self._sessions = VertexSessions(scene, self.vertices, threads)
         self._points, self._normals = self.display.world(scene, samples=True)
 
     def trace(self, progress: Progress | None = None) -> None:
@@ -78,7 +81,7 @@ class MethodStudy:
 
         Parameters
         ----------
-        pictured : (p,) rows of the display mesh whose irradiance `picture` will be asked for
+        pictured : (p,) rows of the display mesh whose irradiance `pictures` will be asked for
         progress : callable (stage, fraction) -> keep going
 
         Returns
@@ -91,29 +94,39 @@ class MethodStudy:
         """
         drawn = self._drawn()
         self._seen = np.unique(pictured)
-        self._gather_references(np.union1d(drawn, self._seen), _stage(progress, "reference"))
+        self._gather_references(np.union1d(drawn, self._seen), named(progress, "reference"))
         self.rows = self._lit(drawn)
         classes = self.classes.number[self.rows]
         irradiance, error = self._reference
         self._against = Reference(irradiance[self.rows], error[self.rows], classes)
         data = self._settings(len(drawn))
-        data["methods"] = self._methods(_stage(progress, "methods"))
-        data["equal_count"] = self._equal_count(data["methods"], _stage(progress, "equal counts"))
-        data["classes"] = self._classes(data["equal_count"]["radius"])
+        data["methods"] = self._methods(named(progress, "methods"))
+        data["equal_count"] = self._equal_count(data["methods"], named(progress, "equal counts"))
+        data["classes"] = self._classes(data["equal_count"]["radius"], named(progress, "noise"))
         data["plain_over_unbiased"] = self._plain_over_unbiased()
         return data
 
-    def picture(self, name: str, progress: Progress | None = None) -> np.ndarray:
-        """(n, 3) irradiance of the display mesh by a method, "session" or "reference"; 0 where unseen."""
-        values = np.zeros((len(self.display.points), 3))
-        if name == SESSION:
-            values[self._seen] = self._session[self._seen]
-        elif name == "reference":
-            values[self._seen] = self._reference[0][self._seen]
-        else:
-            found = method(name).run(self._inputs, self._samples(self._seen), self._seen, progress)
-            values[self._seen] = found.irradiance
-        return values
+    def pictures(self, names: Sequence[str], progress: Progress | None = None) -> dict[str, np.ndarray]:
+        """(n, 3) irradiance of the display mesh by each of these; 0 where `run` was not told to look.
+
+        Parameters
+        ----------
+        names : of methods, or "session" or "reference"
+        progress : callable (stage, fraction) -> keep going
+        """
+        progress = named(progress, "pictures")
+        result = {}
+        for index, name in enumerate(names):
+            part = part_of(progress, index / len(names), (index + 1) / len(names))
+            values = result[name] = np.zeros((len(self.display.points), 3))
+            if name == SESSION:
+                values[self._seen] = self._session[self._seen]
+            elif name == REFERENCE:
+                values[self._seen] = self._reference[0][self._seen]
+            else:
+                asked = self._samples(self._seen)
+                values[self._seen] = method(name).run(self._inputs, asked, self._seen, part).irradiance
+        return result
 
     def _drawn(self) -> np.ndarray:
         count = len(self.display.points)
@@ -126,34 +139,18 @@ class MethodStudy:
         self._radius = np.full(count, np.nan)
         self._session = np.zeros((count, 3))
         self._reference = np.zeros((count, 3)), np.zeros((count, 3))
-        asked = self._attached(rows)
-        with self._bake(asked, self.paths, self.seed, "paths", _part(progress, 0, 0.1)) as session:
+        own: dict[str, Any] = {"paths": self.paths, "seed": self.seed, "direct": "paths"}
+        with self._sessions.bake(rows, **own, progress=part_of(progress, 0, 0.1)) as session:
             self._radius[rows] = session.radius
             self._session[rows] = session.irradiance
-        seed = self.seed + REFERENCE_SEED
-        with self._bake(asked, self._reference_paths, seed, "sampled", _part(progress, 0.1, 1)) as session:
+        other: dict[str, Any] = {
+            "paths": self._reference_paths,
+            "seed": self.seed + REFERENCE_SEED,
+            "direct": "sampled",
+        }
+        with self._sessions.bake(rows, **other, progress=part_of(progress, 0.1, 1)) as session:
             self._reference[0][rows] = session.irradiance
             self._reference[1][rows] = session.standard_error
-
-    def _bake(
-        self, samples: Samples, paths: int, seed: int, direct: str, progress: Progress | None
-    ) -> Session:
-        session = Session(
-            self.scene,
-            samples,
-            paths=paths,
-            seed=seed,
-            threads=self.threads,
-            direct=direct,
-            progress=progress,
-        )
-        session.bake()
-        return session
-
-    def _attached(self, rows: np.ndarray, radius: float | None = None) -> Samples:
-        """Vertices as a session wants them."""
-        all_of = self.vertices
-        return Samples(all_of.points[rows], all_of.normals[rows], radius, all_of.attached[rows])
 
     def _samples(self, rows: np.ndarray, radius: float | None = None) -> Samples:
         """Vertices in the world, with the radii that the session chose."""
@@ -191,11 +188,11 @@ class MethodStudy:
         self._answers: dict[str, tuple[np.ndarray, Answer]] = {}
         result = []
         for index, each in enumerate(METHODS):
-            part = _part(progress, index / len(METHODS), (index + 1) / len(METHODS))
+            part = part_of(progress, index / len(METHODS), (index + 1) / len(METHODS))
             result.append(self._measure(each, part))
         everywhere = np.arange(len(self.rows))
         errors = self._against.figures(self._session[self.rows], everywhere)
-        row = {"name": SESSION, "label": "session (discs clipped to what they reach)", "kind": DISC}
+        row = {"name": SESSION, "label": "session, clipped discs", "kind": DISC}
         return [*result, {**row, "samples": len(everywhere), **errors}]
 
     def _measure(self, each: Method, progress: Progress | None) -> dict[str, Any]:
@@ -220,10 +217,10 @@ class MethodStudy:
             "hits": int(answer.stats["hits"]),
         }
         if each.kind in (DISC, LOSSY):
-            row |= self._exactness(each, which, answer)
+            row |= self._exactness(which, answer)
         return row | self._against.figures(answer.irradiance, which)
 
-    def _exactness(self, each: Method, which: np.ndarray, answer: Answer) -> dict[str, Any]:
+    def _exactness(self, which: np.ndarray, answer: Answer) -> dict[str, Any]:
         """Whether sums equal the disc index's at the same samples; of lossy methods the power lost."""
         whole = self._answers[INDEX][1]
         assert whole.sums is not None and answer.sums is not None  # of disc methods
@@ -242,13 +239,13 @@ class MethodStudy:
 
     def _equal_count(self, methods: Sequence[dict[str, Any]], progress: Progress | None) -> dict[str, Any]:
         """Discs of one radius that hold k segments on the mean of all samples, beside the k nearest."""
-        radius = self._radius_for_k(_part(progress, 0, 0.4))
-        counts, mean = self._counts(radius, progress=_part(progress, 0.4, 0.5))
+        radius = self._radius_for_k(part_of(progress, 0, 0.4))
+        counts, mean = self._counts(radius, progress=part_of(progress, 0.4, 0.5))
         samples = self._samples(self.rows, radius)
         everywhere = np.arange(len(self.rows))
-        whole = self._disc_index(samples, self._inputs.segments, _part(progress, 0.5, 0.6)).irradiance
-        asked = self._attached(self.rows, radius)
-        with self._bake(asked, self.paths, self.seed, "paths", _part(progress, 0.6, 1)) as session:
+        whole = self._disc_index(samples, self._inputs.segments, part_of(progress, 0.5, 0.6)).irradiance
+        own: dict[str, Any] = {"paths": self.paths, "seed": self.seed, "direct": "paths", "radius": radius}
+        with self._sessions.bake(self.rows, **own, progress=part_of(progress, 0.6, 1)) as session:
             clipped = session.irradiance
         rows = [
             {"name": name, "label": label, **self._against.figures(values, everywhere)}
@@ -269,7 +266,7 @@ class MethodStudy:
     def _radius_for_k(self, progress: Progress | None) -> float:
         radius = self.classes.gather_radius
         for turn in range(2):  # counts grow as the square of the radius, but for what edges cut off
-            mean = self._counts(radius, progress=_part(progress, turn / 2, (turn + 1) / 2))[1]
+            mean = self._counts(radius, progress=part_of(progress, turn / 2, (turn + 1) / 2))[1]
             radius *= float(np.sqrt(self.k / mean)) if mean > 0 else 1.0
         return radius
 
@@ -289,14 +286,15 @@ class MethodStudy:
     def _disc_index(self, samples: Samples, segments: Segments, progress: Progress | None) -> Estimate:
         return disc_index(segments, samples, threads=self.threads, progress=progress)
 
-    def _classes(self, radius: float) -> list[dict[str, Any]]:
+    def _classes(self, radius: float, progress: Progress | None) -> list[dict[str, Any]]:
         """What each class holds, and how far noise alone takes the mean error of a disc method there."""
         own = self.classes.number[self.rows]
         segments, samples = self._inputs.segments, self._samples(self.rows, radius)
         means = []
         for batch in range(NOISE_BATCHES):
             part = segments.select(segments.path % NOISE_BATCHES == batch)
-            values = NOISE_BATCHES * self._disc_index(samples, part, None).irradiance
+            share = part_of(progress, batch / NOISE_BATCHES, (batch + 1) / NOISE_BATCHES)
+            values = NOISE_BATCHES * self._disc_index(samples, part, share).irradiance
             relative = self._against.relative(values, np.arange(len(self.rows))).mean(axis=1)
             means.append(
                 [relative[own == i].mean() if (own == i).any() else 0.0 for i in range(len(CLASSES))]
@@ -311,25 +309,3 @@ class MethodStudy:
             }
             for i, name in enumerate(CLASSES)
         ]
-
-
-def _part(progress: Progress | None, start: float, end: float) -> Progress | None:
-    """A callback that fills its share of another's bar, and never goes back in it."""
-    if progress is None:
-        return None
-    most = 0.0
-
-    def report(stage: str, fraction: float) -> Any:
-        nonlocal most
-        most = max(most, min(fraction, 1.0))
-        return progress(stage, start + (end - start) * most)
-
-    return report
-
-
-def _stage(progress: Progress | None, name: str) -> Progress | None:
-    """A callback under one name, whatever the stages of the calls below are called."""
-    if progress is None:
-        return None
-    tell: Callable[[str, float], Any] = progress
-    return lambda _, fraction: tell(name, fraction)

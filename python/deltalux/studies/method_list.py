@@ -110,7 +110,7 @@ def _rays(metric: str) -> Run:
     return _plain(estimate.ray_map, wants_k=True, metric=metric)
 
 
-INDEX, PHOTONS = "disc_index", "photon_map"
+INDEX = "disc_index"
 METHODS = (
     Method(INDEX, "disc index", DISC, _plain(estimate.disc_index)),
     Method("brute_force", "brute force", DISC, _plain(estimate.brute_force), at_most=1_000),
@@ -121,7 +121,7 @@ METHODS = (
     Method("ray_map_crossing", "ray map, k nearest crossings", NEAREST, _rays("crossing")),
     Method("ray_map_line", "ray map, k nearest lines", NEAREST, _rays("line")),
     Method("ray_map_hit", "ray map, k nearest hits", NEAREST, _rays("hit")),
-    Method(PHOTONS, "photon map", NEAREST, _photons()),
+    Method("photon_map", "photon map", NEAREST, _photons()),
     Method("photon_map_plain", "photon map, plain form", NEAREST, _photons(unbiased=False)),
     Method("photon_map_cone", "photon map, cone", NEAREST, _photons(kernel="cone")),
     Method("photon_map_epanechnikov", "photon map, Epanechnikov", NEAREST, _photons(kernel="epanechnikov")),
@@ -129,7 +129,6 @@ METHODS = (
     Method("patch_sum", "patch sum", SURFACE, _patches),
     Method("local_linear", "local linear", SURFACE, _plain(estimate.local_linear, wants_scene=True)),
 )
-PICTURED = (INDEX, "ray_map_crossing", PHOTONS, "photon_map_surface", "patch_sum", "local_linear")
 
 
 def method(name: str) -> Method:
