@@ -71,12 +71,12 @@ def _claim(data: Row, equal: Mapping[str, Row], name: str) -> str:
     if name != "very small":
         return text
     elsewhere = equal["photon_map"]["by_class"]["inside"]
-    best = min(_share(whole), _share(clipped))
+    left = _share(whole)  # the paper's own discs
     if elsewhere is not None and _share(photons) <= WORSE * _share(elsewhere):
         return f"{text} That photon maps fail on very small surfaces (paper 1.2) does not show in this scene."
-    if best > _share(photons) / WORSE:
+    if left > _share(photons) / WORSE:
         return f"{text} That photon maps fail on very small surfaces (paper 1.2) shows here; discs fail, too."
-    ratio = f"{_share(photons) / best:.1f} times less often" if best > 0 else "nowhere"
+    ratio = f"{_share(photons) / left:.1f} times less often" if left > 0 else "nowhere"
     return f"{text} That photon maps fail on very small surfaces (paper 1.2) shows here; discs fail {ratio}."
 
 

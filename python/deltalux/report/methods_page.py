@@ -38,7 +38,10 @@ _ERROR_NOTES = (
     "Brute force stands for its fewer samples.",
 )
 _BIAS_NOTES = ("Mean of (estimate − reference) / max(reference, 10 % of the mean). Below zero is too dark.",)
-_SHARE_NOTES = ("A few samples in bright places can carry a mean; this counts samples, noise included.",)
+_SHARE_NOTES = (
+    "Errors below −50 %, in the next table above +100 %. A few samples in bright places can carry a mean; "
+    "this counts samples, noise included.",
+)
 _CLASS_HEADER = (
     "class",
     "samples",
