@@ -130,13 +130,14 @@ def _classes(data: Row) -> list[list[Cell]]:
 def _cost(row: Row) -> list[Cell]:
     seconds, memory = row.get("cpu_seconds"), row.get("memory_bytes")
     tests, hits = row.get("tests"), row.get("hits")
+    each = None if seconds is None else 1e6 * seconds / max(row["samples"], 1)
     sums = NONE if "equal" not in row else "equal" if row["equal"] else f"{row['lost']:.1%} lost"
     return [
         row["label"],
         row["kind"],
         row["samples"],
         NONE if seconds is None else round(seconds, 2),
-        NONE if seconds is None else round(1e6 * seconds / max(row["samples"], 1), 1),
+        NONE if each is None else round(each) if each >= 100 else round(each, 1),
         NONE if memory is None else round(memory / 2**20, 1),
         NONE if tests is None else tests,
         NONE if hits is None else hits,
