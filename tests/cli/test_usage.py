@@ -10,7 +10,7 @@ from deltalux.version import __version__
 
 from .conftest import QUICK, Cli
 
-VERBS = ("demo", "info", "bake", "update", "compare")
+VERBS = ("demo", "info", "bake", "update", "compare", "compare-methods")
 
 
 def test_version(cli: Cli) -> None:

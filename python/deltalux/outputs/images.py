@@ -106,6 +106,18 @@ def render(
     values = shown_values(view.surfaces, values)
     if false_colour:
         return _false_colour(view, photopic(values), scale_for, scale, isolux)
+    return lit_picture(view, values, exposure)
+
+
+def lit_picture(view: View, values: np.ndarray, exposure: float | None = None) -> Picture:
+    """The lit scene as `render` draws it, in a view that was made before.
+
+    Parameters
+    ----------
+    view : View
+    values : (n, 3) irradiance as shown, see `shown_values`, one for each vertex of the view's display
+    exposure : factor on radiance; None = automatic
+    """
     radiance, light_source = _radiance(view, values)
     if exposure is None:
         plain = view.facing & ~light_source

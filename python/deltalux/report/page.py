@@ -28,7 +28,7 @@ class Section:
     ----------
     title : heading
     paragraphs : plain text
-    header, rows : the table; numbers are set flush right
+    header, rows : the table; columns with numbers are set flush right
     pictures : (PNG file, caption) pairs, embedded into the page
     """
 
@@ -59,21 +59,24 @@ def _section(section: Section) -> str:
     parts = [f"<h2>{escape(section.title)}</h2>"]
     parts += [f"<p>{escape(text)}</p>" for text in section.paragraphs]
     if section.rows:
-        head = "".join(f"<th>{escape(cell)}</th>" for cell in section.header)
-        rows = ["<tr>" + "".join(_cell(cell) for cell in row) + "</tr>" for row in section.rows]
+        columns = range(len(section.rows[0]))
+        numeric = [any(not isinstance(row[i], str) for row in section.rows) for i in columns]
+        head = "".join(_cell("th", text, right) for text, right in zip(section.header, numeric, strict=True))
+        rows = [
+            "<tr>" + "".join(_cell("td", *cell) for cell in zip(row, numeric, strict=True)) + "</tr>"
+            for row in section.rows
+        ]
         parts.append(f"<table><tr>{head}</tr>\n" + "\n".join(rows) + "</table>")
     parts += [_figure(path, caption) for path, caption in section.pictures]
     return "\n".join(parts)
 
 
-def _cell(value: str | float | int) -> str:
+def _cell(tag: str, value: str | float | int, right: bool) -> str:
     if isinstance(value, str):
-        return f"<td>{escape(value)}</td>"
-    return (
-        f'<td class="number">{value:,}</td>'
-        if isinstance(value, int)
-        else f'<td class="number">{value:,.4g}</td>'
-    )
+        text = escape(value)
+    else:
+        text = f"{value:,}" if isinstance(value, int) else f"{value:,.4g}"
+    return f'<{tag} class="number">{text}</{tag}>' if right else f"<{tag}>{text}</{tag}>"
 
 
 def _figure(path: Path, caption: str) -> str:

@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Progress of a call as a share of a longer one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from deltalux.segments import Progress
+
+
+def part_of(progress: Progress | None, start: float, end: float) -> Progress | None:
+    """A callback that fills its share of another's bar, and never goes back in it."""
+    if progress is None:
+        return None
+    most = 0.0
+
+    def report(stage: str, fraction: float) -> Any:
+        nonlocal most
+        most = max(most, min(fraction, 1.0))
+        return progress(stage, start + (end - start) * most)
+
+    return report
+
+
+def named(progress: Progress | None, name: str) -> Progress | None:
+    """A callback under one name, whatever the stages of the calls below are called."""
+    if progress is None:
+        return None
+    tell: Callable[[str, float], Any] = progress
+    return lambda _, fraction: tell(name, fraction)
