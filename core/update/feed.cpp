@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+// Collects segments without order, sorts them by slab, and hands them on in portions.
 #include "update/feed.h"
 
 #include <algorithm>
