@@ -236,7 +236,7 @@ def moulding_loop(profile: Any, half_x: float, half_z: float, edge: float, mater
 def cornice(low: float, height: float, proud: float) -> np.ndarray:
     """Profile for `moulding_loop`: widens upwards by steps and curves."""
     steps: Sequence[tuple[float, float]] = [
-        (-0.35, 0.0),
+        (-0.005, 0.0),  # hardly into the wall: an underside within it would be dark
         (0.12, 0.0),
         (0.12, 0.12),
         (0.2, 0.18),
