@@ -139,6 +139,7 @@ class Nearest {
     return worst * (1 + 1e-9) + std::numeric_limits<double>::min();
   }
   bool full() const { return heap.size() == k_; }
+  void sort() const {}  // nanoflann 1.6 and later ask for it; the heap is ordered as it fills
   size_t size() const { return heap.size(); }
 
   std::vector<Found> heap;
