@@ -81,7 +81,7 @@ class Session {
   const direct::DirectLight* direct() const { return direct_.get(); }
 
   /// Snapshot: named byte arrays, see snapshot.cpp. `restore` wants a session freshly made from the
-  /// same scene, samples and options. Throws FormatError.
+  /// same scene, samples and options. Throws FormatError, SceneError.
   using Archive = std::map<std::string, std::vector<std::byte>>;
   Archive save() const;
   void restore(const Archive& archive, Progress& progress);

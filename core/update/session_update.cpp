@@ -325,11 +325,11 @@ void Session::run_pending(double budget_ms, Progress& progress, Report& report,
     update.replace(std::span(pending_).subspan(done, end - done), done ? nullptr : between);
     progress.advance(end - done);
     done = end;
-    if (budget_ms == 0) continue;
+    if (budget_ms == 0 || done == total) continue;
     const double spent = since(start), left = budget_ms - spent;
     if (left <= 0) break;
-    step = std::clamp(size_t(double(done) * left / spent), size_t(1), 2 * step);
-    step = std::min(step, kMostPerStep);
+    const double fits = double(done) * left / spent;  // beyond any integer, perhaps
+    step = size_t(std::clamp(fits, 1.0, double(std::min(2 * step, kMostPerStep))));
   } while (done < total && !progress.cancelled());
   pending_.erase(pending_.begin(), pending_.begin() + long(done));
   report.affected_paths = update.counts().paths;

@@ -54,6 +54,8 @@ Session::Archive Session::save() const {
   std::vector<float> reflectance;
   for (const scene::Material& m : s.scene.materials)
     reflectance.insert(reflectance.end(), {m.reflectance.x, m.reflectance.y, m.reflectance.z});
+  const Box& world = s.scene.world();
+  archive["world"] = pack(std::vector<Vec3f>{world.low, world.high});
   archive["poses"] = pack(poses);
   archive["present"] = pack(present);
   archive["reflectance"] = pack(reflectance);
@@ -108,6 +110,9 @@ void Session::restore(const Archive& archive, Progress& progress) {
     pose.translation = {p[9], p[10], p[11]};
     s.scene.objects[i].present = present[i] != 0;
   }
+  // The scene's own measure would count meshes that were added since.
+  const auto world = unpack<Vec3f>(archive, "world", 2);
+  s.scene.set_world({world[0], world[1]});
   snapshot::check_poses(original, s.scene);
   const auto reflectance = unpack<float>(archive, "reflectance", 3 * s.scene.materials.size());
   for (size_t m = 0; m < s.scene.materials.size(); ++m)

@@ -215,6 +215,21 @@ def test_any_budget_ends_in_the_recomputes_bits_and_loses_no_energy(budget):
         equals_recompute(session)
 
 
+def test_a_budget_without_end_takes_large_steps():
+    """Path by path, a method with a cost per step would take a hundred times as long."""
+    scene = room()
+    samples = dl.Samples.on_vertices(scene, spacing=0.1)
+    milliseconds = []
+    with dl.Session(scene, samples, paths=8000, threads=1, static_method="sphere_cache") as session:
+        session.bake()
+        for x, budget in ((0.3, None), (-0.3, float("inf"))):
+            session.move("block", translation(x, 0.5, 0.1))
+            frame = session.update(budget_ms=budget)
+            assert frame.done == 1
+            milliseconds.append(frame.milliseconds["total"])
+    assert milliseconds[1] < 10 * milliseconds[0] + 200
+
+
 def test_a_budget_spreads_the_error_over_the_scene():
     """Half the work done is about half the change everywhere, not all of it near one lamp."""
     bulbs = [dl.PointLight(f"bulb{x}", (x, 0.6, 0), (1, 1, 1)) for x in (-3.0, 3.0)]
