@@ -7,30 +7,19 @@ a choice open, `form` selects "corrected" (default), "printed" or "spacing". All
 t and u default to 1, so that results count tests.
 """
 
-from .costs import (
+from .cache_costs import (
     best_ratio,
-    deep_index_cost,
-    disc_index_cost,
+    cache_constant,
     grid_inner_cost,
     grid_radius,
     grid_spacing,
-    index_depth,
     inner_cost,
     rebuild_cost,
     sphere_cache_cost,
 )
+from .index_costs import deep_index_cost, disc_index_cost, index_depth
 from .measured import measured_cache_tests, measured_crossover
-from .moving import (
-    affected_rays,
-    cache_constant,
-    crossover,
-    moving_cache_cost,
-    moving_cost_ratio,
-    moving_index_cost,
-    static_cache_cost,
-    static_cache_limit,
-    static_index_cost,
-)
+from .moving_update import crossover, moving_cache_cost, moving_cost_ratio, moving_index_cost
 from .spheres import (
     divided_share,
     levels,
@@ -42,6 +31,7 @@ from .spheres import (
     rebuilds,
     sphere_radius,
 )
+from .static_update import affected_rays, static_cache_cost, static_cache_limit, static_index_cost
 from .surfaces import (
     surface_cache_cost,
     surface_crossover,

@@ -73,7 +73,7 @@ def fraction(name: str, value: ArrayLike) -> np.ndarray:
     return array
 
 
-def levels_of(name: str, value: ArrayLike, least: int) -> np.ndarray:
+def whole(name: str, value: ArrayLike, least: int) -> np.ndarray:
     """Whole numbers from `least` on."""
     array = numbers(name, value)
     _require(name, array, (array >= least) & (array % 1 == 0), f"an integer of at least {least}")

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import betainc
 
-from .checks import at_least, equation, fraction, levels_of, positive, within
+from .checks import at_least, equation, fraction, positive, whole, within
 
 
 @equation
@@ -54,7 +54,7 @@ def sphere_radius(outer_radius: ArrayLike, ratio: ArrayLike, level: ArrayLike) -
     OptionError
         For arguments out of range.
     """
-    return positive("outer_radius", outer_radius) * fraction("ratio", ratio) ** levels_of("level", level, 0)
+    return positive("outer_radius", outer_radius) * fraction("ratio", ratio) ** whole("level", level, 0)
 
 
 @equation
@@ -83,9 +83,7 @@ def rays_in_sphere(ray_count: ArrayLike, ratio: ArrayLike, level: ArrayLike) -> 
     OptionError
         For arguments out of range.
     """
-    return at_least(0, "ray_count", ray_count) * fraction("ratio", ratio) ** (
-        2 * levels_of("level", level, 0)
-    )
+    return at_least(0, "ray_count", ray_count) * fraction("ratio", ratio) ** (2 * whole("level", level, 0))
 
 
 @equation
@@ -112,7 +110,7 @@ def rebuild_time(
     OptionError
         For arguments out of range.
     """
-    above = levels_of("level", level, 1) - 1
+    above = whole("level", level, 1) - 1
     return positive("sphere_test", sphere_test) * rays_in_sphere(ray_count, ratio, above)
 
 
@@ -137,7 +135,7 @@ def rebuilds(ratio: ArrayLike, level: ArrayLike) -> np.ndarray:
     OptionError
         For arguments out of range.
     """
-    return fraction("ratio", ratio) ** (-3 * levels_of("level", level, 0))
+    return fraction("ratio", ratio) ** (-3 * whole("level", level, 0))
 
 
 @equation
@@ -187,9 +185,10 @@ def levels_above_disc(outer_radius: ArrayLike, radius: ArrayLike, ratio: ArrayLi
     q = fraction("ratio", ratio)
     within("radius", disc, "outer_radius", outer)
     depth = np.log(outer / disc) / -np.log(q)
-    whole = np.round(depth)
+    nearest = np.round(depth)
     # A last sphere of the disc's own radius does not count; rounding must not decide that.
-    return np.maximum(0, np.where(np.abs(depth - whole) < 1e-9 * (1 + whole), whole - 1, np.floor(depth)))
+    alike = np.abs(depth - nearest) < 1e-9 * (1 + nearest)
+    return np.maximum(0, np.where(alike, nearest - 1, np.floor(depth)))
 
 
 @equation
@@ -216,7 +215,7 @@ def divided_share(
     OptionError
         For arguments out of range.
     """
-    lines, least = levels_of("ray_count", ray_count, 0), levels_of("min_rays", min_rays, 1)
+    lines, least = whole("ray_count", ray_count, 0), whole("min_rays", min_rays, 1)
     inside = rays_in_sphere(1, ratio, level)
     enough = lines >= least
     return np.where(enough, betainc(least, np.where(enough, lines - least + 1, 1), inside), 0.0)
@@ -253,7 +252,7 @@ def limited_rebuilds(
     OptionError
         For arguments out of range.
     """
-    above = levels_of("level", level, 1) - 1
+    above = whole("level", level, 1) - 1
     # Through a logarithm, since Q^(-3i) may be beyond a float where n_P is not.
     wished = -3 * (above + 1) * np.log(fraction("ratio", ratio))
     most = np.log(at_least(1, "sample_count", sample_count))

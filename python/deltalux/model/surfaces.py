@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .checks import at_least, equation, fraction, levels_of, positive
+from .checks import at_least, equation, fraction, positive, whole
 
 CUBE_WALLS = 8.0  # 6 (2 / √3)²
 BEST_RATIO = math.exp(-0.5)
@@ -37,7 +37,7 @@ def surface_rebuilds(ratio: ArrayLike, level: ArrayLike, area: ArrayLike = CUBE_
     OptionError
         For arguments out of range.
     """
-    return positive("area", area) * fraction("ratio", ratio) ** (-2 * levels_of("level", level, 1))
+    return positive("area", area) * fraction("ratio", ratio) ** (-2 * whole("level", level, 1))
 
 
 @equation
@@ -211,7 +211,7 @@ def surface_crossover(
     """Size r_D / r_0 at which both methods cost the same, moving samples on surfaces; eq. 18 for these.
 
     Where the sphere cache of the r_D² / r_0² affected rays costs as much as disc indexing of all. It
-    shrinks as n_D grows, which the paper's 0.35 does not.
+    shrinks as n_D grows, which the paper's 0.35 does not; with `traversal` it tends to a constant.
 
     Parameters
     ----------

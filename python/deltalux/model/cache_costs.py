@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cost of the sphere cache and of disc indexing for samples in a volume (paper 3.1, equations 1 to 10)."""
+"""Cost of the sphere cache for samples in a volume (paper 3.1, equations 1 to 6; the 8.08 of 3.2)."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .checks import FORMS, at_least, choice, equation, fraction, positive, within
+from deltalux.errors import OptionError
 
+from .checks import FORMS, at_least, choice, equation, fraction, positive, within
+from .index_costs import disc_index_cost
+
+PRINTED_CONSTANT = 8.08
 GRID = np.sqrt(3) / 2  # r_0 / (d n_P^(1/3)) of the grid of eq. 4
 
 
@@ -217,24 +221,22 @@ def grid_inner_cost(sample_count: ArrayLike, ray_count: ArrayLike, disc_test: Ar
 
 
 @equation
-def deep_index_cost(
-    sample_count: ArrayLike,
-    ray_count: ArrayLike,
-    depth: ArrayLike,
+def cache_constant(
+    ratio: ArrayLike = 2 / 3,
+    sphere_test: ArrayLike = 1.0,
     disc_test: ArrayLike = 1.0,
-    traversal: bool = False,
+    form: str = "corrected",
 ) -> np.ndarray:
-    """Cost of disc indexing in a tree of depth k: u n_R n_P / 4^k (paper, eq. 8; k times that, eq. 7).
+    """Cost of the sphere cache per ray and n_P^(1/3), in the limit of many samples; the 8.08 of eq. 13.
 
-    A ray that meets a voxel meets one of its eight children with probability 1/4.
+    Corrected: t / (Q² (1 - Q)) + (4/3) u, 97/12 at Q = 2/3. Spacing: (√3/2) t / (Q² (1 - Q)) +
+    (4/3) u, 7.18. Printed: 8.08 t, for Q = 2/3 and t = u.
 
     Parameters
     ----------
-    sample_count : number or array from 1; n_P
-    ray_count : number or array from 0; n_R
-    depth : number or array from 0; k of eq. 7 to 9
-    disc_test : number or array, seconds; u
-    traversal : True: eq. 7, u k n_R n_P / 4^k. False: eq. 8, which neglects the way to a voxel
+    ratio : number or array between 0 and 1; Q
+    sphere_test, disc_test : numbers or arrays, seconds; t, u
+    form : "corrected", "printed", or "spacing" as in `rebuild_cost`
 
     Returns
     -------
@@ -243,60 +245,16 @@ def deep_index_cost(
     Raises
     ------
     OptionError
-        For arguments out of range.
+        For arguments out of range, or a printed form at another Q or u.
     """
-    k = at_least(0, "depth", depth)
-    rays, discs = at_least(0, "ray_count", ray_count), at_least(1, "sample_count", sample_count)
-    return positive("disc_test", disc_test) * (k if traversal else 1.0) * (rays * discs / 4.0**k)
-
-
-@equation
-def index_depth(sample_count: ArrayLike) -> np.ndarray:
-    """Depth at which a voxel is as large as the distance of the samples: k = log2 n_P^(1/3) (paper, eq. 9).
-
-    Parameters
-    ----------
-    sample_count : number or array from 1; n_P
-
-    Returns
-    -------
-    number or array of levels, not rounded
-
-    Raises
-    ------
-    OptionError
-        For arguments out of range.
-    """
-    return np.log2(at_least(1, "sample_count", sample_count)) / 3
-
-
-@equation
-def disc_index_cost(
-    sample_count: ArrayLike,
-    ray_count: ArrayLike,
-    disc_test: ArrayLike = 1.0,
-    traversal: bool = False,
-) -> np.ndarray:
-    """Cost of disc indexing, T = u n_R n_P^(1/3) (paper, eq. 10 and Theorem 1).
-
-    Eq. 8 at the depth of eq. 9.
-
-    Parameters
-    ----------
-    sample_count : number or array from 1; n_P
-    ray_count : number or array from 0; n_R
-    disc_test : number or array, seconds; u
-    traversal : True keeps the factor k = log2 n_P^(1/3) of eq. 7, which the paper drops at eq. 8
-
-    Returns
-    -------
-    number or array, seconds
-
-    Raises
-    ------
-    OptionError
-        For arguments out of range.
-    """
-    count, rays = at_least(1, "sample_count", sample_count), at_least(0, "ray_count", ray_count)
-    steps = index_depth(count) if traversal else 1.0
-    return positive("disc_test", disc_test) * steps * rays * np.cbrt(count)
+    choice("form", form, FORMS)
+    q = fraction("ratio", ratio)
+    t, u = positive("sphere_test", sphere_test), positive("disc_test", disc_test)
+    if form == "printed":
+        if not (np.allclose(q, 2 / 3, rtol=0.01) and np.allclose(t, u, rtol=1e-9, atol=0)):
+            raise OptionError(
+                f"form: found 'printed' with ratio {ratio!r} and tests of {sphere_test!r} and {disc_test!r}, "
+                "expected ratio 2/3 and sphere_test = disc_test, for which 8.08 was printed"
+            )
+        return PRINTED_CONSTANT * t
+    return (GRID if form == "spacing" else 1.0) * t / (q**2 * (1 - q)) + 4 / 3 * u
