@@ -92,6 +92,7 @@ BY_HAND = [
     ("static_index_cost", (1000, 6, 3.0), {}, 360.0),
     # eq. 15: 8.08 · 2 · 6 · 10; corrected 2 · 6 · 4 · 18 + 4 · 6 · 10, and 2 · 100 to find the rays
     ("moving_cache_cost", (1000, 6, 2 / 3, 2.0, 2.0, "printed"), {}, 969.6),
+    ("moving_cache_cost", (1000, 6, 2 / 3, 2.0, 2.0, "printed", 100), {}, 1169.6),
     ("moving_cache_cost", (1000, 6, 0.5, 2.0, 3.0), {}, 1104.0),
     ("moving_cache_cost", (1000, 6, 0.5, 2.0, 3.0), {"ray_count": 100}, 1304.0),
     ("moving_cache_cost", (1000, 6, 0.5, 1.0, 3.0, "spacing"), {}, 607.692194),
