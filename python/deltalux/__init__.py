@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Deltalux: incremental global illumination, equal to a full bake to the last bit."""
 
-from . import estimate, scenes
+from . import estimate, model, scenes
 from .errors import Cancelled, Error, FormatError, OptionError, SceneError
 from .io import load
 from .results import Estimate, Frame, Result
@@ -34,6 +34,7 @@ __all__ = [
     "__version__",
     "estimate",
     "load",
+    "model",
     "scenes",
     "trace",
     "uniform_lines",
