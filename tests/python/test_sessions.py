@@ -260,6 +260,34 @@ def test_cancelled_update_is_finished_by_the_next(calls, direct):
         assert session.energy["absorbed"][0] + session.energy["escaped"][0] == session.energy["emitted"][0]
 
 
+def test_a_cancelled_gradient_stops_soon():
+    """A third of all segments are first flights: they must not be deposited in one go."""
+    scene = room()
+    samples = dl.Samples.on_vertices(scene, spacing=0.06, radius=0.15)
+    cancel = False
+    waits = []
+
+    def watch(stage, fraction):
+        if not cancel or stage != "deposit":
+            return True
+        waits.append(time.perf_counter())
+        return False
+
+    with dl.Session(scene, samples, paths=65_536, threads=1, direct="paths", progress=watch) as session:
+        session.bake()
+        start = time.perf_counter()
+        _ = session.gradient
+        whole = time.perf_counter() - start
+        cancel = True
+        latencies = []
+        for _ in range(3):
+            waits.clear()
+            with pytest.raises(dl.Cancelled):
+                _ = session.gradient
+            latencies.append(time.perf_counter() - waits[0])
+        assert min(latencies) < whole / 10
+
+
 def test_errors_in_the_callback_propagate():
     scene = dl.scenes.office()
 
