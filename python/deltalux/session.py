@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from . import _core, snapshot
 from .errors import OptionError
-from .estimate.inputs import SEGMENT_ENDS
+from .estimate.inputs import FARTHEST, SEGMENT_ENDS
 from .flatten import flatten
 from .interpolation import Interpolator
 from .memory import available_memory
@@ -379,9 +379,14 @@ class Session:
         Raises
         ------
         OptionError
-            Where a number is not finite, a normal is zero, or no sample is present.
+            Where a number is not finite, a point is beyond 1e15 m, a normal is zero, or no sample is
+            present.
         """
         asked = Samples(points, normals, radius=1.0)
+        if (farthest := np.abs(asked.points).max(initial=0)) > FARTHEST:
+            raise OptionError(
+                f"at: points: found a coordinate of {farthest:g} m, expected at most {FARTHEST:g}"
+            )
         self._finish()
         present, interpolator = self._interpolation()
         session = self._baked_session()

@@ -441,6 +441,16 @@ def test_wrong_samples(arguments):
         dl.Samples(*arguments)
 
 
+def test_places_that_no_ray_may_start_from_are_refused(baked):
+    """Embree, built with assertions, would end the process."""
+    with pytest.raises(dl.OptionError, match="sample 1: point"):
+        dl.Session(room(), dl.Samples([(0, 0, 0), (1e20, 0, 0)], (0, 1, 0), radius=0.1))
+    for far in (1e16, 1e30, 1e300):
+        with pytest.raises(dl.OptionError, match="expected at most"):
+            baked.at([(far, 0, 0)], [(0, 1, 0)])
+    assert np.isfinite(baked.at([(1e15, 0, 0)], [(0, 1, 0)], gradients=True)).all()
+
+
 def test_closed_sessions_say_so():
     scene = room()
     session = dl.Session(scene, samples_in(scene), paths=100)
