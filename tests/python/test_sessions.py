@@ -445,6 +445,15 @@ def test_places_that_no_ray_may_start_from_are_refused(baked):
     """Embree, built with assertions, would end the process."""
     with pytest.raises(dl.OptionError, match="sample 1: point"):
         dl.Session(room(), dl.Samples([(0, 0, 0), (1e20, 0, 0)], (0, 1, 0), radius=0.1))
+    floor = ("floor", [(-1, 0, -1), (1, 0, -1), (1, 0, 1)], [(0, 2, 1)], "grey")
+    for kind, lights, pose in (
+        ("light", [dl.PointLight("bulb", (0, 1e20, 0))], np.eye(4)),
+        ("mesh", [], translation(0, 1e20, 0)),
+        ("mesh", [], translation(0, 1e300, 0)),
+    ):
+        scene = dl.Scene([dl.Mesh(*floor, pose=pose)], [dl.Material("grey")], lights)
+        with pytest.raises(dl.SceneError, match=f"{kind}.*1e15 m"):
+            dl.Session(scene, dl.Samples((0, 0, 0), (0, 1, 0), radius=0.1))
     for far in (1e16, 1e30, 1e300):
         with pytest.raises(dl.OptionError, match="expected at most"):
             baked.at([(far, 0, 0)], [(0, 1, 0)])
