@@ -288,12 +288,20 @@ class Session:
         return frame
 
     def _apply_at_once(self) -> None:
-        """Apply what is queued, without progress and without a chance to cancel."""
+        """Apply what is queued, without progress; only Ctrl-C can stop it."""
         session = self._session()
         if len(self._edits):
+            self._apply(session, 0.0, None)
+
+    def _apply(self, session: Any, budget_ms: float, progress: Progress | None) -> dict[str, Any]:
+        """Hand over what is queued. Stopped before it took effect, it waits for the next update."""
+        self._result = None
+        try:
             with self._at_work(session):
-                session.update(self._edits, 0.0, None)
-            self._edits = _core.EditList()
+                return session.update(self._edits, budget_ms, progress)
+        finally:
+            if session.edits_applied:
+                self._edits = _core.EditList()
 
     def update(self, budget_ms: float | None = None) -> Frame:
         """Apply the queued edits together and bring every sample up to date, exactly.
@@ -310,14 +318,7 @@ class Session:
             )
         if budget_ms is not None and not budget_ms > 0:
             raise OptionError(f"budget_ms: found {budget_ms}, expected a positive number, or None")
-        self._result = None
-        try:
-            with self._at_work(session):
-                return Frame(**session.update(self._edits, budget_ms or 0.0, self.progress))
-        finally:
-            # Cancelled before they took effect, edits wait for the next update.
-            if session.edits_applied:
-                self._edits = _core.EditList()
+        return Frame(**self._apply(session, budget_ms or 0.0, self.progress))
 
     def recompute(self) -> Frame:
         """Compute everything again from scratch in the present state; the digest must not change."""
