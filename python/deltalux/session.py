@@ -279,19 +279,17 @@ class Session:
 
     def bake(self) -> Frame:
         """Compute everything. Cancelled: the session stays as before."""
-        session = self._session()
         self._apply_at_once()
         self._result = None
-        with self._at_work(session):
+        with self._at_work(self._session()) as session:
             frame = Frame(**session.bake(self.progress))
         self._foreign_build = None
         return frame
 
     def _apply_at_once(self) -> None:
         """Apply what is queued, without progress; only Ctrl-C can stop it."""
-        session = self._session()
         if len(self._edits):
-            self._apply(session, 0.0, None)
+            self._apply(self._session(), 0.0, None)
 
     def _apply(self, session: Any, budget_ms: float, progress: Progress | None) -> dict[str, Any]:
         """Hand over what is queued. Stopped before it took effect, it waits for the next update."""
@@ -326,8 +324,7 @@ class Session:
             return self.bake()
         self._finish()
         self._result = None
-        session = self._session()
-        with self._at_work(session):
+        with self._at_work(self._session()) as session:
             return Frame(**session.recompute(self.progress))
 
     def _finish(self) -> None:
@@ -380,8 +377,7 @@ class Session:
         Raises
         ------
         OptionError
-            Where a number is not finite, a point is beyond 1e15 m, a normal is zero, or no sample is
-            present.
+            Where a number is not finite or beyond 1e15 m, a normal is zero, or no sample is present.
         """
         asked = Samples(points, normals, radius=1.0)
         if (farthest := np.abs(asked.points).max(initial=0)) > FARTHEST:
