@@ -2,9 +2,22 @@
 // Scene bookkeeping: numbering of primitives, validation, bounds.
 #include "scene/scene.h"
 
+#include <cmath>
+
 #include "base/error.h"
 
 namespace deltalux::scene {
+namespace {
+
+constexpr const char* kExpected = ", expected a scene in metres";
+
+/// Embree may end the process at rays from beyond 1.8e18 m.
+bool is_near(Vec3f p) {
+  constexpr float kFarthest = 1e15f;
+  return std::fabs(p.x) <= kFarthest && std::fabs(p.y) <= kFarthest && std::fabs(p.z) <= kFarthest;
+}
+
+}  // namespace
 
 std::vector<Vec3f> Object::world_vertices() const {
   std::vector<Vec3f> out(vertices.size());
@@ -68,6 +81,15 @@ void Scene::finish() {
       throw SceneError("light \"" + light.name + "\": attached to something that is not movable");
     if (light.group >= group_count)
       throw SceneError("light \"" + light.name + "\": its group is out of range");
+  }
+  for (const PunctualLight& light : lights)
+    if (!is_near(Vec3f(light.position)))
+      throw SceneError("light \"" + light.name + "\": found a position beyond 1e15 m" + kExpected);
+  for (uint32_t i = 0; i < objects.size(); ++i) {
+    const Box box = bounds_at(i, objects[i].pose);
+    if (!box.empty() && !(is_near(box.low) && is_near(box.high)))
+      throw SceneError("mesh \"" + objects[i].name + "\": its pose leads beyond 1e15 m" +
+                       kExpected);
   }
   world_ = measure_world();
 }

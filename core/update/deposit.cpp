@@ -15,7 +15,7 @@ using segments::Segment;
 namespace {
 constexpr size_t kGrain = 256;
 constexpr size_t kAhead = 12;  // prefetch distance of random segment reads
-constexpr uint32_t kAllAtOnce = 65536;
+constexpr uint32_t kAllAtOnce = 16384;
 }  // namespace
 
 struct Deposit::Block {

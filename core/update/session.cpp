@@ -22,6 +22,7 @@ constexpr float kFar = std::numeric_limits<float>::infinity();
 // Where things touch, less of a disc than this may be left: a single crossing of it would outshine
 // the scene. Such samples, some per cent of the vertices of a furnished room, become darker.
 constexpr float kLeastShare = 0.01f;
+constexpr float kFarthest = 1e15f;  // metres; at rays from beyond 1.8e18 Embree may end the process
 constexpr Box kEverywhere{{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
 
 double now_ms() {
@@ -38,14 +39,16 @@ void check_samples(const scene::Scene& scene, samples::SampleSet& samples) {
     const std::string where = "sample " + std::to_string(i) + ": ";
     const Vec3f p = samples.point[i];
     const float l = length(samples.normal[i]);
-    if (!std::isfinite(p.x + p.y + p.z)) throw OptionError(where + "point is not finite");
+    const float far = std::max({std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)});
+    if (!std::isfinite(p.x + p.y + p.z) || far > kFarthest)
+      throw OptionError(where + "point: found a coordinate that is not finite or beyond 1e15 m");
     if (!(l > 0) || !std::isfinite(l))
       throw OptionError(where + "normal is zero or not finite, expected a direction");
     samples.normal[i] = normalize(samples.normal[i]);
     const float r = samples.radius[i];
-    if (!std::isnan(r) && !(r > 0 && std::isfinite(r)))
+    if (!std::isnan(r) && !(r > 0 && r <= kFarthest))
       throw OptionError(where + "radius: found " + std::to_string(r) +
-                        ", expected positive metres");
+                        ", expected positive metres up to 1e15");
     const uint32_t object = samples.attached[i];
     if (object != scene::kNone &&
         (object >= scene.objects.size() || !scene.objects[object].movable))

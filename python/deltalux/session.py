@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from . import _core, snapshot
 from .errors import OptionError
-from .estimate.inputs import SEGMENT_ENDS
+from .estimate.inputs import FARTHEST, SEGMENT_ENDS
 from .flatten import flatten
 from .interpolation import Interpolator
 from .memory import available_memory
@@ -279,21 +279,27 @@ class Session:
 
     def bake(self) -> Frame:
         """Compute everything. Cancelled: the session stays as before."""
-        session = self._session()
         self._apply_at_once()
         self._result = None
-        with self._at_work(session):
+        with self._at_work(self._session()) as session:
             frame = Frame(**session.bake(self.progress))
         self._foreign_build = None
         return frame
 
     def _apply_at_once(self) -> None:
-        """Apply what is queued, without progress and without a chance to cancel."""
-        session = self._session()
+        """Apply what is queued, without progress; only Ctrl-C can stop it."""
         if len(self._edits):
+            self._apply(self._session(), 0.0, None)
+
+    def _apply(self, session: Any, budget_ms: float, progress: Progress | None) -> dict[str, Any]:
+        """Hand over what is queued. Stopped before it took effect, it waits for the next update."""
+        self._result = None
+        try:
             with self._at_work(session):
-                session.update(self._edits, 0.0, None)
-            self._edits = _core.EditList()
+                return session.update(self._edits, budget_ms, progress)
+        finally:
+            if session.edits_applied:
+                self._edits = _core.EditList()
 
     def update(self, budget_ms: float | None = None) -> Frame:
         """Apply the queued edits together and bring every sample up to date, exactly.
@@ -310,14 +316,7 @@ class Session:
             )
         if budget_ms is not None and not budget_ms > 0:
             raise OptionError(f"budget_ms: found {budget_ms}, expected a positive number, or None")
-        self._result = None
-        try:
-            with self._at_work(session):
-                return Frame(**session.update(self._edits, budget_ms or 0.0, self.progress))
-        finally:
-            # Cancelled before they took effect, edits wait for the next update.
-            if session.edits_applied:
-                self._edits = _core.EditList()
+        return Frame(**self._apply(session, budget_ms or 0.0, self.progress))
 
     def recompute(self) -> Frame:
         """Compute everything again from scratch in the present state; the digest must not change."""
@@ -325,8 +324,7 @@ class Session:
             return self.bake()
         self._finish()
         self._result = None
-        session = self._session()
-        with self._at_work(session):
+        with self._at_work(self._session()) as session:
             return Frame(**session.recompute(self.progress))
 
     def _finish(self) -> None:
@@ -379,9 +377,13 @@ class Session:
         Raises
         ------
         OptionError
-            Where a number is not finite, a normal is zero, or no sample is present.
+            Where a number is not finite or beyond 1e15 m, a normal is zero, or no sample is present.
         """
         asked = Samples(points, normals, radius=1.0)
+        if (farthest := np.abs(asked.points).max(initial=0)) > FARTHEST:
+            raise OptionError(
+                f"at: points: found a coordinate of {farthest:g} m, expected at most {FARTHEST:g}"
+            )
         self._finish()
         present, interpolator = self._interpolation()
         session = self._baked_session()

@@ -177,6 +177,39 @@ def test_ctrl_c_after_the_work_was_done_leaves_a_baked_session():
         equals_recompute(session)
 
 
+class InterruptedOnce:
+    """A core session whose first update ends like one that meets Ctrl-C after its edits took effect."""
+
+    def __init__(self, core):
+        self._core, self._stop = core, True
+
+    def __getattr__(self, name):
+        return getattr(self._core, name)
+
+    def update(self, *arguments):
+        frame = self._core.update(*arguments)
+        if self._stop:
+            self._stop = False
+            raise KeyboardInterrupt
+        return frame
+
+
+def test_ctrl_c_while_a_bake_applies_edits_applies_them_once():
+    scene = room()
+    with dl.Session(scene, samples_in(scene), paths=3000) as session:
+        session.bake()
+        before = session.irradiance
+        session.add(new_lamp(pose=TARGET))
+        session._core = InterruptedOnce(session._core)
+        with pytest.raises(KeyboardInterrupt):
+            session.bake()
+        assert (session.irradiance != before).any()
+        lit = session.energy["emitted"]
+        session.update()
+        assert session.energy["emitted"] == lit
+        equals_recompute(session)
+
+
 def test_calls_during_a_call_are_refused():
     """From the progress callback or from another thread: they would read what is being written."""
     outcomes = []

@@ -82,6 +82,35 @@ def test_a_sun_that_turns_with_a_movable(direct):
         assert (np.abs(session.irradiance - 2) < noise).all()
 
 
+def test_a_mesh_added_at_the_border_keeps_the_box_of_the_session(tmp_path):
+    """Measured anew with that mesh, the scene's box would be larger, and every border with it."""
+    scene = dl.Scene(
+        [
+            dl.Mesh(
+                "floor", [(-1, 0, -1), (1, 0, -1), (1, 0, 1), (-1, 0, 1)], [(0, 2, 1), (0, 3, 2)], "grey"
+            ),
+            dl.Mesh("block", *box((0.3, 0.2, 0.3)), "grey", pose=translation(-0.5, 0.11, 0), movable=True),
+        ],
+        [dl.Material("grey")],
+        [dl.PointLight("bulb", (0, 3, 0), (1, 1, 1))],
+    )
+    path = tmp_path / "border.dlx"
+    with dl.Session(scene, dl.Samples((0.2, 0, 0.1), (0, 1, 0), radius=0.1), paths=4000) as session:
+        session.bake()
+        session.add(
+            dl.Mesh("sign", *box((0.4, 0.4, 0.4)), "grey", pose=translation(0.3, 2.79, 0.2), movable=True)
+        )
+        session.save(path)
+        with dl.Session.open(path) as opened:
+            for each in (session, opened):
+                each.move("block", translation(0.5, 0.11, 0.1))
+                each.update()
+            digest = session.digest()
+            assert opened.digest() == digest
+            opened.recompute()
+            assert opened.digest() == digest
+
+
 def test_two_objects_swap_places():
     scene = room()
     with dl.Session(scene, samples_in(scene), paths=20_000) as session:

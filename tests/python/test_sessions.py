@@ -62,35 +62,6 @@ def test_open_continues_where_save_stopped(tmp_path, direct, segment_end):
     assert [p.name for p in tmp_path.iterdir()] == ["room.dlx"]
 
 
-def test_a_mesh_added_at_the_border_keeps_the_box_of_the_session(tmp_path):
-    """Measured anew with that mesh, the scene's box would be larger, and every border with it."""
-    scene = dl.Scene(
-        [
-            dl.Mesh(
-                "floor", [(-1, 0, -1), (1, 0, -1), (1, 0, 1), (-1, 0, 1)], [(0, 2, 1), (0, 3, 2)], "grey"
-            ),
-            dl.Mesh("block", *box((0.3, 0.2, 0.3)), "grey", pose=translation(-0.5, 0.11, 0), movable=True),
-        ],
-        [dl.Material("grey")],
-        [dl.PointLight("bulb", (0, 3, 0), (1, 1, 1))],
-    )
-    path = tmp_path / "border.dlx"
-    with dl.Session(scene, dl.Samples((0.2, 0, 0.1), (0, 1, 0), radius=0.1), paths=4000) as session:
-        session.bake()
-        session.add(
-            dl.Mesh("sign", *box((0.4, 0.4, 0.4)), "grey", pose=translation(0.3, 2.79, 0.2), movable=True)
-        )
-        session.save(path)
-        with dl.Session.open(path) as opened:
-            for each in (session, opened):
-                each.move("block", translation(0.5, 0.11, 0.1))
-                each.update()
-            digest = session.digest()
-            assert opened.digest() == digest
-            opened.recompute()
-            assert opened.digest() == digest
-
-
 def test_session_saved_before_its_bake(tmp_path):
     scene = room()
     with dl.Session(scene, samples_in(scene), paths=1000) as session:
@@ -260,6 +231,34 @@ def test_cancelled_update_is_finished_by_the_next(calls, direct):
         assert session.energy["absorbed"][0] + session.energy["escaped"][0] == session.energy["emitted"][0]
 
 
+def test_a_cancelled_gradient_stops_soon():
+    """A third of all segments are first flights: they must not be deposited in one go."""
+    scene = room()
+    samples = dl.Samples.on_vertices(scene, spacing=0.06, radius=0.15)
+    cancel = False
+    waits = []
+
+    def watch(stage, fraction):
+        if not cancel or stage != "deposit":
+            return True
+        waits.append(time.perf_counter())
+        return False
+
+    with dl.Session(scene, samples, paths=65_536, threads=1, direct="paths", progress=watch) as session:
+        session.bake()
+        start = time.perf_counter()
+        _ = session.gradient
+        whole = time.perf_counter() - start
+        cancel = True
+        latencies = []
+        for _ in range(3):
+            waits.clear()
+            with pytest.raises(dl.Cancelled):
+                _ = session.gradient
+            latencies.append(time.perf_counter() - waits[0])
+        assert min(latencies) < whole / 10
+
+
 def test_errors_in_the_callback_propagate():
     scene = dl.scenes.office()
 
@@ -411,6 +410,25 @@ def test_wrong_options(options):
 def test_wrong_samples(arguments):
     with pytest.raises(dl.OptionError, match="samples"):
         dl.Samples(*arguments)
+
+
+def test_places_that_no_ray_may_start_from_are_refused(baked):
+    """Embree, built with assertions, would end the process."""
+    with pytest.raises(dl.OptionError, match="sample 1: point"):
+        dl.Session(room(), dl.Samples([(0, 0, 0), (1e20, 0, 0)], (0, 1, 0), radius=0.1))
+    floor = ("floor", [(-1, 0, -1), (1, 0, -1), (1, 0, 1)], [(0, 2, 1)], "grey")
+    for kind, lights, pose in (
+        ("light", [dl.PointLight("bulb", (0, 1e20, 0))], np.eye(4)),
+        ("mesh", [], translation(0, 1e20, 0)),
+        ("mesh", [], translation(0, 1e300, 0)),
+    ):
+        scene = dl.Scene([dl.Mesh(*floor, pose=pose)], [dl.Material("grey")], lights)
+        with pytest.raises(dl.SceneError, match=f"{kind}.*1e15 m"):
+            dl.Session(scene, dl.Samples((0, 0, 0), (0, 1, 0), radius=0.1))
+    for far in (1e16, 1e30, 1e300):
+        with pytest.raises(dl.OptionError, match="expected at most"):
+            baked.at([(far, 0, 0)], [(0, 1, 0)])
+    assert np.isfinite(baked.at([(1e15, 0, 0)], [(0, 1, 0)], gradients=True)).all()
 
 
 def test_closed_sessions_say_so():
