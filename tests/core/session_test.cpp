@@ -128,6 +128,9 @@ TEST(Session, CancelledCallsLeaveItValid) {
 
 // The ray library may bind oneTBB for the whole process when asked for one thread.
 TEST(RayCaster, LeavesOtherThreadsAlone) {
+#ifdef __SANITIZE_THREAD__
+  GTEST_SKIP() << "built to use one thread under ThreadSanitizer";
+#endif
   const auto allowed = [] {
     return tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
   };

@@ -275,7 +275,7 @@ def glb_with(text, *, version=2, kind=JSON_CHUNK, size=None):
         (b"\xff\xfe\x00", "text that is no JSON"),
         (b"[]", "JSON: found [], expected an object"),
         (b'{"asset": {"version": "2.0"}, "nodes": [{"scale": [NaN, 1, 1]}]}', "the number NaN"),
-        (b"[" * 100_000, "deeply nested"),
+        (b"[" * 100_000, "JSON: found"),  # deeply nested, or from Python 3.13 on cut off
         (b'{"asset": ' * 5000, "deeply nested"),
         (b'{"scene": ' + b"9" * 5000 + b"}", "text that is no JSON"),
         (glb_with(b"{}", version=1), "GLB header: found version 1, expected version 2"),

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 from typing import Annotated
@@ -74,8 +75,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except (KeyboardInterrupt, typer.Abort, Cancelled):
         print_error("cancelled")
         return EXIT_CANCELLED
-    except BrokenPipeError:  # the reader of a pipe had enough
-        sys.stderr.close()
+    except BrokenPipeError:  # the reader of a pipe had enough; what is left to flush goes nowhere
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
