@@ -195,9 +195,7 @@ DiscIndex::DiscIndex(samples::DiscSet discs, segments::SegmentEnd rule, const Wo
                      Progress* progress)
     : discs_(std::move(discs)), rule_(rule), tree_(build_disc_tree(discs_, workers, progress)) {}
 
-size_t DiscIndex::bytes() const {
-  return tree_.bytes() + discs_.bytes();
-}
+size_t DiscIndex::bytes() const { return tree_.bytes() + discs_.bytes(); }
 
 namespace {
 
