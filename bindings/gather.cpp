@@ -135,7 +135,8 @@ void bind_gather(nb::module_& m) {
                       .accumulate(segments.span(0, segments.count()), sign, sums.data(),
                                   Workers(threads), p);
         });
-        return nb::make_tuple(make_array(std::move(sums), {n, 3}), stats.hits);
+        return nb::make_tuple(make_array(std::move(sums), {n, 3}), stats.hits,
+                              stats.triangle_tests);
       },
       nb::arg("patches"), nb::arg("segments"), nb::arg("sign"), nb::arg("threads"),
       nb::arg("progress").none());

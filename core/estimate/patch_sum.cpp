@@ -6,8 +6,9 @@ namespace deltalux::estimate {
 
 Stats PatchSum::accumulate(const segments::SegmentSpan& segments, int sign, int64_t* sums,
                            const Workers& workers, Progress& progress) const {
-  const std::vector<uint32_t> patch = patches_->landings(segments, workers, progress);
   Stats stats;
+  const std::vector<uint32_t> patch =
+      patches_->landings(segments, workers, progress, &stats.triangle_tests);
   for (size_t i = 0; i < segments.count; ++i) {
     if (patch[i] == kNoTriangle) continue;
     ++stats.hits;

@@ -91,7 +91,9 @@ void SurfaceTree::build(uint32_t node, uint32_t begin, uint32_t end) {
   build(child + 1, half, end);
 }
 
-uint32_t SurfaceTree::nearest(Vec3d p, Vec3d facing, double least, double reach) const {
+uint32_t SurfaceTree::nearest(Vec3d p, Vec3d facing, double least, double reach,
+                              uint64_t* tests) const {
+  uint64_t tested = 0;
   uint32_t best = kNoTriangle, stack[64], depth = 0;
   double best2 = reach * reach;
   if (!nodes_.empty()) stack[depth++] = 0;
@@ -107,27 +109,35 @@ uint32_t SurfaceTree::nearest(Vec3d p, Vec3d facing, double least, double reach)
     for (uint32_t k = 0; k < node.count; ++k) {
       const uint32_t i = order_[node.first + k];
       if (!(dot(triangles_[i].normal, facing) > least)) continue;
+      ++tested;
       const Vec3d gap = nearest_point(triangles_[i], p) - p;
       const double gap2 = dot(gap, gap);
       if (gap2 < best2 || (gap2 == best2 && i < best)) best2 = gap2, best = i;
     }
   }
+  if (tests) *tests += tested;
   return best;
 }
 
 std::vector<uint32_t> SurfaceTree::landings(const segments::SegmentSpan& segments,
-                                            const Workers& workers, Progress& progress) const {
+                                            const Workers& workers, Progress& progress,
+                                            uint64_t* tests) const {
+  constexpr size_t kGrain = 1024;
   std::vector<uint32_t> found(segments.count, kNoTriangle);
+  std::vector<uint64_t> tested((segments.count + kGrain - 1) / kGrain);
   progress.begin("locate hits", segments.count);
-  workers.for_blocks(segments.count, 1024, [&](size_t begin, size_t end) {
+  workers.for_blocks(segments.count, kGrain, [&](size_t begin, size_t end) {
     progress.check();
     for (size_t i = begin; i < end; ++i) {
       if (!std::isfinite(segments.length[i])) continue;
       const Vec3d back{-double(segments.dx[i]), -double(segments.dy[i]), -double(segments.dz[i])};
-      found[i] = nearest(end_of(segments, i), back, 0, kEndTolerance * diagonal_);
+      found[i] =
+          nearest(end_of(segments, i), back, 0, kEndTolerance * diagonal_, &tested[begin / kGrain]);
     }
     progress.advance(end - begin);
   });
+  for (uint64_t count : tested)
+    if (tests) *tests += count;
   return found;
 }
 

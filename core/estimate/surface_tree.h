@@ -43,12 +43,14 @@ class SurfaceTree {
   double diagonal() const { return diagonal_; }
 
   /// The triangle nearest to `p`, at most `reach` away, with normal . facing > least; of equally
-  /// near ones the first. kNoTriangle where there is none.
-  uint32_t nearest(Vec3d p, Vec3d facing, double least, double reach) const;
+  /// near ones the first. kNoTriangle where there is none. Adds to `tests`, if given, the triangles
+  /// whose distance was taken.
+  uint32_t nearest(Vec3d p, Vec3d facing, double least, double reach,
+                   uint64_t* tests = nullptr) const;
   /// The triangle on whose front each segment ends. Its end may be off by kEndTolerance of the
   /// diagonal; endless segments, and those that end in free space, have none.
   std::vector<uint32_t> landings(const segments::SegmentSpan& segments, const Workers& workers,
-                                 Progress& progress) const;
+                                 Progress& progress, uint64_t* tests = nullptr) const;
   static constexpr double kEndTolerance = 2e-5;
 
   /// Calls visit(number) for all triangles that reach into the sphere's bounding box, and others.

@@ -143,7 +143,9 @@ def test_nothing_gives_nothing(scene, segments):
 def test_ends_in_free_air_are_elsewhere(scene):
     lost = dl.Segments([(0, 1, 0)] * 2, [(0, -1, 0)] * 2, [0.5, np.inf], 1.0)
     found = dl.estimate.patch_sum(lost, scene, spacing=SPACING)
-    assert found.stats == {"hits": 0, "elsewhere": 2}
+    assert (found.stats["hits"], found.stats["elsewhere"]) == (0, 2)
+    landed = dl.estimate.patch_sum(dl.trace(scene, paths=1000), scene, spacing=SPACING)
+    assert landed.stats["triangle_tests"] >= landed.stats["hits"] > 1000
 
 
 def test_first_bounce_leaves_direct_light_out(scene, segments):
@@ -172,4 +174,4 @@ def test_a_cancelled_call_adds_nothing(scene):
     with pytest.raises(dl.Cancelled):
         kept.add(dl.trace(scene, paths=200_000), progress=lambda stage, share: False)
     assert not kept.estimate.sums.any()
-    assert kept.estimate.stats == {"hits": 0, "elsewhere": 0}
+    assert kept.estimate.stats == {"hits": 0, "elsewhere": 0, "triangle_tests": 0}

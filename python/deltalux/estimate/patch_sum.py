@@ -74,7 +74,7 @@ class PatchSum:
         self.display = chosen
         self._sums = np.zeros((len(chosen.triangles), 3), np.int64)
         self._quantum: float | None = None
-        self._hits = self._lost = 0
+        self._hits = self._lost = self._tests = 0
 
     def add(
         self, segments: Segments, *, poses: Poses | None = None, progress: Progress | None = None
@@ -111,10 +111,11 @@ class PatchSum:
             )
         corners, number, _ = self._placed(poses)
         tree = _core.SurfaceTree(corners.reshape(-1, 9), np.zeros(len(corners), np.uint32))
-        sums, hits = _core.patch_sum(tree, core_hits(segments), sign, self._threads, progress)
+        sums, hits, tests = _core.patch_sum(tree, core_hits(segments), sign, self._threads, progress)
         self._quantum = segments.quantum
         self._sums[number] += sums
         self._hits += sign * hits
+        self._tests += sign * tests
         self._lost += sign * (len(segments) - hits)
 
     def _placed(self, poses: Poses | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -132,7 +133,7 @@ class PatchSum:
         """Irradiance from what was added and not removed.
 
         `stats`: hits, and `elsewhere`, segments that ended on no patch: on a side without samples, on a
-        removed movable, in free space.
+        removed movable, in free space; `triangle_tests`, triangles looked at to find the patches of those.
         """
         quantum = 1.0 if self._quantum is None else self._quantum
         _, _, area = self._placed(None)
@@ -145,7 +146,7 @@ class PatchSum:
             _over(power, area),
             self._sums.copy(),
             quantum,
-            {"hits": self._hits, "elsewhere": self._lost},
+            {"hits": self._hits, "elsewhere": self._lost, "triangle_tests": self._tests},
             _over(total, around),
             area,
             self.display,

@@ -29,8 +29,8 @@ _COST_NOTES = (
     "CPU time is that of all threads together, preparation included: an index, a tree, a pass over the "
     "scene's triangles. Brute force is asked for fewer samples.",
     "Memory is measured: growth of the process up to its peak during the call, beside the segments and the "
-    "scene, which all methods share. Tests are those that the method counts; the patch sum counts "
-    "none. The session's cost is not listed: it traces its own paths.",
+    "scene, which all methods share. Tests are those that the method counts. "
+    "The session's cost is not listed: it traces its own paths.",
 )
 _ERROR_NOTES = (
     "Root of the mean square of (estimate − reference) / max(reference, 10 % of the mean), over samples and "
