@@ -305,7 +305,11 @@ def test_mitsuba_on_the_furnace():
 
 
 def test_renderers_agree_on_a_lamp_that_reflects():
-    """Radiance's lamps do not reflect; their share is given back through their emission."""
+    """Radiance's lamps do not reflect; their share is given back through their emission.
+
+    Null hypothesis: equal area means. Radiance's random numbers have no seed; over ten runs its means
+    had standard deviations of 0.16, 0.09 and 0.06 %. Six of them: false alarm below one in a million.
+    """
     lamp = Material("lamp", (0.9, 0.9, 0.9), (5, 5, 5))
     scene = cube()
     patch = quad("lamp", [(0.3, 0.999, 0.3), (0.7, 0.999, 0.3), (0.7, 0.999, 0.7), (0.3, 0.999, 0.7)], "lamp")
@@ -313,7 +317,7 @@ def test_renderers_agree_on_a_lamp_that_reflects():
     points, normals = strata(8)
     a, b = mitsuba(scene, points, normals, 1024), radiance(scene, points, normals, 16, 4)
     ratio = b.mean.mean(axis=0) / a.mean.mean(axis=0)
-    assert ratio == pytest.approx([1, 1, 1], abs=5e-3)  # without that share 0.91, 0.97, 0.99
+    assert (np.abs(ratio - 1) < 6 * np.array([0.0016, 0.0009, 0.0006])).all()  # without it 0.91, 0.97, 0.99
 
 
 def test_change_needs_few_samples():
