@@ -41,9 +41,4 @@ void Workers::for_blocks(size_t count, size_t grain,
   });
 }
 
-void run_alone(const std::function<void()>& work) {
-  tbb::task_arena arena(1);
-  arena.execute(work);
-}
-
 }  // namespace deltalux

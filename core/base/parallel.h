@@ -29,7 +29,4 @@ class Workers {
   int threads_;
 };
 
-/// Runs `work` so that oneTBB loops within it, those of other libraries too, use this thread only.
-void run_alone(const std::function<void()>& work);
-
 }  // namespace deltalux

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Workers over plain threads, in place of base/parallel.cpp when ThreadSanitizer looks for races:
 // it cannot see how oneTBB, a library of the system, synchronises, and would report what is none.
-#include <tbb/task_arena.h>
-
 #include <algorithm>
 #include <atomic>
 #include <exception>
@@ -44,11 +42,6 @@ void Workers::for_blocks(size_t count, size_t grain,
     work();
   }
   if (failure) std::rethrow_exception(failure);
-}
-
-void run_alone(const std::function<void()>& work) {
-  tbb::task_arena arena(1);
-  arena.execute(work);
 }
 
 }  // namespace deltalux
