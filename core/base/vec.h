@@ -31,6 +31,10 @@ struct Vec3 {
 using Vec3f = Vec3<float>;
 using Vec3d = Vec3<double>;
 
+/// Metres from the origin beyond which nothing is looked for: products of coordinates could
+/// overflow, and at rays from beyond 1.8e18 m Embree may end the process.
+inline constexpr float kFarthest = 1e15f;
+
 template <class T>
 constexpr T dot(Vec3<T> a, Vec3<T> b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;

@@ -58,7 +58,6 @@ constexpr float kMargin = 0x1p-19f;
 /// Fills the batch; true if segments are among it whose box tests could overflow or lose accuracy.
 bool prepare(Batch& b, const segments::SegmentSpan& s, size_t first, int count,
              segments::SegmentEnd rule, const DiscTree& tree) {
-  constexpr float kFarthest = 1e15f;
   const float* const origin[3] = {s.ox + first, s.oy + first, s.oz + first};
   const float* const direction[3] = {s.dx + first, s.dy + first, s.dz + first};
   for (int axis = 0; axis < 3; ++axis) {

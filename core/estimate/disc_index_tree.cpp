@@ -14,8 +14,6 @@ namespace {
 constexpr int kBins = 16;
 constexpr uint32_t kTaskSize = 1 << 15;  // discs per task: fixed, so that the tree is, too
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-// Beyond it the box tests of a query could overflow.
-constexpr float kFarthest = 1e15f;
 
 struct Item {
   Vec3f low;

@@ -76,7 +76,6 @@ struct RayMapStats {
 /// Half-open cells [low, high) part space; the root's sides are kOutside.
 class RayMap {
  public:
-  static constexpr float kFarthest = 1e15f;  ///< as far as anything is looked for
   static constexpr float kOutside = 1e30f;
 
   RayMap(segments::SegmentEnd rule, const RayMapOptions& options);

@@ -55,7 +55,7 @@ std::optional<Measured> measure(const RayRecord& r, const Eye& eye, RayMetric me
   const double across = std::sqrt(dot(offset, offset));
   m.distance = std::max(m.distance, across);
   // An endless segment has no hit, and its numbers may be none.
-  if (!(across <= double(RayMap::kFarthest))) return std::nullopt;
+  if (!(across <= double(kFarthest))) return std::nullopt;
   return m;
 }
 

@@ -11,7 +11,6 @@
 namespace deltalux::estimate::sphere_cache {
 namespace {
 
-constexpr double kFarthest = 1e15;  // metres, as for discs
 constexpr size_t kMostLevels = 10000;
 
 /// Rounding of the segments' tests as part of the greatest coordinates (u = 2^-24): a point at

@@ -11,9 +11,7 @@ namespace {
 
 constexpr const char* kExpected = ", expected a scene in metres";
 
-/// Embree may end the process at rays from beyond 1.8e18 m.
 bool is_near(Vec3f p) {
-  constexpr float kFarthest = 1e15f;
   return std::fabs(p.x) <= kFarthest && std::fabs(p.y) <= kFarthest && std::fabs(p.z) <= kFarthest;
 }
 

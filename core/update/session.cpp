@@ -22,7 +22,6 @@ constexpr float kFar = std::numeric_limits<float>::infinity();
 // Where things touch, less of a disc than this may be left: a single crossing of it would outshine
 // the scene. Such samples, some per cent of the vertices of a furnished room, become darker.
 constexpr float kLeastShare = 0.01f;
-constexpr float kFarthest = 1e15f;  // metres; at rays from beyond 1.8e18 Embree may end the process
 constexpr Box kEverywhere{{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
 
 double now_ms() {

@@ -148,7 +148,7 @@ void Session::restore(const Archive& archive, Progress& progress) {
   s.sums =
       unpack<int64_t>(archive, "sums", size_t(s.sum_groups()) * kBatches * s.samples.size() * 3);
   s.area = unpack<float>(archive, "area", s.samples.size());
-  snapshot::check_range("radius", s.samples.radius, 0, 1e15);
+  snapshot::check_range("radius", s.samples.radius, 0, kFarthest);
   snapshot::check_range("area", s.area, 0, 1e30);
   s.store =
       segments::SegmentStore(s.scene.world(), s.options.segment_end != segments::SegmentEnd::first);
