@@ -16,7 +16,7 @@ import numpy as np
 
 TESTS = Path(__file__).resolve().parents[1] / "tests"
 sys.path[:0] = [str(TESTS), str(TESTS / "python")]
-from scenes_for_tests import box, quad  # noqa: E402
+from scenes_for_tests import box, quad, wall_places  # noqa: E402
 
 RUNS, PATHS = 32, 20_000
 EXACT = np.pi / (1 - 0.5)
@@ -31,17 +31,7 @@ def furnace() -> dl.Scene:
 
 
 def places() -> dict[str, dl.Samples]:
-    points, normals = WALLS.points(400_000, seed=2)
-    near = np.sort(1 - np.abs(points), axis=1)  # the first is the sample's own wall
-    chosen = {
-        "middle": near[:, 1] > 0.3,
-        "edge": (near[:, 1] < 0.02) & (near[:, 2] > 0.3),
-        "corner": near[:, 2] < 0.02,
-    }
-    found = {}
-    for name, where in chosen.items():
-        rows = np.flatnonzero(where)[:400]
-        found[name] = dl.Samples(points[rows], normals[rows], radius=0.1)
+    found = {name: dl.Samples(*place, radius=0.1) for name, place in wall_places(WALLS).items()}
     found["plate"] = dl.Samples([(0, 0, 0)], [(0, 1, 0)], radius=0.1)
     return found
 

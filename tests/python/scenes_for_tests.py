@@ -280,3 +280,16 @@ def _in_room(
     reference = ConvexRoom(room.rectangles(), GREY, direct, cells=12).irradiance(points, normals)
     places = {"flats": ~edge, "edges": edge & ~corner, "corners": corner}
     return dl.Samples(points, normals), reference, places
+
+
+def wall_places(walls: Shape, most: int = 400) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Points and normals on a furnace's walls: in their middle, within 2 cm of one edge, of a corner."""
+    points, normals = walls.points(400_000, seed=2)
+    near = np.sort(1 - np.abs(points), axis=1)  # the first is the point's own wall
+    chosen = {
+        "middle": near[:, 1] > 0.3,
+        "edge": (near[:, 1] < 0.02) & (near[:, 2] > 0.3),
+        "corner": near[:, 2] < 0.02,
+    }
+    rows = {name: np.flatnonzero(where)[:most] for name, where in chosen.items()}
+    return {name: (points[which], normals[which]) for name, which in rows.items()}

@@ -14,7 +14,7 @@ from functools import cache
 import deltalux as dl
 import numpy as np
 import pytest
-from scenes_for_tests import furnace, grey, joined, quad
+from scenes_for_tests import furnace, grey, joined, quad, wall_places
 
 RUNS = 16
 EXACT = np.pi / (1 - 0.5)  # irradiance in the furnace
@@ -33,18 +33,8 @@ def traced(seed):
 @cache
 def places():
     """Samples in the middle of the walls, within 2 cm of one edge, and within 2 cm of a corner."""
-    points, normals = furnace()[1].points(400_000, seed=2)
-    near = np.sort(1 - np.abs(points), axis=1)  # the first is the sample's own wall
-    chosen = {
-        "middle": near[:, 1] > 0.3,
-        "edge": (near[:, 1] < 0.02) & (near[:, 2] > 0.3),
-        "corner": near[:, 2] < 0.02,
-    }
-    found = {}
-    for name, where in chosen.items():
-        rows = np.flatnonzero(where)[:400]
-        assert len(rows) >= 100
-        found[name] = dl.Samples(points[rows], normals[rows])
+    found = {name: dl.Samples(*place) for name, place in wall_places(furnace()[1]).items()}
+    assert min(map(len, found.values())) >= 100
     return found
 
 
