@@ -7,6 +7,8 @@
 #include <map>
 #include <numbers>
 
+#include "samples/openness.h"
+
 namespace deltalux::samples {
 namespace {
 
@@ -17,8 +19,6 @@ constexpr float kShort = 0.998f;
 const float kAround = 1.0f / std::cos(0.5f * kStep);
 // Probes go further than the circle, to see what may jut in between two of them.
 constexpr float kGuard = 1.25f;
-// Under a ceiling lower than this share of the radius a sample lies in a slit.
-constexpr float kSlit = 0.25f;
 
 struct Compass {
   float cosine[kProbes], sine[kProbes];
@@ -88,33 +88,11 @@ class Probes {
     for (int k = 0; k < kProbes; ++k) clear_sector(k);
   }
 
-  /// In a slit of height `room`, as between a cupboard and the wall behind it: ends the disc where
-  /// the slit ends, for there the plane is open to light that the sample's surroundings shut out.
-  void stay_in_slit(Vec3f normal, float room, float height) {
-    const Vec3f up = normal * (2 * room), down = normal * (-2 * height);
-    const bool supported = caster_.occluded_static(centre_, down, 1.0f);  // not so in mid-air
-    for (int k = 0; k < kProbes; ++k) {
-      const auto inside = [&](float distance) {
-        const Vec3f p = at(k, distance);
-        return caster_.occluded_static(p, up, 1.0f) &&
-               (!supported || caster_.occluded_static(p, down, 1.0f));
-      };
-      constexpr int kSteps = 16;
-      int step = 1;
-      while (step <= kSteps && inside(reach_[k] * float(step) / kSteps)) ++step;
-      if (step <= kSteps) reach_[k] *= (float(step) - 0.5f) / kSteps;
-    }
-  }
-
-  /// Returns false when the whole circle is free.
-  bool outline(float radius, Outline& out) const {
-    bool clipped = false;
-    for (int k = 0; k < kProbes; ++k) {
-      const bool whole = reach_[k] >= far_;
-      out[k] = whole ? radius : std::min(reach_[k], kShort * radius);
-      clipped |= !whole;
-    }
-    return clipped;
+  Outline outline(float radius) const {
+    Outline out;
+    for (int k = 0; k < kProbes; ++k)
+      out[k] = reach_[k] >= far_ ? radius : std::min(reach_[k], kShort * radius);
+    return out;
   }
 
  private:
@@ -164,14 +142,15 @@ class Probes {
 }  // namespace
 
 DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea rule,
-                   const trace::RayCaster& caster, const Box& world, float lift_at_least,
-                   const Workers& workers, Progress& progress) {
+                   const scene::Scene& scene, const trace::RayCaster& caster, const Box& world,
+                   float lift_at_least, const Workers& workers, Progress& progress) {
   DiscSet discs;
   const size_t n = ids.size();
   discs.centre.resize(n);
   discs.normal.resize(n);
   discs.radius.resize(n);
   discs.outline.assign(n, kWholeDisc);
+  if (rule == DiscArea::reachable) discs.openness.assign(n, 1.0f);
   discs.id = std::move(ids);
   progress.begin("discs", n);
   constexpr size_t kBlock = 256;
@@ -186,22 +165,19 @@ DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea
           rule == DiscArea::reachable ? std::max(lift_at_least, kLift * radius) : lift_at_least;
       discs.normal[i] = normal;
       discs.radius[i] = radius;
-      // A low ceiling over the sample (less than the lift) keeps the disc below it.
-      const float low = std::max(2 * lift, kSlit * radius);
-      const float room = caster
-                             .closest_static(samples.point[id] + normal * (0.25f * lift_at_least),
-                                             normal, 0.0f, low)
-                             .t;
-      const float height = std::min(lift, 0.5f * room);
-      discs.centre[i] = samples.point[id] + normal * height;
+      // Under a ceiling lower than that the disc stays below it.
+      const Vec3f above = samples.point[id] + normal * (0.25f * lift_at_least);
+      const float room = caster.closest_static(above, normal, 0.0f, 2 * lift).t;
+      discs.centre[i] = samples.point[id] + normal * std::min(lift, 0.5f * room);
       if (rule == DiscArea::whole) continue;
-      Probes probes(caster, world, discs.centre[i], normal, radius);
-      if (room < low) probes.stay_in_slit(normal, room, height);
-      Outline outline;
-      if (probes.outline(radius, outline)) {
-        discs.outline[i] = uint32_t(found[begin / kBlock].size());
-        found[begin / kBlock].push_back(outline);
-      }
+      const Outline outline =
+          Probes(caster, world, discs.centre[i], normal, radius).outline(radius);
+      discs.openness[i] =
+          relative_openness(scene, caster, discs.centre[i], normal, radius, outline);
+      if (std::all_of(outline.begin(), outline.end(), [&](float r) { return r >= radius; }))
+        continue;
+      discs.outline[i] = uint32_t(found[begin / kBlock].size());
+      found[begin / kBlock].push_back(outline);
     }
     progress.advance(end - begin);
   });
@@ -212,6 +188,23 @@ DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea
     discs.outlines.insert(discs.outlines.end(), found[block].begin(), found[block].end());
   }
   return discs;
+}
+
+DiscPoints::DiscPoints(Vec3f normal, float radius, const Outline& outline) {
+  Vec3f u, v;
+  tangent_frame(normal, u, v);
+  float sum = 0;
+  for (int k = 0; k < kProbes; ++k) {
+    end_[k] = probe_direction(u, v, k) * outline[k];
+    area_[k] = sum += sector_area(outline[k], outline[(k + 1) % kProbes], radius);
+  }
+}
+
+Vec3f DiscPoints::operator()(float sector, float outward, float across) const {
+  const auto found = std::lower_bound(area_.begin(), area_.end() - 1, sector * area_.back());
+  const size_t k = size_t(found - area_.begin());
+  const Vec3f rim = end_[k] * (1 - across) + end_[(k + 1) % kProbes] * across;
+  return rim * std::sqrt(outward);
 }
 
 float outline_area(const DiscSet& discs, size_t i) {

@@ -23,8 +23,20 @@ inline constexpr float kLift = 0.03f;
 /// `caster` (for a movable object: a caster over its own local triangles) and by `world`, where
 /// segments that hit nothing end.
 DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea rule,
-                   const trace::RayCaster& caster, const Box& world, float lift_at_least,
-                   const Workers& workers, Progress& progress);
+                   const scene::Scene& scene, const trace::RayCaster& caster, const Box& world,
+                   float lift_at_least, const Workers& workers, Progress& progress);
+
+/// Points of a disc, uniform over what its outline leaves of it.
+class DiscPoints {
+ public:
+  DiscPoints(Vec3f normal, float radius, const Outline& outline);
+  /// Offset from the centre of the point of three numbers in [0, 1).
+  Vec3f operator()(float sector, float outward, float across) const;
+
+ private:
+  std::array<Vec3f, kProbes> end_;
+  std::array<float, kProbes> area_;  // up to and with each sector
+};
 
 /// Area inside the outline, square metres.
 float outline_area(const DiscSet& discs, size_t i);

@@ -22,11 +22,12 @@ struct DiscSet {
   std::vector<float> radius;
   std::vector<uint32_t> outline;  ///< index into `outlines`, or kWholeDisc
   std::vector<uint32_t> id;
+  std::vector<float> openness;  ///< at the centre over that of the disc; empty: 1 everywhere
   std::vector<Outline> outlines;
   size_t size() const { return centre.size(); }
   size_t bytes() const {
     return size() * (2 * sizeof(Vec3f) + sizeof(float) + 2 * sizeof(uint32_t)) +
-           outlines.size() * sizeof(Outline);
+           openness.size() * sizeof(float) + outlines.size() * sizeof(Outline);
   }
 };
 

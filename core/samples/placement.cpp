@@ -9,7 +9,7 @@
 
 namespace deltalux::samples {
 
-constexpr float kShareOfRoom = 0.6f;  // of the harmonic mean distance to the surroundings
+constexpr float kShareOfRoom = 0.8f;  // of the harmonic mean distance to the surroundings
 
 float scene_metre(const scene::Scene& scene) { return 0.1f * scene.world().diagonal(); }
 
@@ -17,7 +17,7 @@ void resolve_radii(const scene::Scene& scene, const trace::RayCaster& caster, ui
                    const Workers& workers, Progress& progress, SampleSet& samples) {
   constexpr int kRays = 16;
   const float metre = scene_metre(scene);
-  const float least = 0.06f * metre;
+  const float least = 0.08f * metre;
   const float most = std::max(
       least, 0.2f * metre * float(std::pow(1e6 / double(std::max<uint64_t>(1, paths)), 1.0 / 6)));
   progress.begin("disc radii", samples.size());

@@ -103,15 +103,15 @@ void Session::build_static_parts(Progress& progress) {
   const float lift = kLeastLift * s.caster->epsilon();
   std::map<uint32_t, std::vector<uint32_t>> by_object;
   for (uint32_t i = 0; i < s.samples.size(); ++i) by_object[s.samples.attached[i]].push_back(i);
-  const auto index = [&](std::vector<uint32_t> ids, const trace::RayCaster& caster,
-                         const Box& world, Method method) {
+  const auto index = [&](std::vector<uint32_t> ids, const scene::Scene& scene,
+                         const trace::RayCaster& caster, const Box& world, Method method) {
     return make_estimator(method,
-                          samples::make_discs(s.samples, std::move(ids), s.options.disc_area,
+                          samples::make_discs(s.samples, std::move(ids), s.options.disc_area, scene,
                                               caster, world, lift, s.workers, progress),
                           s.options.segment_end, s.workers, progress);
   };
   s.static_index =
-      index(by_object[scene::kNone], *s.caster, s.scene.world(), s.options.static_method);
+      index(by_object[scene::kNone], s.scene, *s.caster, s.scene.world(), s.options.static_method);
   s.moving.clear();
   for (auto& [object, ids] : by_object) {
     if (object == scene::kNone) continue;
@@ -119,7 +119,7 @@ void Session::build_static_parts(Progress& progress) {
     const trace::RayCaster caster(local, progress);
     MovingPart part;
     part.object = object;
-    part.index = index(std::move(ids), caster, kEverywhere, s.options.moving_method);
+    part.index = index(std::move(ids), local, caster, kEverywhere, s.options.moving_method);
     const samples::DiscSet& discs = part.index->discs();
     for (size_t i = 0; i < discs.size(); ++i)
       part.local.grow(Box{discs.centre[i], discs.centre[i]}.padded(discs.radius[i]));
@@ -332,7 +332,9 @@ void Session::refresh_areas(const std::vector<ObjectChange>* changes) {
         const float area = reached && !whole ? samples::uncovered_area(discs, i, pose, foreign)
                                              : samples::outline_area(discs, i);
         const float circle = std::numbers::pi_v<float> * discs.radius[i] * discs.radius[i];
-        s.area[discs.id[i]] = area > 0 ? std::max(area, kLeastShare * circle) : 0.0f;
+        const float openness = discs.openness.empty() ? 1.0f : discs.openness[i];
+        s.area[discs.id[i]] =
+            area > 0 && openness > 0 ? std::max(area, kLeastShare * circle) / openness : 0.0f;
       }
     });
   };

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+// Ambient light by short random walks, with the same random numbers at every point.
+#include "samples/openness.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/random.h"
+#include "samples/disc_area.h"
+
+namespace deltalux::samples {
+namespace {
+
+constexpr int kBounces = 5;
+constexpr int kWalks = 192;   // from a point, and from all points of a disc
+constexpr int kPerPoint = 2;  // of those of a disc
+constexpr int kLook = 32;     // walks that tell whether a sample is open
+constexpr float kOpen = 0.8f;
+constexpr float kFar = 5.0f;          // radii: what is farther is surrounding
+constexpr float kReflectance = 0.7f;  // relative to the surroundings
+
+/// Directions around +z, distributed as the cosine, of every walk and bounce.
+struct Directions {
+  std::array<std::array<Vec3f, kBounces>, kWalks> at;
+  Directions() {
+    for (int walk = 0; walk < kWalks; ++walk)
+      for (int bounce = 0; bounce < kBounces; ++bounce) {
+        const auto r = sobol::sample(uint32_t(walk), uint64_t(bounce));
+        const float turn = 2 * std::numbers::pi_v<float> * r[1], flat = std::sqrt(r[0]);
+        at[walk][bounce] = {flat * std::cos(turn), flat * std::sin(turn), std::sqrt(1 - r[0])};
+      }
+  }
+};
+
+class Surroundings {
+ public:
+  Surroundings(const scene::Scene& scene, const trace::RayCaster& caster, float radius)
+      : scene_(scene), caster_(caster), far_(kFar * radius) {}
+
+  /// Sum over the walks [first, first + count) from `at`.
+  float arrives(Vec3f at, Vec3f normal, int first, int count) const {
+    float sum = 0;
+    for (int walk = first; walk < first + count; ++walk) sum += arrives(at, normal, walk);
+    return sum;
+  }
+
+ private:
+  float arrives(Vec3f at, Vec3f normal, int walk) const {
+    static const Directions directions;
+    float share = 1;
+    for (const Vec3f& local : directions.at[walk]) {
+      Vec3f u, v;
+      tangent_frame(normal, u, v);
+      const Vec3f w = u * local.x + v * local.y + normal * local.z;
+      const trace::Hit hit = caster_.closest_static(at, w, 0.0f, far_);
+      if (!hit.valid()) return share;
+      const Vec3f emission = scene_.material_of(hit.primitive).emission;
+      if (emission.x + emission.y + emission.z > 0) return share;
+      share *= kReflectance;
+      normal = normalize(hit.normal);
+      if (dot(normal, w) > 0) normal = normal * -1.0f;
+      at = at + w * hit.t + normal * caster_.epsilon();
+    }
+    return 0;
+  }
+
+  const scene::Scene& scene_;
+  const trace::RayCaster& caster_;
+  float far_;
+};
+
+}  // namespace
+
+float relative_openness(const scene::Scene& scene, const trace::RayCaster& caster, Vec3f centre,
+                        Vec3f normal, float radius, const Outline& outline) {
+  const Surroundings around(scene, caster, radius);
+  const float look = around.arrives(centre, normal, 0, kLook);
+  if (look >= kOpen * kLook) return 1;
+  const float here = look + around.arrives(centre, normal, kLook, kWalks - kLook);
+
+  const DiscPoints points(normal, radius, outline);
+  float there = 0;
+  for (int walk = 0; walk < kWalks; walk += kPerPoint) {
+    const auto r = sobol::sample(uint32_t(walk / kPerPoint), kBounces);
+    there += around.arrives(centre + points(r[0], r[1], r[2]), normal, walk, kPerPoint);
+  }
+  return there > 0 ? here / there : 1.0f;
+}
+
+}  // namespace deltalux::samples
