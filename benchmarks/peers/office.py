@@ -4,8 +4,7 @@
     make bench-peers
 
 Every program uses one thread and gets the same points; its error is taken at those that have a
-reference (reference_office.npz) and are open, not in slits between touching things. Then the
-chair moves: Deltalux updates, the others start again.
+reference (reference_office.npz). Then the chair moves: Deltalux updates, the others start again.
 Results of programs that are not run again are kept in the JSON file.
 """
 
@@ -55,19 +54,17 @@ class Bench:
         self.points = np.concatenate([self.data["points"], near, more[self.count :]]).astype(np.float64)
         self.normals = np.concatenate([self.data["normals"], near_normals, more_normals[self.count :]])
         self.normals = self.normals.astype(np.float64)
-        self.open = np.flatnonzero(reference.is_open(self.data["free"]))
-        self.near_open = reference.is_open(self.data["near_free"])
 
     def error(self, irradiance: NDArray, state: str) -> float:
-        """Relative error of irradiance at points that begin with the reference's, at the open ones."""
+        """Relative error of irradiance at points that begin with the reference's."""
         name = f"mitsuba_{state}"
-        arrays = irradiance, self.data[name], self.data[f"{name}_error"]
-        return relative_error(*(array[self.open].astype(np.float64) for array in arrays))
+        arrays = irradiance[: self.count], self.data[name], self.data[f"{name}_error"]
+        return relative_error(*(array.astype(np.float64) for array in arrays))
 
     def change_error(self, change: NDArray) -> float:
-        """Relative error of the change at the points near the chair, at the open ones."""
+        """Relative error of the change at the points near the chair."""
         arrays = change, self.data["near_change"], self.data["near_change_error"]
-        return change_error(*(array[self.near_open].astype(np.float64) for array in arrays))
+        return change_error(*(array.astype(np.float64) for array in arrays))
 
 
 def run_mitsuba(bench: Bench) -> dict[str, Any]:
