@@ -13,9 +13,9 @@ namespace deltalux::samples {
 namespace {
 
 constexpr int kBounces = 5;
-constexpr int kWalks = 192;   // from a point, and from all points of a disc
+constexpr int kWalks = 192;   // from a sample, and from all points of its disc
 constexpr int kPerPoint = 2;  // of those of a disc
-constexpr int kLook = 32;     // walks that tell whether a sample is open
+constexpr int kLook = 32;     // walks that tell how open a sample is
 constexpr float kOpen = 0.8f;
 constexpr float kFar = 5.0f;          // radii: what is farther is surrounding
 constexpr float kReflectance = 0.7f;  // relative to the surroundings
@@ -77,14 +77,18 @@ float relative_openness(const scene::Scene& scene, const trace::RayCaster& caste
   const Surroundings around(scene, caster, radius);
   const float look = around.arrives(centre, normal, 0, kLook);
   if (look >= kOpen * kLook) return 1;
-  const float here = look + around.arrives(centre, normal, kLook, kWalks - kLook);
-
   const DiscPoints points(normal, radius, outline);
-  float there = 0;
-  for (int walk = 0; walk < kWalks; walk += kPerPoint) {
-    const auto r = sobol::sample(uint32_t(walk / kPerPoint), kBounces);
-    there += around.arrives(centre + points(r[0], r[1], r[2]), normal, walk, kPerPoint);
-  }
+  const auto disc = [&](int walks, int each) {
+    float sum = 0;
+    for (int walk = 0; walk < walks; walk += each) {
+      const auto r = sobol::sample(uint32_t(walk), kBounces);
+      sum += around.arrives(centre + points(r[0], r[1], r[2]), normal, walk, each);
+    }
+    return sum;
+  };
+  if (look == 0 && disc(kLook, 1) == 0) return 1;  // closed all over, as many samples are
+  const float here = look + around.arrives(centre, normal, kLook, kWalks - kLook);
+  const float there = disc(kWalks, kPerPoint);
   return there > 0 ? here / there : 1.0f;
 }
 
