@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a few repetitions with other seeds say: a mean, its error, and whether a sign is certain."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.stats import t as student
+
+FALSE_ALARMS = 0.001  # of one decision, two-sided
+
+
+def mean_and_error(values: ArrayLike) -> tuple[list[float], list[float] | None]:
+    """Mean over repetitions, and its standard error.
+
+    Parameters
+    ----------
+    values : (repetitions, n) array
+
+    Returns
+    -------
+    n means, and n standard errors, or None from a single repetition
+    """
+    array = np.asarray(values, dtype=float)
+    if len(array) < 2:
+        return array[0].tolist(), None
+    error = array.std(axis=0, ddof=1) / np.sqrt(len(array))
+    return array.mean(axis=0).tolist(), error.tolist()
+
+
+def certain_sign(values: ArrayLike, false_alarms: float = FALSE_ALARMS) -> Literal[-1, 0, 1]:
+    """Sign of a mean, 0 where a few repetitions cannot tell.
+
+    Null hypothesis of the t-test: independent values of a normal law whose mean is 0.
+
+    Parameters
+    ----------
+    values : (repetitions,) numbers, usually differences within one repetition
+    false_alarms : probability that a mean of 0 is given a sign
+    """
+    array = np.asarray(values, dtype=float)
+    if len(array) < 2:
+        return 0
+    mean, error = float(array.mean()), float(array.std(ddof=1)) / np.sqrt(len(array))
+    if abs(mean) <= error * student.isf(false_alarms / 2, len(array) - 1):
+        return 0
+    return 1 if mean > 0 else -1
