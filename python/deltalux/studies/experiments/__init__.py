@@ -8,9 +8,9 @@ import difflib
 from deltalux.errors import OptionError
 from deltalux.studies.experiment import Experiment
 
-from . import mean_rays
+from . import cache_misses, mean_rays
 
-EXPERIMENTS: tuple[Experiment, ...] = tuple(module.EXPERIMENT for module in (mean_rays,))
+EXPERIMENTS: tuple[Experiment, ...] = tuple(module.EXPERIMENT for module in (mean_rays, cache_misses))
 
 
 def experiment(name: str) -> Experiment:

@@ -20,7 +20,6 @@ from deltalux.studies.experiment import (
     Experiment,
     Figure,
     Findings,
-    Mark,
     Outcome,
     Table,
     Verdict,
@@ -261,12 +260,12 @@ def _error_figure(scene: str, source: str, errors: Counts, settings: Mapping[str
             curves.append(Curve(f"samples {where}", list(range(1, len(mean) + 1)), mean, spread))
     what = "uniform lines" if scene == "lines" else f"{scene}, traced light paths"
     depth = max(len(curve.x) for curve in curves)
-    zero = Curve("n_R Q^(2i) exact", [1, depth], [0, 0], None, "theory")
+    zero = Curve("prediction $n_R Q^{2i}$", [1, depth], [0, 0], None, "theory")
     return Figure(
         f"percent_error_{scene}",
         f"Error of the predicted mean number of rays in each sphere: {what} ({source}). Q = "
         f"{settings['ratio']:g}; mean of seeds {_seeds(settings)}, bars: its standard error.",
-        "level i of the sphere S_i",
+        "level $i$ of the sphere $S_i$",
         "(predicted − counted) / counted [%]",
         [*curves, zero],
     )
@@ -282,10 +281,9 @@ def _ratio_figure(counts: Counts, settings: Mapping[str, Any]) -> Figure:
         "consecutive_levels",
         "Rays of each level over those of the level around it, relative to Q². 1: the lower level follows "
         f"from the upper. Mean of seeds {_seeds(settings)}, bars: its standard error.",
-        "level i of the sphere S_i",
-        "n_i / (Q² n_(i−1))",
+        "level $i$ of the sphere $S_i$",
+        "$n_i / (Q^2 n_{i-1})$",
         curves,
-        marks=[Mark(1, "scene sphere's child")],
     )
 
 
