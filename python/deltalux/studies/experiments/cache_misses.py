@@ -65,7 +65,7 @@ def conclude(
                 "cache_misses_by_rule",
                 ("containment", "hits", *LEVEL_COLUMNS),
                 [
-                    [rule, _hits(runs).mean(), *row]
+                    [rule, _total(runs, "hits").mean(), *row]
                     for rule, runs in by_rule.items()
                     for row in level_rows(runs)
                 ],
