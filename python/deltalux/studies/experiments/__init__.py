@@ -8,9 +8,11 @@ import difflib
 from deltalux.errors import OptionError
 from deltalux.studies.experiment import Experiment
 
-from . import cache_misses, mean_rays
+from . import cache_misses, curve_orders, mean_rays
 
-EXPERIMENTS: tuple[Experiment, ...] = tuple(module.EXPERIMENT for module in (mean_rays, cache_misses))
+EXPERIMENTS: tuple[Experiment, ...] = tuple(
+    module.EXPERIMENT for module in (mean_rays, cache_misses, curve_orders)
+)
 
 
 def experiment(name: str) -> Experiment:

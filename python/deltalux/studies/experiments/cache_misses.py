@@ -99,8 +99,8 @@ def limit_level(settings: Mapping[str, Any]) -> int:
 def shape(counts: np.ndarray, peak: int) -> tuple[Outcome, int]:
     """Whether counts rise to a level and fall after it, and the level of their largest mean.
 
-    Confirmed: no level before the peak certainly exceeds it, and the next is certainly lower (t-tests
-    of the differences over seeds). Refuted: a level certainly exceeds it.
+    Confirmed: the largest mean is at the peak, and the next level is certainly lower (t-tests of the
+    differences over seeds). Refuted: a level certainly exceeds the peak.
 
     Parameters
     ----------
@@ -108,9 +108,9 @@ def shape(counts: np.ndarray, peak: int) -> tuple[Outcome, int]:
     peak : level
     """
     over = [certain_sign(counts[:, level] - counts[:, peak]) for level in range(1, counts.shape[1])]
-    falls = peak + 1 < counts.shape[1] and over[peak] == -1
-    outcome: Outcome = "refuted" if 1 in over else "confirmed" if falls else "open"
-    return outcome, int(1 + counts[:, 1:].mean(axis=0).argmax())
+    largest = int(1 + counts[:, 1:].mean(axis=0).argmax())
+    falls = largest == peak and peak + 1 < counts.shape[1] and over[peak] == -1
+    return "refuted" if 1 in over else "confirmed" if falls else "open", largest
 
 
 def rises_and_falls(by_count: Mapping[int, Runs], name: str, peak: int) -> Verdict:
