@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from deltalux.segments import Progress, Segments, uniform_lines
 from deltalux.studies.experiment import Curve, Experiment, Figure, Findings, Mark, Outcome, Table, Verdict
 from deltalux.studies.level_counts import DEFINITIONS, LEVEL_COLUMNS, level_curve, level_rows, stacked
 from deltalux.studies.progress_parts import Steps
-from deltalux.studies.repeats import FALSE_ALARMS, certain_sign
+from deltalux.studies.repeats import FALSE_ALARMS, averaged, certain_sign, together
 from deltalux.studies.uniform_samples import UNIT_SPHERE, in_sphere
 
 RULES = ("all", "nested", "literal")
@@ -123,7 +123,7 @@ def rises_and_falls(by_count: Mapping[int, Runs], name: str, peak: int) -> Verdi
     return Verdict(
         f"Cache misses rise to level {peak} and fall after it, a miss counted at {DEFINITIONS[name]} "
         "(paper 4.2, Figure 9).",
-        _together(outcomes),
+        together(outcomes),
         f"{'; '.join(parts)}. T-tests over seeds, false-alarm rate {FALSE_ALARMS:g} each.",
     )
 
@@ -133,7 +133,7 @@ def every_rule(by_rule: Mapping[str, Runs], peak: int) -> Verdict:
     found = {rule: shape(stacked(runs, "rebuilds"), peak) for rule, runs in by_rule.items()}
     return Verdict(
         f"The rise to level {peak} and the fall after it do not depend on the rule of containment.",
-        _together([outcome for outcome, _ in found.values()]),
+        together([outcome for outcome, _ in found.values()]),
         "; ".join(
             f"{rule}: largest at level {largest} ({outcome})" for rule, (outcome, largest) in found.items()
         )
@@ -193,13 +193,6 @@ def complete(by_rule: Mapping[str, Runs]) -> Verdict:
     )
 
 
-def _together(outcomes: Sequence[Outcome]) -> Outcome:
-    """All of a claim's cases as one."""
-    if "refuted" in outcomes:
-        return "refuted"
-    return "confirmed" if set(outcomes) == {"confirmed"} else "open"
-
-
 def _count(
     lines: Segments, samples: int, seed: int, settings: Mapping[str, Any], rule: str = "all"
 ) -> Mapping[str, Any]:
@@ -223,11 +216,10 @@ def _total(runs: Runs, name: str) -> np.ndarray:
 
 
 def _caption(settings: Mapping[str, Any]) -> str:
-    seeds = ", ".join(str(seed) for seed in settings["seeds"])
     return (
         f"{settings['lines']:,} uniform lines, samples uniform in the unit sphere, Q = "
         f"{settings['ratio']:g}, {settings['order'].capitalize()} order, lists below "
-        f"{settings['min_rays']} rays are not subdivided. Mean of seeds {seeds}, bars: its standard error."
+        f"{settings['min_rays']} rays are not subdivided. {averaged(settings)}"
     )
 
 
