@@ -103,10 +103,13 @@ def _fill(axes: Any, canvas: Any, figure: Figure) -> None:
     if all(float(x).is_integer() for curve in figure.curves for x in curve.x) and not figure.log_x:
         axes.xaxis.get_major_locator().set_params(integer=True)
     _marks(axes, figure)
+    handles, labels = axes.get_legend_handles_labels()
+    order = [labels.index(curve.label) for curve in figure.curves]  # matplotlib puts plain lines first
+    entries = [handles[place] for place in order], [labels[place] for place in order]
     if len(figure.curves) >= CROWDED:
-        canvas.legend(loc="outside lower center", ncols=LEGEND_COLUMNS)
+        canvas.legend(*entries, loc="outside lower center", ncols=LEGEND_COLUMNS)
     else:
-        axes.legend()
+        axes.legend(*entries)
 
 
 def _bars(axes: Any, curve: Curve, colour: str, place: int, count: int) -> None:
@@ -132,4 +135,5 @@ def _marks(axes: Any, figure: Figure) -> None:
             va="top",
             fontsize=8.5,
             color="0.25",
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 1},
         )
