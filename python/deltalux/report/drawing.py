@@ -16,8 +16,8 @@ MARKERS = "os^Dv<>"
 THEORY_DASHES = ((0, (5, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)), (0, (3, 1)))
 SIZE = (7.2, 4.4)  # inches
 DOTS_PER_INCH = 150
-LEGEND_COLUMNS = 2  # of many curves, below the axes
-CROWDED = 5  # so many curves have their legend below
+LEGEND_COLUMNS = 2  # below the axes
+CROWDED = 5  # so many curves have their legend below the axes
 STYLE: Any = {
     "font.size": 10.5,
     "axes.grid": True,
@@ -106,7 +106,7 @@ def _fill(axes: Any, canvas: Any, figure: Figure) -> None:
     handles, labels = axes.get_legend_handles_labels()
     order = [labels.index(curve.label) for curve in figure.curves]  # matplotlib puts plain lines first
     entries = [handles[place] for place in order], [labels[place] for place in order]
-    if len(figure.curves) >= CROWDED:
+    if len(figure.curves) >= CROWDED or figure.marks:  # texts of marks would lie under it
         canvas.legend(*entries, loc="outside lower center", ncols=LEGEND_COLUMNS)
     else:
         axes.legend(*entries)
