@@ -18,7 +18,7 @@ from pathlib import Path
 import deltalux as dl
 import numpy as np
 from deltalux import scenes
-from uniform_samples import on_surfaces
+from deltalux.studies.surface_samples import on_surfaces
 
 MOST_NEW_LAMPS = 20
 REPORT_EVERY = 1000

@@ -15,8 +15,9 @@ from pathlib import Path
 from typing import Any
 
 import deltalux as dl
+from deltalux.studies.surface_samples import on_surfaces
 from dump import write_dump
-from uniform_samples import on_surfaces, radius_for_hits
+from uniform_samples import radius_for_hits
 
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAMS = ROOT / "build" / "bench"
