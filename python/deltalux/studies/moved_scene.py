@@ -36,8 +36,7 @@ def changed_segments(before: Segments, after: Segments) -> tuple[Segments, Segme
     ----------
     before, after : traced with the same seed and number of paths
     """
-    keys = [part.path.astype(np.int64) * MOST_BOUNCES + part.bounce for part in (before, after)]
-    _, ours, theirs = np.intersect1d(*keys, assume_unique=True, return_indices=True)
+    _, ours, theirs = np.intersect1d(_keys(before), _keys(after), assume_unique=True, return_indices=True)
     same = np.ones(len(ours), bool)
     for name in ("origin", "direction", "length", "extended", "quanta"):
         one, other = getattr(before, name)[ours], getattr(after, name)[theirs]
@@ -45,6 +44,11 @@ def changed_segments(before: Segments, after: Segments) -> tuple[Segments, Segme
     old, new = np.ones(len(before), bool), np.ones(len(after), bool)
     old[ours[same]] = new[theirs[same]] = False
     return before.select(old), after.select(new)
+
+
+def _keys(segments: Segments) -> np.ndarray:
+    """One number for each path and bounce."""
+    return segments.path.astype(np.int64) * MOST_BOUNCES + segments.bounce
 
 
 def joined(first: Segments, second: Segments) -> Segments:

@@ -17,22 +17,35 @@ from deltalux.studies.indices import DiscGrid, RayCosts, kd_tree, octree
 from deltalux.studies.progress_parts import Steps
 from deltalux.studies.repeats import mean_and_error
 from deltalux.studies.surface_samples import on_surfaces, static_distance
-from deltalux.studies.uniform_samples import Spread, in_cube
+from deltalux.studies.uniform_samples import in_cube
 
 BVH = "BVH"
 INDICES: dict[str, Callable[[Samples], Any]] = {"grid": DiscGrid, "octree": octree, "kd-tree": kd_tree}
 NAMES = (BVH, *INDICES)
 BOXES = 8  # that a node of the disc index tests at once
-LINES: dict[str, Spread] = {"lines, cube": "volume", "lines, walls": "surface"}
 CLOSE = 0.05  # extra cost of a choice that does no harm
 SURE = 0.95  # share of simulations that must choose well
+
+
+def _clustered(count: int, seed: int) -> Samples:
+    """Half of the samples in a cube 1/20 as wide as that of the others, as of a detailed object in a hall."""
+    samples = in_cube(count, "volume", seed)
+    shrink = np.where(np.arange(count) % 2, 0.05, 1.0)
+    return Samples(samples.points * shrink[:, None], samples.normals, samples.radius * shrink)
+
+
+LINES: dict[str, Callable[[int, int], Samples]] = {
+    "lines, cube": lambda count, seed: in_cube(count, "volume", seed),
+    "lines, walls": lambda count, seed: in_cube(count, "surface", seed),
+    "lines, cluster": _clustered,
+}
 
 Costs = dict[str, list[float]]  # index -> mean cost per ray, one a seed
 
 
 def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findings:
     """Count every index on all rays, and on many small shares of them."""
-    steps = Steps(progress, (2 + len(settings["scenes"])) * len(settings["seeds"]))
+    steps = Steps(progress, (len(LINES) + len(settings["scenes"])) * len(settings["seeds"]))
     costs: dict[str, Costs] = {}
     extra: dict[
         str, list[float]
@@ -69,17 +82,17 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
 def _inputs(settings: Mapping[str, Any]) -> Iterator[tuple[str, int, Segments, Samples]]:
     """Case, seed, segments and samples in turn."""
     count = settings["samples"]
-    for name, spread in LINES.items():
+    for name, samples_of in LINES.items():
         for seed in settings["seeds"]:
-            yield name, seed, uniform_lines(settings["rays"], seed), in_cube(count, spread, seed)
+            yield name, seed, uniform_lines(settings["rays"], seed), samples_of(count, seed)
     for name in settings["scenes"]:
         scene = getattr(deltalux.scenes, name)()
         radius = static_distance(scene, count)
         for seed in settings["seeds"]:
-            segments = trace(scene, settings["rays"], seed)
+            segments = trace(scene, settings["rays"], seed, threads=settings.get("threads"))
             some = np.random.default_rng(seed).choice(len(segments), settings["rays"], replace=False)
-            segments = segments.select(np.sort(some))
-            yield name, seed, segments, on_surfaces(scene, count, seed, radius, movables=False)
+            samples = on_surfaces(scene, count, seed, radius, movables=False)
+            yield name, seed, segments.select(np.sort(some)), samples
 
 
 def _mean_costs(
