@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a few repetitions with other seeds say: a mean, its error, and whether a sign is certain."""
+"""What a few repetitions with other seeds say: means and errors, certain signs, and outcomes of claims."""
 
 from __future__ import annotations
 
-from typing import Literal
+from collections.abc import Collection, Mapping
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.stats import t as student
+
+from .experiment import Outcome
 
 FALSE_ALARMS = 0.001  # of one decision, two-sided
 
@@ -47,3 +50,32 @@ def certain_sign(values: ArrayLike, false_alarms: float = FALSE_ALARMS) -> Liter
     if abs(mean) <= error * student.isf(false_alarms / 2, len(array) - 1):
         return 0
     return 1 if mean > 0 else -1
+
+
+def outcome_of(sign: int, wanted: Literal[-1, 1]) -> Outcome:
+    """Outcome of a claim that a sign is the wanted one; open where it is not certain.
+
+    Parameters
+    ----------
+    sign : of `certain_sign`
+    wanted : -1 or 1
+    """
+    return "open" if sign == 0 else "confirmed" if sign == wanted else "refuted"
+
+
+def together(outcomes: Collection[Outcome]) -> Outcome:
+    """Outcome of a claim on several cases: refuted by one, confirmed by all."""
+    if "refuted" in outcomes:
+        return "refuted"
+    return "confirmed" if outcomes and set(outcomes) == {"confirmed"} else "open"
+
+
+def averaged(settings: Mapping[str, Any]) -> str:
+    """The sentence of a caption on seeds and error bars.
+
+    Parameters
+    ----------
+    settings : with "seeds"
+    """
+    seeds = ", ".join(str(seed) for seed in settings["seeds"])
+    return f"Mean of seeds {seeds}, bars: its standard error."

@@ -13,6 +13,8 @@ from deltalux.samples import Samples
 UNIT_SPHERE = ((0.0, 0.0, 0.0), 1.0)  # centre, radius; holds `uniform_lines`
 HALF_SIDE = 1 / np.sqrt(3)
 Spread = Literal["volume", "surface"]
+SPREADS: tuple[Spread, ...] = ("volume", "surface")
+WHERE = {"volume": "in a volume", "surface": "on surfaces"}  # in texts
 
 
 def in_sphere(count: int, radius: float, seed: int) -> Samples:

@@ -8,9 +8,11 @@ import difflib
 from deltalux.errors import OptionError
 from deltalux.studies.experiment import Experiment
 
-from . import mean_rays
+from . import cache_misses, cost_scaling, curve_orders, mean_rays, radius_ratio
 
-EXPERIMENTS: tuple[Experiment, ...] = tuple(module.EXPERIMENT for module in (mean_rays,))
+EXPERIMENTS: tuple[Experiment, ...] = tuple(
+    module.EXPERIMENT for module in (mean_rays, cache_misses, curve_orders, radius_ratio, cost_scaling)
+)
 
 
 def experiment(name: str) -> Experiment:
