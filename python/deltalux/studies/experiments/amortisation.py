@@ -190,7 +190,7 @@ def _index_table(
         for w, width in enumerate(settings["widths"]):
             cell = index[p][w]
             times = [x for name in ("build", "disc index", "sphere cache") for x in _ms(cell[name])]
-            found: list[Cell] = [float(x) if np.isfinite(x) else None for x in frames[p, w]]
+            found: list[Cell] = [_finite(x) for x in frames[p, w]]
             rows.append([count, width, changed[p], *times, *found])
     columns = [PATHS, "disc radius / distance", "old and new segments"]
     for name in ("index's build", "frame by disc index", "frame by sphere cache"):
@@ -200,13 +200,18 @@ def _index_table(
 
 def _stored_table(paths: Sequence[int], stored: Sequence[Mapping[str, Timing]], payback: np.ndarray) -> Table:
     rows: list[list[Cell]] = [
-        [count, *(value for name in SESSION_TIMES for value in _ms(times[name])), float(found)]
+        [count, *(value for name in SESSION_TIMES for value in _ms(times[name])), _finite(found)]
         for count, times, found in zip(paths, stored, payback, strict=True)
     ]
     columns = [PATHS]
     for label in SESSION_TIMES.values():
         columns += [f"{label} [ms]", f"{label}, standard error [ms]"]
     return Table("amortisation-stored", [*columns, "frames until it pays, at most"], rows)
+
+
+def _finite(frames: float) -> float | None:
+    """For a table: None = never."""
+    return float(frames) if np.isfinite(frames) else None
 
 
 def _ms(time: Timing) -> tuple[float, float]:

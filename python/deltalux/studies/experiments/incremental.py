@@ -204,7 +204,7 @@ def sum_verdict(objects: np.ndarray, together: np.ndarray, alone: np.ndarray) ->
         "Several moving objects affect as many paths as they do one by one.",
         "confirmed" if (np.abs(ratio - 1) <= ADDS_UP).all() else "refuted",
         f"Affected paths together over the sum of each alone: {ratio.min():.2f} to {ratio.max():.2f}; within "
-        f"{ADDS_UP:.0%} they add up. {objects[-1]:.0f} objects affect {together[-1].mean():.1%} of all paths.",
+        f"{ADDS_UP:.0%} they add up. All {objects[-1]:.0f} affect {together[-1].mean():.1%} of all paths.",
     )
 
 
