@@ -105,9 +105,10 @@ def run(
             record = None if again else folder.finished(run_key(each, own))
             if record is None:
                 record = run_experiment(each, own, progress)
-                folder.write(record)
+                folder.keep(record)
             else:
                 skipped.append(each.name)
+            folder.draw(record)
             runs.append((each, record, folder.drawings(record)))
     command = shlex.join(["deltalux", *context.obj])
     StudyFolder(output).write_text(PAGE, study_page(runs, command, QUICK_NOTE if quick else ""))

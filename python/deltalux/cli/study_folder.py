@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The folder of one experiment: its record, figures and tables, each whole or absent."""
+"""The folder of one experiment: its record, and the figures and tables made of it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class StudyFolder:
     path: Path
 
     def finished(self, key: str) -> Record | None:
-        """The record of a run with this key, None where there is none or a figure is missing.
+        """The record of a run with this key, None where there is none.
 
         Parameters
         ----------
@@ -38,24 +38,27 @@ class StudyFolder:
             record = from_json((self.path / RECORD).read_text(encoding="utf-8"))
         except (OSError, UnicodeDecodeError, FormatError):
             return None
-        whole = all(file.is_file() for file in self.drawings(record).values())
-        return record if record.key == key and whole else None
+        return record if record.key == key else None
 
-    def write(self, record: Record) -> None:
-        """Draw the figures and write all files; the record last, since it says that the rest is there."""
+    def keep(self, record: Record) -> None:
+        """Write the record, so that the run need not be repeated."""
         self.path.mkdir(parents=True, exist_ok=True)
-        (self.path / RECORD).unlink(missing_ok=True)
-        for file in self.path.iterdir():  # what a run with other settings left
-            if file.suffix in MADE:
-                file.unlink()
-        for figure in record.findings.figures:
+        self.write_text(RECORD, to_json(record))
+
+    def draw(self, record: Record) -> None:
+        """Write figures and tables; also of a run from before, which they may not show as it is drawn now."""
+        figures, tables = record.findings.figures, record.findings.tables
+        for figure in figures:
             drawing = draw(figure)
             self.write_text(f"{figure.name}.svg", drawing.svg)
             with written_aside(self.path / f"{figure.name}.png") as aside:
                 aside.write_bytes(drawing.png)
-        for table in record.findings.tables:
+        for table in tables:
             self.write_text(f"{table.name}.csv", table_csv(table))
-        self.write_text(RECORD, to_json(record))
+        wanted = {*(figure.name for figure in figures), *(table.name for table in tables)}
+        for file in self.path.iterdir():  # what a run with other settings left
+            if file.suffix in MADE and file.stem not in wanted:
+                file.unlink()
 
     def drawings(self, record: Record) -> dict[str, Path]:
         """SVG files of a record's figures, by figure name."""

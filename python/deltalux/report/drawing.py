@@ -16,8 +16,8 @@ MARKERS = "os^Dv<>"
 THEORY_DASHES = ((0, (5, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)), (0, (3, 1)))
 SIZE = (7.2, 4.4)  # inches
 DOTS_PER_INCH = 150
-LEGEND_COLUMNS = 2  # of many curves, below the axes
-CROWDED = 5  # so many curves have their legend below
+LEGEND_COLUMNS = 2  # below the axes
+CROWDED = 5  # so many curves have their legend below the axes
 STYLE: Any = {
     "font.size": 10.5,
     "axes.grid": True,
@@ -103,10 +103,13 @@ def _fill(axes: Any, canvas: Any, figure: Figure) -> None:
     if all(float(x).is_integer() for curve in figure.curves for x in curve.x) and not figure.log_x:
         axes.xaxis.get_major_locator().set_params(integer=True)
     _marks(axes, figure)
-    if len(figure.curves) >= CROWDED:
-        canvas.legend(loc="outside lower center", ncols=LEGEND_COLUMNS)
+    handles, labels = axes.get_legend_handles_labels()
+    order = [labels.index(curve.label) for curve in figure.curves]  # matplotlib puts plain lines first
+    entries = [handles[place] for place in order], [labels[place] for place in order]
+    if len(figure.curves) >= CROWDED or figure.marks:  # texts of marks would lie under it
+        canvas.legend(*entries, loc="outside lower center", ncols=LEGEND_COLUMNS)
     else:
-        axes.legend()
+        axes.legend(*entries)
 
 
 def _bars(axes: Any, curve: Curve, colour: str, place: int, count: int) -> None:
@@ -132,4 +135,5 @@ def _marks(axes: Any, figure: Figure) -> None:
             va="top",
             fontsize=8.5,
             color="0.25",
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 1},
         )

@@ -95,11 +95,12 @@ def run(experiment: Experiment, settings: Mapping[str, Any], progress: Progress 
     report = named(progress, experiment.name)
     if report:
         report("", 0.0)
+    key = run_key(experiment, settings)  # before: sources may be edited during a long run
     start = time.perf_counter()
     findings = experiment.run(settings, report)
     return Record(
         experiment.name,
-        run_key(experiment, settings),
+        key,
         settings,
         environment(),
         time.perf_counter() - start,

@@ -26,7 +26,7 @@ Runs = list[Mapping[str, Any]]  # `stats` of each seed
 def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findings:
     """Count with each seed: the exact rule over sample counts, then each rule at one sample count."""
     counts, compared = settings["sample_counts"], settings["compared_count"]
-    rules = (*RULES[1:], UNLIMITED)
+    rules = (UNLIMITED, *RULES[1:])  # drawn first what agrees with another for a while
     steps = Steps(progress, len(settings["seeds"]) * (len(counts) + len(rules)))
     by_count: dict[int, Runs] = {count: [] for count in counts}
     by_rule: dict[str, Runs] = {rule: [] for rule in rules}
@@ -38,7 +38,8 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
         for rule in rules:
             by_rule[rule].append(_count(lines, compared, seed, settings, rule))
             steps.done()
-    return conclude(by_count, {"all": by_count[compared], **by_rule}, settings)
+    by_rule["all"] = by_count[compared]
+    return conclude(by_count, by_rule, settings)
 
 
 def conclude(
@@ -228,22 +229,18 @@ def _count_figure(name: str, by_count: Mapping[int, Runs], settings: Mapping[str
     curves = [level_curve(f"{count:,} samples", stacked(runs, name)) for count, runs in by_count.items()]
     if name == "rebuilds":
         most = max(by_count)
-        levels = np.arange(1, peak + 3)
+        levels = np.arange(1, peak + 2)
         theory = model.limited_rebuilds(
             most, settings["lines"], settings["ratio"], levels, settings["min_rays"]
         )
-        curves.append(
-            Curve(
-                f"theory, {most:,} samples", levels.tolist(), np.maximum(theory, 1).tolist(), None, "theory"
-            )
-        )
+        curves.append(Curve(f"theory, {most:,} samples", levels.tolist(), theory.tolist(), None, "theory"))
     return Figure(
         f"cache_misses_{name}",
         f"Cache misses at each level, a miss counted at {DEFINITIONS[name]} (Figure 9). {_caption(settings)}",
         "level $i$ of the sphere $S_i$",
         "misses",
         curves,
-        marks=[Mark(peak, "last level that all subdivide into")],
+        marks=[Mark(peak, f"level {peak}")],
         log_y=True,
     )
 

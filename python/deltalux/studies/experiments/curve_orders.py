@@ -147,7 +147,7 @@ def flat(misses: np.ndarray, levels: np.ndarray) -> Verdict:
     """Whether Hilbert's curve rises without a valley."""
     outcome, falls = rising(misses, levels)
     return Verdict(
-        "Under Hilbert order the curve has no peaks at all.",
+        "Under Hilbert order the curve has no peaks at all (more than the paper claims).",
         outcome,
         f"Before its largest level the curve certainly falls into levels {_listed(falls)}; maxima as read "
         f"from the curve: {_listed(peaks(levels, misses.mean(axis=0)[levels]))}.",

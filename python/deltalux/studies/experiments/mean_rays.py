@@ -12,7 +12,6 @@ from scipy.stats import norm
 import deltalux.scenes
 from deltalux import estimate, model
 from deltalux.samples import Samples
-from deltalux.scene import Scene
 from deltalux.segments import Progress, Segments, trace, uniform_lines
 from deltalux.studies.experiment import (
     Cell,
@@ -33,6 +32,7 @@ from deltalux.studies.repeats import (
     outcome_of,
     together,
 )
+from deltalux.studies.scene_samples import in_bounds, on_surfaces, scene_sphere
 from deltalux.studies.uniform_samples import UNIT_SPHERE, in_sphere
 
 SCENES = {"atrium": "Figure 6", "expo": "Figure 7"}
@@ -46,17 +46,22 @@ Counts = dict[tuple[str, str], np.ndarray]  # scene or "lines", where samples li
 def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findings:
     """Count rays in both scenes and of uniform lines, with each seed."""
     scenes = {name: getattr(deltalux.scenes, name)() for name in SCENES}
-    surfaces = {name: Samples.on_vertices(scene, settings["spacing"]) for name, scene in scenes.items()}
+    vertices = {name: Samples.on_vertices(scene, settings["spacing"]) for name, scene in scenes.items()}
     steps = Steps(progress, len(settings["seeds"]) * (len(scenes) + 1))
     found: dict[tuple[str, str], list[list[float]]] = {}
+    share, count = settings["disc_share"], settings["samples"]
     for seed in settings["seeds"]:
         for name, scene in scenes.items():
-            _count_in_scene(found, name, scene, surfaces[name], seed, settings)
+            segments = trace(scene, settings["paths"], seed, threads=settings["threads"])
+            sphere = scene_sphere(scene)
+            radius = share * sphere[1]
+            drawn = on_surfaces(scene, vertices[name], count, radius, seed)
+            for where, samples in ((SURFACES, drawn), (VOLUME, in_bounds(scene, count, radius, seed))):
+                found.setdefault((name, where), []).append(_rays(segments, samples, sphere, settings))
             steps.done()
         lines = uniform_lines(settings["lines"], seed)
-        radius = settings["disc_share"]
-        centre = Samples([[0, 0, 0]], [[0, 0, 1]], radius)
-        for where, samples in ((SPHERE, in_sphere(settings["samples"], radius, seed)), (CENTRE, centre)):
+        centre = Samples([[0, 0, 0]], [[0, 0, 1]], share)
+        for where, samples in ((SPHERE, in_sphere(count, share, seed)), (CENTRE, centre)):
             found.setdefault(("lines", where), []).append(_rays(lines, samples, UNIT_SPHERE, settings))
         steps.done()
     return conclude({key: _common_levels(rows) for key, rows in found.items()}, settings)
@@ -183,30 +188,6 @@ def exact(rays: np.ndarray, ratio: float) -> Verdict:
         f"hypothesis binomial with p = Q^(2i), refused from {bound:.2f} (false-alarm rate {FALSE_ALARMS:g} "
         "for all together).",
     )
-
-
-def _count_in_scene(
-    found: dict[tuple[str, str], list[list[float]]],
-    name: str,
-    scene: Scene,
-    surfaces: Samples,
-    seed: int,
-    settings: Mapping[str, Any],
-) -> None:
-    low, high = (np.asarray(corner) for corner in scene.bounds)
-    sphere = ((low + high) / 2, float(np.linalg.norm(high - low)) / 2)
-    radius, count = settings["disc_share"] * sphere[1], settings["samples"]
-    segments = trace(scene, settings["paths"], seed, threads=settings["threads"])
-    random = np.random.default_rng(seed)
-    assert surfaces.display is not None  # on_vertices makes one
-    points, normals = surfaces.display.world(scene, samples=True)
-    drawn = random.choice(len(points), min(count, len(points)), replace=False)
-    asked = {
-        SURFACES: Samples(points[drawn], normals[drawn], radius),
-        VOLUME: Samples(random.uniform(low, high, (count, 3)), random.normal(size=(count, 3)), radius),
-    }
-    for where, samples in asked.items():
-        found.setdefault((name, where), []).append(_rays(segments, samples, sphere, settings))
 
 
 def _rays(
