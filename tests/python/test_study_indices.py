@@ -9,8 +9,8 @@ import pytest
 from deltalux.studies.curves import crossings, power_law
 from deltalux.studies.indices import DiscGrid, kd_tree, octree
 from deltalux.studies.moved_scene import changed_segments, joined, with_moved
+from deltalux.studies.scene_samples import static_distance, uniform_on_surfaces
 from deltalux.studies.series import Series, series_table
-from deltalux.studies.surface_samples import on_surfaces, static_distance
 from deltalux.studies.timing import Timing, interleaved, median
 from deltalux.studies.uniform_samples import in_cube
 from rooms import room
@@ -18,7 +18,7 @@ from rooms import room
 
 def lit_room():
     scene = room()
-    return dl.trace(scene, 400, seed=3), on_surfaces(
+    return dl.trace(scene, 400, seed=3), uniform_on_surfaces(
         scene, 300, 4, static_distance(scene, 300), movables=False
     )
 

@@ -16,7 +16,7 @@ from deltalux.segments import Segments, trace
 from deltalux.session import Session
 
 from .measuring import measured
-from .surface_samples import on_surfaces
+from .scene_samples import uniform_on_surfaces
 from .timing import Timing, median
 
 CHANNEL = 1  # of the irradiance: green
@@ -78,7 +78,7 @@ def repeated_bakes(scene: Scene, paths: int, radius: float, settings: Mapping[st
     radius : of all discs, metres
     settings : has "seeds" and "samples", their number on the static surfaces
     """
-    samples = on_surfaces(scene, settings["samples"], 1, radius, movables=False)
+    samples = uniform_on_surfaces(scene, settings["samples"], 1, radius, movables=False)
     irradiance, reported, poisson, seconds = [], [], [], []
     for seed in settings["seeds"]:
         options: dict[str, Any] = {"paths": paths, "seed": seed, "direct": "paths", "disc_area": "whole"}

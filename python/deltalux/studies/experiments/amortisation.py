@@ -17,8 +17,8 @@ from deltalux.studies.experiment import Cell, Experiment, Figure, Findings, Tabl
 from deltalux.studies.measuring import measured
 from deltalux.studies.moved_scene import changed_segments, joined, shifted, with_moved
 from deltalux.studies.progress_parts import Steps
+from deltalux.studies.scene_samples import static_distance, uniform_on_surfaces
 from deltalux.studies.series import Series
-from deltalux.studies.surface_samples import on_surfaces, static_distance
 from deltalux.studies.timing import Timing, interleaved, median
 
 SMALL_FRAMES, LARGE_FRAMES = 180, 7000  # of the paper's earlier work
@@ -85,7 +85,7 @@ def _index_times(
 ) -> dict[str, Timing]:
     count = settings["samples"]
     radius = width * static_distance(scene, count)
-    samples = on_surfaces(scene, count, settings["seeds"][0], radius, movables=False)
+    samples = uniform_on_surfaces(scene, count, settings["seeds"][0], radius, movables=False)
     one = segments.select(slice(0, 1))
     taken = interleaved(
         {
@@ -105,7 +105,7 @@ def _index_times(
 
 def _session_times(scene: Any, paths: int, settings: Mapping[str, Any]) -> dict[str, Timing]:
     """First frame, update and full frame of a session; `trace` is the full frame's tracing by the clock."""
-    samples: Samples = on_surfaces(scene, settings["samples"], settings["seeds"][0], None)
+    samples: Samples = uniform_on_surfaces(scene, settings["samples"], settings["seeds"][0], None)
     first, updates, full, tracing = [], [], [], []
     for _ in range(settings["sessions"]):
         with Session(

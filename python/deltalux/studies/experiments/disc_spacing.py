@@ -15,8 +15,8 @@ from deltalux.segments import Progress, Segments, trace, uniform_lines
 from deltalux.studies.curves import crossings
 from deltalux.studies.experiment import Experiment, Figure, Findings, Mark, Outcome, Verdict
 from deltalux.studies.progress_parts import Steps
+from deltalux.studies.scene_samples import static_distance, uniform_on_surfaces
 from deltalux.studies.series import Series, series_table
-from deltalux.studies.surface_samples import on_surfaces, static_distance
 from deltalux.studies.timing import Timing, interleaved
 from deltalux.studies.uniform_samples import UNIT_SPHERE, Spread, in_cube
 
@@ -93,7 +93,7 @@ def _cases(settings: Mapping[str, Any]) -> dict[str, Callable[[int], Case]]:
 
         def case(seed: int) -> Case:
             segments = trace(scene, settings["paths"], seed, threads=settings.get("threads"))
-            samples = on_surfaces(scene, settings["samples"], seed, distance, movables=False)
+            samples = uniform_on_surfaces(scene, settings["samples"], seed, distance, movables=False)
             return segments, samples, distance, {}
 
         return case

@@ -16,8 +16,8 @@ from deltalux.segments import Progress, Segments, trace, uniform_lines
 from deltalux.studies.experiment import Experiment, Figure, Findings, Outcome, Table, Verdict
 from deltalux.studies.progress_parts import Steps
 from deltalux.studies.repeats import averaged
+from deltalux.studies.scene_samples import static_distance, uniform_on_surfaces
 from deltalux.studies.series import Series, series_table
-from deltalux.studies.surface_samples import on_surfaces, static_distance
 from deltalux.studies.uniform_samples import UNIT_SPHERE, in_cube
 
 LINES = "uniform lines"
@@ -84,7 +84,7 @@ def _cases(settings: Mapping[str, Any]) -> Iterator[Case]:
         radius = static_distance(scene, count)
         for seed in settings["seeds"]:
             segments = trace(scene, settings["paths"], seed, threads=settings.get("threads"))
-            samples = on_surfaces(scene, count, seed, radius, movables=False)
+            samples = uniform_on_surfaces(scene, count, seed, radius, movables=False)
             yield name, segments, samples, {"spread": "surface"}
 
 

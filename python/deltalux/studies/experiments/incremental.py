@@ -20,8 +20,8 @@ from deltalux.studies.experiment import Experiment, Figure, Findings, Outcome, V
 from deltalux.studies.measuring import measured
 from deltalux.studies.moved_scene import shifted
 from deltalux.studies.progress_parts import Steps
+from deltalux.studies.scene_samples import uniform_on_surfaces
 from deltalux.studies.series import Series, series_table
-from deltalux.studies.surface_samples import on_surfaces
 from deltalux.studies.timing import Timing, median
 
 SIZE, OBJECTS = "object's size r_D / r_0", "moving objects"
@@ -109,7 +109,7 @@ def _hall(count: int) -> tuple[Scene, list[str]]:
 
 def _frames(scene: Scene, groups: Sequence[Sequence[str]], settings: Mapping[str, Any]) -> list[Frames]:
     """Frames of each group of objects in turn; the objects move half of the frames there, half back."""
-    samples = on_surfaces(scene, settings["samples"], 1, None)
+    samples = uniform_on_surfaces(scene, settings["samples"], 1, None)
     runs: list[list[_Run]] = [[] for _ in groups]
     for seed in settings["seeds"]:
         options: dict[str, Any] = {"paths": settings["paths"], "seed": seed, "direct": "paths", "threads": 1}

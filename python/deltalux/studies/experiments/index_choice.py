@@ -16,7 +16,7 @@ from deltalux.studies.experiment import Cell, Curve, Experiment, Figure, Finding
 from deltalux.studies.indices import DiscGrid, RayCosts, kd_tree, octree
 from deltalux.studies.progress_parts import Steps
 from deltalux.studies.repeats import mean_and_error
-from deltalux.studies.surface_samples import on_surfaces, static_distance
+from deltalux.studies.scene_samples import static_distance, uniform_on_surfaces
 from deltalux.studies.uniform_samples import in_cube
 
 BVH = "BVH"
@@ -91,7 +91,7 @@ def _inputs(settings: Mapping[str, Any]) -> Iterator[tuple[str, int, Segments, S
         for seed in settings["seeds"]:
             segments = trace(scene, settings["rays"], seed, threads=settings.get("threads"))
             some = np.random.default_rng(seed).choice(len(segments), settings["rays"], replace=False)
-            samples = on_surfaces(scene, count, seed, radius, movables=False)
+            samples = uniform_on_surfaces(scene, count, seed, radius, movables=False)
             yield name, seed, segments.select(np.sort(some)), samples
 
 
