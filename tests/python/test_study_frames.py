@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from deltalux.errors import OptionError
 from deltalux.studies.experiments import amortisation, hybrid_estimate, incremental, variance
 from deltalux.studies.repeated_bakes import RepeatedBakes
 from deltalux.studies.series import Series
@@ -108,6 +109,11 @@ def test_repeated_bakes_know_their_spread():
     assert abs(ratio - 1) < 4.5 * expected
     assert bakes.ratio("poisson")[0] == pytest.approx(2.25 * ratio)
     assert bakes.error_of_error() == pytest.approx(0.2 * expected / 2, rel=0.5)
+
+
+def test_a_spread_needs_seeds():
+    with pytest.raises(OptionError, match="seeds: found 2, expected at least 3"):
+        variance.run({**variance.EXPERIMENT.full, **variance.EXPERIMENT.quick, "seeds": [1, 2]})
 
 
 def rows(*values: float) -> list[list[float]]:

@@ -7,8 +7,10 @@ import deltalux as dl
 import numpy as np
 import pytest
 from deltalux.studies.curves import crossings, power_law
+from deltalux.studies.experiments import experiment
 from deltalux.studies.indices import DiscGrid, kd_tree, octree
 from deltalux.studies.moved_scene import changed_segments, joined, with_moved
+from deltalux.studies.runner import settings_of
 from deltalux.studies.scene_samples import static_distance, uniform_on_surfaces
 from deltalux.studies.series import Series, series_table
 from deltalux.studies.timing import Timing, interleaved, median
@@ -80,7 +82,8 @@ def test_times():
     assert median([3.0, 1.0, 2.0]).seconds == 2
     difference = Timing(5, 0.3) - Timing(2, 0.4)
     assert (difference.seconds, difference.error) == pytest.approx((3, 0.5))
-    assert difference.known
+    assert difference.known  # by six standard errors
+    assert not (Timing(5, 0.3) - Timing(3.1, 0.4)).known
     assert not (Timing(2.5, 0.3) - Timing(2, 0.4)).known
     assert Timing(4, 0.4).over(Timing(2, 0)) == pytest.approx((2, 0.2))
 
@@ -131,3 +134,18 @@ def test_changed_segments_are_those_of_an_update():
     assert len(both) == len(old) + len(new)
     np.testing.assert_array_equal(both.origin[: len(old)], old.origin)
     assert [len(part) for part in changed_segments(before, before)] == [0, 0]
+
+
+@pytest.mark.parametrize("name", ["hybrid-estimate", "index-choice"])
+def test_findings_do_not_depend_on_threads(name):
+    study = experiment(name)
+    one, two = (study.run(settings_of(study, quick=True, seeds=[1], threads=n), None) for n in (1, 2))
+    assert one == two
+
+
+@pytest.mark.parametrize("name", ["moving-object", "ray-map-cost"])
+def test_counts_of_timed_experiments_do_not_depend_on_threads(name):
+    """Their first tables hold counts."""
+    study = experiment(name)
+    one, two = (study.run(settings_of(study, quick=True, seeds=[1], threads=n), None) for n in (1, 2))
+    assert one.tables[0] == two.tables[0]

@@ -95,6 +95,7 @@ def test_index_choice_best():
     assert index_choice.best_verdict({"x": first, "y": first}).outcome == "refuted"
     near = {"a": [1.0, 5.0], "b": [5.2, 1.0]}
     assert index_choice.best_verdict({"x": first, "y": near}).outcome == "open"
+    assert index_choice.best_verdict({"x": {"a": [1.0], "b": [5.0]}}).outcome == "open"
 
 
 COUNTS = np.array([1e3, 1e4, 1e5])

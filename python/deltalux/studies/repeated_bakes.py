@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from deltalux.errors import OptionError
 from deltalux.estimate import disc_index
 from deltalux.samples import Samples
 from deltalux.scene import Scene
@@ -20,6 +21,7 @@ from .scene_samples import uniform_on_surfaces
 from .timing import Timing, median
 
 CHANNEL = 1  # of the irradiance: green
+LEAST_SEEDS = 3
 LIFT = 1e-3  # of the radius
 
 
@@ -77,7 +79,16 @@ def repeated_bakes(scene: Scene, paths: int, radius: float, settings: Mapping[st
     paths : light paths of a bake
     radius : of all discs, metres
     settings : has "seeds" and "samples", their number on the static surfaces
+
+    Raises
+    ------
+    OptionError
+        For fewer than three seeds.
     """
+    if len(settings["seeds"]) < LEAST_SEEDS:
+        raise OptionError(
+            f"seeds: found {len(settings['seeds'])}, expected at least {LEAST_SEEDS}, to tell their spread"
+        )
     samples = uniform_on_surfaces(scene, settings["samples"], 1, radius, movables=False)
     irradiance, reported, poisson, seconds = [], [], [], []
     for seed in settings["seeds"]:

@@ -11,6 +11,7 @@ import numpy as np
 from .measuring import measured
 
 MEDIAN_OVER_MEAN = 1.2533  # standard error of a median over that of a mean, normal law
+KNOWN = 4  # standard errors by which a time must stand out; those of few repetitions are rough
 QUARTILES_OVER_SIGMA = 1.349  # distance of the quartiles of a normal law over its standard deviation
 
 
@@ -42,7 +43,7 @@ class Timing:
     @property
     def known(self) -> bool:
         """Whether it stands out of its own spread, as small differences of large times may not."""
-        return self.seconds > 2 * self.error
+        return self.seconds > KNOWN * self.error
 
 
 def interleaved(calls: Mapping[str, Callable[[], object]], repetitions: int) -> dict[str, Timing]:

@@ -13,7 +13,7 @@ from deltalux.estimate import disc_index, sphere_cache
 from deltalux.samples import Samples
 from deltalux.segments import Progress, Segments, trace, uniform_lines
 from deltalux.studies.curves import crossings
-from deltalux.studies.experiment import Experiment, Figure, Findings, Mark, Outcome, Verdict
+from deltalux.studies.experiment import Experiment, Figure, Findings, Outcome, Verdict
 from deltalux.studies.progress_parts import Steps
 from deltalux.studies.scene_samples import static_distance, uniform_on_surfaces
 from deltalux.studies.series import Series, series_table
@@ -208,9 +208,7 @@ def _figure(
             *(each.curve(widths) for each in series),
             Series("equal", "1", np.ones_like(widths), theory=True).curve(widths),
         ],
-        [Mark(1.0, "radius = distance")],
         log_x=True,
-        log_y=True,
     )
 
 

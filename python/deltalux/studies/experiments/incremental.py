@@ -24,7 +24,7 @@ from deltalux.studies.scene_samples import uniform_on_surfaces
 from deltalux.studies.series import Series, series_table
 from deltalux.studies.timing import Timing, median
 
-SIZE, OBJECTS = "object's size r_D / r_0", "moving objects"
+SIZE, SIZE_LABEL, OBJECTS = "object's size r_D / r_0", "object's size $r_D / r_0$", "moving objects"
 TROLLEY, STEP = "trolley", (0.1, 0.0, 0.0)  # metres a frame
 BALL_RADIUS, BALL_HEIGHT, BALL_ROW = 0.25, 3.2, (-8.0, 8.0)  # metres; in the free air of the hall
 SLOPE, ADDS_UP = 0.2, 0.1  # of an exponent, a sum that agrees
@@ -66,7 +66,7 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
     steps.done()
     sums = np.array([alone[:count].sum(axis=0) for count in settings["objects"]])
     every = [*trolley, *found, *exhibit]
-    share = Series("eq. 11: r_D² / r_0²", "1", affected_rays(1, sizes, 1.0), theory=True)
+    share = Series("r_D² / r_0² (eq. 11)", "1", affected_rays(1, sizes, 1.0), theory=True)
     return Findings(
         [
             series_table("incremental-size", SIZE, sizes, [share, *_series(trolley)]),
@@ -234,7 +234,7 @@ def _figures(
     )
     figures = []
     for name, what, column, x, frames, theory in (
-        ("size", "The atrium's trolley in several sizes", SIZE, sizes, trolley, [share]),
+        ("size", "The atrium's trolley in several sizes", SIZE_LABEL, sizes, trolley, [share]),
         ("objects", f"Balls of {2 * BALL_RADIUS:g} m in the expo's hall", OBJECTS, objects, balls, []),
     ):
         paths, segments, update, full = _series(frames)

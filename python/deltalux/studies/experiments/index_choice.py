@@ -143,7 +143,8 @@ def choice_verdict(extra: Mapping[str, Sequence[float]], reduction: float) -> Ve
 
 def best_verdict(costs: Mapping[str, Costs]) -> Verdict:
     """Whether one index is the cheapest everywhere, which would make the choice needless."""
-    parts, winners, clear = [], set(), True
+    parts, winners = [], set()
+    clear = all(len(values) > 1 for own in costs.values() for values in own.values())  # else no errors
     for case, own in costs.items():
         found = {name: _mean_error(values) for name, values in own.items()}
         first, second = sorted(found, key=lambda name: found[name][0])[:2]

@@ -26,6 +26,7 @@ SORTED, TESTED = "ray map, sorting segments", "ray map, disc tests"
 MAP, CACHE, INDEX = "ray map", "sphere cache", "disc index"
 TOLERANCE, CONSTANT_TOLERANCE = 0.05, 0.25  # of an exponent, a constant that agrees with theory
 SAMPLES, LINES = "samples n_P", "segments n_R"
+SAMPLES_LABEL = "samples $n_P$"
 UNIT = "n_R n_P^(1/3)"
 Counts = dict[str, float]
 
@@ -231,16 +232,16 @@ def _figures(
             "ray-map-cost-volume",
             f"Tests in units of eq. 10, samples in a volume, {lines:,} uniform lines, disc radius = "
             f"distance; {seeds}.",
-            SAMPLES,
-            "tests / (n_R n_P^(1/3))",
+            SAMPLES_LABEL,
+            "tests / $n_R n_P^{1/3}$",
             [series.curve(samples) for series in counted],
             log_x=True,
         ),
         Figure(
             "ray-map-cost-surface",
             f"Tests per segment, samples on walls, {lines:,} uniform lines, disc radius = distance; {seeds}.",
-            SAMPLES,
-            "tests / n_R",
+            SAMPLES_LABEL,
+            "tests / $n_R$",
             [series.curve(samples) for series in walls],
             log_x=True,
         ),
@@ -249,7 +250,7 @@ def _figures(
             f"Processor time, one thread, building included, samples in a volume, {lines:,} uniform lines, "
             f"seed {settings['seeds'][0]}; median of {settings['repetitions']} interleaved repetitions and "
             "its standard error.",
-            SAMPLES,
+            SAMPLES_LABEL,
             "time (ms)",
             [series.curve(samples) for series in timed],
             log_x=True,
