@@ -193,6 +193,7 @@ def test_page_holds_everything(tmp_path) -> None:
     page = study_page([(small(), record, {"shape": file})], "deltalux study small -o x", "Quick.")
     for text in (
         '<a href="#small">A small one</a>',
+        '<a href="#small">small</a>',
         'id="small"',
         "Is it?",
         "seeds 1/2",

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,6 +13,7 @@ from rich.table import Table
 
 from deltalux.report.drawing import check_drawing
 from deltalux.report.study_page import study_page
+from deltalux.segments import Progress
 from deltalux.studies.experiment import Experiment
 from deltalux.studies.experiments import EXPERIMENTS, experiment
 from deltalux.studies.record import Record
@@ -23,8 +25,9 @@ from .options import JsonOption, QuietOption, ThreadsOption
 from .study_folder import StudyFolder
 from .targets import check_writable
 
-ALL, PAGE = "all", "study.html"
+ALL, PAGE = "all", "study.html"  # of one experiment: its name.html
 QUICK_NOTE = "A quick look: small sizes, whose verdicts may differ from those at the paper's sizes."
+Run = tuple[Experiment, Record, dict[str, Path]]  # and its figures' SVG files, by figure name
 COLOURS = {"confirmed": "green", "refuted": "red", "open": "yellow"}
 
 NameArgument = Annotated[
@@ -76,8 +79,9 @@ def run(
     """Repeat the paper's experiments: what is confirmed, and what is not.
 
     Each writes its figures (.svg, .png), its tables (.csv) and its verdicts, computed from the data, into
-    a folder of its own; study.html holds them all in one file. Finished experiments are skipped unless
-    their settings or the program changed; after Ctrl-C the same command goes on.
+    a folder of its own; study.html (of one experiment: NAME.html) holds them all in one file. Finished
+    experiments are skipped unless their settings or the program changed; after Ctrl-C the same command
+    goes on.
 
     [bold]Examples[/]
 
@@ -97,27 +101,36 @@ def run(
     settings = [settings_of(each, quick=quick, seeds=seed, threads=threads) for each in chosen]
     check_drawing()
     output.mkdir(parents=True, exist_ok=True)
-    check_writable(output / PAGE)
-    runs, skipped = [], []
+    page = PAGE if name == ALL else f"{name}.html"
+    check_writable(output / page)
     with terminal.progress() as progress:
-        for each, own in zip(chosen, settings, strict=True):
-            folder = StudyFolder(output / each.name)
-            record = None if again else folder.finished(run_key(each, own))
-            if record is None:
-                record = run_experiment(each, own, progress)
-                folder.keep(record)
-            else:
-                skipped.append(each.name)
-            folder.draw(record)
-            runs.append((each, record, folder.drawings(record)))
+        runs, skipped = _run(list(zip(chosen, settings, strict=True)), output, again, progress)
     command = shlex.join(["deltalux", *context.obj])
-    StudyFolder(output).write_text(PAGE, study_page(runs, command, QUICK_NOTE if quick else ""))
+    StudyFolder(output).write_text(page, study_page(runs, command, QUICK_NOTE if quick else ""))
     data = {
-        "page": str(output / PAGE),
+        "page": str(output / page),
         "skipped": skipped,
         "experiments": [_outcome(each, record) for each, record, _ in runs],
     }
-    terminal.result(data, _verdicts(runs), *_told(skipped), f"{PAGE}, figures and tables are in {output}")
+    terminal.result(data, _verdicts(runs), *_told(skipped), f"{page}, figures and tables are in {output}")
+
+
+def _run(
+    wanted: Sequence[tuple[Experiment, dict[str, Any]]], output: Path, again: bool, progress: Progress
+) -> tuple[list[Run], list[str]]:
+    """Run what is not finished yet; each is kept as soon as it is. Returns runs and names of the skipped."""
+    runs, skipped = [], []
+    for each, settings in wanted:
+        folder = StudyFolder(output / each.name)
+        record = None if again else folder.finished(run_key(each, settings))
+        if record is None:
+            record = run_experiment(each, settings, progress)
+            folder.keep(record)
+        else:
+            skipped.append(each.name)
+        folder.draw(record)
+        runs.append((each, record, folder.drawings(record)))
+    return runs, skipped
 
 
 def _about(each: Experiment) -> dict[str, Any]:
@@ -141,7 +154,7 @@ def _list() -> Table:
     return table
 
 
-def _verdicts(runs: list[tuple[Experiment, Record, dict[str, Path]]]) -> Table:
+def _verdicts(runs: Sequence[Run]) -> Table:
     table = Table()
     for column in ("experiment", "outcome", "claim"):
         table.add_column(column, no_wrap=column != "claim")

@@ -17,12 +17,23 @@ table { border-collapse: collapse; margin: 1rem 0; font-variant-numeric: tabular
 th, td { padding: .3rem .9rem .3rem 0; border-bottom: 1px solid #8884; text-align: left; }
 td.number, th.number { text-align: right; }
 figure { margin: 1.5rem 0; } img { max-width: 100%; height: auto; } figcaption { color: #888; }
-img.vectors { background: #fff; } .scroll { overflow-x: auto; }
+td a { white-space: nowrap; } img.vectors { background: #fff; } .scroll { overflow-x: auto; }
 """
 _IMAGES = {
     ".png": ("image/png", ""),
     ".svg": ("image/svg+xml", ' class="vectors"'),
 }  # suffix: type, attributes
+
+
+@dataclass(frozen=True)
+class Link:
+    """A cell that leads to another section of the page, by its anchor."""
+
+    text: str
+    anchor: str
+
+
+Cell = str | float | int | Link
 
 
 @dataclass(frozen=True)
@@ -44,7 +55,7 @@ class Section:
     title: str
     paragraphs: Sequence[str] = ()
     header: Sequence[str] = ()
-    rows: Sequence[Sequence[str | float | int]] = ()
+    rows: Sequence[Sequence[Cell]] = ()
     pictures: Sequence[tuple[Path, str]] = field(default=())
     anchor: str = ""
     level: int = 2
@@ -82,7 +93,7 @@ def _section(section: Section) -> str:
     parts += [f"<p>{escape(text)}</p>" for text in section.paragraphs]
     if section.rows:
         columns = range(len(section.rows[0]))
-        numeric = [any(not isinstance(row[i], str) for row in section.rows) for i in columns]
+        numeric = [any(isinstance(row[i], (int, float)) for row in section.rows) for i in columns]
         head = "".join(_cell("th", text, right) for text, right in zip(section.header, numeric, strict=True))
         rows = [
             "<tr>" + "".join(_cell("td", *cell) for cell in zip(row, numeric, strict=True)) + "</tr>"
@@ -101,8 +112,10 @@ def _download(name: str, text: str) -> str:
     return f'<p><a download="{escape(name)}" href="data:text/csv;base64,{data}">{escape(name)}</a></p>'
 
 
-def _cell(tag: str, value: str | float | int, right: bool) -> str:
-    if isinstance(value, str):
+def _cell(tag: str, value: Cell, right: bool) -> str:
+    if isinstance(value, Link):
+        text = f'<a href="#{escape(value.anchor)}">{escape(value.text)}</a>'
+    elif isinstance(value, str):
         text = escape(value)
     else:
         text = f"{value:,}" if isinstance(value, int) else f"{value:,.4g}"

@@ -10,7 +10,7 @@ from typing import Any
 from deltalux.studies.experiment import Cell, Experiment, Table
 from deltalux.studies.record import Record
 
-from .page import Section, page
+from .page import Link, Section, page
 from .study_tables import table_csv
 
 TITLE = "A study of incremental update of global illumination: the paper's claims, and what was counted"
@@ -45,9 +45,9 @@ def _texts(*texts: str) -> list[str]:
     return [text for text in texts if text]
 
 
-def _claims(runs: Sequence[tuple[Experiment, Record, Mapping[str, Path]]]) -> list[tuple[str, str, str]]:
+def _claims(runs: Sequence[tuple[Experiment, Record, Mapping[str, Path]]]) -> list[tuple[str, str, Link]]:
     return [
-        (verdict.outcome, verdict.claim, experiment.name)
+        (verdict.outcome, verdict.claim, Link(experiment.name, experiment.name))
         for experiment, record, _ in runs
         for verdict in record.findings.verdicts
     ]

@@ -192,8 +192,8 @@ EXPERIMENT = Experiment(
     question="Do the sphere cache and disc indexing cost what Theorem 1 says, and grow as it says?",
     run=run,
     full={
-        "seeds": [1, 2, 3, 4],
-        "lines": 1024**2,
+        "seeds": [1, 2, 3, 4, 5, 6],
+        "lines": 512**2,
         "sample_counts": [1_000, 3_000, 10_000, 30_000, 100_000, 300_000, 1_000_000],
         "ratio": 2 / 3,
         "min_rays": 1,  # full depth, as the formulas have it
