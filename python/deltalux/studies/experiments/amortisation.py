@@ -271,7 +271,7 @@ EXPERIMENT = Experiment(
         "samples": 50_000,
         "detail": 1.0,
         "repetitions": 5,
-        "sessions": 2,
+        "sessions": 1,
     },
     quick={
         "paths": [1000, 10_000],

@@ -189,8 +189,12 @@ def _ranges(timed: Sequence[Series], which: np.ndarray) -> str:
 
 
 def _where(widths: np.ndarray, timed: Sequence[Series]) -> str:
-    found = [x for series in timed for x in crossings(widths, series.values, np.ones_like(widths))]
-    return f"{min(found):.1f} to {max(found):.1f} distances" if found else "no width that was measured"
+    found = [
+        f"{x:.1f} distances ({series.label})"
+        for series in timed
+        for x in crossings(widths, series.values, np.ones_like(widths))
+    ]
+    return ", ".join(found) or "no width that was measured"
 
 
 def _figure(
