@@ -17,6 +17,7 @@ THEORY_DASHES = ((0, (5, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)), (0, (3, 1)))
 SIZE = (7.2, 4.4)  # inches
 DOTS_PER_INCH = 150
 LEGEND_COLUMNS = 2  # below the axes
+SHORT_AXIS = 150.0  # times its lower end
 CROWDED = 5  # so many curves have their legend below the axes
 STYLE: Any = {
     "font.size": 10.5,
@@ -102,6 +103,9 @@ def _fill(axes: Any, canvas: Any, figure: Figure) -> None:
             )
     if all(float(x).is_integer() for curve in figure.curves for x in curve.x) and not figure.log_x:
         axes.xaxis.get_major_locator().set_params(integer=True)
+    for axis, logarithmic in ((axes.xaxis, figure.log_x), (axes.yaxis, figure.log_y)):
+        if logarithmic:
+            _short_axis(axis)
     _marks(axes, figure)
     handles, labels = axes.get_legend_handles_labels()
     order = [labels.index(curve.label) for curve in figure.curves]  # matplotlib puts plain lines first
@@ -110,6 +114,17 @@ def _fill(axes: Any, canvas: Any, figure: Figure) -> None:
         canvas.legend(*entries, loc="outside lower center", ncols=LEGEND_COLUMNS)
     else:
         axes.legend(*entries)
+
+
+def _short_axis(axis: Any) -> None:
+    """Plain numbers on a logarithmic axis of few decades, where powers of ten are too few to read by."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    low, high = axis.get_view_interval()
+    if high < SHORT_AXIS * low:
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_minor_formatter(NullFormatter())
 
 
 def _bars(axes: Any, curve: Curve, colour: str, place: int, count: int) -> None:

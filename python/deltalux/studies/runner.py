@@ -24,10 +24,13 @@ from .record import Record
 WITHOUT_EFFECT = ("threads",)  # settings that change no finding
 SHARED = (
     "studies",
+    "studies/indices",
     "model",
     "estimate",
+    "planning",
     "scenes",
     "segments.py",
+    "session.py",
     "samples.py",
 )  # sources behind all findings
 

@@ -8,10 +8,39 @@ import difflib
 from deltalux.errors import OptionError
 from deltalux.studies.experiment import Experiment
 
-from . import cache_misses, cost_scaling, curve_orders, mean_rays, radius_ratio
+from . import (
+    amortisation,
+    cache_misses,
+    cost_scaling,
+    curve_orders,
+    disc_spacing,
+    hybrid_estimate,
+    incremental,
+    index_choice,
+    mean_rays,
+    moving_object,
+    radius_ratio,
+    ray_map_cost,
+    variance,
+)
 
 EXPERIMENTS: tuple[Experiment, ...] = tuple(
-    module.EXPERIMENT for module in (mean_rays, cache_misses, curve_orders, radius_ratio, cost_scaling)
+    module.EXPERIMENT
+    for module in (
+        variance,
+        disc_spacing,
+        index_choice,
+        amortisation,
+        cost_scaling,
+        radius_ratio,
+        moving_object,
+        incremental,
+        mean_rays,
+        hybrid_estimate,
+        cache_misses,
+        curve_orders,
+        ray_map_cost,
+    )
 )
 
 
