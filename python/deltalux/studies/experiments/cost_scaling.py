@@ -188,7 +188,7 @@ def _figure(method: str, tests: Tests, settings: Mapping[str, Any]) -> Figure:
 EXPERIMENT = Experiment(
     name="cost-scaling",
     title="Cost over the number of samples",
-    source="section 3.1, Theorem 1",
+    source="paper 3.1, Theorem 1",
     question="Do the sphere cache and disc indexing cost what Theorem 1 says, and grow as it says?",
     run=run,
     full={

@@ -289,7 +289,7 @@ def _ratio_figure(counts: Counts, settings: Mapping[str, Any]) -> Figure:
 EXPERIMENT = Experiment(
     name="mean-rays",
     title="Mean number of rays in each sphere",
-    source="section 4.1, Figures 6 and 7",
+    source="paper 4.1, Figures 6 and 7",
     question="How far is n_R Q^(2i), the number of rays that theory expects in sphere S_i, from the number "
     "counted in lit scenes, and does the error vanish in small spheres?",
     run=run,
