@@ -196,6 +196,7 @@ def test_page_holds_everything(tmp_path) -> None:
         '<a href="#small">small</a>',
         'id="small"',
         "Is it?",
+        "2 claims: 1 confirmed, 1 refuted, 0 open.",
         "seeds 1/2",
         "size 3",
         "A note.",

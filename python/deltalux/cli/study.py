@@ -12,7 +12,7 @@ import typer
 from rich.table import Table
 
 from deltalux.report.drawing import check_drawing
-from deltalux.report.study_page import study_page
+from deltalux.report.study_page import Run, study_page
 from deltalux.segments import Progress
 from deltalux.studies.experiment import Experiment
 from deltalux.studies.experiments import EXPERIMENTS, experiment
@@ -27,7 +27,6 @@ from .targets import check_writable
 
 ALL, PAGE = "all", "study.html"  # of one experiment: its name.html
 QUICK_NOTE = "A quick look: small sizes, whose verdicts may differ from those at the paper's sizes."
-Run = tuple[Experiment, Record, dict[str, Path]]  # and its figures' SVG files, by figure name
 COLOURS = {"confirmed": "green", "refuted": "red", "open": "yellow"}
 
 NameArgument = Annotated[

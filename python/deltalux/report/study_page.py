@@ -3,11 +3,12 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
-from deltalux.studies.experiment import Cell, Experiment, Table
+from deltalux.studies.experiment import Cell, Experiment, Outcome, Table
 from deltalux.studies.record import Record
 
 from .page import Link, Section, page
@@ -23,9 +24,10 @@ INTRODUCTION = (
 )
 
 
-def study_page(
-    runs: Sequence[tuple[Experiment, Record, Mapping[str, Path]]], command: str, note: str = ""
-) -> str:
+Run = tuple[Experiment, Record, Mapping[str, Path]]  # and its figures' SVG files, by figure name
+
+
+def study_page(runs: Sequence[Run], command: str, note: str = "") -> str:
     """Return the page as HTML.
 
     Parameters
@@ -34,18 +36,20 @@ def study_page(
     command : that made the page
     note : on all runs, such as that they were quick
     """
-    about = [*INTRODUCTION, *_texts(note, f"Made by: {command}")]
+    about = [text for text in (*INTRODUCTION, _tally(runs), note, f"Made by: {command}") if text]
     sections = [Section("Claims and outcomes", about, ("outcome", "claim", "experiment"), _claims(runs))]
     for experiment, record, drawings in runs:
         sections += _sections(experiment, record, drawings)
     return page(TITLE, sections)
 
 
-def _texts(*texts: str) -> list[str]:
-    return [text for text in texts if text]
+def _tally(runs: Sequence[Run]) -> str:
+    outcomes = Counter(verdict.outcome for _, record, _ in runs for verdict in record.findings.verdicts)
+    counted = ", ".join(f"{outcomes[outcome]} {outcome}" for outcome in get_args(Outcome))
+    return f"{outcomes.total()} claims: {counted}."
 
 
-def _claims(runs: Sequence[tuple[Experiment, Record, Mapping[str, Path]]]) -> list[tuple[str, str, Link]]:
+def _claims(runs: Sequence[Run]) -> list[tuple[str, str, Link]]:
     return [
         (verdict.outcome, verdict.claim, Link(experiment.name, experiment.name))
         for experiment, record, _ in runs
