@@ -118,7 +118,8 @@ def _run(
     wanted: Sequence[tuple[Experiment, dict[str, Any]]], output: Path, again: bool, progress: Progress
 ) -> tuple[list[Run], list[str]]:
     """Run what is not finished yet; each is kept as soon as it is. Returns runs and names of the skipped."""
-    runs, skipped = [], []
+    runs: list[Run] = []
+    skipped: list[str] = []
     for each, settings in wanted:
         folder = StudyFolder(output / each.name)
         record = None if again else folder.finished(run_key(each, settings))
