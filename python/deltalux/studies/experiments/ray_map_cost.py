@@ -13,7 +13,7 @@ from deltalux import model
 from deltalux.estimate import RayMap, disc_index, ray_map, sphere_cache
 from deltalux.samples import Samples
 from deltalux.segments import Progress, Segments, uniform_lines
-from deltalux.studies.curves import power_law
+from deltalux.studies.curves import agreement, power_law
 from deltalux.studies.experiment import Experiment, Figure, Findings, Outcome, Verdict
 from deltalux.studies.measuring import measured
 from deltalux.studies.progress_parts import Steps
@@ -164,10 +164,9 @@ def _exchange(live: RayMap, ids: np.ndarray, new: Segments, samples: Samples) ->
 def law_verdict(symbol: str, exponent: float, values: np.ndarray, tests: np.ndarray) -> Verdict:
     """Whether the ray map's tests grow by the power that theory has, mean over seeds."""
     found, error = power_law(values, tests.mean(axis=0))
-    agrees = abs(found - exponent) <= TOLERANCE
     return Verdict(
         f"A ray map obeys the law of Theorem 1: tests grow as {symbol}^{exponent:.2g} (beyond the paper).",
-        "confirmed" if agrees else "refuted",
+        agreement(found, error, exponent, TOLERANCE),
         f"Exponent {found:.3f} ± {error:.3f} for {symbol} from {values[0]:,.0f} to {values[-1]:,.0f}; "
         f"within {TOLERANCE:g} it agrees.",
     )
