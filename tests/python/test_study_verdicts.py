@@ -50,6 +50,8 @@ def test_close() -> None:
     assert mean_rays.close(both([-3, 2, -20])).outcome == "confirmed"
     assert mean_rays.close(both([-30, 2, -20])).outcome == "refuted"
     assert mean_rays.close(both([-3, -5, -5, -20])).outcome == "open"
+    single = {key: rows[:1] for key, rows in both([-3, 2, -20]).items()}
+    assert mean_rays.close(single).outcome == "open"
 
 
 def test_settles() -> None:

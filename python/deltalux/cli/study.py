@@ -147,7 +147,7 @@ def _outcome(each: Experiment, record: Record) -> dict[str, Any]:
 
 def _list() -> Table:
     table = Table()
-    for column in ("name", "what", "paper"):
+    for column in ("name", "what", "source"):
         table.add_column(column)
     for each in EXPERIMENTS:
         table.add_row(each.name, each.title, each.source)

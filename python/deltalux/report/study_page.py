@@ -57,7 +57,7 @@ def _sections(experiment: Experiment, record: Record, drawings: Mapping[str, Pat
     findings = record.findings
     about = [
         experiment.question,
-        f"Source: paper, {experiment.source}. Settings: {_pairs(record.settings)}.",
+        f"Source: {experiment.source}. Settings: {_pairs(record.settings)}.",
         f"Ran {record.seconds:.0f} s on {_pairs(record.environment)}."
         + (" Times vary from run to run." if experiment.timed else ""),
         *findings.notes,

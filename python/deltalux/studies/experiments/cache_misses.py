@@ -260,7 +260,7 @@ def _rule_figure(by_rule: Mapping[str, Runs], settings: Mapping[str, Any]) -> Fi
 EXPERIMENT = Experiment(
     name="cache-misses",
     title="Cache misses at each level",
-    source="section 4.2, Figure 9",
+    source="paper 4.2, Figure 9",
     question="How often is each sphere of the sphere cache rebuilt, and why do misses rise to level 9 and "
     "fall after it?",
     run=run,

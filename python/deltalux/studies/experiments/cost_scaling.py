@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from deltalux import estimate, model
 from deltalux.segments import Progress, uniform_lines
+from deltalux.studies.curves import power_law
 from deltalux.studies.experiment import Cell, Curve, Experiment, Figure, Findings, Table, Verdict
 from deltalux.studies.progress_parts import Steps
 from deltalux.studies.repeats import averaged, certain_sign, mean_and_error, outcome_of, together
@@ -94,8 +95,8 @@ def predicted(method: str, spread: Spread, counts: ArrayLike, ratio: float, form
 
 
 def exponents(tests: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    """(seeds,) slopes of the logarithm of the tests over that of the sample count."""
-    return np.polyfit(np.log(counts), np.log(tests).T, 1)[0]
+    """(seeds,) powers of the sample count by which tests grow."""
+    return np.array([power_law(counts, row)[0] for row in tests])
 
 
 def cube_root(method: str, tests: np.ndarray, counts: np.ndarray) -> Verdict:
@@ -188,7 +189,7 @@ def _figure(method: str, tests: Tests, settings: Mapping[str, Any]) -> Figure:
 EXPERIMENT = Experiment(
     name="cost-scaling",
     title="Cost over the number of samples",
-    source="section 3.1, Theorem 1",
+    source="paper 3.1, Theorem 1",
     question="Do the sphere cache and disc indexing cost what Theorem 1 says, and grow as it says?",
     run=run,
     full={

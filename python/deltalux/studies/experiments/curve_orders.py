@@ -266,7 +266,7 @@ def _time_figure(costs: Costs, settings: Mapping[str, Any]) -> Figure:
 EXPERIMENT = Experiment(
     name="curve-orders",
     title="Space-filling curves and the sphere cache",
-    source="section 4.2, Figure 10; section 2.3",
+    source="paper 4.2, Figure 10; paper 2.3",
     question="Where do misses peak when the samples follow a Lebesgue or a Hilbert curve, what counts as a "
     "miss, and how much time does sorting save?",
     run=run,

@@ -231,7 +231,7 @@ def _figure(spread: Spread, tests: np.ndarray, settings: Mapping[str, Any]) -> F
 EXPERIMENT = Experiment(
     name="radius-ratio",
     title="The ratio of the radii of the spheres",
-    source="section 3.1, Proposition 1",
+    source="paper 3.1, Proposition 1",
     question="Which ratio Q of consecutive spheres makes the sphere cache cheapest, and how much does "
     "another one cost?",
     run=run,
