@@ -70,14 +70,14 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
     share = Series("r_D² / r_0² (eq. 11)", "1", affected_rays(1, sizes, 1.0), theory=True)
     return Findings(
         [
-            series_table("incremental-size", SIZE, sizes, [share, *_series(trolley)]),
+            series_table("incremental_size", SIZE, sizes, [share, *_series(trolley)]),
             series_table(
-                "incremental-objects",
+                "incremental_objects",
                 OBJECTS,
                 objects,
                 [*_series(balls), summed],
             ),
-            series_table("incremental-exhibit", OBJECTS, np.ones(1), _series(exhibit)),
+            series_table("incremental_exhibit", OBJECTS, np.ones(1), _series(exhibit)),
         ],
         _figures((sizes, trolley, share), (objects, balls, summed), settings),
         [
@@ -242,7 +242,7 @@ def _figures(
         ):
             figures.append(
                 Figure(
-                    f"incremental-{name}-{kind}",
+                    f"incremental_{name}_{kind}",
                     f"{what}, {STEP[0]:g} m a frame: {how}; {errors}.",
                     column,
                     label,

@@ -67,10 +67,10 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
     timed = [Series.of_times(name, [row[name] for row in times]) for name in (MAP, CACHE, INDEX)]
     return Findings(
         [
-            series_table("ray-map-cost-volume", SAMPLES, samples, counted),
-            series_table("ray-map-cost-surface", SAMPLES, samples, walls),
-            series_table("ray-map-cost-segments", LINES, lines, over),
-            series_table("ray-map-cost-times", SAMPLES, samples, timed),
+            series_table("ray_map_cost_volume", SAMPLES, samples, counted),
+            series_table("ray_map_cost_surface", SAMPLES, samples, walls),
+            series_table("ray_map_cost_segments", LINES, lines, over),
+            series_table("ray_map_cost_times", SAMPLES, samples, timed),
         ],
         _figures(samples, counted, walls, timed, settings),
         [
@@ -228,7 +228,7 @@ def _figures(
     seeds = f"mean and standard error over seeds {settings['seeds']}"
     return [
         Figure(
-            "ray-map-cost-volume",
+            "ray_map_cost_volume",
             f"Tests in units of eq. 10, samples in a volume, {lines:,} uniform lines, disc radius = "
             f"distance; {seeds}.",
             SAMPLES_LABEL,
@@ -237,7 +237,7 @@ def _figures(
             log_x=True,
         ),
         Figure(
-            "ray-map-cost-surface",
+            "ray_map_cost_surface",
             f"Tests per segment, samples on walls, {lines:,} uniform lines, disc radius = distance; {seeds}.",
             SAMPLES_LABEL,
             "tests / $n_R$",
@@ -245,7 +245,7 @@ def _figures(
             log_x=True,
         ),
         Figure(
-            "ray-map-cost-times",
+            "ray_map_cost_times",
             f"Processor time, one thread, building included, samples in a volume, {lines:,} uniform lines, "
             f"seed {settings['seeds'][0]}; median of {settings['repetitions']} interleaved repetitions and "
             "its standard error.",

@@ -48,9 +48,9 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
     seconds = np.array([one.time.seconds for one in by_paths])
     return Findings(
         [
-            _spread_table("variance-paths", PATHS, paths, by_paths),
-            _spread_table("variance-radius", RADIUS, radii, by_radius),
-            series_table("variance-bias", RADIUS, wide, [found, *_bias_theory(wide)]),
+            _spread_table("variance_paths", PATHS, paths, by_paths),
+            _spread_table("variance_radius", RADIUS, radii, by_radius),
+            series_table("variance_bias", RADIUS, wide, [found, *_bias_theory(wide)]),
         ],
         _figures(paths, radii, wide, by_paths, by_radius, found, settings),
         [
@@ -205,7 +205,7 @@ def _figures(
     seconds = np.array([one.time.seconds for one in by_paths])
     return [
         Figure(
-            "variance-paths",
+            "variance_paths",
             f"RMS error over mean irradiance, d = {settings['radius']:g} m. {box}.",
             PATHS,
             "relative error",
@@ -214,7 +214,7 @@ def _figures(
             log_y=True,
         ),
         Figure(
-            "variance-radius",
+            "variance_radius",
             f"RMS error over mean irradiance, {settings['paths'][-1]:,} paths. {box}.",
             RADIUS,
             "relative error",
@@ -223,7 +223,7 @@ def _figures(
             log_y=True,
         ),
         Figure(
-            "variance-time",
+            "variance_time",
             f"RMS error over mean irradiance against processor time of a full frame, one thread. {box}.",
             "time (s)",
             "relative error",
@@ -232,7 +232,7 @@ def _figures(
             log_y=True,
         ),
         Figure(
-            "variance-bias",
+            "variance_bias",
             f"Relative bias under a bulb {HEIGHT:g} m above a black floor, {settings['bias_paths']:,} paths; "
             f"mean and standard error over {len(settings['bias_seeds'])} seeds.",
             RADIUS,
