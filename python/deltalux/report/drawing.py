@@ -19,6 +19,7 @@ DOTS_PER_INCH = 150
 LEGEND_COLUMNS = 2  # below the axes
 SHORT_AXIS = 150.0  # times its lower end
 CROWDED = 5  # so many curves have their legend below the axes
+MARK_SLOPE = 30  # degrees, of several texts, which else would run into each other
 STYLE: Any = {
     "font.size": 10.5,
     "axes.grid": True,
@@ -110,7 +111,7 @@ def _fill(axes: Any, canvas: Any, figure: Figure) -> None:
     handles, labels = axes.get_legend_handles_labels()
     order = [labels.index(curve.label) for curve in figure.curves]  # matplotlib puts plain lines first
     entries = [handles[place] for place in order], [labels[place] for place in order]
-    if len(figure.curves) >= CROWDED or figure.marks:  # texts of marks would lie under it
+    if len(figure.curves) >= CROWDED:
         canvas.legend(*entries, loc="outside lower center", ncols=LEGEND_COLUMNS)
     else:
         axes.legend(*entries)
@@ -122,7 +123,7 @@ def _short_axis(axis: Any) -> None:
 
     low, high = axis.get_view_interval()
     if high < SHORT_AXIS * low:
-        axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axis.set_major_locator(LogLocator(subs=(1, 2, 3, 4, 6, 8) if high < 10 * low else (1, 2, 5)))
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,g}"))
         axis.set_minor_formatter(NullFormatter())
 
@@ -136,19 +137,18 @@ def _bars(axes: Any, curve: Curve, colour: str, place: int, count: int) -> None:
 
 
 def _marks(axes: Any, figure: Figure) -> None:
-    """Vertical lines, each with its text upright beside the top of the line."""
+    """Vertical lines, each with its text above the axes, where no curve is."""
+    slope = MARK_SLOPE if len(figure.marks) > 1 else 0
     for mark in figure.marks:
         axes.axvline(mark.x, color="0.35", linestyle=":", linewidth=1.1)
         axes.annotate(
             mark.text,
             (mark.x, 1),
             xycoords=("data", "axes fraction"),
-            xytext=(3, -2),
+            xytext=(-2, 3),
             textcoords="offset points",
-            rotation=90,
-            ha="left",
-            va="top",
+            rotation=slope,
+            rotation_mode="anchor",
             fontsize=8.5,
             color="0.25",
-            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 1},
         )
