@@ -6,7 +6,7 @@ from __future__ import annotations
 import deltalux as dl
 import numpy as np
 import pytest
-from deltalux.studies.curves import crossings, power_law
+from deltalux.studies.curves import agreement, crossings, power_law
 from deltalux.studies.experiments import experiment
 from deltalux.studies.indices import DiscGrid, kd_tree, octree
 from deltalux.studies.moved_scene import changed_segments, joined, with_moved
@@ -75,6 +75,12 @@ def test_power_law():
     assert power_law(x, 3 * x**-0.5) == pytest.approx((-0.5, 0), abs=1e-12)
     assert np.isnan(power_law(x[:2], x[:2])[1])
     assert power_law(x, x * [1, 1.1, 0.9, 1])[1] > 0.01
+
+
+def test_agreement():
+    assert agreement(0.52, 0.1, 0.5, 0.05) == "confirmed"
+    assert agreement(0.6, 0.03, 0.5, 0.05) == "open"
+    assert agreement(0.6, 0.02, 0.5, 0.05) == "refuted"
 
 
 def test_times():

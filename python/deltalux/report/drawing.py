@@ -124,7 +124,7 @@ def _short_axis(axis: Any) -> None:
     low, high = axis.get_view_interval()
     if high < SHORT_AXIS * low:
         axis.set_major_locator(LogLocator(subs=(1, 2, 3, 4, 6, 8) if high < 10 * low else (1, 2, 5)))
-        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,g}"))
         axis.set_minor_formatter(NullFormatter())
 
 

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What curves say: where two cross, and by which power one grows."""
+"""What curves say: where two cross, by which power one grows, and whether that is the expected one."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
+
+from .experiment import Outcome
 
 
 def crossings(x: ArrayLike, first: ArrayLike, second: ArrayLike) -> list[float]:
@@ -44,3 +46,18 @@ def power_law(x: ArrayLike, y: ArrayLike) -> tuple[float, float]:
     left = values - (slope * at + offset)
     error = np.sqrt((left**2).sum() / freedom / ((at - at.mean()) ** 2).sum())
     return float(slope), float(error)
+
+
+def agreement(found: float, error: float, expected: float, tolerance: float) -> Outcome:
+    """Whether a measured number is the expected one.
+
+    Parameters
+    ----------
+    found, error : the number and its standard error
+    expected : number
+    tolerance : how far off still agrees; what lies beyond it by less than two errors stays open
+    """
+    apart = abs(found - expected)
+    if apart <= tolerance:
+        return "confirmed"
+    return "refuted" if apart > tolerance + 2 * error else "open"

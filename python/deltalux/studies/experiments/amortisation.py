@@ -196,7 +196,7 @@ def _index_table(
     columns = [PATHS, "disc radius / distance", "old and new segments"]
     for name in ("index's build", "frame by disc index", "frame by sphere cache"):
         columns += [f"{name} [ms]", f"{name}, standard error [ms]"]
-    return Table("amortisation-index", [*columns, "frames until it pays", "standard error"], rows)
+    return Table("amortisation_index", [*columns, "frames until it pays", "standard error"], rows)
 
 
 def _stored_table(paths: Sequence[int], stored: Sequence[Mapping[str, Timing]], payback: np.ndarray) -> Table:
@@ -207,7 +207,7 @@ def _stored_table(paths: Sequence[int], stored: Sequence[Mapping[str, Timing]], 
     columns = [PATHS]
     for label in SESSION_TIMES.values():
         columns += [f"{label} [ms]", f"{label}, standard error [ms]"]
-    return Table("amortisation-stored", [*columns, "frames until it pays, at most"], rows)
+    return Table("amortisation_stored", [*columns, "frames until it pays, at most"], rows)
 
 
 def _finite(frames: float) -> float | None:
@@ -223,7 +223,7 @@ def _index_figure(paths: Sequence[int], frames: np.ndarray, settings: Mapping[st
     widths = np.array(settings["widths"], float)
     shown = np.where(np.isfinite(frames[..., :1]), frames, np.nan)
     return Figure(
-        "amortisation-index",
+        "amortisation_index",
         f"Frames after which an index over {settings['samples']:,} static samples of the atrium has paid for "
         f"its build, trolley moving {STEP[0]:g} m a frame; seed {settings['seeds'][0]}; medians of "
         f"{settings['repetitions']} interleaved repetitions and their standard error. No point: never.",
@@ -243,7 +243,7 @@ def _stored_figure(
     counts = np.array(paths, float)
     repetitions = settings["sessions"] * settings["repetitions"]
     return Figure(
-        "amortisation-stored",
+        "amortisation_stored",
         f"One frame of the atrium, {settings['samples']:,} samples, one thread, seed {settings['seeds'][0]}; "
         f"median and its standard error of {repetitions} updates and full frames.",
         PATHS,

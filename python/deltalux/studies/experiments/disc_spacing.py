@@ -50,8 +50,8 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
     ]
     return Findings(
         [
-            series_table("disc-spacing-tests", SPACING, widths, counted),
-            series_table("disc-spacing-times", SPACING, widths, [*timed, *absolute]),
+            series_table("disc_spacing_tests", SPACING, widths, counted),
+            series_table("disc_spacing_times", SPACING, widths, [*timed, *absolute]),
         ],
         [
             _figure("tests", "tests", "mean and standard error over seeds", widths, counted, settings),
@@ -202,7 +202,7 @@ def _figure(
 ) -> Figure:
     seeds = settings["seeds"] if name == "tests" else settings["seeds"][:1]
     return Figure(
-        f"disc-spacing-{name}",
+        f"disc_spacing_{name}",
         f"Sphere cache over disc index, {what}, {settings['samples']:,} samples and {settings['lines']:,} "
         f"uniform lines; {settings['paths']:,} paths in the scenes; "
         f"{how} {seeds}.",

@@ -56,7 +56,7 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
     x = np.array(levels, float)
     return Findings(
         [
-            _table(f"hybrid-estimate-{divisor}", x, sphere[divisor], disc[divisor], cost[divisor])
+            _table(f"hybrid_estimate_{divisor}", x, sphere[divisor], disc[divisor], cost[divisor])
             for divisor in divisors
         ],
         _figures(x, sphere, disc, settings),
@@ -189,7 +189,7 @@ def _figures(
         ]
         figures.append(
             Figure(
-                f"hybrid-estimate-{kind}-tests",
+                f"hybrid_estimate_{kind}_tests",
                 f"Error of the predicted {kind} tests; {inputs}. {averaged(settings)}",
                 LEVELS,
                 f"error of {kind} tests (%)",

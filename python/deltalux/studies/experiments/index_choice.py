@@ -35,9 +35,9 @@ def _clustered(count: int, seed: int) -> Samples:
 
 
 LINES: dict[str, Callable[[int, int], Samples]] = {
-    "lines, cube": lambda count, seed: in_cube(count, "volume", seed),
-    "lines, walls": lambda count, seed: in_cube(count, "surface", seed),
-    "lines, cluster": _clustered,
+    "cube": lambda count, seed: in_cube(count, "volume", seed),
+    "walls": lambda count, seed: in_cube(count, "surface", seed),
+    "cluster": _clustered,
 }
 
 Costs = dict[str, list[float]]  # index -> mean cost per ray, one a seed
@@ -169,7 +169,7 @@ def _cost_table(costs: Mapping[str, Costs]) -> Table:
     rows: list[list[Cell]] = [
         [case, name, *_mean_error(values)] for case, own in costs.items() for name, values in own.items()
     ]
-    return Table("index-choice-costs", ["case", "index", "tests per ray", "standard error"], rows)
+    return Table("index_choice_costs", ["case", "index", "tests per ray", "standard error"], rows)
 
 
 def _choice_table(extra: Mapping[str, Sequence[float]]) -> Table:
@@ -184,7 +184,7 @@ def _choice_table(extra: Mapping[str, Sequence[float]]) -> Table:
         for case, values in extra.items()
     ]
     columns = ["case", "simulations", f"share within {CLOSE:.0%} of the best", "mean extra cost", "worst"]
-    return Table("index-choice-simulations", columns, rows)
+    return Table("index_choice_simulations", columns, rows)
 
 
 def _figure(costs: Mapping[str, Costs], settings: Mapping[str, Any]) -> Figure:
@@ -193,12 +193,12 @@ def _figure(costs: Mapping[str, Costs], settings: Mapping[str, Any]) -> Figure:
     for name in NAMES:
         means, errors = zip(*(_mean_error(own[name]) for own in costs.values()), strict=True)
         curves.append(Curve(name, places, list(means), list(errors), "bars"))
-    cases = ", ".join(f"{k} {case}" for k, case in enumerate(costs, 1))
+    cases = " · ".join(f"{k} {case}" for k, case in enumerate(costs, 1))
     return Figure(
-        "index-choice",
-        f"Tests per ray in four indices over {settings['samples']:,} discs; {settings['rays']:,} rays; mean "
-        f"and standard error over seeds {settings['seeds']}.",
-        "case: " + cases,
+        "index_choice",
+        f"Tests per ray in four indices over {settings['samples']:,} discs; {settings['rays']:,} rays, "
+        f"uniform lines but for the scenes; mean and standard error over seeds {settings['seeds']}.",
+        cases,
         "box and disc tests per ray",
         curves,
     )

@@ -54,8 +54,8 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
     count, time = ({name: series.values for name, series in each.items()} for each in (counted, timed))
     return Findings(
         [
-            series_table("moving-object-counts", SIZE, sizes, [*theory, *counted.values()]),
-            series_table("moving-object-times", SIZE, sizes, list(timed.values())),
+            series_table("moving_object_counts", SIZE, sizes, [*theory, *counted.values()]),
+            series_table("moving_object_times", SIZE, sizes, list(timed.values())),
         ],
         _figures(sizes, [*theory, *counted.values()], list(timed.values()), settings),
         [
@@ -207,7 +207,7 @@ def _figures(
     marks = [Mark(PRINTED, "eq. 18")]
     return [
         Figure(
-            "moving-object-counts",
+            "moving_object_counts",
             f"Tests for {settings['samples']:,} samples of a moving object; {settings['lines']:,} uniform "
             f"lines; mean and standard error over seeds {settings['seeds']}.",
             SIZE_LABEL,
@@ -218,7 +218,7 @@ def _figures(
             log_y=True,
         ),
         Figure(
-            "moving-object-times",
+            "moving_object_times",
             f"Processor time of one frame, one thread, same inputs, seed {settings['seeds'][0]}; median and "
             f"its standard error over {settings['repetitions']} interleaved repetitions. Points that "
             "do not stand out of their spread are left out.",

@@ -13,7 +13,7 @@ from deltalux import model
 from deltalux.estimate import RayMap, disc_index, ray_map, sphere_cache
 from deltalux.samples import Samples
 from deltalux.segments import Progress, Segments, uniform_lines
-from deltalux.studies.curves import power_law
+from deltalux.studies.curves import agreement, power_law
 from deltalux.studies.experiment import Experiment, Figure, Findings, Outcome, Verdict
 from deltalux.studies.measuring import measured
 from deltalux.studies.progress_parts import Steps
@@ -67,10 +67,10 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
     timed = [Series.of_times(name, [row[name] for row in times]) for name in (MAP, CACHE, INDEX)]
     return Findings(
         [
-            series_table("ray-map-cost-volume", SAMPLES, samples, counted),
-            series_table("ray-map-cost-surface", SAMPLES, samples, walls),
-            series_table("ray-map-cost-segments", LINES, lines, over),
-            series_table("ray-map-cost-times", SAMPLES, samples, timed),
+            series_table("ray_map_cost_volume", SAMPLES, samples, counted),
+            series_table("ray_map_cost_surface", SAMPLES, samples, walls),
+            series_table("ray_map_cost_segments", LINES, lines, over),
+            series_table("ray_map_cost_times", SAMPLES, samples, timed),
         ],
         _figures(samples, counted, walls, timed, settings),
         [
@@ -164,10 +164,9 @@ def _exchange(live: RayMap, ids: np.ndarray, new: Segments, samples: Samples) ->
 def law_verdict(symbol: str, exponent: float, values: np.ndarray, tests: np.ndarray) -> Verdict:
     """Whether the ray map's tests grow by the power that theory has, mean over seeds."""
     found, error = power_law(values, tests.mean(axis=0))
-    agrees = abs(found - exponent) <= TOLERANCE
     return Verdict(
         f"A ray map obeys the law of Theorem 1: tests grow as {symbol}^{exponent:.2g} (beyond the paper).",
-        "confirmed" if agrees else "refuted",
+        agreement(found, error, exponent, TOLERANCE),
         f"Exponent {found:.3f} ± {error:.3f} for {symbol} from {values[0]:,.0f} to {values[-1]:,.0f}; "
         f"within {TOLERANCE:g} it agrees.",
     )
@@ -229,7 +228,7 @@ def _figures(
     seeds = f"mean and standard error over seeds {settings['seeds']}"
     return [
         Figure(
-            "ray-map-cost-volume",
+            "ray_map_cost_volume",
             f"Tests in units of eq. 10, samples in a volume, {lines:,} uniform lines, disc radius = "
             f"distance; {seeds}.",
             SAMPLES_LABEL,
@@ -238,7 +237,7 @@ def _figures(
             log_x=True,
         ),
         Figure(
-            "ray-map-cost-surface",
+            "ray_map_cost_surface",
             f"Tests per segment, samples on walls, {lines:,} uniform lines, disc radius = distance; {seeds}.",
             SAMPLES_LABEL,
             "tests / $n_R$",
@@ -246,7 +245,7 @@ def _figures(
             log_x=True,
         ),
         Figure(
-            "ray-map-cost-times",
+            "ray_map_cost_times",
             f"Processor time, one thread, building included, samples in a volume, {lines:,} uniform lines, "
             f"seed {settings['seeds'][0]}; median of {settings['repetitions']} interleaved repetitions and "
             "its standard error.",
