@@ -5,9 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from deltalux.errors import OptionError
 from deltalux.studies.experiments import amortisation, hybrid_estimate, incremental, variance
-from deltalux.studies.repeated_bakes import RepeatedBakes
+from deltalux.studies.repeated_bakes import RepeatedBakes, enough_seeds
 from deltalux.studies.series import Series
 from deltalux.studies.timing import Timing
 
@@ -111,9 +110,10 @@ def test_repeated_bakes_know_their_spread():
     assert bakes.error_of_error() == pytest.approx(0.2 * expected / 2, rel=0.5)
 
 
-def test_a_spread_needs_seeds():
-    with pytest.raises(OptionError, match="seeds: found 2, expected at least 3"):
-        variance.run({**variance.EXPERIMENT.full, **variance.EXPERIMENT.quick, "seeds": [1, 2]})
+def test_a_spread_needs_three_seeds():
+    assert enough_seeds([4]) == [4, 5, 6]
+    assert enough_seeds([9, 2]) == [9, 2, 10]
+    assert enough_seeds([1, 2, 3, 4]) == [1, 2, 3, 4]
 
 
 def rows(*values: float) -> list[list[float]]:

@@ -3,13 +3,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from deltalux.errors import OptionError
 from deltalux.estimate import disc_index
 from deltalux.samples import Samples
 from deltalux.scene import Scene
@@ -70,6 +69,12 @@ class RepeatedBakes:
         return float(np.sqrt((count - 1) * np.var(parts)) / self.irradiance.mean())
 
 
+def enough_seeds(seeds: Sequence[int]) -> list[int]:
+    """These seeds, and those after the greatest where they are too few to tell a spread from."""
+    more = range(max(seeds) + 1, max(seeds) + 1 + LEAST_SEEDS - len(seeds))
+    return [*seeds, *more]
+
+
 def repeated_bakes(scene: Scene, paths: int, radius: float, settings: Mapping[str, Any]) -> RepeatedBakes:
     """Bake once with each of the seeds of `settings`, with whole discs and all light by paths.
 
@@ -79,16 +84,7 @@ def repeated_bakes(scene: Scene, paths: int, radius: float, settings: Mapping[st
     paths : light paths of a bake
     radius : of all discs, metres
     settings : has "seeds" and "samples", their number on the static surfaces
-
-    Raises
-    ------
-    OptionError
-        For fewer than three seeds.
     """
-    if len(settings["seeds"]) < LEAST_SEEDS:
-        raise OptionError(
-            f"seeds: found {len(settings['seeds'])}, expected at least {LEAST_SEEDS}, to tell their spread"
-        )
     samples = uniform_on_surfaces(scene, settings["samples"], 1, radius, movables=False)
     irradiance, reported, poisson, seconds = [], [], [], []
     for seed in settings["seeds"]:

@@ -17,7 +17,7 @@ from deltalux.segments import Progress, trace
 from deltalux.studies.curves import agreement, power_law
 from deltalux.studies.experiment import Experiment, Figure, Findings, Verdict
 from deltalux.studies.progress_parts import Steps
-from deltalux.studies.repeated_bakes import CHANNEL, RepeatedBakes, repeated_bakes
+from deltalux.studies.repeated_bakes import CHANNEL, RepeatedBakes, enough_seeds, repeated_bakes
 from deltalux.studies.repeats import together
 from deltalux.studies.series import Series, series_table
 
@@ -29,6 +29,7 @@ PATHS, RADIUS = "light paths", "disc radius (m)"
 
 def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findings:
     """Bake the Cornell box many times, and a floor under a bulb, whose irradiance is known."""
+    settings = {**settings, "seeds": enough_seeds(settings["seeds"])}
     paths, radii = (np.array(settings[name], float) for name in ("paths", "radii"))
     wide = np.array(settings["bias_radii"], float)
     points = dict.fromkeys(
