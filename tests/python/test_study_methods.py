@@ -47,6 +47,13 @@ def test_moving_object_paper():
     assert moving_object.paper_verdict([0.2, 0.352]).outcome == "refuted"
 
 
+def test_static_samples():
+    index = np.array([1.0, np.nan, 1.0])
+    assert moving_object.static_verdict("time", np.array([2.0, 0.1, 3.0]), index).outcome == "confirmed"
+    assert moving_object.static_verdict("time", np.array([2.0, 4.0, 0.9]), index).outcome == "refuted"
+    assert moving_object.static_verdict("time", np.array([2.0, 4.0, 0.9]), np.nan * index).outcome == "open"
+
+
 WIDTHS = np.array([0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0])
 
 
