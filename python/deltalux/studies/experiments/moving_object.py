@@ -154,7 +154,8 @@ def static_verdict(what: str, cache: np.ndarray, index: np.ndarray) -> Verdict:
         claim,
         "confirmed" if (ratio > 1).all() else "refuted",
         f"Sphere cache over disc index, old and new rays of objects of all sizes, {what}: "
-        f"{ratio.min():.2f} to {ratio.max():.2f}; printed 8.08 / 2 = 4.04, corrected 97 / 12 = 8.08 (eqs. 13 and 14).",
+        f"{ratio.min():.2f} to {ratio.max():.2f}; printed 8.08 / 2 = 4.04, corrected 97 / 12 = 8.08 "
+        "(eqs. 13 and 14).",
     )
 
 
