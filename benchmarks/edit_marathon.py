@@ -18,7 +18,7 @@ from pathlib import Path
 import deltalux as dl
 import numpy as np
 from deltalux import scenes
-from uniform_samples import on_surfaces
+from deltalux.studies.scene_samples import uniform_on_surfaces
 
 MOST_NEW_LAMPS = 20
 REPORT_EVERY = 1000
@@ -137,7 +137,7 @@ class Marathon:
 def run(args: argparse.Namespace) -> int:
     """The marathon; returns the exit code."""
     scene = getattr(scenes, args.scene)()
-    samples = on_surfaces(scene, args.samples, seed=1, radius=None)
+    samples = uniform_on_surfaces(scene, args.samples, seed=1, radius=None)
     options = {"direct": args.direct, "segment_end": args.segment_end, "threads": args.threads}
     with dl.Session(scene, samples, paths=args.paths, seed=args.seed, **options) as session:
         session.bake()

@@ -15,8 +15,9 @@ from pathlib import Path
 from typing import Any
 
 import deltalux as dl
+from deltalux.studies.scene_samples import uniform_on_surfaces
 from dump import write_dump
-from uniform_samples import on_surfaces, radius_for_hits
+from uniform_samples import radius_for_hits
 
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAMS = ROOT / "build" / "bench"
@@ -27,7 +28,7 @@ HITS = 0.75  # crossings per segment, as in the cost study that set the requirem
 
 def engine(scene: dl.Scene, paths: int, threads: int, step: float) -> dict[str, Any]:
     """One run of engine_bench."""
-    samples = on_surfaces(scene, SAMPLES, seed=1, radius=radius_for_hits(scene, SAMPLES, HITS))
+    samples = uniform_on_surfaces(scene, SAMPLES, seed=1, radius=radius_for_hits(scene, SAMPLES, HITS))
     with tempfile.TemporaryDirectory() as folder:
         dump = Path(folder) / "scene.dump"
         write_dump(dump, scene, samples)

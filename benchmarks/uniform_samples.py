@@ -1,37 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Samples spread uniformly over the surfaces of a scene, as benchmarks and comparisons want them."""
+"""Radius of discs that segments cross as often as a benchmark wants."""
 
 from __future__ import annotations
 
 import deltalux as dl
 import numpy as np
-
-
-def on_surfaces(
-    scene: dl.Scene, count: int, seed: int, radius: float | None, *, movables: bool = True
-) -> dl.Samples:
-    """`count` area-uniform samples on the front sides; those on movables move with them."""
-    rng = np.random.default_rng(seed)
-    meshes = [m for m in scene.meshes if len(m.triangles) and (movables or not m.movable)]
-    areas = np.concatenate([m.triangle_areas() for m in meshes])
-    owner = np.repeat(np.arange(len(meshes)), [len(m.triangles) for m in meshes])
-    local = np.concatenate([np.arange(len(m.triangles)) for m in meshes])
-    chosen = rng.choice(len(areas), size=count, p=areas / areas.sum())
-    chosen.sort()
-    u, v = rng.random((2, count))
-    flip = u + v > 1
-    u[flip], v[flip] = 1 - u[flip], 1 - v[flip]
-    points, normals = np.zeros((count, 3)), np.zeros((count, 3))
-    names = np.full(count, None, dtype=object)
-    for i, mesh in enumerate(meshes):
-        own = np.flatnonzero(owner[chosen] == i)
-        corners = mesh.triangles[local[chosen[own]]]
-        frame = mesh.vertices if mesh.movable else mesh.world_vertices
-        a, b, c = (frame[corners[:, k]] for k in range(3))
-        points[own] = a + (b - a) * u[own, None] + (c - a) * v[own, None]
-        normals[own] = np.cross(b - a, c - a)
-        names[own] = mesh.name if mesh.movable else None
-    return dl.Samples(points, normals, radius, names)
 
 
 def radius_for_hits(scene: dl.Scene, count: int, hits: float) -> float:

@@ -126,6 +126,8 @@ BY_HAND = [
     ("surface_index_cost", (1, 10, 3.0), {}, 30.0),
     # 6 / (8 + 8 · 6 · 4)
     ("surface_crossover", (32768, 0.5), {}, 0.173205081),
+    # 5 · (8/π · 2 · 1 + 16.20544 · 2/π · 3 · 2), 16.20544 by quadrature over the normals
+    ("ray_map_cost", (8, 5, 2.0, 3.0), {}, 334.965897),
     # 28.1 · 10 - 53 = 228; 48 · ln 10^4 = 48 · 9.210340372 = 442.096337856, less 164
     ("measured_cache_tests", (1000, 5), {}, 1140.0),
     ("measured_cache_tests", (10_000, 5, "surface"), {}, 1390.481689),

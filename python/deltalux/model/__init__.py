@@ -20,6 +20,7 @@ from .cache_costs import (
 from .index_costs import deep_index_cost, disc_index_cost, index_depth
 from .measured import measured_cache_tests, measured_crossover
 from .moving_update import crossover, moving_cache_cost, moving_cost_ratio, moving_index_cost
+from .ray_map import ray_map_cost
 from .spheres import (
     divided_share,
     levels,
@@ -87,6 +88,7 @@ __all__ = [
     "moving_cache_cost",
     "moving_cost_ratio",
     "moving_index_cost",
+    "ray_map_cost",
     "rays_in_sphere",
     "rebuild_cost",
     "rebuild_time",

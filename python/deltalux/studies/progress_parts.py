@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from deltalux.errors import Cancelled
 from deltalux.segments import Progress
 
 
@@ -29,3 +30,28 @@ def named(progress: Progress | None, name: str) -> Progress | None:
         return None
     tell: Callable[[str, float], Any] = progress
     return lambda _, fraction: tell(name, fraction)
+
+
+class Steps:
+    """Progress of a known number of steps of about equal length.
+
+    Parameters
+    ----------
+    progress : callback to report to, or None
+    count : number of steps
+    """
+
+    def __init__(self, progress: Progress | None, count: int) -> None:
+        self._progress, self._count, self._done = progress, count, 0
+
+    def done(self) -> None:
+        """Report one more step; stop if the callback asks to.
+
+        Raises
+        ------
+        Cancelled
+            Where the callback returned False.
+        """
+        self._done += 1
+        if self._progress and self._progress("", self._done / self._count) is False:
+            raise Cancelled("cancelled by the progress callback")

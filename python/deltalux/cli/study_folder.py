@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The folder of one experiment: its record, and the figures and tables made of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from deltalux.errors import FormatError
+from deltalux.files import written_aside
+from deltalux.report.drawing import draw
+from deltalux.report.study_tables import table_csv
+from deltalux.studies.record import Record, from_json, to_json
+
+RECORD = "findings.json"
+MADE = (".svg", ".png", ".csv")
+
+
+@dataclass(frozen=True)
+class StudyFolder:
+    """Writes and reads what one experiment left.
+
+    Attributes
+    ----------
+    path : the folder; made when something is written
+    """
+
+    path: Path
+
+    def finished(self, key: str) -> Record | None:
+        """The record of a run with this key, None where there is none.
+
+        Parameters
+        ----------
+        key : of `run_key`
+        """
+        try:
+            record = from_json((self.path / RECORD).read_text(encoding="utf-8"))
+        except (OSError, UnicodeDecodeError, FormatError):
+            return None
+        return record if record.key == key else None
+
+    def keep(self, record: Record) -> None:
+        """Write the record, so that the run need not be repeated."""
+        self.path.mkdir(parents=True, exist_ok=True)
+        self.write_text(RECORD, to_json(record))
+
+    def draw(self, record: Record) -> None:
+        """Write figures and tables; also of a run from before, which they may not show as it is drawn now."""
+        figures, tables = record.findings.figures, record.findings.tables
+        for figure in figures:
+            drawing = draw(figure)
+            self.write_text(f"{figure.name}.svg", drawing.svg)
+            with written_aside(self.path / f"{figure.name}.png") as aside:
+                aside.write_bytes(drawing.png)
+        for table in tables:
+            self.write_text(f"{table.name}.csv", table_csv(table))
+        wanted = {*(figure.name for figure in figures), *(table.name for table in tables)}
+        for file in self.path.iterdir():  # what a run with other settings left
+            if file.suffix in MADE and file.stem not in wanted:
+                file.unlink()
+
+    def drawings(self, record: Record) -> dict[str, Path]:
+        """SVG files of a record's figures, by figure name."""
+        return {figure.name: self.path / f"{figure.name}.svg" for figure in record.findings.figures}
+
+    def write_text(self, name: str, text: str) -> None:
+        """Write one text file whole."""
+        with written_aside(self.path / name) as aside:
+            aside.write_text(text, encoding="utf-8")

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Bakes that differ in their seed: their spread, and what predicts it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from deltalux.estimate import disc_index
+from deltalux.samples import Samples
+from deltalux.scene import Scene
+from deltalux.segments import Segments, trace
+from deltalux.session import Session
+
+from .measuring import measured
+from .scene_samples import uniform_on_surfaces
+from .timing import Timing, median
+
+CHANNEL = 1  # of the irradiance: green
+LEAST_SEEDS = 3
+LIFT = 1e-3  # of the radius
+
+
+@dataclass(frozen=True)
+class RepeatedBakes:
+    """Bakes that differ in their seed, (seeds, samples) each.
+
+    Attributes
+    ----------
+    irradiance, reported : of the sessions, with their standard error
+    poisson : standard error by the sum of squared powers
+    time : of a full frame
+    """
+
+    irradiance: np.ndarray
+    reported: np.ndarray
+    poisson: np.ndarray
+    time: Timing
+
+    def error(self) -> float:
+        """RMS over samples of the spread over seeds, in mean irradiances."""
+        return float(np.sqrt(self.irradiance.var(axis=0, ddof=1).mean()) / self.irradiance.mean())
+
+    def expected(self, what: str) -> float:
+        """The same, as `reported` or `poisson` predicts it."""
+        return float(np.sqrt((getattr(self, what) ** 2).mean()) / self.irradiance.mean())
+
+    def ratio(self, what: str) -> tuple[float, float]:
+        """Predicted over observed variance, and its standard error by the jackknife over seeds."""
+        predicted = getattr(self, what) ** 2
+
+        def value(keep: np.ndarray) -> float:
+            return float(predicted[keep].mean() / self.irradiance[keep].var(axis=0, ddof=1).mean())
+
+        count = len(self.irradiance)
+        left_out = [value(np.arange(count) != seed) for seed in range(count)]
+        return value(np.full(count, True)), float(np.sqrt((count - 1) * np.var(left_out)))
+
+    def error_of_error(self) -> float:
+        """Standard error of `error` by the jackknife over seeds."""
+        count = len(self.irradiance)
+        parts = [
+            np.sqrt(np.delete(self.irradiance, seed, axis=0).var(axis=0, ddof=1).mean())
+            for seed in range(count)
+        ]
+        return float(np.sqrt((count - 1) * np.var(parts)) / self.irradiance.mean())
+
+
+def enough_seeds(seeds: Sequence[int]) -> list[int]:
+    """These seeds, and those after the greatest where they are too few to tell a spread from."""
+    more = range(max(seeds) + 1, max(seeds) + 1 + LEAST_SEEDS - len(seeds))
+    return [*seeds, *more]
+
+
+def repeated_bakes(scene: Scene, paths: int, radius: float, settings: Mapping[str, Any]) -> RepeatedBakes:
+    """Bake once with each of the seeds of `settings`, with whole discs and all light by paths.
+
+    Parameters
+    ----------
+    scene : Scene
+    paths : light paths of a bake
+    radius : of all discs, metres
+    settings : has "seeds" and "samples", their number on the static surfaces
+    """
+    samples = uniform_on_surfaces(scene, settings["samples"], 1, radius, movables=False)
+    irradiance, reported, poisson, seconds = [], [], [], []
+    for seed in settings["seeds"]:
+        options: dict[str, Any] = {"paths": paths, "seed": seed, "direct": "paths", "disc_area": "whole"}
+        with Session(scene, samples, **options, threads=1) as session:
+            session.bake()
+            irradiance.append(session.irradiance[:, CHANNEL])
+            reported.append(session.standard_error[:, CHANNEL])
+            seconds.append(measured(session.recompute).cpu_seconds)
+        poisson.append(_poisson(trace(scene, paths, seed, threads=settings.get("threads")), samples))
+    stacked = np.array(irradiance), np.array(reported), np.array(poisson)
+    return RepeatedBakes(*stacked, median(seconds))
+
+
+def _poisson(segments: Segments, samples: Samples) -> np.ndarray:
+    """Standard error if crossings were independent: the root of the sum of squared powers, over the area."""
+    squared = Segments(
+        segments.origin, segments.direction, segments.length, segments.power**2, segments.extended
+    )
+    radius = samples.radius
+    # In the plane of a wall, rounding would decide which segments reach a disc before they end.
+    lifted = Samples(samples.points + LIFT * radius[:, None] * samples.normals, samples.normals, radius)
+    squares = disc_index(squared, lifted, segment_end="first").irradiance[:, CHANNEL]
+    return np.sqrt(squares / (np.pi * radius**2))
