@@ -85,8 +85,8 @@ SphereCache::Result SphereCache::accumulate_levels(const segments::SegmentSpan& 
                      });
 
   const size_t levels = root.radius.size();
-  result.levels = {root.radius, std::vector<uint64_t>(levels), std::vector<uint64_t>(levels),
-                   std::vector<uint64_t>(levels)};
+  const std::vector<uint64_t> none(levels);
+  result.levels = {root.radius, none, none, none, none};
   const auto add = [](std::vector<uint64_t>& to, const std::vector<uint64_t>& from) {
     std::transform(to.begin(), to.end(), from.begin(), to.begin(), std::plus<>());
   };
@@ -95,6 +95,7 @@ SphereCache::Result SphereCache::accumulate_levels(const segments::SegmentSpan& 
     add(result.levels.rebuilds, part.levels.rebuilds);
     add(result.levels.first_misses, part.levels.first_misses);
     add(result.levels.rays, part.levels.rays);
+    add(result.levels.tests, part.levels.tests);
   }
   result.levels.rays[0] = segments.count;
   return result;

@@ -19,7 +19,9 @@ struct SphereCacheOptions {
   uint64_t min_rays = 100;  ///< shorter lists are not subdivided
   samples::Curve order = samples::Curve::hilbert;
   Containment containment = Containment::all;
-  double outer_radius = 0;  ///< of S_0; 0 = around all segments of a call
+  double outer_radius = 0;   ///< of S_0; 0 = around all segments of a call
+  uint32_t most_levels = 0;  ///< below S_0; 0 = as many as the discs ask for
+  bool deposits = true;      ///< false: lists are built and counted, no disc is tested
   sphere_cache::Lanes lanes = sphere_cache::Lanes::widest;
 };
 
@@ -29,7 +31,12 @@ struct SphereLevels {
   std::vector<uint64_t> rebuilds;      ///< times that S_i was built, the first included
   std::vector<uint64_t> first_misses;  ///< samples whose outermost invalid sphere was S_i
   std::vector<uint64_t> rays;          ///< segments in S_i, summed over its builds
+  std::vector<uint64_t> tests;         ///< of segments against S_i; their sum is all sphere tests
 };
+
+/// Radius of the S_0 that a cache puts around these segments, for discs of up to `most_radius`.
+double enclosing_radius(const segments::SegmentSpan& segments, segments::SegmentEnd rule,
+                        float most_radius, Progress* progress = nullptr);
 
 /// Finds for each disc all segments that cross it: under `all` and `nested` the same ones as
 /// BruteForce to the bit, under `literal` (lossy) fewer. 32 bytes per segment, and for

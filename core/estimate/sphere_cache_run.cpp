@@ -26,7 +26,7 @@ bool is_usual(Vec3d o, Vec3d w) {
 }
 
 /// Half the box's diagonal would do; the sphere around its centre that just holds all is smaller.
-double enclosing_radius(const SegmentList& list, Vec3d centre, Progress* progress) {
+double radius_around(const SegmentList& list, Vec3d centre, Progress* progress) {
   double most2 = 0;
   for (size_t i = 0; i < list.size; ++i) {
     if (progress && i % 65536 == 0) progress->check();
@@ -38,9 +38,10 @@ double enclosing_radius(const SegmentList& list, Vec3d centre, Progress* progres
   return std::sqrt(most2);
 }
 
-std::vector<double> make_radii(double outer, double ratio, double least) {
+std::vector<double> make_radii(double outer, double ratio, double least, size_t most_levels) {
   std::vector<double> radius{outer};
   while (outer * std::pow(ratio, double(radius.size())) > least) {
+    if (most_levels && radius.size() > most_levels) break;
     if (radius.size() > kMostLevels)
       throw OptionError("sphere_cache: ratio: found " + std::to_string(ratio) +
                         ", which needs over " + std::to_string(kMostLevels) + " spheres from " +
@@ -51,40 +52,54 @@ std::vector<double> make_radii(double outer, double ratio, double least) {
   return radius;
 }
 
+/// Segments as a list, and where they are.
+struct Gathered {
+  SegmentList list;
+  std::vector<uint32_t> strays;
+  Vec3d low, high;
+  double far = 0;  ///< greatest coordinate of an origin
+
+  double radius(Progress* progress) const {
+    return radius_around(list, (low + high) * 0.5, progress);
+  }
+};
+
+Gathered gather(const segments::SegmentSpan& s, segments::SegmentEnd rule, float most_radius,
+                Progress* progress) {
+  Gathered all;
+  all.list.reserve(s.count);
+  for (size_t i = 0; i < s.count; ++i) {
+    if (progress && i % 65536 == 0) progress->check();
+    const Vec3f o{s.ox[i], s.oy[i], s.oz[i]}, w{s.dx[i], s.dy[i], s.dz[i]};
+    if (!is_usual(Vec3d(o), Vec3d(w))) {
+      all.strays.push_back(uint32_t(i));
+      continue;
+    }
+    // The longest part that any disc counts.
+    const float end = segment_end(rule, s.length[i], s.extended[i], most_radius);
+    if (all.list.size == 0) all.low = all.high = Vec3d(o);
+    const Vec3d to = Vec3d(o) + Vec3d(w) * (double(end) <= kFarthest ? double(end) : 0.0);
+    all.low = min(all.low, min(Vec3d(o), to)), all.high = max(all.high, max(Vec3d(o), to));
+    for (int axis = 0; axis < 3; ++axis) all.far = std::max(all.far, double(std::fabs(o[axis])));
+    all.list.append(o, w, end, uint32_t(i));
+  }
+  return all;
+}
+
 }  // namespace
 
 Root make_root(const segments::SegmentSpan& s, const SphereCacheOptions& options,
                const samples::DiscSet& discs, Progress* progress) {
-  Root root;
-  root.list.reserve(s.count);
   const auto [least, most] = std::minmax_element(discs.radius.begin(), discs.radius.end());
   double reach = 0;
   for (size_t k = 0; k < discs.size(); ++k)
     for (int axis = 0; axis < 3; ++axis)
       reach = std::max(reach, double(std::fabs(discs.centre[k][axis])) + double(discs.radius[k]));
-  Vec3d low, high;
-  double far = 0;
-  for (size_t i = 0; i < s.count; ++i) {
-    if (progress && i % 65536 == 0) progress->check();
-    const Vec3f o{s.ox[i], s.oy[i], s.oz[i]}, w{s.dx[i], s.dy[i], s.dz[i]};
-    if (!is_usual(Vec3d(o), Vec3d(w))) {
-      root.strays.push_back(uint32_t(i));
-      continue;
-    }
-    // The longest part that any disc counts.
-    const float end = segment_end(options.rule, s.length[i], s.extended[i], *most);
-    if (root.list.size == 0) low = high = Vec3d(o);
-    const Vec3d to = Vec3d(o) + Vec3d(w) * (double(end) <= kFarthest ? double(end) : 0.0);
-    low = min(low, min(Vec3d(o), to)), high = max(high, max(Vec3d(o), to));
-    for (int axis = 0; axis < 3; ++axis) far = std::max(far, double(std::fabs(o[axis])));
-    root.list.append(o, w, end, uint32_t(i));
-  }
-  root.margin = kMargin * (reach + far);
-  const double outer = options.outer_radius > 0
-                           ? options.outer_radius
-                           : enclosing_radius(root.list, (low + high) * 0.5, progress);
-  root.radius = make_radii(outer, options.ratio, double(*least));
-  return root;
+  Gathered all = gather(s, options.rule, *most, progress);
+  const double outer = options.outer_radius > 0 ? options.outer_radius : all.radius(progress);
+  return {std::move(all.list), std::move(all.strays),
+          make_radii(outer, options.ratio, double(*least), options.most_levels),
+          kMargin * (reach + all.far)};
 }
 
 Run::Run(const samples::DiscSet& discs, const SphereCacheOptions& options, const Root& root,
@@ -101,6 +116,7 @@ Run::Run(const samples::DiscSet& discs, const SphereCacheOptions& options, const
   levels.rebuilds.assign(root.radius.size(), 0);
   levels.first_misses.assign(root.radius.size(), 0);
   levels.rays.assign(root.radius.size(), 0);
+  levels.tests.assign(root.radius.size(), 0);
 }
 
 void Run::build_to(int level, bool counted) {
@@ -112,6 +128,7 @@ void Run::build_to(int level, bool counted) {
                      scratch_);
     if (!counted) continue;
     stats.sphere_tests += from.count;
+    levels.tests[i] += from.count;
     ++levels.rebuilds[i];
     levels.rays[i] += lists_[i].count;
   }
@@ -131,7 +148,7 @@ void Run::visit(uint32_t disc) {
     build_to(place.last, true);
     if (options_.containment != Containment::all) chain_.present = built_;
   }
-  deposit(list(std::min(built_, place.last)), disc);
+  if (options_.deposits) deposit(list(std::min(built_, place.last)), disc);
 }
 
 void Run::deposit(const SegmentList& list, uint32_t disc) {
@@ -186,3 +203,12 @@ void Run::add(uint32_t disc, uint32_t segment, Vec3f offset) {
 }
 
 }  // namespace deltalux::estimate::sphere_cache
+
+namespace deltalux::estimate {
+
+double enclosing_radius(const segments::SegmentSpan& segments, segments::SegmentEnd rule,
+                        float most_radius, Progress* progress) {
+  return sphere_cache::gather(segments, rule, most_radius, progress).radius(progress);
+}
+
+}  // namespace deltalux::estimate

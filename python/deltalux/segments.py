@@ -172,7 +172,7 @@ def trace(
 
 def uniform_lines(count: int, seed: int = 1) -> Segments:
     """Chords of the unit sphere through two uniform points of its surface (paper 4.2, Figure 8)."""
-    _check_integer("uniform_lines", count, 1, 2**32 - 1)
+    check_integer("uniform_lines", count, 1, 2**32 - 1)
     check_seed(seed)
     ends: Any = _core.uniform_lines(count, seed)
     chord = ends[:, 1].astype(np.float64) - ends[:, 0]
@@ -184,25 +184,26 @@ def uniform_lines(count: int, seed: int = 1) -> Segments:
 
 def check_paths(paths: Any) -> None:
     """Raise OptionError unless `paths` is a number of light paths."""
-    _check_integer("paths", paths, 1, 2**32 - 16)
+    check_integer("paths", paths, 1, 2**32 - 16)
 
 
 def check_seed(seed: Any) -> None:
     """Raise OptionError unless `seed` fits 64 bits."""
-    _check_integer("seed", seed, 0, 2**64 - 1)
+    check_integer("seed", seed, 0, 2**64 - 1)
 
 
 def check_threads(threads: Any) -> None:
     """Raise OptionError unless `threads` is a number of threads or None."""
     if threads is not None:
-        _check_integer("threads", threads, 1, 1024, "; None = all")
+        check_integer("threads", threads, 1, 1024, "; None = all")
 
 
 def check_bounces(max_bounces: Any) -> None:
     """Raise OptionError unless `max_bounces` is a number of flights that a path may have."""
-    _check_integer("max_bounces", max_bounces, 1, 250)
+    check_integer("max_bounces", max_bounces, 1, 250)
 
 
-def _check_integer(what: str, value: Any, least: int, most: int, remedy: str = "") -> None:
+def check_integer(what: str, value: Any, least: int, most: int, remedy: str = "") -> None:
+    """Raise OptionError unless `value` is an integer from `least` to `most`."""
     if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or not least <= value <= most:
         raise OptionError(f"{what}: found {value!r}, expected an integer from {least} to {most}{remedy}")

@@ -11,7 +11,7 @@ from deltalux import _core
 from deltalux.errors import OptionError
 from deltalux.results import Estimate
 from deltalux.samples import Samples
-from deltalux.segments import Progress, Segments
+from deltalux.segments import Progress, Segments, check_integer
 
 from .inputs import (
     FARTHEST,
@@ -75,8 +75,8 @@ def sphere_cache(
         `sums` are exact and equal (==) to every other disc method's, but for "literal". `stats`: hits,
         disc_tests, sphere_tests, and one number per level, S_0 first: radii (metres), rebuilds (times
         that S_i was built, the first included), first_misses (samples whose outermost invalid sphere
-        was S_i; the first sample counts none), mean_rays (mean length of S_i's list over its builds;
-        0 if it was never built).
+        was S_i; the first sample counts none), level_tests (sphere tests against S_i), mean_rays (mean
+        length of S_i's list over its builds; 0 if it was never built).
 
     Raises
     ------
@@ -86,12 +86,7 @@ def sphere_cache(
     check_choice("segment_end", segment_end, SEGMENT_ENDS)
     check_choice("order", order, ORDERS)
     check_choice("containment", containment, CONTAINMENTS)
-    ratio = _number("ratio", ratio)
-    if not 0 < ratio < 1:
-        raise OptionError(f"ratio: found {ratio:g}, expected a number between 0 and 1, without them")
-    if isinstance(min_rays, bool) or not isinstance(min_rays, (int, np.integer)) or not 1 <= min_rays < 2**63:
-        raise OptionError(f"min_rays: found {min_rays!r}, expected an integer of at least 1")
-    outer_radius = _outer_radius(outer_sphere)
+    ratio, min_rays = check_ratio_and_rays(ratio, min_rays)
     check_discs(samples)
     segments = select_segments(segments, first_bounce, threads)
     sums, stats = _core.sphere_cache(
@@ -99,10 +94,10 @@ def sphere_cache(
         core_discs(samples),
         segment_end,
         ratio,
-        int(min_rays),
+        min_rays,
         order,
         containment,
-        outer_radius,
+        outer_radius(outer_sphere),
         threads or 0,
         progress,
     )
@@ -112,14 +107,19 @@ def sphere_cache(
     return disc_estimate(segments, samples, sums, stats)
 
 
-def _number(name: str, value: Any) -> float:
+def check_ratio_and_rays(ratio: Any, min_rays: Any) -> tuple[float, int]:
+    """Refuse a ratio or a least list length that no sphere cache can have."""
     try:
-        return float(value)
+        number = float(ratio)
     except (TypeError, ValueError):
-        raise OptionError(f"{name}: found {value!r}, expected a number") from None
+        raise OptionError(f"ratio: found {ratio!r}, expected a number") from None
+    if not 0 < number < 1:
+        raise OptionError(f"ratio: found {number:g}, expected a number between 0 and 1, without them")
+    check_integer("min_rays", min_rays, 1, 2**63 - 1)
+    return number, int(min_rays)
 
 
-def _outer_radius(outer_sphere: Any) -> float:
+def outer_radius(outer_sphere: Any) -> float:
     """Radius of S_0; 0 = around all segments."""
     if outer_sphere is None:
         return 0.0
