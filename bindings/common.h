@@ -66,6 +66,7 @@ void bind_estimate(nb::module_& m);
 void bind_sphere_cache(nb::module_& m);
 void bind_ray_map(nb::module_& m);
 void bind_gather(nb::module_& m);
+void bind_plan(nb::module_& m);
 void bind_session(nb::module_& m);
 
 }  // namespace deltalux::python

@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "base/error.h"
-#include "common.h"
+#include "plan_values.h"
 
 namespace deltalux::python {
 namespace {
@@ -43,14 +43,6 @@ class EditList {
   }
   std::vector<scene::Edit> edits;
 };
-
-update::Method to_method(const std::string& name) {
-  return name == "brute_force"    ? update::Method::brute_force
-         : name == "disc_index"   ? update::Method::disc_index
-         : name == "ray_map"      ? update::Method::ray_map
-         : name == "sphere_cache" ? update::Method::sphere_cache
-                                  : update::Method::automatic;
-}
 
 update::Options to_options(uint64_t paths, uint64_t seed, int threads, const std::string& end,
                            const std::string& area, const std::string& direct,

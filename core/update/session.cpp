@@ -105,10 +105,10 @@ void Session::build_static_parts(Progress& progress) {
   for (uint32_t i = 0; i < s.samples.size(); ++i) by_object[s.samples.attached[i]].push_back(i);
   const auto index = [&](std::vector<uint32_t> ids, const trace::RayCaster& caster,
                          const Box& world, Method method) {
-    return make_estimator(method,
-                          samples::make_discs(s.samples, std::move(ids), s.options.disc_area,
-                                              caster, world, lift, s.workers, progress),
-                          s.options.segment_end, s.workers, progress);
+    return plan::make_estimator(method,
+                                samples::make_discs(s.samples, std::move(ids), s.options.disc_area,
+                                                    caster, world, lift, s.workers, progress),
+                                s.options.segment_end, s.workers, &progress);
   };
   s.static_index =
       index(by_object[scene::kNone], *s.caster, s.scene.world(), s.options.static_method);

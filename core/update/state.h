@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/parallel.h"
+#include "plan/methods.h"
 #include "samples/disc_area.h"
 #include "samples/sample_set.h"
 #include "scene/scene.h"
@@ -13,13 +14,14 @@
 #include "trace/lights.h"
 #include "trace/ray_caster.h"
 #include "trace/walk.h"
-#include "update/methods.h"
 
 namespace deltalux::update {
 
 inline constexpr uint32_t kBatches = 8;        // independent estimates behind the standard error
 inline constexpr uint32_t kMostSumGroups = 8;  // later groups share the last one's sums
 inline constexpr uint8_t kNotCut = 255;
+
+using plan::Method;
 
 enum class DirectMode : uint8_t { automatic, paths, sampled };
 

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+// The worlds of the calibration: a unit cube with discs on its walls or inside, and chords.
+#pragma once
+#include "plan/counting.h"
+
+namespace deltalux::plan {
+
+/// Chords between random points of the walls, moved by `shift`.
+SegmentSample make_chords(size_t count, Vec3f shift = {});
+/// Discs of random directions inside the cube, of this radius.
+samples::DiscSet scatter_in_volume(size_t count, float radius);
+/// Discs on the walls that look inwards, so large that a chord crosses about `hits` of them.
+samples::DiscSet scatter_on_walls(size_t count, float hits);
+
+}  // namespace deltalux::plan
