@@ -3,7 +3,7 @@
 #pragma once
 #include "base/error.h"
 #include "common.h"
-#include "plan/pilot.h"
+#include "plan/planner.h"
 
 namespace deltalux::python {
 
@@ -31,6 +31,39 @@ inline plan::Counts to_counts(const std::map<std::string, double>& values) {
     if (const auto found = values.find(kCountNames[i]); found != values.end())
       counts[i] = found->second;
   return counts;
+}
+
+inline nb::dict to_dict(const plan::PartPlan& plan) {
+  nb::list methods;
+  for (const plan::MethodPlan& m : plan.methods) {
+    nb::dict entry;
+    entry["method"] = kMethodNames[size_t(m.method)];
+    entry["build_seconds"] = m.build_seconds;
+    entry["bake_seconds"] = m.bake_seconds;
+    entry["frame_seconds"] = m.frame_seconds;
+    entry["bytes"] = m.bytes;
+    entry["piloted"] = m.piloted;
+    entry["bake_counts"] = to_dict(m.bake);
+    entry["frame_counts"] = to_dict(m.frame);
+    methods.append(entry);
+  }
+  nb::dict out;
+  out["object"] = plan.object;
+  out["discs"] = plan.discs;
+  out["chosen"] = kMethodNames[size_t(plan.chosen)];
+  out["methods"] = methods;
+  out["frames"] = plan.traffic.frames;
+  out["bake_segments"] = plan.traffic.bake.segments;
+  out["frame_segments"] = plan.traffic.frame.segments;
+  out["size_by_sphere"] = plan.traffic.size_by_sphere;
+  out["size_by_box"] = plan.traffic.size_by_box;
+  return out;
+}
+
+inline nb::list to_list(const std::vector<plan::PartPlan>& plans) {
+  nb::list out;
+  for (const plan::PartPlan& plan : plans) out.append(to_dict(plan));
+  return out;
 }
 
 /// By method name, by size: size, seconds to build per disc, then seconds per count.

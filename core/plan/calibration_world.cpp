@@ -29,13 +29,16 @@ WallPoint on_wall(const PathRandom& random, uint32_t draw) {
   return point;
 }
 
-void add_disc(samples::DiscSet& discs, Vec3f centre, Vec3f normal, float radius) {
-  discs.id.push_back(uint32_t(discs.size()));
-  discs.centre.push_back(centre);
-  discs.normal.push_back(normal);
-  discs.radius.push_back(radius);
-  discs.outline.push_back(samples::kWholeDisc);
-}
+struct DiscBuilder {
+  samples::DiscSet discs;
+  void add(Vec3f centre, Vec3f normal, float radius) {
+    discs.id.push_back(uint32_t(discs.size()));
+    discs.centre.push_back(centre);
+    discs.normal.push_back(normal);
+    discs.radius.push_back(radius);
+    discs.outline.push_back(samples::kWholeDisc);
+  }
+};
 
 }  // namespace
 
@@ -51,26 +54,26 @@ SegmentSample make_chords(size_t count, Vec3f shift) {
 }
 
 samples::DiscSet scatter_in_volume(size_t count, float radius) {
-  samples::DiscSet discs;
+  DiscBuilder built;
   for (size_t i = 0; i < count; ++i) {
     const PathRandom random(2, i);
     const float z = 2 * random(1, 0) - 1, phi = 2 * std::numbers::pi_v<float> * random(1, 1);
     const float flat = std::sqrt(std::max(0.0f, 1 - z * z));
-    add_disc(discs, {random(0, 0), random(0, 1), random(0, 2)},
-             {flat * std::cos(phi), flat * std::sin(phi), z}, radius);
+    built.add({random(0, 0), random(0, 1), random(0, 2)},
+              {flat * std::cos(phi), flat * std::sin(phi), z}, radius);
   }
-  return discs;
+  return std::move(built.discs);
 }
 
 samples::DiscSet scatter_on_walls(size_t count, float hits) {
-  samples::DiscSet discs;
+  DiscBuilder built;
   const float radius =
       std::sqrt(hits * kWallArea / (std::numbers::pi_v<float> * float(std::max<size_t>(1, count))));
   for (size_t i = 0; i < count; ++i) {
     const WallPoint point = on_wall(PathRandom(3, i), 0);
-    add_disc(discs, point.place, point.inward, radius);
+    built.add(point.place, point.inward, radius);
   }
-  return discs;
+  return std::move(built.discs);
 }
 
 }  // namespace deltalux::plan

@@ -58,8 +58,11 @@ Counts Pilot::count(Method method, const SegmentSample& sample, const Load& load
     counts = search_ray_map(discs(), rule_, uint32_t(full.leaf_size * share), few.span(), sums,
                             progress);
   } else {
-    estimate::SphereCacheOptions options{.rule = rule_, .outer_radius = load.outer_radius};
-    options.share = share;
+    // S_0 of all that is known of the segments: fewer reach less far into corners.
+    const float largest = *std::ranges::max_element(discs().radius);
+    const double outer = estimate::enclosing_radius(sample.span(), rule_, largest, progress);
+    const estimate::SphereCacheOptions options{
+        .rule = rule_, .outer_radius = outer, .share = share};
     const estimate::SphereCache cache(discs(), options, progress);
     counts = search(cache, few.span(), sums, workers_, progress);
   }

@@ -4,5 +4,18 @@
 from .arrays import MethodCost, predict
 from .hybrid import HybridEstimate, hybrid_estimate
 from .machine import machine_constants
+from .plan import MethodPlan, PartPlan, Plan, read_plan
+from .planner import plan
 
-__all__ = ["HybridEstimate", "MethodCost", "hybrid_estimate", "machine_constants", "predict"]
+__all__ = [
+    "HybridEstimate",
+    "MethodCost",
+    "MethodPlan",
+    "PartPlan",
+    "Plan",
+    "hybrid_estimate",
+    "machine_constants",
+    "plan",
+    "predict",
+    "read_plan",
+]
