@@ -18,14 +18,14 @@ class PilotObject {
 
   /// Counts of a method for `total` segments in calls of `span`, of which `segments` are a sample.
   nb::dict count(const std::string& method, const SegmentArrays& segments, double total,
-                 double span, nb::object progress) {
+                 double span, double outer_radius, nb::object progress) {
     plan::Counts counts;
     run(progress, [&](Progress& p) {
       plan::SegmentSample sample;
       const auto& c = segments.column;
       for (size_t i = 0; i < segments.count(); ++i)
         sample.add({c[0][i], c[1][i], c[2][i]}, {c[3][i], c[4][i], c[5][i]}, c[6][i], c[7][i]);
-      counts = pilot_.count(to_method(method), sample, {total, span}, &p);
+      counts = pilot_.count(to_method(method), sample, {total, span, outer_radius}, &p);
     });
     return to_dict(counts);
   }
@@ -70,7 +70,7 @@ void bind_plan(nb::module_& m) {
       .def(nb::init<const samples::DiscSet&, const std::string&, int>(), nb::arg("discs"),
            nb::arg("rule"), nb::arg("threads"))
       .def("count", &PilotObject::count, nb::arg("method"), nb::arg("segments"), nb::arg("total"),
-           nb::arg("span"), nb::arg("progress").none());
+           nb::arg("span"), nb::arg("outer_radius"), nb::arg("progress").none());
 }
 
 }  // namespace deltalux::python

@@ -58,9 +58,11 @@ Counts Pilot::count(Method method, const SegmentSample& sample, const Load& load
     counts = search_ray_map(discs(), rule_, uint32_t(full.leaf_size * share), few.span(), sums,
                             progress);
   } else {
-    // S_0 of all that is known of the segments: fewer reach less far into corners.
+    // Not of the few: a single segment that goes far can set the radii of all spheres.
     const float largest = *std::ranges::max_element(discs().radius);
-    const double outer = estimate::enclosing_radius(sample.span(), rule_, largest, progress);
+    const double outer = load.outer_radius > 0
+                             ? load.outer_radius
+                             : estimate::enclosing_radius(sample.span(), rule_, largest, progress);
     const estimate::SphereCacheOptions options{
         .rule = rule_, .outer_radius = outer, .share = share};
     const estimate::SphereCache cache(discs(), options, progress);

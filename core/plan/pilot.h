@@ -10,8 +10,9 @@ namespace deltalux::plan {
 
 /// What a method will be asked.
 struct Load {
-  double segments = 0;  ///< in all
-  double span = 0;      ///< of them in one call, for the methods that go through all discs
+  double segments = 0;      ///< in all
+  double span = 0;          ///< of them in one call, for the methods that go through all discs
+  double outer_radius = 0;  ///< of the sphere cache's S_0; 0 = around the sample
 
   double calls() const { return segments > span ? segments / span : 1.0; }
   double per_call() const { return segments / calls(); }

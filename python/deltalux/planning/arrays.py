@@ -87,11 +87,14 @@ def predict(
     wanted = DRAWN * max(LEAST_PILOT, -(-len(segments) // DIVISOR))
     step = max(1, len(segments) // wanted)
     drawn = core_segments(segments.select(slice(step // 2, None, step)))
+    outer = 0.0
+    if "sphere_cache" in methods:  # of all segments: a single one that goes far can set it
+        outer = _core.enclosing_radius(core_segments(segments), segment_end, samples.radius.max())
     pilot = _core.Pilot(core_discs(samples), segment_end, threads or 0)
     total, discs = float(len(segments)), float(len(samples))
     costs = {}
     for method in methods:
-        counts = pilot.count(method, drawn, total, total, progress)
+        counts = pilot.count(method, drawn, total, total, outer, progress)
         build, search = _core.predicted_seconds(method, counts, discs, total, machine)
         size = int(_core.method_bytes(method, discs, total))
         costs[method] = MethodCost(method, build, search, counts, size)
