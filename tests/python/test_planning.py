@@ -38,16 +38,16 @@ class TestPredict:
 
     @pytest.mark.parametrize("scene", ["atrium", "expo"])
     def test_in_scenes_too(self, scene):
-        """As above, for segments of light paths and samples on surfaces."""
+        """Within four standard errors of a pilot of 4300 segments, measured over ten: 0.4 % and 0.9 %."""
         scene = getattr(dl.scenes, scene)()
         segments = dl.trace(scene, 130_000, seed=2)
-        display = dl.Samples.on_vertices(scene, 1.0)
+        display = dl.Samples.on_vertices(scene, 4.0)
         rest = display.attached == None  # noqa: E711, elementwise
-        samples = dl.Samples(display.points[rest], display.normals[rest], radius=0.3)
+        samples = dl.Samples(display.points[rest], display.normals[rest], radius=0.8)
         found = predict(segments, samples, ("sphere_cache",), segment_end="first")["sphere_cache"].counts
         full = dl.estimate.sphere_cache(segments, samples, segment_end="first").stats
-        assert found["sphere_tests"] == pytest.approx(full["sphere_tests"], rel=0.015)
-        assert found["disc_tests"] == pytest.approx(full["disc_tests"], rel=0.04)
+        assert found["sphere_tests"] == pytest.approx(full["sphere_tests"], rel=0.016)
+        assert found["disc_tests"] == pytest.approx(full["disc_tests"], rel=0.036)
 
     def test_few_segments_are_counted_in_full(self):
         lines, samples = dl.uniform_lines(3000, seed=3), samples_in_ball(500, 0.1)
@@ -162,7 +162,7 @@ def test_calibration_gives_times_of_every_method():
 class TestPlan:
     def test_every_method_in_every_part(self):
         plan = dl.plan(room(), samples_in(room()), paths=20_000)
-        assert list(plan.parts)[0] == "static"
+        assert next(iter(plan.parts)) == "static"
         assert len(plan.parts) > 1
         for part in plan.parts.values():
             assert sorted(m.method for m in part.methods) == sorted(METHODS)
@@ -203,7 +203,11 @@ class TestPlan:
     def test_counts_are_those_of_the_seed_on_any_number_of_threads(self):
         plans = [dl.plan(room(), samples_in(room()), paths=9000, threads=n) for n in (1, 1, 2)]
         counts = [
-            {m.method: m.bake_counts["disc_tests"] for m in plan.parts["static"].methods if m.method in METHODS[:2]}
+            {
+                m.method: m.bake_counts["disc_tests"]
+                for m in plan.parts["static"].methods
+                if m.method in METHODS[:2]
+            }
             for plan in plans
         ]
         assert counts[0] == counts[1] == counts[2]
