@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import itertools
 import json
+import shlex
 import subprocess
 import sys
 import tempfile
@@ -23,7 +24,9 @@ from typing import Any
 
 import deltalux as dl
 import numpy as np
-from deltalux.planning import predict
+from deltalux import _core
+from deltalux.planning import machine_constants, predict
+from near_segments import NearSegments
 
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "build" / "bench" / "method_times"
@@ -33,98 +36,66 @@ SIZES = (0.01, 0.05, 0.2, 0.6)  # radius of the object over that of the scene
 SAMPLES = (10_000, 100_000, 1_000_000)
 PATHS = (100_000, 1_000_000, 4_000_000)
 MANY = 1_000_000  # samples that only the middle number of paths is combined with
-BATCH = 1_000_000  # paths traced at a time
 MOST_SEGMENTS = 700_000  # near an object; beyond it a configuration takes too long
-MOST_PAIRS = 3e8  # beyond it brute force takes seconds where others take a fraction
-HITS = 0.75  # discs that a line through the object crosses on each side
+ALWAYS = ("disc_index", "sphere_cache")  # are timed
+# The others are not where they are predicted to take so many times the fastest, and so many seconds.
+HOPELESS, LEAST_SKIPPED = 10, 0.3
 METHODS = ("brute_force", "disc_index", "ray_map", "sphere_cache")
 PAPER_SIZE = 0.35
 REPETITIONS = 3
 
 
-class NearSegments:
-    """Segments of a scene's paths that meet spheres of all sizes around its middle."""
+class Batch:
+    """Configurations that are timed in one go.
 
-    def __init__(self, scene: str) -> None:
-        self._scene = None if scene == "lines" else getattr(dl.scenes, scene)()
-        if self._scene is None:
-            self.centre, self.radius = np.zeros(3), 1.0
-        else:
-            low, high = np.array(self._scene.info()["bounds"])
-            self.centre, self.radius = (low + high) / 2, float(np.linalg.norm(high - low) / 2)
-        self._batches: dict[int, dl.Segments] = {}
+    Parameters
+    ----------
+    folder : for the inputs of the timed program
+    """
 
-    def _batch(self, paths: int, seed: int) -> dl.Segments:
-        if self._scene is None:
-            return dl.uniform_lines(paths, seed=seed)
-        return dl.trace(self._scene, paths, seed=seed)
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._pending: dict[str, dict[str, Any]] = {}
+        self._commands: list[str] = []
+        self.seconds = 0.0  # that the timing will take, about
 
-    def __call__(self, paths: int, size: float) -> dl.Segments | None:
-        """Segments that meet the sphere, or None if there are too many of them."""
-        parts = []
-        for k in range(max(1, paths // BATCH)):
-            key = k if paths >= BATCH else -1
-            if key not in self._batches:
-                self._batches[key] = self._batch(min(paths, BATCH), k + 1)
-            segments = self._batches[key]
-            parts.append(segments.select(self._meets(segments, size * self.radius)))
-            if sum(map(len, parts)) > MOST_SEGMENTS:
-                return None
-        columns = [np.concatenate([getattr(p, c) for p in parts]) for c in ("origin", "direction", "length")]
-        return dl.Segments(*columns, 1.0)
-
-    def _meets(self, segments: dl.Segments, radius: float) -> np.ndarray:
-        to = self.centre - segments.origin
-        along = np.clip((to * segments.direction).sum(axis=1), 0, segments.length)
-        nearest = to - segments.direction * along[:, None]
-        return (nearest**2).sum(axis=1) <= radius**2
-
-    def samples(self, count: int, size: float) -> dl.Samples:
-        """Samples on the object, along a spiral, so that neighbours lie near each other."""
-        radius = size * self.radius
-        z = 1 - (2 * np.arange(count) + 1) / count
-        angle = np.sqrt(4 * np.pi * count) * np.arccos(z)
-        flat = np.sqrt(1 - z**2)
-        normals = np.stack([flat * np.cos(angle), flat * np.sin(angle), z], axis=1)
-        return dl.Samples(self.centre + radius * normals, normals, radius=radius * np.sqrt(4 * HITS / count))
-
-
-def timed(segments: dl.Segments, samples: dl.Samples, methods: tuple[str, ...], launcher: list[str]) -> Any:
-    """Medians of seconds to build and to search, by method."""
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "input"
+    def add(self, key: str, segments: dl.Segments, samples: dl.Samples) -> None:
+        """Run the pilots of one configuration, and keep its segments for the timing."""
+        start = time.process_time()
+        predicted = predict(segments, samples, segment_end="first", threads=1)
+        planning = time.process_time() - start
+        fastest = min(cost.search_seconds + 0.1 * cost.build_seconds for cost in predicted.values())
+        methods = [
+            m for m in METHODS if m in ALWAYS or predicted[m].seconds < max(LEAST_SKIPPED, HOPELESS * fastest)
+        ]
+        self.seconds += REPETITIONS * sum(predicted[m].seconds for m in methods)
+        self._pending[key] = {
+            "segments": len(segments),
+            "planning": planning,
+            "counts": {m: dict(cost.counts) for m, cost in predicted.items()},
+        }
+        file = self._folder / str(len(self._commands))
         with file.open("wb") as out:
             np.array([len(segments), len(samples)], np.uint64).tofile(out)
             for column in (*segments.origin.T, *segments.direction.T, segments.length, segments.extended):
                 np.ascontiguousarray(column, np.float32).tofile(out)
             for column in (samples.points, samples.normals, samples.radius):
                 column.astype(np.float32).tofile(out)
-        command = [*launcher, str(PROGRAM), str(file), str(REPETITIONS), *methods]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-    if done.returncode:
-        sys.exit(f"method_times failed ({done.returncode}): {done.stderr}")
-    return {
-        name: {kind: float(np.median(values)) for kind, values in times.items()}
-        for name, times in json.loads(done.stdout).items()
-    }
+        self._commands.append(shlex.join([str(PROGRAM), str(file), str(REPETITIONS), *methods]))
 
-
-def measure(segments: dl.Segments, object_samples: dl.Samples, launcher: list[str]) -> dict[str, Any]:
-    """Predicted and measured seconds of one configuration."""
-    start = time.process_time()
-    predicted = predict(segments, object_samples, segment_end="first", threads=1)
-    planning = time.process_time() - start
-    methods = tuple(
-        m for m in METHODS if m != "brute_force" or len(segments) * len(object_samples) <= MOST_PAIRS
-    )
-    return {
-        "segments": len(segments),
-        "planning": planning,
-        "predicted": {
-            m: {"build": cost.build_seconds, "search": cost.search_seconds} for m, cost in predicted.items()
-        },
-        "measured": timed(segments, object_samples, methods, launcher),
-    }
+    def measure(self, launcher: list[str]) -> dict[str, Any]:
+        """Time them all: by configuration, medians of seconds to build and to search by method."""
+        script = self._folder / "script"
+        script.write_text("set -e\n" + "\n".join(self._commands) + "\n")
+        done = subprocess.run([*launcher, "sh", str(script)], capture_output=True, text=True, check=False)
+        if done.returncode:
+            sys.exit(f"method_times failed ({done.returncode}): {done.stderr}")
+        for result, line in zip(self._pending.values(), done.stdout.splitlines(), strict=True):
+            result["measured"] = {
+                name: {kind: float(np.median(values)) for kind, values in times.items()}
+                for name, times in json.loads(line).items()
+            }
+        return self._pending
 
 
 def configurations() -> Iterator[tuple[str, int, float, int]]:
@@ -134,25 +105,27 @@ def configurations() -> Iterator[tuple[str, int, float, int]]:
             yield scene, paths, size, samples
 
 
-def run(seconds: float, results: dict[str, Any], launcher: list[str]) -> bool:
-    """Measure what is missing for about so long; True when nothing is."""
-    start = time.perf_counter()
+def run(seconds: float, results: dict[str, Any], launcher: list[str]) -> None:
+    """Measure what is missing, so many seconds of timing at a time."""
     near: tuple[str, NearSegments] | None = None
-    for scene, paths, size, samples in configurations():
-        key = f"{scene} {paths} {size} {samples}"
-        if key in results:
-            continue
-        if time.perf_counter() - start > seconds:
-            return False
-        if near is None or near[0] != scene:
-            near = scene, NearSegments(scene)
-        segments = near[1](paths, size)
-        skipped = segments is None or len(segments) == 0
-        results[key] = None if skipped else measure(segments, near[1].samples(samples, size), launcher)
+    missing = [c for c in configurations() if " ".join(map(str, c)) not in results]
+    while missing:
+        with tempfile.TemporaryDirectory() as folder:
+            batch = Batch(Path(folder))
+            while missing and batch.seconds < seconds:
+                scene, paths, size, samples = missing.pop(0)
+                key = f"{scene} {paths} {size} {samples}"
+                if near is None or near[0] != scene:
+                    near = scene, NearSegments(scene)
+                segments = near[1](paths, size, MOST_SEGMENTS)
+                if segments is None or len(segments) == 0:
+                    results[key] = None
+                else:
+                    batch.add(key, segments, near[1].samples(samples, size))
+                print(key, 0 if segments is None else len(segments), file=sys.stderr, flush=True)
+            results |= batch.measure(launcher)
         OUT.parent.mkdir(parents=True, exist_ok=True)
         OUT.write_text(json.dumps(results, indent=1))
-        print(key, "skipped" if skipped else f"{len(segments):,} segments", file=sys.stderr, flush=True)
-    return True
 
 
 def seconds_of(times: dict[str, dict[str, float]], rebuilt: bool) -> dict[str, float]:
@@ -166,15 +139,21 @@ def regrets(results: dict[str, Any]) -> list[dict[str, Any]]:
     for key, result in results.items():
         if result is None:
             continue
-        size = float(key.split()[2])
+        size, samples = float(key.split()[2]), float(key.split()[3])
+        prediction = {}
+        for m, counts in result["counts"].items():
+            build, search = _core.predicted_seconds(
+                m, counts, samples, result["segments"], machine_constants()
+            )
+            prediction[m] = {"build": build, "search": search}
         for rebuilt in (False, True):
             measured = seconds_of(result["measured"], rebuilt)
-            predicted = seconds_of(result["predicted"], rebuilt)
+            predicted = seconds_of(prediction, rebuilt)
             best = min(measured, key=lambda m: measured[m])
             chosen = min(predicted, key=lambda m: predicted[m])
             paper = "sphere_cache" if size < PAPER_SIZE else "disc_index"
-            # Brute force that was too slow to be timed counts as ten times the best.
-            worst = 10 * measured[best]
+            # One that was not timed and chosen all the same counts as hopeless.
+            worst = HOPELESS * measured[best]
             rows.append(
                 {
                     "key": key,
@@ -219,15 +198,13 @@ def report(results: dict[str, Any]) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seconds", type=float, default=1e9, help="stop after about so long")
+    parser.add_argument("--seconds", type=float, default=100, help="of timing between two savings, about")
     parser.add_argument("--fresh", action="store_true", help="forget what was measured before")
     parser.add_argument("--launcher", default="", help='words before the timed program, as "taskset -c 1"')
     arguments = parser.parse_args()
     results = json.loads(OUT.read_text()) if OUT.exists() and not arguments.fresh else {}
-    done = run(arguments.seconds, results, arguments.launcher.split())
+    run(arguments.seconds, results, arguments.launcher.split())
     print(report(results))
-    if not done:
-        print("not finished: run again to go on")
 
 
 if __name__ == "__main__":

@@ -101,8 +101,7 @@ class Calibration {
 
   MethodConstants brute_force() {
     std::vector<Timed> searches;
-    for (const samples::DiscSet& discs :
-         {in_order(scatter_on_walls(2000, 0.7f)), volume(2000), volume(2)}) {
+    for (const samples::DiscSet& discs : {spread_on_ball(2000), volume(2000), volume(2)}) {
       const SegmentSample chords = make_chords(400);
       ScratchSums sums(discs);
       searches.push_back(best_of(
@@ -146,7 +145,7 @@ class Calibration {
       std::vector<Timed> searches;
       for (const samples::DiscSet& discs :
            {scatter_on_walls(2, 0.01f), in_order(scatter_on_walls(many, 0.7f)), volume(many),
-            in_order(volume(many)), in_order(scatter_on_walls(many / 8, 4.0f))})
+            in_order(volume(many)), spread_on_ball(many)})
         searches.push_back(search_timed(discs, chords));
       constants.push_back(fit(method, size, searches));
     }

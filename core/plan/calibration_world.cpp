@@ -76,4 +76,16 @@ samples::DiscSet scatter_on_walls(size_t count, float hits) {
   return std::move(built.discs);
 }
 
+samples::DiscSet spread_on_ball(size_t count) {
+  DiscBuilder built;
+  const float radius = 0.4f, spacing = radius * std::sqrt(3.0f / float(count));
+  for (size_t i = 0; i < count; ++i) {
+    const double z = 1 - (2 * double(i) + 1) / double(count), flat = std::sqrt(1 - z * z);
+    const double angle = std::sqrt(4 * std::numbers::pi * double(count)) * std::acos(z);
+    const Vec3f outward{float(flat * std::cos(angle)), float(flat * std::sin(angle)), float(z)};
+    built.add(Vec3f{0.5f, 0.5f, 0.5f} + outward * radius, outward, spacing);
+  }
+  return std::move(built.discs);
+}
+
 }  // namespace deltalux::plan

@@ -12,4 +12,7 @@ samples::DiscSet scatter_in_volume(size_t count, float radius);
 /// Discs on the walls that look inwards, so large that a chord crosses about `hits` of them.
 samples::DiscSet scatter_on_walls(size_t count, float hits);
 
+/// Discs on a ball in the middle, along a spiral: neighbours in memory are neighbours in space.
+samples::DiscSet spread_on_ball(size_t count);
+
 }  // namespace deltalux::plan

@@ -40,7 +40,7 @@ TEST(Plan, PilotOfAllSegmentsCountsWhatTheMethodsCount) {
 }
 
 // Of 400000 chords 4096 are taken. At random, they would have a standard error of about 1.6 % in
-// tests; spread evenly along a curve, a third of it. Rebuilds have no such error, but lists near
+// tests; spread evenly along a curve, a quarter of it. Rebuilds have no such error, but lists near
 // their least length are judged by those around them, which costs some per cent.
 TEST(Plan, PilotOfAHundredthPredictsTheTests) {
   const SegmentSample chords = make_chords(400000);

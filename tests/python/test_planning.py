@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from deltalux import _core, planning
 from deltalux.planning import machine_constants, predict
-from deltalux.planning.plan import PAPER_SIZE
+from deltalux.planning.parts import PAPER_SIZE
 from rooms import room, samples_in, translation
 
 METHODS = ("brute_force", "disc_index", "ray_map", "sphere_cache")

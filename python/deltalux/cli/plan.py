@@ -9,7 +9,7 @@ import typer
 from rich.table import Table
 
 import deltalux as dl
-from deltalux.planning.plan import PartPlan, duration
+from deltalux.planning.parts import PartPlan, duration
 
 from .baking import make_samples
 from .console import Terminal

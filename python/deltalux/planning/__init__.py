@@ -4,7 +4,7 @@
 from .arrays import MethodCost, predict
 from .hybrid import HybridEstimate, hybrid_estimate
 from .machine import machine_constants
-from .plan import MethodPlan, PartPlan, Plan, read_plan
+from .parts import MethodPlan, PartPlan, Plan, read_plan
 from .planner import plan
 
 __all__ = [

@@ -14,7 +14,7 @@ from deltalux.scene import Scene
 from deltalux.segments import MAX_BOUNCES, Progress
 
 from .machine import machine_constants
-from .plan import POLICIES, Plan, read_plan
+from .parts import POLICIES, Plan, read_plan
 
 
 def plan(
