@@ -51,10 +51,11 @@ class Batch:
     Parameters
     ----------
     folder : for the inputs of the timed program
+    repetitions : of every method, interleaved
     """
 
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
+    def __init__(self, folder: Path, repetitions: int = REPETITIONS) -> None:
+        self._folder, self._repetitions = folder, repetitions
         self._pending: dict[str, dict[str, Any]] = {}
         self._commands: list[str] = []
         self.seconds = 0.0  # that the timing will take, about
@@ -68,7 +69,7 @@ class Batch:
         methods = [
             m for m in METHODS if m in ALWAYS or predicted[m].seconds < max(LEAST_SKIPPED, HOPELESS * fastest)
         ]
-        self.seconds += REPETITIONS * sum(predicted[m].seconds for m in methods)
+        self.seconds += self._repetitions * sum(predicted[m].seconds for m in methods)
         self._pending[key] = {
             "segments": len(segments),
             "planning": planning,
@@ -81,7 +82,7 @@ class Batch:
                 np.ascontiguousarray(column, np.float32).tofile(out)
             for column in (samples.points, samples.normals, samples.radius):
                 column.astype(np.float32).tofile(out)
-        self._commands.append(shlex.join([str(PROGRAM), str(file), str(REPETITIONS), *methods]))
+        self._commands.append(shlex.join([str(PROGRAM), str(file), str(self._repetitions), *methods]))
 
     def measure(self, launcher: list[str]) -> dict[str, Any]:
         """Time them all: by configuration, medians of seconds to build and to search by method."""

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Branch and bound over four methods: the one with the lowest bound runs its pilot first.
+// The disc index runs its pilot first; the other methods only where they may still be cheaper.
 #include "plan/planner.h"
 
 #include <algorithm>
 
 namespace deltalux::plan {
 namespace {
+
+/// A method that cannot save more than a tenth is not worth its pilot.
+constexpr double kWorth = 0.9;
 
 /// Sessions remember which discs a segment hit, where the method says so; then taking it away needs
 /// no search.
@@ -27,9 +30,14 @@ class PartPlanner {
         progress_(progress),
         discs_(double(pilot.discs().size())) {}
 
-  MethodPlan bound(Method method) const {
-    return priced(method, pilot_.least(method, traffic_.bake), pilot_.least(method, traffic_.frame),
-                  false);
+  /// What `method` costs at least. None searches faster than an index that is there: so it was in
+  /// all 68 configurations of benchmarks/planner_regret.py.
+  MethodPlan bound(Method method, const MethodPlan& index) const {
+    MethodPlan plan = priced(method, pilot_.least(method, traffic_.bake),
+                             pilot_.least(method, traffic_.frame), false);
+    plan.bake_seconds = std::max(plan.bake_seconds, index.bake_seconds);
+    plan.frame_seconds = std::max(plan.frame_seconds, index.frame_seconds);
+    return plan;
   }
   MethodPlan run(Method method) {
     const Counts bake = pilot_.count(method, traffic_.sample, traffic_.bake, progress_);
@@ -81,19 +89,21 @@ PartPlan plan_part(Pilot& pilot, Traffic traffic, Policy policy, const Machine& 
   const auto total = [&](const MethodPlan& m) {
     return m.seconds(traffic.frames, traffic.rebuilds);
   };
-  for (const Method method : kMethods) plan.methods.push_back(planner.bound(method));
+  const MethodPlan index = planner.run(Method::disc_index);
+  // What brute force does is known without a run.
+  const MethodPlan pairs = planner.run(Method::brute_force);
+  plan.methods = {index, pairs, planner.bound(Method::ray_map, index),
+                  planner.bound(Method::sphere_cache, index)};
   std::ranges::stable_sort(plan.methods, {}, total);
-  double least = std::numeric_limits<double>::infinity();
+  double least = std::min(total(index), total(pairs));
   for (MethodPlan& method : plan.methods) {
-    // Under a paper's policy a session has no use for figures.
-    if (!thorough && (policy != Policy::measured || total(method) >= least)) continue;
+    if (method.piloted || (!thorough && total(method) >= kWorth * least)) continue;
     method = planner.run(method.method);
     least = std::min(least, total(method));
   }
-  // Bounds that were not run are above the least of those that were.
   std::ranges::stable_sort(plan.methods, {}, total);
-  plan.chosen =
-      policy == Policy::measured ? plan.methods.front().method : by_paper(traffic, policy);
+  const auto cheapest = std::ranges::find_if(plan.methods, &MethodPlan::piloted);
+  plan.chosen = policy == Policy::measured ? cheapest->method : by_paper(traffic, policy);
   traffic.sample = {};
   plan.traffic = std::move(traffic);
   return plan;

@@ -33,8 +33,8 @@ struct MethodPlan {
   double frame_seconds = 0;  ///< without a rebuild
   double bytes = 0;
   Counts bake{}, frame{};
-  /// False where a lower bound was enough to see that another method is cheaper: then all figures
-  /// are such bounds.
+  /// False where a lower bound was enough to see that the method cannot save a tenth: then all
+  /// figures are such bounds.
   bool piloted = true;
 
   double seconds(double frames, bool rebuilds) const {
@@ -50,8 +50,8 @@ struct PartPlan {
   Traffic traffic;  ///< less its sample
 };
 
-/// With `thorough` every method runs its pilot, else only those that may be the cheapest. Memory
-/// and time follow the pilot. Throws Cancelled.
+/// With `thorough` every method runs its pilot, else only those that may save a tenth beside the
+/// others. Throws Cancelled.
 PartPlan plan_part(Pilot& pilot, Traffic traffic, Policy policy, const Machine& machine,
                    bool thorough, Progress* progress = nullptr);
 

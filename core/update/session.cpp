@@ -149,9 +149,11 @@ Report Session::bake(Progress& progress) {
     forecast_memory(paths);
     choose_direct();
     refuse_beyond_limit();
+    report.milliseconds.emplace_back("prepare", now_ms() - start);
+    start = now_ms();
     plan_parts(parts, paths, false, progress);
     make_estimators(parts, progress);
-    report.milliseconds.emplace_back("prepare", now_ms() - start);
+    report.milliseconds.emplace_back("plan", now_ms() - start);
     trace_all(progress, report);
     start = now_ms();
     compute_direct(progress);

@@ -13,21 +13,33 @@ namespace {
 
 using plan::Traffic;
 
-/// Radius of the sphere around the middle of these points' box that holds them all.
-double sphere_radius(std::span<const Vec3f> points) {
-  Box box;
-  for (const Vec3f& p : points) box.grow(p);
-  const Vec3f middle = (box.low + box.high) * 0.5f;
-  float most = 0;
-  for (const Vec3f& p : points) most = std::max(most, length(p - middle));
-  return double(most);
-}
+/// How large something is: the sphere around the middle of its box, and the box's diagonal.
+struct Extent {
+  double radius = 0, diagonal = 0;
 
-double diagonal(const Box& box) { return box.empty() ? 0.0 : double(length(box.extent())); }
+  explicit Extent(std::span<const Vec3f> points) {
+    if (points.empty()) return;
+    Box box;
+    for (const Vec3f& p : points) box.grow(p);
+    const Vec3f middle = (box.low + box.high) * 0.5f;
+    for (const Vec3f& p : points) radius = std::max(radius, double(length(p - middle)));
+    diagonal = double(length(box.extent()));
+  }
+};
+
+std::vector<Vec3f> all_vertices(const scene::Scene& scene) {
+  std::vector<Vec3f> all;
+  for (const scene::Object& object : scene.objects) {
+    const std::vector<Vec3f> own = object.world_vertices();
+    all.insert(all.end(), own.begin(), own.end());
+  }
+  return all;
+}
 
 class TrafficForecast {
  public:
-  TrafficForecast(const State& state, const PilotPaths& paths) : s_(state), paths_(paths) {
+  TrafficForecast(const State& state, const PilotPaths& paths)
+      : s_(state), paths_(paths), scene_(all_vertices(state.scene)) {
     // With several threads, methods that collect segments get each slab's by themselves.
     slabs_ = s_.workers.threads() > 1 ? double(s_.sum_groups() * kBatches) : 1.0;
     for (const scene::Object& object : s_.scene.objects) movables_ += object.movable;
@@ -66,17 +78,9 @@ class TrafficForecast {
     // A moved part starts again from all segments near it, at once.
     const double all = double(traffic.sample.count()) * paths_.weight();
     set_loads(traffic, all, double(paths_.all));
-    std::vector<Vec3f> scene_points;
-    for (const scene::Object& o : s_.scene.objects) {
-      const std::vector<Vec3f> own = o.world_vertices();
-      scene_points.insert(scene_points.end(), own.begin(), own.end());
-    }
-    const std::vector<Vec3f> own = object.world_vertices();
-    Box scene_box, own_box;
-    for (const Vec3f& p : scene_points) scene_box.grow(p);
-    for (const Vec3f& p : own) own_box.grow(p);
-    traffic.size_by_sphere = sphere_radius(own) / std::max(1e-30, sphere_radius(scene_points));
-    traffic.size_by_box = diagonal(own_box) / std::max(1e-30, diagonal(scene_box));
+    const Extent own(object.world_vertices());
+    traffic.size_by_sphere = own.radius / std::max(1e-30, scene_.radius);
+    traffic.size_by_box = own.diagonal / std::max(1e-30, scene_.diagonal);
     return traffic;
   }
 
@@ -107,6 +111,7 @@ class TrafficForecast {
 
   const State& s_;
   const PilotPaths& paths_;
+  const Extent scene_;
   double slabs_ = 1;
   size_t movables_ = 0;
 };

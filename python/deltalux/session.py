@@ -256,8 +256,8 @@ class Session:
     def plan(self) -> Plan:
         """The methods in use since the last bake, with the reasons; `print(session.plan)`.
 
-        Methods that cannot be the cheapest are not piloted, so that a plan takes about a hundredth of
-        the bake; `dl.plan` runs them all.
+        Methods that cannot save a tenth are not piloted, so that planning takes a small part of the
+        bake; `dl.plan` runs them all.
         """
         names = {number: name for name, number in self._flat.objects.items()}
         asked = {False: self._options["static_method"], True: self._options["moving_method"]}

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from deltalux import _core, planning
 from deltalux.planning import machine_constants, predict
-from deltalux.planning.parts import PAPER_SIZE
+from deltalux.planning.parts import PAPER_SIZE, MethodPlan, PartPlan
 from rooms import room, samples_in, translation
 
 METHODS = ("brute_force", "disc_index", "ray_map", "sphere_cache")
@@ -212,16 +212,22 @@ class TestPlan:
         ]
         assert counts[0] == counts[1] == counts[2]
 
-    def test_an_index_pays_after_some_frames(self):
-        """Many samples, few segments: what has to be built first is dearer until frames follow."""
-        scene = room()
-        rng = np.random.default_rng(1)
-        many = dl.Samples(rng.uniform(0.2, 1.8, (60_000, 3)) * (1, 0, 1), (0, 1, 0), radius=0.02)
-        plan = dl.plan(scene, many, paths=64, direct="paths")
-        static = plan.parts["static"]
-        assert static.pays_after is not None
-        assert static.pays_after > 0
-        assert dl.plan(scene, many, paths=64, direct="paths", frames=0).parts["static"].chosen != "disc_index"
+    @pytest.mark.parametrize(
+        ("index", "other", "expected"),
+        [
+            ((8.0, 1.0, 1.0), (0.0, 2.0, 3.0), 4),  # 9 + f <= 2 + 3 f from 3.5 frames on
+            ((1.0, 1.0, 1.0), (0.0, 5.0, 3.0), 0),
+            ((8.0, 1.0, 1.0), (0.0, 2.0, 1.0), None),
+            ((1.0, 1.0, 3.0), (0.0, 5.0, 1.0), None),  # cheaper for some frames, then no more
+        ],
+    )
+    def test_an_index_pays_after_some_frames(self, index, other, expected):
+        methods = [
+            MethodPlan(name, *times, bytes=0, piloted=True, bake_counts={}, frame_counts={})
+            for name, times in (("disc_index", index), ("ray_map", other))
+        ]
+        part = PartPlan("static", 1, 1.0, 1.0, 100.0, 0.0, 0.0, "disc_index", "", methods)
+        assert part.pays_after == expected
 
     @pytest.mark.parametrize(
         ("options", "words"),

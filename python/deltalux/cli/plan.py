@@ -109,10 +109,9 @@ def _table(part: PartPlan, rebuild: bool) -> Table:
     for column in ("build", "bake", "frame", "bake and frames", "memory (MB)"):
         table.add_column(column, justify="right")
     for method in part.methods:
-        figures = (method.build_seconds, method.bake_seconds, method.frame_seconds)
         table.add_row(
             method.method,
-            *(duration(seconds) for seconds in figures),
+            *method.figures(),
             duration(method.seconds(part.frames, rebuild)),
             f"{method.bytes / 2**20:.1f}",
             style="bold" if method.method == part.chosen else None,

@@ -26,8 +26,8 @@ class MethodPlan:
     bake_seconds : to bring all segments of the bake to the samples
     frame_seconds : to bring a frame's segments to them, the estimator being there
     bytes : memory beside segments, samples and sums
-    piloted : False where bounds from below, without a pilot, showed that another method is cheaper;
-        then seconds and counts are such bounds
+    piloted : False where bounds from below, without a pilot, showed that the method cannot save a
+        tenth; then seconds and counts are such bounds
     bake_counts, frame_counts : predicted tests by kind
     """
 
@@ -39,6 +39,15 @@ class MethodPlan:
     piloted: bool
     bake_counts: Mapping[str, float]
     frame_counts: Mapping[str, float]
+
+    def figures(self) -> tuple[str, str, str]:
+        """Times to build, bake and update, for readers; ≥ marks bounds."""
+        least = "" if self.piloted else "≥ "
+        return (
+            duration(self.build_seconds),
+            least + duration(self.bake_seconds),
+            least + duration(self.frame_seconds),
+        )
 
     def seconds(self, frames: float, rebuild: bool = False) -> float:
         """Build, bake and so many frames; with `rebuild` each frame builds again."""
@@ -61,7 +70,7 @@ class PartPlan:
         boxes; 0 of the static part
     chosen : method
     reason : why, in words
-    methods : costs, the cheapest first; empty where nobody asked for them
+    methods : costs, the cheapest first; empty where the user named the method
     """
 
     part: str
@@ -132,10 +141,9 @@ class Plan:
             lines.append(f"{part.part}: {part.samples:,} samples, {part.bake_segments:,.0f} segments")
             lines.append(f"  {'method':<14}{'build':>11}{'bake':>11}{'frame':>11}{'memory':>11}")
             for method in part.methods:
-                figures = (method.build_seconds, method.bake_seconds, method.frame_seconds)
                 lines.append(
                     f"{'> ' if method.method == part.chosen else '  '}{method.method:<14}"
-                    + "".join(f"{duration(seconds):>11}" for seconds in figures)
+                    + "".join(f"{text:>11}" for text in method.figures())
                     + f"{method.bytes / 2**20:>8.1f} MB"
                 )
             lines.append(f"  {part.chosen}: {part.reason}")
@@ -205,16 +213,18 @@ def _reason(
     if policy != "measured":
         return _paper_reason(part, policy)
     frames = part["frames"]
-    best, *others = sorted(methods, key=lambda m: m.seconds(frames, rebuild))
-    total = best.seconds(frames, rebuild)
+    total = {m.method: m.seconds(frames, rebuild) for m in methods}
+    own = total[part["chosen"]]
     work = "the bake" if frames == 0 else f"the bake and {frames:g} frames"
     if rebuild:
         work += ", each with a rebuild"
-    text = f"{duration(total)} for {work}"
-    if others and total > 0:
-        second = others[0]
-        times = f"{second.seconds(frames, rebuild) / total:.2g} times as much"
-        text += f"; next is {second.method}, {'' if second.piloted else 'at least '}{times}"
+    text = f"{duration(own)} for {work}"
+    others = [m for m in methods if m.method != part["chosen"] and m.piloted]
+    if len(others) < len(methods) - 1:
+        return f"{text}; methods without a pilot cannot save a tenth of that"
+    if others and own > 0:
+        second = min(others, key=lambda m: total[m.method])
+        text += f"; next is {second.method}, {total[second.method] / own:.2g} times as much"
     return text
 
 
