@@ -19,7 +19,7 @@ import deltalux as dl
 import numpy as np
 from deltalux import _core
 from deltalux.planning import machine_constants
-from planner_regret import METHODS, Batch, seconds_of
+from planner_regret import Batch, seconds_of
 from uniform_samples import on_surfaces, radius_for_hits
 
 OUT = Path(__file__).resolve().parent / "out" / "planner_accuracy.json"
@@ -49,7 +49,7 @@ def measure(launcher: list[str]) -> dict[str, Any]:
     """Predicted and full counts, and times."""
     full: dict[str, Any] = {}
     with tempfile.TemporaryDirectory() as folder:
-        batch = Batch(Path(folder), REPETITIONS)
+        batch = Batch(Path(folder), REPETITIONS, tuple(TESTS))
         for key, segments, samples in inputs():
             batch.add(key, segments, samples)
             full[key] = {"samples": len(samples)} | {
@@ -79,7 +79,7 @@ def report(results: dict[str, Any]) -> str:
             )
             lines.append(f"  {method}: {errors}")
         times = seconds_of(result["measured"], True)
-        for method in (m for m in METHODS if m in times):
+        for method in TESTS:
             build, search = _core.predicted_seconds(
                 method, result["counts"][method], *sizes, machine_constants()
             )

@@ -18,7 +18,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -52,10 +52,13 @@ class Batch:
     ----------
     folder : for the inputs of the timed program
     repetitions : of every method, interleaved
+    methods : which may be timed
     """
 
-    def __init__(self, folder: Path, repetitions: int = REPETITIONS) -> None:
-        self._folder, self._repetitions = folder, repetitions
+    def __init__(
+        self, folder: Path, repetitions: int = REPETITIONS, methods: Sequence[str] = METHODS
+    ) -> None:
+        self._folder, self._repetitions, self._methods = folder, repetitions, methods
         self._pending: dict[str, dict[str, Any]] = {}
         self._commands: list[str] = []
         self.seconds = 0.0  # that the timing will take, about
@@ -63,11 +66,13 @@ class Batch:
     def add(self, key: str, segments: dl.Segments, samples: dl.Samples) -> None:
         """Run the pilots of one configuration, and keep its segments for the timing."""
         start = time.process_time()
-        predicted = predict(segments, samples, segment_end="first", threads=1)
+        predicted = predict(segments, samples, self._methods, segment_end="first", threads=1)
         planning = time.process_time() - start
         fastest = min(cost.search_seconds + 0.1 * cost.build_seconds for cost in predicted.values())
         methods = [
-            m for m in METHODS if m in ALWAYS or predicted[m].seconds < max(LEAST_SKIPPED, HOPELESS * fastest)
+            m
+            for m, cost in predicted.items()
+            if m in ALWAYS or cost.seconds < max(LEAST_SKIPPED, HOPELESS * fastest)
         ]
         self.seconds += self._repetitions * sum(predicted[m].seconds for m in methods)
         self._pending[key] = {

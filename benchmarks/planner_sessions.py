@@ -49,12 +49,12 @@ def seconds(scene: dl.Scene, samples: dl.Samples, paths: int, pair: tuple[str, s
         return {"bake": baked - start, "frames": time.process_time() - baked}
 
 
-def measure(name: str, paths: int) -> dict[str, Any]:
+def measure(name: str, paths: int, repetitions: int) -> dict[str, Any]:
     """Medians of every pair in one scene."""
     scene = getattr(dl.scenes, name)()
     samples = dl.Samples.on_vertices(scene)
     runs: dict[str, list[dict[str, float]]] = {"/".join(pair): [] for pair in PAIRS}
-    for _ in range(REPETITIONS):
+    for _ in range(repetitions):
         for pair in PAIRS:
             runs["/".join(pair)].append(seconds(scene, samples, paths, pair))
     return {
@@ -67,11 +67,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("scenes", nargs="*", default=SCENES, help="bundled scenes; all when not given")
     parser.add_argument("--paths", type=int, default=200_000)
+    parser.add_argument("--repetitions", type=int, default=REPETITIONS)
     arguments = parser.parse_args()
     machine_constants()
     results = json.loads(OUT.read_text()) if OUT.exists() else {}
     for name in arguments.scenes:
-        results[name] = measure(name, arguments.paths)
+        results[name] = measure(name, arguments.paths, arguments.repetitions)
         OUT.parent.mkdir(parents=True, exist_ok=True)
         OUT.write_text(json.dumps(results, indent=1))
     print(f"{'scene':<14}{'static/moving':<30}{'bake':>9}{'frames':>9}{'all':>9}   automatic over this")
