@@ -37,8 +37,8 @@ class SessionOptions(TypedDict):
     memory_limit: int | None
 
 
-def check_session_options(options: SessionOptions) -> None:
-    """Refuse what no session can have.
+def checked_options(options: SessionOptions) -> SessionOptions:
+    """Refuse what no session can have; counts become Python's integers, which files can hold.
 
     Raises
     ------
@@ -56,6 +56,9 @@ def check_session_options(options: SessionOptions) -> None:
     limit = options["memory_limit"]
     if limit is not None and not 0 < limit < 2**63:
         raise OptionError(f"memory_limit: found {limit}, expected bytes, or None for what is free")
+    good = options.copy()
+    good["paths"], good["seed"] = int(options["paths"]), int(options["seed"])
+    return good
 
 
 def movable_index(scene: Scene, flat: FlatScene, name: str) -> int:
@@ -89,8 +92,8 @@ def make_core_session(scene: Scene, flat: FlatScene, samples: Samples, options: 
         np.ascontiguousarray(samples.normals, np.float32),
         np.ascontiguousarray(samples.radius, np.float32),
         np.array(numbers, np.uint32),
-        int(options["paths"]),
-        int(options["seed"]),
+        options["paths"],
+        options["seed"],
         options["threads"] or 0,
         options["segment_end"],
         options["disc_area"],

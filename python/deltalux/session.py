@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _core, snapshot
-from .core_session import SessionOptions, check_session_options, make_core_session, movable_index
+from .core_session import SessionOptions, checked_options, make_core_session, movable_index
 from .errors import OptionError
 from .estimate.inputs import FARTHEST
 from .flatten import flatten
@@ -73,7 +73,7 @@ class Session:
         memory_limit: int | None = None,
         progress: Progress | None = None,
     ) -> None:
-        options = SessionOptions(
+        given = SessionOptions(
             paths=paths,
             seed=seed,
             threads=threads,
@@ -85,13 +85,12 @@ class Session:
             max_bounces=max_bounces,
             memory_limit=memory_limit,
         )
-        check_session_options(options)
+        self._options = checked_options(given)
         self.scene = scene
         self.samples = Samples.on_vertices(scene) if samples is None else samples
         self.progress = progress
-        self._options = options
         self._flat = flatten(scene)
-        self._core: Any = make_core_session(scene, self._flat, self.samples, options)
+        self._core: Any = make_core_session(scene, self._flat, self.samples, self._options)
         self._poses = {m.name: m.pose for m in scene.meshes if m.movable}
         self._removed: set[str] = set()
         self._factors = dict.fromkeys(self._flat.groups, 1.0)

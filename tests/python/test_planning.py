@@ -271,6 +271,13 @@ class TestSessions:
             session.recompute()
             assert session.plan.as_dict() == before
 
+    def test_a_session_made_with_numpy_integers_can_be_saved(self, tmp_path):
+        with dl.Session(room(), samples_in(room()), paths=np.int64(500), seed=np.int32(2)) as session:
+            session.bake()
+            session.save(tmp_path / "s.dlx")
+            with dl.Session.open(tmp_path / "s.dlx") as opened:
+                assert opened.digest() == session.digest()
+
     def test_automatic_methods_give_the_same_bits(self, tmp_path):
         scene, samples = room(), samples_in(room())
         digests = set()

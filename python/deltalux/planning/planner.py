@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import time
 
-from deltalux.core_session import SessionOptions, check_session_options, make_core_session
+from deltalux.core_session import SessionOptions, checked_options, make_core_session
 from deltalux.errors import OptionError
 from deltalux.estimate.inputs import check_choice
 from deltalux.flatten import flatten
@@ -61,7 +61,7 @@ def plan(
     check_choice("policy", policy, POLICIES)
     if frames is not None and not 0 <= frames < 1e12:
         raise OptionError(f"frames: found {frames!r}, expected a number from 0, or None")
-    options = SessionOptions(
+    given = SessionOptions(
         paths=paths,
         seed=seed,
         threads=threads,
@@ -73,7 +73,7 @@ def plan(
         max_bounces=max_bounces,
         memory_limit=None,
     )
-    check_session_options(options)
+    options = checked_options(given)
     samples = Samples.on_vertices(scene) if samples is None else samples
     flat = flatten(scene)
     core = make_core_session(scene, flat, samples, options)
