@@ -5,6 +5,7 @@
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/map.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
@@ -66,6 +67,7 @@ void bind_estimate(nb::module_& m);
 void bind_sphere_cache(nb::module_& m);
 void bind_ray_map(nb::module_& m);
 void bind_gather(nb::module_& m);
+void bind_plan(nb::module_& m);
 void bind_session(nb::module_& m);
 
 }  // namespace deltalux::python

@@ -34,13 +34,13 @@ void bind_estimate(nb::module_& m) {
           else
             estimator = std::make_unique<estimate::DiscIndex>(discs, to_rule(rule), workers, &p);
           const size_t count = segments.count();
+          const estimate::EnergySums target{sums.data(), n, workers.threads() > 1};
           constexpr size_t kGrain = 1024;
           std::vector<estimate::Stats> parts((count + kGrain - 1) / kGrain);
           p.begin("estimate", count);
           workers.for_blocks(count, kGrain, [&](size_t begin, size_t end) {
             p.check();
-            parts[begin / kGrain] =
-                estimator->accumulate(segments.span(begin, end), +1, {sums.data(), n});
+            parts[begin / kGrain] = estimator->accumulate(segments.span(begin, end), +1, target);
             p.advance(end - begin);
           });
           for (const estimate::Stats& part : parts) stats += part;

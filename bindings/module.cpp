@@ -97,5 +97,6 @@ NB_MODULE(_core, m) {
   python::bind_sphere_cache(m);
   python::bind_ray_map(m);
   python::bind_gather(m);
+  python::bind_plan(m);
   python::bind_session(m);
 }

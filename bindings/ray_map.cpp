@@ -29,6 +29,7 @@ nb::dict to_dict(const RayMapStats& stats) {
   counts["disc_tests"] = stats.tests.disc_tests;
   counts["node_tests"] = stats.tests.node_tests;
   counts["sphere_tests"] = stats.tests.sphere_tests;
+  counts["box_tests"] = stats.box_tests;
   counts["splits"] = stats.splits;
   counts["refused_splits"] = stats.refused;
   return counts;
@@ -45,12 +46,13 @@ nb::tuple ray_map_sums(const SegmentArrays& segments, const samples::DiscSet& di
   run(progress, [&](Progress& p) {
     estimate::RayMap map(to_rule(rule), {leaf_size, memory_limit, false});
     map.push(segments.span(0, segments.count()));
-    const estimate::EnergySums out{sums.data(), n};
+    const Workers workers(threads);
+    const estimate::EnergySums out{sums.data(), n, workers.threads() > 1};
     const auto take = [&](std::span<const estimate::RayMapHit> hits) {
       for (const estimate::RayMapHit& hit : hits)
         out.add(0, discs.id[hit.disc], &segments.power[3 * size_t(hit.segment)], +1);
     };
-    stats = estimate::find_crossings(map, discs, Workers(threads), take, &p);
+    stats = estimate::find_crossings(map, discs, workers, take, &p);
   });
   return nb::make_tuple(make_array(std::move(sums), {n, 3}), to_dict(stats));
 }
@@ -179,10 +181,7 @@ class RayMapObject {
     const size_t n = found.size();
     return make_array(std::move(found), {n});
   }
-  void add(const RayMapStats& stats) {
-    stats_.tests += stats.tests;
-    stats_.splits += stats.splits, stats_.refused += stats.refused;
-  }
+  void add(const RayMapStats& stats) { stats_ += stats; }
 
   std::mutex mutex_;
   estimate::RayMap map_;

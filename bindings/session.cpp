@@ -4,9 +4,10 @@
 
 #include <cstdio>
 #include <cstring>
+#include <optional>
 
 #include "base/error.h"
-#include "common.h"
+#include "plan_values.h"
 
 namespace deltalux::python {
 namespace {
@@ -44,12 +45,10 @@ class EditList {
   std::vector<scene::Edit> edits;
 };
 
-update::Method to_method(const std::string& name) {
-  return name == "brute_force"    ? update::Method::brute_force
-         : name == "disc_index"   ? update::Method::disc_index
-         : name == "ray_map"      ? update::Method::ray_map
-         : name == "sphere_cache" ? update::Method::sphere_cache
-                                  : update::Method::automatic;
+plan::Policy to_policy(const std::string& name) {
+  return name == "paper-sphere" ? plan::Policy::paper_sphere
+         : name == "paper-box"  ? plan::Policy::paper_box
+                                : plan::Policy::measured;
 }
 
 update::Options to_options(uint64_t paths, uint64_t seed, int threads, const std::string& end,
@@ -135,6 +134,21 @@ void bind_session(nb::module_& m) {
             for (const scene::Edit& edit : list.edits) s.check(edit, before.edits);
           },
           nb::arg("edits"), nb::arg("before"))
+      .def(
+          "set_planning",
+          [](Session& s, const MachineRows& machine, const std::string& policy,
+             std::optional<double> frames, bool rebuilds) {
+            s.set_planning(to_machine(machine), to_policy(policy), frames, rebuilds);
+          },
+          nb::arg("machine"), nb::arg("policy"), nb::arg("frames").none(), nb::arg("rebuilds"))
+      .def(
+          "plan",
+          [](Session& s, nb::object callback) {
+            run(callback, [&](Progress& p) { s.plan(p); });
+            return to_list(s.state().plans);
+          },
+          nb::arg("progress").none())
+      .def_prop_ro("plans", [](const Session& s) { return to_list(s.state().plans); })
       .def_prop_ro("baked", &Session::baked)
       .def_prop_ro("pending", &Session::pending_share)
       .def_prop_ro("edits_applied", &Session::edits_applied)

@@ -71,6 +71,11 @@ struct RayMapOptions {
 struct RayMapStats {
   Stats tests;
   uint64_t splits = 0, refused = 0;  ///< refused: splits that the memory limit forbade
+  uint64_t box_tests = 0;            ///< queries that came to a node
+  RayMapStats& operator+=(const RayMapStats& o) {
+    tests += o.tests, splits += o.splits, refused += o.refused, box_tests += o.box_tests;
+    return *this;
+  }
 };
 
 /// Half-open cells [low, high) part space; the root's sides are kOutside.

@@ -58,8 +58,7 @@ class RayMapDescent {
       });
       next.clear();
       for (size_t i = 0; i < level.size(); ++i) {
-        stats.tests += parts[i].tests;
-        stats.splits += parts[i].splits, stats.refused += parts[i].refused;
+        stats += parts[i];
         for (Task& task : children[i]) next.push_back(std::move(task));
       }
       level.swap(next);
@@ -92,6 +91,7 @@ class RayMapDescent {
     std::vector<Task> step(Task& task, uint32_t depth) {
       RayNode& node = *task.node;
       if (d_.progress_) d_.progress_->check();
+      stats_.box_tests += task.queries.size();
       if (node.follower != d_.query_.follower && d_.query_.follower) {
         node.follower = d_.query_.follower;
         node.settled = 0;

@@ -22,6 +22,9 @@ struct SphereCacheOptions {
   double outer_radius = 0;   ///< of S_0; 0 = around all segments of a call
   uint32_t most_levels = 0;  ///< below S_0; 0 = as many as the discs ask for
   bool deposits = true;      ///< false: lists are built and counted, no disc is tested
+  /// Below 1 the segments stand for more of their kind: lists are divided where all of these would
+  /// be `min_rays`. Lists too short to tell are judged by those around them, Q² as many each.
+  double share = 1;
   sphere_cache::Lanes lanes = sphere_cache::Lanes::widest;
 };
 

@@ -12,6 +12,7 @@ namespace deltalux::estimate::sphere_cache {
 namespace {
 
 constexpr size_t kMostLevels = 10000;
+constexpr size_t kTelling = 16;  // segments: a list of so many says how long lists here are
 
 /// Rounding of the segments' tests as part of the greatest coordinates (u = 2^-24): a point at
 /// which crossing.h accepts a hit lies within 21 u of the segment and of the disc; directions are
@@ -112,11 +113,20 @@ Run::Run(const samples::DiscSet& discs, const SphereCacheOptions& options, const
       most_radius_(*std::max_element(discs.radius.begin(), discs.radius.end())),
       chain_(chain),
       lists_(root.radius.size()),
+      expected_(root.radius.size()),
       scratch_(root.list.size + kRoom) {
   levels.rebuilds.assign(root.radius.size(), 0);
   levels.first_misses.assign(root.radius.size(), 0);
   levels.rays.assign(root.radius.size(), 0);
   levels.tests.assign(root.radius.size(), 0);
+  expect(0);
+}
+
+void Run::expect(int level) {
+  const auto i = size_t(level);
+  const size_t count = list(level).count;
+  const bool telling = level == 0 || count >= kTelling;
+  expected_[i] = telling ? double(count) : expected_[i - 1] * options_.ratio * options_.ratio;
 }
 
 void Run::build_to(int level, bool counted) {
@@ -126,6 +136,7 @@ void Run::build_to(int level, bool counted) {
     const size_t i = size_t(built_);
     lists_[i].assign(from, Vec3f(chain_.centre(built_)), root_.radius[i], root_.margin, kernels_,
                      scratch_);
+    expect(built_);
     if (!counted) continue;
     stats.sphere_tests += from.count;
     levels.tests[i] += from.count;

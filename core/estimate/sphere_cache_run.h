@@ -40,7 +40,11 @@ class Run {
   const SegmentList& list(int level) const {
     return level == 0 ? root_.list : lists_[size_t(level)];
   }
-  bool worth_dividing(int level) const { return list(level).count >= options_.min_rays; }
+  bool worth_dividing(int level) const {
+    if (options_.share == 1) return list(level).count >= options_.min_rays;
+    return expected_[size_t(level)] >= double(options_.min_rays) * options_.share;
+  }
+  void expect(int level);
   void build_to(int level, bool counted);
   void deposit(const SegmentList& list, uint32_t disc);
   void add(uint32_t disc, uint32_t segment, Vec3f offset);
@@ -55,6 +59,7 @@ class Run {
   /// Lists of S_1 to S_built_. Under `all` the chain is known to its full depth, whether or not
   /// lists are long enough to be divided, so that it can be followed without them.
   std::vector<SegmentList> lists_;
+  std::vector<double> expected_;  ///< lengths of the lists, less their noise; of a pilot only
   int built_ = 0;
   std::vector<uint32_t> scratch_;
 };

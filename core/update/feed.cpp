@@ -11,8 +11,7 @@ using segments::SegmentSpan;
 
 namespace {
 
-constexpr size_t kAtOnce = 256;     // methods content with this get their segments at once
-constexpr size_t kPortion = 65536;  // longer ones gained under 5 % and would delay a cancel
+constexpr size_t kAtOnce = 256;  // methods content with this get their segments at once
 
 const float* SegmentSpan::* const kColumns[8] = {
     &SegmentSpan::ox, &SegmentSpan::oy, &SegmentSpan::oz,     &SegmentSpan::dx,

@@ -9,6 +9,8 @@
 
 namespace deltalux::update {
 
+inline constexpr size_t kPortion = 65536;  // longer ones gained under 5 % and would delay a cancel
+
 /// Methods that are fast on a few segments get them at once; for the others segments are collected
 /// until finish(), then each slab goes to one thread, so that sums need no atomics.
 class Feed {

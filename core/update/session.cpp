@@ -8,21 +8,17 @@
 #include <numbers>
 
 #include "base/error.h"
-#include "plan/allotment.h"
 #include "samples/curve_order.h"
-#include "samples/placement.h"
+#include "update/pilot_paths.h"
+#include "update/session_parts.h"
 
 namespace deltalux::update {
 namespace {
 
-constexpr uint64_t kPathsPerStep = 32768;  // each gives every batch its share
 constexpr uint64_t kSlotsPerStep = 65536;  // taken between two looks at the cancel flag
-constexpr float kLeastLift = 2.0f;         // in epsilons: discs lie above rounding
-constexpr float kFar = std::numeric_limits<float>::infinity();
 // Where things touch, less of a disc than this may be left: a single crossing of it would outshine
 // the scene. Such samples, some per cent of the vertices of a furnished room, become darker.
 constexpr float kLeastShare = 0.01f;
-constexpr Box kEverywhere{{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
 
 double now_ms() {
   return std::chrono::duration<double, std::milli>(
@@ -55,19 +51,6 @@ void check_samples(const scene::Scene& scene, samples::SampleSet& samples) {
   }
 }
 
-/// A caster over one object's own triangles, in its own space: outlines that do not depend on the
-/// pose, not even by rounding.
-scene::Scene local_scene(const scene::Scene& scene, uint32_t object) {
-  scene::Scene local;
-  local.materials = scene.materials;
-  local.group_count = scene.group_count;
-  local.objects.push_back(scene.objects[object]);
-  local.objects[0].movable = false;
-  local.objects[0].pose = {};
-  local.finish();
-  return local;
-}
-
 }  // namespace
 
 Session::Session(scene::Scene scene, samples::SampleSet samples, const Options& options)
@@ -93,94 +76,6 @@ Session::Session(scene::Scene scene, samples::SampleSet samples, const Options& 
 }
 
 Session::~Session() = default;
-
-void Session::build_static_parts(Progress& progress) {
-  State& s = *state_;
-  s.caster = std::make_unique<trace::RayCaster>(s.scene, progress);
-  samples::resolve_radii(s.scene, *s.caster, s.options.paths, s.workers, progress, s.samples);
-  s.largest_radius = 0;
-  for (float r : s.samples.radius) s.largest_radius = std::max(s.largest_radius, r);
-  const float lift = kLeastLift * s.caster->epsilon();
-  std::map<uint32_t, std::vector<uint32_t>> by_object;
-  for (uint32_t i = 0; i < s.samples.size(); ++i) by_object[s.samples.attached[i]].push_back(i);
-  const auto index = [&](std::vector<uint32_t> ids, const scene::Scene& scene,
-                         const trace::RayCaster& caster, const Box& world, Method method) {
-    return make_estimator(method,
-                          samples::make_discs(s.samples, std::move(ids), s.options.disc_area, scene,
-                                              caster, world, lift, s.workers, progress),
-                          s.options.segment_end, s.workers, progress);
-  };
-  s.static_index =
-      index(by_object[scene::kNone], s.scene, *s.caster, s.scene.world(), s.options.static_method);
-  s.moving.clear();
-  for (auto& [object, ids] : by_object) {
-    if (object == scene::kNone) continue;
-    const scene::Scene local = local_scene(s.scene, object);
-    const trace::RayCaster caster(local, progress);
-    MovingPart part;
-    part.object = object;
-    part.index = index(std::move(ids), local, caster, kEverywhere, s.options.moving_method);
-    const samples::DiscSet& discs = part.index->discs();
-    for (size_t i = 0; i < discs.size(); ++i)
-      part.local.grow(Box{discs.centre[i], discs.centre[i]}.padded(discs.radius[i]));
-    s.moving.push_back(std::move(part));
-  }
-}
-
-void Session::forecast_memory(Progress& progress) {
-  State& s = *state_;
-  progress.begin("memory forecast", 1);
-  uint64_t paths = 0;
-  for (const trace::Light& light : s.lights) paths += light.path_count;
-  const trace::Walk walk = s.walk();
-  // A pilot: every k-th path, walked but not stored.
-  const uint64_t stride = std::max<uint64_t>(1, paths / 8192);
-  uint64_t walked = 0, flights = 0;
-  uint32_t deepest = 0;
-  for (const trace::Light& light : s.lights) {
-    const auto quanta = trace::birth_quanta(light, s.scale, 1.0);
-    for (uint64_t i = stride / 2; i < light.path_count; i += stride) {
-      trace::Flight flight = walk.birth(light, i, quanta);
-      for (uint32_t bounce = 0;; ++bounce) {
-        const trace::Landing landing = walk.fly(flight, bounce);
-        ++flights;
-        deepest = std::max(deepest, bounce);
-        if (!landing.survives) break;
-        flight = landing.next;
-      }
-      if ((++walked & 255) == 0) progress.check();
-    }
-  }
-  const double per_path = walked ? double(flights) / double(walked) : 1.0;
-  const double per_segment =
-      sizeof(segments::Level::Chunk) / double(segments::Level::kChunk) +
-      (s.store.with_extended() || s.options.segment_end != segments::SegmentEnd::first ? 4.0 : 0.0);
-  const double fixed = double(s.samples.size()) * (s.sum_groups() * kBatches * 24.0 + 256.0) +
-                       double(s.scene.primitives()) * 200.0 +
-                       // Each bounce ends in a chunk that is partly empty; more paths go deeper.
-                       (1.5 * deepest + 4.0) * double(sizeof(segments::Level::Chunk));
-  forecast_.bytes_per_path = per_path * per_segment * 1.05 + 1.0;
-  forecast_.segments = uint64_t(per_path * double(paths));
-  forecast_.bytes = size_t(forecast_.bytes_per_path * double(paths) + fixed);
-}
-
-void Session::refuse_beyond_limit() {
-  const State& s = *state_;
-  uint64_t paths = 0;
-  for (const trace::Light& light : s.lights) paths += light.path_count;
-  forecast_.bytes += direct::DirectLight::forecast_bytes(s.samples.size(), s.scene.group_count,
-                                                         s.lights, s.light_sampled);
-  const double fixed = double(forecast_.bytes) - forecast_.bytes_per_path * double(paths);
-  const double room = double(s.options.memory_limit) - fixed;
-  // A little less than that: another number of paths sees another pilot.
-  forecast_.paths_that_fit = room > 0 ? uint64_t(0.95 * room / forecast_.bytes_per_path) : 0;
-  if (s.options.memory_limit && forecast_.bytes > s.options.memory_limit)
-    throw OptionError("memory: " + std::to_string(paths) + " paths would need about " +
-                      std::to_string(forecast_.bytes >> 20) + " MiB, the limit is " +
-                      std::to_string(s.options.memory_limit >> 20) + " MiB; about " +
-                      std::to_string(forecast_.paths_that_fit) +
-                      " paths would fit, or raise the memory limit");
-}
 
 void Session::trace_all(Progress& progress, Report& report) {
   State& s = *state_;
@@ -248,17 +143,17 @@ Report Session::bake(Progress& progress) {
   try {
     Report report;
     double start = now_ms();
-    build_static_parts(progress);
-    trace::allot_paths(
-        state_->lights,
-        plan::shares_by_use(state_->scene, state_->loaded_reflectance, *state_->caster,
-                            state_->lights, state_->workers, progress),
-        state_->options.paths, kBatches);
-    state_->scale = trace::choose_scale(state_->lights, state_->options.max_bounces);
-    forecast_memory(progress);
+    Parts parts = place_parts(progress);
+    allot_paths(progress);
+    const PilotPaths paths = walk_pilot_paths(*state_, progress);
+    forecast_memory(paths);
     choose_direct();
     refuse_beyond_limit();
     report.milliseconds.emplace_back("prepare", now_ms() - start);
+    start = now_ms();
+    plan_parts(parts, paths, false, progress);
+    make_estimators(parts, progress);
+    report.milliseconds.emplace_back("plan", now_ms() - start);
     trace_all(progress, report);
     start = now_ms();
     compute_direct(progress);

@@ -5,6 +5,7 @@
 #include <future>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -32,6 +33,9 @@ struct EnergyAudit {
   double quantum = 0;
 };
 
+struct Parts;
+struct PilotPaths;
+
 struct Forecast {
   uint64_t segments = 0;
   size_t bytes = 0;
@@ -56,6 +60,15 @@ class Session {
   /// Throws OptionError or SceneError where `edit` cannot be applied after the edits `before` it,
   /// none of which has been applied yet.
   void check(const scene::Edit& edit, std::span<const scene::Edit> before) const;
+
+  /// What every method would cost in each part, the static one first. For a session that is not
+  /// baked. Throws Cancelled.
+  const std::vector<plan::PartPlan>& plan(Progress& progress);
+  /// How methods are chosen where the options leave it to the planner. `frames`: as many as are
+  /// expected, nullopt = kExpectedFrames. `rebuilds`: plan as if estimators were made anew in every
+  /// frame, which a session never does.
+  void set_planning(const plan::Machine& machine, plan::Policy policy, std::optional<double> frames,
+                    bool rebuilds);
 
   bool baked() const { return baked_; }
   /// Of the last update(): false when it threw before its edits took effect.
@@ -88,7 +101,7 @@ class Session {
 
  private:
   std::vector<float> as_given(const std::vector<float>& own) const;
-  void forecast_memory(Progress& progress);
+  void forecast_memory(const PilotPaths& paths);
   /// Adds direct light to the forecast. Throws OptionError where it exceeds the limit.
   void refuse_beyond_limit();
   void check_insert(const scene::Object& object, std::span<const scene::Edit> before) const;
@@ -101,7 +114,12 @@ class Session {
   void refresh_areas(const std::vector<ObjectChange>* changes);
   /// Renews receivers_: all of them, or those of changed objects (per object: 1).
   void place_receivers(const std::vector<uint8_t>* changed);
-  void build_static_parts(Progress& progress);
+  /// Renews the caster, radii and discs; the parts have no estimators before make_estimators().
+  Parts place_parts(Progress& progress);
+  void allot_paths(Progress& progress);
+  /// Renews State::plans.
+  void plan_parts(Parts& parts, const PilotPaths& paths, bool thorough, Progress& progress);
+  void make_estimators(Parts& parts, Progress& progress);
   void restore_direct(const Archive& archive, Progress& progress);
   void run_pending(double budget_ms, Progress& progress, Report& report,
                    const std::function<void()>& between);

@@ -11,9 +11,7 @@
 namespace deltalux::update {
 namespace {
 
-// Paths replaced between two looks at clock and cancel flag; with a time budget the first step
-// measures how many fit.
-constexpr size_t kMostPerStep = 8192, kFirstStep = 128;
+constexpr size_t kFirstStep = 128;  // with a time budget it measures how many paths fit
 
 using Clock = std::chrono::steady_clock;
 

@@ -4,7 +4,9 @@
 #include <cstring>
 
 #include "base/error.h"
+#include "update/pilot_paths.h"
 #include "update/session.h"
+#include "update/session_parts.h"
 #include "update/snapshot_check.h"
 
 namespace deltalux::update {
@@ -143,7 +145,9 @@ void Session::restore(const Archive& archive, Progress& progress) {
   for (const trace::Light& light : s.lights)
     trace::birth_quanta(light, s.scale,
                         s.birth_factor(light));  // refuses one that does not hold it
-  build_static_parts(progress);
+  Parts parts = place_parts(progress);
+  plan_parts(parts, walk_pilot_paths(s, progress), false, progress);
+  make_estimators(parts, progress);
   s.cut = unpack<uint8_t>(archive, "cut", paths);
   s.sums =
       unpack<int64_t>(archive, "sums", size_t(s.sum_groups()) * kBatches * s.samples.size() * 3);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/parallel.h"
+#include "plan/planner.h"
 #include "samples/disc_area.h"
 #include "samples/sample_set.h"
 #include "scene/scene.h"
@@ -13,13 +14,18 @@
 #include "trace/lights.h"
 #include "trace/ray_caster.h"
 #include "trace/walk.h"
-#include "update/methods.h"
 
 namespace deltalux::update {
 
 inline constexpr uint32_t kBatches = 8;        // independent estimates behind the standard error
 inline constexpr uint32_t kMostSumGroups = 8;  // later groups share the last one's sums
 inline constexpr uint8_t kNotCut = 255;
+inline constexpr double kExpectedFrames = 100;    // of a session with movables
+inline constexpr uint64_t kPathsPerStep = 32768;  // of a bake; each gives every batch its share
+// Paths replaced between two looks at clock and cancel flag.
+inline constexpr size_t kMostPerStep = 8192;
+
+using plan::Method;
 
 enum class DirectMode : uint8_t { automatic, paths, sampled };
 
@@ -31,6 +37,10 @@ struct Options {
   samples::DiscArea disc_area = samples::DiscArea::reachable;
   DirectMode direct = DirectMode::automatic;
   Method static_method = Method::automatic, moving_method = Method::automatic;
+  plan::Policy policy = plan::Policy::measured;
+  plan::Machine machine = plan::typical_machine();
+  double expected_frames = kExpectedFrames;  ///< of the choice of methods
+  bool rebuilds = false;  ///< the plan is for estimators made anew in every frame
   uint32_t max_bounces = 64;
   size_t memory_limit = 0;  ///< bytes, 0 = none
 };
@@ -66,8 +76,9 @@ struct State {
 
   std::unique_ptr<estimate::SignedEstimator> static_index;
   std::vector<MovingPart> moving;
-  std::vector<uint8_t> closed;  // per object, see samples::is_closed
-  std::vector<float> area;      // per sample: what its disc counts, now
+  std::vector<plan::PartPlan> plans;  // of the static part, then of each moving one
+  std::vector<uint8_t> closed;        // per object, see samples::is_closed
+  std::vector<float> area;            // per sample: what its disc counts, now
 
   segments::SegmentStore store;
   std::vector<uint8_t> cut;   // per path: pending re-trace from this bounce, or kNotCut

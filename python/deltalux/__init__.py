@@ -4,6 +4,7 @@
 from . import estimate, model, scenes
 from .errors import Cancelled, Error, FormatError, OptionError, SceneError
 from .io import load
+from .planning import Plan, plan
 from .results import Estimate, Frame, Result
 from .samples import Samples
 from .scene import Camera, Material, Mesh, Node, PointLight, Scene, SpotLight, SunLight
@@ -22,6 +23,7 @@ __all__ = [
     "Mesh",
     "Node",
     "OptionError",
+    "Plan",
     "PointLight",
     "Result",
     "Samples",
@@ -35,6 +37,7 @@ __all__ = [
     "estimate",
     "load",
     "model",
+    "plan",
     "scenes",
     "trace",
     "uniform_lines",

@@ -14,19 +14,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _core, snapshot
+from .core_session import SessionOptions, checked_options, make_core_session, movable_index
 from .errors import OptionError
-from .estimate.inputs import FARTHEST, SEGMENT_ENDS
+from .estimate.inputs import FARTHEST
 from .flatten import flatten
 from .interpolation import Interpolator
-from .memory import available_memory
+from .planning import Plan, machine_constants, read_plan
 from .results import Frame, Result
 from .samples import Samples
 from .scene import Mesh, Scene, rigid_pose
-from .segments import MAX_BOUNCES, Progress, check_bounces, check_paths, check_seed, check_threads
-
-DIRECT_MODES = ("auto", "paths", "sampled")
-DISC_AREAS = ("reachable", "whole")
-METHODS = ("auto", "brute_force", "disc_index", "ray_map", "sphere_cache")
+from .segments import MAX_BOUNCES, Progress
 
 
 class Session:
@@ -48,7 +45,8 @@ class Session:
         Direct light from the first flights, by shadow rays, or whichever is cheaper per light.
     static_method, moving_method : "auto", "brute_force", "disc_index", "ray_map" or "sphere_cache"
         How crossings are found for samples at rest and for samples on movables. All give the same
-        bits; "auto" is the disc index. The paper's hybrid is "disc_index" with "sphere_cache".
+        bits; "auto" lets a pilot choose at every bake (see `plan`). The paper's hybrid is
+        "disc_index" with "sphere_cache".
     memory_limit : bytes, or None = what is free; a bake that would need more is refused
     progress : callable (stage, fraction) -> keep going, or None
         Called from the calling thread about 50 times a second; False cancels.
@@ -75,57 +73,24 @@ class Session:
         memory_limit: int | None = None,
         progress: Progress | None = None,
     ) -> None:
-        for name, value, allowed in (
-            ("segment_end", segment_end, SEGMENT_ENDS),
-            ("disc_area", disc_area, DISC_AREAS),
-            ("direct", direct, DIRECT_MODES),
-            ("static_method", static_method, METHODS),
-            ("moving_method", moving_method, METHODS),
-        ):
-            if value not in allowed:
-                raise OptionError(f"{name}: found {value!r}, expected one of {allowed}")
-        check_paths(paths)
-        check_seed(seed)
-        check_threads(threads)
-        check_bounces(max_bounces)
-        if memory_limit is not None and not 0 < memory_limit < 2**63:
-            raise OptionError(f"memory_limit: found {memory_limit}, expected bytes, or None for what is free")
+        given = SessionOptions(
+            paths=paths,
+            seed=seed,
+            threads=threads,
+            segment_end=segment_end,
+            disc_area=disc_area,
+            direct=direct,
+            static_method=static_method,
+            moving_method=moving_method,
+            max_bounces=max_bounces,
+            memory_limit=memory_limit,
+        )
+        self._options = checked_options(given)
         self.scene = scene
         self.samples = Samples.on_vertices(scene) if samples is None else samples
         self.progress = progress
-        self._options = {
-            "paths": int(paths),
-            "seed": int(seed),
-            "threads": threads,
-            "segment_end": segment_end,
-            "disc_area": disc_area,
-            "direct": direct,
-            "static_method": static_method,
-            "moving_method": moving_method,
-            "max_bounces": max_bounces,
-            "memory_limit": memory_limit,
-        }
         self._flat = flatten(scene)
-        attached = np.array(
-            [0xFFFFFFFF if name is None else self._object(name) for name in self.samples.attached], np.uint32
-        )
-        self._core: Any = _core.Session(
-            self._flat.core,
-            np.ascontiguousarray(self.samples.points, np.float32),
-            np.ascontiguousarray(self.samples.normals, np.float32),
-            np.ascontiguousarray(self.samples.radius, np.float32),
-            attached,
-            int(paths),
-            int(seed),
-            threads or 0,
-            segment_end,
-            disc_area,
-            direct,
-            static_method,
-            moving_method,
-            max_bounces,
-            available_memory() if memory_limit is None else int(memory_limit),
-        )
+        self._core: Any = make_core_session(scene, self._flat, self.samples, self._options)
         self._poses = {m.name: m.pose for m in scene.meshes if m.movable}
         self._removed: set[str] = set()
         self._factors = dict.fromkeys(self._flat.groups, 1.0)
@@ -150,13 +115,7 @@ class Session:
     # ---- names --------------------------------------------------------------------------------
 
     def _object(self, name: str) -> int:
-        mesh = self.scene.mesh(name)
-        if not mesh.movable:
-            raise OptionError(
-                f'"{name}" is static, expected one of the movables {list(self.scene.movable)}; '
-                "name it in `movable` when the scene is loaded"
-            )
-        return self._flat.objects[name]
+        return movable_index(self.scene, self._flat, name)
 
     def _queue(self, kind: str, *values: Any) -> None:
         edit = _core.EditList()
@@ -281,10 +240,27 @@ class Session:
         """Compute everything. Cancelled: the session stays as before."""
         self._apply_at_once()
         self._result = None
+        self._prepare_choice()
         with self._at_work(self._session()) as session:
             frame = Frame(**session.bake(self.progress))
         self._foreign_build = None
         return frame
+
+    def _prepare_choice(self) -> None:
+        """Give the core what it chooses methods by, where the options leave that to it."""
+        if "auto" in (self._options["static_method"], self._options["moving_method"]):
+            self._session().set_planning(machine_constants(self.progress), "measured", None, False)
+
+    @property
+    def plan(self) -> Plan:
+        """The methods in use since the last bake, with the reasons; `print(session.plan)`.
+
+        Methods that cannot save a tenth are not piloted, so that planning takes a small part of the
+        bake; `dl.plan` runs them all.
+        """
+        names = {number: name for name, number in self._flat.objects.items()}
+        asked = {False: self._options["static_method"], True: self._options["moving_method"]}
+        return read_plan(self._baked_session().plans, names, asked, "measured", False, 0.0)
 
     def _apply_at_once(self) -> None:
         """Apply what is queued, without progress; only Ctrl-C can stop it."""

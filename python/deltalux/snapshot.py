@@ -137,6 +137,7 @@ def _restore(
         for name, array in arrays.items()
         if name.startswith("core/")
     }
+    session._prepare_choice()
     session._session().restore(core, progress)
     session._removed = set(index["removed"])
     session._poses = {name: np.array(pose) for name, pose in index["poses"].items()}

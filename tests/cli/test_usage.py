@@ -10,7 +10,7 @@ from deltalux.version import __version__
 
 from .conftest import QUICK, Cli
 
-VERBS = ("demo", "info", "bake", "update", "compare", "compare-methods")
+VERBS = ("demo", "info", "plan", "bake", "update", "compare", "compare-methods")
 
 
 def test_version(cli: Cli) -> None:
@@ -47,6 +47,8 @@ def test_without_a_verb_shows_the_verbs(cli: Cli) -> None:
         (("bake", "nowhere.glb", "--paths", "0"), "--paths"),
         (("bake", "nowhere.glb", "--threads", "0"), "--threads"),
         (("bake", "nowhere.glb", "--target-error", "-1"), "--target-error"),
+        (("plan", "nowhere.glb", "--policy", "luck"), "--policy"),
+        (("plan", "nowhere.glb", "--frames", "-1"), "--frames"),
         (("update", "nowhere.dlx", "--move", "chair=1,0"), "NAME=dx,dy,dz"),
         (("compare", "a.txt", "b.npz"), "found suffix '.txt', expected .dlx, .npz or .csv"),
         (("compare", "a.npz", "b.npz", "-o", "c.png"), "a picture needs sessions"),

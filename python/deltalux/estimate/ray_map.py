@@ -72,7 +72,8 @@ def ray_map(
         Σ weight power / (pi r_k²), r_k the k-th distance; with fewer than k segments the formula
         holds for as many as there are; 0 where r_k is 0. The weight is 1, for "line"
         2 cos / (1 + cos) of the angle of incidence. `stats`: hits, disc_tests, node_tests (segments
-        sorted into halves of a cell), splits, refused_splits (those beyond the memory limit).
+        sorted into halves of a cell), box_tests (discs that came to a node), splits, refused_splits
+        (those beyond the memory limit).
 
     Raises
     ------

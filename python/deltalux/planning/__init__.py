@@ -1,6 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a method will cost before it runs: pilots on a hundredth of the segments, and estimates."""
 
+from .arrays import MethodCost, predict
 from .hybrid import HybridEstimate, hybrid_estimate
+from .machine import machine_constants
+from .parts import MethodPlan, PartPlan, Plan, read_plan
+from .planner import plan
 
-__all__ = ["HybridEstimate", "hybrid_estimate"]
+__all__ = [
+    "HybridEstimate",
+    "MethodCost",
+    "MethodPlan",
+    "PartPlan",
+    "Plan",
+    "hybrid_estimate",
+    "machine_constants",
+    "plan",
+    "predict",
+    "read_plan",
+]

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // One line per method.
-#include "update/methods.h"
+#include "plan/methods.h"
 
 #include "estimate/brute_force.h"
 #include "estimate/disc_index.h"
 #include "estimate/ray_map_discs.h"
 #include "estimate/sphere_cache.h"
 
-namespace deltalux::update {
+namespace deltalux::plan {
 
 std::unique_ptr<estimate::SignedEstimator> make_estimator(Method method, samples::DiscSet discs,
                                                           segments::SegmentEnd rule,
                                                           const Workers& workers,
-                                                          Progress& progress) {
+                                                          Progress* progress) {
   switch (method) {
     case Method::brute_force:
       return std::make_unique<estimate::BruteForce>(std::move(discs), rule);
@@ -25,7 +25,7 @@ std::unique_ptr<estimate::SignedEstimator> make_estimator(Method method, samples
     case Method::disc_index:
       break;
   }
-  return std::make_unique<estimate::DiscIndex>(std::move(discs), rule, workers, &progress);
+  return std::make_unique<estimate::DiscIndex>(std::move(discs), rule, workers, progress);
 }
 
-}  // namespace deltalux::update
+}  // namespace deltalux::plan

@@ -1,20 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// The disc methods that a session can run on; all of them give the same sums.
+// Makes the disc methods that a plan chooses among.
 #pragma once
 #include <memory>
 
 #include "base/parallel.h"
 #include "base/progress.h"
 #include "estimate/estimator.h"
+#include "plan/cost_model.h"
 
-namespace deltalux::update {
+namespace deltalux::plan {
 
-enum class Method : uint8_t { automatic, brute_force, disc_index, ray_map, sphere_cache };
-
-/// Throws Cancelled, and OptionError for discs that are not finite.
+/// `automatic` is the disc index. Throws Cancelled, and OptionError for discs that are not finite.
 std::unique_ptr<estimate::SignedEstimator> make_estimator(Method method, samples::DiscSet discs,
                                                           segments::SegmentEnd rule,
                                                           const Workers& workers,
-                                                          Progress& progress);
+                                                          Progress* progress);
 
-}  // namespace deltalux::update
+}  // namespace deltalux::plan

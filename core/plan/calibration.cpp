@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+// Timed searches per method and array size. The shortest of a few repetitions counts: what other
+// programs take away only ever adds.
+#include "plan/calibration.h"
+
+#include <time.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "plan/calibration_world.h"
+#include "plan/fit.h"
+
+namespace deltalux::plan {
+namespace {
+
+using segments::SegmentEnd;
+
+constexpr int kRepetitions = 2;
+constexpr auto kRule = SegmentEnd::first;
+constexpr uint32_t kLeafSize = 32;
+constexpr size_t kIndexSizes[] = {size_t(1) << 11, size_t(1) << 14, size_t(1) << 17};
+constexpr size_t kSpanSizes[] = {size_t(1) << 9, size_t(1) << 13, size_t(1) << 17};
+
+double thread_seconds() {
+  timespec t;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+}
+
+double timed(const std::function<void()>& work) {
+  const double start = thread_seconds();
+  work();
+  return thread_seconds() - start;
+}
+
+Timed best_of(const std::function<Counts()>& work, Progress* progress) {
+  Timed best;
+  for (int i = 0; i < kRepetitions; ++i) {
+    if (progress) progress->check();
+    const double seconds = timed([&] { best.counts = work(); });
+    best.seconds = i ? std::min(best.seconds, seconds) : seconds;
+  }
+  return best;
+}
+
+/// Discs about as far apart as their radius is long.
+samples::DiscSet volume(size_t count) {
+  return scatter_in_volume(count, 0.6f / std::cbrt(float(count)));
+}
+
+/// Neighbours in space become neighbours in memory, as in a session.
+samples::DiscSet in_order(samples::DiscSet discs) {
+  const auto order = samples::curve_order(discs.centre, samples::Curve::hilbert);
+  samples::DiscSet ordered = discs;
+  for (size_t i = 0; i < order.size(); ++i) {
+    ordered.centre[i] = discs.centre[order[i]];
+    ordered.normal[i] = discs.normal[order[i]];
+  }
+  return ordered;
+}
+
+class Calibration {
+ public:
+  explicit Calibration(Progress* progress) : progress_(progress), typical_(typical_machine()) {}
+
+  Machine run() {
+    Machine machine;
+    if (progress_) progress_->begin("calibrate", 4);
+    machine[size_t(Method::brute_force)] = brute_force();
+    if (progress_) progress_->advance(1);
+    machine[size_t(Method::disc_index)] = disc_index();
+    if (progress_) progress_->advance(1);
+    machine[size_t(Method::ray_map)] = by_span(Method::ray_map, [&](const samples::DiscSet& discs,
+                                                                    const SegmentSample& chords) {
+      ScratchSums sums(discs);
+      return best_of(
+          [&] { return search_ray_map(discs, kRule, kLeafSize, chords.span(), sums, progress_); },
+          progress_);
+    });
+    if (progress_) progress_->advance(1);
+    machine[size_t(Method::sphere_cache)] = by_span(
+        Method::sphere_cache, [&](const samples::DiscSet& discs, const SegmentSample& chords) {
+          const estimate::SphereCache cache(discs, {.rule = kRule});
+          ScratchSums sums(discs);
+          return best_of([&] { return search(cache, chords.span(), sums, one_, progress_); },
+                         progress_);
+        });
+    machine[size_t(Method::sphere_cache)].front().build = cache_build();
+    for (Constants& constants : machine[size_t(Method::sphere_cache)])
+      constants.build = machine[size_t(Method::sphere_cache)].front().build;
+    return machine;
+  }
+
+ private:
+  Constants fit(Method method, size_t size, std::span<const Timed> searches) const {
+    const Constants& prior = typical_[size_t(method)].front();
+    return {double(size), fit_constants(searches, prior.seconds), prior.build};
+  }
+
+  MethodConstants brute_force() {
+    std::vector<Timed> searches;
+    for (const samples::DiscSet& discs : {spread_on_ball(2000), volume(2000), volume(2)}) {
+      const SegmentSample chords = make_chords(400);
+      ScratchSums sums(discs);
+      searches.push_back(best_of(
+          [&] { return search_brute_force(discs, kRule, chords.span(), sums); }, progress_));
+    }
+    return {fit(Method::brute_force, 1, searches)};
+  }
+
+  MethodConstants disc_index() {
+    MethodConstants constants;
+    const SegmentSample chords = make_chords(4000), beside = make_chords(4000, {9, 9, 9});
+    for (const size_t size : kIndexSizes) {
+      std::vector<Timed> searches;
+      double build = 0;
+      for (const samples::DiscSet& discs : {spread_on_ball(size), volume(size)}) {
+        ScratchSums sums(discs);
+        std::unique_ptr<estimate::DiscIndex> index;
+        double best = std::numeric_limits<double>::infinity();
+        for (int i = 0; i < kRepetitions; ++i) {
+          samples::DiscSet own = discs;
+          best = std::min(best, timed([&] {
+                            index = std::make_unique<estimate::DiscIndex>(std::move(own), kRule,
+                                                                          one_, progress_);
+                          }));
+        }
+        build += best;
+        searches.push_back(best_of([&] { return search(*index, chords.span(), sums); }, progress_));
+        if (searches.size() == 1)
+          searches.push_back(
+              best_of([&] { return search(*index, beside.span(), sums); }, progress_));
+      }
+      constants.push_back(fit(Method::disc_index, size, searches));
+      constants.back().build = build / (2 * double(size));
+    }
+    return constants;
+  }
+
+  /// Few discs and many, on walls and in a volume, for each number of segments in a call.
+  MethodConstants by_span(
+      Method method,
+      const std::function<Timed(const samples::DiscSet&, const SegmentSample&)>& search_timed) {
+    MethodConstants constants;
+    for (const size_t size : kSpanSizes) {
+      const SegmentSample chords = make_chords(size);
+      // So many discs that each search takes a few milliseconds.
+      const size_t many = std::clamp<size_t>((size_t(1) << 25) / size, 256, 16384);
+      std::vector<Timed> searches;
+      for (const samples::DiscSet& discs :
+           {scatter_on_walls(2, 0.01f), in_order(scatter_on_walls(many, 0.7f)), volume(many),
+            in_order(volume(many)), spread_on_ball(many)})
+        searches.push_back(search_timed(discs, chords));
+      constants.push_back(fit(method, size, searches));
+    }
+    return constants;
+  }
+
+  /// The order of visits, seconds per disc.
+  double cache_build() {
+    const samples::DiscSet discs = volume(8192);
+    return timed([&] { const estimate::SphereCache cache(discs, {.rule = kRule}); }) /
+           double(discs.size());
+  }
+
+  const Workers one_{1};
+  Progress* progress_;
+  const Machine typical_;
+};
+
+}  // namespace
+
+Machine calibrate(Progress* progress) { return Calibration(progress).run(); }
+
+const char* build_id() { return DELTALUX_BUILD_ID; }
+
+}  // namespace deltalux::plan

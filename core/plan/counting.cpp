@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+// Turns the statistics of each method into counts of one form.
+#include "plan/counting.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "estimate/brute_force.h"
+#include "estimate/ray_map_discs.h"
+#include "samples/curve_order.h"
+
+namespace deltalux::plan {
+namespace {
+
+constexpr size_t kPortion = 256;  // segments; what a session passes to an index at once
+constexpr float kAlike = 0.5f;    // cosine between normals that face alike
+
+segments::SegmentSpan part(const segments::SegmentSpan& s, size_t first, size_t count) {
+  return {count,        s.ox + first, s.oy + first,     s.oz + first,       s.dx + first,
+          s.dy + first, s.dz + first, s.length + first, s.extended + first, s.power + 3 * first,
+          nullptr};
+}
+
+Counts counts_of(const estimate::Stats& stats, size_t segments) {
+  Counts counts{};
+  counts[kSegments] = double(segments);
+  counts[kNodeTests] = double(stats.node_tests);
+  counts[kDiscTests] = double(stats.disc_tests);
+  counts[kSphereTests] = double(stats.sphere_tests);
+  counts[kHits] = double(stats.hits);
+  return counts;
+}
+
+}  // namespace
+
+void SegmentSample::add(Vec3f o, Vec3f w, float length, float extended) {
+  const float values[8] = {o.x, o.y, o.z, w.x, w.y, w.z, length, extended};
+  for (int k = 0; k < 8; ++k) column_[k].push_back(values[k]);
+  power_.insert(power_.end(), {1, 1, 1});
+}
+
+segments::SegmentSpan SegmentSample::span() const {
+  const auto at = [&](int k) { return column_[k].data(); };
+  return {count(), at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7), power_.data(), nullptr};
+}
+
+SegmentSample SegmentSample::thinned(size_t wanted) const {
+  if (wanted >= count()) return *this;
+  std::vector<Vec3f> middle(count());
+  for (size_t i = 0; i < count(); ++i) {
+    const auto at = [&](int k) { return column_[k][i]; };
+    const float half = at(6) <= kFarthest ? 0.5f * at(6) : 0.0f;
+    middle[i] = Vec3f{at(0), at(1), at(2)} + Vec3f{at(3), at(4), at(5)} * half;
+  }
+  const std::vector<uint32_t> order = samples::curve_order(middle, samples::Curve::hilbert);
+  SegmentSample few;
+  for (size_t i = 0; i < wanted; ++i) {
+    // The middle of the i-th of `wanted` equal parts.
+    const size_t k = order[(2 * i + 1) * count() / (2 * wanted)];
+    for (int c = 0; c < 8; ++c) few.column_[c].push_back(column_[c][k]);
+  }
+  few.power_.assign(3 * wanted, 1);
+  return few;
+}
+
+ScratchSums::ScratchSums(const samples::DiscSet& discs)
+    : data_(discs.id.empty() ? 3 : 3 * (size_t(*std::ranges::max_element(discs.id)) + 1)) {}
+
+double turned_share(const samples::DiscSet& discs) {
+  size_t turns = 0;
+  for (size_t i = 1; i < discs.size(); ++i)
+    turns += !(dot(discs.normal[i], discs.normal[i - 1]) >= kAlike);
+  return discs.size() > 1 ? double(turns) / double(discs.size() - 1) : 0.0;
+}
+
+Counts search(const estimate::DiscIndex& index, const segments::SegmentSpan& segments,
+              ScratchSums& sums) {
+  estimate::Stats stats;
+  for (size_t begin = 0; begin < segments.count; begin += kPortion)
+    stats += index.accumulate(part(segments, begin, std::min(kPortion, segments.count - begin)), +1,
+                              sums.sums());
+  return counts_of(stats, segments.count);
+}
+
+Counts search(const estimate::SphereCache& cache, const segments::SegmentSpan& segments,
+              ScratchSums& sums, const Workers& workers, Progress* progress) {
+  const auto found = cache.accumulate_levels(segments, +1, sums.sums(), workers, progress);
+  Counts counts = counts_of(found.stats, segments.count);
+  counts[kVisits] = double(cache.discs().size());
+  counts[kRebuilds] =
+      double(std::accumulate(found.levels.rebuilds.begin(), found.levels.rebuilds.end(), 0ull));
+  return counts;
+}
+
+Counts search_ray_map(const samples::DiscSet& discs, segments::SegmentEnd rule, uint32_t leaf_size,
+                      const segments::SegmentSpan& segments, ScratchSums& sums,
+                      Progress* progress) {
+  estimate::RayMap map(rule, {.leaf_size = leaf_size, .keep = false});
+  map.push(segments);
+  const estimate::EnergySums to = sums.sums();
+  const auto take = [&](std::span<const estimate::RayMapHit> hits) {
+    for (const estimate::RayMapHit& hit : hits)
+      to.add(0, discs.id[hit.disc], segments.power + 3 * size_t(hit.segment), +1);
+  };
+  const auto stats = estimate::find_crossings(map, discs, Workers(1), take, progress);
+  Counts counts = counts_of(stats.tests, segments.count);
+  counts[kVisits] = double(discs.size());
+  counts[kBoxTests] = double(stats.box_tests);
+  counts[kSplits] = double(stats.splits);
+  return counts;
+}
+
+Counts search_brute_force(const samples::DiscSet& discs, segments::SegmentEnd rule,
+                          const segments::SegmentSpan& segments, ScratchSums& sums) {
+  const estimate::BruteForce method(discs, rule);
+  Counts counts = counts_of(method.accumulate(segments, +1, sums.sums()), segments.count);
+  counts[kTurns] = turned_share(discs) * counts[kDiscTests];
+  return counts;
+}
+
+}  // namespace deltalux::plan

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// One search by one method, with everything counted that takes time.
+#pragma once
+#include <vector>
+
+#include "base/vec.h"
+#include "estimate/disc_index.h"
+#include "estimate/sphere_cache.h"
+#include "plan/cost_model.h"
+
+namespace deltalux::plan {
+
+/// Segments that stand for more of their kind, as arrays; all carry one quantum.
+class SegmentSample {
+ public:
+  void add(Vec3f origin, Vec3f direction, float length, float extended);
+  size_t count() const { return column_[0].size(); }
+  segments::SegmentSpan span() const;
+  /// At most `count` of them, evenly spaced along a curve through their middles: their counts have
+  /// a quarter of the error of as many taken at random.
+  SegmentSample thinned(size_t count) const;
+
+ private:
+  std::vector<float> column_[8];
+  std::vector<uint32_t> power_;
+};
+
+/// Sums that nobody reads, as large as those of a session.
+class ScratchSums {
+ public:
+  explicit ScratchSums(const samples::DiscSet& discs);
+  estimate::EnergySums sums() { return {data_.data(), data_.size() / 3, false}; }
+
+ private:
+  std::vector<int64_t> data_;
+};
+
+/// Share of the discs that face elsewhere than the one before them.
+double turned_share(const samples::DiscSet& discs);
+
+/// In portions like those of a session.
+Counts search(const estimate::DiscIndex& index, const segments::SegmentSpan& segments,
+              ScratchSums& sums);
+/// Counts do not depend on `workers`. Throws Cancelled.
+Counts search(const estimate::SphereCache& cache, const segments::SegmentSpan& segments,
+              ScratchSums& sums, const Workers& workers, Progress* progress = nullptr);
+/// By a new ray map. Throws Cancelled.
+Counts search_ray_map(const samples::DiscSet& discs, segments::SegmentEnd rule, uint32_t leaf_size,
+                      const segments::SegmentSpan& segments, ScratchSums& sums,
+                      Progress* progress = nullptr);
+Counts search_brute_force(const samples::DiscSet& discs, segments::SegmentEnd rule,
+                          const segments::SegmentSpan& segments, ScratchSums& sums);
+
+}  // namespace deltalux::plan

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+// The disc index runs its pilot first; the other methods only where they may still be cheaper.
+#include "plan/planner.h"
+
+#include <algorithm>
+
+namespace deltalux::plan {
+namespace {
+
+/// A method that cannot save more than a tenth is not worth its pilot.
+constexpr double kWorth = 0.9;
+
+/// Sessions remember which discs a segment hit, where the method says so; then taking it away needs
+/// no search.
+bool remembers_hits(Method method) {
+  return method == Method::disc_index || method == Method::brute_force;
+}
+
+Counts scaled(Counts counts, double factor) {
+  for (double& value : counts) value *= factor;
+  return counts;
+}
+
+class PartPlanner {
+ public:
+  PartPlanner(Pilot& pilot, const Traffic& traffic, const Machine& machine, Progress* progress)
+      : pilot_(pilot),
+        traffic_(traffic),
+        machine_(machine),
+        progress_(progress),
+        discs_(double(pilot.discs().size())) {}
+
+  /// What `method` costs at least. None searches faster than an index that is there: so it was in
+  /// all 68 configurations of benchmarks/planner_regret.py.
+  MethodPlan bound(Method method, const MethodPlan& index) const {
+    MethodPlan plan = priced(method, pilot_.least(method, traffic_.bake),
+                             pilot_.least(method, traffic_.frame), false);
+    plan.bake_seconds = std::max(plan.bake_seconds, index.bake_seconds);
+    plan.frame_seconds = std::max(plan.frame_seconds, index.frame_seconds);
+    return plan;
+  }
+  MethodPlan run(Method method) {
+    const Counts bake = pilot_.count(method, traffic_.sample, traffic_.bake, progress_);
+    const double ratio =
+        traffic_.bake.segments > 0 ? traffic_.frame.segments / traffic_.bake.segments : 0.0;
+    // Without work per call, counts follow the segments alone.
+    const Counts frame = remembers_hits(method) || traffic_.frame.segments == 0
+                             ? scaled(bake, ratio)
+                             : pilot_.count(method, traffic_.sample, traffic_.frame, progress_);
+    return priced(method, bake, frame, true);
+  }
+
+ private:
+  MethodPlan priced(Method method, const Counts& bake, const Counts& frame, bool piloted) const {
+    const auto constants = [&](const Load& load) {
+      return constants_at(machine_[size_t(method)], size_of(method, discs_, load.per_call()));
+    };
+    const double searches = remembers_hits(method) ? 1.0 : 1.0 + traffic_.removed;
+    MethodPlan plan;
+    plan.method = method;
+    plan.build_seconds = discs_ * constants(traffic_.bake).build;
+    plan.bake = bake, plan.frame = scaled(frame, searches);
+    plan.bake_seconds = search_seconds(plan.bake, constants(traffic_.bake));
+    plan.frame_seconds = search_seconds(plan.frame, constants(traffic_.frame));
+    plan.bytes = method_bytes(method, discs_, traffic_.bake.per_call());
+    plan.piloted = piloted;
+    return plan;
+  }
+
+  Pilot& pilot_;
+  const Traffic& traffic_;
+  const Machine& machine_;
+  Progress* progress_;
+  const double discs_;
+};
+
+Method by_paper(const Traffic& traffic, Policy policy) {
+  const double size = policy == Policy::paper_sphere ? traffic.size_by_sphere : traffic.size_by_box;
+  return traffic.moving && size < kPaperSize ? Method::sphere_cache : Method::disc_index;
+}
+
+}  // namespace
+
+PartPlan plan_part(Pilot& pilot, Traffic traffic, Policy policy, const Machine& machine,
+                   bool thorough, Progress* progress) {
+  PartPlan plan;
+  plan.discs = double(pilot.discs().size());
+  PartPlanner planner(pilot, traffic, machine, progress);
+  const auto total = [&](const MethodPlan& m) {
+    return m.seconds(traffic.frames, traffic.rebuilds);
+  };
+  const MethodPlan index = planner.run(Method::disc_index);
+  // What brute force does is known without a run.
+  const MethodPlan pairs = planner.run(Method::brute_force);
+  plan.methods = {index, pairs, planner.bound(Method::ray_map, index),
+                  planner.bound(Method::sphere_cache, index)};
+  std::ranges::stable_sort(plan.methods, {}, total);
+  double least = std::min(total(index), total(pairs));
+  for (MethodPlan& method : plan.methods) {
+    if (method.piloted || (!thorough && total(method) >= kWorth * least)) continue;
+    method = planner.run(method.method);
+    least = std::min(least, total(method));
+  }
+  std::ranges::stable_sort(plan.methods, {}, total);
+  const auto cheapest = std::ranges::find_if(plan.methods, &MethodPlan::piloted);
+  plan.chosen = policy == Policy::measured ? cheapest->method : by_paper(traffic, policy);
+  traffic.sample = {};
+  plan.traffic = std::move(traffic);
+  return plan;
+}
+
+}  // namespace deltalux::plan

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+// What precedes the tracing of a bake: discs, shares of paths, forecasts, estimators.
+#include "update/session_parts.h"
+
+#include <algorithm>
+#include <map>
+
+#include "base/error.h"
+#include "plan/allotment.h"
+#include "samples/placement.h"
+#include "update/pilot_paths.h"
+#include "update/session.h"
+
+namespace deltalux::update {
+namespace {
+
+constexpr float kLeastLift = 2.0f;  // in epsilons: discs lie above rounding
+constexpr float kFar = std::numeric_limits<float>::infinity();
+constexpr Box kEverywhere{{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
+
+/// A caster over one object's own triangles, in its own space: outlines that do not depend on the
+/// pose, not even by rounding.
+scene::Scene local_scene(const scene::Scene& scene, uint32_t object) {
+  scene::Scene local;
+  local.materials = scene.materials;
+  local.group_count = scene.group_count;
+  local.objects.push_back(scene.objects[object]);
+  local.objects[0].movable = false;
+  local.objects[0].pose = {};
+  local.finish();
+  return local;
+}
+
+}  // namespace
+
+Parts Session::place_parts(Progress& progress) {
+  State& s = *state_;
+  s.caster = std::make_unique<trace::RayCaster>(s.scene, progress);
+  samples::resolve_radii(s.scene, *s.caster, s.options.paths, s.workers, progress, s.samples);
+  s.largest_radius = 0;
+  for (float r : s.samples.radius) s.largest_radius = std::max(s.largest_radius, r);
+  const float lift = kLeastLift * s.caster->epsilon();
+  std::map<uint32_t, std::vector<uint32_t>> by_object;
+  for (uint32_t i = 0; i < s.samples.size(); ++i) by_object[s.samples.attached[i]].push_back(i);
+  const auto pilot = [&](std::vector<uint32_t> ids, const scene::Scene& scene,
+                         const trace::RayCaster& caster, const Box& world) {
+    return plan::Pilot(samples::make_discs(s.samples, std::move(ids), s.options.disc_area, scene,
+                                           caster, world, lift, s.workers, progress),
+                       s.options.segment_end, s.workers);
+  };
+  Parts parts{pilot(by_object[scene::kNone], s.scene, *s.caster, s.scene.world()), {}};
+  s.moving.clear();
+  for (auto& [object, ids] : by_object) {
+    if (object == scene::kNone) continue;
+    const scene::Scene local = local_scene(s.scene, object);
+    const trace::RayCaster caster(local, progress);
+    parts.moving.push_back(pilot(std::move(ids), local, caster, kEverywhere));
+    MovingPart part;
+    part.object = object;
+    const samples::DiscSet& discs = parts.moving.back().discs();
+    for (size_t i = 0; i < discs.size(); ++i)
+      part.local.grow(Box{discs.centre[i], discs.centre[i]}.padded(discs.radius[i]));
+    s.moving.push_back(std::move(part));
+  }
+  return parts;
+}
+
+void Session::make_estimators(Parts& parts, Progress& progress) {
+  State& s = *state_;
+  s.static_index = parts.still.release(s.plans[0].chosen, &progress);
+  for (size_t i = 0; i < s.moving.size(); ++i)
+    s.moving[i].index = parts.moving[i].release(s.plans[i + 1].chosen, &progress);
+}
+
+void Session::allot_paths(Progress& progress) {
+  State& s = *state_;
+  trace::allot_paths(
+      s.lights,
+      plan::shares_by_use(s.scene, s.loaded_reflectance, *s.caster, s.lights, s.workers, progress),
+      s.options.paths, kBatches);
+  s.scale = trace::choose_scale(s.lights, s.options.max_bounces);
+}
+
+void Session::forecast_memory(const PilotPaths& paths) {
+  const State& s = *state_;
+  const double per_path = paths.walked ? double(paths.flights.size()) / double(paths.walked) : 1.0;
+  const double per_segment =
+      sizeof(segments::Level::Chunk) / double(segments::Level::kChunk) +
+      (s.store.with_extended() || s.options.segment_end != segments::SegmentEnd::first ? 4.0 : 0.0);
+  const double fixed = double(s.samples.size()) * (s.sum_groups() * kBatches * 24.0 + 256.0) +
+                       double(s.scene.primitives()) * 200.0 +
+                       // Each bounce ends in a chunk that is partly empty; more paths go deeper.
+                       (1.5 * paths.deepest + 4.0) * double(sizeof(segments::Level::Chunk));
+  forecast_.bytes_per_path = per_path * per_segment * 1.05 + 1.0;
+  forecast_.segments = uint64_t(per_path * double(paths.all));
+  forecast_.bytes = size_t(forecast_.bytes_per_path * double(paths.all) + fixed);
+}
+
+void Session::refuse_beyond_limit() {
+  const State& s = *state_;
+  uint64_t paths = 0;
+  for (const trace::Light& light : s.lights) paths += light.path_count;
+  forecast_.bytes += direct::DirectLight::forecast_bytes(s.samples.size(), s.scene.group_count,
+                                                         s.lights, s.light_sampled);
+  const double fixed = double(forecast_.bytes) - forecast_.bytes_per_path * double(paths);
+  const double room = double(s.options.memory_limit) - fixed;
+  // A little less than that: another number of paths sees another pilot.
+  forecast_.paths_that_fit = room > 0 ? uint64_t(0.95 * room / forecast_.bytes_per_path) : 0;
+  if (s.options.memory_limit && forecast_.bytes > s.options.memory_limit)
+    throw OptionError("memory: " + std::to_string(paths) + " paths would need about " +
+                      std::to_string(forecast_.bytes >> 20) + " MiB, the limit is " +
+                      std::to_string(s.options.memory_limit >> 20) + " MiB; about " +
+                      std::to_string(forecast_.paths_that_fit) +
+                      " paths would fit, or raise the memory limit");
+}
+
+}  // namespace deltalux::update

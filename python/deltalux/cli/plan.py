@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`deltalux plan`: what every disc method would cost in a scene, and which one a session takes."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import typer
+from rich.table import Table
+
+import deltalux as dl
+from deltalux.planning.parts import PartPlan, duration
+
+from .baking import make_samples
+from .console import Terminal
+from .inputs import open_scene
+from .options import (
+    GridOption,
+    JsonOption,
+    LightUnitsOption,
+    MovableOption,
+    PathsOption,
+    QuietOption,
+    RadiusOption,
+    SceneArgument,
+    SeedOption,
+    SpacingOption,
+    ThreadsOption,
+)
+
+PolicyOption = Annotated[
+    Literal["measured", "paper-sphere", "paper-box"],
+    typer.Option(
+        "--policy",
+        help="Choose by predicted time, or by the paper's rule: sphere cache for objects below 35 % of the "
+        "scene, by their bounding spheres or boxes.",
+    ),
+]
+FramesOption = Annotated[
+    float | None,
+    typer.Option(
+        "--frames",
+        min=0,
+        metavar="N",
+        help="Frames, each moving one object, that follow the bake; 100 if anything can move.",
+        show_default=False,
+    ),
+]
+RebuildOption = Annotated[
+    bool, typer.Option("--rebuild", help="As if every frame built its index again, as in the paper.")
+]
+
+
+def run(
+    scene: SceneArgument,
+    movable: MovableOption = None,
+    paths: PathsOption = 1_000_000,
+    spacing: SpacingOption = None,
+    grid: GridOption = None,
+    radius: RadiusOption = None,
+    policy: PolicyOption = "measured",
+    frames: FramesOption = None,
+    rebuild: RebuildOption = False,
+    seed: SeedOption = 1,
+    threads: ThreadsOption = None,
+    light_units: LightUnitsOption = "spec",
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Predict what each disc method would cost in a scene, per part, and say which one is chosen and why.
+
+    A pilot counts the tests of every method on a few of the paths; the first run on a machine also
+    measures what a test costs there. Times are seconds of one processor.
+
+    [bold]Examples[/]
+
+    deltalux plan atrium
+
+    deltalux plan room.glb --movable chair --paths 4e6 --frames 1000
+
+    deltalux plan expo --policy paper-sphere --rebuild --json
+    """
+    terminal = Terminal(as_json, quiet)
+    loaded = open_scene(scene, movable, light_units)
+    terminal.warn(loaded.warnings)
+    with terminal.progress() as progress:
+        progress("samples", 0.0)
+        samples, _ = make_samples(loaded, spacing, grid or (), radius)
+        plan = dl.plan(
+            loaded,
+            samples,
+            paths=paths,
+            seed=seed,
+            threads=threads,
+            policy=policy,
+            frames=frames,
+            rebuild=rebuild,
+            progress=progress,
+        )
+    data = {"scene": scene, "paths": paths, **plan.as_dict()}
+    tables = [item for part in plan.parts.values() for item in (_table(part, rebuild), _reason(part))]
+    terminal.result(data, *tables)
+
+
+def _table(part: PartPlan, rebuild: bool) -> Table:
+    title = f"{part.part}: {part.samples:,} samples, {part.bake_segments:,.0f} segments"
+    table = Table(title=title, title_justify="left")
+    table.add_column("method")
+    for column in ("build", "bake", "frame", "bake and frames", "memory (MB)"):
+        table.add_column(column, justify="right")
+    for method in part.methods:
+        table.add_row(
+            method.method,
+            *method.figures(),
+            duration(method.seconds(part.frames, rebuild)),
+            f"{method.bytes / 2**20:.1f}",
+            style="bold" if method.method == part.chosen else None,
+        )
+    return table
+
+
+def _reason(part: PartPlan) -> str:
+    paid = part.pays_after
+    if paid is None:
+        index = "never pays"
+    elif paid == 0:
+        index = "pays within the bake"
+    else:
+        index = f"pays after {paid:,.0f} frames"
+    return f"{part.chosen}: {part.reason}. A disc index {index}."

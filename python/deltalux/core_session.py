@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sessions of the core: options are checked here, scene and samples become what the core takes."""
+
+from __future__ import annotations
+
+from typing import Any, TypedDict
+
+import numpy as np
+
+from . import _core
+from .errors import OptionError
+from .estimate.inputs import SEGMENT_ENDS, check_choice
+from .flatten import FlatScene
+from .memory import available_memory
+from .samples import Samples
+from .scene import Scene
+from .segments import check_bounces, check_paths, check_seed, check_threads
+
+DIRECT_MODES = ("auto", "paths", "sampled")
+DISC_AREAS = ("reachable", "whole")
+METHODS = ("auto", "brute_force", "disc_index", "ray_map", "sphere_cache")
+AT_REST = 0xFFFFFFFF  # object of samples that move with nothing
+
+
+class SessionOptions(TypedDict):
+    """Options of a session, checked; they are saved with it."""
+
+    paths: int
+    seed: int
+    threads: int | None
+    segment_end: str
+    disc_area: str
+    direct: str
+    static_method: str
+    moving_method: str
+    max_bounces: int
+    memory_limit: int | None
+
+
+def checked_options(options: SessionOptions) -> SessionOptions:
+    """Refuse what no session can have; counts become Python's integers, which files can hold.
+
+    Raises
+    ------
+    OptionError
+    """
+    check_choice("segment_end", options["segment_end"], SEGMENT_ENDS)
+    check_choice("disc_area", options["disc_area"], DISC_AREAS)
+    check_choice("direct", options["direct"], DIRECT_MODES)
+    check_choice("static_method", options["static_method"], METHODS)
+    check_choice("moving_method", options["moving_method"], METHODS)
+    check_paths(options["paths"])
+    check_seed(options["seed"])
+    check_threads(options["threads"])
+    check_bounces(options["max_bounces"])
+    limit = options["memory_limit"]
+    if limit is not None and not 0 < limit < 2**63:
+        raise OptionError(f"memory_limit: found {limit}, expected bytes, or None for what is free")
+    good = options.copy()
+    good["paths"], good["seed"] = int(options["paths"]), int(options["seed"])
+    return good
+
+
+def movable_index(scene: Scene, flat: FlatScene, name: str) -> int:
+    """Number of a movable in the core.
+
+    Raises
+    ------
+    OptionError
+        For an unknown or a static name.
+    """
+    if not scene.mesh(name).movable:
+        raise OptionError(
+            f'"{name}" is static, expected one of the movables {list(scene.movable)}; '
+            "name it in `movable` when the scene is loaded"
+        )
+    return flat.objects[name]
+
+
+def make_core_session(scene: Scene, flat: FlatScene, samples: Samples, options: SessionOptions) -> Any:
+    """A session of the core, before its bake.
+
+    Raises
+    ------
+    OptionError, SceneError
+    """
+    numbers = [AT_REST if name is None else movable_index(scene, flat, name) for name in samples.attached]
+    limit = options["memory_limit"]
+    return _core.Session(
+        flat.core,
+        np.ascontiguousarray(samples.points, np.float32),
+        np.ascontiguousarray(samples.normals, np.float32),
+        np.ascontiguousarray(samples.radius, np.float32),
+        np.array(numbers, np.uint32),
+        options["paths"],
+        options["seed"],
+        options["threads"] or 0,
+        options["segment_end"],
+        options["disc_area"],
+        options["direct"],
+        options["static_method"],
+        options["moving_method"],
+        options["max_bounces"],
+        available_memory() if limit is None else int(limit),
+    )

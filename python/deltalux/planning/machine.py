@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a test costs on this machine: calibrated once, then kept in a file of the user's cache."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import platform
+from pathlib import Path
+from typing import Any
+
+from deltalux import _core
+from deltalux.files import written_aside
+from deltalux.segments import Progress
+
+FORMAT = "deltalux-machine"
+VERSION = 1  # of the file; rises when the constants mean something else
+
+Machine = dict[str, list[list[float]]]
+_known: dict[str, Machine] = {}
+
+
+def machine_constants(progress: Progress | None = None) -> Machine:
+    """Constants of this processor and build, calibrated if no file holds them.
+
+    The file is `deltalux/machine.json` in the user's cache folder (XDG_CACHE_HOME, else ~/.cache). It
+    is renewed when the processor or the build differ; where it cannot be written, every process
+    calibrates anew, which takes less than a second of one processor.
+
+    Returns
+    -------
+    dict
+        By method; a row for each array size: the size, seconds per disc to build, seconds per count in
+        the order of `_core.count_names()`.
+
+    Raises
+    ------
+    Cancelled
+    """
+    key = f"{_processor()}; {_core.build_id()}"
+    if key not in _known:
+        path = _cache_file()
+        found = _read(path, key)
+        if found is None:
+            found = _core.calibrate(progress)
+            _write(path, key, found)
+        _known[key] = found
+    return _known[key]
+
+
+def _processor() -> str:
+    try:
+        for line in Path("/proc/cpuinfo").read_text().splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    except OSError:
+        pass
+    return platform.processor() or platform.machine()
+
+
+def _cache_file() -> Path | None:
+    folder = os.environ.get("XDG_CACHE_HOME", "")
+    try:
+        root = Path(folder) if folder else Path.home() / ".cache"
+    except RuntimeError:  # there is no home
+        return None
+    return root / "deltalux" / "machine.json"
+
+
+def _read(path: Path | None, key: str) -> Machine | None:
+    """The constants that the file holds for `key`, or None."""
+    if path is None:
+        return None
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    if not isinstance(data, dict) or (data.get("format"), data.get("version")) != (FORMAT, VERSION):
+        return None
+    machine = data.get("machine")
+    return machine if data.get("key") == key and _is_machine(machine) else None
+
+
+def _is_machine(machine: Any) -> bool:
+    width = 2 + len(_core.count_names())
+    return isinstance(machine, dict) and all(
+        isinstance(rows, list)
+        and rows
+        and all(isinstance(row, list) and len(row) == width and all(map(_is_time, row)) for row in rows)
+        for rows in (machine.get(name) for name in _core.typical_machine())
+    )
+
+
+def _is_time(value: Any) -> bool:
+    return isinstance(value, (int, float)) and math.isfinite(value) and value >= 0
+
+
+def _write(path: Path | None, key: str, machine: Machine) -> None:
+    if path is None:
+        return
+    data = {"format": FORMAT, "version": VERSION, "key": key, "machine": machine}
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with written_aside(path) as aside:
+            aside.write_text(json.dumps(data, indent=1), encoding="utf-8")
+    except OSError:
+        pass  # without the file, the next process calibrates again
