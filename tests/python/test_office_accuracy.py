@@ -14,7 +14,6 @@ import pytest
 from oracles import office_reference as reference
 from oracles.metrics import change_error, relative_error
 
-
 POINTS = 5000  # of the reference's
 
 
