@@ -204,7 +204,11 @@ class MethodStudy:
         ran: Measured[Answer] = measured(lambda: each.run(self._inputs, samples, rows, progress))
         answer = ran.value
         self._answers[each.name] = which, answer
-        tests = [value for key, value in answer.stats.items() if key.endswith("_tests")]
+        tests = [
+            value
+            for key, value in answer.stats.items()
+            if key.endswith("_tests") and not isinstance(value, list)  # not those by level
+        ]
         row = {
             "name": each.name,
             "label": each.label,
