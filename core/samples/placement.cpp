@@ -17,9 +17,9 @@ void resolve_radii(const scene::Scene& scene, const trace::RayCaster& caster, ui
                    const Workers& workers, Progress& progress, SampleSet& samples) {
   constexpr int kRays = 16;
   const float metre = scene_metre(scene);
-  const float least = 0.08f * metre;
-  const float most = std::max(
-      least, 0.2f * metre * float(std::pow(1e6 / double(std::max<uint64_t>(1, paths)), 1.0 / 6)));
+  // Noise falls as 1 / (paths d^2), blur grows with d^4.
+  const float balance = float(std::pow(1e6 / double(std::max<uint64_t>(1, paths)), 1.0 / 6));
+  const float least = 0.08f * metre * balance, most = 0.2f * metre * balance;
   progress.begin("disc radii", samples.size());
   workers.for_blocks(samples.size(), 512, [&](size_t begin, size_t end) {
     progress.check();

@@ -12,9 +12,9 @@ namespace deltalux::samples {
 /// so that units do not matter.
 float scene_metre(const scene::Scene& scene);
 
-/// Replaces NaN radii by clamp(0.8 H, 0.08, 0.2 (1e6 / paths)^(1/6)) scene metres, H the harmonic
-/// mean distance to the static surroundings over 16 rays of the hemisphere. A sample's radius
-/// depends on the static scene and on itself alone.
+/// Replaces NaN radii by clamp(0.8 H, 0.08 b, 0.2 b) scene metres, b = (1e6 / paths)^(1/6), H the
+/// harmonic mean distance to the static surroundings over 16 rays of the hemisphere. A sample's
+/// radius depends on the static scene and on itself alone.
 void resolve_radii(const scene::Scene& scene, const trace::RayCaster& caster, uint64_t paths,
                    const Workers& workers, Progress& progress, SampleSet& samples);
 
