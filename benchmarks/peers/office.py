@@ -4,7 +4,8 @@
     make bench-peers
 
 Every program uses one thread and gets the same points; its error is taken at those that have a
-reference (reference_office.npz). Then the chair moves: Deltalux updates, the others start again.
+reference (reference_office.npz); with --open not at those in slits between touching things. Then
+the chair moves: Deltalux updates, the others start again.
 Results of programs that are not run again are kept in the JSON file.
 """
 
@@ -43,7 +44,7 @@ NEEDED = ("mitsuba_before", "mitsuba_after", "near_change")  # of the stored ref
 class Bench:
     """The scenes, the points, and the answers they are held to."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, open_only: bool) -> None:
         self.scenes: dict[str, Scene] = {"before": office()}
         self.scenes["after"] = reference.moved(self.scenes["before"])
         self.data = reference.load(self.scenes["before"], path, NEEDED)
@@ -54,17 +55,19 @@ class Bench:
         self.points = np.concatenate([self.data["points"], near, more[self.count :]]).astype(np.float64)
         self.normals = np.concatenate([self.data["normals"], near_normals, more_normals[self.count :]])
         self.normals = self.normals.astype(np.float64)
+        self.used = reference.is_open(self.data["free"]) | (not open_only)
+        self.near_used = reference.is_open(self.data["near_free"]) | (not open_only)
 
     def error(self, irradiance: NDArray, state: str) -> float:
         """Relative error of irradiance at points that begin with the reference's."""
         name = f"mitsuba_{state}"
         arrays = irradiance[: self.count], self.data[name], self.data[f"{name}_error"]
-        return relative_error(*(array.astype(np.float64) for array in arrays))
+        return relative_error(*(array[self.used].astype(np.float64) for array in arrays))
 
     def change_error(self, change: NDArray) -> float:
         """Relative error of the change at the points near the chair."""
         arrays = change, self.data["near_change"], self.data["near_change_error"]
-        return change_error(*(array.astype(np.float64) for array in arrays))
+        return change_error(*(array[self.near_used].astype(np.float64) for array in arrays))
 
 
 def run_mitsuba(bench: Bench) -> dict[str, Any]:
@@ -195,9 +198,10 @@ def main() -> None:
     parser.add_argument("--programs", nargs="+", choices=PROGRAMS, default=list(PROGRAMS))
     parser.add_argument("--reference", type=Path, default=reference.PATH)
     parser.add_argument("--out", type=Path, default=Path("benchmarks/out/peers.json"))
+    parser.add_argument("--open", action="store_true", help="errors at open points alone")
     options = parser.parse_args()
-    bench = Bench(options.reference)
-    key = str(bench.data["key"])
+    bench = Bench(options.reference, options.open)
+    key = f"{bench.data['key']}{' open' if options.open else ''}"
     result: dict[str, Any] = json.loads(options.out.read_text()) if options.out.exists() else {}
     if result.get("reference") != key:
         result = {"reference": key, "points": POINTS, "runs": {}}
