@@ -150,10 +150,10 @@ DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea
   discs.normal.resize(n);
   discs.radius.resize(n);
   discs.outline.assign(n, kWholeDisc);
-  if (rule == DiscArea::reachable) discs.openness.assign(n, 1.0f);
+  discs.openness.assign(n, 1.0f);
   discs.id = std::move(ids);
   progress.begin("discs", n);
-  constexpr size_t kBlock = 256;
+  constexpr size_t kBlock = 64;  // of a few milliseconds, between two looks at the cancel flag
   std::vector<std::vector<Outline>> found((n + kBlock - 1) / kBlock);
   workers.for_blocks(n, kBlock, [&](size_t begin, size_t end) {
     progress.check();

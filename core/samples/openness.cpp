@@ -2,12 +2,12 @@
 // Ambient light by short random walks, with the same random numbers at every point.
 #include "samples/openness.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "base/random.h"
 #include "samples/disc_area.h"
+#include "trace/scatter.h"
 
 namespace deltalux::samples {
 namespace {
@@ -58,9 +58,8 @@ class Surroundings {
       const Vec3f emission = scene_.material_of(hit.primitive).emission;
       if (emission.x + emission.y + emission.z > 0) return share;
       share *= kReflectance;
-      normal = normalize(hit.normal);
-      if (dot(normal, w) > 0) normal = normal * -1.0f;
-      at = at + w * hit.t + normal * caster_.epsilon();
+      normal = trace::facing_normal(hit, w);
+      at = trace::leave_surface(at, w, hit, normal, caster_.epsilon());
     }
     return 0;
   }

@@ -8,6 +8,7 @@
 #include "base/direction.h"
 #include "base/error.h"
 #include "base/random.h"
+#include "trace/scatter.h"
 
 namespace deltalux::trace {
 namespace {
@@ -30,15 +31,6 @@ Vec3f cosine_direction(Vec3f n, float r, float s) {
   tangent_frame(n, u, v);
   const float x = radius * std::cos(phi), y = radius * std::sin(phi);
   return u * x + v * y + n * std::sqrt(std::max(0.0f, 1 - x * x - y * y));
-}
-
-/// Where a path leaves the surface that it hit, `epsilon` above it: back along the flight, which
-/// crossed nothing, and only what that cannot give (grazing or very short flights) along the
-/// normal, which in an acute corner would lead through the other wall.
-Vec3f leave_surface(Vec3f origin, Vec3f w, const Hit& hit, Vec3f n, float epsilon) {
-  const float cosine = -dot(n, w);
-  const float back = std::min(epsilon / std::max(cosine, 1.0f / 16), 0.5f * hit.t);
-  return origin + w * (hit.t - back) + n * (epsilon - back * cosine);
 }
 
 }  // namespace
@@ -89,8 +81,7 @@ Landing Walk::land(const Flight& flight, uint32_t bounce, const Hit& hit) const 
   const float survival = std::sqrt(std::max({reflectance.x, reflectance.y, reflectance.z}));
   const PathRandom random(options_.seed, flight.path);
   if (bounce + 1 >= options_.max_bounces || !(random(bounce, kSurvive) < survival)) return landing;
-  Vec3f n = normalize(hit.normal);
-  if (dot(n, w) > 0) n = -n;
+  const Vec3f n = facing_normal(hit, w);
   landing.survives = true;
   landing.next.origin = leave_surface(flight.origin, w, hit, n, caster_.epsilon());
   landing.next.direction =

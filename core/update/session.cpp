@@ -227,7 +227,7 @@ void Session::refresh_areas(const std::vector<ObjectChange>* changes) {
         const float area = reached && !whole ? samples::uncovered_area(discs, i, pose, foreign)
                                              : samples::outline_area(discs, i);
         const float circle = std::numbers::pi_v<float> * discs.radius[i] * discs.radius[i];
-        const float openness = discs.openness.empty() ? 1.0f : discs.openness[i];
+        const float openness = discs.openness[i];
         s.area[discs.id[i]] =
             area > 0 && openness > 0 ? std::max(area, kLeastShare * circle) / openness : 0.0f;
       }
