@@ -117,8 +117,8 @@ std::vector<double> shares_by_use(const scene::Scene& scene, std::span<const Vec
   std::vector<uint32_t> ids(points.size());
   for (uint32_t i = 0; i < ids.size(); ++i) ids[i] = i;
   const estimate::DiscIndex index(
-      samples::make_discs(points, std::move(ids), samples::DiscArea::whole, scene, caster,
-                          scene.world(), 2 * caster.epsilon(), workers, progress),
+      samples::make_discs(points, std::move(ids), samples::DiscArea::whole, caster, scene.world(),
+                          2 * caster.epsilon(), workers, progress),
       segments::SegmentEnd::first, workers, &progress);
 
   progress.begin("pilot", lights.size());

@@ -7,8 +7,6 @@
 #include <map>
 #include <numbers>
 
-#include "samples/openness.h"
-
 namespace deltalux::samples {
 namespace {
 
@@ -142,8 +140,8 @@ class Probes {
 }  // namespace
 
 DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea rule,
-                   const scene::Scene& scene, const trace::RayCaster& caster, const Box& world,
-                   float lift_at_least, const Workers& workers, Progress& progress) {
+                   const trace::RayCaster& caster, const Box& world, float lift_at_least,
+                   const Workers& workers, Progress& progress) {
   DiscSet discs;
   const size_t n = ids.size();
   discs.centre.resize(n);
@@ -172,8 +170,6 @@ DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea
       if (rule == DiscArea::whole) continue;
       const Outline outline =
           Probes(caster, world, discs.centre[i], normal, radius).outline(radius);
-      discs.openness[i] =
-          relative_openness(scene, caster, discs.centre[i], normal, radius, outline);
       if (std::all_of(outline.begin(), outline.end(), [&](float r) { return r >= radius; }))
         continue;
       discs.outline[i] = uint32_t(found[begin / kBlock].size());

@@ -23,8 +23,8 @@ inline constexpr float kLift = 0.03f;
 /// `caster` (for a movable object: a caster over its own local triangles) and by `world`, where
 /// segments that hit nothing end.
 DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea rule,
-                   const scene::Scene& scene, const trace::RayCaster& caster, const Box& world,
-                   float lift_at_least, const Workers& workers, Progress& progress);
+                   const trace::RayCaster& caster, const Box& world, float lift_at_least,
+                   const Workers& workers, Progress& progress);
 
 /// Points of a disc, uniform over what its outline leaves of it.
 class DiscPoints {

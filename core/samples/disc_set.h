@@ -22,7 +22,8 @@ struct DiscSet {
   std::vector<float> radius;
   std::vector<uint32_t> outline;  ///< index into `outlines`, or kWholeDisc
   std::vector<uint32_t> id;
-  std::vector<float> openness;  ///< at the centre over that of the disc; of sessions only
+  std::vector<float>
+      openness;  ///< at the centre over that of the disc; 1 until it is found (openness.h)
   std::vector<Outline> outlines;
   size_t size() const { return centre.size(); }
   size_t bytes() const {

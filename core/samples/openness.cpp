@@ -91,4 +91,24 @@ float relative_openness(const scene::Scene& scene, const trace::RayCaster& caste
   return there > 0 ? here / there : 1.0f;
 }
 
+void find_openness(DiscSet& discs, const scene::Scene& scene, const trace::RayCaster& caster,
+                   const Workers& workers, Progress& progress) {
+  progress.begin("openness", discs.size());
+  constexpr size_t kBlock = 64;  // of a few milliseconds, between two looks at the cancel flag
+  workers.for_blocks(discs.size(), kBlock, [&](size_t begin, size_t end) {
+    progress.check();
+    for (size_t i = begin; i < end; ++i) {
+      const float radius = discs.radius[i];
+      Outline outline;
+      if (discs.outline[i] == kWholeDisc)
+        outline.fill(radius);
+      else
+        outline = discs.outlines[discs.outline[i]];
+      discs.openness[i] =
+          relative_openness(scene, caster, discs.centre[i], discs.normal[i], radius, outline);
+    }
+    progress.advance(end - begin);
+  });
+}
+
 }  // namespace deltalux::samples

@@ -115,7 +115,8 @@ class Session {
   /// Renews receivers_: all of them, or those of changed objects (per object: 1).
   void place_receivers(const std::vector<uint8_t>* changed);
   /// Renews the caster, radii and discs; the parts have no estimators before make_estimators().
-  Parts place_parts(Progress& progress);
+  /// `openness`: of each sample where it is known, as from a file; else it is found.
+  Parts place_parts(Progress& progress, std::span<const float> openness = {});
   void allot_paths(Progress& progress);
   /// Renews State::plans.
   void plan_parts(Parts& parts, const PilotPaths& paths, bool thorough, Progress& progress);

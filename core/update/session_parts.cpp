@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "plan/allotment.h"
+#include "samples/openness.h"
 #include "samples/placement.h"
 #include "update/pilot_paths.h"
 #include "update/session.h"
@@ -33,7 +34,7 @@ scene::Scene local_scene(const scene::Scene& scene, uint32_t object) {
 
 }  // namespace
 
-Parts Session::place_parts(Progress& progress) {
+Parts Session::place_parts(Progress& progress, std::span<const float> openness) {
   State& s = *state_;
   s.caster = std::make_unique<trace::RayCaster>(s.scene, progress);
   samples::resolve_radii(s.scene, *s.caster, s.options.paths, s.workers, progress, s.samples);
@@ -44,9 +45,13 @@ Parts Session::place_parts(Progress& progress) {
   for (uint32_t i = 0; i < s.samples.size(); ++i) by_object[s.samples.attached[i]].push_back(i);
   const auto pilot = [&](std::vector<uint32_t> ids, const scene::Scene& scene,
                          const trace::RayCaster& caster, const Box& world) {
-    return plan::Pilot(samples::make_discs(s.samples, std::move(ids), s.options.disc_area, scene,
-                                           caster, world, lift, s.workers, progress),
-                       s.options.segment_end, s.workers);
+    samples::DiscSet discs = samples::make_discs(s.samples, std::move(ids), s.options.disc_area,
+                                                 caster, world, lift, s.workers, progress);
+    if (!openness.empty())
+      for (size_t i = 0; i < discs.size(); ++i) discs.openness[i] = openness[discs.id[i]];
+    else if (s.options.disc_area == samples::DiscArea::reachable)
+      samples::find_openness(discs, scene, caster, s.workers, progress);
+    return plan::Pilot(std::move(discs), s.options.segment_end, s.workers);
   };
   Parts parts{pilot(by_object[scene::kNone], s.scene, *s.caster, s.scene.world()), {}};
   s.moving.clear();

@@ -64,6 +64,13 @@ Session::Archive Session::save() const {
   archive["group_factor"] = pack(s.group_factor);
   archive["radius"] = pack(s.samples.radius);
   if (!baked_) return archive;
+  std::vector<float> openness(s.samples.size());
+  const auto note = [&](const samples::DiscSet& discs) {
+    for (size_t i = 0; i < discs.size(); ++i) openness[discs.id[i]] = discs.openness[i];
+  };
+  note(s.static_index->discs());
+  for (const MovingPart& part : s.moving) note(part.index->discs());
+  archive["openness"] = pack(openness);
 
   std::vector<uint64_t> light_paths, level_sizes;
   for (const trace::Light& light : s.lights) light_paths.push_back(light.path_count);
@@ -145,7 +152,9 @@ void Session::restore(const Archive& archive, Progress& progress) {
   for (const trace::Light& light : s.lights)
     trace::birth_quanta(light, s.scale,
                         s.birth_factor(light));  // refuses one that does not hold it
-  Parts parts = place_parts(progress);
+  const auto openness = unpack<float>(archive, "openness", s.samples.size());
+  snapshot::check_range("openness", openness, 0, 1e6);
+  Parts parts = place_parts(progress, openness);
   plan_parts(parts, walk_pilot_paths(s, progress), false, progress);
   make_estimators(parts, progress);
   s.cut = unpack<uint8_t>(archive, "cut", paths);

@@ -153,7 +153,7 @@ def test_another_version_is_refused(baked, tmp_path):
     path.write_bytes(data)
     with zipfile.ZipFile(path) as archive:
         entries = {name: archive.read(name) for name in archive.namelist()}
-    entries["deltalux.json"] = entries["deltalux.json"].replace(b'"version": 3', b'"version": 99')
+    entries["deltalux.json"] = entries["deltalux.json"].replace(b'"version": 4', b'"version": 99')
     with zipfile.ZipFile(path, "w") as archive:
         for name, content in entries.items():
             archive.writestr(name, content)
