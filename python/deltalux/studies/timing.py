@@ -8,9 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deltalux.segments import Segments
+
 from .measuring import measured
 
 MEDIAN_OVER_MEAN = 1.2533  # standard error of a median over that of a mean, normal law
+LEAST_SEARCHED = 30_000
 KNOWN = 4  # standard errors by which a time must stand out; those of few repetitions are rough
 QUARTILES_OVER_SIGMA = 1.349  # distance of the quartiles of a normal law over its standard deviation
 
@@ -34,6 +37,9 @@ class Timing:
     def __sub__(self, other: Timing) -> Timing:
         """What a call takes beyond a part of it that was timed alone."""
         return Timing(self.seconds - other.seconds, float(np.hypot(self.error, other.error)))
+
+    def __truediv__(self, count: float) -> Timing:
+        return Timing(self.seconds / count, self.error / count)
 
     def over(self, other: Timing) -> tuple[float, float]:
         """This time in units of another: ratio and standard error."""
@@ -72,3 +78,14 @@ def median(values: list[float]) -> Timing:
     low, middle, high = np.percentile(values, [25, 50, 75])
     sigma = (high - low) / QUARTILES_OVER_SIGMA
     return Timing(float(middle), float(MEDIAN_OVER_MEAN * sigma / np.sqrt(len(values))))
+
+
+def repeated(segments: Segments) -> tuple[Segments, int]:
+    """Segments so often that a search of them stands out of the build that is timed with it.
+
+    Returns
+    -------
+    the segments again and again, and how often
+    """
+    copies = max(1, -(-LEAST_SEARCHED // max(1, len(segments))))
+    return segments.select(np.tile(np.arange(len(segments)), copies)), copies

@@ -18,7 +18,7 @@ from deltalux.studies.experiment import Experiment, Figure, Findings, Outcome, V
 from deltalux.studies.measuring import measured
 from deltalux.studies.progress_parts import Steps
 from deltalux.studies.series import Series, series_table
-from deltalux.studies.timing import Timing, interleaved, median
+from deltalux.studies.timing import Timing, interleaved, median, repeated
 from deltalux.studies.uniform_samples import UNIT_SPHERE, Spread, in_cube
 
 BOXES = 8  # that a node of the disc index tests at once
@@ -138,15 +138,16 @@ def _update_times(count: int, lines: int, settings: Mapping[str, Any]) -> dict[s
     in_map, by_index = [], []
     for turn in range(turns):
         begin = lines + turn * changed
-        new, old = pool.select(slice(begin, begin + changed)), pool.select(slice(begin - changed, begin))
+        new = pool.select(slice(begin, begin + changed))
+        many, copies = repeated(new)  # for the index, old segments are as good as new ones
         taken = measured(partial(_exchange, live, ids, new, samples))
         ids = taken.value
         in_map.append(taken.cpu_seconds)
-        build, *deposits = (
+        build, search = (
             measured(partial(disc_index, part, samples, threads=1)).cpu_seconds
-            for part in (new.select(slice(0, 1)), old, new)
+            for part in (new.select(slice(0, 1)), many)
         )
-        by_index.append(sum(deposits) - 2 * build)
+        by_index.append(2 * (search - build) / copies)
     return {MAP: median(in_map[1:]), INDEX: median(by_index[1:])}
 
 
