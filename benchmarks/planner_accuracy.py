@@ -19,8 +19,9 @@ import deltalux as dl
 import numpy as np
 from deltalux import _core
 from deltalux.planning import machine_constants
+from deltalux.studies.scene_samples import uniform_on_surfaces
 from planner_regret import Batch, seconds_of
-from uniform_samples import on_surfaces, radius_for_hits
+from uniform_samples import radius_for_hits
 
 OUT = Path(__file__).resolve().parent / "out" / "planner_accuracy.json"
 SAMPLES = (3_000, 20_000, 100_000)
@@ -36,7 +37,7 @@ def inputs() -> Iterator[tuple[str, dl.Segments, dl.Samples]]:
         segments = dl.trace(scene, PATHS, seed=1)
         for count in SAMPLES:
             radius = radius_for_hits(scene, count, HITS)
-            yield f"{name} {count}", segments, on_surfaces(scene, count, 1, radius, movables=False)
+            yield f"{name} {count}", segments, uniform_on_surfaces(scene, count, 1, radius, movables=False)
     lines, rng = dl.uniform_lines(LINES, seed=1), np.random.default_rng(1)
     side = 2 / np.sqrt(3)
     for count in SAMPLES[:2]:

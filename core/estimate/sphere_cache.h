@@ -23,8 +23,10 @@ struct SphereCacheOptions {
   uint32_t most_levels = 0;  ///< below S_0; 0 = as many as the discs ask for
   bool deposits = true;      ///< false: lists are built and counted, no disc is tested
   /// Below 1 the segments stand for more of their kind: lists are divided where all of these would
-  /// be `min_rays`. Lists too short to tell are judged by those around them, Q² as many each.
+  /// be `min_rays`. Lists too short to tell are judged by those around them: that of S_i has
+  /// `shrink[i]` times the segments of the one around it (where it is not given: Q² times).
   double share = 1;
+  std::vector<double> shrink = {};
   sphere_cache::Lanes lanes = sphere_cache::Lanes::widest;
 };
 

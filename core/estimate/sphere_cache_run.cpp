@@ -126,7 +126,9 @@ void Run::expect(int level) {
   const auto i = size_t(level);
   const size_t count = list(level).count;
   const bool telling = level == 0 || count >= kTelling;
-  expected_[i] = telling ? double(count) : expected_[i - 1] * options_.ratio * options_.ratio;
+  const double shrink =
+      i < options_.shrink.size() ? options_.shrink[i] : options_.ratio * options_.ratio;
+  expected_[i] = telling ? double(count) : expected_[i - 1] * shrink;
 }
 
 void Run::build_to(int level, bool counted) {

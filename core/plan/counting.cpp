@@ -44,6 +44,16 @@ segments::SegmentSpan SegmentSample::span() const {
   return {count(), at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7), power_.data(), nullptr};
 }
 
+SegmentSample SegmentSample::repeated(size_t times) const {
+  SegmentSample many;
+  for (size_t i = 0; i < times; ++i) {
+    for (int c = 0; c < 8; ++c)
+      many.column_[c].insert(many.column_[c].end(), column_[c].begin(), column_[c].end());
+    many.power_.insert(many.power_.end(), power_.begin(), power_.end());
+  }
+  return many;
+}
+
 SegmentSample SegmentSample::thinned(size_t wanted) const {
   if (wanted >= count()) return *this;
   std::vector<Vec3f> middle(count());

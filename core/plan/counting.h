@@ -15,6 +15,8 @@ class SegmentSample {
  public:
   void add(Vec3f origin, Vec3f direction, float length, float extended);
   size_t count() const { return column_[0].size(); }
+  /// All of them so often.
+  SegmentSample repeated(size_t times) const;
   segments::SegmentSpan span() const;
   /// At most `count` of them, evenly spaced along a curve through their middles: their counts have
   /// a quarter of the error of as many taken at random.

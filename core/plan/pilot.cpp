@@ -20,6 +20,17 @@ size_t pilot_size(double per_call, size_t available) {
   return std::min(available, size_t(std::ceil(std::min(wanted, per_call))));
 }
 
+/// How many of the segments around a sphere are in it, by level, where enough of them tell.
+std::vector<double> shrinking(const estimate::SphereLevels& levels) {
+  constexpr uint64_t kTelling = 1000;
+  std::vector<double> shrink;
+  for (size_t i = 0; i < levels.rays.size(); ++i) {
+    if (i > 0 && levels.rays[i] < kTelling) break;
+    shrink.push_back(i > 0 ? double(levels.rays[i]) / double(levels.tests[i]) : 1.0);
+  }
+  return shrink;
+}
+
 }  // namespace
 
 Counts Pilot::least(Method method, const Load& load) const {
@@ -63,8 +74,11 @@ Counts Pilot::count(Method method, const SegmentSample& sample, const Load& load
     const double outer = load.outer_radius > 0
                              ? load.outer_radius
                              : estimate::enclosing_radius(sample.span(), rule_, largest, progress);
-    const estimate::SphereCacheOptions options{
-        .rule = rule_, .outer_radius = outer, .share = share};
+    estimate::SphereCacheOptions options{.rule = rule_, .outer_radius = outer, .share = share};
+    options.shrink =
+        shrinking(estimate::SphereCache(discs(), options, progress)
+                      .accumulate_levels(few.span(), +1, sums.sums(), workers_, progress)
+                      .levels);
     const estimate::SphereCache cache(discs(), options, progress);
     counts = search(cache, few.span(), sums, workers_, progress);
   }
