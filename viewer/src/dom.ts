@@ -11,6 +11,7 @@ export function h<K extends keyof HTMLElementTagNameMap>(
   const element = document.createElement(tag)
   for (const [name, value] of Object.entries(attributes)) {
     if (typeof value === 'function') element.addEventListener(name, value as unknown as EventListener)
+    else if (name === 'style') element.style.cssText = String(value) // an attribute would need a laxer security policy
     else if (typeof value === 'boolean') element.toggleAttribute(name, value)
     else element.setAttribute(name, String(value))
   }

@@ -8,6 +8,7 @@ const BAR = 16
 const LINE = 15 // pixels that a label needs
 const TOP = 34
 const MARGIN = 12
+const UNCHANGED = 26 // for the entry of what has not changed
 
 const tables = { sequential: srgbTable(colourTable(SEQUENTIAL)), diverging: srgbTable(colourTable(DIVERGING)) }
 
@@ -28,7 +29,7 @@ export function drawLegend(canvas: HTMLCanvasElement, scale: ColourScale, title:
   context.fillStyle = '#18181bcc'
   context.fillRect(0, 0, WIDTH, height)
   const table = scale.diverging ? tables.diverging : tables.sequential
-  const length = height - TOP - MARGIN
+  const length = height - TOP - MARGIN - (scale.diverging ? UNCHANGED : 0)
   for (let y = 0; y < length * ratio; y++) {
     const entry = 4 * Math.round((1 - (y + 0.5) / (length * ratio)) * 255)
     context.fillStyle = `rgb(${table[entry]} ${table[entry + 1]} ${table[entry + 2]})`
@@ -46,6 +47,13 @@ export function drawLegend(canvas: HTMLCanvasElement, scale: ColourScale, title:
     if (last - y < LINE) continue // a label that would touch the last one is left out
     context.fillText(tick(value, scale.diverging), MARGIN + BAR + 7, y)
     last = y
+  }
+  if (scale.diverging) {
+    const y = height - MARGIN - BAR / 2
+    context.fillText('no change', MARGIN + BAR + 5, y)
+    context.strokeRect(MARGIN + 0.5, y - BAR / 2 + 0.5, BAR - 1, BAR - 1)
+    context.fillStyle = '#000'
+    context.fillRect(MARGIN + 1, y - BAR / 2 + 1, BAR - 2, BAR - 2)
   }
 }
 

@@ -3,6 +3,7 @@
 import { scaleFor, symmetricScale, type ColourScale } from './colourScale'
 import type { ScaledMode, Settings } from './settings'
 import { Signal } from './signal'
+import { Creases } from './three/creases'
 import type { LitScene } from './three/litScene'
 import { MODES } from './three/materials'
 import { measureExposure } from './three/meter'
@@ -12,7 +13,8 @@ export class Look {
   readonly settings: Signal<Settings>
   readonly scale = new Signal<ColourScale | null>(null) // what the legend shows; null in lit pictures
   private readonly measured: Partial<Record<ScaledMode, ColourScale>> = {}
-  private logarithmicAsked: Partial<Record<ScaledMode, boolean>> = {}
+  private readonly creases: Creases
+  private readonly logarithmicAsked: Partial<Record<ScaledMode, boolean>> = {}
 
   constructor(
     private readonly stage: Stage,
@@ -20,6 +22,7 @@ export class Look {
     settings: Settings,
     private metered: number | null,
   ) {
+    this.creases = new Creases(lit.bodies)
     this.settings = new Signal(settings)
     this.settings.watch(() => this.apply())
   }
@@ -86,6 +89,7 @@ export class Look {
     shared.mode.value = this.lit.values.known ? MODES[mode] : MODES.clay
     shared.exposure.value = this.exposure
     shared.isolines.value = isolines
+    this.creases.show(mode === 'difference')
     if (mode === 'difference' && !this.lit.values.remembered && this.lit.values.known) this.lit.remember()
     const scale = mode === 'lit' || !this.lit.values.known ? null : this.scaleOf(mode)
     if (scale) this.lit.materials.setScale(scale)

@@ -87,10 +87,18 @@ export class Objects {
     for (const watcher of this.moved) watcher(name, pose, dragging)
     const step = { type: 'move', name, pose: pose.toArray(), dragging } as const
     void this.remote.drag(step).then(({ accepted }) => {
-      if (accepted || !this.remote.state.value) return
-      this.heldHere.clear() // refused: back to where the server has it
-      this.follow(this.remote.state.value)
+      if (!accepted && !dragging) this.takeBack(name)
     })
     this.stage.invalidate()
+  }
+
+  /** The last step of a drag was refused: back to where the server has the object, which ends the drag there, too. */
+  private takeBack(name: string): void {
+    const state = this.remote.state.value
+    if (!state) return
+    this.heldHere.clear()
+    this.follow(state)
+    const pose = state.poses[name]
+    if (pose) void this.remote.drag({ type: 'move', name, pose, dragging: false })
   }
 }

@@ -95,11 +95,11 @@ export interface FrameMessage {
   retraced_segments: number
   segments: number
   done: number
-  static_method: string
-  moving_method: string
+  static_method: string | null
+  moving_method: string | null
   recompute_milliseconds: number | null
   speed_up: number | null
-  latency: number
+  latency: number | null
 }
 
 export interface CheckedMessage {

@@ -37,7 +37,8 @@ function figures(frame: FrameMessage, latency: number | null): [string, string][
     ['Affected paths', ofAll(frame.affected_paths, frame.paths)],
     ['Re-traced segments', ofAll(frame.retraced_segments, frame.segments)],
     ['Share done', `${Math.floor(100 * frame.done)} %`],
-    ['Methods', `${methodName(frame.static_method)}, moving ${methodName(frame.moving_method)}`],
+    ['Method, static part', methodName(frame.static_method)],
+    ['Method, moving part', methodName(frame.moving_method)],
   ]
   if (frame.recompute_milliseconds !== null) rows.push(['Full recompute', milliseconds(frame.recompute_milliseconds)])
   if (frame.speed_up !== null) rows.push(['Speed-up', `${frame.speed_up.toFixed(frame.speed_up < 10 ? 1 : 0)} ×`])
@@ -45,12 +46,12 @@ function figures(frame: FrameMessage, latency: number | null): [string, string][
   return rows
 }
 
-const methodName = (method: string) => method.replaceAll('_', ' ')
+const methodName = (method: string | null) => method?.replaceAll('_', ' ') ?? 'none'
 const sum = (parts: Record<string, number>) => Object.values(parts).reduce((a, b) => a + b, 0)
 
 function ofAll(part: number, whole: number): string {
-  const share = whole > 0 ? ` (${((100 * part) / whole).toFixed(1)} %)` : ''
-  return count(part) + share
+  const percent = (100 * part) / Math.max(whole, 1)
+  return `${count(part)} (${percent.toFixed(percent < 99.95 ? 1 : 0)} %)`
 }
 
 function showStages(bar: HTMLElement, names: HTMLElement, times: Record<string, number>): void {

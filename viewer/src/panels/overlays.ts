@@ -65,6 +65,7 @@ export function notes(remote: RemoteSession): HTMLElement {
   remote.note.watch((note) => {
     if (!note) return
     const item = h('div', { class: `note ${note.kind}` }, note.text)
+    for (const old of [...element.children]) if (old.textContent === note.text) old.remove()
     element.append(item)
     window.setTimeout(() => item.remove(), 1000 * NOTE_SECONDS)
   })

@@ -120,7 +120,7 @@ export class Gizmo {
       point.x = Math.round(point.x / TRANSLATION_STEP) * TRANSLATION_STEP
       point.z = Math.round(point.z / TRANSLATION_STEP) * TRANSLATION_STEP
     }
-    this.handle.position.copy(point)
+    this.handle.position.setX(point.x).setZ(point.z) // its height stays, to the last bit
     this.floorDrag.moved = true
     this.follow(true)
   }
