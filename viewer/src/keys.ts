@@ -3,7 +3,7 @@
 import { button, h } from './dom'
 
 export interface Shortcut {
-  keys: string // as shown
+  keys: string // as shown; empty: not shown
   does: string
   matches(event: KeyboardEvent): boolean
   action(): void
@@ -41,7 +41,8 @@ function typing(target: EventTarget | null): boolean {
 }
 
 export function helpDialog(shortcuts: Shortcut[]): HTMLDialogElement {
-  const rows = shortcuts.flatMap(({ keys, does }) => [h('dt', {}, h('kbd', {}, keys)), h('dd', {}, does)])
+  const shown = shortcuts.filter(({ keys }) => keys !== '')
+  const rows = shown.flatMap(({ keys, does }) => [h('dt', {}, h('kbd', {}, keys)), h('dd', {}, does)])
   const pointer: [string, string][] = [
     ['Drag an object', 'moves it along the floor'],
     ['Drag an arrow or ring', 'moves or turns the selected object'],

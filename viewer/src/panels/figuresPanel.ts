@@ -25,8 +25,15 @@ export function figuresPanel(remote: RemoteSession, latency: Signal<number | nul
   }
   remote.frame.watch(refresh)
   latency.watch(refresh)
-  remote.checked.watch((checked) => showVerdict(result, checked))
-  remote.state.watch((state) => (check.disabled = !state || ['empty', 'baking', 'preview', 'checking'].includes(state.phase)))
+  let revision: number | undefined // of the verdict
+  remote.checked.watch((checked) => {
+    revision = remote.state.value?.revision
+    showVerdict(result, checked)
+  })
+  remote.state.watch((state) => {
+    if (state?.revision !== revision) result.textContent = ''
+    check.disabled = !state || ['empty', 'baking', 'preview', 'checking'].includes(state.phase)
+  })
   return panel('Live figures', bar, names, table, h('div', { class: 'row' }, check), result)
 }
 
@@ -69,7 +76,7 @@ function showVerdict(element: HTMLElement, checked: CheckedMessage | null): void
   if (!checked) return
   element.className = checked.same ? 'verdict good' : 'verdict bad'
   element.replaceChildren(
-    checked.same ? `✓ Same digest as a full recompute (${milliseconds(checked.milliseconds)})` : '✗ The digests differ',
+    checked.same ? '✓ Same digest as a recompute' : '✗ The digests differ',
     h('code', { title: checked.digest }, checked.digest.slice(0, 16)),
     ...(checked.same ? [] : [h('code', { title: checked.recomputed }, checked.recomputed.slice(0, 16))]),
   )
