@@ -94,6 +94,8 @@ class Session:
         self._poses = {m.name: m.pose for m in scene.meshes if m.movable}
         self._removed: set[str] = set()
         self._factors = dict.fromkeys(self._flat.groups, 1.0)
+        self._reflectances = {m.name: tuple(m.reflectance.tolist()) for m in scene.materials}
+        self._box = np.frombuffer(self._core.save()["world"], np.float32).reshape(2, 3)
         self._edits = _core.EditList()
         self._calls = threading.Lock()  # one at a time
         self._foreign_build: str | None = None  # a file's build where it differs from this one
@@ -146,7 +148,8 @@ class Session:
             yield session
 
     @property
-    def _baked(self) -> bool:
+    def baked(self) -> bool:
+        """Whether there is light."""
         return self._core is not None and self._core.baked
 
     # ---- edits --------------------------------------------------------------------------------
@@ -233,6 +236,7 @@ class Session:
         if values.shape != (3,) or not np.isfinite(values).all():
             raise OptionError(f'set_reflectance "{material}": found {reflectance!r}, expected 3 numbers')
         self._queue("reflectance", self._flat.materials[material], tuple(values.astype(np.float32).tolist()))
+        self._reflectances[material] = tuple(values.tolist())
 
     # ---- work ---------------------------------------------------------------------------------
 
@@ -316,6 +320,13 @@ class Session:
             with self._at_work(self._baked_session()) as session:
                 self._result = session.read()
         return self._result
+
+    def read(self) -> tuple[np.ndarray, np.ndarray]:
+        """`irradiance` and `standard_error` at the cost of one, read-only."""
+        values = self._read()
+        for array in values:
+            array.setflags(write=False)
+        return values
 
     @property
     def irradiance(self) -> np.ndarray:
@@ -427,6 +438,26 @@ class Session:
         return dict(self._factors)
 
     @property
+    def reflectances(self) -> dict[str, tuple[float, ...]]:
+        """Present reflectance of each material, 3 values."""
+        return dict(self._reflectances)
+
+    @property
+    def box(self) -> np.ndarray:
+        """(2, 3) float32, lowest and highest corner: no move may take a mesh or its lights out of it."""
+        return self._box.copy()
+
+    @property
+    def options(self) -> SessionOptions:
+        """The options that the session was made with."""
+        return self._options.copy()
+
+    @property
+    def needs_recompute(self) -> bool:
+        """Whether the light is another build's, so that `recompute` must come before the next edit."""
+        return self._foreign_build is not None
+
+    @property
     def result(self) -> Result:
         """A record of the present results, independent of the session."""
         points, normals = self.world()
@@ -469,8 +500,8 @@ class Session:
         return snapshot.read(Path(path), cls, threads, progress)
 
     def _repr_html_(self) -> str:
-        return self.result._repr_html_() if self._baked else f"<p>{self!r}</p>"
+        return self.result._repr_html_() if self.baked else f"<p>{self!r}</p>"
 
     def __repr__(self) -> str:
-        state = "baked" if self._baked else "not baked"
+        state = "baked" if self.baked else "not baked"
         return f"Session({self.scene!r}, {self.samples!r}, {state})"
