@@ -14,7 +14,7 @@ out vec3 change;
 out vec3 worldNormal;
 out vec3 toEye;
 
-const float BACK_SIDE_BIAS = 4e-6; // of depth
+const float BACK_SIDE_BIAS = 1e-6; // some eight steps of a depth buffer of 24 bits
 
 void main() {
   irradiance = values.rgb * valueScale;

@@ -19,8 +19,8 @@ export class Cameras {
 
   constructor(private readonly stage: Stage, private readonly bounds: Box3) {
     const diagonal = bounds.getSize(new Vector3()).length() || 1
-    stage.camera.near = diagonal / 2000
-    stage.camera.far = diagonal * 8
+    stage.camera.near = diagonal / 500 // any nearer, and pictures on far walls flicker through each other
+    stage.camera.far = diagonal * 5
     this.orbit = new OrbitControls(stage.camera, stage.canvas)
     this.orbit.addEventListener('change', stage.invalidate)
     stage.beforeDrawing.push((seconds) => this.step(seconds, diagonal))
