@@ -2,6 +2,8 @@
 // Colour scales: values to colours whose lightness a reader can order, with round ticks.
 // The same anchors and rules as python/deltalux/outputs/colour_scale.py; a test holds them together.
 
+import { percentile } from './percentile'
+
 type Anchor = readonly [lightness: number, chroma: number, hueDegrees: number] // OKLCh
 
 export const SEQUENTIAL: readonly Anchor[] = [
@@ -92,13 +94,6 @@ export function symmetricScale(values: Float32Array): ColourScale {
   const top = percentile(sizes, 0.995)
   const high = top > 0 ? roundUp(top) : 1
   return { low: -high, high, logarithmic: false, diverging: true }
-}
-
-function percentile(sorted: Float32Array, share: number): number {
-  if (sorted.length === 0) return 0
-  const at = share * (sorted.length - 1)
-  const low = Math.floor(at)
-  return sorted[low] + (sorted[Math.min(low + 1, sorted.length - 1)] - sorted[low]) * (at - low)
 }
 
 /** The next of 1, 2, 2.5, 5 times a power of ten. */

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Exposure meter: what python/deltalux/outputs/tone.py does with a picture, over a small drawing of the present view.
 import { FloatType, WebGLRenderTarget } from 'three'
+import { percentile } from '../percentile'
 import type { LitScene } from './litScene'
 import { MODES } from './materials'
 import type { Stage } from './stage'
@@ -38,7 +39,7 @@ export function automaticExposure(luminance: number[]): number | null {
   const lit = luminance.filter((value) => value > 0).sort((a, b) => a - b)
   if (lit.length === 0) return null
   // Deep shadow must not make the rest white: it counts as a hundredth of the bright parts.
-  const floor = 0.01 * lit[Math.floor(0.9 * (lit.length - 1))]
+  const floor = 0.01 * percentile(lit, 0.9)
   const sum = luminance.reduce((total, value) => total + Math.log(Math.max(value, floor)), 0)
   return KEY / Math.exp(sum / luminance.length)
 }
