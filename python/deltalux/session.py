@@ -98,7 +98,7 @@ class Session:
         self._box = np.frombuffer(self._core.save()["world"], np.float32).reshape(2, 3)
         self._edits = _core.EditList()
         self._calls = threading.Lock()  # one at a time
-        self._foreign_build: str | None = None  # a file's build where it differs from this one
+        self.foreign_build: str | None = None  # a file's build where it differs from this one
         self._result: tuple[np.ndarray, np.ndarray] | None = None
         self._interpolator: tuple[list, np.ndarray, Interpolator] | None = None
 
@@ -247,7 +247,7 @@ class Session:
         self._prepare_choice()
         with self._at_work(self._session()) as session:
             frame = Frame(**session.bake(self.progress))
-        self._foreign_build = None
+        self.foreign_build = None
         return frame
 
     def _prepare_choice(self) -> None:
@@ -289,9 +289,9 @@ class Session:
         budget_ms : stop after about this time; the rest waits for the next call (`Frame.done`).
         """
         session = self._baked_session()
-        if self._foreign_build is not None:
+        if self.foreign_build is not None:
             raise OptionError(
-                f"session: its light was computed by another build ({self._foreign_build}), whose bits may "
+                f"session: its light was computed by another build ({self.foreign_build}), whose bits may "
                 "differ; call recompute() once before the next edit"
             )
         if budget_ms is not None and not budget_ms > 0:
@@ -300,7 +300,7 @@ class Session:
 
     def recompute(self) -> Frame:
         """Compute everything again from scratch in the present state; the digest must not change."""
-        if self._foreign_build is not None:
+        if self.foreign_build is not None:
             return self.bake()
         self._finish()
         self._result = None
@@ -315,28 +315,24 @@ class Session:
 
     # ---- results ------------------------------------------------------------------------------
 
-    def _read(self) -> tuple[np.ndarray, np.ndarray]:
+    def read(self) -> tuple[np.ndarray, np.ndarray]:
+        """`irradiance` and `standard_error` without copies, read-only."""
         if self._result is None:
             with self._at_work(self._baked_session()) as session:
                 self._result = session.read()
+            for array in self._result:
+                array.setflags(write=False)
         return self._result
-
-    def read(self) -> tuple[np.ndarray, np.ndarray]:
-        """`irradiance` and `standard_error` at the cost of one, read-only."""
-        values = self._read()
-        for array in values:
-            array.setflags(write=False)
-        return values
 
     @property
     def irradiance(self) -> np.ndarray:
         """(n, 3) float64, unit of the scene, as of the last bake or update."""
-        return self._read()[0].copy()
+        return self.read()[0].copy()
 
     @property
     def standard_error(self) -> np.ndarray:
         """(n, 3) float64: standard error of the path sampling, from independent batches of paths."""
-        return self._read()[1].copy()
+        return self.read()[1].copy()
 
     @property
     def gradient(self) -> np.ndarray:
@@ -380,7 +376,7 @@ class Session:
             return session.visible(*rows).astype(bool)
 
         slopes = self.gradient[present] if gradients else None
-        values = self._read()[0][present]
+        values = self.read()[0][present]
         with self._at_work(session):
             return interpolator(asked.points, asked.normals, values, slopes, visible)
 
@@ -451,11 +447,6 @@ class Session:
     def options(self) -> SessionOptions:
         """The options that the session was made with."""
         return self._options.copy()
-
-    @property
-    def needs_recompute(self) -> bool:
-        """Whether the light is another build's, so that `recompute` must come before the next edit."""
-        return self._foreign_build is not None
 
     @property
     def result(self) -> Result:

@@ -147,7 +147,7 @@ def _restore(
     session._reflectances = {m.name: tuple(r) for m, r in zip(scene.materials, rows.tolist(), strict=True)}
     built_by = session._session().description()
     if session.baked and index["built_by"] != built_by:
-        session._foreign_build = f"{index['built_by']}; this is {built_by}"
+        session.foreign_build = f"{index['built_by']}; this is {built_by}"
     return session
 
 

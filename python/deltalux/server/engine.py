@@ -73,6 +73,7 @@ class Engine:
 
     def __init__(self, session: Session, tell: Callable[[Event], None]) -> None:
         self._session, self._tell = session, tell
+        self._own_progress = session.progress  # the user's, which gets it back
         self._changed = threading.Condition()
         self._wanted = Wanted(state_of(session))
         self._budget: float | None = BUDGET
@@ -90,7 +91,8 @@ class Engine:
 
     def start(self) -> None:
         """Show the light there is, or bake."""
-        first = self._bake if not self._session.baked or self._session.needs_recompute else self._show
+        first = self._bake if not self._session.baked or self._session.foreign_build else self._show
+        self._session.progress = None
         self._tasks.append(_Task("bake", first))
         self._thread.start()
 
@@ -100,6 +102,7 @@ class Engine:
             self._stopping = self._cancelled = True
             self._changed.notify()
         self._thread.join()
+        self._session.progress = self._own_progress
 
     def want(self, wanted: Wanted) -> None:
         """Follow this state from now on; states that were not reached yet are skipped."""
@@ -251,7 +254,7 @@ class Engine:
         self._set_phase("baking")
         wanted, _ = self._hand_over()
         progress.part(0.0, 1.0, BAKE)
-        if self._session.needs_recompute:
+        if self._session.foreign_build:
             self._publish(wanted.revision)
         elif not self._session.baked:
             for coarse in previews(self._session, wanted.state, progress):

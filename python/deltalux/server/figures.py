@@ -33,7 +33,7 @@ class Figures:
         self.read_methods(session)
         self._start_again()
         self._add(frame, {"total": 1e3 * seconds})
-        return self._message(session, revision, 1.0, None)
+        return self._message(session, revision, 1.0) | {"speed_up": None, "latency": None}
 
     def of_update(
         self,
@@ -56,7 +56,9 @@ class Figures:
         if fresh:
             self._start_again()
         self._add(frame, {"values": publishing})
-        return self._message(session, revision, frame.done, latency)
+        recompute = self.recompute_milliseconds
+        speed_up = recompute / self._milliseconds["total"] if recompute and frame.done == 1 else None
+        return self._message(session, revision, frame.done) | {"speed_up": speed_up, "latency": latency}
 
     def read_methods(self, session: Session) -> None:
         """Take note of the methods in use, which change with a bake only."""
@@ -73,9 +75,8 @@ class Figures:
         self._affected += frame.affected_paths
         self._retraced += frame.retraced_segments
 
-    def _message(self, session: Session, revision: int, done: float, latency: float | None) -> dict[str, Any]:
+    def _message(self, session: Session, revision: int, done: float) -> dict[str, Any]:
         statistics = session.statistics
-        recompute = self.recompute_milliseconds
         return {
             "type": "frame",
             "revision": revision,
@@ -86,7 +87,5 @@ class Figures:
             "segments": statistics["segments"],
             "done": done,
             **self._methods,
-            "recompute_milliseconds": recompute,
-            "speed_up": recompute / self._milliseconds["total"] if recompute and done == 1 else None,
-            "latency": latency,
+            "recompute_milliseconds": self.recompute_milliseconds,
         }

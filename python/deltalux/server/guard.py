@@ -15,17 +15,10 @@ from starlette.responses import PlainTextResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket
 
-LOOPBACK_NAMES = ("localhost", "127.0.0.1", "::1")
+from .hosts import LOOPBACK_NAMES, is_loopback
+
 RATE, BURST = 300.0, 200.0  # messages of one page: a second, and at once
 _AUTHORITY = re.compile(r"(?:\[([0-9a-fA-F:.]+)\]|([A-Za-z0-9._-]+))(?::\d{1,5})?")
-
-
-def is_loopback(host: str) -> bool:
-    """Whether `host` names this machine and nobody else reaches it."""
-    try:
-        return host == "localhost" or ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
 
 
 class Guard:

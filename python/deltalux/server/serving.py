@@ -18,7 +18,6 @@ from deltalux.session import Session
 from .app import make_app
 from .exports import Exports
 from .geometry import geometry_of
-from .guard import is_loopback
 from .hub import Hub
 from .messages import MAX_TEXT
 
@@ -94,11 +93,6 @@ class Server:
         host = "localhost" if self._host in ("0.0.0.0", "::") else self._host
         name = f"[{host}]" if ":" in host else host
         return f"http://{name}:{self.port}/?token={self.token}"
-
-    @property
-    def is_public(self) -> bool:
-        """Whether other machines can reach it."""
-        return not is_loopback(self._host)
 
     def wait(self, seconds: float | None = None) -> None:
         """Block until the server has stopped, or for some time."""
