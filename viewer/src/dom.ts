@@ -28,12 +28,15 @@ export function checkbox(label: string, action: (on: boolean) => void, attribute
   return [h('label', { class: 'check' }, input, label), input]
 }
 
-/** A number field that calls when a number was entered, and keeps quiet otherwise. */
+/** A number field that calls when a number was entered, and keeps quiet otherwise; Enter gives the keys back. */
 export function numberField(label: string, action: (value: number) => void, attributes: Attributes = {}): HTMLInputElement {
   const input = h('input', {
     type: 'number', step: 'any', 'aria-label': label, ...attributes,
     change: () => {
       if (Number.isFinite(input.valueAsNumber)) action(input.valueAsNumber)
+    },
+    keyup: (event: KeyboardEvent) => {
+      if (event.key === 'Enter') input.blur()
     },
   })
   return input

@@ -2,7 +2,7 @@
 // The canvas and its renderer: draws when something changed, and not otherwise.
 import { Color, PerspectiveCamera, Scene, WebGLRenderer } from 'three'
 
-const BACKGROUND = 0x2b2b2e // what pictures show around the scene: linear grey 0.03
+const BACKGROUND = 0x303030 // what pictures show around the scene: linear grey 0.03
 
 export class Stage {
   readonly renderer: WebGLRenderer
