@@ -3,7 +3,7 @@
 import { colourTable, DIVERGING, position, SEQUENTIAL, ticks, type ColourScale } from './colourScale'
 import { tick } from './format'
 
-const WIDTH = 92
+const WIDTH = 108
 const BAR = 16
 const LINE = 15 // pixels that a label needs
 const TOP = 34
@@ -26,7 +26,7 @@ export function drawLegend(canvas: HTMLCanvasElement, scale: ColourScale, title:
   canvas.style.height = `${height}px`
   const context = canvas.getContext('2d')!
   context.scale(ratio, ratio)
-  context.fillStyle = '#18181bcc'
+  context.fillStyle = '#18181be8'
   context.fillRect(0, 0, WIDTH, height)
   const table = scale.diverging ? tables.diverging : tables.sequential
   const length = height - TOP - MARGIN - (scale.diverging ? UNCHANGED : 0)
