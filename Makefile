@@ -48,7 +48,7 @@ format: $(VENV)/lint.stamp ## Rewrite all sources in the house format
 	$(BIN)/clang-format -i $(CPP_FILES)
 
 viewer: ## Test and build the viewer's page into the package (wants Node.js; users need none)
-	cd viewer && npm ci --no-audit --no-fund && npm test && npm run build
+	cd viewer && npm ci --no-audit --no-fund && npm run check && npm test && npm run build
 
 viewer-check: ## Check that the committed page is what its sources build
 	$(PYTHON) tools/check_viewer_build.py

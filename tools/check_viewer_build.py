@@ -39,10 +39,12 @@ def main() -> int:
     if not (SOURCES / "node_modules").is_dir():
         subprocess.run([npm, "ci", "--no-audit", "--no-fund"], cwd=SOURCES, check=True)
     with tempfile.TemporaryDirectory() as folder:
-        command = [npm, "run", "--silent", "build", "--", "--outDir", folder, "--emptyOutDir", "--logLevel", "warn"]
+        options = ["--outDir", folder, "--emptyOutDir", "--logLevel", "warn"]
+        command = [npm, "run", "--silent", "build", "--", *options]
         subprocess.run(command, cwd=SOURCES, check=True)
         found = differences(Path(folder), COMMITTED)
-    print("\n".join(found) if found else f"check_viewer_build: {len(files_below(COMMITTED))} files are as built")
+    count = len(files_below(COMMITTED))
+    print("\n".join(found) if found else f"check_viewer_build: {count} files are as built")
     if found:
         print("run `make viewer` and commit python/deltalux/viewer")
     return 1 if found else 0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The real page in a real browser over the real server and engine; skipped only where no Chromium is installed."""
+"""The real page in a real browser over the real server; skipped only where no Chromium is installed."""
 
 from __future__ import annotations
 

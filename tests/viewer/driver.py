@@ -19,7 +19,7 @@ BROWSER_ARGUMENTS = [
 
 
 class Viewer:
-    """One page. Conditions are polled from here: the page's security policy forbids what playwright would do."""
+    """One page. Conditions are polled from here: its security policy forbids what playwright would do."""
 
     def __init__(self, page: Any, url: str, complaints: list[str]) -> None:
         self.page = page
@@ -38,7 +38,7 @@ class Viewer:
         self._expected = text
 
     def end(self, server: Any) -> None:
-        """Leave the page, then stop the server, so that its session may be read; else the page would miss it."""
+        """Leave the page, then stop the server, whose session may then be read."""
         self.page.goto("about:blank")
         server.close()
 

@@ -69,7 +69,7 @@ def test_pictures_equal_the_renderers(viewer, server, session, false_colour):
     state, pixels = viewer.state(), viewer.picture()
     camera, size = camera_of(viewer)
     viewer.end(server)
-    scale = state["scale"] and ColourScale(state["scale"]["low"], state["scale"]["high"], state["scale"]["logarithmic"])
+    scale = state["scale"] and ColourScale(**state["scale"])
     expected = render(
         session.scene, session.samples.display, session.irradiance, poses=session.poses, camera=camera,
         size=size, exposure=state["exposure"], false_colour=false_colour, scale=scale,
@@ -82,8 +82,9 @@ def test_automatic_exposure_is_the_renderers(viewer, server, session):
     exposure = viewer.state()["exposure"]
     camera, size = camera_of(viewer)
     viewer.end(server)
+    display = session.samples.display
     picture = render(
-        session.scene, session.samples.display, session.irradiance, poses=session.poses, camera=camera, size=size
+        session.scene, display, session.irradiance, poses=session.poses, camera=camera, size=size
     )
     assert abs(np.log2(exposure / picture.exposure)) < 0.1  # stops; the page measures fewer points
 

@@ -54,8 +54,12 @@ export class App {
   private readonly drawn: ValuesFrame[] = [] // arrived, not yet on the screen
 
   constructor(
-    root: HTMLElement, private readonly info: SceneInfo, geometry: ArrayBuffer,
-    private readonly token: string, socket: string, private readonly options: Options,
+    root: HTMLElement,
+    private readonly info: SceneInfo,
+    geometry: ArrayBuffer,
+    private readonly token: string,
+    socket: string,
+    private readonly options: Options,
   ) {
     const picture = h('main', {}, this.canvas)
     root.replaceChildren(picture)
@@ -75,26 +79,51 @@ export class App {
     this.timeline = new Timeline(this.objects)
 
     const top = header(info, this.look, this.remote, {
-      showCamera: (index) => this.showCamera(index), fit: () => this.fit(), fly: () => this.fly(), help: () => this.help.showModal(),
+      showCamera: (index) => this.showCamera(index),
+      fit: () => this.fit(),
+      fly: () => this.fly(),
+      help: () => this.help.showModal(),
     })
     this.flyButton = top.fly
     const keys = shortcuts(this)
     this.help = helpDialog(keys)
     listen(keys, (code, down) => this.cameras.key(code, down))
     this.legend = legend(this.look, info.unit)
-    picture.append(this.probes.layer, this.legend, lightState(this.remote), hint(this.objects), progressBox(this.remote), banner(this.remote), notes(this.remote))
-    root.append(top.element, h('aside', {},
-      objectPanel(this.objects, this.remote, this.look),
-      lightPanel(info.groups, this.remote),
-      viewPanel(this.look, info.unit, () => this.remember()),
-      figuresPanel(this.remote, this.latency.last),
-      filePanel(this.remote, info.name, info.folder, (address) => this.withToken(address), () => this.screenshot())),
-    timelineBar(this.timeline), this.help)
+    picture.append(
+      this.probes.layer,
+      this.legend,
+      lightState(this.remote),
+      hint(this.objects),
+      progressBox(this.remote),
+      banner(this.remote),
+      notes(this.remote),
+    )
+    root.append(
+      top.element,
+      h(
+        'aside',
+        {},
+        objectPanel(this.objects, this.remote, this.look),
+        lightPanel(info.groups, this.remote),
+        viewPanel(this.look, info.unit, () => this.remember()),
+        figuresPanel(this.remote, this.latency.last),
+        filePanel(
+          this.remote,
+          info.name,
+          info.folder,
+          (address) => this.withToken(address),
+          () => this.screenshot(),
+        ),
+      ),
+      timelineBar(this.timeline),
+      this.help,
+    )
 
     this.startView(asked.eye)
     this.objects.select(this.objects.names[0] ?? null)
     this.listenToServer()
-    for (const event of ['change', 'end'] as const) this.cameras.orbit.addEventListener(event, () => this.keepLink())
+    for (const event of ['change', 'end'] as const)
+      this.cameras.orbit.addEventListener(event, () => this.keepLink())
     this.look.settings.watch(() => this.keepLink())
     this.remote.connect()
   }
@@ -135,7 +164,10 @@ export class App {
   private startView(eye: ReturnType<typeof fromHash>['eye']): void {
     if (eye) {
       const distance = Math.hypot(...eye.target.map((value, i) => value - eye.pose[12 + i]))
-      this.cameras.show({ name: 'link', pose: eye.pose, vertical_fov: (eye.verticalFov * Math.PI) / 180 }, distance || 1)
+      this.cameras.show(
+        { name: 'link', pose: eye.pose, vertical_fov: (eye.verticalFov * Math.PI) / 180 },
+        distance || 1,
+      )
     } else if (this.info.cameras.length) {
       this.showCamera(0)
     } else {
@@ -165,7 +197,8 @@ export class App {
       if (!state) return
       this.latency.state(state)
       this.objects.follow(state)
-      for (const [name, value] of Object.entries(state.reflectances)) this.lit.materials.setReflectance(name, value)
+      for (const [name, value] of Object.entries(state.reflectances))
+        this.lit.materials.setReflectance(name, value)
       const ready = state.phase === 'ready'
       if (ready && !settled && this.look.settings.value.mode === 'difference') void this.look.lightChanged()
       settled = ready
@@ -193,7 +226,10 @@ export class App {
     const answer = await fetch(this.withToken('scene.json'))
     const info = (await answer.json()) as SceneInfo
     if (info.run === this.info.run) return
-    const same = info.vertices === this.info.vertices && info.triangles === this.info.triangles && info.name === this.info.name
+    const same =
+      info.vertices === this.info.vertices &&
+      info.triangles === this.info.triangles &&
+      info.name === this.info.name
     if (!same) location.reload()
     this.info.run = info.run
   }

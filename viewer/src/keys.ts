@@ -11,7 +11,8 @@ export interface Shortcut {
 
 /** A shortcut by `KeyboardEvent.key` (letters in lower case), without Ctrl. */
 export function plain(key: string, does: string, action: () => void, shown = key.toUpperCase()): Shortcut {
-  const matches = (event: KeyboardEvent) => !event.ctrlKey && !event.metaKey && !event.altKey && event.key.toLowerCase() === key
+  const matches = (event: KeyboardEvent) =>
+    !event.ctrlKey && !event.metaKey && !event.altKey && event.key.toLowerCase() === key
   return { keys: shown, does, matches, action }
 }
 
@@ -50,9 +51,12 @@ export function helpDialog(shortcuts: Shortcut[]): HTMLDialogElement {
     ['Shift+click', 'keeps the pins that are there'],
     ['Drag, right drag, wheel', 'orbits, shifts, zooms'],
   ]
-  const dialog = h('dialog', { 'aria-label': 'Keys' },
+  const dialog = h(
+    'dialog',
+    { 'aria-label': 'Keys' },
     h('h2', {}, 'Keys and pointer'),
     h('dl', {}, ...pointer.flatMap(([what, does]) => [h('dt', {}, what), h('dd', {}, does)]), ...rows),
-    button('Close', () => dialog.close(), { class: 'primary' }))
+    button('Close', () => dialog.close(), { class: 'primary' }),
+  )
   return dialog
 }

@@ -10,7 +10,10 @@ const TOP = 34
 const MARGIN = 12
 const UNCHANGED = 26 // for the entry of what has not changed
 
-const tables = { sequential: srgbTable(colourTable(SEQUENTIAL)), diverging: srgbTable(colourTable(DIVERGING)) }
+const tables = {
+  sequential: srgbTable(colourTable(SEQUENTIAL)),
+  diverging: srgbTable(colourTable(DIVERGING)),
+}
 
 function srgbTable(linear: Float32Array): Uint8ClampedArray {
   return Uint8ClampedArray.from(linear, (v, i) =>
@@ -19,7 +22,13 @@ function srgbTable(linear: Float32Array): Uint8ClampedArray {
 }
 
 /** Draws the legend; the canvas gets its size. */
-export function drawLegend(canvas: HTMLCanvasElement, scale: ColourScale, title: string, height: number, ratio: number): void {
+export function drawLegend(
+  canvas: HTMLCanvasElement,
+  scale: ColourScale,
+  title: string,
+  height: number,
+  ratio: number,
+): void {
   canvas.width = WIDTH * ratio
   canvas.height = height * ratio
   canvas.style.width = `${WIDTH}px`

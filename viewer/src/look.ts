@@ -44,7 +44,13 @@ export class Look {
     const { mode, ranges } = this.settings.value
     if (mode === 'lit') return
     const shown = this.scaleOf(mode)
-    const range = { ...ranges[mode], low: shown.low, high: shown.high, logarithmic: shown.logarithmic, ...part }
+    const range = {
+      ...ranges[mode],
+      low: shown.low,
+      high: shown.high,
+      logarithmic: shown.logarithmic,
+      ...part,
+    }
     if (mode === 'difference') range.low = -range.high
     if (range.logarithmic && !(range.low > 0)) range.low = range.high / 1000
     if (!(range.low < range.high)) return
@@ -78,8 +84,14 @@ export class Look {
       mode === 'difference'
         ? symmetricScale(values.collect((vertex) => values.change(vertex)))
         : mode === 'error'
-          ? scaleFor(values.collect((vertex) => values.standardError(vertex)), logarithmic)
-          : scaleFor(values.collect((vertex) => values.photopic(vertex)), logarithmic)
+          ? scaleFor(
+              values.collect((vertex) => values.standardError(vertex)),
+              logarithmic,
+            )
+          : scaleFor(
+              values.collect((vertex) => values.photopic(vertex)),
+              logarithmic,
+            )
     return this.measured[mode]
   }
 

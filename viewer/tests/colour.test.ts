@@ -1,7 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Colours, scales and exposure equal those of deltalux.outputs; the expected numbers were printed by it.
 import { describe, expect, it } from 'vitest'
-import { colourTable, DIVERGING, position, scaleFor, SEQUENTIAL, symmetricScale, ticks } from '../src/colourScale'
+import {
+  colourTable,
+  DIVERGING,
+  position,
+  scaleFor,
+  SEQUENTIAL,
+  symmetricScale,
+  ticks,
+} from '../src/colourScale'
 import { automaticExposure } from '../src/three/meter'
 
 const SPREAD = Float32Array.of(1, 2, 3, 5, 8, 13, 21, 34, 55, 89, 144, 600)
@@ -36,12 +44,17 @@ describe('scales', () => {
 
   it('have round ticks', () => {
     expect(ticks(linear(0, 250))).toEqual([0, 50, 100, 150, 200, 250])
-    expect(ticks({ low: 1, high: 500, logarithmic: true, diverging: false })).toEqual([1, 2, 5, 10, 20, 50, 100, 200, 500])
+    expect(ticks({ low: 1, high: 500, logarithmic: true, diverging: false })).toEqual([
+      1, 2, 5, 10, 20, 50, 100, 200, 500,
+    ])
     expect(ticks({ low: 1, high: 2000, logarithmic: true, diverging: false })).toEqual([1, 10, 100, 1000])
   })
 
   it('place values', () => {
-    expect(position({ low: 1, high: 2000, logarithmic: true, diverging: false }, 30)).toBeCloseTo(0.44747283625, 10)
+    expect(position({ low: 1, high: 2000, logarithmic: true, diverging: false }, 30)).toBeCloseTo(
+      0.44747283625,
+      10,
+    )
     expect(position(linear(-2, 2), 1)).toBe(0.75)
   })
 })

@@ -11,7 +11,11 @@ import { openEdges } from '../src/three/creases'
 import { poseAt } from '../src/timeline'
 
 describe('a link', () => {
-  const eye = { pose: new Matrix4().setPosition(1, 2, 3).toArray(), target: [0, 1.5, 0] as [number, number, number], verticalFov: 40 }
+  const eye = {
+    pose: new Matrix4().setPosition(1, 2, 3).toArray(),
+    target: [0, 1.5, 0] as [number, number, number],
+    verticalFov: 40,
+  }
 
   it('brings the view back', () => {
     const settings = defaultSettings()
@@ -32,14 +36,18 @@ describe('a link', () => {
 
 describe('a dimmer', () => {
   it.each([false, true])('has a place for each factor (by stops: %s)', (logarithmic) => {
-    for (const factor of [0, 0.01, 0.5, 1, 2]) expect(factorAt(placeOf(factor, logarithmic), logarithmic)).toBeCloseTo(factor, 10)
+    for (const factor of [0, 0.01, 0.5, 1, 2])
+      expect(factorAt(placeOf(factor, logarithmic), logarithmic)).toBeCloseTo(factor, 10)
     expect(placeOf(50, logarithmic)).toBe(1)
   })
 })
 
 describe('the time line', () => {
   const turned = new Matrix4().compose(new Vector3(2, 0, 0), new Quaternion(0, 1, 0, 0), new Vector3(1, 1, 1))
-  const keys = [{ seconds: 1, pose: new Matrix4() }, { seconds: 3, pose: turned }]
+  const keys = [
+    { seconds: 1, pose: new Matrix4() },
+    { seconds: 3, pose: turned },
+  ]
 
   it('rests before the first and after the last key', () => {
     expect(poseAt(keys, 0)).toEqual(keys[0].pose)
@@ -64,7 +72,8 @@ describe('creases', () => {
 
 describe('latency', () => {
   const pose = (x: number) => new Matrix4().setPosition(x, 0, 0).toArray()
-  const state = (revision: number, x: number) => ({ revision, poses: { box: pose(x) } }) as unknown as StateMessage
+  const state = (revision: number, x: number) =>
+    ({ revision, poses: { box: pose(x) } }) as unknown as StateMessage
 
   it('is counted for the poses that were computed, not for those that were overtaken', () => {
     const latency = new Latency()
@@ -82,7 +91,14 @@ describe('latency', () => {
 
 describe('numbers', () => {
   it('have three digits and a minus sign', () => {
-    expect([0, 0.01234, 1.5, 123.4, -98765, 1.5e9].map((v) => number(v))).toEqual(['0', '0.0123', '1.50', '123', '−98765', '1.50e+9'])
+    expect([0, 0.01234, 1.5, 123.4, -98765, 1.5e9].map((v) => number(v))).toEqual([
+      '0',
+      '0.0123',
+      '1.50',
+      '123',
+      '−98765',
+      '1.50e+9',
+    ])
     expect([tick(0.5, true), tick(-20), tick(0.1 + 0.2)]).toEqual(['+0.5', '−20', '0.3'])
   })
 })

@@ -5,7 +5,14 @@ import { describe, expect, it } from 'vitest'
 import { decodeFrame, type Run } from '../src/protocol'
 import { Values } from '../src/values'
 
-function frame(scale: number, flags: number, runs: Run[], values: number[], seq = 7, revision = 3): ArrayBuffer {
+function frame(
+  scale: number,
+  flags: number,
+  runs: Run[],
+  values: number[],
+  seq = 7,
+  revision = 3,
+): ArrayBuffer {
   const buffer = new ArrayBuffer(24 + 8 * runs.length + 2 * values.length)
   const view = new DataView(buffer)
   ;[0x58544c44, seq, revision].forEach((word, i) => view.setUint32(4 * i, word, true))
@@ -45,9 +52,25 @@ describe('binary frames', () => {
 describe('values', () => {
   it('take runs over and leave the rest', () => {
     const values = new Values(4)
-    values.apply(decodeFrame(frame(2, 1, [{ first: 0, count: 4 }], [1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3, 4, 4, 4, 4])))
-    values.apply(decodeFrame(frame(2, 0, [{ first: 1, count: 1 }, { first: 3, count: 1 }], [8, 8, 8, 0, 9, 0, 0, 0.5])))
-    expect([0, 1, 2].map((vertex) => values.photopic(vertex))).toEqual([1, 8, 3].map((v) => expect.closeTo(v, 12)))
+    values.apply(
+      decodeFrame(frame(2, 1, [{ first: 0, count: 4 }], [1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3, 4, 4, 4, 4])),
+    )
+    values.apply(
+      decodeFrame(
+        frame(
+          2,
+          0,
+          [
+            { first: 1, count: 1 },
+            { first: 3, count: 1 },
+          ],
+          [8, 8, 8, 0, 9, 0, 0, 0.5],
+        ),
+      ),
+    )
+    expect([0, 1, 2].map((vertex) => values.photopic(vertex))).toEqual(
+      [1, 8, 3].map((v) => expect.closeTo(v, 12)),
+    )
     expect(values.rgb(3)).toEqual([9, 0, 0])
     expect(values.standardError(3)).toBe(0.5)
   })
@@ -64,6 +87,8 @@ describe('values', () => {
   it('refuse another scale in a part, and vertices that do not exist', () => {
     const values = new Values(1)
     expect(() => values.apply(decodeFrame(frame(2, 0, [], [])))).toThrow('the scale changed')
-    expect(() => values.apply(decodeFrame(frame(1, 0, [{ first: 1, count: 1 }], [1, 1, 1, 1])))).toThrow('to vertex 2 of 1')
+    expect(() => values.apply(decodeFrame(frame(1, 0, [{ first: 1, count: 1 }], [1, 1, 1, 1])))).toThrow(
+      'to vertex 2 of 1',
+    )
   })
 })

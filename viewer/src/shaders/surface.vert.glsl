@@ -25,6 +25,6 @@ void main() {
   worldNormal = mat3(modelMatrix) * normal;
   toEye = cameraPosition - world.xyz;
   gl_Position = projectionMatrix * viewMatrix * world;
-  // A sheet that is lit on both sides has two triangles in one place: the one that is seen from behind gives way.
+  // A sheet that is lit on both sides is two triangles in one place: the one seen from behind gives way.
   if (dot(worldNormal, toEye) < 0.0) gl_Position.z += BACK_SIDE_BIAS * gl_Position.w;
 }

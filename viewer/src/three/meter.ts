@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Exposure meter: what python/deltalux/outputs/tone.py does with a picture, over a small drawing of the present view.
+// Exposure meter: what python/deltalux/outputs/tone.py does with a picture, over a small one of this view.
 import { FloatType, WebGLRenderTarget } from 'three'
 import { percentile } from '../percentile'
 import type { LitScene } from './litScene'
@@ -10,7 +10,7 @@ const WIDTH = 96
 const HEIGHT = 60
 const KEY = 0.32 // where the typical luminance lands before the tone curve
 
-/** Factor that brings the typical (log-average) luminance of what is seen to a middle tone; null where nothing is lit. */
+/** Factor that brings the typical (log-average) luminance of the view to a middle tone; null in the dark. */
 export async function measureExposure(stage: Stage, lit: LitScene): Promise<number | null> {
   const { renderer } = stage
   const target = new WebGLRenderTarget(WIDTH, HEIGHT, { type: FloatType })

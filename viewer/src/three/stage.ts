@@ -14,7 +14,10 @@ export class Stage {
   private scheduled = false
   private lastTime = 0
 
-  constructor(readonly canvas: HTMLCanvasElement, antialias: boolean) {
+  constructor(
+    readonly canvas: HTMLCanvasElement,
+    antialias: boolean,
+  ) {
     this.renderer = new WebGLRenderer({ canvas, antialias, powerPreference: 'high-performance' })
     this.renderer.autoClear = false
     this.scene.background = new Color(BACKGROUND)
