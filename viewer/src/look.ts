@@ -11,6 +11,7 @@ import type { Stage } from './three/stage'
 
 export class Look {
   readonly settings: Signal<Settings>
+  metering = 0 // measurements at work
   readonly scale = new Signal<ColourScale | null>(null) // what the legend shows; null in lit pictures
   private readonly measured: Partial<Record<ScaledMode, ColourScale>> = {}
   private readonly creases: Creases
@@ -69,7 +70,9 @@ export class Look {
   /** Sets the exposure by what is seen now. */
   async meter(): Promise<void> {
     if (!this.lit.values.known) return
+    this.metering++
     const exposure = await measureExposure(this.stage, this.lit)
+    this.metering--
     if (exposure === null) return
     this.metered = exposure
     this.apply()

@@ -73,8 +73,9 @@ export function testHooks(app: App): TestHooks {
     gizmoHandle: (axis) => (objects.selected.value === null ? null : onPage(objects.gizmo.arrow(axis))),
     gizmoAxis: () => objects.gizmo.controls.axis,
     /** Nothing to draw, nothing on the way, the light up to date. */
-    idle: () => stage.idle && !remote.busyDragging && remote.state.value?.phase === 'ready',
-    frames: app.frames,
+    idle: () =>
+      stage.idle && look.metering === 0 && !remote.busyDragging && remote.state.value?.phase === 'ready',
+    frames: app.flow.frames,
     latencies: app.latency.all,
   }
 }

@@ -7,6 +7,9 @@ import deltalux as dl
 import numpy as np
 from rooms import box, translation
 
+SPACING = 0.2  # some 4,000 samples
+PATHS = 40_000
+
 
 def two_cells() -> dl.Scene:
     """Each cell with a lamp and something movable; the camera looks in from the front."""
@@ -26,3 +29,9 @@ def two_cells() -> dl.Scene:
         materials.append(dl.Material(f"{name} glow", (0, 0, 0), emission=(900, 800, 700), group=name))
     camera = dl.scene.Camera("front", translation(0.0, 1.1, 4.3), np.radians(35))
     return dl.Scene(meshes, materials, unit="lux", cameras=[camera])
+
+
+def make_session(paths: int = PATHS) -> dl.Session:
+    """A session of the cells without light."""
+    scene = two_cells()
+    return dl.Session(scene, dl.Samples.on_vertices(scene, spacing=SPACING), paths=paths, threads=2)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The real page in a real browser over the real server; skipped only where no Chromium is installed."""
+"""A browser, two cells that were baked once, and pages that show them; skipped only without a Chromium."""
 
 from __future__ import annotations
 
@@ -11,13 +11,12 @@ from typing import Any
 import deltalux as dl
 import pytest
 from deltalux.server.serving import Server
-from driver import BROWSER_ARGUMENTS, Viewer
-from two_cells import two_cells
+
+from viewer.page.driver import BROWSER_ARGUMENTS, Viewer
+from viewer.page.two_cells import make_session
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 SIZE = {"width": 940, "height": 440}  # leaves 640 × 360 to the picture
-SPACING = 0.2  # some 4,000 samples
-PATHS = 40_000
 
 
 @pytest.fixture(scope="session")
@@ -59,16 +58,10 @@ def open_page(browser: Any) -> Iterator[Callable[..., Viewer]]:
 @pytest.fixture(scope="session")
 def baked_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("baked") / "cells.dlx"
-    with new_session() as session:
+    with make_session() as session:
         session.bake()
         session.save(path)
     return path
-
-
-def new_session() -> dl.Session:
-    """A session of the two cells without light."""
-    scene = two_cells()
-    return dl.Session(scene, dl.Samples.on_vertices(scene, spacing=SPACING), paths=PATHS, threads=2)
 
 
 @pytest.fixture

@@ -49,10 +49,13 @@ def test_page_comes_back_after_the_server_restarted(open_page, session, monkeypa
 def test_a_link_brings_the_view_back(viewer, open_page, server):
     viewer.show("error")
     viewer.press("i")
+    viewer.until("location.hash.includes('isolines=1')")
+    link = viewer.ask("location.hash")
     x, y = viewer.places(3, 3)[8]
     box = viewer.state()["canvas"]
     viewer.drag((box["left"] + x, box["top"] + y), (60, 20))  # orbits
     viewer.settle()
+    viewer.until(f"location.hash !== '{link}'")
     state = viewer.state()
     other = open_page(server.url, viewer.ask("location.hash"))
     other.settle()

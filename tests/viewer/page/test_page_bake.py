@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
-import deltalux as dl
 import pytest
-from conftest import new_session
 from deltalux.server.serving import Server
+
+from viewer.page.two_cells import make_session
 
 WATCH_PROGRESS = """
 window.seen = [];
@@ -19,8 +19,7 @@ new MutationObserver(() => {
 
 @pytest.fixture
 def dark_session():
-    scene_session = new_session()
-    with dl.Session(scene_session.scene, scene_session.samples, paths=4_000_000, threads=2) as session:
+    with make_session(paths=4_000_000) as session:
         yield session
 
 
