@@ -54,6 +54,7 @@ class Server:
         exports = Exports(folder)
         geometry = geometry_of(session)
         self._socket = _listen(host, port)
+        self.port: int = self._socket.getsockname()[1]
         self._host, self.token = host, secrets.token_urlsafe()
         app = make_app(
             Hub(session, exports),
@@ -77,15 +78,15 @@ class Server:
                 timeout_graceful_shutdown=2,
             )
         )
-        self._thread = threading.Thread(
-            target=self._server.run, args=([self._socket],), name="deltalux-server", daemon=True
-        )
-        self._thread.start()
+        # An event, because Ctrl-C in Thread.join() makes Python 3.11 take the thread for ended.
+        self._ended = threading.Event()
+        threading.Thread(target=self._run, name="deltalux-server", daemon=True).start()
 
-    @property
-    def port(self) -> int:
-        """Where it listens."""
-        return self._socket.getsockname()[1]
+    def _run(self) -> None:
+        try:
+            self._server.run([self._socket])
+        finally:
+            self._ended.set()
 
     @property
     def url(self) -> str:
@@ -96,13 +97,12 @@ class Server:
 
     def wait(self, seconds: float | None = None) -> None:
         """Block until the server has stopped, or for some time."""
-        self._thread.join(seconds)
+        self._ended.wait(seconds)
 
     def close(self) -> None:
         """Stop engine and server; whatever was at work is cancelled, the session stays valid."""
         self._server.should_exit = True
-        self._thread.join()
-        self._socket.close()
+        self._ended.wait()
 
     def __enter__(self) -> Server:
         return self

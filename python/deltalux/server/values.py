@@ -77,7 +77,8 @@ class Encoder:
         """Encode both, each (n, 3); the error becomes that of the photopic value, channels correlated."""
         values = np.zeros((len(irradiance), 4), np.float32)
         values[:, :3] = irradiance
-        values[:, 3] = standard_error @ PHOTOPIC_WEIGHTS
+        # einsum: a product with so thin a matrix is five times slower
+        values[:, 3] = np.einsum("nc,c->n", standard_error, PHOTOPIC_WEIGHTS)
         values = self._fill(values)
         self._choose_scale(float(values.max(initial=0.0)))
         rows = (values * np.float32(self._scale)).astype("<f2").view("<u8").ravel()
