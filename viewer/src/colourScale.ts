@@ -105,7 +105,7 @@ export function symmetricScale(values: Float32Array): ColourScale {
     .filter((value) => value !== 0)
     .map(Math.abs)
     .sort()
-  const top = percentile(sizes, 0.995)
+  const top = percentile(sizes, 0.999)
   const high = top > 0 ? roundUp(top) : 1
   return { low: -high, high, logarithmic: false, diverging: true }
 }

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 
 def checked_digest(viewer) -> str:
@@ -38,12 +39,13 @@ def test_arrow_moves_along_its_axis_and_undo_brings_the_same_digest_back(viewer)
     assert checked_digest(viewer) == there
 
 
-def test_object_is_dragged_along_the_floor_by_itself(viewer):
-    before, camera = viewer.pose("post"), viewer.state()["camera"]
-    x, y = viewer.ask("deltalux.project('post')")
+@pytest.mark.parametrize("name", ["post", "crate"])  # the crate is selected: its upright arrow is in the way
+def test_object_is_dragged_along_the_floor_by_itself(viewer, name):
+    before, camera = viewer.pose(name), viewer.state()["camera"]
+    x, y = viewer.ask(f"deltalux.project('{name}')")
     viewer.after(lambda: viewer.drag((x, y), (-25, 10)), "deltalux.state().server.undo !== null")
-    way = viewer.pose("post")[:3, 3] - before[:3, 3]
-    assert viewer.state()["selected"] == "post"
+    way = viewer.pose(name)[:3, 3] - before[:3, 3]
+    assert viewer.state()["selected"] == name
     assert way[0] < -0.05 and way[2] > 0.02 and way[1] == 0
     assert viewer.state()["camera"] == camera
 

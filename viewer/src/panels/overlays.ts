@@ -33,7 +33,8 @@ export function progressBox(remote: RemoteSession): HTMLElement {
     if (!progress) return
     const task = { bake: 'Baking', check: 'Checking', export: 'Exporting' }[progress.task]
     const eta = progress.eta === null ? '' : `, ${seconds(progress.eta)} left`
-    text.textContent = `${task}: ${progress.stage.replaceAll('_', ' ')}, ${Math.floor(100 * progress.fraction)} %${eta}`
+    const done = `${Math.floor(100 * progress.fraction)} %`
+    text.textContent = `${task}: ${progress.stage.replaceAll('_', ' ')}, ${done}${eta}`
     bar.value = progress.fraction
     stop.hidden = progress.task === 'export'
   })

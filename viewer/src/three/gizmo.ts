@@ -47,6 +47,9 @@ export class Gizmo {
   ) {
     this.controls = new TransformControls(stage.camera, stage.canvas)
     this.controls.setSize(0.9)
+    // The object itself is the handle for its plane; boxes and circles over it would only be in the way.
+    for (const extra of ['showXY', 'showXZ', 'showYZ', 'showXYZE', 'showE'] as const)
+      this.controls[extra] = false
     stage.scene.add(this.handle, this.controls.getHelper())
     this.controls.addEventListener('change', stage.invalidate)
     this.controls.addEventListener('objectChange', () => this.follow(true))
@@ -59,6 +62,16 @@ export class Gizmo {
   /** Whether the pointer is on an arrow or ring, or drags one. */
   get engaged(): boolean {
     return this.controls.axis !== null || this.dragging
+  }
+
+  /** Whether a press goes to the body under it: where no handle is, and over its own upright arrow. */
+  leavesTo(body: Body | undefined): boolean {
+    return !this.engaged || (body !== undefined && body === this.body && this.controls.axis === 'Y')
+  }
+
+  /** Takes part in what the pointer does, or not. */
+  setListening(on: boolean): void {
+    this.controls.enabled = on
   }
 
   attach(body: Body | null): void {

@@ -156,7 +156,8 @@ function valuesAttribute(halves: Uint16Array, mesh: MeshInfo): BufferAttribute {
   const { first_vertex: first, vertex_count: count } = mesh
   const view = halves.subarray(CHANNELS * first, CHANNELS * (first + count))
   const attribute = new BufferAttribute(view, CHANNELS).setUsage(DynamicDrawUsage)
-  return Object.assign(attribute, { isFloat16BufferAttribute: true }) // three's own class would copy the array
+  // Marked by hand: three's own class for halves would copy the array.
+  return Object.assign(attribute, { isFloat16BufferAttribute: true })
 }
 
 function coverRanges(attribute: BufferAttribute): void {
