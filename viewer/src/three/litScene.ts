@@ -5,7 +5,7 @@ import type { MeshInfo, PartInfo, Pose, Run, SceneInfo, ValuesFrame } from '../p
 import { CHANNELS, Values } from '../values'
 import { SurfaceMaterials } from './materials'
 
-const MAX_RANGES = 256 // of one mesh waiting for upload; more become one that covers them
+const MAX_RANGES = 16 // of one mesh waiting for upload; more become one that covers them
 
 /** What `geometry.bin` holds. */
 export interface GeometryArrays {

@@ -2,6 +2,7 @@
 // A line around the selected object: its silhouette drawn into a mask, the mask's border over the picture.
 // The object's own colours stay as they are, which false colours need.
 import {
+  Box2,
   Color,
   DoubleSide,
   GLSL3,
@@ -12,6 +13,7 @@ import {
   Scene,
   ShaderMaterial,
   Vector2,
+  Vector3,
   WebGLRenderTarget,
 } from 'three'
 import type { Body } from './litScene'
@@ -99,6 +101,35 @@ export class Outline {
     renderer.render(this.silhouette, stage.camera)
     renderer.setRenderTarget(null)
     renderer.setClearColor(clear, alpha)
+    const around = this.rectangle(body)
+    if (around.isEmpty()) return
+    // Only around the object: a pass over all pixels is what software rendering has no time for.
+    renderer.setScissor(around.min.x, around.min.y, around.max.x - around.min.x, around.max.y - around.min.y)
+    renderer.setScissorTest(true)
     renderer.render(this.overlay, this.overlayCamera)
+    renderer.setScissorTest(false)
+  }
+
+  /** Pixels, from the bottom left, that the line can be in. */
+  private rectangle(body: Body): Box2 {
+    const { camera, canvas } = this.stage
+    const whole = new Box2(new Vector2(), new Vector2(canvas.clientWidth, canvas.clientHeight))
+    body.geometry.computeBoundingBox()
+    const { min, max } = body.geometry.boundingBox!
+    const around = new Box2()
+    for (let corner = 0; corner < 8; corner++) {
+      const at = new Vector3(
+        corner & 1 ? max.x : min.x,
+        corner & 2 ? max.y : min.y,
+        corner & 4 ? max.z : min.z,
+      )
+      at.applyMatrix4(body.matrix).applyMatrix4(camera.matrixWorldInverse)
+      if (at.z > -camera.near) return whole // reaches behind the eye
+      at.applyMatrix4(camera.projectionMatrix)
+      around.expandByPoint(
+        new Vector2((0.5 + 0.5 * at.x) * canvas.clientWidth, (0.5 + 0.5 * at.y) * canvas.clientHeight),
+      )
+    }
+    return around.expandByScalar(2 * WIDTH).intersect(whole)
   }
 }
