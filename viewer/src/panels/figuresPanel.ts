@@ -10,7 +10,7 @@ const STAGE_COLOURS = ['#4f7fbf', '#4fa3a5', '#7fae5c', '#c7a24b', '#c77a4b', '#
 
 export function figuresPanel(remote: RemoteSession, latency: Signal<number | null>): HTMLElement {
   const bar = h('div', { class: 'stages', role: 'img' })
-  const names = h('div', { class: 'stage-names' })
+  const names = h('div', { class: 'stage-names' }, 'Move something, and this shows what it cost.')
   const table = h('dl', { class: 'figures' })
   const result = h('p', { class: 'verdict', role: 'status' })
   const check = button(
