@@ -8,6 +8,7 @@ export default defineConfig({
     outDir: '../python/deltalux/viewer',
     emptyOutDir: true,
     target: 'es2022',
+    license: { fileName: 'LICENSES.md' }, // of what is bundled
     modulePreload: { polyfill: false },
     chunkSizeWarningLimit: 1000,
     rollupOptions: {
