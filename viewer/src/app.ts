@@ -16,10 +16,11 @@ import { timelineBar } from './panels/timelineBar'
 import { viewPanel } from './panels/viewPanel'
 import { Pointer } from './pointer'
 import { Probes } from './probes'
-import type { SceneInfo, StateMessage, ValuesFrame } from './protocol'
+import type { SceneInfo } from './protocol'
 import { RemoteSession } from './remoteSession'
 import { saveScreenshot } from './screenshot'
-import { fromHash, toHash } from './settings'
+import { ServerFlow } from './serverFlow'
+import { fromHash } from './settings'
 import { shortcuts } from './shortcuts'
 import { Cameras } from './three/cameras'
 import { geometryArrays, LitScene } from './three/litScene'
@@ -27,6 +28,7 @@ import { Outline } from './three/outline'
 import { pick } from './three/picking'
 import { Stage } from './three/stage'
 import { Timeline } from './timeline'
+import { keepLink } from './viewLink'
 
 const ACCENT = '#ffb84d'
 
@@ -46,16 +48,19 @@ export class App {
   readonly pointer: Pointer
   readonly timeline: Timeline
   readonly latency = new Latency()
-  readonly frames: number[] = [] // numbers of those received
+  readonly flow: ServerFlow
   private readonly canvas = h('canvas', { tabindex: 0, 'aria-label': 'The scene. Press ? for keys.' })
   private readonly legend: HTMLCanvasElement
   private readonly flyButton: HTMLButtonElement
   private readonly help: HTMLDialogElement
-  private readonly drawn: ValuesFrame[] = [] // arrived, not yet on the screen
 
   constructor(
-    root: HTMLElement, private readonly info: SceneInfo, geometry: ArrayBuffer,
-    private readonly token: string, socket: string, private readonly options: Options,
+    root: HTMLElement,
+    private readonly info: SceneInfo,
+    geometry: ArrayBuffer,
+    private readonly token: string,
+    socket: string,
+    options: Options,
   ) {
     const picture = h('main', {}, this.canvas)
     root.replaceChildren(picture)
@@ -75,27 +80,50 @@ export class App {
     this.timeline = new Timeline(this.objects)
 
     const top = header(info, this.look, this.remote, {
-      showCamera: (index) => this.showCamera(index), fit: () => this.fit(), fly: () => this.fly(), help: () => this.help.showModal(),
+      showCamera: (index) => this.showCamera(index),
+      fit: () => this.fit(),
+      fly: () => this.fly(),
+      help: () => this.help.showModal(),
     })
     this.flyButton = top.fly
     const keys = shortcuts(this)
     this.help = helpDialog(keys)
     listen(keys, (code, down) => this.cameras.key(code, down))
     this.legend = legend(this.look, info.unit)
-    picture.append(this.probes.layer, this.legend, lightState(this.remote), hint(this.objects), progressBox(this.remote), banner(this.remote), notes(this.remote))
-    root.append(top.element, h('aside', {},
-      objectPanel(this.objects, this.remote, this.look),
-      lightPanel(info.groups, this.remote),
-      viewPanel(this.look, info.unit, () => this.remember()),
-      figuresPanel(this.remote, this.latency.last),
-      filePanel(this.remote, info.name, info.folder, (address) => this.withToken(address), () => this.screenshot())),
-    timelineBar(this.timeline), this.help)
+    picture.append(
+      this.probes.layer,
+      this.legend,
+      lightState(this.remote),
+      hint(this.objects),
+      progressBox(this.remote),
+      banner(this.remote),
+      notes(this.remote),
+    )
+    root.append(
+      top.element,
+      h(
+        'aside',
+        {},
+        objectPanel(this.objects, this.remote, this.look),
+        lightPanel(info.groups, this.remote),
+        viewPanel(this.look, info.unit, () => this.remember()),
+        figuresPanel(this.remote, this.latency.last),
+        filePanel(
+          this.remote,
+          info.name,
+          info.folder,
+          (address) => this.withToken(address),
+          () => this.screenshot(),
+        ),
+      ),
+      timelineBar(this.timeline),
+      this.help,
+    )
 
     this.startView(asked.eye)
     this.objects.select(this.objects.names[0] ?? null)
-    this.listenToServer()
-    for (const event of ['change', 'end'] as const) this.cameras.orbit.addEventListener(event, () => this.keepLink())
-    this.look.settings.watch(() => this.keepLink())
+    this.flow = new ServerFlow(this, this.withToken('scene.json'), options.bench)
+    keepLink(this.stage, this.cameras, this.look)
     this.remote.connect()
   }
 
@@ -135,7 +163,10 @@ export class App {
   private startView(eye: ReturnType<typeof fromHash>['eye']): void {
     if (eye) {
       const distance = Math.hypot(...eye.target.map((value, i) => value - eye.pose[12 + i]))
-      this.cameras.show({ name: 'link', pose: eye.pose, vertical_fov: (eye.verticalFov * Math.PI) / 180 }, distance || 1)
+      this.cameras.show(
+        { name: 'link', pose: eye.pose, vertical_fov: (eye.verticalFov * Math.PI) / 180 },
+        distance || 1,
+      )
     } else if (this.info.cameras.length) {
       this.showCamera(0)
     } else {
@@ -143,75 +174,9 @@ export class App {
     }
   }
 
-  private listenToServer(): void {
-    this.remote.onSent = (edit) => this.latency.edit(edit)
-    this.remote.onConnected = () => {
-      this.latency.forget()
-      this.drawn.length = 0
-      void this.checkRun()
-    }
-    this.remote.onValues = (frame) => {
-      const first = !this.lit.values.known
-      this.lit.apply(frame)
-      this.frames.push(frame.seq)
-      this.drawn.push(frame)
-      this.probes.update()
-      if (frame.full || first) void this.look.lightChanged()
-      this.stage.invalidate()
-    }
-    this.stage.afterDrawing.push(() => this.acknowledge())
-    let settled = true
-    this.remote.state.watch((state: StateMessage | null) => {
-      if (!state) return
-      this.latency.state(state)
-      this.objects.follow(state)
-      for (const [name, value] of Object.entries(state.reflectances)) this.lit.materials.setReflectance(name, value)
-      const ready = state.phase === 'ready'
-      if (ready && !settled && this.look.settings.value.mode === 'difference') void this.look.lightChanged()
-      settled = ready
-    })
-  }
-
-  /** Frames are on the screen: the server may send more. */
-  private acknowledge(): void {
-    if (this.drawn.length === 0) return
-    if (this.options.bench) this.waitForGpu()
-    for (const frame of this.drawn) {
-      this.latency.shown(frame.revision)
-      this.remote.acknowledge(frame.seq)
-    }
-    this.drawn.length = 0
-  }
-
-  private waitForGpu(): void {
-    const gl = this.stage.renderer.getContext()
-    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4))
-  }
-
-  /** After a restart the server may serve another scene: then the page starts over. */
-  private async checkRun(): Promise<void> {
-    const answer = await fetch(this.withToken('scene.json'))
-    const info = (await answer.json()) as SceneInfo
-    if (info.run === this.info.run) return
-    const same = info.vertices === this.info.vertices && info.triangles === this.info.triangles && info.name === this.info.name
-    if (!same) location.reload()
-    this.info.run = info.run
-  }
-
   withToken(address: string): string {
     const url = new URL(address, document.baseURI)
     url.searchParams.set('token', this.token)
     return url.href
-  }
-
-  private keepLink(): void {
-    const { camera } = this.stage
-    camera.updateMatrixWorld()
-    const eye = {
-      pose: camera.matrixWorld.toArray(),
-      target: this.cameras.orbit.target.toArray() as [number, number, number],
-      verticalFov: camera.fov,
-    }
-    history.replaceState(null, '', toHash(this.look.settings.value, this.look.meteredExposure, eye))
   }
 }

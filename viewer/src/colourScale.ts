@@ -2,15 +2,28 @@
 // Colour scales: values to colours whose lightness a reader can order, with round ticks.
 // The same anchors and rules as python/deltalux/outputs/colour_scale.py; a test holds them together.
 
+import { percentile } from './percentile'
+
 type Anchor = readonly [lightness: number, chroma: number, hueDegrees: number] // OKLCh
 
 export const SEQUENTIAL: readonly Anchor[] = [
-  [0.17, 0.08, 300], [0.31, 0.15, 292], [0.45, 0.15, 262], [0.58, 0.11, 215],
-  [0.7, 0.14, 158], [0.82, 0.18, 118], [0.91, 0.17, 100], [0.98, 0.06, 100],
+  [0.17, 0.08, 300],
+  [0.31, 0.15, 292],
+  [0.45, 0.15, 262],
+  [0.58, 0.11, 215],
+  [0.7, 0.14, 158],
+  [0.82, 0.18, 118],
+  [0.91, 0.17, 100],
+  [0.98, 0.06, 100],
 ]
 export const DIVERGING: readonly Anchor[] = [
-  [0.3, 0.11, 262], [0.52, 0.16, 256], [0.77, 0.09, 240], [0.96, 0.0, 100],
-  [0.79, 0.11, 65], [0.58, 0.17, 40], [0.34, 0.12, 25],
+  [0.3, 0.11, 262],
+  [0.52, 0.16, 256],
+  [0.77, 0.09, 240],
+  [0.96, 0.0, 100],
+  [0.79, 0.11, 65],
+  [0.58, 0.17, 40],
+  [0.34, 0.12, 25],
 ]
 export const TABLE_SIZE = 256
 const LOG_BEYOND = 8 // spread of values from which a logarithmic scale reads better
@@ -88,17 +101,13 @@ export function scaleFor(values: Float32Array, logarithmic: boolean | null = nul
 
 /** Diverging scale around zero for the values that are not zero. */
 export function symmetricScale(values: Float32Array): ColourScale {
-  const sizes = values.filter((value) => value !== 0).map(Math.abs).sort()
-  const top = percentile(sizes, 0.995)
+  const sizes = values
+    .filter((value) => value !== 0)
+    .map(Math.abs)
+    .sort()
+  const top = percentile(sizes, 0.999)
   const high = top > 0 ? roundUp(top) : 1
   return { low: -high, high, logarithmic: false, diverging: true }
-}
-
-function percentile(sorted: Float32Array, share: number): number {
-  if (sorted.length === 0) return 0
-  const at = share * (sorted.length - 1)
-  const low = Math.floor(at)
-  return sorted[low] + (sorted[Math.min(low + 1, sorted.length - 1)] - sorted[low]) * (at - low)
 }
 
 /** The next of 1, 2, 2.5, 5 times a power of ten. */

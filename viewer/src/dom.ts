@@ -6,12 +6,15 @@ type Attributes = Record<string, string | number | boolean | ((event: never) => 
 
 /** An element; attributes that are functions listen to the event of that name. */
 export function h<K extends keyof HTMLElementTagNameMap>(
-  tag: K, attributes: Attributes = {}, ...children: Child[]
+  tag: K,
+  attributes: Attributes = {},
+  ...children: Child[]
 ): HTMLElementTagNameMap[K] {
   const element = document.createElement(tag)
   for (const [name, value] of Object.entries(attributes)) {
     if (typeof value === 'function') element.addEventListener(name, value as unknown as EventListener)
-    else if (name === 'style') element.style.cssText = String(value) // an attribute would need a laxer security policy
+    else if (name === 'style')
+      element.style.cssText = String(value) // an attribute would need a laxer security policy
     else if (typeof value === 'boolean') element.toggleAttribute(name, value)
     else element.setAttribute(name, String(value))
   }
@@ -23,17 +26,31 @@ export function button(label: string, action: () => void, attributes: Attributes
   return h('button', { type: 'button', click: action, ...attributes }, label)
 }
 
-export function checkbox(label: string, action: (on: boolean) => void, attributes: Attributes = {}): [HTMLLabelElement, HTMLInputElement] {
+export function checkbox(
+  label: string,
+  action: (on: boolean) => void,
+  attributes: Attributes = {},
+): [HTMLLabelElement, HTMLInputElement] {
   const input = h('input', { type: 'checkbox', ...attributes, change: () => action(input.checked) })
   return [h('label', { class: 'check' }, input, label), input]
 }
 
-/** A number field that calls when a number was entered, and keeps quiet otherwise. */
-export function numberField(label: string, action: (value: number) => void, attributes: Attributes = {}): HTMLInputElement {
+/** A number field that calls when a number was entered; Enter gives the keys back to the page. */
+export function numberField(
+  label: string,
+  action: (value: number) => void,
+  attributes: Attributes = {},
+): HTMLInputElement {
   const input = h('input', {
-    type: 'number', step: 'any', 'aria-label': label, ...attributes,
+    type: 'number',
+    step: 'any',
+    'aria-label': label,
+    ...attributes,
     change: () => {
       if (Number.isFinite(input.valueAsNumber)) action(input.valueAsNumber)
+    },
+    keyup: (event: KeyboardEvent) => {
+      if (event.key === 'Enter') input.blur()
     },
   })
   return input

@@ -3,7 +3,7 @@
 import { button, h } from './dom'
 
 export interface Shortcut {
-  keys: string // as shown
+  keys: string // as shown; empty: not shown
   does: string
   matches(event: KeyboardEvent): boolean
   action(): void
@@ -11,7 +11,8 @@ export interface Shortcut {
 
 /** A shortcut by `KeyboardEvent.key` (letters in lower case), without Ctrl. */
 export function plain(key: string, does: string, action: () => void, shown = key.toUpperCase()): Shortcut {
-  const matches = (event: KeyboardEvent) => !event.ctrlKey && !event.metaKey && !event.altKey && event.key.toLowerCase() === key
+  const matches = (event: KeyboardEvent) =>
+    !event.ctrlKey && !event.metaKey && !event.altKey && event.key.toLowerCase() === key
   return { keys: shown, does, matches, action }
 }
 
@@ -41,7 +42,8 @@ function typing(target: EventTarget | null): boolean {
 }
 
 export function helpDialog(shortcuts: Shortcut[]): HTMLDialogElement {
-  const rows = shortcuts.flatMap(({ keys, does }) => [h('dt', {}, h('kbd', {}, keys)), h('dd', {}, does)])
+  const shown = shortcuts.filter(({ keys }) => keys !== '')
+  const rows = shown.flatMap(({ keys, does }) => [h('dt', {}, h('kbd', {}, keys)), h('dd', {}, does)])
   const pointer: [string, string][] = [
     ['Drag an object', 'moves it along the floor'],
     ['Drag an arrow or ring', 'moves or turns the selected object'],
@@ -49,9 +51,12 @@ export function helpDialog(shortcuts: Shortcut[]): HTMLDialogElement {
     ['Shift+click', 'keeps the pins that are there'],
     ['Drag, right drag, wheel', 'orbits, shifts, zooms'],
   ]
-  const dialog = h('dialog', { 'aria-label': 'Keys' },
+  const dialog = h(
+    'dialog',
+    { 'aria-label': 'Keys' },
     h('h2', {}, 'Keys and pointer'),
     h('dl', {}, ...pointer.flatMap(([what, does]) => [h('dt', {}, what), h('dd', {}, does)]), ...rows),
-    button('Close', () => dialog.close(), { class: 'primary' }))
+    button('Close', () => dialog.close(), { class: 'primary' }),
+  )
   return dialog
 }

@@ -18,13 +18,15 @@ export class Latency {
   private sent: Sent[] = []
 
   edit(edit: Edit): void {
-    if (edit.type === 'move') this.sent.push({ name: edit.name, pose: edit.pose, at: performance.now(), revision: null })
+    if (edit.type === 'move')
+      this.sent.push({ name: edit.name, pose: edit.pose, at: performance.now(), revision: null })
   }
 
   /** The server's state shows which of the poses has become which revision; older ones were overtaken. */
   state(state: StateMessage): void {
     for (const sent of this.sent) {
-      if (sent.revision === null && samePose(sent.pose, state.poses[sent.name])) sent.revision = state.revision
+      if (sent.revision === null && samePose(sent.pose, state.poses[sent.name]))
+        sent.revision = state.revision
     }
     const newest = this.sent.findLastIndex((sent) => sent.revision !== null)
     this.sent = this.sent.filter((sent, i) => i >= newest || sent.revision !== null)

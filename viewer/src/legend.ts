@@ -3,14 +3,17 @@
 import { colourTable, DIVERGING, position, SEQUENTIAL, ticks, type ColourScale } from './colourScale'
 import { tick } from './format'
 
-const WIDTH = 92
+const WIDTH = 108
 const BAR = 16
 const LINE = 15 // pixels that a label needs
 const TOP = 34
 const MARGIN = 12
 const UNCHANGED = 26 // for the entry of what has not changed
 
-const tables = { sequential: srgbTable(colourTable(SEQUENTIAL)), diverging: srgbTable(colourTable(DIVERGING)) }
+const tables = {
+  sequential: srgbTable(colourTable(SEQUENTIAL)),
+  diverging: srgbTable(colourTable(DIVERGING)),
+}
 
 function srgbTable(linear: Float32Array): Uint8ClampedArray {
   return Uint8ClampedArray.from(linear, (v, i) =>
@@ -19,14 +22,20 @@ function srgbTable(linear: Float32Array): Uint8ClampedArray {
 }
 
 /** Draws the legend; the canvas gets its size. */
-export function drawLegend(canvas: HTMLCanvasElement, scale: ColourScale, title: string, height: number, ratio: number): void {
+export function drawLegend(
+  canvas: HTMLCanvasElement,
+  scale: ColourScale,
+  title: string,
+  height: number,
+  ratio: number,
+): void {
   canvas.width = WIDTH * ratio
   canvas.height = height * ratio
   canvas.style.width = `${WIDTH}px`
   canvas.style.height = `${height}px`
   const context = canvas.getContext('2d')!
   context.scale(ratio, ratio)
-  context.fillStyle = '#18181bcc'
+  context.fillStyle = '#18181be8'
   context.fillRect(0, 0, WIDTH, height)
   const table = scale.diverging ? tables.diverging : tables.sequential
   const length = height - TOP - MARGIN - (scale.diverging ? UNCHANGED : 0)

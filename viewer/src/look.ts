@@ -11,6 +11,7 @@ import type { Stage } from './three/stage'
 
 export class Look {
   readonly settings: Signal<Settings>
+  metering = 0 // measurements at work
   readonly scale = new Signal<ColourScale | null>(null) // what the legend shows; null in lit pictures
   private readonly measured: Partial<Record<ScaledMode, ColourScale>> = {}
   private readonly creases: Creases
@@ -44,7 +45,13 @@ export class Look {
     const { mode, ranges } = this.settings.value
     if (mode === 'lit') return
     const shown = this.scaleOf(mode)
-    const range = { ...ranges[mode], low: shown.low, high: shown.high, logarithmic: shown.logarithmic, ...part }
+    const range = {
+      ...ranges[mode],
+      low: shown.low,
+      high: shown.high,
+      logarithmic: shown.logarithmic,
+      ...part,
+    }
     if (mode === 'difference') range.low = -range.high
     if (range.logarithmic && !(range.low > 0)) range.low = range.high / 1000
     if (!(range.low < range.high)) return
@@ -63,7 +70,9 @@ export class Look {
   /** Sets the exposure by what is seen now. */
   async meter(): Promise<void> {
     if (!this.lit.values.known) return
+    this.metering++
     const exposure = await measureExposure(this.stage, this.lit)
+    this.metering--
     if (exposure === null) return
     this.metered = exposure
     this.apply()
@@ -78,8 +87,14 @@ export class Look {
       mode === 'difference'
         ? symmetricScale(values.collect((vertex) => values.change(vertex)))
         : mode === 'error'
-          ? scaleFor(values.collect((vertex) => values.standardError(vertex)), logarithmic)
-          : scaleFor(values.collect((vertex) => values.photopic(vertex)), logarithmic)
+          ? scaleFor(
+              values.collect((vertex) => values.standardError(vertex)),
+              logarithmic,
+            )
+          : scaleFor(
+              values.collect((vertex) => values.photopic(vertex)),
+              logarithmic,
+            )
     return this.measured[mode]
   }
 

@@ -10,7 +10,8 @@ const PROTOCOL = 1
 
 async function load(address: string): Promise<Response> {
   const answer = await fetch(address)
-  if (answer.status === 403) throw new Error('The address lacks the right token. Open the one that the viewer printed.')
+  if (answer.status === 403)
+    throw new Error('The address lacks the right token. Open the one that the viewer printed.')
   if (!answer.ok) throw new Error(`The server answered ${answer.status} to ${new URL(answer.url).pathname}.`)
   return answer
 }
@@ -36,5 +37,7 @@ async function start(root: HTMLElement): Promise<void> {
 const root = document.getElementById('app')!
 root.append(h('p', { class: 'loading', role: 'status' }, 'Loading the scene …'))
 start(root).catch((error: unknown) => {
-  root.replaceChildren(h('p', { class: 'loading', role: 'alert' }, error instanceof Error ? error.message : String(error)))
+  root.replaceChildren(
+    h('p', { class: 'loading', role: 'alert' }, error instanceof Error ? error.message : String(error)),
+  )
 })

@@ -92,7 +92,7 @@ export class Objects {
     this.stage.invalidate()
   }
 
-  /** The last step of a drag was refused: back to where the server has the object, which ends the drag there, too. */
+  /** The last step of a drag was refused: back to the server's pose, which ends the drag there, too. */
   private takeBack(name: string): void {
     const state = this.remote.state.value
     if (!state) return

@@ -33,9 +33,11 @@ export class Pointer {
   }
 
   private down = (event: PointerEvent): void => {
-    if (event.button !== 0 || this.objects.gizmo.engaged) return
+    if (event.button !== 0) return
     const { offsetX: x, offsetY: y } = event
     const hit = this.at(x, y)
+    if (!this.objects.gizmo.leavesTo(hit?.body)) return
+    this.objects.gizmo.setListening(false)
     this.press = { x, y, hit, wandered: false, shift: event.shiftKey }
     if (hit?.body.userData.info.movable && !this.cameras.flying) this.cameras.orbit.enabled = false
   }
@@ -61,6 +63,7 @@ export class Pointer {
     this.press = null
     if (!press) return
     this.objects.gizmo.endFloorDrag()
+    this.objects.gizmo.setListening(true)
     this.cameras.orbit.enabled = !this.cameras.flying
     if (press.wandered || event.type === 'pointercancel' || !press.hit) return
     if (press.hit.body.userData.info.movable) this.objects.select(press.hit.body.name)

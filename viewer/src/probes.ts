@@ -24,11 +24,14 @@ export class Probes {
   readonly layer = h('div', { class: 'pins' })
   private pins: Pin[] = []
 
-  constructor(private readonly stage: Stage, private readonly lit: LitScene) {
+  constructor(
+    private readonly stage: Stage,
+    private readonly lit: LitScene,
+  ) {
     stage.afterDrawing.push(() => this.place())
   }
 
-  /** What the picture shows at a hit: values of the triangle's vertices, interpolated; null without samples. */
+  /** What the picture shows at a hit, interpolated in its triangle; null without samples. */
   read(hit: Hit): Reading | null {
     const { values } = this.lit
     if (!hit.sampled || !values.known) return null

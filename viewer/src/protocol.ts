@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The viewer's protocol (docs/reference/viewer-protocol.md): types of all messages, decoding of binary frames.
+// The viewer's protocol (docs/reference/viewer-protocol.md): types of messages, decoding of frames.
 
 export type Pose = number[] // 16 numbers, column-major, rigid, local to world
 export type Rgb = [number, number, number]

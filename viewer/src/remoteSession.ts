@@ -2,7 +2,14 @@
 // The server's session as the page sees it: its state, what it reports, and the edits that it takes.
 import { Connection, type Answer } from './connection'
 import type {
-  CheckedMessage, Edit, ExportedMessage, FrameMessage, ProgressMessage, ServerMessage, StateMessage, ValuesFrame,
+  CheckedMessage,
+  Edit,
+  ExportedMessage,
+  FrameMessage,
+  ProgressMessage,
+  ServerMessage,
+  StateMessage,
+  ValuesFrame,
 } from './protocol'
 import { Signal } from './signal'
 

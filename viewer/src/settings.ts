@@ -67,7 +67,12 @@ export function fromHash(hash: string): { settings: Settings; exposure: number |
   for (const name of Object.keys(settings.ranges) as ScaledMode[]) {
     const range = numbers(fields.get(name), 3)
     if (range && range[0] < range[1] && (range[2] === 0 || range[0] > 0)) {
-      settings.ranges[name] = { automatic: false, low: range[0], high: range[1], logarithmic: range[2] === 1 }
+      settings.ranges[name] = {
+        automatic: false,
+        low: range[0],
+        high: range[1],
+        logarithmic: range[2] === 1,
+      }
     }
   }
   const eye = numbers(fields.get('eye'), 20)

@@ -40,17 +40,29 @@ export function testHooks(app: App): TestHooks {
       exposure: look.exposure,
       known: lit.values.known,
       preview: lit.values.preview,
-      poses: Object.fromEntries(lit.movables.map((body) => [body.name, body.visible ? body.matrix.toArray() : null])),
-      camera: { pose: stage.camera.matrixWorld.toArray(), fov: stage.camera.fov, target: cameras.orbit.target.toArray() },
+      poses: Object.fromEntries(
+        lit.movables.map((body) => [body.name, body.visible ? body.matrix.toArray() : null]),
+      ),
+      camera: {
+        pose: stage.camera.matrixWorld.toArray(),
+        fov: stage.camera.fov,
+        target: cameras.orbit.target.toArray(),
+      },
       canvas: stage.canvas.getBoundingClientRect().toJSON() as object,
     }),
     /** At canvas pixels: the value, where it is, and between which vertices. */
     probe: (x, y) => {
       const hit = app.pointer.at(x, y)
-      return hit && {
-        name: hit.body.name, point: hit.point.toArray(), vertices: hit.vertices, weights: hit.weights,
-        sampled: hit.sampled, reading: app.probes.read(hit),
-      }
+      return (
+        hit && {
+          name: hit.body.name,
+          point: hit.point.toArray(),
+          vertices: hit.vertices,
+          weights: hit.weights,
+          sampled: hit.sampled,
+          reading: app.probes.read(hit),
+        }
+      )
     },
     project: (name) => {
       const body = lit.body(name)
@@ -61,8 +73,9 @@ export function testHooks(app: App): TestHooks {
     gizmoHandle: (axis) => (objects.selected.value === null ? null : onPage(objects.gizmo.arrow(axis))),
     gizmoAxis: () => objects.gizmo.controls.axis,
     /** Nothing to draw, nothing on the way, the light up to date. */
-    idle: () => stage.idle && !remote.busyDragging && remote.state.value?.phase === 'ready',
-    frames: app.frames,
+    idle: () =>
+      stage.idle && look.metering === 0 && !remote.busyDragging && remote.state.value?.phase === 'ready',
+    frames: app.flow.frames,
     latencies: app.latency.all,
   }
 }

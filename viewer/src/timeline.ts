@@ -96,5 +96,9 @@ export function poseAt(keys: { seconds: number; pose: Matrix4 }[], seconds: numb
     pose.decompose(position, turn, new Vector3())
     return { position, turn }
   })
-  return new Matrix4().compose(a.position.lerp(b.position, share), a.turn.slerp(b.turn, share), new Vector3(1, 1, 1))
+  return new Matrix4().compose(
+    a.position.lerp(b.position, share),
+    a.turn.slerp(b.turn, share),
+    new Vector3(1, 1, 1),
+  )
 }

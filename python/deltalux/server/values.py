@@ -42,16 +42,26 @@ class Values:
 
 
 def fill_of(session: Session) -> RimFill:
-    """What static samples at the rim of covered ones show, with the movables taken away.
+    """What samples at the rim of covered ones show, whatever the movables' poses.
 
-    Pictures decide this anew for each pose, which takes a second on large scenes.
+    Static samples are judged among static surfaces, those of a movable on the movable alone. Pictures decide
+    this anew for each pose, which takes a second on large scenes.
     """
     display = session.samples.display
     assert display is not None
-    nowhere = dict.fromkeys(session.poses)
-    surfaces = Surfaces(session.scene, display, nowhere, session.options["threads"] or 0)
-    covered = covered_samples(surfaces) & (display.attached < 0)
-    return rim_fill(covered, display.triangles)
+    surfaces = Surfaces(session.scene, display, _apart(session), session.options["threads"] or 0)
+    return rim_fill(covered_samples(surfaces), display.triangles)
+
+
+def _apart(session: Session) -> dict[str, np.ndarray]:
+    """Poses at which no movable is near anything."""
+    low, high = session.scene.bounds
+    way = 2 * float(np.linalg.norm(high - low))
+    poses = {}
+    for number, name in enumerate(session.poses, 1):
+        poses[name] = session.pose(name)
+        poses[name][0, 3] += number * way
+    return poses
 
 
 class Encoder:

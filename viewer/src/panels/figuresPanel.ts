@@ -13,20 +13,33 @@ export function figuresPanel(remote: RemoteSession, latency: Signal<number | nul
   const names = h('div', { class: 'stage-names' })
   const table = h('dl', { class: 'figures' })
   const result = h('p', { class: 'verdict', role: 'status' })
-  const check = button('Check exactness', () => {
-    result.textContent = ''
-    void remote.edit({ type: 'check' })
-  }, { title: 'Recomputes everything from scratch and compares the digests (X)' })
+  const check = button(
+    'Check exactness',
+    () => {
+      result.textContent = ''
+      void remote.edit({ type: 'check' })
+    },
+    { title: 'Recomputes everything from scratch and compares the digests (X)' },
+  )
   const refresh = () => {
     const frame = remote.frame.value
     if (!frame) return
     showStages(bar, names, frame.milliseconds)
-    table.replaceChildren(...figures(frame, latency.value).flatMap(([name, value]) => [h('dt', {}, name), h('dd', {}, value)]))
+    table.replaceChildren(
+      ...figures(frame, latency.value).flatMap(([name, value]) => [h('dt', {}, name), h('dd', {}, value)]),
+    )
   }
   remote.frame.watch(refresh)
   latency.watch(refresh)
-  remote.checked.watch((checked) => showVerdict(result, checked))
-  remote.state.watch((state) => (check.disabled = !state || ['empty', 'baking', 'preview', 'checking'].includes(state.phase)))
+  let revision: number | undefined // of the verdict
+  remote.checked.watch((checked) => {
+    revision = remote.state.value?.revision
+    showVerdict(result, checked)
+  })
+  remote.state.watch((state) => {
+    if (state?.revision !== revision) result.textContent = ''
+    check.disabled = !state || ['empty', 'baking', 'preview', 'checking'].includes(state.phase)
+  })
   return panel('Live figures', bar, names, table, h('div', { class: 'row' }, check), result)
 }
 
@@ -40,8 +53,10 @@ function figures(frame: FrameMessage, latency: number | null): [string, string][
     ['Method, static part', methodName(frame.static_method)],
     ['Method, moving part', methodName(frame.moving_method)],
   ]
-  if (frame.recompute_milliseconds !== null) rows.push(['Full recompute', milliseconds(frame.recompute_milliseconds)])
-  if (frame.speed_up !== null) rows.push(['Speed-up', `${frame.speed_up.toFixed(frame.speed_up < 10 ? 1 : 0)} ×`])
+  if (frame.recompute_milliseconds !== null)
+    rows.push(['Full recompute', milliseconds(frame.recompute_milliseconds)])
+  if (frame.speed_up !== null)
+    rows.push(['Speed-up', `${frame.speed_up.toFixed(frame.speed_up < 10 ? 1 : 0)} ×`])
   if (latency !== null) rows.push(['Drag to picture', milliseconds(latency)])
   return rows
 }
@@ -59,17 +74,21 @@ function showStages(bar: HTMLElement, names: HTMLElement, times: Record<string, 
   const label = (name: string, value: number) => `${name.replaceAll('_', ' ')} ${milliseconds(value)}`
   bar.setAttribute('aria-label', stages.map(([name, value]) => label(name, value)).join(', '))
   const colour = (i: number) => `background:${STAGE_COLOURS[i % STAGE_COLOURS.length]}`
-  bar.replaceChildren(...stages.map(([name, value], i) =>
-    h('span', { style: `flex-grow:${value};${colour(i)}`, title: label(name, value) })))
-  names.replaceChildren(...stages.map(([name, value], i) =>
-    h('span', {}, h('i', { style: colour(i) }), label(name, value))))
+  bar.replaceChildren(
+    ...stages.map(([name, value], i) =>
+      h('span', { style: `flex-grow:${value};${colour(i)}`, title: label(name, value) }),
+    ),
+  )
+  names.replaceChildren(
+    ...stages.map(([name, value], i) => h('span', {}, h('i', { style: colour(i) }), label(name, value))),
+  )
 }
 
 function showVerdict(element: HTMLElement, checked: CheckedMessage | null): void {
   if (!checked) return
   element.className = checked.same ? 'verdict good' : 'verdict bad'
   element.replaceChildren(
-    checked.same ? `✓ Same digest as a full recompute (${milliseconds(checked.milliseconds)})` : '✗ The digests differ',
+    checked.same ? '✓ Same digest as a recompute' : '✗ The digests differ',
     h('code', { title: checked.digest }, checked.digest.slice(0, 16)),
     ...(checked.same ? [] : [h('code', { title: checked.recomputed }, checked.recomputed.slice(0, 16))]),
   )

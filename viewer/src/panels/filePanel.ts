@@ -13,21 +13,39 @@ const KINDS: [suffix: string, title: string][] = [
 ]
 
 export function filePanel(
-  remote: RemoteSession, scene: string, folder: boolean, withToken: (address: string) => string, screenshot: () => void,
+  remote: RemoteSession,
+  scene: string,
+  folder: boolean,
+  withToken: (address: string) => string,
+  screenshot: () => void,
 ): HTMLElement {
   const shot = button('Screenshot', screenshot, { title: 'Saves the picture as seen here (P)' })
   if (!folder) {
-    return panel('Files', h('div', { class: 'row' }, shot), h('p', { class: 'quiet' }, 'Exports are off: the viewer was started without a folder for them.'))
+    return panel(
+      'Files',
+      h('div', { class: 'row' }, shot),
+      h('p', { class: 'quiet' }, 'Exports are off: the viewer was started without a folder for them.'),
+    )
   }
   const name = h('input', { type: 'text', value: scene, 'aria-label': 'File name', spellcheck: false })
-  const kind = h('select', { 'aria-label': 'Kind of file' }, ...KINDS.map(([suffix, title]) => h('option', { value: suffix }, title)))
+  const kind = h(
+    'select',
+    { 'aria-label': 'Kind of file' },
+    ...KINDS.map(([suffix, title]) => h('option', { value: suffix }, title)),
+  )
   const links = h('ul', { class: 'links', 'aria-label': 'Exported files' })
-  const send = button('Export', () => void remote.edit({ type: 'export', file: name.value.trim() + kind.value }), { class: 'primary' })
+  const send = button(
+    'Export',
+    () => void remote.edit({ type: 'export', file: name.value.trim() + kind.value }),
+    { class: 'primary' },
+  )
   remote.exported.watch((done) => {
     if (!done) return
     const link = h('a', { href: withToken(done.address), download: done.file }, done.file)
     links.prepend(h('li', {}, link, ` ${bytes(done.bytes)}`))
   })
-  remote.state.watch((state) => (send.disabled = !state || ['empty', 'baking', 'preview', 'checking'].includes(state.phase)))
+  remote.state.watch(
+    (state) => (send.disabled = !state || ['empty', 'baking', 'preview', 'checking'].includes(state.phase)),
+  )
   return panel('Files', h('div', { class: 'row' }, name, kind), h('div', { class: 'row' }, send, shot), links)
 }

@@ -13,7 +13,12 @@ const MODE_NAMES: Record<ViewMode, [name: string, key: string]> = {
   difference: ['Difference', '4'],
 }
 const PHASES: Record<string, string> = {
-  empty: 'No light yet', baking: 'Baking', preview: 'Preview', ready: 'Exact', updating: 'Updating', checking: 'Checking',
+  empty: 'No light yet',
+  baking: 'Baking',
+  preview: 'Preview',
+  ready: 'Exact',
+  updating: 'Updating',
+  checking: 'Checking',
 }
 
 export interface HeaderActions {
@@ -23,7 +28,12 @@ export interface HeaderActions {
   help(): void
 }
 
-export function header(info: SceneInfo, look: Look, remote: RemoteSession, actions: HeaderActions): { element: HTMLElement; fly: HTMLButtonElement } {
+export function header(
+  info: SceneInfo,
+  look: Look,
+  remote: RemoteSession,
+  actions: HeaderActions,
+): { element: HTMLElement; fly: HTMLButtonElement } {
   const phase = h('span', { class: 'phase', role: 'status', 'aria-label': 'State of the light' })
   const undo = button('Undo', () => void remote.edit({ type: 'undo' }))
   const redo = button('Redo', () => void remote.edit({ type: 'redo' }))
@@ -44,20 +54,34 @@ export function header(info: SceneInfo, look: Look, remote: RemoteSession, actio
     for (const element of modes) element.setAttribute('aria-pressed', String(element.dataset.mode === mode))
   })
 
-  const cameras = h('select', {
-    'aria-label': 'Camera',
-    change: () => {
-      actions.showCamera(Number(cameras.value))
-      cameras.selectedIndex = 0
+  const cameras = h(
+    'select',
+    {
+      'aria-label': 'Camera',
+      change: () => {
+        actions.showCamera(Number(cameras.value))
+        cameras.selectedIndex = 0
+      },
     },
-  }, h('option', { value: '', disabled: true, selected: true }, 'Camera'),
-  ...info.cameras.map((camera, i) => h('option', { value: i }, camera.name)))
+    h('option', { value: '', disabled: true, selected: true }, 'Camera'),
+    ...info.cameras.map((camera, i) => h('option', { value: i }, camera.name)),
+  )
   const fly = button('Fly', actions.fly, { title: 'Fly with W A S D, Q, E (F)', 'aria-pressed': 'false' })
-  const element = h('header', {},
-    h('h1', {}, h('b', {}, 'Deltalux'), h('span', {}, info.name)), phase,
+  const element = h(
+    'header',
+    {},
+    h('h1', {}, h('b', {}, 'Deltalux'), h('span', {}, info.name)),
+    phase,
     h('div', { class: 'segments', role: 'group', 'aria-label': 'What is shown' }, ...modes),
-    h('div', { class: 'row', role: 'group', 'aria-label': 'Camera' }, cameras, button('Fit', actions.fit, { title: 'Everything, or the selected object (Home)' }), fly),
+    h(
+      'div',
+      { class: 'row', role: 'group', 'aria-label': 'Camera' },
+      cameras,
+      button('Fit', actions.fit, { title: 'Everything, or the selected object (Home)' }),
+      fly,
+    ),
     h('div', { class: 'row', role: 'group', 'aria-label': 'History' }, undo, redo),
-    button('?', actions.help, { 'aria-label': 'Keys', title: 'Keys (?)', class: 'round' }))
+    button('?', actions.help, { 'aria-label': 'Keys', title: 'Keys (?)', class: 'round' }),
+  )
   return { element, fly }
 }

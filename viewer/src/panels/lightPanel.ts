@@ -33,7 +33,11 @@ export function lightPanel(groups: string[], remote: RemoteSession): HTMLElement
       void remote.drag({ type: 'dim', group, factor, dragging })
     }
     const slider = h('input', {
-      type: 'range', min: 0, max: STEPS, 'aria-label': `Light of ${group}`, 'data-group': group,
+      type: 'range',
+      min: 0,
+      max: STEPS,
+      'aria-label': `Light of ${group}`,
+      'data-group': group,
       input: () => {
         held.add(group)
         send(rounded(factorAt(Number(slider.value) / STEPS, logarithmic)), true)
@@ -43,7 +47,11 @@ export function lightPanel(groups: string[], remote: RemoteSession): HTMLElement
         send(rounded(factorAt(Number(slider.value) / STEPS, logarithmic)), false)
       },
     })
-    const reset = button('Reset', () => send(1, false), { class: 'bare', 'aria-label': `Reset the light of ${group}`, title: 'As loaded' })
+    const reset = button('Reset', () => send(1, false), {
+      class: 'bare',
+      'aria-label': `Reset the light of ${group}`,
+      title: 'As loaded',
+    })
     const refresh = () => {
       const factor = factors.get(group) ?? 1
       if (!held.has(group)) slider.value = String(Math.round(STEPS * placeOf(factor, logarithmic)))

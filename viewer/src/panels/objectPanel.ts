@@ -9,7 +9,10 @@ import type { GizmoMode, Placement } from '../three/gizmo'
 const AXES = ['X', 'Y', 'Z'] as const
 
 export function objectPanel(objects: Objects, remote: RemoteSession, look: Look): HTMLElement {
-  const list = h('select', { 'aria-label': 'Movable object', change: () => objects.select(list.value || null) })
+  const list = h('select', {
+    'aria-label': 'Movable object',
+    change: () => objects.select(list.value || null),
+  })
   list.append(h('option', { value: '' }, objects.names.length ? 'nothing selected' : 'nothing is movable'))
   for (const name of objects.names) list.append(h('option', { value: name }, name))
 
@@ -23,7 +26,10 @@ export function objectPanel(objects: Objects, remote: RemoteSession, look: Look)
   }
   const row = (part: keyof Placement, title: string, unit: string, step: number) => {
     const fields = AXES.map((axis, i) =>
-      numberField(`${title} ${axis}, ${unit}`, (value) => change(part, i, value), { step: String(step), 'data-axis': axis }),
+      numberField(`${title} ${axis}, ${unit}`, (value) => change(part, i, value), {
+        step: String(step),
+        'data-axis': axis,
+      }),
     )
     return { fields, element: h('div', { class: 'axes' }, h('span', {}, `${title}, ${unit}`), ...fields) }
   }
@@ -35,7 +41,8 @@ export function objectPanel(objects: Objects, remote: RemoteSession, look: Look)
     rotate: button('Rotate', () => (objects.mode.value = 'rotate'), { title: 'Rings (E)' }),
   }
   objects.mode.watch((mode) => {
-    for (const [name, element] of Object.entries(modes)) element.setAttribute('aria-pressed', String(name === mode))
+    for (const [name, element] of Object.entries(modes))
+      element.setAttribute('aria-pressed', String(name === mode))
   })
   const [snap, snapInput] = checkbox('Snap to 0.1 m and 15°', (on) => look.change({ snapping: on }))
   look.settings.watch(({ snapping }) => {
@@ -43,7 +50,24 @@ export function objectPanel(objects: Objects, remote: RemoteSession, look: Look)
     objects.gizmo.setSnapping(snapping)
   })
 
-  const details = h('div', { class: 'stack' }, h('div', { class: 'row' }, h('div', { class: 'segments', role: 'group', 'aria-label': 'What dragging does' }, modes.translate, modes.rotate), removal), position.element, turn.element, snap)
+  const details = h(
+    'div',
+    { class: 'stack' },
+    h(
+      'div',
+      { class: 'row' },
+      h(
+        'div',
+        { class: 'segments', role: 'group', 'aria-label': 'What dragging does' },
+        modes.translate,
+        modes.rotate,
+      ),
+      removal,
+    ),
+    position.element,
+    turn.element,
+    snap,
+  )
   const refresh = () => {
     const name = objects.selected.value
     list.value = name ?? ''

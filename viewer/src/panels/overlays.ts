@@ -13,7 +13,11 @@ const LEGEND_HEIGHT = 320
 
 /** Banner while the server is away. */
 export function banner(remote: RemoteSession): HTMLElement {
-  const element = h('div', { class: 'banner', role: 'alert' }, 'The server is away. Trying to reach it again …')
+  const element = h(
+    'div',
+    { class: 'banner', role: 'alert' },
+    'The server is away. Trying to reach it again …',
+  )
   remote.link.watch((link) => (element.hidden = link !== 'lost'))
   return element
 }
@@ -29,7 +33,8 @@ export function progressBox(remote: RemoteSession): HTMLElement {
     if (!progress) return
     const task = { bake: 'Baking', check: 'Checking', export: 'Exporting' }[progress.task]
     const eta = progress.eta === null ? '' : `, ${seconds(progress.eta)} left`
-    text.textContent = `${task}: ${progress.stage.replaceAll('_', ' ')}, ${Math.floor(100 * progress.fraction)} %${eta}`
+    const done = `${Math.floor(100 * progress.fraction)} %`
+    text.textContent = `${task}: ${progress.stage.replaceAll('_', ' ')}, ${done}${eta}`
     bar.value = progress.fraction
     stop.hidden = progress.task === 'export'
   })
@@ -52,9 +57,12 @@ export function lightState(remote: RemoteSession): HTMLElement {
 /** What a new user can do first; goes away with the first move. */
 export function hint(objects: Objects): HTMLElement {
   const name = objects.names[0]
-  const element = h('div', { class: 'hint', hidden: name === undefined },
+  const element = h(
+    'div',
+    { class: 'hint', hidden: name === undefined },
     h('span', {}, 'Drag ', h('b', {}, name ?? ''), ', or one of its arrows: the light follows.'),
-    button('×', () => (element.hidden = true), { class: 'bare', 'aria-label': 'Close the hint' }))
+    button('×', () => (element.hidden = true), { class: 'bare', 'aria-label': 'Close the hint' }),
+  )
   objects.moved.push(() => (element.hidden = true))
   return element
 }

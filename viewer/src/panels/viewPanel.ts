@@ -12,20 +12,31 @@ export function viewPanel(look: Look, unit: Unit, remember: () => void): HTMLEle
 function exposureControls(look: Look): HTMLElement {
   const text = h('output', {})
   const slider = h('input', {
-    type: 'range', min: -6, max: 6, step: 0.1, 'aria-label': 'Exposure in stops',
+    type: 'range',
+    min: -6,
+    max: 6,
+    step: 0.1,
+    'aria-label': 'Exposure in stops',
     input: () => look.change({ stops: slider.valueAsNumber }),
   })
   const [automatic, input] = checkbox('Automatic', (on) => {
     look.change({ automaticExposure: on })
     if (on) void look.meter()
   })
-  const meter = button('Meter this view', () => {
-    look.change({ stops: 0 })
-    void look.meter()
-  }, { title: 'Sets the exposure by what is seen now' })
-  const element = h('div', { class: 'stack' },
+  const meter = button(
+    'Meter this view',
+    () => {
+      look.change({ stops: 0 })
+      void look.meter()
+    },
+    { title: 'Sets the exposure by what is seen now' },
+  )
+  const element = h(
+    'div',
+    { class: 'stack' },
     h('div', { class: 'dimmer' }, h('span', {}, 'Exposure'), text, slider),
-    h('div', { class: 'row' }, automatic, meter))
+    h('div', { class: 'row' }, automatic, meter),
+  )
   look.settings.watch((settings) => {
     element.hidden = settings.mode !== 'lit'
     input.checked = settings.automaticExposure
@@ -36,14 +47,21 @@ function exposureControls(look: Look): HTMLElement {
 }
 
 function rangeControls(look: Look, unit: Unit): HTMLElement {
-  const low = numberField(`From, ${unitLabel(unit)}`, (value) => look.changeRange({ automatic: false, low: value }))
-  const high = numberField(`To, ${unitLabel(unit)}`, (value) => look.changeRange({ automatic: false, high: value }))
+  const low = numberField(`From, ${unitLabel(unit)}`, (value) =>
+    look.changeRange({ automatic: false, low: value }),
+  )
+  const high = numberField(`To, ${unitLabel(unit)}`, (value) =>
+    look.changeRange({ automatic: false, high: value }),
+  )
   const [automatic, automaticInput] = checkbox('Automatic', (on) => look.changeRange({ automatic: on }))
   const [log, logInput] = checkbox('Logarithmic', (on) => look.changeRange({ logarithmic: on }))
   const [lines, linesInput] = checkbox('Isolines', (on) => look.change({ isolines: on }))
-  const element = h('div', { class: 'stack' },
+  const element = h(
+    'div',
+    { class: 'stack' },
     h('div', { class: 'axes' }, h('span', {}, `Range, ${unitLabel(unit)}`), low, high),
-    h('div', { class: 'row' }, automatic, log, lines))
+    h('div', { class: 'row' }, automatic, log, lines),
+  )
   const refresh = () => {
     const { mode, ranges, isolines } = look.settings.value
     const scale = look.scale.value
@@ -64,11 +82,19 @@ function rangeControls(look: Look, unit: Unit): HTMLElement {
 
 function rememberControls(look: Look, remember: () => void): HTMLElement {
   const when = h('output', {})
-  const row = h('div', { class: 'row' },
-    button('Remember this state', () => {
-      remember()
-      when.textContent = `at ${new Date().toLocaleTimeString()}`
-    }, { title: 'The difference view shows what changed since then (M)' }), when)
+  const row = h(
+    'div',
+    { class: 'row' },
+    button(
+      'Remember this state',
+      () => {
+        remember()
+        when.textContent = `at ${new Date().toLocaleTimeString()}`
+      },
+      { title: 'The difference view shows what changed since then (M)' },
+    ),
+    when,
+  )
   look.settings.watch(({ mode }) => (row.hidden = mode !== 'difference'))
   return row
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Colours a fragment from interpolated linear values: lit, false colours, difference, or what an exposure meter sees.
+// Colours a fragment from interpolated linear values: lit, false colours, difference, or for the meter.
 // Tone curve as python/deltalux/outputs/tone.py, colours by value as outputs/colour_scale.py.
 precision highp float;
 

@@ -6,7 +6,12 @@ import type { CameraInfo } from '../protocol'
 import type { Stage } from './stage'
 
 const FLY_KEYS: Record<string, [number, number, number]> = {
-  KeyW: [0, 0, -1], KeyS: [0, 0, 1], KeyA: [-1, 0, 0], KeyD: [1, 0, 0], KeyQ: [0, -1, 0], KeyE: [0, 1, 0],
+  KeyW: [0, 0, -1],
+  KeyS: [0, 0, 1],
+  KeyA: [-1, 0, 0],
+  KeyD: [1, 0, 0],
+  KeyQ: [0, -1, 0],
+  KeyE: [0, 1, 0],
 }
 const FLY_SPEED = 0.12 // of the scene's diagonal a second
 const TURN_SPEED = 0.003 // radians a pixel
@@ -17,10 +22,13 @@ export class Cameras {
   private readonly keys = new Set<string>()
   private looking: number | null = null // pointer that turns the head
 
-  constructor(private readonly stage: Stage, private readonly bounds: Box3) {
+  constructor(
+    private readonly stage: Stage,
+    private readonly bounds: Box3,
+  ) {
     const diagonal = bounds.getSize(new Vector3()).length() || 1
-    stage.camera.near = diagonal / 2000
-    stage.camera.far = diagonal * 8
+    stage.camera.near = diagonal / 500 // any nearer, and pictures on far walls flicker through each other
+    stage.camera.far = diagonal * 5
     this.orbit = new OrbitControls(stage.camera, stage.canvas)
     this.orbit.addEventListener('change', stage.invalidate)
     stage.beforeDrawing.push((seconds) => this.step(seconds, diagonal))
@@ -102,7 +110,9 @@ export class Cameras {
     )
     camera.quaternion.setFromEuler(angles)
     const distance = camera.position.distanceTo(this.orbit.target)
-    this.orbit.target.copy(camera.position).add(camera.getWorldDirection(new Vector3()).multiplyScalar(distance))
+    this.orbit.target
+      .copy(camera.position)
+      .add(camera.getWorldDirection(new Vector3()).multiplyScalar(distance))
     this.stage.invalidate()
   }
 }

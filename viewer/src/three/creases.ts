@@ -16,7 +16,12 @@ void main() { colour = vec4(0.2, 0.2, 0.22, 1.0); }`
 
 export class Creases {
   private lines: Object3D[] | null = null // made when they are first shown
-  private readonly material = new ShaderMaterial({ glslVersion: GLSL3, vertexShader, fragmentShader, toneMapped: false })
+  private readonly material = new ShaderMaterial({
+    glslVersion: GLSL3,
+    vertexShader,
+    fragmentShader,
+    toneMapped: false,
+  })
 
   constructor(private readonly bodies: Body[]) {}
 
@@ -29,7 +34,9 @@ export class Creases {
   private make(body: Body): LineSegments {
     const geometry = new BufferGeometry()
     geometry.setAttribute('position', body.geometry.getAttribute('position'))
-    geometry.setIndex(new BufferAttribute(openEdges(body.geometry.index!.array, body.userData.info.vertex_count), 1))
+    geometry.setIndex(
+      new BufferAttribute(openEdges(body.geometry.index!.array, body.userData.info.vertex_count), 1),
+    )
     const line = new LineSegments(geometry, this.material)
     body.add(line)
     return line

@@ -1,6 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Moving the selected object: arrows and rings at its pivot, snapping, or dragging the object itself along the floor.
-import { Box3, Euler, MathUtils, Matrix4, Object3D, Plane, Quaternion, Raycaster, Vector2, Vector3 } from 'three'
+// Moving the selected object: arrows and rings at its pivot, or dragging the object itself along the floor.
+import {
+  Box3,
+  Euler,
+  MathUtils,
+  Matrix4,
+  Object3D,
+  Plane,
+  Quaternion,
+  Raycaster,
+  Vector2,
+  Vector3,
+} from 'three'
 import { TransformControls } from 'three/addons/controls/TransformControls.js'
 import type { Body } from './litScene'
 import type { Stage } from './stage'
@@ -30,9 +41,15 @@ export class Gizmo {
   private floorDrag: { plane: Plane; offset: Vector3; moved: boolean } | null = null
   private snapping = false
 
-  constructor(private readonly stage: Stage, private readonly listener: GizmoListener) {
+  constructor(
+    private readonly stage: Stage,
+    private readonly listener: GizmoListener,
+  ) {
     this.controls = new TransformControls(stage.camera, stage.canvas)
     this.controls.setSize(0.9)
+    // The object itself is the handle for its plane; boxes and circles over it would only be in the way.
+    for (const extra of ['showXY', 'showXZ', 'showYZ', 'showXYZE', 'showE'] as const)
+      this.controls[extra] = false
     stage.scene.add(this.handle, this.controls.getHelper())
     this.controls.addEventListener('change', stage.invalidate)
     this.controls.addEventListener('objectChange', () => this.follow(true))
@@ -45,6 +62,16 @@ export class Gizmo {
   /** Whether the pointer is on an arrow or ring, or drags one. */
   get engaged(): boolean {
     return this.controls.axis !== null || this.dragging
+  }
+
+  /** Whether a press goes to the body under it: where no handle is, and over its own upright arrow. */
+  leavesTo(body: Body | undefined): boolean {
+    return !this.engaged || (body !== undefined && body === this.body && this.controls.axis === 'Y')
+  }
+
+  /** Takes part in what the pointer does, or not. */
+  setListening(on: boolean): void {
+    this.controls.enabled = on
   }
 
   attach(body: Body | null): void {
@@ -152,7 +179,11 @@ export class Gizmo {
     this.handle.updateMatrix()
     const { position, quaternion } = this.handle
     const shift = new Matrix4().makeTranslation(this.pivot.clone().negate())
-    const pose = new Matrix4().compose(position, new Quaternion().copy(quaternion).normalize(), new Vector3(1, 1, 1))
+    const pose = new Matrix4().compose(
+      position,
+      new Quaternion().copy(quaternion).normalize(),
+      new Vector3(1, 1, 1),
+    )
     pose.multiply(shift)
     this.body.matrix.copy(pose)
     this.body.matrixWorldNeedsUpdate = true

@@ -36,7 +36,11 @@ export class LitScene {
   private readonly byName = new Map<string, Body>()
 
   /** `oneTriangle`: draw next to nothing, but upload all (to measure transport without rasterisation). */
-  constructor(readonly info: SceneInfo, arrays: GeometryArrays, oneTriangle = false) {
+  constructor(
+    readonly info: SceneInfo,
+    arrays: GeometryArrays,
+    oneTriangle = false,
+  ) {
     this.materials = new SurfaceMaterials(info.materials)
     this.values = new Values(info.vertices)
     const parts = info.meshes.map((): PartInfo[] => [])
@@ -98,7 +102,8 @@ export class LitScene {
   private geometry(mesh: MeshInfo, parts: PartInfo[], arrays: GeometryArrays): BufferGeometry {
     const { first_vertex: first, vertex_count: count } = mesh
     const geometry = new BufferGeometry()
-    const vectors = (array: Float32Array) => new BufferAttribute(array.subarray(3 * first, 3 * (first + count)), 3)
+    const vectors = (array: Float32Array) =>
+      new BufferAttribute(array.subarray(3 * first, 3 * (first + count)), 3)
     geometry.setAttribute('position', vectors(arrays.points))
     geometry.setAttribute('normal', vectors(arrays.normals))
     geometry.setAttribute('values', valuesAttribute(this.values.halves, mesh))
@@ -106,8 +111,13 @@ export class LitScene {
     return geometry
   }
 
-  /** Triangles of equal material next to each other, whatever the order of parts, so that groups are few. */
-  private groupedIndices(geometry: BufferGeometry, parts: PartInfo[], indices: Uint32Array, firstVertex: number): Uint32Array {
+  /** Triangles of equal material next to each other, so that groups are few, whatever the parts. */
+  private groupedIndices(
+    geometry: BufferGeometry,
+    parts: PartInfo[],
+    indices: Uint32Array,
+    firstVertex: number,
+  ): Uint32Array {
     const buckets = new Map<number, PartInfo[]>()
     for (const part of parts) {
       const index = SurfaceMaterials.index(part.material, part.reversed)
@@ -146,7 +156,8 @@ function valuesAttribute(halves: Uint16Array, mesh: MeshInfo): BufferAttribute {
   const { first_vertex: first, vertex_count: count } = mesh
   const view = halves.subarray(CHANNELS * first, CHANNELS * (first + count))
   const attribute = new BufferAttribute(view, CHANNELS).setUsage(DynamicDrawUsage)
-  return Object.assign(attribute, { isFloat16BufferAttribute: true }) // three's own class would copy the array
+  // Marked by hand: three's own class for halves would copy the array.
+  return Object.assign(attribute, { isFloat16BufferAttribute: true })
 }
 
 function coverRanges(attribute: BufferAttribute): void {

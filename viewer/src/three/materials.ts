@@ -1,9 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shader materials of surfaces: one program, one set of uniforms shared by all, reflectance and emission of each.
+// Shader materials of surfaces: one program and shared uniforms, reflectance and emission of each.
 import {
-  Color, DataTexture, DoubleSide, FloatType, GLSL3, NearestFilter, RGBAFormat, ShaderMaterial, type IUniform,
+  Color,
+  DataTexture,
+  DoubleSide,
+  FloatType,
+  GLSL3,
+  NearestFilter,
+  RGBAFormat,
+  ShaderMaterial,
+  type IUniform,
 } from 'three'
-import { colourTable, DIVERGING, position, SEQUENTIAL, TABLE_SIZE, ticks, type ColourScale } from '../colourScale'
+import {
+  colourTable,
+  DIVERGING,
+  position,
+  SEQUENTIAL,
+  TABLE_SIZE,
+  ticks,
+  type ColourScale,
+} from '../colourScale'
 import type { MaterialInfo, Rgb } from '../protocol'
 import fragmentShader from '../shaders/surface.frag.glsl?raw'
 import vertexShader from '../shaders/surface.vert.glsl?raw'
@@ -14,7 +30,18 @@ export type ShaderMode = keyof typeof MODES
 const MAX_TICKS = 32
 
 function tableTexture(table: Float32Array): DataTexture {
-  const texture = new DataTexture(table, TABLE_SIZE, 1, RGBAFormat, FloatType, undefined, undefined, undefined, NearestFilter, NearestFilter)
+  const texture = new DataTexture(
+    table,
+    TABLE_SIZE,
+    1,
+    RGBAFormat,
+    FloatType,
+    undefined,
+    undefined,
+    undefined,
+    NearestFilter,
+    NearestFilter,
+  )
   texture.needsUpdate = true
   return texture
 }
@@ -63,7 +90,9 @@ export class SurfaceMaterials {
   }
 
   setScale(scale: ColourScale): void {
-    const places = ticks(scale).slice(0, MAX_TICKS).map((value) => position(scale, value))
+    const places = ticks(scale)
+      .slice(0, MAX_TICKS)
+      .map((value) => position(scale, value))
     this.shared.low.value = scale.low
     this.shared.high.value = scale.high
     this.shared.logarithmic.value = scale.logarithmic
@@ -72,7 +101,10 @@ export class SurfaceMaterials {
   }
 
   private make(info: MaterialInfo, reversed: boolean): ShaderMaterial {
-    const modes = Object.entries(MODES).map(([name, value]) => [`MODE_${name.replace(/[A-Z]/g, (c) => `_${c}`).toUpperCase()}`, value])
+    const modes = Object.entries(MODES).map(([name, value]) => [
+      `MODE_${name.replace(/[A-Z]/g, (c) => `_${c}`).toUpperCase()}`,
+      value,
+    ])
     return new ShaderMaterial({
       name: info.name,
       glslVersion: GLSL3,

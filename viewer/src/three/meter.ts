@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Exposure meter: what python/deltalux/outputs/tone.py does with a picture, over a small drawing of the present view.
+// Exposure meter: what python/deltalux/outputs/tone.py does with a picture, over a small one of this view.
 import { FloatType, WebGLRenderTarget } from 'three'
+import { percentile } from '../percentile'
 import type { LitScene } from './litScene'
 import { MODES } from './materials'
 import type { Stage } from './stage'
@@ -9,7 +10,7 @@ const WIDTH = 96
 const HEIGHT = 60
 const KEY = 0.32 // where the typical luminance lands before the tone curve
 
-/** Factor that brings the typical (log-average) luminance of what is seen to a middle tone; null where nothing is lit. */
+/** Factor that brings the typical (log-average) luminance of the view to a middle tone; null in the dark. */
 export async function measureExposure(stage: Stage, lit: LitScene): Promise<number | null> {
   const { renderer } = stage
   const target = new WebGLRenderTarget(WIDTH, HEIGHT, { type: FloatType })
@@ -38,7 +39,7 @@ export function automaticExposure(luminance: number[]): number | null {
   const lit = luminance.filter((value) => value > 0).sort((a, b) => a - b)
   if (lit.length === 0) return null
   // Deep shadow must not make the rest white: it counts as a hundredth of the bright parts.
-  const floor = 0.01 * lit[Math.floor(0.9 * (lit.length - 1))]
+  const floor = 0.01 * percentile(lit, 0.9)
   const sum = luminance.reduce((total, value) => total + Math.log(Math.max(value, floor)), 0)
   return KEY / Math.exp(sum / luminance.length)
 }

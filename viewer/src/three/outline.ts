@@ -1,8 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// A line around the selected object: its silhouette drawn into a mask, the mask's border drawn over the picture.
+// A line around the selected object: its silhouette drawn into a mask, the mask's border over the picture.
 // The object's own colours stay as they are, which false colours need.
 import {
-  Color, DoubleSide, GLSL3, Mesh, MeshBasicMaterial, OrthographicCamera, PlaneGeometry, Scene, ShaderMaterial, Vector2, WebGLRenderTarget,
+  Color,
+  DoubleSide,
+  GLSL3,
+  Mesh,
+  MeshBasicMaterial,
+  OrthographicCamera,
+  PlaneGeometry,
+  Scene,
+  ShaderMaterial,
+  Vector2,
+  WebGLRenderTarget,
 } from 'three'
 import type { Body } from './litScene'
 import type { Stage } from './stage'
@@ -34,15 +44,28 @@ void main() {
 export class Outline {
   body: Body | null = null
   private readonly mask = new WebGLRenderTarget(1, 1, { depthBuffer: false })
-  private readonly white = new MeshBasicMaterial({ color: 0xffffff, side: DoubleSide, depthTest: false, toneMapped: false })
+  private readonly white = new MeshBasicMaterial({
+    color: 0xffffff,
+    side: DoubleSide,
+    depthTest: false,
+    toneMapped: false,
+  })
   private readonly silhouette = new Scene()
   private readonly overlay = new Scene()
   private readonly overlayCamera = new OrthographicCamera()
   private readonly border: ShaderMaterial
 
-  constructor(private readonly stage: Stage, accent: string) {
+  constructor(
+    private readonly stage: Stage,
+    accent: string,
+  ) {
     this.border = new ShaderMaterial({
-      glslVersion: GLSL3, vertexShader, fragmentShader, depthTest: false, depthWrite: false, toneMapped: false,
+      glslVersion: GLSL3,
+      vertexShader,
+      fragmentShader,
+      depthTest: false,
+      depthWrite: false,
+      toneMapped: false,
       uniforms: {
         mask: { value: this.mask.texture },
         pixel: { value: new Vector2() },
@@ -61,7 +84,9 @@ export class Outline {
     const { renderer } = stage
     const size = renderer.getDrawingBufferSize(new Vector2())
     this.mask.setSize(size.x, size.y)
-    this.border.uniforms.pixel.value.set(WIDTH / size.x, WIDTH / size.y).multiplyScalar(renderer.getPixelRatio())
+    this.border.uniforms.pixel.value
+      .set(WIDTH / size.x, WIDTH / size.y)
+      .multiplyScalar(renderer.getPixelRatio())
     const shape = new Mesh(body.geometry, this.white)
     shape.matrixAutoUpdate = false
     shape.matrix.copy(body.matrix)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What lies under a point of the picture. Rays on the processor: they give the triangle and the weights in it,
-// which a pin needs to follow the light, and spare a read-back that stalls the graphics processor.
+// What lies under a point of the picture. Rays on the CPU: they give the triangle and the weights in it,
+// which a pin needs to follow the light, and spare a read-back that stalls the GPU.
 import { Raycaster, Vector2, Vector3, type Camera, type Intersection, type Mesh } from 'three'
 import type { Body } from './litScene'
 
@@ -25,7 +25,10 @@ export function toDevice(canvas: HTMLCanvasElement, x: number, y: number): Vecto
 
 export function pick(camera: Camera, bodies: Body[], at: Vector2): Hit | null {
   raycaster.setFromCamera(at, camera)
-  const hits = raycaster.intersectObjects(bodies.filter((body) => body.visible), false)
+  const hits = raycaster.intersectObjects(
+    bodies.filter((body) => body.visible),
+    false,
+  )
   if (hits.length === 0) return null
   // Of the triangles of a sheet that is lit on both sides, the one that faces the eye counts.
   const near = hits.filter((hit) => hit.distance < hits[0].distance * (1 + SAME_PLACE))

@@ -2,7 +2,7 @@
 // The canvas and its renderer: draws when something changed, and not otherwise.
 import { Color, PerspectiveCamera, Scene, WebGLRenderer } from 'three'
 
-const BACKGROUND = 0x2b2b2e // what pictures show around the scene: linear grey 0.03
+const BACKGROUND = 0x303030 // what pictures show around the scene: linear grey 0.03
 
 export class Stage {
   readonly renderer: WebGLRenderer
@@ -14,7 +14,10 @@ export class Stage {
   private scheduled = false
   private lastTime = 0
 
-  constructor(readonly canvas: HTMLCanvasElement, antialias: boolean) {
+  constructor(
+    readonly canvas: HTMLCanvasElement,
+    antialias: boolean,
+  ) {
     this.renderer = new WebGLRenderer({ canvas, antialias, powerPreference: 'high-performance' })
     this.renderer.autoClear = false
     this.scene.background = new Color(BACKGROUND)
