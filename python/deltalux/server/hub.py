@@ -54,7 +54,7 @@ class Hub:
         self._reach = Reach(session)
         self._history = History(state_of(session))
         self._revision = 0
-        self._phase = "ready" if session.baked else "empty"
+        self._phase = "updating" if session.baked else "empty"  # until the engine says otherwise
         self._pages: set[Page] = set()
         self._values: Values | None = None
         self._kept: dict[str, dict[str, Any]] = {}  # what a page that comes later is told, by type
@@ -122,15 +122,15 @@ class Hub:
         except Error as error:
             page.tell({"type": "error", "id": message.id, "message": str(error)})
             return
-        if not isinstance(message, Export):
-            page.tell({"type": "accepted", "id": message.id})
         if changed:
             self._state_changed(arrival)
+        if not isinstance(message, Export):
+            page.tell({"type": "accepted", "id": message.id, "revision": self._revision})
 
     # ---- requests -----------------------------------------------------------------------------
 
     def _act(self, page: Page, message: Message) -> bool:
-        """Do what a page asks; return whether the wanted state or a setting changed."""
+        """Do what a page asks; return whether the wanted state changed."""
         if isinstance(message, Move):
             self._check_present(message.name, True, "move")
             self._reach.check(message.name, pose_matrix(message.pose))
@@ -148,10 +148,8 @@ class Hub:
             self._history.undo()
         elif isinstance(message, Redo):
             self._history.redo()
-        elif isinstance(message, Budget):
-            self._engine.set_budget(message.milliseconds)
         else:
-            self._start(page, message)
+            self._control(page, message)
             return False
         return True
 
@@ -160,9 +158,12 @@ class Hub:
             found = "taken away; add it first" if expected else "in the scene already"
             raise OptionError(f'{verb} "{name}": it is {found}')
 
-    def _start(self, page: Page, message: Message) -> None:
-        """Give the engine a task, or stop the one at work."""
-        if isinstance(message, Bake):
+    def _control(self, page: Page, message: Message) -> None:
+        """Set the engine's budget, give it a task, or stop the one at work."""
+        if isinstance(message, Budget):
+            self._engine.set_budget(message.milliseconds)
+            self._broadcast(self._state())
+        elif isinstance(message, Bake):
             self._engine.bake()
         elif isinstance(message, Check):
             self._engine.check()

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import sys
 import webbrowser
@@ -28,6 +29,7 @@ class View:
 
     def __init__(self, server: Any) -> None:
         self._server = server
+        atexit.register(self.close)  # no thread may be inside the engine when the interpreter ends
 
     @property
     def url(self) -> str:
@@ -36,6 +38,7 @@ class View:
 
     def close(self) -> None:
         """Stop serving; from now on the session is its owner's again, in the state that was reached."""
+        atexit.unregister(self.close)
         self._server.close()
 
     def wait(self) -> None:
