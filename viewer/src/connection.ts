@@ -13,7 +13,7 @@ export interface Listener {
 }
 
 /** What became of an edit. */
-export type Answer = { accepted: true } | { accepted: false; message: string }
+export type Answer = { accepted: true; revision: number } | { accepted: false; message: string }
 
 export class Connection {
   private socket: WebSocket | null = null
@@ -61,7 +61,7 @@ export class Connection {
       return
     }
     const message = JSON.parse(data) as ServerMessage
-    if (message.type === 'accepted') this.answer(message.id, { accepted: true })
+    if (message.type === 'accepted') this.answer(message.id, { accepted: true, revision: message.revision })
     if (message.type === 'error' && message.id !== null) {
       this.answer(message.id, { accepted: false, message: message.message })
     }

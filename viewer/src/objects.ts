@@ -86,8 +86,8 @@ export class Objects {
     if (this.gizmo.body?.name === name) this.placement.value = this.gizmo.placement()
     for (const watcher of this.moved) watcher(name, pose, dragging)
     const step = { type: 'move', name, pose: pose.toArray(), dragging } as const
-    void this.remote.drag(step).then(({ accepted }) => {
-      if (!accepted && !dragging) this.takeBack(name)
+    void this.remote.drag(step).then((answer) => {
+      if (answer !== 'waiting' && !answer.accepted && !dragging) this.takeBack(name)
     })
     this.stage.invalidate()
   }

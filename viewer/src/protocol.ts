@@ -124,7 +124,7 @@ export type ServerMessage =
   | FrameMessage
   | CheckedMessage
   | ExportedMessage
-  | { type: 'accepted'; id: number }
+  | { type: 'accepted'; id: number; revision: number }
   | { type: 'error'; id: number | null; message: string }
   | { type: 'cancelled'; task: string }
   | { type: 'notice'; message: string }

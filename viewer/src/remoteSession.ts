@@ -33,7 +33,7 @@ export class RemoteSession {
   readonly note = new Signal<Note | null>(null)
   onValues: (frame: ValuesFrame) => void = () => {}
   onConnected: () => void = () => {}
-  onSent: (edit: Edit) => void = () => {}
+  onMoved: (sent: number, revision: number) => void = () => {} // when it was sent, what it became
   private readonly connection: Connection
   private unanswered = 0
   private readonly waitingSteps = new Map<string, DragStep>() // by what they move or dim
@@ -60,18 +60,19 @@ export class RemoteSession {
 
   /** Sends an edit; what the server refuses is shown, and the answer says so. */
   async edit(edit: Edit): Promise<Answer> {
-    this.onSent(edit)
+    const sent = performance.now()
     const answer = await this.connection.send(edit)
+    if (answer.accepted && edit.type === 'move') this.onMoved(sent, answer.revision)
     if (!answer.accepted) this.note.value = { kind: 'error', text: answer.message }
     return answer
   }
 
   /** Sends a step of a drag, or keeps the newest until the server has answered earlier ones. */
-  async drag(step: DragStep): Promise<Answer> {
+  async drag(step: DragStep): Promise<Answer | 'waiting'> {
     const subject = step.type === 'move' ? `object ${step.name}` : `group ${step.group}`
     if (step.dragging && this.unanswered >= MOST_UNANSWERED) {
       this.waitingSteps.set(subject, step)
-      return { accepted: true }
+      return 'waiting'
     }
     this.waitingSteps.delete(subject) // what comes now is newer
     this.unanswered++

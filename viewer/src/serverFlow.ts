@@ -32,7 +32,7 @@ export class ServerFlow {
     private readonly waitForGpu: boolean,
   ) {
     const { remote, latency, stage } = to
-    remote.onSent = (edit) => latency.edit(edit)
+    remote.onMoved = (sent, revision) => latency.accepted(sent, revision)
     remote.onConnected = () => this.startOver()
     remote.onValues = (frame) => this.takeValues(frame)
     remote.state.watch((state) => state && this.takeState(state))
@@ -57,8 +57,7 @@ export class ServerFlow {
   }
 
   private takeState(state: StateMessage): void {
-    const { latency, objects, lit, look } = this.to
-    latency.state(state)
+    const { objects, lit, look } = this.to
     objects.follow(state)
     for (const [name, value] of Object.entries(state.reflectances)) {
       lit.materials.setReflectance(name, value)

@@ -5,7 +5,6 @@ import { describe, expect, it } from 'vitest'
 import { number, tick } from '../src/format'
 import { Latency } from '../src/latency'
 import { factorAt, placeOf } from '../src/panels/lightPanel'
-import type { StateMessage } from '../src/protocol'
 import { defaultSettings, fromHash, toHash } from '../src/settings'
 import { openEdges } from '../src/three/creases'
 import { poseAt } from '../src/timeline'
@@ -71,19 +70,16 @@ describe('creases', () => {
 })
 
 describe('latency', () => {
-  const pose = (x: number) => new Matrix4().setPosition(x, 0, 0).toArray()
-  const state = (revision: number, x: number) =>
-    ({ revision, poses: { box: pose(x) } }) as unknown as StateMessage
-
-  it('is counted for the poses that were computed, not for those that were overtaken', () => {
+  it('is counted for each pose once its revision, or a later one, is on the screen', () => {
     const latency = new Latency()
-    for (const x of [1, 2, 3]) latency.edit({ type: 'move', name: 'box', pose: pose(x), dragging: true })
-    latency.state(state(5, 2))
+    latency.accepted(performance.now() - 100, 5)
+    latency.accepted(performance.now() - 50, 6)
     latency.shown(4)
     expect(latency.all).toHaveLength(0)
     latency.shown(5)
-    expect(latency.all).toHaveLength(1)
-    latency.state(state(6, 3))
+    expect(latency.all).toEqual([expect.closeTo(100, -1.5)])
+    latency.shown(7)
+    expect(latency.all).toHaveLength(2)
     latency.shown(7)
     expect(latency.all).toHaveLength(2)
   })
