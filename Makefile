@@ -13,7 +13,7 @@ SOURCES := $(shell find core bindings python/deltalux -type f \
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help setup build demo test lint format sanitize bench bench-peers clean FORCE
+.PHONY: help setup build demo test lint format viewer viewer-check sanitize bench bench-peers clean FORCE
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -47,6 +47,12 @@ format: $(VENV)/lint.stamp ## Rewrite all sources in the house format
 	$(BIN)/ruff format -q .
 	$(BIN)/clang-format -i $(CPP_FILES)
 
+viewer: ## Test and build the viewer's page into the package (wants Node.js; users need none)
+	cd viewer && npm ci --no-audit --no-fund && npm run check && npm test && npm run build
+
+viewer-check: ## Check that the committed page is what its sources build
+	$(PYTHON) tools/check_viewer_build.py
+
 sanitize: setup ## Run the C++ tests under ASan+UBSan and under TSan
 	@for kind in address thread; do \
 	  cmake -S . -B build/$$kind -G Ninja -DCMAKE_BUILD_TYPE=RelWithDebInfo -DDELTALUX_PYTHON=OFF \
@@ -66,7 +72,7 @@ bench-peers: build $(VENV)/test.stamp ## Measure against Mitsuba 3 and Radiance
 	PYTHONPATH=tests $(BIN)/python benchmarks/peers/office.py
 
 clean: ## Remove everything that earlier runs left in the tree
-	rm -rf $(VENV) build dist demo-output benchmarks/out python/deltalux/_core*.so \
+	rm -rf $(VENV) build dist demo-output benchmarks/out viewer/node_modules python/deltalux/_core*.so \
 	  .pytest_cache .hypothesis .mypy_cache .ruff_cache .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 

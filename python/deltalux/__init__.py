@@ -9,6 +9,7 @@ from .results import Estimate, Frame, Result
 from .samples import Samples
 from .scene import Camera, Material, Mesh, Node, PointLight, Scene, SpotLight, SunLight
 from .segments import Segments, trace, uniform_lines
+from .server import view
 from .session import Session
 from .version import __version__
 
@@ -41,4 +42,5 @@ __all__ = [
     "scenes",
     "trace",
     "uniform_lines",
+    "view",
 ]

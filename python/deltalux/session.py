@@ -94,9 +94,11 @@ class Session:
         self._poses = {m.name: m.pose for m in scene.meshes if m.movable}
         self._removed: set[str] = set()
         self._factors = dict.fromkeys(self._flat.groups, 1.0)
+        self._reflectances = {m.name: tuple(m.reflectance.tolist()) for m in scene.materials}
+        self._box = np.frombuffer(self._core.save()["world"], np.float32).reshape(2, 3)
         self._edits = _core.EditList()
         self._calls = threading.Lock()  # one at a time
-        self._foreign_build: str | None = None  # a file's build where it differs from this one
+        self.foreign_build: str | None = None  # a file's build where it differs from this one
         self._result: tuple[np.ndarray, np.ndarray] | None = None
         self._interpolator: tuple[list, np.ndarray, Interpolator] | None = None
 
@@ -146,7 +148,8 @@ class Session:
             yield session
 
     @property
-    def _baked(self) -> bool:
+    def baked(self) -> bool:
+        """Whether there is light."""
         return self._core is not None and self._core.baked
 
     # ---- edits --------------------------------------------------------------------------------
@@ -233,6 +236,7 @@ class Session:
         if values.shape != (3,) or not np.isfinite(values).all():
             raise OptionError(f'set_reflectance "{material}": found {reflectance!r}, expected 3 numbers')
         self._queue("reflectance", self._flat.materials[material], tuple(values.astype(np.float32).tolist()))
+        self._reflectances[material] = tuple(values.tolist())
 
     # ---- work ---------------------------------------------------------------------------------
 
@@ -243,7 +247,7 @@ class Session:
         self._prepare_choice()
         with self._at_work(self._session()) as session:
             frame = Frame(**session.bake(self.progress))
-        self._foreign_build = None
+        self.foreign_build = None
         return frame
 
     def _prepare_choice(self) -> None:
@@ -285,9 +289,9 @@ class Session:
         budget_ms : stop after about this time; the rest waits for the next call (`Frame.done`).
         """
         session = self._baked_session()
-        if self._foreign_build is not None:
+        if self.foreign_build is not None:
             raise OptionError(
-                f"session: its light was computed by another build ({self._foreign_build}), whose bits may "
+                f"session: its light was computed by another build ({self.foreign_build}), whose bits may "
                 "differ; call recompute() once before the next edit"
             )
         if budget_ms is not None and not budget_ms > 0:
@@ -296,7 +300,7 @@ class Session:
 
     def recompute(self) -> Frame:
         """Compute everything again from scratch in the present state; the digest must not change."""
-        if self._foreign_build is not None:
+        if self.foreign_build is not None:
             return self.bake()
         self._finish()
         self._result = None
@@ -311,21 +315,24 @@ class Session:
 
     # ---- results ------------------------------------------------------------------------------
 
-    def _read(self) -> tuple[np.ndarray, np.ndarray]:
+    def read(self) -> tuple[np.ndarray, np.ndarray]:
+        """`irradiance` and `standard_error` without copies, read-only."""
         if self._result is None:
             with self._at_work(self._baked_session()) as session:
                 self._result = session.read()
+            for array in self._result:
+                array.setflags(write=False)
         return self._result
 
     @property
     def irradiance(self) -> np.ndarray:
         """(n, 3) float64, unit of the scene, as of the last bake or update."""
-        return self._read()[0].copy()
+        return self.read()[0].copy()
 
     @property
     def standard_error(self) -> np.ndarray:
         """(n, 3) float64: standard error of the path sampling, from independent batches of paths."""
-        return self._read()[1].copy()
+        return self.read()[1].copy()
 
     @property
     def gradient(self) -> np.ndarray:
@@ -369,7 +376,7 @@ class Session:
             return session.visible(*rows).astype(bool)
 
         slopes = self.gradient[present] if gradients else None
-        values = self._read()[0][present]
+        values = self.read()[0][present]
         with self._at_work(session):
             return interpolator(asked.points, asked.normals, values, slopes, visible)
 
@@ -427,6 +434,21 @@ class Session:
         return dict(self._factors)
 
     @property
+    def reflectances(self) -> dict[str, tuple[float, ...]]:
+        """Present reflectance of each material, 3 values."""
+        return dict(self._reflectances)
+
+    @property
+    def box(self) -> np.ndarray:
+        """(2, 3) float32, lowest and highest corner: no move may take a mesh or its lights out of it."""
+        return self._box.copy()
+
+    @property
+    def options(self) -> SessionOptions:
+        """The options that the session was made with."""
+        return self._options.copy()
+
+    @property
     def result(self) -> Result:
         """A record of the present results, independent of the session."""
         points, normals = self.world()
@@ -469,8 +491,8 @@ class Session:
         return snapshot.read(Path(path), cls, threads, progress)
 
     def _repr_html_(self) -> str:
-        return self.result._repr_html_() if self._baked else f"<p>{self!r}</p>"
+        return self.result._repr_html_() if self.baked else f"<p>{self!r}</p>"
 
     def __repr__(self) -> str:
-        state = "baked" if self._baked else "not baked"
+        state = "baked" if self.baked else "not baked"
         return f"Session({self.scene!r}, {self.samples!r}, {state})"

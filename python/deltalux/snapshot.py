@@ -43,7 +43,7 @@ def write(path: Path, session: Session) -> None:
         "options": session._options,
         "scene": _pack_scene(session.scene, arrays),
         "samples": _pack_samples(session.samples, arrays),
-        "baked": session._baked,
+        "baked": session.baked,
         "removed": sorted(session._removed),
         "poses": {name: pose.tolist() for name, pose in session._poses.items()},
         "factors": session._factors,
@@ -142,9 +142,12 @@ def _restore(
     session._removed = set(index["removed"])
     session._poses = {name: np.array(pose) for name, pose in index["poses"].items()}
     session._factors = dict(index["factors"])
+    session._box = np.frombuffer(core["world"], np.float32).reshape(2, 3)
+    rows = np.frombuffer(core["reflectance"], np.float32).reshape(-1, 3)
+    session._reflectances = {m.name: tuple(r) for m, r in zip(scene.materials, rows.tolist(), strict=True)}
     built_by = session._session().description()
-    if session._baked and index["built_by"] != built_by:
-        session._foreign_build = f"{index['built_by']}; this is {built_by}"
+    if session.baked and index["built_by"] != built_by:
+        session.foreign_build = f"{index['built_by']}; this is {built_by}"
     return session
 
 

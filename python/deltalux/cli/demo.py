@@ -13,13 +13,14 @@ import typer
 import deltalux as dl
 from deltalux.display_mesh import DisplayMesh
 from deltalux.outputs.images import Picture, difference, render, side_by_side
+from deltalux.outputs.of_session import baked_of
 from deltalux.outputs.vertex_colors import write_glb
 from deltalux.report import Section, page
 
 from .baking import figures, summary_table, total_milliseconds
 from .console import Terminal
 from .options import JsonOption, Move, PathsOption, QuietOption, SeedOption, ThreadsOption
-from .targets import baked_of, check_writable
+from .targets import check_writable, command_line
 from .update import moved_pose
 
 TROLLEY = "trolley"
@@ -78,7 +79,7 @@ def run(
             frame = session.update()
             updated, data = session.digest(), figures(session, frame)
             pictures = _pictures(session, before, irradiance, threads)
-            write_glb(mesh, baked_of(session, context.obj))
+            write_glb(mesh, baked_of(session, command_line(context.obj)))
             again = session.recompute()
             recomputed = session.digest()
     times = Times(*(total_milliseconds(f) for f in (bake, frame, again)))

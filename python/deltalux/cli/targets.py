@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import os
 import shlex
 from collections.abc import Callable, Sequence
@@ -14,6 +13,7 @@ import typer
 import deltalux as dl
 from deltalux.outputs.baked import Baked
 from deltalux.outputs.images import write_png
+from deltalux.outputs.of_session import baked_of
 from deltalux.outputs.tables import write_csv, write_npz
 from deltalux.outputs.vertex_colors import write_glb
 
@@ -85,26 +85,16 @@ def write_targets(
     words : the command line after "deltalux", which every result names
     false_colour : pictures show irradiance instead of the lit scene
     """
-    baked = (
-        baked_of(session, words, false_colour) if any(p.suffix.lower() != SESSION for p in targets) else None
-    )
+    baked = None
     for path in targets:
         suffix = path.suffix.lower()
-        if baked is None or suffix == SESSION:
+        if suffix == SESSION:
             session.save(path)
         else:
+            baked = baked or baked_of(session, command_line(words), false_colour)
             WRITERS[suffix][1](path, baked)
 
 
-def baked_of(session: dl.Session, words: Sequence[str], false_colour: bool = False) -> Baked:
-    """Return what the writers need; the result says which command line made it."""
-    result = session.result
-    about = {"command": shlex.join(["deltalux", *words]), **result.about}
-    return Baked(
-        dataclasses.replace(result, about=about),
-        session.scene,
-        session.samples.display,
-        poses=session.poses,
-        grid=session.samples.grid_shape,
-        false_colour=false_colour,
-    )
+def command_line(words: Sequence[str]) -> str:
+    """Return the command that `words` after "deltalux" make."""
+    return shlex.join(["deltalux", *words])

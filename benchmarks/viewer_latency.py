@@ -1,0 +1,224 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How soon the light follows: a real server, a client in a process of its own, a trolley that is dragged.
+
+    PYTHONPATH=python python benchmarks/viewer_latency.py
+
+The client sends poses, applies the frames that come to an array and acknowledges them at once; what a
+browser needs to draw comes on top. Latency is the time from sending a pose to having applied values that
+include it. "lock step" sends a pose when a frame arrives, "30 a second" whatever happens. The object's
+diagonal is 3 % of the scene's. Writes benchmarks/out/viewer_latency.json.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import json
+import struct
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from itertools import count as count_from
+from pathlib import Path
+from typing import Any
+
+import deltalux as dl
+import numpy as np
+import websockets
+from deltalux.server.serving import Server
+
+OUT = Path(__file__).parent / "out"
+HEADER = struct.Struct("<IIIfII")
+TROLLEY = "trolley"
+WAY = (4.0, 0.0, -1.5)  # metres there and back
+STEP = 0.03  # metres between two poses: a metre a second at 30 poses a second
+RATE = 30.0  # poses a second
+
+
+class Client:
+    """A page without a picture."""
+
+    def __init__(self, connection: websockets.ClientConnection) -> None:
+        self.connection = connection
+        self.values = np.zeros(0, np.uint64)
+        self.state: dict[str, Any] = {}
+        self.first_revision = 0
+        self.sent: dict[int, float] = {}  # when, by the revision that holds the pose
+        self.latencies: list[float] = []
+        self.figures: list[dict[str, Any]] = []
+        self.frames: list[tuple[float, int]] = []  # when, and bytes
+        self.moves = 0
+
+    async def next_frame(self) -> None:
+        """Take messages up to and with the next frame of values."""
+        while True:
+            message = await self.connection.recv()
+            if isinstance(message, bytes):
+                await self.apply(message)
+                return
+            data = json.loads(message)
+            if data["type"] == "state":
+                self.state = data
+            elif data["type"] == "frame":
+                self.figures.append(data)
+            elif data["type"] in ("error", "notice"):
+                raise RuntimeError(data["message"])
+
+    async def apply(self, frame: bytes) -> None:
+        """Write a frame's values into the array and acknowledge it."""
+        _, seq, revision, _, flags, runs = HEADER.unpack_from(frame)
+        table = np.frombuffer(frame, "<u4", 2 * runs, HEADER.size).reshape(-1, 2).tolist()
+        values = np.frombuffer(frame, "<u8", offset=HEADER.size + 8 * runs)
+        if flags & 1:
+            self.values = np.zeros(len(values), np.uint64)
+        at = 0
+        for first, count in table:
+            self.values[first : first + count] = values[at : at + count]
+            at += count
+        now = time.perf_counter()
+        self.frames.append((now, len(frame)))
+        for held in [r for r in self.sent if r <= revision]:
+            self.latencies.append(1e3 * (now - self.sent.pop(held)))
+        await self.connection.send(json.dumps({"type": "ack", "seq": seq}))
+
+    async def rest(self) -> None:
+        """Take messages until nothing is left to do."""
+        while not (self.state.get("phase") == "ready" and self.frames and not self.sent):
+            await self.next_frame()
+        self.first_revision = self.state["revision"]
+
+    async def move(self, pose: list[float]) -> None:
+        """Send the next pose of a drag."""
+        self.moves += 1
+        self.sent[self.first_revision + self.moves] = time.perf_counter()
+        message = {"type": "move", "id": self.moves, "name": TROLLEY, "pose": pose, "dragging": True}
+        await self.connection.send(json.dumps(message))
+
+
+def poses(start: list[float]) -> Iterator[list[float]]:
+    """Poses there and back along the way, without end."""
+    length = float(np.linalg.norm(WAY))
+    for k in count_from(1):
+        turned = k * STEP / length % 2
+        share = min(turned, 2 - turned)
+        yield start[:12] + [start[12 + axis] + share * WAY[axis] for axis in range(3)] + [1.0]
+
+
+async def lock_step(client: Client, way: Iterator[list[float]], end: float) -> None:
+    """A pose each time a frame arrives."""
+    while time.perf_counter() < end:
+        await client.move(next(way))
+        await client.next_frame()
+
+
+async def steady(client: Client, way: Iterator[list[float]], end: float) -> None:
+    """Poses at a constant rate."""
+
+    async def send() -> None:
+        due = time.perf_counter()
+        while due < end:
+            await asyncio.sleep(max(0.0, due - time.perf_counter()))
+            await client.move(next(way))
+            due += 1 / RATE
+
+    sending = asyncio.create_task(send())
+    while not sending.done() or client.sent:
+        await client.next_frame()
+
+
+MODES = {"lock step": lock_step, "30 a second": steady}
+
+
+async def run_client(address: str, mode: str, seconds: float) -> dict[str, Any]:
+    """Drag for some time; what was measured."""
+    async with websockets.connect(address, max_size=None, compression=None) as connection:
+        client = Client(connection)
+        await client.rest()
+        way = poses(client.state["poses"][TROLLEY])
+        client.frames, client.figures = [], []
+        start = time.perf_counter()
+        await MODES[mode](client, way, start + seconds)
+        elapsed = client.frames[-1][0] - start
+        stages = sorted({stage for figure in client.figures for stage in figure["milliseconds"]})
+        return {
+            "mode": mode,
+            "poses": client.moves,
+            "frames": len(client.frames),
+            "frames_per_second": len(client.frames) / elapsed,
+            "p50_milliseconds": float(np.percentile(client.latencies, 50)),
+            "p95_milliseconds": float(np.percentile(client.latencies, 95)),
+            "median_bytes": float(np.median([size for _, size in client.frames])),
+            "median_done": float(np.median([figure["done"] for figure in client.figures])),
+            "median_affected_paths": float(
+                np.median([figure["affected_paths"] for figure in client.figures])
+            ),
+            "median_stage_milliseconds": {
+                stage: float(np.median([figure["milliseconds"].get(stage, 0.0) for figure in client.figures]))
+                for stage in stages
+            },
+        }
+
+
+def measure(session: dl.Session, seconds: float) -> list[dict[str, Any]]:
+    """Serve the session and drag its trolley in each mode, by a client in another process."""
+    results = []
+    for mode in MODES:
+        with Server(session) as server:
+            address = f"ws://127.0.0.1:{server.port}/ws?token={server.token}"
+            command = [sys.executable, __file__, "--client", address, mode, "--seconds", str(seconds)]
+            out = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+        results.append(json.loads(out))
+        print_result(results[-1])
+    return results
+
+
+def print_result(result: dict[str, Any]) -> None:
+    print(
+        f"  {result['mode']:<12} {result['frames_per_second']:5.1f} frames/s, pose to values applied: "
+        f"p50 {result['p50_milliseconds']:.0f} ms, p95 {result['p95_milliseconds']:.0f} ms; "
+        f"{result['median_bytes'] / 1e3:.0f} kB a frame, done {result['median_done']:.0%}"
+    )
+    stages = sorted(result["median_stage_milliseconds"].items(), key=lambda item: -item[1])
+    print("    " + ", ".join(f"{stage} {ms:.1f} ms" for stage, ms in stages if ms >= 0.05), flush=True)
+
+
+def sessions(args: argparse.Namespace) -> Iterator[tuple[str, dl.Session]]:
+    """The sessions to measure: those of files, else the atrium at the default and with the fewest samples."""
+    for file in args.session:
+        yield file, dl.Session.open(file)
+    if not args.session:
+        for name, detail, spacing in (("coarse atrium", 0.5, 2.0), ("atrium", 1.0, None)):
+            scene = dl.scenes.atrium(detail=detail)
+            session = dl.Session(scene, dl.Samples.on_vertices(scene, spacing=spacing), paths=args.paths)
+            session.bake()
+            yield name, session
+
+
+def main() -> int:
+    """Parse the command line and run."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--paths", type=int, default=1_000_000)
+    parser.add_argument("--seconds", type=float, default=10.0, help="of dragging in each mode")
+    parser.add_argument("--session", action="append", default=[], help="a baked atrium.dlx (repeatable)")
+    parser.add_argument("--client", nargs=2, metavar=("ADDRESS", "MODE"), help=argparse.SUPPRESS)
+    args = parser.parse_args()
+    if args.client:
+        print(json.dumps(asyncio.run(run_client(*args.client, args.seconds))))
+        return 0
+    results = []
+    for name, session in sessions(args):
+        with session:
+            paths = session.statistics["paths"]
+            print(f"{name}: {len(session.samples):,} samples, {paths:,} paths", flush=True)
+            measured = measure(session, args.seconds)
+            results.append({"name": name, "samples": len(session.samples), "paths": paths, "modes": measured})
+    OUT.mkdir(exist_ok=True)
+    (OUT / "viewer_latency.json").write_text(json.dumps(results, indent=1))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

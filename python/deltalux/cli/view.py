@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`deltalux view`: a scene or a session in the browser, where objects can be dragged."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import deltalux as dl
+from deltalux.server import is_loopback
+
+from .console import Terminal
+from .inputs import open_scene
+from .options import (
+    LightUnitsOption,
+    MemoryLimitOption,
+    MovableOption,
+    PathsOption,
+    QuietOption,
+    RadiusOption,
+    SeedOption,
+    SpacingOption,
+    ThreadsOption,
+)
+from .targets import SESSION
+
+OF_THE_BAKE = ("movable", "paths", "spacing", "radius", "seed", "memory_limit", "light_units")
+
+SourceArgument = Annotated[
+    str,
+    typer.Argument(
+        metavar="SCENE|SESSION.dlx",
+        help="A .glb, .gltf or .obj file, a bundled scene (atrium, expo, office, cornell_box), or a session "
+        "that bake, update or the viewer wrote.",
+        show_default=False,
+    ),
+]
+HostOption = Annotated[
+    str,
+    typer.Option(
+        "--host",
+        metavar="ADDRESS",
+        help="Where to listen. The default is for this machine only; with any other address, whoever "
+        "reaches it and knows the token can edit the session.",
+    ),
+]
+PortOption = Annotated[
+    int, typer.Option("--port", min=0, max=65535, metavar="N", help="Port to listen on; 0 takes a free one.")
+]
+FolderOption = Annotated[
+    Path,
+    typer.Option(
+        "--folder",
+        metavar="DIR",
+        help="Where the page's exports and saved sessions go; never out of it, nor over files of others.",
+    ),
+]
+NoBrowserOption = Annotated[
+    bool, typer.Option("--no-browser", help="Print the address and do not open a browser.")
+]
+
+
+def run(
+    context: typer.Context,
+    source: SourceArgument,
+    movable: MovableOption = None,
+    paths: PathsOption = 1_000_000,
+    spacing: SpacingOption = None,
+    radius: RadiusOption = None,
+    seed: SeedOption = 1,
+    threads: ThreadsOption = None,
+    memory_limit: MemoryLimitOption = None,
+    light_units: LightUnitsOption = "spec",
+    host: HostOption = "127.0.0.1",
+    port: PortOption = 0,
+    folder: FolderOption = Path(),
+    no_browser: NoBrowserOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Show a scene in the browser: drag an object, and the light follows while it moves.
+
+    The page bakes the scene first and shows coarse light meanwhile. Then select an object with a
+    click and drag its arrows; dim lamps, change colours, compare, undo, export. Ctrl-C ends it.
+
+    [bold]Examples[/]
+
+    The bundled atrium with its trolley:
+    deltalux view atrium
+
+    A file of your own, in which two nodes can be moved:
+    deltalux view room.glb --movable chair --movable "desk lamp"
+
+    A session that was baked before, so that there is light at once:
+    deltalux view office.dlx
+    """
+    terminal = Terminal(as_json=False, quiet=quiet)
+    if Path(source).suffix.lower() == SESSION:
+        _refuse_options_of_the_bake(context, source)
+        with terminal.progress() as progress:
+            session = dl.Session.open(source, threads=threads, progress=progress)
+    else:
+        scene = open_scene(source, movable, light_units)
+        samples = dl.Samples.on_vertices(scene, spacing=spacing, radius=radius)
+        session = dl.Session(
+            scene, samples, paths=paths, seed=seed, threads=threads, memory_limit=memory_limit
+        )
+    terminal.warn(session.scene.warnings)
+    if not session.poses:
+        terminal.warn(["nothing here can be moved; name what should be with --movable NAME"])
+    if not is_loopback(host):
+        terminal.warn(
+            [f"{host} can be reached from other machines; whoever knows the address can edit the session"]
+        )
+    with session:
+        shown = dl.view(
+            session, host=host, port=port, folder=folder, open_browser=not no_browser, block=False
+        )
+        typer.echo(f"{source} is shown at {shown.url}\nCtrl-C ends it")
+        shown.wait()
+
+
+def _refuse_options_of_the_bake(context: typer.Context, source: str) -> None:
+    """Raise BadParameter for options that a session brings along."""
+    for name in OF_THE_BAKE:
+        origin = context.get_parameter_source(name)
+        if origin is not None and origin.name == "COMMANDLINE":
+            option = "--" + name.replace("_", "-")
+            raise typer.BadParameter(f"'{source}' was baked already; leave out {option}, or view the scene")

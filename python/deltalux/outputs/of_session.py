@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the writers need of a session in its present state."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from deltalux.scene import replace_scene
+from deltalux.session import Session
+
+from .baked import Baked
+
+
+def baked_of(session: Session, command: str, false_colour: bool = False) -> Baked:
+    """The session's results with its scene as it is now.
+
+    Parameters
+    ----------
+    session : baked
+    command : what made the result, which names it
+    false_colour : pictures show irradiance instead of the lit scene
+    """
+    result = session.result
+    present = session.reflectances
+    materials = [replace(m, reflectance=present[m.name]) for m in session.scene.materials]
+    return Baked(
+        replace(result, about={"command": command, **result.about}),
+        replace_scene(session.scene, materials=materials),
+        session.samples.display,
+        poses=session.poses,
+        grid=session.samples.grid_shape,
+        false_colour=false_colour,
+        threads=session.options["threads"] or 0,
+    )

@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The addresses of the server."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager, suppress
+from pathlib import Path
+
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response
+from starlette.routing import Mount, Route, WebSocketRoute
+from starlette.staticfiles import StaticFiles
+from starlette.types import ASGIApp
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from deltalux.errors import OptionError
+
+from .exports import Exports
+from .geometry import Geometry
+from .guard import Guard, RateLimit
+from .hub import Hub
+from .page import Page
+
+NEEDS_TOKEN = ("/scene.json", "/geometry.bin", "/files/", "/ws")
+NO_STORE = {"Cache-Control": "no-store"}
+# Close codes of the WebSocket protocol.
+BINARY_MESSAGE, TOO_MANY_MESSAGES, TRY_LATER = 1003, 1008, 1013
+
+
+def make_app(
+    hub: Hub, geometry: Geometry, exports: Exports, *, run: str, host: str, token: str, page: Path
+) -> ASGIApp:
+    """The guarded application.
+
+    Parameters
+    ----------
+    hub, geometry, exports : what it serves
+    run : a word that differs at each start
+    host, token : see `Guard`
+    page : folder of the page's static files
+    """
+    description = {**geometry.description, "run": run, "folder": exports.allowed}
+
+    async def scene(_: Request) -> Response:
+        return JSONResponse(description, headers=NO_STORE)
+
+    async def data(_: Request) -> Response:
+        return Response(geometry.data, media_type="application/octet-stream", headers=NO_STORE)
+
+    async def file(request: Request) -> Response:
+        path = exports.path_of(request.path_params["name"])
+        if path is None:
+            return PlainTextResponse("404: found no file of that name that was written in this run\n", 404)
+        return FileResponse(path, filename=path.name, media_type="application/octet-stream", headers=NO_STORE)
+
+    async def socket(websocket: WebSocket) -> None:
+        await _serve_page(hub, websocket)
+
+    @asynccontextmanager
+    async def lifespan(_: Starlette) -> AsyncIterator[None]:
+        hub.open()
+        yield
+        await asyncio.to_thread(hub.close)
+
+    routes = [
+        Route("/scene.json", scene),
+        Route("/geometry.bin", data),
+        Route("/files/{name}", file),
+        WebSocketRoute("/ws", socket),
+        Mount("/", StaticFiles(directory=page, html=True)),
+    ]
+    return Guard(Starlette(routes=routes, lifespan=lifespan), host, token, NEEDS_TOKEN)
+
+
+async def _serve_page(hub: Hub, websocket: WebSocket) -> None:
+    """Talk to one page until it leaves or misbehaves."""
+    await websocket.accept()
+    try:
+        page = hub.connect()
+    except OptionError as error:
+        await websocket.close(TRY_LATER, str(error))
+        return
+    tasks = (
+        asyncio.create_task(page.send_all(websocket.send_text, websocket.send_bytes)),
+        asyncio.create_task(_receive_all(hub, page, websocket)),
+    )
+    try:
+        finished, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        for task in finished:
+            with suppress(WebSocketDisconnect):
+                task.result()
+    finally:
+        for task in tasks:
+            task.cancel()
+        hub.disconnect(page)
+
+
+async def _receive_all(hub: Hub, page: Page, websocket: WebSocket) -> None:
+    limit = RateLimit()
+    while True:
+        message = await websocket.receive()
+        if message["type"] == "websocket.disconnect":
+            return
+        if message.get("text") is None:
+            await websocket.close(BINARY_MESSAGE, "found a binary message, expected JSON")
+            return
+        if not limit.allows() or page.overflows:
+            await websocket.close(TOO_MANY_MESSAGES, "found too many messages, expected 300 a second")
+            return
+        hub.receive(page, message["text"])

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The editable state of a session as a flat mapping, and how it reaches the session."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Literal
+
+import numpy as np
+
+from deltalux.errors import OptionError
+from deltalux.scene import Scene
+from deltalux.session import Session
+
+Kind = Literal["pose", "present", "factor", "reflectance"]
+Key = tuple[Kind, str]
+# Poses are 16 numbers, column-major; all values compare by ==, so that states do, too.
+Value = tuple[float, ...] | bool | float
+EditState = Mapping[Key, Value]
+
+
+def state_of(session: Session) -> dict[Key, Value]:
+    """Poses, presence, factors and reflectances of `session`, queued edits included."""
+    state: dict[Key, Value] = {}
+    for name, pose in session.poses.items():
+        state["pose", name] = pose_numbers(session.pose(name))
+        state["present", name] = pose is not None
+    for group, factor in session.dim_factors.items():
+        state["factor", group] = factor
+    for material, reflectance in session.reflectances.items():
+        state["reflectance", material] = reflectance
+    return state
+
+
+def queue_edit(session: Session, key: Key, value: Value) -> None:
+    """Queue the edit that gives `key` its `value`.
+
+    Raises
+    ------
+    OptionError
+        Where the session refuses it.
+    """
+    kind, name = key
+    if kind == "pose":
+        session.move(name, pose_matrix(value))
+    elif kind == "present":
+        (session.add if value else session.remove)(name)
+    elif kind == "factor":
+        session.dim(name, float(value))  # type: ignore[arg-type]
+    else:
+        session.set_reflectance(name, value)
+
+
+def differences(session: Session, wanted: EditState) -> dict[Key, Value]:
+    """What of `wanted` the session does not have yet."""
+    present = state_of(session)
+    return {key: value for key, value in wanted.items() if present[key] != value}
+
+
+def pose_numbers(pose: np.ndarray) -> tuple[float, ...]:
+    """A 4x4 pose as 16 numbers, column by column."""
+    return tuple(np.asarray(pose, np.float64).T.ravel().tolist())
+
+
+def pose_matrix(numbers: object) -> np.ndarray:
+    """The 4x4 pose that `pose_numbers` made flat."""
+    return np.array(numbers, np.float64).reshape(4, 4).T
+
+
+class Reach:
+    """Tells whether objects stay in the box that the session was made for, without asking the session.
+
+    The session answers one call at a time; a pose must be accepted or refused while it works.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self._low, self._high = session.box
+        self._points = {name: _points_of(session.scene, name) for name in session.poses}
+
+    def check(self, name: str, pose: np.ndarray) -> None:
+        """Raise OptionError where `pose` takes the object `name` out of the box."""
+        points = (self._points[name] @ pose[:3, :3].T + pose[:3, 3]).astype(np.float32)
+        if (points < self._low).any() or (points > self._high).any():
+            raise OptionError(
+                f'move "{name}": it would leave the box that the session was made for (the scene\'s bounds); '
+                "move it inside, or start a new session with it there"
+            )
+
+
+def _points_of(scene: Scene, name: str) -> np.ndarray:
+    """Vertices of a movable and the places of its lights, local."""
+    mesh = scene.mesh(name)
+    lights = [light.position for light in scene.lights
+              if light.attached_to == name and hasattr(light, "position")]  # fmt: skip
+    return np.concatenate([mesh.vertices, np.reshape(lights, (-1, 3))]).astype(np.float32)

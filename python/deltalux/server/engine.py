@@ -1,0 +1,302 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The one thread that works with the session: it follows the newest wanted state, and bakes and checks."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from deltalux.errors import Cancelled, Error, OptionError
+from deltalux.session import Session
+
+from .edits import EditState, Key, Value, differences, queue_edit, state_of
+from .figures import Figures
+from .previews import previews
+from .progress import BAKE, RECOMPUTE, TaskProgress
+from .values import Encoder, Values, fill_of
+
+BUDGET = 50.0  # milliseconds of one update while dragging, until a page sets another
+REST_BUDGET = 250.0  # at rest; between two updates the pages see what is done, and newer edits get their turn
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What pages asked for last."""
+
+    state: EditState
+    revision: int = 0
+    dragging: bool = False
+    arrival: float = 0.0  # time.perf_counter()
+
+
+@dataclass(frozen=True)
+class Phase:
+    """What the engine does now, a `phase` of the protocol."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class Refused:
+    """An edit that the session refused; `value` is what it has instead."""
+
+    key: Key
+    value: Value
+    message: str
+
+
+Event = Phase | Refused | Values | dict[str, Any]  # a dict goes to every page as it is
+
+
+@dataclass(frozen=True)
+class _Task:
+    name: str
+    work: Callable[[TaskProgress], None]
+
+
+class Engine:
+    """Owns a session and a thread.
+
+    Parameters
+    ----------
+    session : Session
+        Nobody else may use it from `start` until `stop` has returned.
+    tell : takes events, from the engine's thread
+    """
+
+    def __init__(self, session: Session, tell: Callable[[Event], None]) -> None:
+        self._session, self._tell = session, tell
+        self._own_progress = session.progress  # the user's, which gets it back
+        self._changed = threading.Condition()
+        self._wanted = Wanted(state_of(session))
+        self._budget: float | None = BUDGET
+        self._followed = 0  # revision that was handed to the session
+        self._unfinished = False  # an update's budget ended before its work
+        self._tasks: deque[_Task] = deque()
+        self._at_work: _Task | None = None
+        self._cancelled = self._stopping = False
+        self._phase = ""
+        self._figures = Figures()
+        self._encoder: Encoder | None = None
+        self._thread = threading.Thread(target=self._run, name="deltalux-engine", daemon=True)
+
+    # ---- for other threads --------------------------------------------------------------------
+
+    def start(self) -> None:
+        """Show the light there is, or bake."""
+        first = self._bake if not self._session.baked or self._session.foreign_build else self._show
+        self._session.progress = None
+        self._tasks.append(_Task("bake", first))
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Stop whatever is at work and end the thread."""
+        with self._changed:
+            self._stopping = self._cancelled = True
+            self._changed.notify()
+        self._thread.join()
+        self._session.progress = self._own_progress
+
+    def want(self, wanted: Wanted) -> None:
+        """Follow this state from now on; states that were not reached yet are skipped."""
+        with self._changed:
+            self._wanted = wanted
+            self._changed.notify()
+
+    def set_budget(self, milliseconds: float | None) -> None:
+        """Time for one update while dragging; None = as long as it takes."""
+        with self._changed:
+            self._budget = milliseconds
+
+    @property
+    def budget(self) -> float | None:
+        """Milliseconds for one update while dragging."""
+        return self._budget
+
+    def bake(self) -> None:
+        """Ask for a bake; OptionError while another task is at work."""
+        self._admit(_Task("bake", self._bake))
+
+    def check(self) -> None:
+        """Ask for a recompute and a comparison of digests; OptionError while another task is at work."""
+        self._admit(_Task("check", self._check))
+
+    def export(self, work: Callable[[Session], None]) -> None:
+        """Run `work` between updates; OptionError while another task is at work."""
+        self._admit(_Task("export", lambda progress: self._export(work, progress)))
+
+    def cancel(self) -> None:
+        """Stop the bake or check at work; OptionError where there is none."""
+        with self._changed:
+            if self._at_work is None or self._at_work.name == "export":
+                raise OptionError("cancel: found no bake and no check at work")
+            self._cancelled = True
+
+    def _admit(self, task: _Task) -> None:
+        with self._changed:
+            busy = self._at_work or next(iter(self._tasks), None)
+            if busy:
+                raise OptionError(
+                    f"{task.name}: found the {busy.name} still at work, expected none; wait, or cancel it"
+                )
+            self._tasks.append(task)
+            self._changed.notify()
+
+    # ---- the thread ---------------------------------------------------------------------------
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(self._has_work)
+                if self._stopping:
+                    return
+                self._at_work = self._tasks.popleft() if self._tasks else None
+                self._cancelled = False
+            try:
+                if self._at_work:
+                    self._at_work.work(self._progress(self._at_work.name))
+                else:
+                    self._follow()
+            except Cancelled:
+                self._tell({"type": "cancelled", "task": self._at_work.name if self._at_work else "update"})
+            except Exception as error:
+                self._report(error)
+            with self._changed:
+                self._at_work = None
+            self._session.progress = None
+            self._set_phase(self._resting_phase())
+
+    def _has_work(self) -> bool:
+        return self._stopping or bool(self._tasks) or (self._session.baked and self._behind())
+
+    def _behind(self) -> bool:
+        return self._unfinished or self._wanted.revision != self._followed
+
+    def _resting_phase(self) -> str:
+        if not self._session.baked:
+            return "empty"
+        return "updating" if self._behind() else "ready"
+
+    def _set_phase(self, name: str) -> None:
+        if name != self._phase:
+            self._phase = name
+            self._tell(Phase(name))
+
+    def _progress(self, task: str) -> TaskProgress:
+        return TaskProgress(task, self._tell, lambda: self._cancelled)
+
+    def _report(self, error: Exception) -> None:
+        """Tell everybody; what failed is tried again with the next edit, not before."""
+        self._unfinished = False
+        self._followed = self._wanted.revision
+        if not isinstance(error, (Error, OSError, MemoryError)):
+            log.error("the engine failed", exc_info=error)
+        text = str(error) if isinstance(error, (Error, OSError)) else f"{type(error).__name__}: {error}"
+        task = self._at_work.name if self._at_work else "update"
+        self._tell({"type": "notice", "message": f"{task} failed: {text}"})
+
+    def _publish(self, revision: int, session: Session | None = None) -> None:
+        """Send the values of `session`, a throw-away one of a preview, or of the real one."""
+        if self._encoder is None:
+            self._encoder = Encoder(fill_of(self._session))
+        values = (session or self._session).read()
+        self._tell(self._encoder.encode(*values, revision, preview=session is not None))
+
+    # ---- what it does -------------------------------------------------------------------------
+
+    def _hand_over(self) -> tuple[Wanted, bool]:
+        """Queue what is wanted; return it, and whether anything was new."""
+        with self._changed:
+            wanted = self._wanted
+        edits = differences(self._session, wanted.state)
+        for key, value in edits.items():
+            try:
+                queue_edit(self._session, key, value)
+            except OptionError as error:
+                self._tell(Refused(key, state_of(self._session)[key], str(error)))
+        self._followed = wanted.revision
+        return wanted, bool(edits)
+
+    def _follow(self) -> None:
+        """One update towards the newest wanted state."""
+        self._set_phase("updating")
+        wanted, fresh = self._hand_over()
+        frame = self._session.update(self._budget if wanted.dragging else REST_BUDGET)
+        self._unfinished = frame.done < 1
+        start = time.perf_counter()
+        self._publish(wanted.revision)
+        end = time.perf_counter()
+        self._tell(
+            self._figures.of_update(
+                self._session,
+                frame,
+                wanted.revision,
+                fresh=fresh,
+                publishing=1e3 * (end - start),
+                latency=1e3 * (end - wanted.arrival) if fresh else None,
+            )
+        )
+
+    def _show(self, progress: TaskProgress) -> None:
+        """Publish the light of a session that was baked before."""
+        self._figures.read_methods(self._session)
+        self._publish(self._wanted.revision)
+
+    def _bake(self, progress: TaskProgress) -> None:
+        """Compute everything; where there is no light yet, coarse bakes come first."""
+        self._set_phase("baking")
+        wanted, _ = self._hand_over()
+        progress.part(0.0, 1.0, BAKE)
+        if self._session.foreign_build:
+            self._publish(wanted.revision)
+        elif not self._session.baked:
+            for coarse in previews(self._session, wanted.state, progress):
+                self._publish(wanted.revision, coarse)
+                self._set_phase("preview")
+        self._session.progress = progress
+        start = time.perf_counter()
+        frame = self._session.bake()
+        seconds = time.perf_counter() - start
+        self._unfinished = False
+        self._publish(wanted.revision)
+        self._tell(self._figures.of_bake(self._session, frame, wanted.revision, seconds))
+
+    def _check(self, progress: TaskProgress) -> None:
+        """Recompute everything and compare the digests."""
+        self._set_phase("checking")
+        self._hand_over()
+        progress.part(0.0, 1.0, RECOMPUTE)
+        self._session.progress = progress
+        digest = self._session.digest()
+        start = time.perf_counter()
+        self._session.recompute()
+        milliseconds = 1e3 * (time.perf_counter() - start)
+        recomputed = self._session.digest()
+        self._unfinished = False
+        self._figures.recompute_milliseconds = milliseconds
+        self._publish(self._followed)
+        self._tell(
+            {
+                "type": "checked",
+                "same": digest == recomputed,
+                "digest": digest,
+                "recomputed": recomputed,
+                "milliseconds": milliseconds,
+            }
+        )
+
+    def _export(self, work: Callable[[Session], None], progress: TaskProgress) -> None:
+        progress("export", 0.0)
+        if self._session.baked:
+            self._hand_over()
+            self._session.update()
+            self._unfinished = False
+            self._publish(self._followed)
+        work(self._session)

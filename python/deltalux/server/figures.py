@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The live figures: what a bake, an update or a check did, as messages."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from deltalux.results import Frame
+from deltalux.session import Session
+
+REPEATED = ("trace", "deposit", "direct")  # stages of a bake that a recompute does, too
+
+
+@dataclass
+class Figures:
+    """Figures since the last edit, added up over the updates that it took, and the speed-up.
+
+    `recompute_milliseconds` is what computing the present state from scratch takes: from the last check,
+    before there was one from the bake's stages that a recompute repeats; None before both.
+    """
+
+    recompute_milliseconds: float | None = None
+    _methods: dict[str, str | None] = field(default_factory=dict)
+    _milliseconds: dict[str, float] = field(default_factory=dict)
+    _affected: int = 0
+    _retraced: int = 0
+
+    def of_bake(self, session: Session, frame: Frame, revision: int, seconds: float) -> dict[str, Any]:
+        """The `frame` message of a bake."""
+        self.recompute_milliseconds = sum(frame.milliseconds[stage] for stage in REPEATED)
+        self.read_methods(session)
+        self._start_again()
+        self._add(frame, {"total": 1e3 * seconds})
+        return self._message(session, revision, 1.0) | {"speed_up": None, "latency": None}
+
+    def of_update(
+        self,
+        session: Session,
+        frame: Frame,
+        revision: int,
+        *,
+        fresh: bool,
+        publishing: float,
+        latency: float | None,
+    ) -> dict[str, Any]:
+        """The `frame` message of an update.
+
+        Parameters
+        ----------
+        fresh : it applied edits; else it went on with those of the updates before
+        publishing : milliseconds for reading and encoding the values
+        latency : milliseconds from the newest edit's arrival to the values, None where nothing was new
+        """
+        if fresh:
+            self._start_again()
+        self._add(frame, {"values": publishing})
+        recompute = self.recompute_milliseconds
+        speed_up = recompute / self._milliseconds["total"] if recompute and frame.done == 1 else None
+        return self._message(session, revision, frame.done) | {"speed_up": speed_up, "latency": latency}
+
+    def read_methods(self, session: Session) -> None:
+        """Take note of the methods in use, which change with a bake only."""
+        parts = session.plan.parts
+        moving = dict.fromkeys(part.chosen for name, part in parts.items() if name != "static")
+        self._methods = {"static_method": parts["static"].chosen, "moving_method": ", ".join(moving) or None}
+
+    def _start_again(self) -> None:
+        self._milliseconds, self._affected, self._retraced = {}, 0, 0
+
+    def _add(self, frame: Frame, more: Mapping[str, float]) -> None:
+        for stage, value in (*frame.milliseconds.items(), *more.items()):
+            self._milliseconds[stage] = self._milliseconds.get(stage, 0.0) + value
+        self._affected += frame.affected_paths
+        self._retraced += frame.retraced_segments
+
+    def _message(self, session: Session, revision: int, done: float) -> dict[str, Any]:
+        statistics = session.statistics
+        return {
+            "type": "frame",
+            "revision": revision,
+            "milliseconds": dict(self._milliseconds),
+            "affected_paths": self._affected,
+            "paths": statistics["paths"],
+            "retraced_segments": self._retraced,
+            "segments": statistics["segments"],
+            "done": done,
+            **self._methods,
+            "recompute_milliseconds": self.recompute_milliseconds,
+        }

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a page draws: the display mesh, its parts, materials and cameras, as JSON and one block of bytes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from deltalux.display_mesh import DisplayMesh
+from deltalux.errors import OptionError
+from deltalux.outputs.camera import automatic_camera
+from deltalux.scene import Camera, Scene
+from deltalux.session import Session
+from deltalux.surfaces import Surfaces
+
+from .edits import pose_numbers
+
+PROTOCOL = 1
+
+
+@dataclass(frozen=True, eq=False)
+class Geometry:
+    """`scene.json`, but for `run` and `folder`, and `geometry.bin`."""
+
+    description: dict[str, Any]
+    data: bytes
+
+
+def display_of(session: Session) -> DisplayMesh:
+    """The mesh whose vertices the samples are; OptionError where there is none."""
+    display, count = session.samples.display, len(session.samples)
+    if display is None or len(display.points) != count:
+        raise OptionError(
+            f"view: found {count} samples that are not the vertices of a display mesh (a working plane has "
+            "none), expected Samples.on_vertices(scene); leave out --grid"
+        )
+    return display
+
+
+def geometry_of(session: Session) -> Geometry:
+    """Describe the scene and its display mesh.
+
+    Raises
+    ------
+    OptionError
+        Where the samples are not the vertices of a display mesh.
+    """
+    scene, display = session.scene, display_of(session)
+    order = np.lexsort((display.reversed, display.triangle_material, display.triangle_mesh))
+    arrays = {
+        "points": display.points.astype("<f4"),
+        "normals": display.normals.astype("<f4"),
+        "indices": display.triangles[order].astype("<u4"),
+    }
+    low, high = scene.bounds
+    description = {
+        "protocol": PROTOCOL,
+        "name": Path(scene.source).stem if scene.source else "scene",
+        "unit": scene.unit,
+        "bounds": [low.tolist(), high.tolist()],
+        "vertices": len(display.points),
+        "triangles": len(order),
+        "arrays": _layout(arrays),
+        "parts": _parts(display, order),
+        "meshes": _meshes(scene, display),
+        "materials": [
+            {
+                "name": m.name,
+                "reflectance": m.reflectance.tolist(),
+                "emission": m.emission.tolist(),
+                "two_sided": m.two_sided,
+            }
+            for m in scene.materials
+        ],
+        "groups": list(session.dim_factors),
+        "cameras": [_camera(c) for c in (*scene.cameras, _good_view(session, display))],
+    }
+    return Geometry(description, b"".join(array.tobytes() for array in arrays.values()))
+
+
+def _layout(arrays: dict[str, np.ndarray]) -> dict[str, dict[str, Any]]:
+    ends = np.cumsum([0, *(array.nbytes for array in arrays.values())]).tolist()
+    return {
+        name: {"offset": offset, "length": array.nbytes, "type": f"{array.dtype.kind}32"}
+        for (name, array), offset in zip(arrays.items(), ends[:-1], strict=True)
+    }
+
+
+def _parts(display: DisplayMesh, order: np.ndarray) -> list[dict[str, Any]]:
+    columns = (display.triangle_mesh, display.triangle_material, display.reversed)
+    mesh, material, reverse = (column[order] for column in columns)
+    new = np.r_[True, (np.diff(mesh) != 0) | (np.diff(material) != 0) | (reverse[1:] != reverse[:-1])]
+    return [
+        {
+            "mesh": int(mesh[first]),
+            "material": int(material[first]),
+            "first": first,
+            "count": end - first,
+            "reversed": bool(reverse[first]),
+        }
+        for first, end in pairwise([*np.flatnonzero(new).tolist(), len(order)])
+    ]
+
+
+def _meshes(scene: Scene, display: DisplayMesh) -> list[dict[str, Any]]:
+    """Vertices are numbered by the first triangle that has them, hence mesh by mesh."""
+    assert (np.diff(display.vertex_mesh) >= 0).all()
+    first = np.searchsorted(display.vertex_mesh, np.arange(len(scene.meshes) + 1)).tolist()
+    return [
+        {"name": m.name, "movable": m.movable, "first_vertex": start, "vertex_count": end - start}
+        for m, (start, end) in zip(scene.meshes, pairwise(first), strict=True)
+    ]
+
+
+def _good_view(session: Session, display: DisplayMesh) -> Camera:
+    """The automatic camera; there may be no light yet, so all surfaces count as lit."""
+    surfaces = Surfaces(session.scene, display, session.poses, session.options["threads"] or 0)
+    return automatic_camera(surfaces, np.ones(len(display.points)))
+
+
+def _camera(camera: Camera) -> dict[str, Any]:
+    return {
+        "name": camera.name,
+        "pose": pose_numbers(camera.pose),
+        "vertical_fov": float(camera.vertical_fov),
+    }

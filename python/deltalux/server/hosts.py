@@ -1,0 +1,16 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which addresses belong to this machine alone."""
+
+from __future__ import annotations
+
+import ipaddress
+
+LOOPBACK_NAMES = ("localhost", "127.0.0.1", "::1")
+
+
+def is_loopback(host: str) -> bool:
+    """Whether `host` names this machine and nobody else reaches it."""
+    try:
+        return host == "localhost" or ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False

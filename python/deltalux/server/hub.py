@@ -1,0 +1,249 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where pages and engine meet: messages become edits of the one wanted state, events go to all pages."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from typing import Any
+
+from deltalux.errors import Error, OptionError
+from deltalux.session import Session
+
+from .edits import Key, Reach, Value, pose_matrix, state_of
+from .engine import Engine, Event, Phase, Refused, Wanted
+from .exports import Exports
+from .history import History
+from .messages import (
+    Ack,
+    Add,
+    BadMessage,
+    Bake,
+    Budget,
+    Cancel,
+    Check,
+    Dim,
+    Export,
+    Message,
+    Move,
+    Names,
+    Redo,
+    Reflectance,
+    Remove,
+    Undo,
+    parse,
+)
+from .page import Page
+from .values import Values
+
+MAX_PAGES = 32
+
+
+class Hub:
+    """The state that all pages share. Its methods belong to the server's event loop.
+
+    Parameters
+    ----------
+    session : Session, handed to the engine by `open`
+    exports : where files go
+    """
+
+    def __init__(self, session: Session, exports: Exports) -> None:
+        self._exports = exports
+        self._names = Names(list(session.poses), list(session.dim_factors), list(session.reflectances))
+        self._reach = Reach(session)
+        self._history = History(state_of(session))
+        self._revision = 0
+        self._phase = "updating" if session.baked else "empty"  # until the engine says otherwise
+        self._pages: set[Page] = set()
+        self._values: Values | None = None
+        self._kept: dict[str, dict[str, Any]] = {}  # what a page that comes later is told, by type
+        self._engine = Engine(session, self._from_engine)
+        self._loop: asyncio.AbstractEventLoop | None = None
+        if not self._names.movables:
+            self._keep(
+                {
+                    "type": "notice",
+                    "message": "nothing in this scene can be moved; name what should be with --movable NAME "
+                    "(dl.load(…, movable=[…])), or call its node MOVE_… in the file",
+                }
+            )
+
+    def open(self) -> None:
+        """Start the engine; its events come to the running loop."""
+        self._loop = asyncio.get_running_loop()
+        self._engine.start()
+
+    def close(self) -> None:
+        """Stop the engine; blocks until it has."""
+        self._engine.stop()
+
+    # ---- pages --------------------------------------------------------------------------------
+
+    def connect(self) -> Page:
+        """A new page, which is told how things stand.
+
+        Raises
+        ------
+        OptionError
+            Where there are too many.
+        """
+        if len(self._pages) >= MAX_PAGES:
+            raise OptionError(f"view: found {MAX_PAGES} pages connected, expected fewer; close one")
+        page = Page()
+        self._pages.add(page)
+        page.tell(self._state())
+        for message in self._kept.values():
+            page.tell(message)
+        if self._values is not None:
+            page.offer(self._values)
+        return page
+
+    def disconnect(self, page: Page) -> None:
+        """Forget a page; what it was dragging rests where it is."""
+        self._pages.discard(page)
+        if self._history.dragging:
+            self._history.release(page)
+            self._state_changed()
+
+    def receive(self, page: Page, text: str) -> None:
+        """Act on a page's message and answer it."""
+        arrival = time.perf_counter()
+        try:
+            message = parse(text, self._names)
+        except BadMessage as error:
+            page.tell({"type": "error", "id": error.id, "message": str(error)})
+            return
+        if isinstance(message, Ack):
+            page.acknowledge(message.seq)
+            return
+        try:
+            changed = self._act(page, message)
+        except Error as error:
+            page.tell({"type": "error", "id": message.id, "message": str(error)})
+            return
+        if changed:
+            self._state_changed(arrival)
+        if not isinstance(message, Export):
+            page.tell({"type": "accepted", "id": message.id, "revision": self._revision})
+
+    # ---- requests -----------------------------------------------------------------------------
+
+    def _act(self, page: Page, message: Message) -> bool:
+        """Do what a page asks; return whether the wanted state changed."""
+        if isinstance(message, Move):
+            self._check_present(message.name, True, "move")
+            self._reach.check(message.name, pose_matrix(message.pose))
+            self._history.edit(("pose", message.name), message.pose, page, message.dragging)
+        elif isinstance(message, (Remove, Add)):
+            present = isinstance(message, Add)
+            self._check_present(message.name, not present, message.type)
+            self._history.edit(("present", message.name), present, page)
+        elif isinstance(message, Dim):
+            self._history.edit(("factor", message.group), message.factor, page, message.dragging)
+        elif isinstance(message, Reflectance):
+            key: Key = ("reflectance", message.material)
+            self._history.edit(key, message.value, page, message.dragging)
+        elif isinstance(message, Undo):
+            self._history.undo()
+        elif isinstance(message, Redo):
+            self._history.redo()
+        else:
+            self._control(page, message)
+            return False
+        return True
+
+    def _check_present(self, name: str, expected: bool, verb: str) -> None:
+        if self._history.state["present", name] != expected:
+            found = "taken away; add it first" if expected else "in the scene already"
+            raise OptionError(f'{verb} "{name}": it is {found}')
+
+    def _control(self, page: Page, message: Message) -> None:
+        """Set the engine's budget, give it a task, or stop the one at work."""
+        if isinstance(message, Budget):
+            self._engine.set_budget(message.milliseconds)
+            self._broadcast(self._state())
+        elif isinstance(message, Bake):
+            self._engine.bake()
+        elif isinstance(message, Check):
+            self._engine.check()
+        elif isinstance(message, Cancel):
+            self._engine.cancel()
+        elif isinstance(message, Export):
+            self._export(page, message)
+
+    def _export(self, page: Page, message: Export) -> None:
+        name = self._exports.checked_name(message.file)
+
+        def write(session: Session) -> None:
+            try:
+                answer = {"type": "exported", "id": message.id, **self._exports.write(name, session)}
+            except (Error, OSError, MemoryError) as error:
+                text = f'export "{name}": {error}'
+                answer = {"type": "error", "id": message.id, "message": text}
+            self._in_loop(page.tell, answer)
+
+        self._engine.export(write)
+
+    # ---- what pages see -----------------------------------------------------------------------
+
+    def _state(self) -> dict[str, Any]:
+        state = self._history.state
+
+        def of(kind: str) -> dict[str, Value]:
+            return {name: value for (k, name), value in state.items() if k == kind}
+
+        return {
+            "type": "state",
+            "revision": self._revision,
+            "poses": {n: p if state["present", n] else None for n, p in of("pose").items()},
+            "factors": of("factor"),
+            "reflectances": of("reflectance"),
+            "undo": self._history.undo_name,
+            "redo": self._history.redo_name,
+            "phase": self._phase,
+            "budget": self._engine.budget,
+        }
+
+    def _state_changed(self, arrival: float = 0.0) -> None:
+        """Hand the wanted state to the engine and show it to every page."""
+        self._revision += 1
+        wanted = Wanted(dict(self._history.state), self._revision, self._history.dragging, arrival)
+        self._engine.want(wanted)
+        self._broadcast(self._state())
+
+    def _broadcast(self, message: dict[str, Any]) -> None:
+        for page in self._pages:
+            page.tell(message)
+
+    def _keep(self, message: dict[str, Any]) -> None:
+        self._kept[message["type"]] = message
+
+    # ---- events of the engine -----------------------------------------------------------------
+
+    def _in_loop(self, call: Any, *values: Any) -> None:
+        """Have `call` made in the server's loop; after the loop's end nobody listens."""
+        assert self._loop is not None
+        if not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(call, *values)
+
+    def _from_engine(self, event: Event) -> None:
+        self._in_loop(self._pass_on, event)
+
+    def _pass_on(self, event: Event) -> None:
+        if isinstance(event, Values):
+            self._values = event
+            for page in self._pages:
+                page.offer(event)
+        elif isinstance(event, Phase):
+            self._phase = event.name
+            self._kept.pop("progress", None)
+            self._broadcast(self._state())
+        elif isinstance(event, Refused):
+            self._history.state[event.key] = event.value
+            self._broadcast({"type": "notice", "message": event.message})
+            self._state_changed()
+        else:
+            if event["type"] in ("frame", "progress"):
+                self._keep(event)
+            self._broadcast(event)

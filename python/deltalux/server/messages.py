@@ -1,0 +1,285 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Messages from pages: a closed set of types, each checked before anything sees it."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import MISSING, dataclass, fields
+from typing import Any, ClassVar
+
+from deltalux.errors import OptionError
+from deltalux.scene import rigid_pose
+
+from .edits import pose_matrix
+
+MAX_TEXT = 1 << 16  # bytes
+MAX_ID = 2**53
+MAX_FACTOR = 1e6  # the engine's own limit
+MAX_BUDGET = 10_000.0  # milliseconds
+
+
+@dataclass(frozen=True)
+class Names:
+    """What messages may refer to."""
+
+    movables: Collection[str]
+    groups: Collection[str]
+    materials: Collection[str]
+
+
+@dataclass(frozen=True)
+class Message:
+    """What every request has: the number that its answer repeats."""
+
+    type: ClassVar[str]
+    id: int | float
+
+
+@dataclass(frozen=True)
+class Move(Message):
+    """Put an object at a pose."""
+
+    type = "move"
+    name: str
+    pose: tuple[float, ...]
+    dragging: bool = False
+
+
+@dataclass(frozen=True)
+class Remove(Message):
+    """Take a movable away."""
+
+    type = "remove"
+    name: str
+
+
+@dataclass(frozen=True)
+class Add(Message):
+    """Put a movable back."""
+
+    type = "add"
+    name: str
+
+
+@dataclass(frozen=True)
+class Dim(Message):
+    """Set a light group."""
+
+    type = "dim"
+    group: str
+    factor: float
+    dragging: bool = False
+
+
+@dataclass(frozen=True)
+class Reflectance(Message):
+    """Set a reflectance."""
+
+    type = "reflectance"
+    material: str
+    value: tuple[float, ...]
+    dragging: bool = False
+
+
+@dataclass(frozen=True)
+class Undo(Message):
+    """One step back."""
+
+    type = "undo"
+
+
+@dataclass(frozen=True)
+class Redo(Message):
+    """One step forth."""
+
+    type = "redo"
+
+
+@dataclass(frozen=True)
+class Bake(Message):
+    """Compute everything again."""
+
+    type = "bake"
+
+
+@dataclass(frozen=True)
+class Check(Message):
+    """Recompute and compare digests."""
+
+    type = "check"
+
+
+@dataclass(frozen=True)
+class Cancel(Message):
+    """Stop the bake or the check at work."""
+
+    type = "cancel"
+
+
+@dataclass(frozen=True)
+class Budget(Message):
+    """Time budget of one update while dragging; None = none."""
+
+    type = "budget"
+    milliseconds: float | None
+
+
+@dataclass(frozen=True)
+class Export(Message):
+    """Write a file into the server's folder."""
+
+    type = "export"
+    file: str
+
+
+@dataclass(frozen=True)
+class Ack:
+    """The frame of that number is on the screen."""
+
+    type: ClassVar[str] = "ack"
+    seq: int
+
+
+REQUESTS: dict[str, type[Message]] = {
+    kind.type: kind
+    for kind in (Move, Remove, Add, Dim, Reflectance, Undo, Redo, Bake, Check, Cancel, Budget, Export)
+}
+
+
+class BadMessage(OptionError):
+    """A message that cannot be used; `id` is that of the request where it has one."""
+
+    def __init__(self, text: str, id_: int | float | None = None) -> None:
+        super().__init__(text)
+        self.id = id_
+
+
+def parse(text: str, names: Names) -> Message | Ack:
+    """Read one message.
+
+    Raises
+    ------
+    BadMessage
+        Where it is no JSON object, of unknown type, or has a field too many, too few or wrong.
+    """
+    data = _json_object(text)
+    kind = data.pop("type", None)
+    if kind == Ack.type:
+        return _read_fields(Ack, data, names)
+    number = data.get("id")
+    if not isinstance(kind, str) or kind not in REQUESTS:
+        known = ", ".join([*REQUESTS, Ack.type])
+        raise BadMessage(f"message: type: found {_shown(kind)}, expected one of {known}", _id_or_none(number))
+    try:
+        return _read_fields(REQUESTS[kind], data, names)
+    except OptionError as error:
+        raise BadMessage(str(error), _id_or_none(number)) from None
+
+
+def _json_object(text: str) -> dict[str, Any]:
+    def refuse(constant: str) -> None:
+        raise ValueError(f"found {constant}")
+
+    try:
+        data = json.loads(text, parse_constant=refuse)
+    except (ValueError, RecursionError) as error:
+        raise BadMessage(f"message: expected JSON ({error})") from None
+    if not isinstance(data, dict):
+        raise BadMessage(f"message: found {_shown(data)}, expected an object with a type")
+    return data
+
+
+def _id_or_none(value: Any) -> int | float | None:
+    return value if _is_number(value) and abs(value) <= MAX_ID else None
+
+
+def _read_fields(kind: type, data: Mapping[str, Any], names: Names) -> Any:
+    expected = {field.name: field.default is MISSING for field in fields(kind)}
+    missing = [name for name, required in expected.items() if required and name not in data]
+    unknown = [name for name in data if name not in expected]
+    if missing or unknown:
+        wrong = f"no {missing[0]}" if missing else f"the field {_shown(unknown[0])}"
+        raise BadMessage(f"{kind.type}: found {wrong}, expected {', '.join(expected)}")  # type: ignore[attr-defined]
+    return kind(**{name: _READERS[name](value, names) for name, value in data.items()})
+
+
+# ---- fields ----------------------------------------------------------------------------------------
+
+
+def _is_number(value: Any) -> bool:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # an integer beyond any float
+        return False
+
+
+def _shown(value: Any) -> str:
+    """A value as an error shows it: short."""
+    text = json.dumps(value, default=str)
+    return text if len(text) <= 60 else text[:57] + "…"
+
+
+def _number(value: Any, low: float, high: float, what: str) -> Any:
+    if not _is_number(value) or not low <= value <= high:
+        raise BadMessage(f"{what}: found {_shown(value)}, expected a number from {low:g} to {high:g}")
+    return value
+
+
+def _numbers(value: Any, count: int, low: float, high: float, what: str) -> tuple[float, ...]:
+    if not isinstance(value, list) or len(value) != count:
+        raise BadMessage(f"{what}: found {_shown(value)}, expected {count} numbers")
+    return tuple(float(_number(v, low, high, what)) for v in value)
+
+
+def _one_of(value: Any, known: Collection[str], what: str) -> str:
+    if not isinstance(value, str) or value not in known:
+        raise BadMessage(f"{what}: found {_shown(value)}, expected one of {_shown(sorted(known))}")
+    return value
+
+
+def _pose(value: Any, _: Names) -> tuple[float, ...]:
+    numbers = _numbers(value, 16, -1e15, 1e15, "pose")
+    rigid_pose(pose_matrix(numbers))
+    return numbers
+
+
+def _flag(value: Any, _: Names) -> bool:
+    if not isinstance(value, bool):
+        raise BadMessage(f"dragging: found {_shown(value)}, expected true or false")
+    return value
+
+
+def _file(value: Any, _: Names) -> str:
+    if not isinstance(value, str):
+        raise BadMessage(f"file: found {_shown(value)}, expected a name")
+    return value
+
+
+def _milliseconds(value: Any, _: Names) -> float | None:
+    return None if value is None else float(_number(value, 1, MAX_BUDGET, "milliseconds"))
+
+
+def _sequence_number(value: Any, _: Names) -> int:
+    if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < 2**32:
+        raise BadMessage(f"seq: found {_shown(value)}, expected the number of a frame")
+    return value
+
+
+# By field: one name means the same in every message.
+_READERS: dict[str, Callable[[Any, Names], Any]] = {
+    "id": lambda value, names: _number(value, -MAX_ID, MAX_ID, "id"),
+    "name": lambda value, names: _one_of(value, names.movables, "name"),
+    "group": lambda value, names: _one_of(value, names.groups, "group"),
+    "material": lambda value, names: _one_of(value, names.materials, "material"),
+    "factor": lambda value, names: float(_number(value, 0, MAX_FACTOR, "factor")),
+    "value": lambda value, names: _numbers(value, 3, 0, 1, "value"),
+    "pose": _pose,
+    "dragging": _flag,
+    "file": _file,
+    "milliseconds": _milliseconds,
+    "seq": _sequence_number,
+}

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One connected page: what waits to be sent to it, coalesced, and what is on the way."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Awaitable, Callable
+from typing import Any
+
+from .values import Values, frame_bytes
+
+IN_FLIGHT = 2  # frames that the page has not acknowledged
+MAX_WAITING = 1000  # answers that a page does not fetch
+LATEST_ONLY = ("state", "progress", "frame")  # a newer one takes the place of one that waits
+
+
+class Page:
+    """Texts and values for one page.
+
+    A page that stalls costs nothing: of the light only the newest state is kept, and a frame holds the
+    difference between that and what the page has.
+    """
+
+    def __init__(self) -> None:
+        self._texts: dict[object, dict[str, Any]] = {}  # in the order of sending
+        self._latest: Values | None = None
+        self._sent: Values | None = None
+        self._seq = 0
+        self._acknowledged = 0
+        self._something = asyncio.Event()
+
+    def tell(self, message: dict[str, Any]) -> None:
+        """Queue a message."""
+        key = message["type"] if message["type"] in LATEST_ONLY else object()
+        self._texts.pop(key, None)
+        self._texts[key] = message
+        self._something.set()
+
+    def offer(self, values: Values) -> None:
+        """Let these be the values to send next."""
+        self._latest = values
+        self._something.set()
+
+    def acknowledge(self, seq: int) -> None:
+        """The page shows frame `seq`, and has thereby taken those before it."""
+        if self._acknowledged < seq <= self._seq:
+            self._acknowledged = seq
+            self._something.set()
+
+    @property
+    def overflows(self) -> bool:
+        """Whether it asks and asks without fetching the answers."""
+        return len(self._texts) > MAX_WAITING
+
+    def next_text(self) -> str | None:
+        """The message to send now."""
+        if not self._texts:
+            return None
+        return json.dumps(self._texts.pop(next(iter(self._texts))), allow_nan=False)
+
+    def next_frame(self) -> bytes | None:
+        """The binary frame to send now."""
+        if self._latest is self._sent or self._seq - self._acknowledged >= IN_FLIGHT:
+            return None
+        assert self._latest is not None
+        self._seq += 1
+        frame = frame_bytes(self._seq, self._latest, self._sent)
+        self._sent = self._latest
+        return frame
+
+    async def send_all(
+        self, send_text: Callable[[str], Awaitable[None]], send_bytes: Callable[[bytes], Awaitable[None]]
+    ) -> None:
+        """Send whatever there is, texts first, until the connection ends."""
+        while True:
+            await self._something.wait()
+            self._something.clear()
+            while True:
+                if (text := self.next_text()) is not None:
+                    await send_text(text)
+                elif (frame := self.next_frame()) is not None:
+                    await send_bytes(frame)
+                else:
+                    break

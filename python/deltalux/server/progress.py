@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Progress of a long task as pages see it: one fraction and a time to the end, a few times a second."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+INTERVAL = 0.1  # seconds between two messages
+FORESEEABLE = 0.02  # of the task; before that, nobody knows how long it takes
+
+# Share of each stage in the time of the whole, as measured on the bundled scenes at a million paths.
+BAKE = {"disc radii": 0.02, "discs": 0.52, "trace paths": 0.38, "direct light": 0.08}
+RECOMPUTE = {"trace paths": 0.87, "direct light": 0.13}
+
+
+class TaskProgress:
+    """Progress callback of one task; its return value stops the work that calls it.
+
+    Parameters
+    ----------
+    task : "bake", "check" or "export"
+    tell : takes each message
+    stopped : whether the task was cancelled
+    """
+
+    def __init__(
+        self, task: str, tell: Callable[[dict[str, Any]], None], stopped: Callable[[], bool]
+    ) -> None:
+        self._task, self._tell, self._stopped = task, tell, stopped
+        self._start = time.monotonic()
+        self._next = 0.0
+        self._low, self._high = 0.0, 1.0
+        self._shares: Mapping[str, float] = {}
+        self._fraction = 0.0
+
+    def part(self, low: float, high: float, shares: Mapping[str, float]) -> None:
+        """What follows takes the progress from `low` to `high`, in stages of these shares."""
+        self._low, self._high, self._shares = low, high, shares
+
+    def __call__(self, stage: str, fraction: float) -> bool:
+        """Report; return whether to go on."""
+        now = time.monotonic()
+        if now >= self._next and stage:
+            self._next = now + INTERVAL
+            self._fraction = max(self._fraction, self._total(stage, fraction))
+            elapsed = now - self._start
+            known = self._fraction >= FORESEEABLE
+            eta = elapsed * (1 - self._fraction) / self._fraction if known else None
+            self._tell(
+                {
+                    "type": "progress",
+                    "task": self._task,
+                    "stage": stage,
+                    "fraction": self._fraction,
+                    "eta": eta,
+                }
+            )
+        return not self._stopped()
+
+    def _total(self, stage: str, fraction: float) -> float:
+        """Share of the task that is done; stages without a share take no time worth showing."""
+        before = 0.0
+        for name, share in self._shares.items():
+            if name == stage:
+                return self._low + (self._high - self._low) * (before + share * min(fraction, 1.0))
+            before += share
+        return self._fraction

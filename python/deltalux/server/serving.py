@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A server in a thread of its own: started, with an address, and stopped cleanly."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import socket
+import threading
+from pathlib import Path
+from typing import Any
+
+import uvicorn
+
+from deltalux.errors import Error
+from deltalux.session import Session
+
+from .app import make_app
+from .exports import Exports
+from .geometry import geometry_of
+from .hub import Hub
+from .messages import MAX_TEXT
+
+PAGE = Path(__file__).parent.parent / "viewer"
+
+
+class Server:
+    """Serves one session to any number of pages.
+
+    Parameters
+    ----------
+    session : Session
+        The server's alone until `close` has returned.
+    host, port : where to listen; port 0 = a free one
+    folder : where pages may export to, None = nowhere
+    page : folder of the page's static files; None = the package's
+
+    Raises
+    ------
+    OptionError, Error, OSError
+    """
+
+    def __init__(
+        self,
+        session: Session,
+        host: str = "127.0.0.1",
+        port: int = 0,
+        folder: str | os.PathLike[str] | None = None,
+        page: Path | None = None,
+    ) -> None:
+        page = page or PAGE
+        if not (page / "index.html").is_file():
+            raise Error(f'view: found no page in "{page}", expected index.html; install the package again')
+        exports = Exports(folder)
+        geometry = geometry_of(session)
+        self._socket = _listen(host, port)
+        self.port: int = self._socket.getsockname()[1]
+        self._host, self.token = host, secrets.token_urlsafe()
+        app = make_app(
+            Hub(session, exports),
+            geometry,
+            exports,
+            run=secrets.token_hex(4),
+            host=host,
+            token=self.token,
+            page=page,
+        )
+        self._server = uvicorn.Server(
+            uvicorn.Config(
+                app,
+                ws="websockets-sansio",
+                ws_per_message_deflate=False,
+                ws_max_size=MAX_TEXT,
+                lifespan="on",
+                log_config=None,
+                access_log=False,
+                server_header=False,
+                timeout_graceful_shutdown=2,
+            )
+        )
+        # An event, because Ctrl-C in Thread.join() makes Python 3.11 take the thread for ended.
+        self._ended = threading.Event()
+        threading.Thread(target=self._run, name="deltalux-server", daemon=True).start()
+
+    def _run(self) -> None:
+        try:
+            self._server.run([self._socket])
+        finally:
+            self._ended.set()
+
+    @property
+    def url(self) -> str:
+        """The page's address, with the token."""
+        host = "localhost" if self._host in ("0.0.0.0", "::") else self._host
+        name = f"[{host}]" if ":" in host else host
+        return f"http://{name}:{self.port}/?token={self.token}"
+
+    def wait(self, seconds: float | None = None) -> None:
+        """Block until the server has stopped, or for some time."""
+        self._ended.wait(seconds)
+
+    def close(self) -> None:
+        """Stop engine and server; whatever was at work is cancelled, the session stays valid."""
+        self._server.should_exit = True
+        self._ended.wait()
+
+    def __enter__(self) -> Server:
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        self.close()
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
+    listener = socket.socket(family, socket.SOCK_STREAM)
+    try:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.bind((host, port))
+        listener.listen()  # from now on connections wait until the server takes them
+    except OSError as error:
+        listener.close()
+        raise OSError(error.errno, f"{error.strerror}; choose another --port", f"{host}:{port}") from None
+    return listener

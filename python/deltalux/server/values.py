@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Values as pages get them: half floats with a common scale, and frames of what changed."""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+
+import numpy as np
+
+from deltalux.clearance import covered_samples
+from deltalux.outputs.covered import RimFill, rim_fill
+from deltalux.session import Session
+from deltalux.surfaces import Surfaces
+from deltalux.units import PHOTOPIC_WEIGHTS
+
+MAGIC = 0x58544C44  # "DLTX"
+HEADER = struct.Struct("<IIIfII")  # magic, seq, revision, scale, flags, runs
+ALL, PREVIEW = 1, 2  # flags
+BRIGHTEST = 2.0**12  # what the largest value becomes: room for 16 times as much in float16,
+LEAST, MOST = 2.0**6, 65504.0  # and what it may become before a new scale is worth a frame of all values
+GAP = 64  # vertices; runs that are closer are joined, which costs less than another run
+MAX_RUNS = 2048
+
+
+@dataclass(frozen=True, eq=False)
+class Values:
+    """One state of the light, encoded.
+
+    Parameters
+    ----------
+    rows : (n,) uint64; each holds R, G, B and the photopic standard error as float16
+    scale : a power of two that all values were multiplied by
+    revision : of the wanted state that they belong to
+    preview : they come from a coarse bake
+    """
+
+    rows: np.ndarray
+    scale: float
+    revision: int
+    preview: bool
+
+
+def fill_of(session: Session) -> RimFill:
+    """What samples at the rim of covered ones show, whatever the movables' poses.
+
+    Static samples are judged among static surfaces, those of a movable on the movable alone. Pictures decide
+    this anew for each pose, which takes a second on large scenes.
+    """
+    display = session.samples.display
+    assert display is not None
+    surfaces = Surfaces(session.scene, display, _apart(session), session.options["threads"] or 0)
+    return rim_fill(covered_samples(surfaces), display.triangles)
+
+
+def _apart(session: Session) -> dict[str, np.ndarray]:
+    """Poses at which no movable is near anything."""
+    low, high = session.scene.bounds
+    way = 2 * float(np.linalg.norm(high - low))
+    poses = {}
+    for number, name in enumerate(session.poses, 1):
+        poses[name] = session.pose(name)
+        poses[name][0, 3] += number * way
+    return poses
+
+
+class Encoder:
+    """Turns irradiance and standard errors into `Values`; keeps the scale while it fits."""
+
+    def __init__(self, fill: RimFill) -> None:
+        self._fill = fill
+        self._scale = 1.0
+
+    def encode(
+        self, irradiance: np.ndarray, standard_error: np.ndarray, revision: int, preview: bool
+    ) -> Values:
+        """Encode both, each (n, 3); the error becomes that of the photopic value, channels correlated."""
+        values = np.zeros((len(irradiance), 4), np.float32)
+        values[:, :3] = irradiance
+        # einsum: a product with so thin a matrix is five times slower
+        values[:, 3] = np.einsum("nc,c->n", standard_error, PHOTOPIC_WEIGHTS)
+        values = self._fill(values)
+        self._choose_scale(float(values.max(initial=0.0)))
+        rows = (values * np.float32(self._scale)).astype("<f2").view("<u8").ravel()
+        rows.setflags(write=False)
+        return Values(rows, self._scale, revision, preview)
+
+    def _choose_scale(self, largest: float) -> None:
+        if largest > 0 and not LEAST <= largest * self._scale <= MOST:
+            self._scale = 2.0 ** np.floor(np.log2(BRIGHTEST / largest))
+
+
+def frame_bytes(seq: int, values: Values, before: Values | None) -> bytes:
+    """A binary frame that takes a page from `before` (None: from nothing) to `values`."""
+    whole = before is None or before.scale != values.scale or before.preview != values.preview
+    if before is None or whole:
+        first, count = np.array([0]), np.array([len(values.rows)])
+        chosen = values.rows
+    else:
+        first, count = _runs(np.flatnonzero(values.rows != before.rows))
+        pieces = [values.rows[a : a + n] for a, n in zip(first, count, strict=True)]
+        chosen = np.concatenate(pieces) if pieces else values.rows[:0]
+    flags = ALL * whole | PREVIEW * values.preview
+    header = HEADER.pack(MAGIC, seq, values.revision, values.scale, flags, len(first))
+    return header + np.stack([first, count], axis=1).astype("<u4").tobytes() + chosen.tobytes()
+
+
+def _runs(changed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """First vertex and count of runs that hold all of `changed` (ascending)."""
+    if not len(changed):
+        return changed, changed
+    gaps = np.diff(changed)
+    breaks = np.flatnonzero(gaps > GAP)
+    if len(breaks) >= MAX_RUNS:  # keep the widest gaps
+        breaks = np.sort(breaks[np.argpartition(gaps[breaks], -(MAX_RUNS - 1))[-(MAX_RUNS - 1) :]])
+    first = changed[np.r_[0, breaks + 1]]
+    last = changed[np.r_[breaks, len(changed) - 1]]
+    return first, last - first + 1

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A small room, baked once, and servers of copies of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import deltalux as dl
+import pytest
+from deltalux.server.serving import Server
+
+from viewer.served_room import make_session
+
+
+@pytest.fixture(scope="session")
+def baked_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A saved session of the room."""
+    path = tmp_path_factory.mktemp("session") / "room.dlx"
+    with make_session() as session:
+        session.bake()
+        session.save(path)
+    return path
+
+
+@pytest.fixture
+def session(baked_file: Path) -> Iterator[dl.Session]:
+    """A baked session of the room."""
+    with dl.Session.open(baked_file) as opened:
+        yield opened
+
+
+@pytest.fixture(scope="session")
+def stub_page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a page."""
+    folder = tmp_path_factory.mktemp("page")
+    (folder / "index.html").write_text("<p>a page")
+    return folder
+
+
+@pytest.fixture
+def serve(stub_page: Path) -> Iterator[Callable[..., Server]]:
+    """Serve sessions until the test ends."""
+    with ExitStack() as stack:
+
+        def start(session: dl.Session, **options: Any) -> Server:
+            return stack.enter_context(Server(session, page=stub_page, **options))
+
+        yield start

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A browser, two cells that were baked once, and pages that show them; skipped only without a Chromium."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import deltalux as dl
+import pytest
+from deltalux.server.serving import Server
+
+from viewer.page.driver import BROWSER_ARGUMENTS, Viewer
+from viewer.page.two_cells import make_session
+
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+SIZE = {"width": 940, "height": 440}  # leaves 640 × 360 to the picture
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    if CHROMIUM is None:
+        pytest.skip("no Chromium is installed; `apt-get install chromium` brings one")
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        context = playwright.chromium.launch_persistent_context(
+            str(tmp_path_factory.mktemp("browser")),
+            executable_path=CHROMIUM,
+            headless=True,
+            viewport=SIZE,
+            args=BROWSER_ARGUMENTS,
+            accept_downloads=True,
+        )
+        yield context
+        context.close()
+
+
+@pytest.fixture
+def open_page(browser: Any) -> Iterator[Callable[..., Viewer]]:
+    """Opens pages; at the end none of them may have complained."""
+    complaints: list[str] = []
+    pages = []
+
+    def opened(url: str, link: str = "") -> Viewer:
+        page = browser.new_page()
+        pages.append(page)
+        return Viewer(page, f"{url}&aa=0{link}", complaints)
+
+    yield opened
+    for page in pages:
+        page.close()
+    assert complaints == []
+
+
+@pytest.fixture(scope="session")
+def baked_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("baked") / "cells.dlx"
+    with make_session() as session:
+        session.bake()
+        session.save(path)
+    return path
+
+
+@pytest.fixture
+def session(baked_file: Path) -> Iterator[dl.Session]:
+    with dl.Session.open(baked_file) as session:
+        yield session
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return tmp_path
+
+
+@pytest.fixture
+def server(session: dl.Session, folder: Path) -> Iterator[Server]:
+    with Server(session, folder=folder) as server:
+        yield server
+
+
+@pytest.fixture
+def viewer(server: Server, open_page: Callable[..., Viewer]) -> Viewer:
+    """A page that shows the baked cells."""
+    viewer = open_page(server.url)
+    viewer.settle()
+    return viewer

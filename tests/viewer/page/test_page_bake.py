@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The page bakes: progress, previews marked as such, cancelling, and light at the end."""
+
+from __future__ import annotations
+
+import pytest
+from deltalux.server.serving import Server
+
+from viewer.page.two_cells import make_session
+
+WATCH_PROGRESS = """
+window.seen = [];
+new MutationObserver(() => {
+  const box = document.querySelector('.progress');
+  if (!box.hidden) seen.push([box.querySelector('span').textContent, box.querySelector('progress').value]);
+}).observe(document.querySelector('.progress'), { subtree: true, childList: true, attributes: true });
+"""
+
+
+@pytest.fixture
+def dark_session():
+    with make_session(paths=4_000_000) as session:
+        yield session
+
+
+def test_first_bake_shows_progress_previews_and_then_the_exact_light(open_page, dark_session):
+    with Server(dark_session) as server:
+        viewer = open_page(server.url)
+        viewer.page.evaluate(WATCH_PROGRESS)
+        viewer.until("deltalux.state().preview", 60)
+        assert viewer.page.get_by_text("Preview: fewer paths").is_visible()
+        viewer.until("deltalux.idle() && !deltalux.state().preview", 120)
+        assert viewer.page.get_by_text("Preview: fewer paths").is_hidden()
+        seen = viewer.ask("seen")
+        assert seen and all(text.startswith("Baking: ") and "%" in text for text, _ in seen)
+        fractions = [fraction for _, fraction in seen]
+        assert fractions == sorted(fractions) and fractions[0] < 0.9
+        assert viewer.page.locator(".progress").is_hidden()
+        assert viewer.state()["frame"]["paths"] == 4_000_000
+        viewer.end(server)
+
+
+def test_cancelled_bake_leaves_no_light_and_can_be_started_again(open_page, dark_session):
+    with Server(dark_session) as server:
+        viewer = open_page(server.url)
+        viewer.button("Cancel").click()
+        viewer.until("deltalux.state().server.phase === 'empty'")
+        assert viewer.page.get_by_text("The bake was cancelled.").is_visible()
+        viewer.button("Bake").click()
+        viewer.until("deltalux.idle() && !deltalux.state().preview", 120)
+        viewer.end(server)
+
+
+def test_check_recomputes_the_same_light(viewer, server, session):
+    assert viewer.state()["known"]
+    viewer.press("x")
+    viewer.until("deltalux.state().checked !== null && deltalux.idle()")
+    checked = viewer.state()["checked"]
+    assert checked["same"] and checked["digest"] == checked["recomputed"]
+    assert "✓ Same digest" in viewer.page.locator(".verdict").inner_text()
+    viewer.end(server)
+    assert session.digest() == checked["digest"]

@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the page shows is what the session holds: probe, colours, difference, dimmers."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from deltalux.clearance import covered_samples
+from deltalux.outputs.colour_scale import ColourScale
+from deltalux.outputs.images import render
+from deltalux.outputs.view import camera_rays
+from deltalux.scene import Camera
+from deltalux.surfaces import Surfaces
+from deltalux.units import photopic
+
+
+def camera_of(viewer) -> tuple[Camera, tuple[int, int]]:
+    """The page's camera and its picture's size."""
+    state = viewer.state()
+    pose = np.array(state["camera"]["pose"]).reshape(4, 4).T
+    size = round(state["canvas"]["width"]), round(state["canvas"]["height"])
+    return Camera("page", pose, np.radians(state["camera"]["fov"])), size
+
+
+def test_probe_reads_the_session_to_a_thousandth(viewer, server, session):
+    places = np.array(viewer.places(14, 8)) + 0.5
+    camera, size = camera_of(viewer)
+    read = [viewer.probe(x, y) for x, y in places]
+    viewer.end(server)
+    display = session.samples.display
+    surfaces = Surfaces(session.scene, display, session.poses)
+    hits = surfaces.intersect(*camera_rays(camera, size, places[:, 0], places[:, 1]))
+    values, covered = photopic(session.irradiance), covered_samples(surfaces)
+    compared = 0
+    for i, found in enumerate(read):
+        if found is None or not found["sampled"] or not hits.facing[i] or hits.weights[i].min() < 0.02:
+            continue
+        corners = display.triangles[hits.triangle[i]]
+        if covered[corners].any():
+            continue  # shows its neighbours' light
+        expected = hits.weights[i] @ values[corners]
+        assert abs(found["reading"]["value"] - expected) < 1e-3 * expected
+        errors = photopic(session.standard_error)[corners]
+        assert abs(found["reading"]["error"] - hits.weights[i] @ errors) < 2e-3 * errors.max()
+        compared += 1
+    assert compared > 40
+
+
+def test_click_shows_value_and_error_at_the_pointer(viewer):
+    x, y = viewer.places(3, 3)[0]
+    box = viewer.state()["canvas"]
+    viewer.page.mouse.click(box["left"] + x, box["top"] + y)
+    pin = viewer.page.locator(".pin")
+    reading = viewer.probe(x, y)["reading"]
+    text = pin.inner_text()
+    assert f"{reading['value']:.3g}" in text and " ± " in text and "lx" in text
+    viewer.after(lambda: viewer.press("ArrowLeft"))
+    assert pin.inner_text().split(" ")[0] == f"{viewer.probe(x, y)['reading']['value']:.3g}"
+    viewer.press("Escape")
+    assert pin.count() == 0
+
+
+@pytest.mark.parametrize("false_colour", [False, True])
+def test_pictures_equal_the_renderers(viewer, server, session, false_colour):
+    viewer.press("Escape")
+    if false_colour:
+        viewer.show("falseColour")
+    viewer.settle()
+    state, pixels = viewer.state(), viewer.picture()
+    camera, size = camera_of(viewer)
+    viewer.end(server)
+    scale = state["scale"] and ColourScale(**state["scale"])
+    expected = render(
+        session.scene, session.samples.display, session.irradiance, poses=session.poses, camera=camera,
+        size=size, exposure=state["exposure"], false_colour=false_colour, scale=scale,
+    ).pixels[:, : size[0]]  # fmt: skip
+    difference = np.abs(pixels - expected.astype(int)).max(axis=2)
+    assert np.percentile(difference, 90) <= 2  # the rest is the softness of edges
+
+
+def test_automatic_exposure_is_the_renderers(viewer, server, session):
+    exposure = viewer.state()["exposure"]
+    camera, size = camera_of(viewer)
+    viewer.end(server)
+    display = session.samples.display
+    picture = render(
+        session.scene, display, session.irradiance, poses=session.poses, camera=camera, size=size
+    )
+    assert abs(np.log2(exposure / picture.exposure)) < 0.1  # stops; the page measures fewer points
+
+
+def test_false_colour_legend_has_unit_and_range(viewer):
+    assert viewer.page.locator(".legend").is_hidden()
+    viewer.show("falseColour")
+    legend = viewer.page.locator(".legend")
+    assert legend.is_visible() and "lx" in legend.get_attribute("aria-label")
+    top = viewer.page.get_by_label("To, lx")
+    top.fill("120")
+    top.press("Enter")
+    assert viewer.state()["scale"]["high"] == 120
+    assert legend.get_attribute("aria-label").endswith("to 120")
+    plain = viewer.picture()
+    viewer.press("i")
+    viewer.settle()
+    assert 0.002 < (np.abs(viewer.picture() - plain).max(axis=2) > 30).mean() < 0.3  # isolines
+
+
+def test_standard_error_view_uses_its_own_scale(viewer):
+    viewer.show("falseColour")
+    irradiance = viewer.state()["scale"]
+    viewer.show("error")
+    assert viewer.state()["scale"]["high"] < 0.5 * irradiance["high"]
+
+
+def test_difference_is_black_exactly_where_nothing_changed(viewer, server, session):
+    places = viewer.places(16, 9)
+    viewer.press("m")
+    viewer.after(lambda: viewer.drag_arrow("X", (-30, 0)))
+    viewer.press("Escape")
+    viewer.show("difference")
+    pixels, found = viewer.picture(), [viewer.probe(x + 0.5, y + 0.5) for x, y in places]
+    viewer.end(server)
+    scene_meshes = [m.name for m in session.scene.meshes]
+    mesh_of = session.samples.display.vertex_mesh
+    outside = inside = 0
+    for (x, y), hit in zip(places, found, strict=True):
+        if hit is None or not hit["sampled"] or min(hit["weights"]) < 0.1:
+            continue  # nothing there, or close to an edge, where a line may be
+        black = (pixels[y, x] == 0).all()
+        corners = np.array(hit["vertices"])
+        assert scene_meshes[mesh_of[corners[0]]] == hit["name"]
+        if hit["name"] in ("right cell", "right lamp", "post"):
+            assert black
+            outside += 1
+        elif hit["name"] == "left cell":
+            inside += not black
+    assert outside > 20 and inside > 20
+
+
+def test_dimmer_scales_the_light_of_its_group(viewer, server, session):
+    places = viewer.places(10, 6)
+    before = [viewer.probe(x, y) for x, y in places]
+    slider = viewer.page.get_by_label("Light of left", exact=True)
+    viewer.after(lambda: slider.fill("250"))  # of 1000, which are twice the loaded power
+    assert viewer.state()["server"]["factors"] == {"left": 0.5, "right": 1.0}
+    for (x, y), old in zip(places, before, strict=True):
+        if old is None or not old["sampled"] or old["reading"]["value"] < 1:
+            continue
+        factor = 0.5 if old["name"] in ("left cell", "crate") else 1.0
+        if old["name"] in ("left cell", "crate", "right cell", "post"):
+            assert abs(viewer.probe(x, y)["reading"]["value"] / old["reading"]["value"] - factor) < 1.5e-3
+    viewer.end(server)
+    assert session.dim_factors == {"left": 0.5, "right": 1.0}

@@ -1,0 +1,15 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The session that the viewer's tests serve."""
+
+from __future__ import annotations
+
+import deltalux as dl
+from rooms import room
+
+PATHS = 4000
+
+
+def make_session(paths: int = PATHS) -> dl.Session:
+    """A session of the room, not baked."""
+    scene = room()
+    return dl.Session(scene, dl.Samples.on_vertices(scene, spacing=0.6, radius=0.15), paths=paths, threads=2)

@@ -1,0 +1,249 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The engine: it follows the newest state, keeps to budgets, bakes with previews, stops when told."""
+
+from __future__ import annotations
+
+import queue
+
+import deltalux as dl
+import numpy as np
+import pytest
+from deltalux.server.edits import pose_numbers, state_of
+from deltalux.server.engine import Engine, Phase, Refused, Wanted
+from deltalux.server.values import Values, fill_of
+from rooms import translation, turn
+
+from viewer.page_client import TIMEOUT, decoded
+from viewer.served_room import make_session
+
+
+class Followed:
+    """An engine and what it tells."""
+
+    def __init__(self, session):
+        self.session = session
+        self.events = queue.Queue()
+        self.seen = []
+        self.state = state_of(session)
+        self.revision = 0
+        self.engine = Engine(session, self.events.put)
+
+    def __enter__(self):
+        self.engine.start()
+        return self
+
+    def __exit__(self, *_):
+        self.engine.stop()
+
+    def until(self, wanted):
+        while True:
+            event = self.events.get(timeout=TIMEOUT)
+            self.seen.append(event)
+            if wanted(event):
+                return event
+
+    def want(self, dragging=False, **changes):
+        """Poses by the movable's name."""
+        for name, pose in changes.items():
+            self.state["pose", name] = pose_numbers(pose)
+        self.revision += 1
+        self.engine.want(Wanted(dict(self.state), self.revision, dragging))
+
+    def rest(self):
+        """Wait until the present revision is done."""
+        self.until(lambda e: is_message(e, "frame") and (e["revision"], e["done"]) == (self.revision, 1))
+        self.until(lambda e: e == Phase("ready"))
+
+    def of(self, kind):
+        return [e for e in self.seen if isinstance(e, kind)]
+
+
+def is_message(event, kind):
+    return isinstance(event, dict) and event["type"] == kind
+
+
+@pytest.fixture
+def followed(session):
+    with Followed(session) as engine:
+        engine.until(lambda e: e == Phase("ready"))
+        yield engine
+
+
+def assert_shown(session, values):
+    expected = fill_of(session)(session.irradiance)
+    found = decoded(values.rows, values.scale)[:, :3]
+    assert found == pytest.approx(expected, rel=1e-3, abs=1e-4 * expected.max())
+
+
+def path_of_the_block(count):
+    return [translation(0.7 - 0.3 * k / count, 0.4, 0.4) @ turn(0.3 * k / count) for k in range(1, count + 1)]
+
+
+def test_a_session_with_light_shows_it_at_once(followed):
+    (values,) = followed.of(Values)
+    assert not values.preview
+    assert_shown(followed.session, values)
+
+
+def test_a_thousand_poses_are_absorbed(followed, baked_file):
+    poses = path_of_the_block(1000)
+    for pose in poses:
+        followed.want(dragging=True, block=pose)
+    followed.want(block=poses[-1])
+    followed.rest()
+    frames = [e for e in followed.seen if is_message(e, "frame")]
+    assert 1 <= len(frames) < 500
+    followed.engine.stop()
+    with dl.Session.open(baked_file) as other:
+        other.move("block", poses[-1])
+        other.update()
+        assert followed.session.digest() == other.digest()
+        assert np.array_equal(followed.session.irradiance, other.irradiance)
+
+
+def test_a_budget_leaves_work_which_is_finished_at_rest(followed):
+    followed.engine.set_budget(0.001)
+    followed.state["factor", "desk"] = 0.5
+    followed.want(dragging=True, lamp=translation(0.5, 0.8, 0.5))  # its light is traced anew
+    first = followed.until(lambda e: is_message(e, "frame"))
+    assert first["done"] < 1
+    assert first["speed_up"] is None
+    followed.rest()
+    last = followed.seen[-2]
+    assert last["affected_paths"] > first["affected_paths"]  # of the whole edit
+    assert last["milliseconds"]["total"] > first["milliseconds"]["total"]
+
+
+def test_values_belong_to_the_newest_revision(followed):
+    followed.want(block=translation(0.5, 0.4, 0.4))
+    followed.rest()
+    values = followed.of(Values)[-1]
+    assert values.revision == followed.revision == 1
+    assert_shown(followed.session, values)
+
+
+def test_what_the_session_refuses_is_told_and_the_rest_is_done(followed):
+    followed.state["factor", "desk"] = 0.25
+    followed.want(block=translation(1e6, 0, 0))
+    refused = followed.until(lambda e: isinstance(e, Refused))
+    assert refused.key == ("pose", "block")
+    assert "would leave the box" in refused.message
+    followed.until(lambda e: e == Phase("ready"))
+    assert followed.session.dim_factors["desk"] == 0.25
+    assert refused.value == pose_numbers(followed.session.pose("block"))
+
+
+def test_a_check_finds_the_same_digest_and_how_long_it_took(followed):
+    followed.want(block=translation(0.5, 0.4, 0.4))
+    followed.engine.check()
+    checked = followed.until(lambda e: is_message(e, "checked"))
+    assert checked["same"]
+    assert checked["digest"] == checked["recomputed"]
+    followed.until(lambda e: e == Phase("ready"))
+    followed.want(block=translation(0.6, 0.4, 0.4))
+    frame = followed.until(lambda e: is_message(e, "frame"))
+    assert frame["recompute_milliseconds"] == checked["milliseconds"]
+    assert frame["speed_up"] == pytest.approx(checked["milliseconds"] / frame["milliseconds"]["total"])
+
+
+def test_a_cancelled_check_leaves_the_light_as_it_was():
+    with make_session(200_000) as session:
+        session.bake()
+        digest = session.digest()
+        with Followed(session) as followed:
+            followed.until(lambda e: e == Phase("ready"))
+            followed.engine.check()
+            followed.until(lambda e: is_message(e, "progress"))
+            followed.engine.cancel()
+            ended = followed.until(lambda e: is_message(e, "cancelled") or is_message(e, "checked"))
+            assert ended == {"type": "cancelled", "task": "check"}
+            followed.until(lambda e: e == Phase("ready"))
+        assert session.digest() == digest
+
+
+def test_edits_that_failed_are_reported_and_the_thread_lives(followed, monkeypatch):
+    def fail(*_):
+        raise MemoryError("none left")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(followed.session, "update", fail)
+        followed.want(block=translation(0.5, 0.4, 0.4))
+        notice = followed.until(lambda e: is_message(e, "notice"))
+    assert notice["message"] == "update failed: MemoryError: none left"
+    followed.want(block=translation(0.6, 0.4, 0.4))
+    followed.rest()
+
+
+def test_the_first_bake_shows_coarse_light_before_it_ends():
+    with make_session(100_000) as session:
+        with Followed(session) as followed:
+            followed.until(lambda e: e == Phase("ready"))
+            values = followed.of(Values)
+            assert [v.preview for v in values] == [True, True, False]
+            light = [decoded(v.rows, v.scale)[:, :3].sum() for v in values]
+            assert light[0] == pytest.approx(light[2], rel=0.3)
+            phases = [e.name for e in followed.of(Phase)]
+            assert phases == ["baking", "preview", "ready"]
+            fractions = [e["fraction"] for e in followed.seen if is_message(e, "progress")]
+            assert fractions == sorted(fractions)
+            assert fractions[0] >= 0
+            assert fractions[-1] <= 1
+            frame = next(e for e in followed.seen if is_message(e, "frame"))
+            assert frame["paths"] == frame["affected_paths"] == 100_000
+            assert frame["speed_up"] is None
+        digest = session.digest()
+    with make_session(100_000) as plain:
+        plain.bake()
+        assert plain.digest() == digest  # previews leave no trace
+
+
+def test_edits_before_the_first_bake_are_in_it():
+    pose = translation(0.5, 0.4, 0.4)
+    with make_session() as session, make_session() as plain:
+        with Followed(session) as followed:
+            followed.want(block=pose)
+            followed.until(lambda e: e == Phase("ready"))
+        plain.move("block", pose)
+        plain.bake()
+        assert session.digest() == plain.digest()
+
+
+def test_a_cancelled_bake_leaves_no_light_and_can_be_repeated():
+    with make_session(50_000_000) as session, Followed(session) as followed:
+        followed.until(lambda e: is_message(e, "progress"))
+        followed.engine.cancel()
+        assert followed.until(lambda e: is_message(e, "cancelled")) == {"type": "cancelled", "task": "bake"}
+        followed.until(lambda e: e == Phase("empty"))
+        assert not session.baked
+        with pytest.raises(dl.OptionError, match="cancel: found no bake and no check"):
+            followed.engine.cancel()
+        followed.engine.bake()
+        with pytest.raises(dl.OptionError, match="check: found the bake still at work"):
+            followed.engine.check()
+        followed.until(lambda e: is_message(e, "progress"))
+
+
+def test_the_light_of_another_build_is_shown_and_computed_again(session):
+    digest = session.digest()
+    session.foreign_build = "another"
+    with Followed(session) as followed:
+        followed.until(lambda e: e == Phase("ready"))
+        assert len(followed.of(Values)) == 2
+        followed.want(block=translation(0.5, 0.4, 0.4))
+        followed.rest()
+        followed.want(block=translation(0.7, 0.31, 0.4))
+        followed.rest()
+    assert session.foreign_build is None
+    assert session.digest() == digest
+
+
+def test_stopping_gives_the_session_back(session):
+    def mine(stage, fraction):
+        return True
+
+    session.progress = mine
+    with Followed(session) as followed:
+        followed.until(lambda e: e == Phase("ready"))
+    assert session.progress is mine
+    session.move("block", translation(0.5, 0.4, 0.4))
+    assert session.update().done == 1

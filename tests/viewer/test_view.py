@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`dl.view` and `deltalux view`, as users start them."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import types
+import urllib.request
+from pathlib import Path
+
+import deltalux as dl
+import deltalux.server.viewing as viewing
+import pytest
+from deltalux.cli import run
+
+SOURCES = Path(dl.__file__).parent.parent
+
+
+def test_a_view_serves_until_it_is_closed(session):
+    with dl.view(session, open_browser=False, block=False) as shown:
+        page = urllib.request.urlopen(shown.url, timeout=30)
+        assert b"<html" in page.read()
+        assert shown.url in shown._repr_html_()
+        assert shown._repr_html_().startswith("<iframe")
+    with pytest.raises(OSError, match="refused"):
+        urllib.request.urlopen(shown.url, timeout=30)
+    shown.close()  # once more does no harm
+    assert session.update().done == 1
+
+
+def test_in_a_notebook_it_neither_blocks_nor_opens_a_browser(session, monkeypatch):
+    kernel = types.SimpleNamespace(get_ipython=lambda: types.SimpleNamespace(kernel=1))
+    monkeypatch.setitem(sys.modules, "IPython", kernel)
+    monkeypatch.setattr(viewing.webbrowser, "open", lambda url: pytest.fail("opened a browser"))
+    dl.view(session).close()
+
+
+def interrupt(*_):
+    raise KeyboardInterrupt
+
+
+def test_elsewhere_it_opens_the_browser_and_blocks_until_ctrl_c(session, monkeypatch):
+    opened = []
+    monkeypatch.setattr(viewing.webbrowser, "open", opened.append)
+    monkeypatch.setattr("deltalux.server.serving.Server.wait", interrupt)
+    shown = dl.view(session)
+    assert opened == [shown.url]
+    with pytest.raises(OSError, match="refused"):
+        urllib.request.urlopen(shown.url, timeout=30)
+
+
+def test_without_the_extra_there_is_one_clear_error(session, monkeypatch):
+    monkeypatch.setattr(viewing, "find_spec", lambda name: None if name == "uvicorn" else 1)
+    with pytest.raises(dl.Error, match=r'found no module uvicorn, .* pip install "deltalux\[view\]"'):
+        dl.view(session)
+
+
+def test_the_package_can_be_imported_without_the_extra():
+    code = (
+        "import sys; sys.modules.update(starlette=None, uvicorn=None, websockets=None)\n"
+        "import deltalux as dl, deltalux.cli; print(callable(dl.view))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment())
+    assert done.stdout == "True\n", done.stderr
+
+
+def test_what_is_neither_session_nor_scene_is_refused():
+    with pytest.raises(dl.OptionError, match="view: found str, expected a Session or a Scene"):
+        dl.view("office")
+
+
+def environment():
+    return os.environ | {"PYTHONPATH": str(SOURCES)}
+
+
+def test_the_command_prints_the_address_and_ends_with_ctrl_c(baked_file, tmp_path):
+    words = ["view", str(baked_file), "--no-browser", "--folder", str(tmp_path)]
+    command = [sys.executable, "-m", "deltalux.cli", *words]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment()
+    ) as process:
+        line = process.stdout.readline()
+        address = line.split()[-1]
+        assert address.startswith("http://127.0.0.1:")
+        assert urllib.request.urlopen(address, timeout=30).status == 200
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=30)
+    assert process.returncode == 0
+    assert errors == ""
+
+
+@pytest.mark.parametrize("option", [["--paths", "10"], ["--movable", "block"], ["--light-units", "spec"]])
+def test_a_session_file_takes_no_options_of_the_bake(baked_file, capsys, option):
+    assert run(["view", str(baked_file), *option]) == 2
+    assert f"was baked already; leave out {option[0]}" in " ".join(capsys.readouterr().err.split())
+
+
+def test_a_host_that_others_reach_is_warned_of(baked_file, capsys, monkeypatch):
+    monkeypatch.setattr(
+        "deltalux.server.serving.Server.wait", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt)
+    )
+    assert run(["view", str(baked_file), "--no-browser", "--host", "0.0.0.0"]) == 0
+    captured = capsys.readouterr()
+    assert "warning: 0.0.0.0 can be reached from other machines" in captured.err
+    assert "http://localhost:" in captured.out
+
+
+def test_a_folder_that_is_missing_is_refused_before_anything(baked_file, capsys):
+    assert run(["view", str(baked_file), "--no-browser", "--folder", "nowhere"]) == 1
+    assert 'view: folder: found no folder "nowhere"' in capsys.readouterr().err

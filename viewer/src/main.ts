@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// Entry: loads the scene that the server offers and starts the page.
+import { App } from './app'
+import { h } from './dom'
+import type { SceneInfo } from './protocol'
+import './style.css'
+import { testHooks } from './testHooks'
+
+const PROTOCOL = 1
+
+async function load(address: string): Promise<Response> {
+  const answer = await fetch(address)
+  if (answer.status === 403)
+    throw new Error('The address lacks the right token. Open the one that the viewer printed.')
+  if (!answer.ok) throw new Error(`The server answered ${answer.status} to ${new URL(answer.url).pathname}.`)
+  return answer
+}
+
+async function start(root: HTMLElement): Promise<void> {
+  const query = new URLSearchParams(location.search)
+  const token = query.get('token') ?? ''
+  const withToken = (path: string) => `${path}?token=${encodeURIComponent(token)}`
+  const [info, geometry] = await Promise.all([
+    load(withToken('scene.json')).then((answer) => answer.json() as Promise<SceneInfo>),
+    load(withToken('geometry.bin')).then((answer) => answer.arrayBuffer()),
+  ])
+  if (info.protocol !== PROTOCOL) {
+    throw new Error(`The server speaks protocol ${info.protocol}, this page ${PROTOCOL}. Reload the page.`)
+  }
+  const socket = new URL(withToken('ws'), document.baseURI)
+  socket.protocol = socket.protocol === 'https:' ? 'wss:' : 'ws:'
+  const options = { antialias: query.get('aa') !== '0', bench: query.has('bench') }
+  document.title = `${info.name} · Deltalux`
+  window.deltalux = testHooks(new App(root, info, geometry, token, socket.href, options))
+}
+
+const root = document.getElementById('app')!
+root.append(h('p', { class: 'loading', role: 'status' }, 'Loading the scene …'))
+start(root).catch((error: unknown) => {
+  root.replaceChildren(
+    h('p', { class: 'loading', role: 'alert' }, error instanceof Error ? error.message : String(error)),
+  )
+})

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+// Panel of what is shown: exposure of the lit picture, range of the colour scales, the remembered state.
+import { button, checkbox, h, numberField, panel, show } from '../dom'
+import { number, unitLabel } from '../format'
+import type { Look } from '../look'
+import type { Unit } from '../protocol'
+
+export function viewPanel(look: Look, unit: Unit, remember: () => void): HTMLElement {
+  return panel('View', exposureControls(look), rangeControls(look, unit), rememberControls(look, remember))
+}
+
+function exposureControls(look: Look): HTMLElement {
+  const text = h('output', {})
+  const slider = h('input', {
+    type: 'range',
+    min: -6,
+    max: 6,
+    step: 0.1,
+    'aria-label': 'Exposure in stops',
+    input: () => look.change({ stops: slider.valueAsNumber }),
+  })
+  const [automatic, input] = checkbox('Automatic', (on) => {
+    look.change({ automaticExposure: on })
+    if (on) void look.meter()
+  })
+  const meter = button(
+    'Meter this view',
+    () => {
+      look.change({ stops: 0 })
+      void look.meter()
+    },
+    { title: 'Sets the exposure by what is seen now' },
+  )
+  const element = h(
+    'div',
+    { class: 'stack' },
+    h('div', { class: 'dimmer' }, h('span', {}, 'Exposure'), text, slider),
+    h('div', { class: 'row' }, automatic, meter),
+  )
+  look.settings.watch((settings) => {
+    element.hidden = settings.mode !== 'lit'
+    input.checked = settings.automaticExposure
+    slider.value = String(settings.stops)
+    text.textContent = `${settings.stops > 0 ? '+' : ''}${number(settings.stops, 2)} stops`
+  })
+  return element
+}
+
+function rangeControls(look: Look, unit: Unit): HTMLElement {
+  const low = numberField(`From, ${unitLabel(unit)}`, (value) =>
+    look.changeRange({ automatic: false, low: value }),
+  )
+  const high = numberField(`To, ${unitLabel(unit)}`, (value) =>
+    look.changeRange({ automatic: false, high: value }),
+  )
+  const [automatic, automaticInput] = checkbox('Automatic', (on) => look.changeRange({ automatic: on }))
+  const [log, logInput] = checkbox('Logarithmic', (on) => look.changeRange({ logarithmic: on }))
+  const [lines, linesInput] = checkbox('Isolines', (on) => look.change({ isolines: on }))
+  const element = h(
+    'div',
+    { class: 'stack' },
+    h('div', { class: 'axes' }, h('span', {}, `Range, ${unitLabel(unit)}`), low, high),
+    h('div', { class: 'row' }, automatic, log, lines),
+  )
+  const refresh = () => {
+    const { mode, ranges, isolines } = look.settings.value
+    const scale = look.scale.value
+    element.hidden = mode === 'lit'
+    linesInput.checked = isolines
+    if (mode === 'lit' || !scale) return
+    automaticInput.checked = ranges[mode].automatic
+    logInput.checked = scale.logarithmic
+    log.hidden = lines.hidden = mode === 'difference'
+    low.disabled = mode === 'difference'
+    show(low, scale.low, 6)
+    show(high, scale.high, 6)
+  }
+  look.settings.watch(refresh)
+  look.scale.watch(refresh)
+  return element
+}
+
+function rememberControls(look: Look, remember: () => void): HTMLElement {
+  const when = h('output', {})
+  const row = h(
+    'div',
+    { class: 'row' },
+    button(
+      'Remember this state',
+      () => {
+        remember()
+        when.textContent = `at ${new Date().toLocaleTimeString()}`
+      },
+      { title: 'The difference view shows what changed since then (M)' },
+    ),
+    when,
+  )
+  look.settings.watch(({ mode }) => (row.hidden = mode !== 'difference'))
+  return row
+}

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pins that show the value at a point of a surface, with its standard error, and follow light and camera.
+import { Vector3 } from 'three'
+import { button, h } from './dom'
+import { number, unitLabel } from './format'
+import type { LitScene } from './three/litScene'
+import type { Hit } from './three/picking'
+import type { Stage } from './three/stage'
+
+export interface Reading {
+  value: number // photopic, in the scene's unit
+  error: number // its standard error
+  change: number | null // since the remembered state
+}
+
+interface Pin {
+  hit: Hit
+  element: HTMLElement
+  text: HTMLElement
+  free: boolean // the next click takes it along
+}
+
+export class Probes {
+  readonly layer = h('div', { class: 'pins' })
+  private pins: Pin[] = []
+
+  constructor(
+    private readonly stage: Stage,
+    private readonly lit: LitScene,
+  ) {
+    stage.afterDrawing.push(() => this.place())
+  }
+
+  /** What the picture shows at a hit, interpolated in its triangle; null without samples. */
+  read(hit: Hit): Reading | null {
+    const { values } = this.lit
+    if (!hit.sampled || !values.known) return null
+    const mean = (of: (vertex: number) => number) =>
+      hit.vertices.reduce((sum, vertex, i) => sum + hit.weights[i] * of(vertex), 0)
+    return {
+      value: mean((vertex) => values.photopic(vertex)),
+      error: mean((vertex) => values.standardError(vertex)),
+      change: values.remembered ? mean((vertex) => values.change(vertex)) : null,
+    }
+  }
+
+  /** Shows the value at a hit; `keep`: beside the pins that are there. */
+  pin(hit: Hit, keep: boolean): void {
+    if (!keep) for (const pin of this.pins.filter((pin) => pin.free)) this.remove(pin)
+    const text = h('span', { role: 'status' })
+    const element = h('div', { class: 'pin' }, text)
+    const pin: Pin = { hit, element, text, free: !keep }
+    element.append(button('×', () => this.remove(pin), { 'aria-label': 'Remove this pin', class: 'bare' }))
+    this.pins.push(pin)
+    this.layer.append(element)
+    this.update()
+    this.stage.invalidate()
+  }
+
+  clear(): void {
+    for (const pin of [...this.pins]) this.remove(pin)
+  }
+
+  /** Reads all pins again. */
+  update(): void {
+    for (const { hit, text } of this.pins) {
+      const reading = this.read(hit)
+      const unit = unitLabel(this.lit.info.unit)
+      text.replaceChildren()
+      if (!reading) {
+        text.append(this.lit.values.known ? 'not sampled on this side' : 'no light yet')
+        continue
+      }
+      text.append(h('b', {}, number(reading.value)), ` ± ${number(reading.error, 2)} ${unit}`)
+      if (reading.change) text.append(h('i', {}, `${reading.change > 0 ? '+' : ''}${number(reading.change)}`))
+    }
+  }
+
+  private remove(pin: Pin): void {
+    pin.element.remove()
+    this.pins = this.pins.filter((other) => other !== pin)
+  }
+
+  private place(): void {
+    const { clientWidth: width, clientHeight: height } = this.stage.canvas
+    for (const { hit, element } of this.pins) {
+      const at = hit.body.localToWorld(hit.local.clone()).project(this.stage.camera)
+      const seen = hit.body.visible && Math.abs(at.z) < 1 && new Vector3(at.x, at.y, 0).length() < 2
+      element.hidden = !seen
+      element.style.transform = `translate(${((at.x + 1) / 2) * width}px, ${((1 - at.y) / 2) * height}px)`
+    }
+  }
+}

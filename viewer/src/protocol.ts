@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+// The viewer's protocol (docs/reference/viewer-protocol.md): types of messages, decoding of frames.
+
+export type Pose = number[] // 16 numbers, column-major, rigid, local to world
+export type Rgb = [number, number, number]
+export type Unit = 'lux' | 'W/m2'
+export type Phase = 'empty' | 'baking' | 'preview' | 'ready' | 'updating' | 'checking'
+
+export interface ArrayPlace {
+  offset: number
+  length: number
+  type: 'f32' | 'u32'
+}
+
+export interface PartInfo {
+  mesh: number
+  material: number
+  first: number
+  count: number
+  reversed: boolean
+}
+
+export interface MeshInfo {
+  name: string
+  movable: boolean
+  first_vertex: number
+  vertex_count: number
+}
+
+export interface MaterialInfo {
+  name: string
+  reflectance: Rgb
+  emission: Rgb
+  two_sided: boolean
+}
+
+export interface CameraInfo {
+  name: string
+  pose: Pose
+  vertical_fov: number
+}
+
+export interface SceneInfo {
+  protocol: number
+  name: string
+  unit: Unit
+  run: string
+  bounds: [Rgb, Rgb]
+  vertices: number
+  triangles: number
+  arrays: { points: ArrayPlace; normals: ArrayPlace; indices: ArrayPlace }
+  parts: PartInfo[]
+  meshes: MeshInfo[]
+  materials: MaterialInfo[]
+  groups: string[]
+  cameras: CameraInfo[]
+  folder: boolean
+}
+
+export type Edit =
+  | { type: 'move'; name: string; pose: Pose; dragging: boolean }
+  | { type: 'remove' | 'add'; name: string }
+  | { type: 'dim'; group: string; factor: number; dragging: boolean }
+  | { type: 'reflectance'; material: string; value: Rgb }
+  | { type: 'undo' | 'redo' | 'bake' | 'check' | 'cancel' }
+  | { type: 'budget'; milliseconds: number | null }
+  | { type: 'export'; file: string }
+
+export interface StateMessage {
+  type: 'state'
+  revision: number
+  poses: Record<string, Pose | null>
+  factors: Record<string, number>
+  reflectances: Record<string, Rgb>
+  undo: string | null
+  redo: string | null
+  phase: Phase
+  budget: number | null
+}
+
+export interface ProgressMessage {
+  type: 'progress'
+  task: 'bake' | 'check' | 'export'
+  stage: string
+  fraction: number
+  eta: number | null
+}
+
+export interface FrameMessage {
+  type: 'frame'
+  revision: number
+  milliseconds: Record<string, number>
+  affected_paths: number
+  paths: number
+  retraced_segments: number
+  segments: number
+  done: number
+  static_method: string | null
+  moving_method: string | null
+  recompute_milliseconds: number | null
+  speed_up: number | null
+  latency: number | null
+}
+
+export interface CheckedMessage {
+  type: 'checked'
+  same: boolean
+  digest: string
+  recomputed: string
+  milliseconds: number
+}
+
+export interface ExportedMessage {
+  type: 'exported'
+  id: number
+  file: string
+  bytes: number
+  address: string
+}
+
+export type ServerMessage =
+  | StateMessage
+  | ProgressMessage
+  | FrameMessage
+  | CheckedMessage
+  | ExportedMessage
+  | { type: 'accepted'; id: number; revision: number }
+  | { type: 'error'; id: number | null; message: string }
+  | { type: 'cancelled'; task: string }
+  | { type: 'notice'; message: string }
+
+export interface Run {
+  first: number // vertex
+  count: number
+}
+
+export interface ValuesFrame {
+  seq: number
+  revision: number
+  scale: number // the halves are values × scale
+  full: boolean
+  preview: boolean
+  runs: Run[]
+  halves: Uint16Array // 4 for each vertex, the runs one after the other
+}
+
+const MAGIC = 0x58544c44
+const HEADER_BYTES = 24
+const FLAG_FULL = 1
+const FLAG_PREVIEW = 2
+
+/** Values of a binary frame; throws where it is not one, or not whole. */
+export function decodeFrame(buffer: ArrayBuffer): ValuesFrame {
+  const view = new DataView(buffer)
+  if (buffer.byteLength < HEADER_BYTES || view.getUint32(0, true) !== MAGIC) {
+    throw new Error(`frame: found ${buffer.byteLength} bytes without the mark of one`)
+  }
+  const flags = view.getUint32(16, true)
+  const runCount = view.getUint32(20, true)
+  const runs: Run[] = []
+  let vertices = 0
+  for (let i = 0; i < runCount; i++) {
+    const first = view.getUint32(HEADER_BYTES + 8 * i, true)
+    const count = view.getUint32(HEADER_BYTES + 8 * i + 4, true)
+    runs.push({ first, count })
+    vertices += count
+  }
+  const start = HEADER_BYTES + 8 * runCount
+  if (buffer.byteLength !== start + 8 * vertices) {
+    throw new Error(`frame: found ${buffer.byteLength} bytes, expected ${start + 8 * vertices}`)
+  }
+  return {
+    seq: view.getUint32(4, true),
+    revision: view.getUint32(8, true),
+    scale: view.getFloat32(12, true),
+    full: (flags & FLAG_FULL) !== 0,
+    preview: (flags & FLAG_PREVIEW) !== 0,
+    runs,
+    halves: new Uint16Array(buffer, start, 4 * vertices),
+  }
+}

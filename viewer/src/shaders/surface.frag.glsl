@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// Colours a fragment from interpolated linear values: lit, false colours, difference, or for the meter.
+// Tone curve as python/deltalux/outputs/tone.py, colours by value as outputs/colour_scale.py.
+precision highp float;
+
+in vec3 irradiance;
+in float standardError;
+in vec3 change;
+in vec3 worldNormal;
+in vec3 toEye;
+
+uniform int mode;
+uniform vec3 reflectance;
+uniform vec3 emission;
+uniform bool frontGlows;
+uniform bool backGlows;
+uniform float exposure;
+uniform sampler2D sequential;
+uniform sampler2D diverging;
+uniform float low;
+uniform float high;
+uniform bool logarithmic;
+uniform bool isolines;
+uniform float tickPlaces[MAX_TICKS];
+uniform int tickCount;
+
+out vec4 colour;
+
+const float UNSAMPLED = 0.012; // linear grey of a side that has no samples
+const float WHITE = 5.0; // exposed luminance that becomes white
+const float LINE_WIDTH = 0.75; // pixels to either side
+
+float photopic(vec3 rgb) {
+  return dot(rgb, vec3(0.2126, 0.7152, 0.0722));
+}
+
+vec3 encode(vec3 linear) {
+  return mix(12.92 * linear, 1.055 * pow(linear, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, linear));
+}
+
+// Reinhard's curve on luminance; a channel beyond 1 pulls the colour towards grey of the same luminance.
+vec3 toneMap(vec3 radiance) {
+  vec3 exposed = exposure * radiance;
+  float luminance = photopic(exposed);
+  float shown = min(luminance * (1.0 + luminance / (WHITE * WHITE)) / (1.0 + luminance), 1.0);
+  vec3 colour = exposed * (shown / max(luminance, 1e-30));
+  float brightest = max(colour.r, max(colour.g, colour.b));
+  float chroma = brightest > 1.0 ? (1.0 - shown) / max(brightest - shown, 1e-30) : 1.0;
+  return clamp(shown + (colour - shown) * chroma, 0.0, 1.0);
+}
+
+float place(float value) {
+  if (logarithmic) return log(max(value, 1e-30) / low) / log(high / low);
+  return (value - low) / (high - low);
+}
+
+vec3 tableColour(sampler2D table, float at) {
+  float entry = clamp(at, 0.0, 1.0) * 255.0;
+  int first = min(int(entry), 254);
+  return mix(texelFetch(table, ivec2(first, 0), 0).rgb, texelFetch(table, ivec2(first + 1, 0), 0).rgb,
+             entry - float(first));
+}
+
+// 1 on a line where the place passes a tick.
+float isoline(float at) {
+  float width = max(fwidth(at), 1e-7);
+  float nearest = 1e9;
+  for (int i = 0; i < tickCount; i++) nearest = min(nearest, abs(at - tickPlaces[i]));
+  return 1.0 - smoothstep(LINE_WIDTH, LINE_WIDTH + 0.8, nearest / width);
+}
+
+vec3 falseColour(float value) {
+  float at = place(value);
+  vec3 shown = encode(tableColour(sequential, at));
+  if (!isolines) return shown;
+  vec3 line = photopic(shown) < 0.35 ? 0.5 * shown + 0.43 : shown / 3.0;
+  return mix(shown, line, isoline(at));
+}
+
+void main() {
+  bool glows = gl_FrontFacing ? frontGlows : backGlows;
+  vec3 light = glows ? emission : vec3(0.0);
+  bool sampled = gl_FrontFacing;
+  vec3 radiance = reflectance * irradiance / 3.14159265358979 + light;
+
+  if (mode == MODE_METER) {
+    colour = vec4(photopic(radiance), sampled && light == vec3(0.0) ? 1.0 : 0.0, 0.0, 1.0);
+    return;
+  }
+  vec3 shown = encode(vec3(UNSAMPLED));
+  if (mode == MODE_CLAY) {
+    float facing = abs(dot(normalize(worldNormal), normalize(toEye)));
+    shown = encode((0.15 + 0.85 * facing) * (0.04 + 0.2 * reflectance));
+  } else if (mode == MODE_LIT) {
+    if (sampled) shown = encode(toneMap(radiance));
+  } else if (sampled) {
+    if (mode == MODE_FALSE_COLOUR) shown = falseColour(photopic(irradiance));
+    if (mode == MODE_ERROR) shown = falseColour(standardError);
+    if (mode == MODE_DIFFERENCE) {
+      shown = change == vec3(0.0) ? vec3(0.0) : encode(tableColour(diverging, place(photopic(change))));
+    }
+  } else if (mode == MODE_DIFFERENCE) {
+    shown = vec3(0.0);
+  }
+  colour = vec4(shown, 1.0);
+}

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// A value that tells those who asked when it changes.
+
+export class Signal<T> {
+  private readonly listeners: ((value: T) => void)[] = []
+
+  constructor(private current: T) {}
+
+  get value(): T {
+    return this.current
+  }
+
+  set value(value: T) {
+    this.current = value
+    for (const listener of this.listeners) listener(value)
+  }
+
+  /** Calls at each change, and once now. */
+  watch(listener: (value: T) => void): void {
+    this.listeners.push(listener)
+    listener(this.current)
+  }
+}

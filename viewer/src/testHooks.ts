@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// `window.deltalux`: what tests and measurements ask of a running page.
+import type { Vector3 } from 'three'
+import type { App } from './app'
+
+export interface TestHooks {
+  state(): object
+  probe(x: number, y: number): object | null
+  project(name: string): [x: number, y: number] | null
+  gizmoHandle(axis: 'X' | 'Y' | 'Z'): [x: number, y: number] | null
+  gizmoAxis(): string | null
+  idle(): boolean
+  frames: number[]
+  latencies: number[]
+}
+
+declare global {
+  interface Window {
+    deltalux: TestHooks
+  }
+}
+
+export function testHooks(app: App): TestHooks {
+  const { stage, lit, objects, remote, look, cameras } = app
+  const onPage = (point: Vector3): [number, number] => {
+    const { left, top, width, height } = stage.canvas.getBoundingClientRect()
+    const at = point.clone().project(stage.camera)
+    return [left + ((at.x + 1) / 2) * width, top + ((1 - at.y) / 2) * height]
+  }
+  return {
+    state: () => ({
+      link: remote.link.value,
+      server: remote.state.value,
+      frame: remote.frame.value,
+      checked: remote.checked.value,
+      exported: remote.exported.value,
+      selected: objects.selected.value,
+      settings: look.settings.value,
+      scale: look.scale.value,
+      exposure: look.exposure,
+      known: lit.values.known,
+      preview: lit.values.preview,
+      poses: Object.fromEntries(
+        lit.movables.map((body) => [body.name, body.visible ? body.matrix.toArray() : null]),
+      ),
+      camera: {
+        pose: stage.camera.matrixWorld.toArray(),
+        fov: stage.camera.fov,
+        target: cameras.orbit.target.toArray(),
+      },
+      canvas: stage.canvas.getBoundingClientRect().toJSON() as object,
+    }),
+    /** At canvas pixels: the value, where it is, and between which vertices. */
+    probe: (x, y) => {
+      const hit = app.pointer.at(x, y)
+      return (
+        hit && {
+          name: hit.body.name,
+          point: hit.point.toArray(),
+          vertices: hit.vertices,
+          weights: hit.weights,
+          sampled: hit.sampled,
+          reading: app.probes.read(hit),
+        }
+      )
+    },
+    project: (name) => {
+      const body = lit.body(name)
+      if (!body) return null
+      body.geometry.computeBoundingSphere()
+      return onPage(body.localToWorld(body.geometry.boundingSphere!.center.clone()))
+    },
+    gizmoHandle: (axis) => (objects.selected.value === null ? null : onPage(objects.gizmo.arrow(axis))),
+    gizmoAxis: () => objects.gizmo.controls.axis,
+    /** Nothing to draw, nothing on the way, the light up to date. */
+    idle: () =>
+      stage.idle && look.metering === 0 && !remote.busyDragging && remote.state.value?.phase === 'ready',
+    frames: app.flow.frames,
+    latencies: app.latency.all,
+  }
+}

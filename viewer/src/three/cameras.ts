@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where the scene is seen from: orbit, fly, the scene's own cameras, fit to an object or to everything.
+import { Box3, Euler, MathUtils, Matrix4, Vector3 } from 'three'
+import { OrbitControls } from 'three/addons/controls/OrbitControls.js'
+import type { CameraInfo } from '../protocol'
+import type { Stage } from './stage'
+
+const FLY_KEYS: Record<string, [number, number, number]> = {
+  KeyW: [0, 0, -1],
+  KeyS: [0, 0, 1],
+  KeyA: [-1, 0, 0],
+  KeyD: [1, 0, 0],
+  KeyQ: [0, -1, 0],
+  KeyE: [0, 1, 0],
+}
+const FLY_SPEED = 0.12 // of the scene's diagonal a second
+const TURN_SPEED = 0.003 // radians a pixel
+
+export class Cameras {
+  readonly orbit: OrbitControls
+  flying = false
+  private readonly keys = new Set<string>()
+  private looking: number | null = null // pointer that turns the head
+
+  constructor(
+    private readonly stage: Stage,
+    private readonly bounds: Box3,
+  ) {
+    const diagonal = bounds.getSize(new Vector3()).length() || 1
+    stage.camera.near = diagonal / 500 // any nearer, and pictures on far walls flicker through each other
+    stage.camera.far = diagonal * 5
+    this.orbit = new OrbitControls(stage.camera, stage.canvas)
+    this.orbit.addEventListener('change', stage.invalidate)
+    stage.beforeDrawing.push((seconds) => this.step(seconds, diagonal))
+    stage.canvas.addEventListener('pointerdown', this.startLooking)
+    stage.canvas.addEventListener('pointermove', this.look)
+    for (const end of ['pointerup', 'pointercancel'] as const) {
+      stage.canvas.addEventListener(end, () => (this.looking = null))
+    }
+    window.addEventListener('blur', () => this.keys.clear())
+  }
+
+  /** Shows what one of the scene's cameras sees; `distance`: how far away the orbit's centre is. */
+  show(camera: CameraInfo, distance: number): void {
+    const pose = new Matrix4().fromArray(camera.pose)
+    const ahead = new Vector3().setFromMatrixColumn(pose, 2).negate()
+    const eye = new Vector3().setFromMatrixPosition(pose)
+    this.stage.camera.fov = MathUtils.radToDeg(camera.vertical_fov)
+    this.lookFrom(eye, eye.clone().addScaledVector(ahead, distance))
+  }
+
+  /** Moves back or forth, direction kept, until the box is in the picture. */
+  fit(box: Box3 = this.bounds): void {
+    const centre = box.getCenter(new Vector3())
+    const radius = Math.max(box.getSize(new Vector3()).length() / 2, 1e-3)
+    const vertical = MathUtils.degToRad(this.stage.camera.fov) / 2
+    const angle = Math.min(vertical, Math.atan(Math.tan(vertical) * this.stage.aspect))
+    const away = this.stage.camera.position.clone().sub(this.orbit.target).normalize()
+    if (away.lengthSq() === 0) away.set(0.5, 0.4, 1).normalize()
+    this.lookFrom(centre.clone().addScaledVector(away, (1.1 * radius) / Math.sin(angle)), centre)
+  }
+
+  lookFrom(eye: Vector3, target: Vector3): void {
+    this.stage.camera.position.copy(eye)
+    this.stage.camera.updateProjectionMatrix()
+    this.orbit.target.copy(target)
+    this.orbit.update()
+    this.stage.invalidate()
+  }
+
+  fly(on: boolean): void {
+    this.flying = on
+    this.orbit.enabled = !on
+    this.keys.clear()
+    if (!on) this.orbit.update()
+  }
+
+  /** Takes a key that flying uses; tells whether it did. */
+  key(code: string, down: boolean): boolean {
+    if (!this.flying || !(code in FLY_KEYS)) return false
+    if (down) this.keys.add(code)
+    else this.keys.delete(code)
+    this.stage.invalidate()
+    return true
+  }
+
+  private step(seconds: number, diagonal: number): boolean {
+    if (!this.flying || this.keys.size === 0) return false
+    const way = new Vector3()
+    for (const code of this.keys) way.add(new Vector3(...FLY_KEYS[code]))
+    way.multiplyScalar(FLY_SPEED * diagonal * seconds).applyQuaternion(this.stage.camera.quaternion)
+    this.stage.camera.position.add(way)
+    this.orbit.target.add(way)
+    return true
+  }
+
+  private startLooking = (event: PointerEvent): void => {
+    if (this.flying) this.looking = event.pointerId
+  }
+
+  private look = (event: PointerEvent): void => {
+    if (this.looking !== event.pointerId) return
+    const { camera } = this.stage
+    const angles = new Euler().setFromQuaternion(camera.quaternion, 'YXZ')
+    const limit = Math.PI / 2 - 0.01
+    angles.set(
+      MathUtils.clamp(angles.x - TURN_SPEED * event.movementY, -limit, limit),
+      angles.y - TURN_SPEED * event.movementX,
+      0,
+    )
+    camera.quaternion.setFromEuler(angles)
+    const distance = camera.position.distanceTo(this.orbit.target)
+    this.orbit.target
+      .copy(camera.position)
+      .add(camera.getWorldDirection(new Vector3()).multiplyScalar(distance))
+    this.stage.invalidate()
+  }
+}

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+// The scene as drawn: one mesh with groups for each mesh of the server's, values as an attribute of halves.
+import { Box3, BufferAttribute, BufferGeometry, DynamicDrawUsage, Group, Matrix4, Mesh, Vector3 } from 'three'
+import type { MeshInfo, PartInfo, Pose, Run, SceneInfo, ValuesFrame } from '../protocol'
+import { CHANNELS, Values } from '../values'
+import { SurfaceMaterials } from './materials'
+
+const MAX_RANGES = 16 // of one mesh waiting for upload; more become one that covers them
+
+/** What `geometry.bin` holds. */
+export interface GeometryArrays {
+  points: Float32Array
+  normals: Float32Array
+  indices: Uint32Array
+}
+
+export function geometryArrays(info: SceneInfo, buffer: ArrayBuffer): GeometryArrays {
+  const { points, normals, indices } = info.arrays
+  return {
+    points: new Float32Array(buffer, points.offset, points.length / 4),
+    normals: new Float32Array(buffer, normals.offset, normals.length / 4),
+    indices: new Uint32Array(buffer, indices.offset, indices.length / 4),
+  }
+}
+
+/** One drawn mesh and its place among all vertices. */
+export interface Body extends Mesh<BufferGeometry, SurfaceMaterials['all']> {
+  userData: { info: MeshInfo }
+}
+
+export class LitScene {
+  readonly root = new Group()
+  readonly materials: SurfaceMaterials
+  readonly values: Values
+  readonly bodies: Body[] = []
+  private readonly byName = new Map<string, Body>()
+
+  /** `oneTriangle`: draw next to nothing, but upload all (to measure transport without rasterisation). */
+  constructor(
+    readonly info: SceneInfo,
+    arrays: GeometryArrays,
+    oneTriangle = false,
+  ) {
+    this.materials = new SurfaceMaterials(info.materials)
+    this.values = new Values(info.vertices)
+    const parts = info.meshes.map((): PartInfo[] => [])
+    for (const part of info.parts) parts[part.mesh].push(part)
+    info.meshes.forEach((mesh, i) => {
+      const geometry = this.geometry(mesh, parts[i], arrays)
+      if (oneTriangle) geometry.setDrawRange(0, 3)
+      const body = new Mesh(geometry, this.materials.all) as unknown as Body
+      body.name = mesh.name
+      body.userData.info = mesh
+      body.frustumCulled = !oneTriangle
+      body.matrixAutoUpdate = false
+      this.bodies.push(body)
+      this.byName.set(mesh.name, body)
+      this.root.add(body)
+    })
+  }
+
+  get movables(): Body[] {
+    return this.bodies.filter((body) => body.userData.info.movable)
+  }
+
+  body(name: string): Body | undefined {
+    return this.byName.get(name)
+  }
+
+  /** Bounds as loaded. */
+  get bounds(): Box3 {
+    const [low, high] = this.info.bounds
+    return new Box3(new Vector3(...low), new Vector3(...high))
+  }
+
+  setPose(name: string, pose: Pose | null): void {
+    const body = this.byName.get(name)
+    if (!body) return
+    body.visible = pose !== null
+    if (pose) body.matrix.fromArray(pose)
+    body.matrixWorldNeedsUpdate = true
+  }
+
+  pose(name: string): Matrix4 {
+    return this.byName.get(name)?.matrix.clone() ?? new Matrix4()
+  }
+
+  apply(frame: ValuesFrame): void {
+    for (const run of this.values.apply(frame)) this.upload(run)
+    this.materials.shared.valueScale.value = 1 / this.values.scale
+  }
+
+  remember(): void {
+    this.values.remember()
+    const { halves, scale } = this.values.remembered!
+    this.materials.shared.rememberedScale.value = 1 / scale
+    for (const body of this.bodies) {
+      body.geometry.setAttribute('remembered', valuesAttribute(halves, body.userData.info))
+    }
+  }
+
+  private geometry(mesh: MeshInfo, parts: PartInfo[], arrays: GeometryArrays): BufferGeometry {
+    const { first_vertex: first, vertex_count: count } = mesh
+    const geometry = new BufferGeometry()
+    const vectors = (array: Float32Array) =>
+      new BufferAttribute(array.subarray(3 * first, 3 * (first + count)), 3)
+    geometry.setAttribute('position', vectors(arrays.points))
+    geometry.setAttribute('normal', vectors(arrays.normals))
+    geometry.setAttribute('values', valuesAttribute(this.values.halves, mesh))
+    geometry.setIndex(new BufferAttribute(this.groupedIndices(geometry, parts, arrays.indices, first), 1))
+    return geometry
+  }
+
+  /** Triangles of equal material next to each other, so that groups are few, whatever the parts. */
+  private groupedIndices(
+    geometry: BufferGeometry,
+    parts: PartInfo[],
+    indices: Uint32Array,
+    firstVertex: number,
+  ): Uint32Array {
+    const buckets = new Map<number, PartInfo[]>()
+    for (const part of parts) {
+      const index = SurfaceMaterials.index(part.material, part.reversed)
+      buckets.set(index, [...(buckets.get(index) ?? []), part])
+    }
+    const grouped = new Uint32Array(parts.reduce((sum, part) => sum + 3 * part.count, 0))
+    let end = 0
+    for (const [material, members] of buckets) {
+      const start = end
+      for (const part of members) {
+        grouped.set(indices.subarray(3 * part.first, 3 * (part.first + part.count)), end)
+        end += 3 * part.count
+      }
+      geometry.addGroup(start, end - start, material)
+    }
+    return grouped.map((index) => index - firstVertex)
+  }
+
+  /** Asks for the upload of a run of vertices, which may reach over several meshes. */
+  private upload(run: Run): void {
+    for (const body of this.bodies) {
+      const { first_vertex: first, vertex_count: count } = body.userData.info
+      const start = Math.max(run.first, first)
+      const end = Math.min(run.first + run.count, first + count)
+      if (start >= end) continue
+      const attribute = body.geometry.getAttribute('values') as BufferAttribute
+      attribute.addUpdateRange(CHANNELS * (start - first), CHANNELS * (end - start))
+      if (attribute.updateRanges.length > MAX_RANGES) coverRanges(attribute)
+      attribute.needsUpdate = true
+    }
+  }
+}
+
+/** Attribute over the mesh's share of all halves: a view, no copy. */
+function valuesAttribute(halves: Uint16Array, mesh: MeshInfo): BufferAttribute {
+  const { first_vertex: first, vertex_count: count } = mesh
+  const view = halves.subarray(CHANNELS * first, CHANNELS * (first + count))
+  const attribute = new BufferAttribute(view, CHANNELS).setUsage(DynamicDrawUsage)
+  // Marked by hand: three's own class for halves would copy the array.
+  return Object.assign(attribute, { isFloat16BufferAttribute: true })
+}
+
+function coverRanges(attribute: BufferAttribute): void {
+  const start = Math.min(...attribute.updateRanges.map((range) => range.start))
+  const end = Math.max(...attribute.updateRanges.map((range) => range.start + range.count))
+  attribute.clearUpdateRanges()
+  attribute.addUpdateRange(start, end - start)
+}

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// Shader materials of surfaces: one program and shared uniforms, reflectance and emission of each.
+import {
+  Color,
+  DataTexture,
+  DoubleSide,
+  FloatType,
+  GLSL3,
+  NearestFilter,
+  RGBAFormat,
+  ShaderMaterial,
+  type IUniform,
+} from 'three'
+import {
+  colourTable,
+  DIVERGING,
+  position,
+  SEQUENTIAL,
+  TABLE_SIZE,
+  ticks,
+  type ColourScale,
+} from '../colourScale'
+import type { MaterialInfo, Rgb } from '../protocol'
+import fragmentShader from '../shaders/surface.frag.glsl?raw'
+import vertexShader from '../shaders/surface.vert.glsl?raw'
+
+export const MODES = { lit: 0, falseColour: 1, error: 2, difference: 3, clay: 4, meter: 5 } as const
+export type ShaderMode = keyof typeof MODES
+
+const MAX_TICKS = 32
+
+function tableTexture(table: Float32Array): DataTexture {
+  const texture = new DataTexture(
+    table,
+    TABLE_SIZE,
+    1,
+    RGBAFormat,
+    FloatType,
+    undefined,
+    undefined,
+    undefined,
+    NearestFilter,
+    NearestFilter,
+  )
+  texture.needsUpdate = true
+  return texture
+}
+
+/** The materials of a scene, by (material, reversed). */
+export class SurfaceMaterials {
+  readonly shared = {
+    mode: { value: MODES.clay as number },
+    valueScale: { value: 1 },
+    rememberedScale: { value: 1 },
+    exposure: { value: 1 },
+    sequential: { value: tableTexture(colourTable(SEQUENTIAL)) },
+    diverging: { value: tableTexture(colourTable(DIVERGING)) },
+    low: { value: 0 },
+    high: { value: 1 },
+    logarithmic: { value: false },
+    isolines: { value: false },
+    tickPlaces: { value: new Array<number>(MAX_TICKS).fill(0) },
+    tickCount: { value: 0 },
+  } satisfies Record<string, IUniform>
+
+  private readonly materials: ShaderMaterial[] = []
+
+  constructor(private readonly infos: MaterialInfo[]) {
+    for (const info of infos) {
+      for (const reversed of [false, true]) this.materials.push(this.make(info, reversed))
+    }
+  }
+
+  /** Index of a material for triangles whose sampled side is the front, or (reversed) the back. */
+  static index(material: number, reversed: boolean): number {
+    return 2 * material + (reversed ? 1 : 0)
+  }
+
+  /** Every material, in the order of `index`. */
+  get all(): ShaderMaterial[] {
+    return this.materials
+  }
+
+  setReflectance(name: string, value: Rgb): void {
+    const index = this.infos.findIndex((info) => info.name === name)
+    for (const reversed of [false, true]) {
+      const material = this.materials[SurfaceMaterials.index(index, reversed)]
+      ;(material?.uniforms.reflectance.value as Color | undefined)?.setRGB(...value)
+    }
+  }
+
+  setScale(scale: ColourScale): void {
+    const places = ticks(scale)
+      .slice(0, MAX_TICKS)
+      .map((value) => position(scale, value))
+    this.shared.low.value = scale.low
+    this.shared.high.value = scale.high
+    this.shared.logarithmic.value = scale.logarithmic
+    this.shared.tickCount.value = places.length
+    places.forEach((place, i) => (this.shared.tickPlaces.value[i] = place))
+  }
+
+  private make(info: MaterialInfo, reversed: boolean): ShaderMaterial {
+    const modes = Object.entries(MODES).map(([name, value]) => [
+      `MODE_${name.replace(/[A-Z]/g, (c) => `_${c}`).toUpperCase()}`,
+      value,
+    ])
+    return new ShaderMaterial({
+      name: info.name,
+      glslVersion: GLSL3,
+      vertexShader,
+      fragmentShader,
+      defines: { ...Object.fromEntries(modes), MAX_TICKS },
+      side: DoubleSide,
+      toneMapped: false,
+      uniforms: {
+        ...this.shared,
+        reflectance: { value: new Color().setRGB(...info.reflectance) },
+        emission: { value: new Color().setRGB(...info.emission) },
+        frontGlows: { value: info.two_sided || !reversed },
+        backGlows: { value: info.two_sided || reversed },
+      },
+    })
+  }
+}

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// What lies under a point of the picture. Rays on the CPU: they give the triangle and the weights in it,
+// which a pin needs to follow the light, and spare a read-back that stalls the GPU.
+import { Raycaster, Vector2, Vector3, type Camera, type Intersection, type Mesh } from 'three'
+import type { Body } from './litScene'
+
+const SAME_PLACE = 1e-4 // of the distance: two triangles of one sheet
+
+export interface Hit {
+  body: Body
+  point: Vector3 // world
+  local: Vector3
+  vertices: [number, number, number] // of all the scene's
+  weights: [number, number, number]
+  sampled: boolean // seen from the side that has values
+  distance: number
+}
+
+const raycaster = new Raycaster()
+
+/** Picture position, in pixels from the top left, to -1 … 1. */
+export function toDevice(canvas: HTMLCanvasElement, x: number, y: number): Vector2 {
+  return new Vector2((2 * x) / canvas.clientWidth - 1, 1 - (2 * y) / canvas.clientHeight)
+}
+
+export function pick(camera: Camera, bodies: Body[], at: Vector2): Hit | null {
+  raycaster.setFromCamera(at, camera)
+  const hits = raycaster.intersectObjects(
+    bodies.filter((body) => body.visible),
+    false,
+  )
+  if (hits.length === 0) return null
+  // Of the triangles of a sheet that is lit on both sides, the one that faces the eye counts.
+  const near = hits.filter((hit) => hit.distance < hits[0].distance * (1 + SAME_PLACE))
+  const hit = near.find(faces) ?? hits[0]
+  const body = hit.object as unknown as Body
+  const { a, b, c } = hit.face!
+  const first = body.userData.info.first_vertex
+  const { x, y, z } = hit.barycoord!
+  return {
+    body,
+    point: hit.point,
+    local: body.worldToLocal(hit.point.clone()),
+    vertices: [first + a, first + b, first + c],
+    weights: [x, y, z],
+    sampled: faces(hit),
+    distance: hit.distance,
+  }
+}
+
+function faces(hit: Intersection): boolean {
+  const normal = hit.face!.normal.clone().transformDirection((hit.object as Mesh).matrixWorld)
+  return normal.dot(raycaster.ray.direction) < 0
+}

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// The canvas and its renderer: draws when something changed, and not otherwise.
+import { Color, PerspectiveCamera, Scene, WebGLRenderer } from 'three'
+
+const BACKGROUND = 0x303030 // what pictures show around the scene: linear grey 0.03
+
+export class Stage {
+  readonly renderer: WebGLRenderer
+  readonly scene = new Scene()
+  readonly camera = new PerspectiveCamera(50, 1, 0.01, 1000)
+  readonly beforeDrawing: ((seconds: number) => boolean)[] = [] // each tells whether it wants another frame
+  readonly overlays: (() => void)[] = [] // drawn over the scene
+  readonly afterDrawing: (() => void)[] = []
+  private scheduled = false
+  private lastTime = 0
+
+  constructor(
+    readonly canvas: HTMLCanvasElement,
+    antialias: boolean,
+  ) {
+    this.renderer = new WebGLRenderer({ canvas, antialias, powerPreference: 'high-performance' })
+    this.renderer.autoClear = false
+    this.scene.background = new Color(BACKGROUND)
+    new ResizeObserver(() => this.resize()).observe(canvas.parentElement!)
+    this.resize()
+  }
+
+  get aspect(): number {
+    return this.camera.aspect
+  }
+
+  /** Draws once more at the next opportunity. */
+  invalidate = (): void => {
+    if (this.scheduled) return
+    this.scheduled = true
+    requestAnimationFrame(this.draw)
+  }
+
+  get idle(): boolean {
+    return !this.scheduled
+  }
+
+  /** The picture as it is, at once (its buffer is readable until the browser's next turn). */
+  drawNow(): void {
+    this.renderer.clear()
+    this.renderer.render(this.scene, this.camera)
+    for (const overlay of this.overlays) overlay()
+  }
+
+  private draw = (now: number): void => {
+    this.scheduled = false
+    const seconds = Math.min((now - this.lastTime) / 1000, 0.1)
+    this.lastTime = now
+    const again = this.beforeDrawing.map((step) => step(seconds)).some(Boolean)
+    this.drawNow()
+    for (const step of this.afterDrawing) step()
+    if (again) this.invalidate()
+  }
+
+  private resize(): void {
+    const { clientWidth: width, clientHeight: height } = this.canvas.parentElement!
+    if (width === 0 || height === 0) return
+    this.renderer.setPixelRatio(window.devicePixelRatio)
+    this.renderer.setSize(width, height, false)
+    this.camera.aspect = width / height
+    this.camera.updateProjectionMatrix()
+    this.invalidate()
+  }
+}

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the server last said of every vertex, as halves, and a remembered state of it to compare with.
+import { DataUtils } from 'three'
+import type { Run, ValuesFrame } from './protocol'
+
+export const CHANNELS = 4 // R, G, B irradiance, photopic standard error
+const PHOTOPIC = [0.2126, 0.7152, 0.0722]
+
+/** Values of all vertices; what the halves hold is the value × scale. */
+export class Values {
+  readonly halves: Uint16Array
+  scale = 1
+  known = false // a frame has arrived
+  preview = false
+  remembered: { halves: Uint16Array; scale: number } | null = null
+
+  constructor(readonly vertices: number) {
+    this.halves = new Uint16Array(CHANNELS * vertices)
+  }
+
+  /** Takes a frame over; returns the runs that changed. */
+  apply(frame: ValuesFrame): Run[] {
+    if (frame.scale !== this.scale && !frame.full) {
+      throw new Error('frame: the scale changed in a frame that is not of all vertices')
+    }
+    this.scale = frame.scale
+    this.preview = frame.preview
+    this.known = true
+    let start = 0
+    for (const run of frame.runs) {
+      if (run.first + run.count > this.vertices) {
+        throw new Error(`frame: found a run to vertex ${run.first + run.count} of ${this.vertices}`)
+      }
+      const end = start + CHANNELS * run.count
+      this.halves.set(frame.halves.subarray(start, end), CHANNELS * run.first)
+      start = end
+    }
+    return frame.runs
+  }
+
+  /** Keeps the present values, for the difference view. */
+  remember(): void {
+    this.remembered = { halves: this.halves.slice(), scale: this.scale }
+  }
+
+  /** Irradiance of one vertex, R, G, B. */
+  rgb(vertex: number): number[] {
+    return [0, 1, 2].map((channel) => this.read(this.halves, this.scale, vertex, channel))
+  }
+
+  photopic(vertex: number): number {
+    return photopic(this.rgb(vertex))
+  }
+
+  standardError(vertex: number): number {
+    return this.read(this.halves, this.scale, vertex, 3)
+  }
+
+  /** Photopic value now minus remembered; exactly zero where the bits are equal. */
+  change(vertex: number): number {
+    const before = this.remembered
+    if (!before) return 0
+    return photopic(this.rgb(vertex).map((now, c) => now - this.read(before.halves, before.scale, vertex, c)))
+  }
+
+  /** One number for each vertex. */
+  collect(of: (vertex: number) => number): Float32Array {
+    return Float32Array.from({ length: this.vertices }, (_, vertex) => of(vertex))
+  }
+
+  private read(halves: Uint16Array, scale: number, vertex: number, channel: number): number {
+    return DataUtils.fromHalfFloat(halves[CHANNELS * vertex + channel]) / scale
+  }
+}
+
+const photopic = (rgb: number[]): number => PHOTOPIC[0] * rgb[0] + PHOTOPIC[1] * rgb[1] + PHOTOPIC[2] * rgb[2]

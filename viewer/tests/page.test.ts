@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+// Parts of the page that need no browser: links, dimmers, poses between keys, creases, latencies, numbers.
+import { Matrix4, Quaternion, Vector3 } from 'three'
+import { describe, expect, it } from 'vitest'
+import { number, tick } from '../src/format'
+import { Latency } from '../src/latency'
+import { factorAt, placeOf } from '../src/panels/lightPanel'
+import { defaultSettings, fromHash, toHash } from '../src/settings'
+import { openEdges } from '../src/three/creases'
+import { poseAt } from '../src/timeline'
+
+describe('a link', () => {
+  const eye = {
+    pose: new Matrix4().setPosition(1, 2, 3).toArray(),
+    target: [0, 1.5, 0] as [number, number, number],
+    verticalFov: 40,
+  }
+
+  it('brings the view back', () => {
+    const settings = defaultSettings()
+    settings.mode = 'falseColour'
+    settings.isolines = true
+    settings.automaticExposure = false
+    settings.stops = -1.5
+    settings.ranges.falseColour = { automatic: false, low: 10, high: 750, logarithmic: true }
+    expect(fromHash(toHash(settings, 0.0125, eye))).toEqual({ settings, exposure: 0.0125, eye })
+  })
+
+  it('that is broken asks for nothing', () => {
+    const nothing = { settings: defaultSettings(), exposure: null, eye: null }
+    expect(fromHash('')).toEqual(nothing)
+    expect(fromHash('#mode=sepia&exposure=-1&stops=x&eye=1,2&falseColour=5,1,0&error=0,1,1')).toEqual(nothing)
+  })
+})
+
+describe('a dimmer', () => {
+  it.each([false, true])('has a place for each factor (by stops: %s)', (logarithmic) => {
+    for (const factor of [0, 0.01, 0.5, 1, 2])
+      expect(factorAt(placeOf(factor, logarithmic), logarithmic)).toBeCloseTo(factor, 10)
+    expect(placeOf(50, logarithmic)).toBe(1)
+  })
+})
+
+describe('the time line', () => {
+  const turned = new Matrix4().compose(new Vector3(2, 0, 0), new Quaternion(0, 1, 0, 0), new Vector3(1, 1, 1))
+  const keys = [
+    { seconds: 1, pose: new Matrix4() },
+    { seconds: 3, pose: turned },
+  ]
+
+  it('rests before the first and after the last key', () => {
+    expect(poseAt(keys, 0)).toEqual(keys[0].pose)
+    expect(poseAt(keys, 9)).toEqual(turned)
+  })
+
+  it('stays rigid in between', () => {
+    const pose = poseAt(keys, 2)
+    expect(new Vector3().setFromMatrixPosition(pose).x).toBeCloseTo(1, 12)
+    expect(pose.determinant()).toBeCloseTo(1, 12)
+    expect(Math.abs(pose.elements[2])).toBeCloseTo(1, 12) // a quarter turn about Y
+  })
+})
+
+describe('creases', () => {
+  it('are edges of one triangle', () => {
+    const square = openEdges([0, 1, 2, 0, 2, 3], 4)
+    const pairs = Array.from({ length: square.length / 2 }, (_, i) => `${square[2 * i]}-${square[2 * i + 1]}`)
+    expect(pairs).toEqual(['0-1', '0-3', '1-2', '2-3'])
+  })
+})
+
+describe('latency', () => {
+  it('is counted for each pose once its revision, or a later one, is on the screen', () => {
+    const latency = new Latency()
+    latency.accepted(performance.now() - 100, 5)
+    latency.accepted(performance.now() - 50, 6)
+    latency.shown(4)
+    expect(latency.all).toHaveLength(0)
+    latency.shown(5)
+    expect(latency.all).toEqual([expect.closeTo(100, -1.5)])
+    latency.shown(7)
+    expect(latency.all).toHaveLength(2)
+    latency.shown(7)
+    expect(latency.all).toHaveLength(2)
+  })
+})
+
+describe('numbers', () => {
+  it('have three digits and a minus sign', () => {
+    expect([0, 0.01234, 1.5, 123.4, -98765, 1.5e9].map((v) => number(v))).toEqual([
+      '0',
+      '0.0123',
+      '1.50',
+      '123',
+      '−98765',
+      '1.50e+9',
+    ])
+    expect([tick(0.5, true), tick(-20), tick(0.1 + 0.2)]).toEqual(['+0.5', '−20', '0.3'])
+  })
+})
