@@ -6,6 +6,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 BUILD := build/package
 OUT ?= demo-output
+BROWSER ?= chromium fonts-dejavu-core
 
 CPP_FILES = $(shell git ls-files -co --exclude-standard '*.cpp' '*.h')
 SOURCES := $(shell find core bindings python/deltalux -type f \
@@ -26,6 +27,7 @@ demo: build ## Bake the bundled atrium, move its trolley, write pictures into de
 	$(BIN)/deltalux demo -o $(OUT)
 
 test: build $(VENV)/test.stamp ## Run the C++ and the Python tests
+	@sh tools/install_packages.sh $(BROWSER) || echo "note: no $(BROWSER) here: tests of the page are skipped"
 	cmake -S . -B $(BUILD) -DDELTALUX_TESTS=ON >/dev/null
 	cmake --build $(BUILD) -j $(JOBS)
 	ctest --test-dir $(BUILD) --output-on-failure --no-tests=ignore -j $(JOBS)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -99,12 +100,20 @@ def run(
         "outputs": [str(path) for path in (*files.values(), mesh, output / "report.html")],
     }
     written = f"pictures, a lit mesh and report.html are in {output}"
-    terminal.result(data, summary_table("atrium", data["unit"], data["sets"]), *sentences, written)
+    invitation = f"drag the trolley yourself: {_program()} view atrium"
+    table = summary_table("atrium", data["unit"], data["sets"])
+    terminal.result(data, table, *sentences, written, invitation)
     if not same:
         raise dl.Error(
             f"update and recompute differ: found digest {updated} after the update, expected {recomputed} "
             "as from scratch; please report this with your processor and Embree version"
         )
+
+
+def _program() -> str:
+    """Return how this program was called, which may not be on the search path."""
+    called = sys.argv[0]
+    return called if Path(called).name == "deltalux" else "deltalux"
 
 
 def _mesh(session: dl.Session) -> DisplayMesh:
