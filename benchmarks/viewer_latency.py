@@ -50,20 +50,25 @@ class Client:
         self.frames: list[tuple[float, int]] = []  # when, and bytes
         self.moves = 0
 
+    async def take(self) -> bool:
+        """Take one message; whether it was a frame of values."""
+        message = await self.connection.recv()
+        if isinstance(message, bytes):
+            await self.apply(message)
+            return True
+        data = json.loads(message)
+        if data["type"] == "state":
+            self.state = data
+        elif data["type"] == "frame":
+            self.figures.append(data)
+        elif data["type"] in ("error", "notice"):
+            raise RuntimeError(data["message"])
+        return False
+
     async def next_frame(self) -> None:
         """Take messages up to and with the next frame of values."""
-        while True:
-            message = await self.connection.recv()
-            if isinstance(message, bytes):
-                await self.apply(message)
-                return
-            data = json.loads(message)
-            if data["type"] == "state":
-                self.state = data
-            elif data["type"] == "frame":
-                self.figures.append(data)
-            elif data["type"] in ("error", "notice"):
-                raise RuntimeError(data["message"])
+        while not await self.take():
+            pass
 
     async def apply(self, frame: bytes) -> None:
         """Write a frame's values into the array and acknowledge it."""
@@ -84,8 +89,8 @@ class Client:
 
     async def rest(self) -> None:
         """Take messages until nothing is left to do."""
-        while not (self.state.get("phase") == "ready" and self.frames and not self.sent):
-            await self.next_frame()
+        while not (self.state.get("phase") == "ready" and self.frames):
+            await self.take()
         self.first_revision = self.state["revision"]
 
     async def move(self, pose: list[float]) -> None:

@@ -9,7 +9,8 @@ import deltalux as dl
 import numpy as np
 import pytest
 from deltalux.server.edits import pose_numbers, state_of
-from deltalux.server.engine import Engine, Phase, Refused, Wanted
+from deltalux.server.engine import Engine
+from deltalux.server.events import Phase, Refused, Wanted
 from deltalux.server.values import Values, fill_of
 from rooms import translation, turn
 

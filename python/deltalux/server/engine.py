@@ -9,50 +9,22 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 from deltalux.errors import Cancelled, Error, OptionError
 from deltalux.session import Session
 
-from .edits import EditState, Key, Value, differences, queue_edit, state_of
+from .edits import differences, queue_edit, state_of
+from .events import Event, Phase, Refused, Wanted
 from .figures import Figures
 from .previews import previews
 from .progress import BAKE, RECOMPUTE, TaskProgress
-from .values import Encoder, Values, fill_of
+from .values import Encoder, fill_of
 
 BUDGET = 50.0  # milliseconds of one update while dragging, until a page sets another
 REST_BUDGET = 250.0  # at rest; between two updates the pages see what is done, and newer edits get their turn
+GRACE = 0.02  # seconds that a drag is waited for before work on its last pose goes on
 
 log = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True)
-class Wanted:
-    """What pages asked for last."""
-
-    state: EditState
-    revision: int = 0
-    dragging: bool = False
-    arrival: float = 0.0  # time.perf_counter()
-
-
-@dataclass(frozen=True)
-class Phase:
-    """What the engine does now, a `phase` of the protocol."""
-
-    name: str
-
-
-@dataclass(frozen=True)
-class Refused:
-    """An edit that the session refused; `value` is what it has instead."""
-
-    key: Key
-    value: Value
-    message: str
-
-
-Event = Phase | Refused | Values | dict[str, Any]  # a dict goes to every page as it is
 
 
 @dataclass(frozen=True)
@@ -155,6 +127,8 @@ class Engine:
         while True:
             with self._changed:
                 self._changed.wait_for(self._has_work)
+                if self._wanted.dragging:  # an update at work would make the next pose wait for its end
+                    self._changed.wait_for(self._is_asked, GRACE)
                 if self._stopping:
                     return
                 self._at_work = self._tasks.popleft() if self._tasks else None
@@ -174,7 +148,12 @@ class Engine:
             self._set_phase(self._resting_phase())
 
     def _has_work(self) -> bool:
-        return self._stopping or bool(self._tasks) or (self._session.baked and self._behind())
+        return self._is_asked() or (self._session.baked and self._behind())
+
+    def _is_asked(self) -> bool:
+        """Whether somebody wants something new."""
+        news = self._session.baked and self._wanted.revision != self._followed
+        return self._stopping or bool(self._tasks) or news
 
     def _behind(self) -> bool:
         return self._unfinished or self._wanted.revision != self._followed

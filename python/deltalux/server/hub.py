@@ -11,7 +11,8 @@ from deltalux.errors import Error, OptionError
 from deltalux.session import Session
 
 from .edits import Key, Reach, Value, pose_matrix, state_of
-from .engine import Engine, Event, Phase, Refused, Wanted
+from .engine import Engine
+from .events import Event, Phase, Refused, Wanted
 from .exports import Exports
 from .history import History
 from .messages import (

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What passes between engine and pages: the state that is wanted, and what came of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from .edits import EditState, Key, Value
+from .values import Values
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What pages asked for last."""
+
+    state: EditState
+    revision: int = 0
+    dragging: bool = False
+    arrival: float = 0.0  # time.perf_counter()
+
+
+@dataclass(frozen=True)
+class Phase:
+    """What the engine does now, a `phase` of the protocol."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class Refused:
+    """An edit that the session refused; `value` is what it has instead."""
+
+    key: Key
+    value: Value
+    message: str
+
+
+Event = Phase | Refused | Values | dict[str, Any]  # a dict goes to every page as it is
