@@ -52,38 +52,63 @@ Lanes of_segment(const State& s, const segments::Segment& g, float extended, uin
 
 }  // namespace
 
+namespace {
+
+/// Energy of a block of samples, three channels each, and its variance from the spread of batches.
+class BlockEnergy {
+ public:
+  static constexpr size_t kSamples = 512;
+
+  /// Adds one light group: kBatches rows of `values` sums, `stride` apart.
+  void add_group(const int64_t* row, size_t stride, size_t values, double factor) {
+    std::fill_n(total_, values, int64_t(0));
+    for (uint32_t k = 0; k < kBatches; ++k)
+      for (size_t j = 0; j < values; ++j) total_[j] += row[k * stride + j];
+    for (size_t j = 0; j < values; ++j) mean_[j] = double(total_[j]) / kBatches;
+    std::fill_n(spread_, values, 0.0);
+    for (uint32_t k = 0; k < kBatches; ++k)
+      for (size_t j = 0; j < values; ++j) {
+        const double off = double(row[k * stride + j]) - mean_[j];
+        spread_[j] += off * off;
+      }
+    const double share = factor * factor * kBatches / (kBatches - 1.0);
+    for (size_t j = 0; j < values; ++j) {
+      energy[j] += factor * double(total_[j]);
+      variance[j] += share * spread_[j];
+    }
+  }
+
+  double energy[3 * kSamples] = {}, variance[3 * kSamples] = {};
+
+ private:
+  int64_t total_[3 * kSamples];
+  double mean_[3 * kSamples], spread_[3 * kSamples];
+};
+
+}  // namespace
+
 void Session::read(double* irradiance, double* standard_error) const {
   const State& s = *state_;
   const size_t n = s.samples.size();
-  const uint32_t groups = s.sum_groups();
-  s.workers.for_blocks(n, 4096, [&](size_t begin, size_t end) {
+  const std::span<const int64_t> direct = direct_->sums();
+  s.workers.for_blocks(n, BlockEnergy::kSamples, [&](size_t begin, size_t end) {
+    BlockEnergy block;
+    for (uint32_t g = 0; g < s.sum_groups(); ++g)
+      block.add_group(&s.sums[3 * (size_t(g) * kBatches * n + begin)], 3 * n, 3 * (end - begin),
+                      s.merged(g) ? 1.0 : s.group_factor[g]);
     for (size_t i = begin; i < end; ++i) {
       const uint32_t object = s.samples.attached[i];
       const bool absent = object != scene::kNone && !s.scene.objects[object].present;
-      for (int c = 0; c < 3; ++c) {
-        double energy = 0, variance = 0;
-        for (uint32_t g = 0; g < groups; ++g) {
-          const double factor = s.merged(g) ? 1.0 : s.group_factor[g];
-          double batch[kBatches], mean = 0;
-          for (uint32_t k = 0; k < kBatches; ++k) {
-            batch[k] = double(s.sums[3 * (size_t(g * kBatches + k) * n + i) + c]);
-            mean += batch[k] / kBatches;
-          }
-          double spread = 0;
-          for (double b : batch) spread += (b - mean) * (b - mean);
-          energy += factor * mean * kBatches;
-          variance += factor * factor * spread * kBatches / (kBatches - 1.0);
-        }
-        const double area = s.area[i];
-        const double per_area = area > 0 ? s.scale.quantum / area : 0.0;
-        double value = energy * per_area;
-        const auto sums = direct_->sums();
+      const double area = s.area[i];
+      const double per_area = area > 0 ? s.scale.quantum / area : 0.0;
+      for (size_t c = 0; c < 3; ++c) {
+        const size_t j = 3 * (i - begin) + c, out = 3 * size_t(s.given[i]) + c;
+        double value = block.energy[j] * per_area;
         for (uint32_t g = 0; g < s.scene.group_count; ++g)
-          value += s.group_factor[g] * double(sums[3 * (size_t(g) * n + i) + c]) *
+          value += s.group_factor[g] * double(direct[3 * (size_t(g) * n + i) + c]) *
                    direct_->irradiance_quantum();
-        const size_t out = 3 * size_t(s.given[i]) + size_t(c);
         irradiance[out] = absent ? 0.0 : value;
-        standard_error[out] = absent ? 0.0 : std::sqrt(variance) * per_area;
+        standard_error[out] = absent ? 0.0 : std::sqrt(block.variance[j]) * per_area;
       }
     }
   });

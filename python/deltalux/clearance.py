@@ -24,8 +24,8 @@ def cleared(scene: Scene, display: DisplayMesh, threads: int = 0) -> DisplayMesh
     """Move covered samples to an open place in one of their triangles, where there is one.
 
     A sample under a bookcase's side says nothing of the floor that is seen beside it. Static
-    geometry alone decides, for static samples: where they are must not depend on where movables
-    happen to stand.
+    samples are judged among static surfaces, those of a movable on the movable alone: where they
+    are must not depend on where movables happen to stand.
 
     Parameters
     ----------
@@ -33,11 +33,12 @@ def cleared(scene: Scene, display: DisplayMesh, threads: int = 0) -> DisplayMesh
     display : DisplayMesh, of that scene
     threads : int, 0 = all
     """
-    surfaces = Surfaces(scene, display, poses=dict.fromkeys(scene.movable), threads=threads)
-    points, normals = display.world(scene, samples=True)
-    vertices, _ = display.world(scene)
+    poses = movables_apart(scene)
+    surfaces = Surfaces(scene, display, poses, threads)
+    points, normals = display.world(scene, poses, samples=True)
+    vertices, _ = display.world(scene, poses)
     samples = display.sample_points.copy()
-    covered = np.flatnonzero(_covered(surfaces, points, normals) & (display.attached < 0))
+    covered = np.flatnonzero(_covered(surfaces, points, normals))
     corners = display.triangles.ravel()
     order = np.argsort(corners, kind="stable")
     first = np.searchsorted(corners[order], np.arange(len(points) + 1))
@@ -51,6 +52,21 @@ def cleared(scene: Scene, display: DisplayMesh, threads: int = 0) -> DisplayMesh
         covered = np.setdiff1d(covered, moved, assume_unique=True)
     samples.setflags(write=False)
     return replace(display, sample_points=samples)
+
+
+def movables_apart(scene: Scene) -> dict[str, np.ndarray]:
+    """Poses at which no movable is near anything: in a row beside the scene."""
+    low, high = scene.bounds
+    gap = 0.1 * float(np.linalg.norm(high - low))
+    end, poses = float(high[0]), {}
+    for mesh in scene.meshes:
+        if not mesh.movable:
+            continue
+        pose, x = mesh.pose.copy(), mesh.world_vertices[:, 0]
+        pose[0, 3] += end + gap - (x.min() if len(x) else 0.0)
+        end += gap + float(np.ptp(x)) if len(x) else 0.0
+        poses[mesh.name] = pose
+    return poses
 
 
 def _inside(

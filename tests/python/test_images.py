@@ -199,18 +199,22 @@ def test_samples_under_a_box_do_not_darken_the_floor_beside_it():
     assert np.abs(picture.pixels.astype(int) - lit).max() <= 1
 
 
-def test_covered_samples_move_to_an_open_place_of_their_faces():
-    # Every vertex of the panel lies under a frame; its middle is open. The plate is covered whole.
-    panel = wall(name="panel")
+def frame_bars() -> list[Mesh]:
+    """A frame around the middle of `wall`, over all of its vertices."""
     spans = (
         ((-1.1, -1.1), (1.1, -0.7), 0.1),
         ((-1.1, 0.7), (1.1, 1.1), 0.1),
         ((-1.1, -0.8), (-0.7, 0.8), 0.09),
         ((0.7, -0.8), (1.1, 0.8), 0.09),
     )
-    bars = [box(f"bar {i}", (*low, 0.001), (*high, top)) for i, (low, high, top) in enumerate(spans)]
+    return [box(f"bar {i}", (*low, 0.001), (*high, top)) for i, (low, high, top) in enumerate(spans)]
+
+
+def test_covered_samples_move_to_an_open_place_of_their_faces():
+    # Every vertex of the panel lies under a frame; its middle is open. The plate is covered whole.
+    panel = wall(name="panel")
     plate, lid = wall(name="plate", z=5), box("lid", (-2, -2, 5.001), (2, 2, 5.1))
-    scene = scene_of(panel, *bars, plate, lid)
+    scene = scene_of(panel, *frame_bars(), plate, lid)
     display = refine(scene, 1.5)
     moved = cleared(scene, display)
     own = display.vertex_mesh == 0
@@ -222,6 +226,29 @@ def test_covered_samples_move_to_an_open_place_of_their_faces():
     on_plate = display.vertex_mesh == 5
     np.testing.assert_array_equal(moved.sample_points[on_plate], display.sample_points[on_plate])
     np.testing.assert_array_equal(moved.points, display.points)
+
+
+def test_covered_samples_of_a_movable_move_whatever_stands_near_it():
+    def framed(name, **options):
+        meshes = [wall(), *frame_bars()]
+        first = np.cumsum([0, *(len(m.vertices) for m in meshes)])
+        vertices = np.concatenate([m.vertices for m in meshes])
+        triangles = np.concatenate([m.triangles + at for m, at in zip(meshes, first, strict=False)])
+        return Mesh(name, vertices, triangles, material="grey", **options)
+
+    def moved(*meshes):
+        scene = scene_of(*meshes)
+        display = refine(scene, 1.5)
+        return display, cleared(scene, display)
+
+    alone = moved(framed("crate"))
+    pose = np.eye(4)
+    pose[:3, 3] = 3, 0, -2
+    lid = box("lid", (1, -2, -1.999), (5, 2, -1.85))  # close to all of the crate, as loaded
+    display, found = moved(framed("crate", movable=True, pose=pose), lid)
+    own = display.vertex_mesh == 0
+    assert (found.sample_points[own] != display.sample_points[own]).any()
+    np.testing.assert_allclose(found.sample_points[own], alone[1].sample_points, atol=1e-12)
 
 
 def test_automatic_exposure_is_independent_of_the_unit():

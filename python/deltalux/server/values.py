@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deltalux.clearance import covered_samples
+from deltalux.clearance import covered_samples, movables_apart
 from deltalux.outputs.covered import RimFill, rim_fill
 from deltalux.session import Session
 from deltalux.surfaces import Surfaces
@@ -49,19 +49,9 @@ def fill_of(session: Session) -> RimFill:
     """
     display = session.samples.display
     assert display is not None
-    surfaces = Surfaces(session.scene, display, _apart(session), session.options["threads"] or 0)
+    poses = movables_apart(session.scene)
+    surfaces = Surfaces(session.scene, display, poses, session.options["threads"] or 0)
     return rim_fill(covered_samples(surfaces), display.triangles)
-
-
-def _apart(session: Session) -> dict[str, np.ndarray]:
-    """Poses at which no movable is near anything."""
-    low, high = session.scene.bounds
-    way = 2 * float(np.linalg.norm(high - low))
-    poses = {}
-    for number, name in enumerate(session.poses, 1):
-        poses[name] = session.pose(name)
-        poses[name][0, 3] += number * way
-    return poses
 
 
 class Encoder:
