@@ -55,17 +55,21 @@ def cleared(scene: Scene, display: DisplayMesh, threads: int = 0) -> DisplayMesh
 
 
 def movables_apart(scene: Scene) -> dict[str, np.ndarray]:
-    """Poses at which no movable is near anything: in a row beside the scene."""
-    low, high = scene.bounds
-    gap = 0.1 * float(np.linalg.norm(high - low))
-    end, poses = float(high[0]), {}
+    """Poses at which no movable is near anything: in a row beside the static meshes.
+
+    They do not follow from the poses that the movables have, not even by rounding.
+    """
+    static = [m.world_vertices for m in scene.meshes if not m.movable]
+    points = np.concatenate([*static, np.zeros((1, 3))])  # without static meshes: beside the origin
+    gap = 0.1 * float(np.linalg.norm(np.ptp(points, axis=0))) or 1.0
+    end, poses = float(points[:, 0].max()), {}
     for mesh in scene.meshes:
         if not mesh.movable:
             continue
-        pose, x = mesh.pose.copy(), mesh.world_vertices[:, 0]
-        pose[0, 3] += end + gap - (x.min() if len(x) else 0.0)
-        end += gap + float(np.ptp(x)) if len(x) else 0.0
-        poses[mesh.name] = pose
+        x = mesh.vertices[:, 0]
+        poses[mesh.name] = np.eye(4)
+        poses[mesh.name][0, 3] = end + gap - (x.min() if len(x) else 0.0)
+        end += gap + (float(np.ptp(x)) if len(x) else 0.0)
     return poses
 
 
