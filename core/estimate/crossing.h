@@ -97,18 +97,23 @@ inline InDisc in_disc(Vec3f normal, Vec3f offset) {
   return {x, y, sector_of(x, y)};
 }
 
-/// Second stage for a circle hit: the outline of disc `i`.
-inline bool within_disc(const samples::DiscSet& discs, size_t i, Vec3f offset) {
-  if (discs.outline[i] == samples::kWholeDisc) return true;
-  const InDisc at = in_disc(discs.normal[i], offset);
+/// Second stage for a circle hit on a clipped disc `i`: its outline.
+inline bool within_outline(const samples::DiscSet& discs, size_t i, const InDisc& at) {
   return inside_sector(discs.outlines[discs.outline[i]], at.sector, discs.radius[i], at.u, at.v);
+}
+
+/// First stage for disc `i`: its circle.
+inline Crossing crosses_circle(const samples::DiscSet& discs, size_t i, Vec3f o, Vec3f w,
+                               float length, float extended, segments::SegmentEnd rule) {
+  const float end = segment_end(rule, length, extended, discs.radius[i]);
+  return cross_circle(o, w, end, discs.centre[i], discs.normal[i], discs.radius[i]);
 }
 
 inline Crossing crosses(const samples::DiscSet& discs, size_t i, Vec3f o, Vec3f w, float length,
                         float extended, segments::SegmentEnd rule) {
-  const float end = segment_end(rule, length, extended, discs.radius[i]);
-  Crossing crossing = cross_circle(o, w, end, discs.centre[i], discs.normal[i], discs.radius[i]);
-  crossing.hit = crossing.hit && within_disc(discs, i, crossing.offset);
+  Crossing crossing = crosses_circle(discs, i, o, w, length, extended, rule);
+  if (crossing.hit && discs.outline[i] != samples::kWholeDisc)
+    crossing.hit = within_outline(discs, i, in_disc(discs.normal[i], crossing.offset));
   return crossing;
 }
 

@@ -227,14 +227,12 @@ class Deposit {
       const uint32_t k = disc[i] & ~DiscLeaf::kClipped;
       __builtin_prefetch(sums_.cell(slab(segment[i]), discs_.id[k]), 1);
       if (disc[i] == k) continue;
-      at[i] = in_disc(discs_.normal[k], circle_crossing(segment[i], k).offset);
+      at[i] = in_disc(discs_.normal[k], crossing<crosses_circle>(segment[i], k).offset);
       __builtin_prefetch(&discs_.outlines[discs_.outline[k]][size_t(at[i].sector)]);
     }
     for (uint32_t i = 0; i < count; ++i) {
       const uint32_t k = disc[i] & ~DiscLeaf::kClipped;
-      if (disc[i] == k || inside_sector(discs_.outlines[discs_.outline[k]], at[i].sector,
-                                        discs_.radius[k], at[i].u, at[i].v))
-        add(segment[i], k);
+      if (disc[i] == k || within_outline(discs_, k, at[i])) add(segment[i], k);
     }
   }
 
@@ -255,18 +253,12 @@ class Deposit {
   uint32_t slab(uint32_t segment) const {
     return segments_.slab ? segments_.slab[first_ + segment] : 0;
   }
-  Crossing circle_crossing(uint32_t segment, uint32_t k) const {
-    const segments::SegmentSpan& s = segments_;
-    const size_t i = first_ + segment;
-    const float end = segment_end(rule_, s.length[i], s.extended[i], discs_.radius[k]);
-    return cross_circle({s.ox[i], s.oy[i], s.oz[i]}, {s.dx[i], s.dy[i], s.dz[i]}, end,
-                        discs_.centre[k], discs_.normal[k], discs_.radius[k]);
-  }
+  template <auto test = crosses>
   Crossing crossing(uint32_t segment, uint32_t k) const {
     const segments::SegmentSpan& s = segments_;
     const size_t i = first_ + segment;
-    return crosses(discs_, k, {s.ox[i], s.oy[i], s.oz[i]}, {s.dx[i], s.dy[i], s.dz[i]}, s.length[i],
-                   s.extended[i], rule_);
+    return test(discs_, k, {s.ox[i], s.oy[i], s.oz[i]}, {s.dx[i], s.dy[i], s.dz[i]}, s.length[i],
+                s.extended[i], rule_);
   }
   bool crosses_disc(uint32_t segment, uint32_t k) const { return crossing(segment, k).hit; }
   void add(uint32_t segment, uint32_t k) {

@@ -160,7 +160,7 @@ class Calibration {
   }
 
   /// Taking over a segment costs more where lists no longer fit any cache, and their memory is new
-  /// in every call; a test does not (0 to 2 %, from 2 discs to 16).
+  /// in every call; a test does not (16 discs cost what 2 and the tests between them do).
   Constants with_many_segments(const Constants& fewer) {
     const SegmentSample chords = make_chords(kSpanSizes[2]).repeated(8);
     const samples::DiscSet discs = scatter_on_walls(2, 0.01f);

@@ -50,10 +50,6 @@ Lanes of_segment(const State& s, const segments::Segment& g, float extended, uin
   return lanes;
 }
 
-}  // namespace
-
-namespace {
-
 /// Energy of a block of samples, three channels each, and its variance from the spread of batches.
 class BlockEnergy {
  public:
