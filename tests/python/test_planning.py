@@ -49,6 +49,14 @@ class TestPredict:
         assert found["sphere_tests"] == pytest.approx(full["sphere_tests"], rel=0.016)
         assert found["disc_tests"] == pytest.approx(full["disc_tests"], rel=0.036)
 
+    def test_lists_too_short_to_tell_shrink_as_counted(self):
+        """So small are the discs that the limit of rays ends every chain: 9 to 13 % too few disc tests."""
+        lines, samples = dl.uniform_lines(1 << 18, seed=3), samples_in_ball(5000, 0.005)
+        found = predict(lines, samples, ("sphere_cache",))["sphere_cache"].counts
+        full = dl.estimate.sphere_cache(lines, samples).stats
+        assert found["sphere_tests"] == pytest.approx(full["sphere_tests"], rel=0.015)
+        assert found["disc_tests"] == pytest.approx(full["disc_tests"], rel=0.2)
+
     def test_few_segments_are_counted_in_full(self):
         lines, samples = dl.uniform_lines(3000, seed=3), samples_in_ball(500, 0.1)
         found = predict(lines, samples)
@@ -295,3 +303,11 @@ class TestSessions:
                     opened.update()
                     digests.add(opened.digest())
         assert len(digests) == 1
+
+
+def test_methods_that_forget_their_hits_search_for_old_segments_too():
+    scene = room()
+    methods = dl.plan(scene, samples_in(scene), paths=4000).parts["static"].methods
+    segments = {m.method: m.frame_counts["segments"] for m in methods}
+    assert segments["brute_force"] == segments["disc_index"] > 0
+    assert segments["sphere_cache"] == segments["ray_map"] == pytest.approx(2 * segments["disc_index"])
