@@ -313,3 +313,15 @@ def test_memory_does_not_grow_with_the_number_of_edits():
         # Each update replaces about 1000 segments of 60 bytes; storage comes in pieces of 123 kB.
         assert max(sizes[300:]) <= max(sizes[:300]) + 4 * 123_000
         equals_recompute(session)
+
+
+def test_openness_comes_from_the_file(tmp_path):
+    """Beside the boxes of the Cornell box it differs from 1; a recompute divides by the areas anew."""
+    scene = dl.scenes.cornell_box()
+    samples = dl.Samples.on_vertices(scene, spacing=0.5)
+    with dl.Session(scene, samples, paths=2000, direct="paths") as session:
+        session.bake()
+        session.save(tmp_path / "box.dlx")
+        with dl.Session.open(tmp_path / "box.dlx") as opened:
+            opened.recompute()
+            np.testing.assert_array_equal(opened.irradiance, session.irradiance)

@@ -62,18 +62,6 @@ def test_open_continues_where_save_stopped(tmp_path, direct, segment_end):
     assert [p.name for p in tmp_path.iterdir()] == ["room.dlx"]
 
 
-def test_openness_comes_from_the_file(tmp_path):
-    """Beside the boxes of the Cornell box it differs from 1; a recompute divides by the areas anew."""
-    scene = dl.scenes.cornell_box()
-    samples = dl.Samples.on_vertices(scene, spacing=0.5)
-    with dl.Session(scene, samples, paths=2000, direct="paths") as session:
-        session.bake()
-        session.save(tmp_path / "box.dlx")
-        with dl.Session.open(tmp_path / "box.dlx") as opened:
-            opened.recompute()
-            np.testing.assert_array_equal(opened.irradiance, session.irradiance)
-
-
 def test_session_saved_before_its_bake(tmp_path):
     scene = room()
     with dl.Session(scene, samples_in(scene), paths=1000) as session:
