@@ -42,9 +42,7 @@ class World:
 
 def examples(count: int) -> settings:
     """Decoration of a test: so many examples, the same in every run."""
-    return settings(
-        max_examples=count, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
-    )
+    return settings(max_examples=count, suppress_health_check=[HealthCheck.too_slow])
 
 
 def pick(samples: dl.Samples, rows: np.ndarray) -> dl.Samples:

@@ -84,7 +84,7 @@ def test_box_is_refined_to_the_spacing_without_cracks():
     assert mesh.spacing == 0.3
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(0, 2**32 - 1), st.floats(0.1, 3))
 def test_random_closed_surface_stays_closed(seed: int, spacing: float):
     random = np.random.default_rng(seed)

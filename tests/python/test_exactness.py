@@ -84,7 +84,7 @@ OPTIONS = [
 
 
 @pytest.mark.parametrize("options", OPTIONS, ids=lambda o: "-".join(map(str, o.values())))
-@settings(max_examples=45, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=45, suppress_health_check=[HealthCheck.too_slow])
 @given(sequence=SEQUENCES)
 def test_update_equals_recompute(options, sequence):
     """45 sequences for each set of options, a check after every update."""
@@ -98,7 +98,7 @@ def test_update_equals_recompute(options, sequence):
             equals_recompute(session)
 
 
-@settings(max_examples=15, deadline=None, derandomize=True)
+@settings(max_examples=15)
 @given(sequence=SEQUENCES)
 def test_more_groups_than_sums(sequence):
     """Groups beyond the eighth share sums; dimming them re-traces, exactly."""
@@ -113,7 +113,7 @@ def test_more_groups_than_sums(sequence):
             equals_recompute(session)
 
 
-@settings(max_examples=30, deadline=None, derandomize=True)
+@settings(max_examples=30)
 @given(edit=EDIT, direct=st.sampled_from(["paths", "sampled"]))
 def test_edit_and_inverse_restore_every_bit(edit, direct):
     if edit[0] == "insert":

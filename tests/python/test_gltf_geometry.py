@@ -306,7 +306,7 @@ transforms = st.fixed_dictionaries(
 )
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(chain=st.lists(transforms, min_size=1, max_size=4), movable_at=st.integers(0, 4))
 def test_random_hierarchies(tmp_path_factory, chain, movable_at):
     """World triangles, their fronts and the node records agree with an independent composition."""

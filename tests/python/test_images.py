@@ -277,7 +277,7 @@ def test_wrong_values_and_sizes_are_refused():
 # ---- tone and colour ---------------------------------------------------------------------------
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.lists(st.floats(0, 1e5), min_size=3, max_size=3), st.floats(1e-4, 10))
 def test_tone_curve_stays_in_range_and_rises_with_light(colour: list[float], exposure: float):
     one, brighter = tone_map(np.array([colour, np.array(colour) * 1.5]), exposure)

@@ -21,7 +21,7 @@ PAIRS = [  # static, moving
 
 
 @pytest.mark.parametrize("options", [{"direct": "paths"}, {"direct": "sampled", "segment_end": "bounded"}])
-@settings(max_examples=8, deadline=None, derandomize=True)
+@settings(max_examples=8)
 @given(sequence=SEQUENCES)
 def test_all_methods_give_one_digest(options, sequence):
     """After every update, with one thread and with two; the last state equals a recompute too."""

@@ -180,7 +180,7 @@ class Stopper:
         return False
 
 
-@settings(max_examples=8, deadline=None, derandomize=True)
+@settings(max_examples=8)
 @given(calls=st.integers(0, 12))
 def test_cancelled_bake_leaves_the_session_as_before(calls):
     scene = dl.scenes.office()
@@ -204,7 +204,7 @@ def test_cancelled_bake_leaves_the_session_as_before(calls):
             assert session.digest() == reference
 
 
-@settings(max_examples=10, deadline=None, derandomize=True)
+@settings(max_examples=10)
 @given(calls=st.integers(0, 10), direct=st.sampled_from(["paths", "sampled"]))
 def test_cancelled_update_is_finished_by_the_next(calls, direct):
     scene = room()

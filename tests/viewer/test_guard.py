@@ -165,7 +165,7 @@ def test_malformed_messages_get_an_error_and_change_nothing(expected, server):
         page.rest()
         before = page.state
 
-        @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+        @settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow])
         @given(JSON)
         def refused(data):
             page.connection.send(json.dumps(data))

@@ -80,6 +80,33 @@ def test_what_changes_nothing_is_no_step():
     assert steps.undo_name is None
 
 
+def test_an_edit_of_what_another_page_drags_ends_that_drag():
+    steps = history()
+    steps.edit(A, 0.5, "one", dragging=True)
+    steps.edit(A, 0.2, "two")
+    assert not steps.dragging
+    steps.edit(A, 0.7, "one", dragging=True)
+    steps.release("one")
+    values = []
+    while steps.undo_name:
+        steps.undo()
+        values.append(steps.state[A])
+    assert values == [0.2, 0.5, 1.0]
+
+
+def test_a_drag_back_to_the_beginning_forgets_what_was_undone():
+    steps = history()
+    steps.edit(A, 0.0, "one", dragging=True)
+    steps.edit(A, 0.5, "two", dragging=True)
+    steps.undo()
+    steps.edit(A, 1.0, "one")
+    assert steps.redo_name is None
+    steps.undo()
+    steps.undo()
+    assert steps.state[A] == 1.0
+    assert steps.undo_name is None
+
+
 def test_a_page_that_leaves_lets_go():
     steps = history()
     steps.edit(A, 0.5, "page", dragging=True)

@@ -60,22 +60,24 @@ class History:
     def edit(self, key: Key, value: Value, page: Hashable, dragging: bool = False) -> None:
         """Give `key` its `value`; what one page drags is one step until it lets go."""
         before, self.state[key] = self.state[key], value
-        step = self._open_step(key, page)
-        if step is None:
+        step = self._last_step(key)
+        if step is None or step.dragged_by != page:
+            if step is not None:
+                self._let_go(step)  # another page's drag: what it does from now on is a new step
             step = _Step(key, before, value)
             self._done.append(step)
         step.after = value
-        step.dragged_by = page if dragging else None
-        if not dragging and step.before == step.after:
-            self._done.remove(step)  # nothing has happened
-        elif before != value:
+        step.dragged_by = page
+        if not dragging:
+            self._let_go(step)
+        if before != value:
             self._undone.clear()
         del self._done[:-MAX_STEPS]
 
     def release(self, page: Hashable) -> None:
         """End the drags of a page that is gone."""
         for step in [step for step in self._done if step.dragged_by == page]:
-            self.edit(step.key, self.state[step.key], page)
+            self._let_go(step)
 
     def undo(self) -> None:
         """Take the last step back, exactly; OptionError where there is none."""
@@ -94,13 +96,16 @@ class History:
         self.state[step.key] = step.after
         self._done.append(step)
 
-    def _open_step(self, key: Key, page: Hashable) -> _Step | None:
-        """The step that this page's drag of `key` goes on with: the last one of that key, if it is open.
+    def _let_go(self, step: _Step) -> None:
+        """End a step's drag, and forget the step if nothing has happened."""
+        step.dragged_by = None
+        if step.before == step.after:
+            self._done = [kept for kept in self._done if kept is not step]
+
+    def _last_step(self, key: Key) -> _Step | None:
+        """The last step of `key`, the only one of that key that may be in the middle of a drag.
 
         Later steps of other keys do not matter: the order in which different keys go back is of no
         consequence.
         """
-        for step in reversed(self._done):
-            if step.key == key:
-                return step if step.dragged_by == page else None
-        return None
+        return next((step for step in reversed(self._done) if step.key == key), None)
