@@ -41,11 +41,13 @@ class Blockers {
       if (!volume.misses(block.bounds)) near_.push_back({object, volume});
     }
   }
-  /// Those that may hide a part of the light from `p`. Valid until the next call.
-  std::span<const uint32_t> of(Vec3f p) {
+  /// Those that may hide a part of the light from `receiver`, its own object left out: the fixed
+  /// view holds what that hides. Valid until the next call.
+  std::span<const uint32_t> of(const Receiver& receiver) {
     found_.clear();
     for (const Near& n : near_)
-      if (n.volume.contains(p)) found_.push_back(n.object);
+      if (n.object != receiver.object && n.volume.contains(receiver.point))
+        found_.push_back(n.object);
     return found_;
   }
 

@@ -24,7 +24,7 @@ Shapes make_shapes(const Present& present, uint64_t seed) {
 
 /// Irradiance of the strongest channel in quanta.
 int64_t weigh(const Present& present, const LightShape& shape, double quantum, size_t sample,
-              const StaticView& view, std::span<const uint32_t> movables) {
+              const FixedView& view, std::span<const uint32_t> movables) {
   const Receiver& receiver = present.receivers[sample];
   const double share = visible_share(present.caster, shape, receiver, view, movables);
   if (!(share > 0)) return 0;
@@ -38,7 +38,7 @@ int64_t weigh(const Present& present, const LightShape& shape, double quantum, s
 struct DirectLight::Record {
   uint32_t light, sample;
   int64_t weight;
-  bool renewed;   // the static view too
+  bool renewed;   // the fixed view too
   uint32_t view;  // then: its code, or an index into Found::partial
 };
 struct DirectLight::Found {
@@ -86,7 +86,7 @@ std::vector<DirectLight::Column> DirectLight::make_columns(std::span<const trace
     if (brightest > 0) column.channel = power * (1 / brightest);
     if (!sampled[i]) continue;
     column.weight.assign(samples_, 0);
-    column.view.assign(samples_, code_of(StaticView::Kind::empty));
+    column.view.assign(samples_, code_of(FixedView::Kind::empty));
   }
   return columns;
 }
@@ -97,10 +97,11 @@ void DirectLight::add(const Column& column, size_t sample, int64_t weight, int s
     cell[c] += sign * int64_t(std::llround(double(weight) * column.channel[c]));
 }
 
-StaticView DirectLight::view_of(const Column& column, size_t sample) const {
+FixedView DirectLight::view_of(const Column& column, size_t sample) const {
   const uint32_t code = column.view[sample];
-  if (is_kind(code)) return {kind_of(code), 0, {}};
-  return {StaticView::Kind::partial, partial_[code].coarse, partial_[code].fine};
+  if (is_kind(code)) return {kind_of(code), 0, {}, 0};
+  const PartialView& partial = partial_[code];
+  return {FixedView::Kind::partial, partial.coarse, partial.fine, partial.share};
 }
 
 void DirectLight::compute(const Present& present, const Workers& workers, Progress& progress) {
@@ -120,11 +121,11 @@ void DirectLight::compute(const Present& present, const Workers& workers, Progre
       for (size_t i = begin; i < end; ++i) {
         progress.check();
         const Receiver& receiver = present.receivers[i];
-        const StaticView view = look(present.caster, *shapes[light], receiver);
-        column.weight[i] =
-            weigh(present, *shapes[light], quantum_, i, view, blockers.of(receiver.point));
+        const FixedView view = look(present.caster, *shapes[light], receiver);
+        column.weight[i] = weigh(present, *shapes[light], quantum_, i, view, blockers.of(receiver));
         column.view[i] = code_of(view.kind, own.size());
-        if (view.kind == StaticView::Kind::partial) own.push_back({view.coarse, view.fine});
+        if (view.kind == FixedView::Kind::partial)
+          own.push_back({view.coarse, view.fine, view.share});
         fresh.add(column, i, column.weight[i], 1);
       }
     }
@@ -186,19 +187,18 @@ void DirectLight::find_changes(const Present& present, const Change& change, con
         const bool renewed = marks[i - begin] & kRenewed;
         if (!renewed && !(marks[i - begin] & kShadowed)) continue;
         progress.check();
-        const StaticView view = renewed ? look(present.caster, *shapes[light], present.receivers[i])
-                                        : view_of(columns_[light], i);
-        if (!renewed && view.kind != StaticView::Kind::open &&
-            view.kind != StaticView::Kind::partial)
+        const FixedView view = renewed ? look(present.caster, *shapes[light], present.receivers[i])
+                                       : view_of(columns_[light], i);
+        if (!renewed && view.kind != FixedView::Kind::open && view.kind != FixedView::Kind::partial)
           continue;
         if (!blockers) blockers.emplace(present.caster, present.lights[light], block);
-        const int64_t weight = weigh(present, *shapes[light], quantum_, i, view,
-                                     blockers->of(present.receivers[i].point));
+        const int64_t weight =
+            weigh(present, *shapes[light], quantum_, i, view, blockers->of(present.receivers[i]));
         if (!renewed && weight == columns_[light].weight[i]) continue;
         own.records.push_back(
             {light, uint32_t(i), weight, renewed, code_of(view.kind, own.partial.size())});
-        if (renewed && view.kind == StaticView::Kind::partial)
-          own.partial.push_back({view.coarse, view.fine});
+        if (renewed && view.kind == FixedView::Kind::partial)
+          own.partial.push_back({view.coarse, view.fine, view.share});
       }
     }
     progress.advance(end - begin);

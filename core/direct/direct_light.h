@@ -77,11 +77,12 @@ class DirectLight {
     uint32_t group = 0;
     Vec3d channel{};              ///< relative to the strongest
     std::vector<int64_t> weight;  ///< irradiance of the strongest channel in quanta
-    std::vector<uint32_t> view;   ///< StaticView: a kind, else an index into partial_
+    std::vector<uint32_t> view;   ///< FixedView: a kind, else an index into partial_
   };
   struct PartialView {
     uint64_t coarse;
     trace::RayBits fine;
+    double share;
   };
   struct Record;
   struct Found;
@@ -91,7 +92,7 @@ class DirectLight {
   std::vector<Column> make_columns(std::span<const trace::Light> lights,
                                    std::span<const uint8_t> sampled, size_t first) const;
   void add(const Column& column, size_t sample, int64_t weight, int sign);
-  StaticView view_of(const Column& column, size_t sample) const;
+  FixedView view_of(const Column& column, size_t sample) const;
   void find_changes(const Present& present, const Change& change, const Workers& workers,
                     Progress& progress, std::vector<Found>& found) const;
   void commit(const std::vector<Found>& found, std::vector<Column> added);

@@ -112,7 +112,7 @@ void DirectLight::restore(const Archive& archive, std::span<const trace::Light> 
     views.read(column.view, column.view.size());
     for (size_t i = 0; i < column.view.size(); ++i) {
       const uint32_t code = column.view[i];
-      const bool known = is_kind(code) ? kind_of(code) <= StaticView::Kind::open
+      const bool known = is_kind(code) ? kind_of(code) <= FixedView::Kind::open
                                        : code == next++ && next <= fresh.partial_.size();
       if (!known || column.weight[i] < 0 || column.weight[i] > kMostWeight)
         throw FormatError(

@@ -14,6 +14,7 @@ namespace deltalux::direct {
 /// is removed). Points need a little room: shadow rays start trace::RayCaster::epsilon() above.
 struct Receiver {
   Vec3f point, normal;
+  uint32_t object = scene::kNone;  ///< the movable that it lies on
 };
 
 /// How finely a light is looked at; point, spot and sun have one ray at either level.

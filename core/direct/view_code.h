@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// StaticView in 32 bits: a kind, or where the bits of a partial one are kept.
+// FixedView in 32 bits: a kind, or where the bits of a partial one are kept.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -10,13 +10,11 @@ namespace deltalux::direct {
 
 inline constexpr uint32_t kFirstKindCode = 0xfffffff0u;
 
-constexpr uint32_t code_of(StaticView::Kind kind, size_t partial_index = 0) {
-  return kind == StaticView::Kind::partial ? uint32_t(partial_index)
-                                           : kFirstKindCode + uint32_t(kind);
+constexpr uint32_t code_of(FixedView::Kind kind, size_t partial_index = 0) {
+  return kind == FixedView::Kind::partial ? uint32_t(partial_index)
+                                          : kFirstKindCode + uint32_t(kind);
 }
 constexpr bool is_kind(uint32_t code) { return code >= kFirstKindCode; }
-constexpr StaticView::Kind kind_of(uint32_t code) {
-  return StaticView::Kind(code - kFirstKindCode);
-}
+constexpr FixedView::Kind kind_of(uint32_t code) { return FixedView::Kind(code - kFirstKindCode); }
 
 }  // namespace deltalux::direct

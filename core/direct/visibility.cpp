@@ -23,54 +23,57 @@ RayBits pass(const trace::RayCaster& caster, const trace::RayFan& fan, RayBits f
 
 }  // namespace
 
-StaticView look(const trace::RayCaster& caster, const LightShape& light, const Receiver& receiver) {
+FixedView look(const trace::RayCaster& caster, const LightShape& light, const Receiver& receiver) {
+  using Kind = FixedView::Kind;
   if (!(light.open(receiver) > 0)) return {};
-  StaticView view;
+  FixedView view;
   Strata strata;
-  light.cast(receiver, Level::coarse, strata);
-  RayBits free;
-  const auto examine = [&] {
-    free = without(strata.countable, caster.occluded_static(strata.fan, strata.countable));
-    view.kind = free == kNoRays            ? StaticView::Kind::hidden
-                : free == strata.countable ? StaticView::Kind::open
-                                           : StaticView::Kind::partial;
+  bool ask_own = receiver.object != scene::kNone, ask_static = true;
+  const auto free_rays = [&] {
+    RayBits free = strata.countable;
+    if (ask_own) free = without(free, caster.occluded_object(receiver.object, strata.fan, free));
+    ask_own = ask_own && free != strata.countable;
+    if (!ask_static || free == kNoRays) return free;
+    const RayBits blocked = caster.occluded_static(strata.fan, free);
+    ask_static = blocked != kNoRays;
+    return without(free, blocked);
   };
+  const auto kind = [&](const RayBits& free) {
+    return free == kNoRays ? Kind::hidden : free == strata.countable ? Kind::open : Kind::partial;
+  };
+  light.cast(receiver, Level::coarse, strata);
   const bool too_coarse = strata.too_coarse;
   if (!too_coarse) {
-    examine();
+    const RayBits free = free_rays();
+    view.kind = kind(free);
+    if (view.kind != Kind::partial) return view;
     view.coarse = free[0];
-    if (view.kind != StaticView::Kind::partial) return view;
   }
   light.cast(receiver, Level::fine, strata);
-  if (too_coarse) {
-    examine();
-    view.fine = free;
-  } else {
-    view.fine = without(strata.countable, caster.occluded_static(strata.fan, strata.countable));
-  }
+  view.fine = free_rays();
+  view.share = strata.share(view.fine);
+  if (too_coarse) view.kind = kind(view.fine);
   return view;
 }
 
 double visible_share(const trace::RayCaster& caster, const LightShape& light,
-                     const Receiver& receiver, const StaticView& still,
+                     const Receiver& receiver, const FixedView& fixed,
                      std::span<const uint32_t> movables) {
-  using Kind = StaticView::Kind;
-  if (still.kind == Kind::empty || still.kind == Kind::hidden) return 0;
-  if (still.kind == Kind::open && movables.empty()) return 1;
+  using Kind = FixedView::Kind;
+  if (fixed.kind == Kind::empty || fixed.kind == Kind::hidden) return 0;
+  const bool open = fixed.kind == Kind::open;
+  const double share = open ? 1 : fixed.share;
+  if (movables.empty()) return share;
   Strata strata;
-  if (!movables.empty()) {
-    light.cast(receiver, Level::coarse, strata);
-    if (!strata.too_coarse) {
-      const RayBits free =
-          still.kind == Kind::open ? strata.countable : RayBits{still.coarse, 0, 0, 0};
-      const RayBits seen = pass(caster, strata.fan, free, movables);
-      if (seen == kNoRays) return 0;
-      if (seen == strata.countable) return 1;
-    }
+  light.cast(receiver, Level::coarse, strata);
+  if (!strata.too_coarse) {
+    const RayBits free = open ? strata.countable : RayBits{fixed.coarse, 0, 0, 0};
+    const RayBits seen = pass(caster, strata.fan, free, movables);
+    if (seen == kNoRays) return 0;
+    if (seen == free) return share;
   }
   light.cast(receiver, Level::fine, strata);
-  const RayBits free = still.kind == Kind::open ? strata.countable : still.fine;
-  return strata.share(pass(caster, strata.fan, free, movables));
+  return strata.share(pass(caster, strata.fan, open ? strata.countable : fixed.fine, movables));
 }
 
 }  // namespace deltalux::direct

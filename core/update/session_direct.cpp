@@ -52,16 +52,16 @@ void Session::choose_direct() {
 void Session::place_receivers(const std::vector<uint8_t>* changed) {
   const State& s = *state_;
   receivers_.resize(s.samples.size());
-  const auto place = [&](const samples::DiscSet& discs, const Pose& pose) {
+  const auto place = [&](const samples::DiscSet& discs, const Pose& pose, uint32_t object) {
     // Not the discs' centres: their lift would bring a sample nearer to its lights.
     for (size_t i = 0; i < discs.size(); ++i)
       receivers_[discs.id[i]] = {pose.point(s.samples.point[discs.id[i]]),
-                                 pose.direction(discs.normal[i])};
+                                 pose.direction(discs.normal[i]), object};
   };
-  if (!changed) place(s.static_index->discs(), {});
+  if (!changed) place(s.static_index->discs(), {}, scene::kNone);
   for (const MovingPart& part : s.moving)
     if (!changed || (*changed)[part.object])
-      place(part.index->discs(), s.scene.objects[part.object].pose);
+      place(part.index->discs(), s.scene.objects[part.object].pose, part.object);
 }
 
 void Session::compute_direct(Progress& progress) {

@@ -35,7 +35,7 @@ void Session::read_gradient(double* gradient, Progress& progress) {
   std::vector<direct::Receiver> around(4 * n);
   std::vector<Vec3f> axis_u(n), axis_v(n);
   std::fill(gradient, gradient + 9 * n, 0.0);
-  const auto visit = [&](const samples::DiscSet& discs, const Pose& pose) {
+  const auto visit = [&](const samples::DiscSet& discs, const Pose& pose, uint32_t object) {
     for (size_t i = 0; i < discs.size(); ++i) {
       const uint32_t id = discs.id[i];
       Vec3f u, v;
@@ -45,7 +45,8 @@ void Session::read_gradient(double* gradient, Progress& progress) {
       const Vec3f normal = pose.direction(discs.normal[i]);
       for (int k = 0; k < 4; ++k) {
         const Vec3f axis = k < 2 ? u : v;
-        around[4 * id + k] = {pose.point(discs.centre[i] + axis * (k % 2 ? step : -step)), normal};
+        around[4 * id + k] = {pose.point(discs.centre[i] + axis * (k % 2 ? step : -step)), normal,
+                              object};
       }
       const samples::OutlineMoments m = samples::outline_moments(discs, i);
       const double unit = discs.radius[i] / estimate::EnergySums::kMomentSteps;
@@ -64,10 +65,10 @@ void Session::read_gradient(double* gradient, Progress& progress) {
       }
     }
   };
-  visit(s.static_index->discs(), {});
+  visit(s.static_index->discs(), {}, scene::kNone);
   for (const MovingPart& part : s.moving)
     if (s.scene.objects[part.object].present)
-      visit(part.index->discs(), s.scene.objects[part.object].pose);
+      visit(part.index->discs(), s.scene.objects[part.object].pose, part.object);
 
   direct::DirectLight direct(4 * n, s.scene.group_count, direct_->irradiance_quantum(),
                              s.options.seed);

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from .session import Session
 
 FORMAT = "deltalux-session"
-VERSION = 4  # increases only when the layout changes
+VERSION = 5  # increases only when the layout changes
 INDEX = "deltalux.json"
 
 _LIGHTS: dict[str, tuple[type, tuple[str, ...]]] = {

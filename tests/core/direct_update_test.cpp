@@ -100,7 +100,7 @@ struct Room : World {
     }
     const scene::Object& object = scene.objects[attached[i]];
     receivers[i] = object.present ? Receiver{object.pose.point(local[i].point),
-                                             object.pose.direction(local[i].normal)}
+                                             object.pose.direction(local[i].normal), attached[i]}
                                   : Receiver{};
   }
   /// Gives `object` a pose and presence and adds what that changes to `change`.

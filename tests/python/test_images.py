@@ -310,11 +310,15 @@ def test_sequential_scale_is_ordered_by_lightness(logarithmic: bool):
     assert scale.position(np.array([0.0, 5000.0])).tolist() == [0, 1]
 
 
-def test_diverging_scale_is_lightest_at_zero():
+def test_diverging_scale_is_black_at_zero_alone_and_ordered_to_both_sides():
     scale = symmetric_scale(np.array([-3.0, 0.1, 1.0]))
     assert (scale.low, scale.high) == (-5, 5)
-    luminance = photopic(scale.colours(np.linspace(-5, 5, 101)))
-    assert np.argmax(luminance) == 50
+    assert not scale.colours(np.array([0.0, -0.0])).any()
+    brighter = photopic(scale.colours(np.linspace(0, 5, 51)))
+    darker = photopic(scale.colours(-np.linspace(0, 5, 51)))
+    assert (np.diff(brighter) > 0).all()
+    assert (np.diff(darker) > 0).all()
+    assert photopic(scale.colours(np.array([1e-9]))) > 0.01  # not black: something has changed
     red, _, blue = scale.colours(np.array([4.0])).T
     assert red > blue
 

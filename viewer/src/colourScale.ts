@@ -17,13 +17,13 @@ export const SEQUENTIAL: readonly Anchor[] = [
   [0.98, 0.06, 100],
 ]
 export const DIVERGING: readonly Anchor[] = [
-  [0.3, 0.11, 262],
-  [0.52, 0.16, 256],
-  [0.77, 0.09, 240],
-  [0.96, 0.0, 100],
-  [0.79, 0.11, 65],
-  [0.58, 0.17, 40],
-  [0.34, 0.12, 25],
+  [0.94, 0.05, 215],
+  [0.75, 0.13, 232],
+  [0.51, 0.16, 256],
+  [0.25, 0.0, 100],
+  [0.52, 0.16, 35],
+  [0.76, 0.15, 62],
+  [0.95, 0.09, 98],
 ]
 export const TABLE_SIZE = 256
 const LOG_BEYOND = 8 // spread of values from which a logarithmic scale reads better

@@ -20,8 +20,8 @@ describe('colour tables', () => {
     [SEQUENTIAL, 37, [0.037496, 0.006731, 0.175171]],
     [SEQUENTIAL, 128, [0.009592, 0.362045, 0.285609]],
     [SEQUENTIAL, 255, [1.0, 0.957931, 0.603419]],
-    [DIVERGING, 0, [0.003389, 0.022109, 0.126755]],
-    [DIVERGING, 200, [0.663197, 0.144711, 0.034655]],
+    [DIVERGING, 0, [0.565707, 0.908604, 1.0]],
+    [DIVERGING, 200, [0.750592, 0.207781, 0.032773]],
   ])('have the colours of the pictures', (anchors, entry, expected) => {
     const colour = colourTable(anchors).slice(4 * entry, 4 * entry + 3)
     expect([...colour]).toEqual(expected.map((value) => expect.closeTo(value, 5)))

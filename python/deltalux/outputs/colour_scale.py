@@ -12,9 +12,9 @@ SEQUENTIAL = (
     (0.17, 0.08, 300), (0.31, 0.15, 292), (0.45, 0.15, 262), (0.58, 0.11, 215),
     (0.70, 0.14, 158), (0.82, 0.18, 118), (0.91, 0.17, 100), (0.98, 0.06, 100),
 )  # fmt: skip
-DIVERGING = (
-    (0.30, 0.11, 262), (0.52, 0.16, 256), (0.77, 0.09, 240), (0.96, 0.0, 100),
-    (0.79, 0.11, 65), (0.58, 0.17, 40), (0.34, 0.12, 25),
+DIVERGING = (  # dark in the middle: what stays recedes, what changes shines
+    (0.94, 0.05, 215), (0.75, 0.13, 232), (0.51, 0.16, 256), (0.25, 0.0, 100),
+    (0.52, 0.16, 35), (0.76, 0.15, 62), (0.95, 0.09, 98),
 )  # fmt: skip
 LOG_BEYOND = 8.0  # spread of values from which a logarithmic scale reads better
 
@@ -77,10 +77,13 @@ class ColourScale:
         return self.low + (self.high - self.low) * np.asarray(position)
 
     def colours(self, values: np.ndarray) -> np.ndarray:
-        """Linear colours (..., 3)."""
+        """Linear colours (..., 3); a change of exactly nothing is black."""
         table = _table(DIVERGING if self.diverging else SEQUENTIAL)
         at = self.position(values) * (len(table) - 1)
-        return np.stack([np.interp(at, np.arange(len(table)), channel) for channel in table.T], axis=-1)
+        colours = np.stack([np.interp(at, np.arange(len(table)), channel) for channel in table.T], axis=-1)
+        if self.diverging:
+            colours[np.asarray(values) == 0] = 0
+        return colours
 
     def ticks(self) -> np.ndarray:
         """Some four to nine round values within the scale."""

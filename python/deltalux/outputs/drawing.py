@@ -98,5 +98,5 @@ def draw_outlines(pixels: np.ndarray, separate: tuple[np.ndarray, np.ndarray]) -
     line[:, 1:] |= separate[0]
     line[1:] |= separate[1]
     result = pixels.copy()
-    result[line] = (3 * pixels[line].astype(np.uint16) // 4).astype(np.uint8)
+    result[line] = (3 * pixels[line].astype(np.uint16) // 4 + 32).astype(np.uint8)
     return result
