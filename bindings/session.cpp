@@ -164,6 +164,18 @@ void bind_session(nb::module_& m) {
                                    make_array(std::move(error), {n, 3}));
            })
       .def(
+          "read_packed",
+          [](const Session& s, const std::array<double, 3>& weights) {
+            const size_t n = s.state().samples.size();
+            std::vector<float> values(4 * n);
+            {
+              nb::gil_scoped_release release;
+              s.read_packed(weights, values.data());
+            }
+            return make_array(std::move(values), {n, 4});
+          },
+          nb::arg("weights"))
+      .def(
           "gradient",
           [](Session& s, nb::object callback) {
             const size_t n = s.state().samples.size();

@@ -76,6 +76,9 @@ class Session {
   double pending_share() const;
   /// Irradiance and standard error, both samples x 3.
   void read(double* irradiance, double* standard_error) const;
+  /// For displays, samples x 4: irradiance, and the standard error of its weighted sum, the
+  /// channels' errors taken as correlated.
+  void read_packed(const std::array<double, 3>& weights, float* values) const;
   /// Surface gradient, samples x 3 channels x 3 axes (world), from all stored segments.
   void read_gradient(double* gradient, Progress& progress);
   /// Sums of all batches and groups in quanta, samples x 3, without direct light by shadow rays.
@@ -100,6 +103,9 @@ class Session {
   void restore(const Archive& archive, Progress& progress);
 
  private:
+  /// Calls write(sample as given, its irradiance, its standard error) for all, in parallel.
+  template <class Write>
+  void read_samples(const Write& write) const;
   std::vector<float> as_given(const std::vector<float>& own) const;
   void forecast_memory(const PilotPaths& paths);
   /// Adds direct light to the forecast. Throws OptionError where it exceeds the limit.

@@ -185,8 +185,8 @@ class Engine:
         """Send the values of `session`, a throw-away one of a preview, or of the real one."""
         if self._encoder is None:
             self._encoder = Encoder(fill_of(self._session))
-        values = (session or self._session).read()
-        self._tell(self._encoder.encode(*values, revision, preview=session is not None))
+        values = (session or self._session).read_packed()
+        self._tell(self._encoder.encode(values, revision, preview=session is not None))
 
     # ---- what it does -------------------------------------------------------------------------
 

@@ -12,7 +12,6 @@ from deltalux.clearance import covered_samples, movables_apart
 from deltalux.outputs.covered import RimFill, rim_fill
 from deltalux.session import Session
 from deltalux.surfaces import Surfaces
-from deltalux.units import PHOTOPIC_WEIGHTS
 
 MAGIC = 0x58544C44  # "DLTX"
 HEADER = struct.Struct("<IIIfII")  # magic, seq, revision, scale, flags, runs
@@ -61,17 +60,12 @@ class Encoder:
         self._fill = fill
         self._scale = 1.0
 
-    def encode(
-        self, irradiance: np.ndarray, standard_error: np.ndarray, revision: int, preview: bool
-    ) -> Values:
-        """Encode both, each (n, 3); the error becomes that of the photopic value, channels correlated."""
-        values = np.zeros((len(irradiance), 4), np.float32)
-        values[:, :3] = irradiance
-        # einsum: a product with so thin a matrix is five times slower
-        values[:, 3] = np.einsum("nc,c->n", standard_error, PHOTOPIC_WEIGHTS)
+    def encode(self, values: np.ndarray, revision: int, preview: bool) -> Values:
+        """Encode the (n, 4) values of `Session.read_packed`."""
         values = self._fill(values)
         self._choose_scale(float(values.max(initial=0.0)))
-        rows = (values * np.float32(self._scale)).astype("<f2").view("<u8").ravel()
+        values *= np.float32(self._scale)  # a copy, since it was filled
+        rows = values.astype("<f2").view("<u8").ravel()
         rows.setflags(write=False)
         return Values(rows, self._scale, revision, preview)
 
