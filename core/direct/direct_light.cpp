@@ -3,7 +3,9 @@
 #include "direct/direct_light.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <iterator>
 #include <optional>
 
 #include "base/error.h"
@@ -15,10 +17,9 @@ namespace {
 
 using Shapes = std::vector<std::optional<LightShape>>;
 
-Shapes make_shapes(const Present& present, uint64_t seed) {
+Shapes make_shapes(const Present& present, std::span<const uint32_t> lights, uint64_t seed) {
   Shapes shapes(present.lights.size());
-  for (uint32_t i = 0; i < shapes.size(); ++i)
-    if (present.sampled[i]) shapes[i].emplace(present.lights[i], i, seed, present.caster.epsilon());
+  for (uint32_t i : lights) shapes[i].emplace(present.lights[i], i, seed, present.caster.epsilon());
   return shapes;
 }
 
@@ -44,6 +45,37 @@ struct DirectLight::Record {
 struct DirectLight::Found {
   std::vector<Record> records;
   std::vector<PartialView> partial;
+};
+
+/// What each light has yet to take in of the recent changes.
+class DirectLight::Outstanding {
+ public:
+  explicit Outstanding(const DirectLight& direct)
+      : direct_(direct), light_(direct.columns_.size()), sample_(direct.samples_) {
+    uint64_t number = direct.past_;  // of changes up to this one
+    for (const Change& change : direct.recent_) {
+      ++number;
+      first_box_.push_back(boxes_.size());
+      boxes_.insert(boxes_.end(), change.boxes.begin(), change.boxes.end());
+      for (uint32_t i : change.lights) light_[i] = number;
+      for (uint32_t i : change.samples) sample_[i] = number;
+    }
+  }
+  bool light_changed(uint32_t light) const { return light_[light] > taken(light); }
+  bool sample_changed(uint32_t light, size_t sample) const {
+    return sample_[sample] > taken(light);
+  }
+  std::span<const Box> boxes(uint32_t light) const {
+    return std::span(boxes_).subspan(first_box_[taken(light) - direct_.past_]);
+  }
+
+ private:
+  uint64_t taken(uint32_t light) const { return direct_.columns_[light].taken; }
+
+  const DirectLight& direct_;
+  std::vector<uint64_t> light_, sample_;  // number of the last change that names it
+  std::vector<Box> boxes_;
+  std::vector<size_t> first_box_;  // per change
 };
 
 DirectLight::DirectLight(size_t samples, uint32_t group_count, double irradiance_quantum,
@@ -108,7 +140,10 @@ void DirectLight::compute(const Present& present, const Workers& workers, Progre
   check(present);
   DirectLight fresh(samples_, group_count_, quantum_, seed_);
   fresh.columns_ = make_columns(present.lights, present.sampled, 0);
-  const Shapes shapes = make_shapes(present, seed_);
+  std::vector<uint32_t> chosen;
+  for (uint32_t i = 0; i < present.lights.size(); ++i)
+    if (present.sampled[i]) chosen.push_back(i);
+  const Shapes shapes = make_shapes(present, chosen, seed_);
   std::vector<std::vector<PartialView>> partial((samples_ + kBlock - 1) / kBlock);
   progress.begin("direct light", samples_);
   workers.for_blocks(samples_, kBlock, [&](size_t begin, size_t end) {
@@ -143,41 +178,97 @@ void DirectLight::compute(const Present& present, const Workers& workers, Progre
 }
 
 void DirectLight::update(const Present& present, const Change& change, const Workers& workers,
-                         Progress& progress) {
+                         Progress& progress, double budget_ms) {
+  using Clock = std::chrono::steady_clock;
   check(present);
+  const Clock::time_point start = Clock::now();
+  const size_t old_columns = columns_.size();
+  const uint64_t before = past_ + recent_.size();
+  std::vector<Column> added = make_columns(present.lights, present.sampled, old_columns);
+  Change latest = change;
+  for (uint32_t i = 0; i < added.size(); ++i) {
+    added[i].taken = before;
+    latest.lights.push_back(uint32_t(old_columns) + i);
+  }
+  columns_.insert(columns_.end(), std::make_move_iterator(added.begin()),
+                  std::make_move_iterator(added.end()));
   std::vector<Found> found((samples_ + kBlock - 1) / kBlock);
-  find_changes(present, change, workers, progress, found);
-  commit(found, make_columns(present.lights, present.sampled, columns_.size()));
+  std::vector<uint32_t> lights;
+  size_t done = 0;
+  try {
+    if (!latest.boxes.empty() || !latest.lights.empty() || !latest.samples.empty())
+      recent_.push_back(std::move(latest));
+    lights = waiting();
+    const Outstanding outstanding(*this);
+    const size_t step = budget_ms > 0 ? 1 : std::max<size_t>(1, lights.size());
+    progress.begin("direct light", samples_ * ((lights.size() + step - 1) / step));
+    const auto spent = [&] {
+      return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+    };
+    for (; done < lights.size() && (done == 0 || budget_ms <= 0 || spent() < budget_ms);
+         done += step)
+      find_changes(present, outstanding, std::span(lights).subspan(done, step), workers, progress,
+                   found);
+    make_room(found);
+  } catch (...) {
+    while (past_ + recent_.size() > before) recent_.pop_back();
+    columns_.resize(old_columns);
+    throw;
+  }
+  // Nothing throws from here on.
+  commit(found);
+  for (uint32_t light : std::span(lights).first(std::min(done, lights.size())))
+    columns_[light].taken = past_ + recent_.size();
+  if (done < lights.size()) turn_ = lights[done];
+  forget();
 }
 
-void DirectLight::find_changes(const Present& present, const Change& change, const Workers& workers,
+std::vector<uint32_t> DirectLight::waiting() const {
+  std::vector<uint32_t> lights;
+  const uint32_t count = uint32_t(columns_.size());
+  for (uint32_t k = 0; k < count; ++k)
+    if (const uint32_t light = (turn_ + k) % count; !current(columns_[light]))
+      lights.push_back(light);
+  return lights;
+}
+
+void DirectLight::forget() {
+  uint64_t least = past_ + recent_.size();
+  for (const Column& column : columns_)
+    if (!column.weight.empty()) least = std::min(least, column.taken);
+  for (; past_ < least; ++past_) recent_.pop_front();
+}
+
+double DirectLight::current_share() const {
+  const auto sampled = std::count_if(columns_.begin(), columns_.end(),
+                                     [](const Column& column) { return !column.weight.empty(); });
+  const size_t behind = waiting().size();
+  return behind ? 1 - double(behind) / double(sampled) : 1.0;
+}
+
+void DirectLight::find_changes(const Present& present, const Outstanding& outstanding,
+                               std::span<const uint32_t> lights, const Workers& workers,
                                Progress& progress, std::vector<Found>& found) const {
-  const Shapes shapes = make_shapes(present, seed_);
-  std::vector<uint8_t> light_changed(shapes.size(), 0), sample_changed(samples_, 0);
-  for (uint32_t i : change.lights) light_changed[i] = 1;
-  for (uint32_t i : change.samples) sample_changed[i] = 1;
-  for (size_t i = columns_.size(); i < shapes.size(); ++i) light_changed[i] = 1;
-  std::vector<ShadowVolume> shadows;  // of every changed box, light by light
-  for (const trace::Light& light : present.lights)
-    for (const Box& box : change.boxes) shadows.emplace_back(light, box, slack(present.caster));
+  const Shapes shapes = make_shapes(present, lights, seed_);
+  std::vector<std::vector<ShadowVolume>> shadows(lights.size());  // of the changed boxes
+  for (size_t l = 0; l < lights.size(); ++l)
+    for (const Box& box : outstanding.boxes(lights[l]))
+      shadows[l].emplace_back(present.lights[lights[l]], box, slack(present.caster));
 
   constexpr uint32_t kShadowed = 1, kRenewed = 2;
-  progress.begin("direct light", samples_);
   workers.for_blocks(samples_, kBlock, [&](size_t begin, size_t end) {
     const Block block(present.receivers, begin, end);
     Found& own = found[begin / kBlock];
-    bool any_sample = false;
-    for (size_t i = begin; i < end; ++i) any_sample |= sample_changed[i] != 0;
-    for (uint32_t light = 0; light < shapes.size(); ++light) {
-      if (!shapes[light]) continue;
+    for (size_t l = 0; l < lights.size(); ++l) {
       progress.check();
+      const uint32_t light = lights[l];
       uint32_t marks[kBlock] = {};
-      bool any = any_sample || light_changed[light];
-      for (size_t i = 0; any && i < block.count; ++i)
-        if (light_changed[light] || sample_changed[begin + i]) marks[i] = kRenewed;
-      for (size_t k = 0; !light_changed[light] && k < change.boxes.size(); ++k) {
-        const ShadowVolume& shadow = shadows[light * change.boxes.size() + k];
-        if (shadow.misses(block.bounds)) continue;
+      bool any = false;
+      const bool all = outstanding.light_changed(light);
+      for (size_t i = 0; i < block.count; ++i)
+        if (all || outstanding.sample_changed(light, begin + i)) marks[i] = kRenewed, any = true;
+      for (const ShadowVolume& shadow : shadows[l]) {
+        if (all || shadow.misses(block.bounds)) continue;
         shadow.mark(block.x, block.y, block.z, block.count, marks);
         any = true;
       }
@@ -205,17 +296,17 @@ void DirectLight::find_changes(const Present& present, const Change& change, con
   });
 }
 
-void DirectLight::commit(const std::vector<Found>& found, std::vector<Column> added) {
-  // Nothing throws once the room is there.
+void DirectLight::make_room(const std::vector<Found>& found) {
   size_t fresh = 0, renewed = 0;
   for (const Found& block : found) {
     fresh += block.partial.size();
     for (const Record& record : block.records) renewed += record.renewed;
   }
-  columns_.reserve(columns_.size() + added.size());
   partial_.reserve(partial_.size() + fresh);
   unused_.reserve(unused_.size() + renewed);
-  for (Column& column : added) columns_.push_back(std::move(column));
+}
+
+void DirectLight::commit(const std::vector<Found>& found) {
   for (const Found& block : found)
     for (const Record& record : block.records) {
       Column& column = columns_[record.light];

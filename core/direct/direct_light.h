@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Direct light by deterministic stratified shadow rays, kept exact under
-// edits: after any of them the sums are those of a computation from scratch, to the bit.
+// Direct light by deterministic stratified shadow rays, kept exact under edits: once all lights
+// have taken in all changes, the sums are those of a computation from scratch, to the bit.
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <span>
 #include <string>
@@ -25,7 +26,7 @@ struct Present {
   std::span<const Receiver> receivers;  ///< per sample, world
 };
 
-/// What differs from the state of the last compute() or update().
+/// What differs between two states of the scene.
 struct Change {
   std::vector<Box> boxes;         ///< RayCaster::object_bounds before and after, of every movable
                                   ///< object that moved, appeared or vanished
@@ -48,11 +49,15 @@ class DirectLight {
   /// Everything from scratch. Throws Cancelled (within milliseconds) and leaves the object as it
   /// was; so does update().
   void compute(const Present& present, const Workers& workers, Progress& progress);
-  /// Only what `change` concerns: receivers that a changed object's box may part from a light ask
-  /// the movables between them again; the static scene is asked for changed lights and samples
-  /// only.
+  /// Only what changes concern, this one and those that some light has yet to take in: receivers
+  /// that a changed object's box may part from a light ask the movables between them again; the
+  /// static scene is asked for changed lights and samples only. With `budget_ms` > 0 the lights
+  /// take turns, at least one and as many as fit the time; an empty change lets the next ones
+  /// follow.
   void update(const Present& present, const Change& change, const Workers& workers,
-              Progress& progress);
+              Progress& progress, double budget_ms = 0);
+  /// Share of the lights that have taken in all changes, 0 to 1.
+  double current_share() const;
 
   /// In quanta, undimmed: sums()[(group * samples + sample) * 3 + channel].
   std::span<const int64_t> sums() const { return sums_; }
@@ -76,6 +81,7 @@ class DirectLight {
   struct Column {
     uint32_t group = 0;
     Vec3d channel{};              ///< relative to the strongest
+    uint64_t taken = 0;           ///< number of changes taken in
     std::vector<int64_t> weight;  ///< irradiance of the strongest channel in quanta
     std::vector<uint32_t> view;   ///< FixedView: a kind, else an index into partial_
   };
@@ -86,6 +92,7 @@ class DirectLight {
   };
   struct Record;
   struct Found;
+  class Outstanding;
 
   void check(std::span<const trace::Light> lights, std::span<const uint8_t> sampled) const;
   void check(const Present& present) const;
@@ -93,9 +100,18 @@ class DirectLight {
                                    std::span<const uint8_t> sampled, size_t first) const;
   void add(const Column& column, size_t sample, int64_t weight, int sign);
   FixedView view_of(const Column& column, size_t sample) const;
-  void find_changes(const Present& present, const Change& change, const Workers& workers,
-                    Progress& progress, std::vector<Found>& found) const;
-  void commit(const std::vector<Found>& found, std::vector<Column> added);
+  bool current(const Column& column) const {
+    return column.weight.empty() || column.taken == past_ + recent_.size();
+  }
+  /// Lights that have yet to take in a change, the one whose turn it is first.
+  std::vector<uint32_t> waiting() const;
+  void find_changes(const Present& present, const Outstanding& outstanding,
+                    std::span<const uint32_t> lights, const Workers& workers, Progress& progress,
+                    std::vector<Found>& found) const;
+  void make_room(const std::vector<Found>& found);  // so that commit() does not throw
+  void commit(const std::vector<Found>& found);
+  /// Forgets changes that all lights have taken in.
+  void forget();
 
   size_t samples_;
   uint32_t group_count_;
@@ -105,6 +121,9 @@ class DirectLight {
   std::vector<Column> columns_;  // per light
   std::vector<PartialView> partial_;
   std::vector<uint32_t> unused_;  // free places of partial_
+  std::deque<Change> recent_;     // that some light has yet to take in, and later ones
+  uint64_t past_ = 0;             // number of those before
+  uint32_t turn_ = 0;             // the light that is next
 };
 
 }  // namespace deltalux::direct

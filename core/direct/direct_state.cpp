@@ -57,6 +57,9 @@ class Reader {
 size_t DirectLight::bytes() const {
   size_t sum = sums_.capacity() * sizeof(int64_t) + partial_.capacity() * sizeof(PartialView) +
                unused_.capacity() * sizeof(uint32_t);
+  for (const Change& change : recent_)
+    sum += change.boxes.capacity() * sizeof(Box) +
+           (change.lights.capacity() + change.samples.capacity()) * sizeof(uint32_t);
   for (const Column& column : columns_)
     sum += column.weight.capacity() * sizeof(int64_t) + column.view.capacity() * sizeof(uint32_t);
   return sum;
@@ -95,6 +98,10 @@ void DirectLight::save(Archive& archive) const {
     append(views, codes);
   }
   append(archive["direct.partial"], partial);
+  // Lights with changes to take in begin anew: the changes are not written.
+  std::vector<uint8_t> behind;
+  for (const Column& column : columns_) behind.push_back(!current(column));
+  append(archive["direct.behind"], behind);
 }
 
 void DirectLight::restore(const Archive& archive, std::span<const trace::Light> lights,
@@ -103,7 +110,7 @@ void DirectLight::restore(const Archive& archive, std::span<const trace::Light> 
   DirectLight fresh(samples_, group_count_, quantum_, seed_);
   fresh.columns_ = make_columns(lights, sampled, 0);
   Reader weights(archive, "direct.weights"), views(archive, "direct.views"),
-      partial(archive, "direct.partial");
+      partial(archive, "direct.partial"), behind(archive, "direct.behind");
   partial.read(fresh.partial_, partial.left() / sizeof(PartialView));
   partial.finish();
   size_t next = 0;  // save() numbers partial views in order
@@ -123,6 +130,17 @@ void DirectLight::restore(const Archive& archive, std::span<const trace::Light> 
   }
   weights.finish();
   views.finish();
+  std::vector<uint8_t> begins;
+  behind.read(begins, lights.size());
+  behind.finish();
+  Change anew;
+  for (uint32_t light = 0; light < lights.size(); ++light)
+    if (begins[light]) anew.lights.push_back(light);
+  if (!anew.lights.empty()) {
+    for (size_t light = 0; light < lights.size(); ++light)
+      fresh.columns_[light].taken = !begins[light];
+    fresh.recent_.push_back(std::move(anew));
+  }
   *this = std::move(fresh);
 }
 

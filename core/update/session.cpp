@@ -250,7 +250,8 @@ size_t Session::bytes() const {
 
 double Session::pending_share() const {
   const size_t paths = state_->cut.size();
-  return paths ? double(pending_.size()) / double(paths) : 0.0;
+  const double lights = direct_ ? 1 - direct_->current_share() : 0.0;
+  return std::max(lights, paths ? double(pending_.size()) / double(paths) : 0.0);
 }
 
 }  // namespace deltalux::update

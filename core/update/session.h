@@ -116,7 +116,8 @@ class Session {
   /// Traces all paths, in steps that touch every batch alike.
   PathCounts trace_lights(Progress& progress);
   void compute_direct(Progress& progress);
-  void update_direct(std::span<const ObjectChange> changes, size_t old_lights, Progress& progress);
+  void update_direct(std::span<const ObjectChange> changes, size_t old_lights, double budget_ms,
+                     Progress& progress);
   void refresh_areas(const std::vector<ObjectChange>* changes);
   /// Renews receivers_: all of them, or those of changed objects (per object: 1).
   void place_receivers(const std::vector<uint8_t>* changed);

@@ -75,9 +75,9 @@ void Session::compute_direct(Progress& progress) {
 }
 
 void Session::update_direct(std::span<const ObjectChange> changes, size_t old_lights,
-                            Progress& progress) {
+                            double budget_ms, Progress& progress) {
   const State& s = *state_;
-  if (changes.empty() && old_lights == s.lights.size()) return;
+  if (changes.empty() && old_lights == s.lights.size() && direct_->current_share() == 1) return;
   direct::Change change;
   std::vector<uint8_t> changed(s.scene.objects.size());
   for (const ObjectChange& c : changes) {
@@ -96,8 +96,8 @@ void Session::update_direct(std::span<const ObjectChange> changes, size_t old_li
     }
   place_receivers(&changed);
   if (std::any_of(s.light_sampled.begin(), s.light_sampled.end(), [](uint8_t yes) { return yes; }))
-    direct_->update({*s.caster, s.lights, s.light_sampled, receivers_}, change, s.workers,
-                    progress);
+    direct_->update({*s.caster, s.lights, s.light_sampled, receivers_}, change, s.workers, progress,
+                    budget_ms);
 }
 
 void Session::restore_direct(const Archive& archive, Progress&) {

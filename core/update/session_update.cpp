@@ -11,7 +11,8 @@
 namespace deltalux::update {
 namespace {
 
-constexpr size_t kFirstStep = 128;  // with a time budget it measures how many paths fit
+constexpr double kDirectShare = 0.4;  // of a time budget, for shadow rays
+constexpr size_t kFirstStep = 128;    // with a time budget it measures how many paths fit
 
 using Clock = std::chrono::steady_clock;
 
@@ -229,7 +230,7 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
     if (!changes.empty() || !materials.empty())
       affected = find_affected(s, changes, materials, progress);
     stage("scan");
-    update_direct(changes, old_lights, progress);
+    update_direct(changes, old_lights, kDirectShare * budget_ms, progress);
     stage("direct");
   } catch (...) {
     // Nothing was written yet but the state itself: put it back.
@@ -333,7 +334,7 @@ void Session::run_pending(double budget_ms, Progress& progress, Report& report,
   report.affected_paths = update.counts().paths;
   report.removed_segments = update.counts().removed;
   report.traced_segments = update.counts().traced;
-  report.done = total ? double(done) / double(total) : 1.0;
+  report.done = std::min(direct_->current_share(), total ? double(done) / double(total) : 1.0);
   report.milliseconds.emplace_back("remove", update.counts().remove_ms);
   report.milliseconds.emplace_back("moving samples", update.counts().moving_ms);
   report.milliseconds.emplace_back("trace", update.counts().trace_ms);

@@ -26,6 +26,7 @@ from .scene import Mesh, Scene, rigid_pose
 from .segments import MAX_BOUNCES, Progress
 from .units import PHOTOPIC_WEIGHTS
 
+
 class Session:
     """Global illumination of a scene at samples, kept exact under edits.
 

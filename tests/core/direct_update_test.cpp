@@ -183,6 +183,43 @@ TEST(DirectUpdate, EqualsComputeAfterEveryEdit) {
   }
 }
 
+TEST(DirectUpdate, LightsTakeTurnsUnderABudgetAndCatchUp) {
+  for (uint32_t seed = 0; seed < 12; ++seed) {
+    Room room(seed);
+    room.sampled[seed % 9] = 0;
+    Random random(200 + seed);
+    DirectLight direct = room.compute();
+    size_t behind = 0;
+    for (int step = 0; step < 30; ++step) {
+      Change change;
+      if (random() % 4) room.random_edit(random, change);
+      if (step == 7 || step == 8) room.insert(random, change);
+      // A billionth of a millisecond: one light at a time.
+      direct.update(room.present(), change, Workers(1), room.progress, random() % 8 ? 1e-9 : 0);
+      if (direct.current_share() == 1)
+        ASSERT_EQ(sums_of(direct), sums_of(room.compute())) << "seed " << seed << ", step " << step;
+      else
+        ++behind;
+      if (step == 20) {  // a snapshot in the middle
+        Archive archive;
+        direct.save(archive);
+        DirectLight opened(room.receivers.size(), room.scene.group_count, kQuantum, 1);
+        opened.restore(archive, room.lights, room.sampled);
+        ASSERT_EQ(sums_of(opened), sums_of(direct));
+        ASSERT_EQ(opened.current_share(), direct.current_share());
+        direct = std::move(opened);
+      }
+    }
+    EXPECT_GT(behind, 10u);
+    // Every light has its turn within as many updates as there are lights.
+    size_t calls = 0;
+    for (; direct.current_share() < 1; ++calls)
+      direct.update(room.present(), {}, Workers(1), room.progress, 1e-9);
+    EXPECT_LE(calls, room.lights.size());
+    ASSERT_EQ(sums_of(direct), sums_of(room.compute())) << "seed " << seed;
+  }
+}
+
 TEST(DirectUpdate, ThreadsDoNotMatter) {
   Room room(1);
   Random random(1);

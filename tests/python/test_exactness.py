@@ -212,3 +212,19 @@ def test_budgeted_updates_end_exactly(direct):
             calls += 1
             assert calls < 1000
         equals_recompute(session)
+
+
+def test_shadow_rays_keep_to_the_budget_and_end_exactly():
+    """Lights take turns: while one drags, what they light lags behind; in the end nothing is missing."""
+    scene = dl.scenes.office()
+    samples = dl.Samples.on_vertices(scene, spacing=0.5, radius=0.2)
+    with dl.Session(scene, samples, paths=1000, direct="sampled") as session:
+        session.bake()
+        start = session.pose("chair")
+        shares = []
+        for step in range(12):
+            session.move("chair", start @ translation(0.02 * step, 0, -0.03 * step))
+            shares.append(session.update(budget_ms=1e-3).done)
+        assert min(shares) < 0.5
+        assert session.update().done == 1
+        equals_recompute(session)

@@ -10,7 +10,14 @@ import type { Stage } from './three/stage'
 const CLICK_REACH = 4 // pixels that a click may wander
 
 export class Pointer {
-  private press: { x: number; y: number; hit: Hit | null; wandered: boolean; shift: boolean } | null = null
+  private press: {
+    id: number
+    x: number
+    y: number
+    hit: Hit | null
+    wandered: boolean
+    shift: boolean
+  } | null = null
 
   constructor(
     private readonly stage: Stage,
@@ -34,11 +41,15 @@ export class Pointer {
 
   private down = (event: PointerEvent): void => {
     if (event.button !== 0) return
+    if (!event.isPrimary) {
+      if (this.press) this.press.wandered = true // a second finger: this is no click
+      return
+    }
     const { offsetX: x, offsetY: y } = event
     const hit = this.at(x, y)
     if (!this.objects.gizmo.leavesTo(hit?.body)) return
     this.objects.gizmo.setListening(false)
-    this.press = { x, y, hit, wandered: false, shift: event.shiftKey }
+    this.press = { id: event.pointerId, x, y, hit, wandered: false, shift: event.shiftKey }
     if (hit?.body.userData.info.movable && !this.cameras.flying) this.cameras.orbit.enabled = false
   }
 
@@ -48,6 +59,7 @@ export class Pointer {
       this.showCursor(event)
       return
     }
+    if (event.pointerId !== press.id) return
     press.wandered ||= Math.hypot(event.offsetX - press.x, event.offsetY - press.y) > CLICK_REACH
     if (!press.wandered || this.cameras.flying || !press.hit?.body.userData.info.movable) return
     if (!objects.gizmo.floorDragging) {
@@ -60,8 +72,8 @@ export class Pointer {
 
   private up = (event: PointerEvent): void => {
     const { press } = this
+    if (!press || event.pointerId !== press.id) return
     this.press = null
-    if (!press) return
     this.objects.gizmo.endFloorDrag()
     this.objects.gizmo.setListening(true)
     this.cameras.orbit.enabled = !this.cameras.flying

@@ -102,6 +102,23 @@ class Viewer:
         self.until(f"deltalux.gizmoAxis() === '{axis}'")
         self.drag(start, way)
 
+    def touch(self, *ways: tuple[tuple[float, float], tuple[float, float]], steps: int = 8) -> None:
+        """Put down one finger per way (start, shift), move them together, and lift them."""
+        wire = self.page.context.new_cdp_session(self.page)
+
+        def send(kind: str, share: float) -> None:
+            points = [
+                {"x": x + share * dx, "y": y + share * dy, "id": k}
+                for k, ((x, y), (dx, dy)) in enumerate(ways)
+            ]
+            wire.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points if share < 2 else []})
+
+        send("touchStart", 0)
+        for step in range(1, steps + 1):
+            send("touchMove", step / steps)
+        send("touchEnd", 2)
+        wire.detach()
+
     def picture(self) -> np.ndarray:
         """(height, width, 3) pixels of the canvas, without what lies over it."""
         over = "document.querySelectorAll('main > :not(canvas:first-child)')"
