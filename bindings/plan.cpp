@@ -53,6 +53,11 @@ void bind_plan(nb::module_& m) {
         return plan::method_bytes(to_method(method), discs, span);
       },
       nb::arg("method"), nb::arg("discs"), nb::arg("span"));
+  m.attr("METHODS") =
+      nb::tuple(nb::cast(std::vector(kMethodNames.begin() + 1, kMethodNames.end())));
+  m.attr("PILOT_DIVISOR") = plan::kPilotDivisor;
+  m.attr("LEAST_PILOT") = plan::kLeastPilot;
+  m.attr("PAPER_SIZE") = plan::kPaperSize;
   m.def("build_id", plan::build_id);
   m.def("count_names", [] { return kCountNames; });
   m.def(

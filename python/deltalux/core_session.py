@@ -18,7 +18,7 @@ from .segments import check_bounces, check_paths, check_seed, check_threads
 
 DIRECT_MODES = ("auto", "paths", "sampled")
 DISC_AREAS = ("reachable", "whole")
-METHODS = ("auto", "brute_force", "disc_index", "ray_map", "sphere_cache")
+METHODS = ("auto", *_core.METHODS)
 AT_REST = 0xFFFFFFFF  # object of samples that move with nothing
 
 

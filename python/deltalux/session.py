@@ -326,10 +326,7 @@ class Session:
         return self._result
 
     def read_packed(self) -> np.ndarray:
-        """(n, 4) float32, for displays: irradiance R, G, B and its photopic standard error.
-
-        The channels' errors are taken as correlated. Costs half of `read`.
-        """
+        """(n, 4) float32, for displays: irradiance and its photopic standard error, channels correlated."""
         with self._at_work(self._baked_session()) as session:
             return session.read_packed(PHOTOPIC_WEIGHTS.tolist())
 
@@ -424,13 +421,7 @@ class Session:
 
     def world(self) -> tuple[np.ndarray, np.ndarray]:
         """Points and normals of the samples in world space, in the present poses, each (n, 3)."""
-        points, normals = self.samples.points.copy(), self.samples.normals.copy()
-        for name in {n for n in self.samples.attached if n is not None}:
-            own = self.samples.attached == name
-            pose = self._poses[name]
-            points[own] = points[own] @ pose[:3, :3].T + pose[:3, 3]
-            normals[own] = normals[own] @ pose[:3, :3].T
-        return points, normals
+        return self.samples.in_poses(self._poses)
 
     @property
     def poses(self) -> dict[str, np.ndarray | None]:

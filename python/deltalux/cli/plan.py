@@ -120,6 +120,9 @@ def _table(part: PartPlan, rebuild: bool) -> Table:
 
 
 def _reason(part: PartPlan) -> str:
+    chosen = f"{part.chosen}: {part.reason}."
+    if not all(method.piloted for method in part.methods):
+        return chosen  # what a method without a pilot costs is known from below only
     paid = part.pays_after
     if paid is None:
         index = "never pays"
@@ -127,4 +130,4 @@ def _reason(part: PartPlan) -> str:
         index = "pays within the bake"
     else:
         index = f"pays after {paid:,.0f} frames"
-    return f"{part.chosen}: {part.reason}. A disc index {index}."
+    return f"{chosen} A disc index {index}."

@@ -14,9 +14,7 @@ from deltalux.segments import Progress, Segments, check_threads
 
 from .machine import machine_constants
 
-METHODS = ("brute_force", "disc_index", "ray_map", "sphere_cache")
-DIVISOR = 100
-LEAST_PILOT = 4096  # segments, unless there are fewer
+METHODS: tuple[str, ...] = _core.METHODS
 DRAWN = 10  # segments that the core gets for each that it takes; it spreads these evenly in space
 
 
@@ -84,7 +82,7 @@ def predict(
     if not len(segments) or not len(samples):
         raise OptionError("predict: found no segments or no samples, expected at least one of each")
     machine = machine_constants(progress)
-    wanted = DRAWN * max(LEAST_PILOT, -(-len(segments) // DIVISOR))
+    wanted = DRAWN * int(max(_core.LEAST_PILOT, -(-len(segments) // _core.PILOT_DIVISOR)))
     step = max(1, len(segments) // wanted)
     drawn = core_segments(segments.select(slice(step // 2, None, step)))
     outer = 0.0

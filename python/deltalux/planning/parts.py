@@ -8,10 +8,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from deltalux import _core
+
 STATIC = "static"
 NO_OBJECT = 0xFFFFFFFF
 POLICIES = ("measured", "paper-sphere", "paper-box")
-PAPER_SIZE = 0.35  # r_D / r_0 of Theorem 2
+PAPER_SIZE = _core.PAPER_SIZE  # r_D / r_0 of Theorem 2
 INDEX = "disc_index"
 
 
