@@ -22,6 +22,7 @@ export interface Receivers {
 
 export class ServerFlow {
   readonly frames: number[] = [] // numbers of those received
+  shown = -1 // revision of the light on the screen
   private readonly drawn: ValuesFrame[] = [] // arrived, not yet on the screen
   private settled = true
 
@@ -41,6 +42,7 @@ export class ServerFlow {
 
   private startOver(): void {
     this.to.latency.forget()
+    this.shown = -1
     this.drawn.length = 0
     this.checkRun().catch(() => {}) // the server is away again, which the connection notices
   }
@@ -73,6 +75,7 @@ export class ServerFlow {
     const gl = this.to.stage.renderer.getContext()
     if (this.waitForGpu) gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4))
     for (const frame of this.drawn) {
+      this.shown = frame.revision
       this.to.latency.shown(frame.revision)
       this.to.remote.acknowledge(frame.seq)
     }

@@ -74,7 +74,11 @@ export function testHooks(app: App): TestHooks {
     gizmoAxis: () => objects.gizmo.controls.axis,
     /** Nothing to draw, nothing on the way, the light up to date. */
     idle: () =>
-      stage.idle && look.metering === 0 && !remote.busyDragging && remote.state.value?.phase === 'ready',
+      stage.idle &&
+      look.metering === 0 &&
+      !remote.busyDragging &&
+      remote.state.value?.phase === 'ready' &&
+      app.flow.shown === remote.state.value.revision,
     frames: app.flow.frames,
     latencies: app.latency.all,
   }

@@ -93,15 +93,15 @@ class Engine:
         return self._budget
 
     def bake(self) -> None:
-        """Ask for a bake; OptionError while another task is at work."""
+        """Ask for a bake; OptionError while a bake or check is at work, or anything waits."""
         self._admit(_Task("bake", self._bake))
 
     def check(self) -> None:
-        """Ask for a recompute and a comparison of digests; OptionError while another task is at work."""
+        """Ask for a recompute and a comparison of digests; OptionError as for `bake`."""
         self._admit(_Task("check", self._check))
 
     def export(self, work: Callable[[Session], None]) -> None:
-        """Run `work` between updates; OptionError while another task is at work."""
+        """Run `work` between updates; OptionError as for `bake`."""
         self._admit(_Task("export", lambda progress: self._export(work, progress)))
 
     def cancel(self) -> None:
@@ -113,8 +113,8 @@ class Engine:
 
     def _admit(self, task: _Task) -> None:
         with self._changed:
-            busy = self._at_work or next(iter(self._tasks), None)
-            if busy:
+            busy = next(iter(self._tasks), None) or self._at_work
+            if busy and not (busy is self._at_work and busy.name == "export"):  # soon done: waited for
                 raise OptionError(
                     f"{task.name}: found the {busy.name} still at work, expected none; wait, or cancel it"
                 )
