@@ -13,6 +13,8 @@ namespace deltalux::direct {
 
 inline constexpr size_t kBlock = 256;
 
+constexpr size_t block_count(size_t receivers) { return (receivers + kBlock - 1) / kBlock; }
+
 /// Points of up to kBlock receivers as structure of arrays.
 struct Block {
   Block(std::span<const Receiver> receivers, size_t first, size_t last)

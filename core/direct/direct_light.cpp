@@ -51,17 +51,24 @@ struct DirectLight::Found {
 class DirectLight::Outstanding {
  public:
   explicit Outstanding(const DirectLight& direct)
-      : direct_(direct), light_(direct.columns_.size()), sample_(direct.samples_) {
+      : direct_(direct),
+        light_(direct.columns_.size()),
+        sample_(direct.samples_),
+        block_(block_count(direct.samples_)) {
     uint64_t number = direct.past_;  // of changes up to this one
     for (const Change& change : direct.recent_) {
       ++number;
       first_box_.push_back(boxes_.size());
       boxes_.insert(boxes_.end(), change.boxes.begin(), change.boxes.end());
       for (uint32_t i : change.lights) light_[i] = number;
-      for (uint32_t i : change.samples) sample_[i] = number;
+      for (uint32_t i : change.samples) sample_[i] = block_[i / kBlock] = number;
     }
   }
   bool light_changed(uint32_t light) const { return light_[light] > taken(light); }
+  /// Whether any sample of the block that begins with `sample` changed.
+  bool block_changed(uint32_t light, size_t sample) const {
+    return block_[sample / kBlock] > taken(light);
+  }
   bool sample_changed(uint32_t light, size_t sample) const {
     return sample_[sample] > taken(light);
   }
@@ -73,7 +80,7 @@ class DirectLight::Outstanding {
   uint64_t taken(uint32_t light) const { return direct_.columns_[light].taken; }
 
   const DirectLight& direct_;
-  std::vector<uint64_t> light_, sample_;  // number of the last change that names it
+  std::vector<uint64_t> light_, sample_, block_;  // number of the last change that names it
   std::vector<Box> boxes_;
   std::vector<size_t> first_box_;  // per change
 };
@@ -144,7 +151,7 @@ void DirectLight::compute(const Present& present, const Workers& workers, Progre
   for (uint32_t i = 0; i < present.lights.size(); ++i)
     if (present.sampled[i]) chosen.push_back(i);
   const Shapes shapes = make_shapes(present, chosen, seed_);
-  std::vector<std::vector<PartialView>> partial((samples_ + kBlock - 1) / kBlock);
+  std::vector<std::vector<PartialView>> partial(block_count(samples_));
   progress.begin("direct light", samples_);
   workers.for_blocks(samples_, kBlock, [&](size_t begin, size_t end) {
     const Block block(present.receivers, begin, end);
@@ -192,7 +199,7 @@ void DirectLight::update(const Present& present, const Change& change, const Wor
   }
   columns_.insert(columns_.end(), std::make_move_iterator(added.begin()),
                   std::make_move_iterator(added.end()));
-  std::vector<Found> found((samples_ + kBlock - 1) / kBlock);
+  std::vector<Found> found(block_count(samples_));
   std::vector<uint32_t> lights;
   size_t done = 0;
   try {
@@ -263,10 +270,10 @@ void DirectLight::find_changes(const Present& present, const Outstanding& outsta
       progress.check();
       const uint32_t light = lights[l];
       uint32_t marks[kBlock] = {};
-      bool any = false;
       const bool all = outstanding.light_changed(light);
-      for (size_t i = 0; i < block.count; ++i)
-        if (all || outstanding.sample_changed(light, begin + i)) marks[i] = kRenewed, any = true;
+      bool any = all || outstanding.block_changed(light, begin);  // spares the samples of most
+      for (size_t i = 0; any && i < block.count; ++i)
+        if (all || outstanding.sample_changed(light, begin + i)) marks[i] = kRenewed;
       for (const ShadowVolume& shadow : shadows[l]) {
         if (all || shadow.misses(block.bounds)) continue;
         shadow.mark(block.x, block.y, block.z, block.count, marks);

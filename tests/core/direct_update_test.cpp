@@ -220,6 +220,24 @@ TEST(DirectUpdate, LightsTakeTurnsUnderABudgetAndCatchUp) {
   }
 }
 
+TEST(DirectUpdate, EveryLightHasItsTurnWhileChangesGoOn) {
+  for (uint32_t seed = 0; seed < 6; ++seed) {
+    Room room(seed);
+    Random random(300 + seed);
+    DirectLight direct = room.compute();
+    Change change;
+    room.edit(2, room.random_pose(random), true, change);
+    const std::vector<int64_t> wanted = sums_of(room.compute());
+    for (size_t k = 0; k < room.lights.size(); ++k) {
+      ASSERT_NE(sums_of(direct), wanted);
+      direct.update(room.present(), change, Workers(1), room.progress, 1e-9);
+      ASSERT_LT(direct.current_share(), 1);
+      change = {{}, {}, {0}};  // named again and again, but the same
+    }
+    ASSERT_EQ(sums_of(direct), wanted) << "seed " << seed;
+  }
+}
+
 TEST(DirectUpdate, ThreadsDoNotMatter) {
   Room room(1);
   Random random(1);
@@ -259,8 +277,10 @@ TEST(DirectUpdate, CancelLeavesEverythingAsItWas) {
   Random random(4);
   DirectLight direct = room.compute();
   const std::vector<int64_t> before = sums_of(direct);
+  const size_t bytes = direct.bytes();
   Change change;
   room.edit(2, room.random_pose(random), true, change);
+  room.insert(random, change);
   // Cancelled half way, by another thread.
   for (int kind = 0; kind < 2; ++kind) {
     Progress progress;
@@ -279,6 +299,8 @@ TEST(DirectUpdate, CancelLeavesEverythingAsItWas) {
     finished = true;
     canceller.join();
     ASSERT_EQ(sums_of(direct), before);
+    ASSERT_EQ(direct.current_share(), 1);
+    ASSERT_EQ(direct.bytes(), bytes);
   }
   direct.update(room.present(), change, Workers(1), room.progress);
   EXPECT_EQ(sums_of(direct), sums_of(room.compute()));
@@ -289,7 +311,7 @@ TEST(DirectUpdate, MemoryDoesNotGrowWithHistory) {
   Random random(8);
   DirectLight direct = room.compute();
   const size_t first = direct.bytes();
-  for (int step = 0; step < 40; ++step) {
+  for (int step = 0; step < 200; ++step) {
     Change change;
     room.edit(2, room.random_pose(random), true, change);
     direct.update(room.present(), change, Workers(1), room.progress);
