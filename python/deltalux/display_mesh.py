@@ -72,13 +72,9 @@ class DisplayMesh:
 
         Both are (n, 3).
         """
-        points, normals = (self.sample_points if samples else self.points).copy(), self.normals.copy()
-        for index, pose in movable_poses(scene, poses).items():
-            if pose is not None:
-                own = self.attached == index
-                points[own] = points[own] @ pose[:3, :3].T + pose[:3, 3]
-                normals[own] = normals[own] @ pose[:3, :3].T
-        return points, normals
+        present = {i: pose for i, pose in movable_poses(scene, poses).items() if pose is not None}
+        points = self.sample_points if samples else self.points
+        return in_world(points, self.normals, self.attached, present)
 
     def present(self, scene: Scene, poses: Poses | None = None) -> np.ndarray:
         """(m,) bool: triangles that are not part of a removed movable."""
@@ -93,6 +89,21 @@ def movable_poses(scene: Scene, poses: Poses | None) -> dict[int, np.ndarray | N
     if unknown:
         raise OptionError(f"poses: found {sorted(unknown)}, expected movables; the scene has {scene.movable}")
     return {i: given.get(m.name, m.pose) for i, m in enumerate(scene.meshes) if m.movable}
+
+
+def in_world(
+    points: np.ndarray, normals: np.ndarray, attached: np.ndarray, poses: Mapping[Any, np.ndarray]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Copies, each (n, 3), in which what is `attached` (n,) to a movable stands at its pose (4, 4).
+
+    Movables are named as in `attached`; what moves with none of `poses` stays as it is.
+    """
+    points, normals = points.copy(), normals.copy()
+    for movable, pose in poses.items():
+        own = attached == movable
+        points[own] = points[own] @ pose[:3, :3].T + pose[:3, 3]
+        normals[own] = normals[own] @ pose[:3, :3].T
+    return points, normals
 
 
 def refine(

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -113,15 +113,6 @@ class Samples:
         samples.display = mesh
         samples.spacing = mesh.spacing
         return samples
-
-    def in_poses(self, poses: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-        """Points and normals, each (n, 3), with those on movables put into the world by poses (4, 4)."""
-        points, normals = self.points.copy(), self.normals.copy()
-        for name in {name for name in self.attached if name is not None}:
-            own, pose = self.attached == name, poses[name]
-            points[own] = points[own] @ pose[:3, :3].T + pose[:3, 3]
-            normals[own] = normals[own] @ pose[:3, :3].T
-        return points, normals
 
     @classmethod
     def on_grid(cls, origin: Any, u: Any, v: Any, spacing: float, radius: Any = None) -> Samples:

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from . import _core, snapshot
 from .core_session import SessionOptions, checked_options, make_core_session, movable_index
+from .display_mesh import in_world
 from .errors import OptionError
 from .estimate.inputs import FARTHEST
 from .flatten import flatten
@@ -421,7 +422,8 @@ class Session:
 
     def world(self) -> tuple[np.ndarray, np.ndarray]:
         """Points and normals of the samples in world space, in the present poses, each (n, 3)."""
-        return self.samples.in_poses(self._poses)
+        samples = self.samples
+        return in_world(samples.points, samples.normals, samples.attached, self._poses)
 
     @property
     def poses(self) -> dict[str, np.ndarray | None]:

@@ -237,6 +237,8 @@ def test_movable_stays_local_and_is_posed_on_request():
     points, normals = mesh.world(scene)
     np.testing.assert_allclose(points[own].min(axis=0), (5, 0, -1), atol=1e-12)
     np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1)
+    outward = points[own] - points[own].mean(axis=0)
+    np.testing.assert_allclose((outward * normals[own]).sum(axis=1), 0.5)
     moved = np.eye(4)
     moved[:3, 3] = (0, 3, 0)
     np.testing.assert_allclose(mesh.world(scene, {"chair": moved})[0][own].min(axis=0), (0, 3, 0))

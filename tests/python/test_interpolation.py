@@ -7,7 +7,7 @@ import deltalux as dl
 import numpy as np
 import pytest
 from deltalux.interpolation import Interpolator
-from rooms import box, room, translation
+from rooms import box, room, translation, turn
 
 UP = np.array([0.0, 1, 0])
 
@@ -86,6 +86,16 @@ def test_light_does_not_come_through_a_thin_wall():
         found = session.at(asked, np.tile(UP, (3, 1)))
         assert (found[:2] == 0).all()
         assert (found[2] > 1).all()
+
+
+def test_samples_stand_at_the_poses_of_their_movables():
+    at, normal = (0.1, 0.3, -0.05), (0.6, 0.0, 0.8)
+    samples = dl.Samples([at] * 3, [normal] * 3, 0.1, ["block", None, "lamp"])
+    with dl.Session(room(), samples, paths=1000) as session:
+        session.move("block", translation(-0.5, 0.5, 0.2) @ turn(np.pi / 2))  # (x, y, z) to (z, y, -x)
+        points, normals = session.world()
+    np.testing.assert_allclose(points, [(-0.55, 0.8, 0.1), at, (-0.9, 0.9, -0.55)], atol=1e-12)
+    np.testing.assert_allclose(normals, [(0.8, 0, -0.6), normal, normal], atol=1e-12)
 
 
 def test_it_follows_moved_and_removed_objects():
