@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import queue
+import threading
 
 import deltalux as dl
 import numpy as np
@@ -145,6 +146,28 @@ def test_a_check_finds_the_same_digest_and_how_long_it_took(followed):
     frame = followed.until(lambda e: is_message(e, "frame"))
     assert frame["recompute_milliseconds"] == checked["milliseconds"]
     assert frame["speed_up"] == pytest.approx(checked["milliseconds"] / frame["milliseconds"]["total"])
+
+
+def test_what_is_asked_during_an_export_waits_for_it(followed):
+    begun, finish = threading.Event(), threading.Event()
+    digests = []
+
+    def work(session):
+        begun.set()
+        assert finish.wait(TIMEOUT)
+        digests.append(session.digest())
+
+    followed.engine.export(work)
+    assert begun.wait(TIMEOUT)
+    followed.engine.check()
+    with pytest.raises(dl.OptionError, match="bake: found the check still at work"):
+        followed.engine.bake()
+    with pytest.raises(dl.OptionError, match="cancel: found no bake and no check"):
+        followed.engine.cancel()
+    assert not digests
+    finish.set()
+    checked = followed.until(lambda e: is_message(e, "checked"))
+    assert digests == [checked["digest"]] == [checked["recomputed"]]
 
 
 def test_a_cancelled_check_leaves_the_light_as_it_was():

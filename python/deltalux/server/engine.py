@@ -107,14 +107,17 @@ class Engine:
     def cancel(self) -> None:
         """Stop the bake or check at work; OptionError where there is none."""
         with self._changed:
-            if self._at_work is None or self._at_work.name == "export":
+            if self._long_work() is None:
                 raise OptionError("cancel: found no bake and no check at work")
             self._cancelled = True
 
+    def _long_work(self) -> _Task | None:
+        """The bake or check at work; an export is soon done, and what is asked meanwhile waits for it."""
+        return None if self._at_work and self._at_work.name == "export" else self._at_work
+
     def _admit(self, task: _Task) -> None:
         with self._changed:
-            busy = next(iter(self._tasks), None) or self._at_work
-            if busy and not (busy is self._at_work and busy.name == "export"):  # soon done: waited for
+            if busy := next(iter(self._tasks), self._long_work()):
                 raise OptionError(
                     f"{task.name}: found the {busy.name} still at work, expected none; wait, or cancel it"
                 )
