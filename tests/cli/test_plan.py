@@ -3,11 +3,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
+
+import deltalux as dl
+import pytest
 
 from .conftest import QUICK, Cli
 
 METHODS = ["brute_force", "disc_index", "ray_map", "sphere_cache"]
+
+
+def unwrapped(out: str) -> str:
+    """Text without the line breaks that a narrow terminal brings."""
+    return " ".join(out.split())
 
 
 def test_json_has_every_method_of_every_part(cli: Cli, room: Path) -> None:
@@ -21,10 +31,30 @@ def test_json_has_every_method_of_every_part(cli: Cli, room: Path) -> None:
 
 
 def test_table_shows_the_choice_and_the_reason(cli: Cli, room: Path) -> None:
-    out = cli("plan", room, *QUICK).out
+    out = unwrapped(cli("plan", room, *QUICK).out)
     assert "MOVE_panel" in out
     assert "sphere_cache" in out
     assert "next is" in out
+    assert out.count("A disc index") == 2  # never pays, pays within the bake, or after some frames
+
+
+def test_no_word_on_an_index_whose_cost_is_not_known(
+    cli: Cli, room: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = dl.plan
+
+    def without_pilots(*args: Any, **options: Any) -> dl.Plan:
+        plan = whole(*args, **options)
+        parts = {
+            name: replace(part, methods=[replace(m, piloted=False) for m in part.methods])
+            for name, part in plan.parts.items()
+        }
+        return replace(plan, parts=parts)
+
+    monkeypatch.setattr(dl, "plan", without_pilots)
+    out = unwrapped(cli("plan", room, *QUICK).out)
+    assert "next is" in out
+    assert "A disc index" not in out
 
 
 def test_policy_and_frames_are_heard(cli: Cli, room: Path) -> None:

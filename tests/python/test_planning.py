@@ -174,7 +174,7 @@ class TestPlan:
         assert len(plan.parts) > 1
         for part in plan.parts.values():
             assert sorted(m.method for m in part.methods) == sorted(METHODS)
-            assert all(m.piloted for m in part.methods)
+            assert part.all_piloted
             totals = [m.seconds(part.frames) for m in part.methods]
             assert totals == sorted(totals)
             assert part.chosen == part.methods[0].method
@@ -236,6 +236,16 @@ class TestPlan:
         ]
         part = PartPlan("static", 1, 1.0, 1.0, 100.0, 0.0, 0.0, "disc_index", "", methods)
         assert part.pays_after == expected
+
+    @pytest.mark.parametrize("piloted", [(), (True, False)])
+    def test_whether_an_index_pays_is_known_from_pilots_of_all(self, piloted):
+        methods = [
+            MethodPlan(name, 1.0, 1.0, 1.0, bytes=0, piloted=known, bake_counts={}, frame_counts={})
+            for name, known in zip(METHODS, piloted, strict=False)
+        ]
+        part = PartPlan("static", 1, 1.0, 1.0, 100.0, 0.0, 0.0, "disc_index", "", methods)
+        assert not part.all_piloted
+        assert part.pays_after is None
 
     @pytest.mark.parametrize(
         ("options", "words"),

@@ -121,8 +121,8 @@ def _table(part: PartPlan, rebuild: bool) -> Table:
 
 def _reason(part: PartPlan) -> str:
     chosen = f"{part.chosen}: {part.reason}."
-    if not all(method.piloted for method in part.methods):
-        return chosen  # what a method without a pilot costs is known from below only
+    if not part.all_piloted:
+        return chosen
     paid = part.pays_after
     if paid is None:
         index = "never pays"

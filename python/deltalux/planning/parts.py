@@ -94,12 +94,17 @@ class PartPlan:
         raise KeyError(name)
 
     @property
+    def all_piloted(self) -> bool:
+        """Whether the costs of all methods are known; without a pilot they are known from below only."""
+        return bool(self.methods) and all(m.piloted for m in self.methods)
+
+    @property
     def pays_after(self) -> float | None:
         """Frames after which the disc index, built once, has cost less than any method without one.
 
         0: within the bake. None: never, or not known.
         """
-        if not self.methods or not all(m.piloted for m in self.methods):
+        if not self.all_piloted:
             return None
         index = self.method(INDEX)
         frames = [_frames_until_cheaper(index, other) for other in self.methods if other.method != INDEX]
