@@ -8,6 +8,7 @@ import pytest
 from deltalux.outputs.covered import RimFill, rim_fill
 from deltalux.server.page import IN_FLIGHT, MAX_WAITING, Page
 from deltalux.server.values import MAX_RUNS, Encoder, Values, fill_of, frame_bytes
+from deltalux.units import photopic
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -28,6 +29,26 @@ def test_values_keep_half_a_per_mille_and_the_scale_is_a_power_of_two(brightest)
     values = Encoder(NO_FILL).encode(given, 3, False)
     assert np.log2(values.scale) % 1 == 0
     assert decoded(values.rows, values.scale) == pytest.approx(given, rel=5e-4)
+
+
+def test_packed_values_are_what_is_read_in_single_precision(session):
+    on_the_block = session.samples.attached == "block"
+
+    def packed():
+        values = session.read_packed()
+        assert values.dtype == np.float32
+        expected = np.c_[session.irradiance, photopic(session.standard_error)].astype(np.float32)
+        np.testing.assert_array_equal(values, expected)
+        return values
+
+    whole = packed()
+    assert (whole[on_the_block] > 0).all(axis=1).any()
+    session.remove("block")
+    session.dim("desk", 0.3)
+    session.update()
+    edited = packed()
+    assert not edited[on_the_block].any()
+    assert (edited[:, 3] != whole[:, 3])[~on_the_block].any()
 
 
 def test_the_scale_stays_until_values_leave_its_range():
