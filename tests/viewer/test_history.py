@@ -52,10 +52,25 @@ def test_a_drag_is_one_step():
     steps.edit(A, 0.6, "page")
     assert not steps.dragging
     steps.edit(A, 0.5, "page")
+    for value in (0.4, 0.3):
+        steps.edit(A, value, "page", dragging=True)
+    steps.release("page")
+    steps.undo()
+    assert steps.state[A] == 0.5
     steps.undo()
     assert steps.state[A] == 0.6
     steps.undo()
     assert steps.state[A] == 1.0
+
+
+def test_undo_ends_a_drag():
+    steps = history()
+    steps.edit(A, 0.5, "page", dragging=True)
+    steps.undo()
+    assert not steps.dragging
+    steps.redo()
+    assert not steps.dragging
+    assert steps.state[A] == 0.5
 
 
 def test_two_pages_that_drag_at_once_have_a_step_each():
@@ -95,6 +110,15 @@ def test_an_edit_of_what_another_page_drags_ends_that_drag():
 
 
 def test_a_drag_back_to_the_beginning_forgets_what_was_undone():
+    steps = history()
+    steps.edit(A, 0.5, "one", dragging=True)
+    steps.edit(B, 0.5, "two")
+    steps.undo()
+    steps.edit(A, 1.0, "one")
+    assert (steps.undo_name, steps.redo_name) == (None, None)
+
+
+def test_a_drag_goes_on_as_a_new_step_where_another_pages_was_undone():
     steps = history()
     steps.edit(A, 0.0, "one", dragging=True)
     steps.edit(A, 0.5, "two", dragging=True)
