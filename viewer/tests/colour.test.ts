@@ -17,12 +17,17 @@ const linear = (low: number, high: number) => ({ low, high, logarithmic: false, 
 
 describe('colour tables', () => {
   it.each([
+    [SEQUENTIAL, 0, [0.007911, 0.000816, 0.025125]],
     [SEQUENTIAL, 37, [0.037496, 0.006731, 0.175171]],
     [SEQUENTIAL, 128, [0.009592, 0.362045, 0.285609]],
+    [SEQUENTIAL, 200, [0.708925, 0.707008, 0.038006]],
     [SEQUENTIAL, 255, [1.0, 0.957931, 0.603419]],
     [DIVERGING, 0, [0.565707, 0.908604, 1.0]],
+    [DIVERGING, 64, [0.023183, 0.274822, 0.688657]],
+    [DIVERGING, 128, [0.016972, 0.016005, 0.015759]],
     [DIVERGING, 200, [0.750592, 0.207781, 0.032773]],
-  ])('have the colours of the pictures', (anchors, entry, expected) => {
+    [DIVERGING, 255, [0.993127, 0.870105, 0.399212]],
+  ])('have the colours of the pictures, at every anchor', (anchors, entry, expected) => {
     const colour = colourTable(anchors).slice(4 * entry, 4 * entry + 3)
     expect([...colour]).toEqual(expected.map((value) => expect.closeTo(value, 5)))
   })

@@ -8,6 +8,7 @@ import pytest
 from deltalux.clearance import covered_samples
 from deltalux.outputs.colour_scale import ColourScale
 from deltalux.outputs.images import render
+from deltalux.outputs.tone import encode_srgb
 from deltalux.outputs.view import camera_rays
 from deltalux.scene import Camera
 from deltalux.surfaces import Surfaces
@@ -112,17 +113,19 @@ def test_standard_error_view_uses_its_own_scale(viewer):
     assert viewer.state()["scale"]["high"] < 0.5 * irradiance["high"]
 
 
-def test_difference_is_black_exactly_where_nothing_changed(viewer, server, session):
+def test_difference_is_black_exactly_where_nothing_changed_else_of_the_scales_colour(viewer, server, session):
     places = viewer.places(16, 9)
     viewer.press("m")
     viewer.after(lambda: viewer.drag_arrow("X", (-30, 0)))
     viewer.press("Escape")
     viewer.show("difference")
     pixels, found = viewer.picture(), [viewer.probe(x + 0.5, y + 0.5) for x, y in places]
+    scale = ColourScale(**viewer.state()["scale"])
     viewer.end(server)
     scene_meshes = [m.name for m in session.scene.meshes]
     mesh_of = session.samples.display.vertex_mesh
     outside = inside = 0
+    signs = set()
     for (x, y), hit in zip(places, found, strict=True):
         if hit is None or not hit["sampled"] or min(hit["weights"]) < 0.1:
             continue  # nothing there, or close to an edge, where a line may be
@@ -134,7 +137,11 @@ def test_difference_is_black_exactly_where_nothing_changed(viewer, server, sessi
             outside += 1
         elif hit["name"] == "left cell":
             inside += not black
+            expected = encode_srgb(scale.colours(np.array(hit["reading"]["change"])))
+            assert np.abs(pixels[y, x] - expected.astype(int)).max() <= 2
+            signs.add(np.sign(hit["reading"]["change"]))
     assert outside > 20 and inside > 20
+    assert signs >= {-1, 1}
 
 
 def test_dimmer_scales_the_light_of_its_group(viewer, server, session):
