@@ -12,7 +12,10 @@ namespace deltalux::estimate::sphere_cache {
 namespace {
 
 constexpr size_t kMostLevels = 10000;
-constexpr size_t kTelling = 16;  // segments: a list of so many says how long lists here are
+/// Segments: a list of so many says how long lists here are. Where the limit of rays ends chains,
+/// disc tests of 21 pilots were -1.4 to +4.8 % off with it, with 16 -1.6 to +8.4, with 24 to 64
+/// -1.7 to +6.6 %.
+constexpr size_t kTelling = 12;
 
 /// Rounding of the segments' tests as part of the greatest coordinates (u = 2^-24): a point at
 /// which crossing.h accepts a hit lies within 21 u of the segment and of the disc; directions are
