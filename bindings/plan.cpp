@@ -58,7 +58,6 @@ void bind_plan(nb::module_& m) {
   m.attr("PILOT_DIVISOR") = plan::kPilotDivisor;
   m.attr("LEAST_PILOT") = plan::kLeastPilot;
   m.attr("PAPER_SIZE") = plan::kPaperSize;
-  m.def("build_id", plan::build_id);
   m.def("count_names", [] { return kCountNames; });
   m.def(
       "predicted_seconds",

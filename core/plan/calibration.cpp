@@ -193,6 +193,4 @@ class Calibration {
 
 Machine calibrate(Progress* progress) { return Calibration(progress).run(); }
 
-const char* build_id() { return DELTALUX_BUILD_ID; }
-
 }  // namespace deltalux::plan

@@ -11,6 +11,5 @@ namespace deltalux::plan {
 Machine calibrate(Progress* progress = nullptr);
 
 /// Version, compiler and flags: constants of one build do not hold for another.
-const char* build_id();
 
 }  // namespace deltalux::plan

@@ -79,6 +79,24 @@ Method by_paper(const Traffic& traffic, Policy policy) {
   return traffic.moving && size < kPaperSize ? Method::sphere_cache : Method::disc_index;
 }
 
+/// What is predicted is not good enough to tell the searches of an index that is there from faster
+/// ones, which there are none of; so other methods can save what the index takes to build, and only
+/// where that is a tenth of all. Rebuilt in every frame, each method counts as it is predicted.
+Method cheapest(const std::vector<MethodPlan>& methods, const Traffic& traffic,
+                const MethodPlan& index) {
+  const auto total = [&](MethodPlan m) {
+    const bool pairs = m.method == Method::brute_force, own = m.method == Method::disc_index;
+    if (traffic.rebuilds || pairs || own) return m.seconds(traffic.frames, traffic.rebuilds);
+    m.bake_seconds = std::max(m.bake_seconds, index.bake_seconds);
+    m.frame_seconds = std::max(m.frame_seconds, index.frame_seconds);
+    return m.seconds(traffic.frames, false) / kWorth;
+  };
+  const MethodPlan* least = nullptr;
+  for (const MethodPlan& m : methods)
+    if (m.piloted && (!least || total(m) < total(*least))) least = &m;
+  return least->method;
+}
+
 }  // namespace
 
 PartPlan plan_part(Pilot& pilot, Traffic traffic, Policy policy, const Machine& machine,
@@ -102,8 +120,8 @@ PartPlan plan_part(Pilot& pilot, Traffic traffic, Policy policy, const Machine& 
     least = std::min(least, total(method));
   }
   std::ranges::stable_sort(plan.methods, {}, total);
-  const auto cheapest = std::ranges::find_if(plan.methods, &MethodPlan::piloted);
-  plan.chosen = policy == Policy::measured ? cheapest->method : by_paper(traffic, policy);
+  plan.chosen = policy == Policy::measured ? cheapest(plan.methods, traffic, index)
+                                           : by_paper(traffic, policy);
   traffic.sample = {};
   plan.traffic = std::move(traffic);
   return plan;

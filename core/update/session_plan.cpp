@@ -153,7 +153,9 @@ void Session::set_planning(const plan::Machine& machine, plan::Policy policy,
 }
 
 const std::vector<plan::PartPlan>& Session::plan(Progress& progress) {
-  Parts parts = place_parts(progress);
+  // Openness takes longer to find than all else here, and no cost depends on it.
+  const std::vector<float> open(state_->samples.size(), 1.0f);
+  Parts parts = place_parts(progress, open);
   allot_paths(progress);
   const PilotPaths paths = walk_pilot_paths(*state_, progress);
   forecast_memory(paths);

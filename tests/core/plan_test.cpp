@@ -125,19 +125,19 @@ Traffic traffic_of(double segments, double frames) {
 }
 
 PartPlan plan_for(size_t discs, const Traffic& traffic, bool thorough,
-                  Policy policy = Policy::measured) {
+                  Policy policy = Policy::measured, const Machine& machine = typical_machine()) {
   Pilot pilot(scatter_on_walls(discs, 1), SegmentEnd::first, kOne);
-  return plan_part(pilot, traffic, policy, typical_machine(), thorough);
+  return plan_part(pilot, traffic, policy, machine, thorough);
 }
 
-TEST(Plan, ChoosesTheCheapestWithAllPilotsAndNearlySoWithFew) {
+TEST(Plan, ChoosesTheSameWithAllPilotsAndWithFewNearlyTheCheapest) {
   for (const size_t discs : {1, 30, 3000, 100000})
     for (const double segments : {1.0, 300.0, 100000.0})
       for (const double frames : {0.0, 100.0}) {
         const Traffic traffic = traffic_of(segments, frames);
         const PartPlan few = plan_for(discs, traffic, false), all = plan_for(discs, traffic, true);
         const double least = all.methods.front().seconds(frames, false);
-        EXPECT_EQ(all.chosen, all.methods.front().method);
+        EXPECT_EQ(all.chosen, few.chosen);
         for (const MethodPlan& m : all.methods) {
           EXPECT_TRUE(m.piloted);
           EXPECT_LE(least, m.seconds(frames, false));
@@ -155,6 +155,21 @@ TEST(Plan, AnIndexPaysWithFramesUnlessItIsRebuilt) {
   EXPECT_EQ(plan_for(100000, traffic, true).chosen, Method::disc_index);
   traffic.rebuilds = true;
   EXPECT_NE(plan_for(100000, traffic, true).chosen, Method::disc_index);
+}
+
+TEST(Plan, NoMethodSearchesFasterThanAnIndexThatIsThere) {
+  Machine machine = typical_machine();
+  for (Constants& constants : machine[size_t(Method::sphere_cache)])
+    for (double& seconds : constants.seconds) seconds *= 0.01;
+  Traffic traffic = traffic_of(100000, 100);
+  for (const bool thorough : {false, true}) {
+    traffic.rebuilds = false;
+    const PartPlan kept = plan_for(1000, traffic, thorough, Policy::measured, machine);
+    EXPECT_EQ(kept.chosen, Method::disc_index);
+    traffic.rebuilds = true;
+    const PartPlan rebuilt = plan_for(1000, traffic, true, Policy::measured, machine);
+    EXPECT_EQ(rebuilt.chosen, Method::sphere_cache);
+  }
 }
 
 TEST(Plan, PaperRuleGoesBySize) {

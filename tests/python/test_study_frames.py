@@ -125,8 +125,11 @@ def test_hybrid_theory():
     good = {"x": rows(30.0, 10.0, 3.0, 0.0)}
     assert hybrid_estimate.theory_verdict(levels, depth, good).outcome == "confirmed"
     assert hybrid_estimate.theory_verdict(levels, {"x": 6}, good).outcome == "refuted"
-    assert hybrid_estimate.more_verdict(good).outcome == "confirmed"
-    assert hybrid_estimate.more_verdict({"x": rows(1.0, 2.0, -30.0)}).outcome == "refuted"
+    assert hybrid_estimate.more_verdict(levels, good).outcome == "confirmed"
+    bump = {"x": rows(30.0, 1.0, 12.0, 0.0)}
+    assert hybrid_estimate.more_verdict(levels, good | {"y": bump["x"]}).outcome == "refuted"
+    unsure = {"x": [[3.0, 1.0, 0.5], [3.0, 1.0, 1.9], [3.0, 1.0, 0.9]]}
+    assert hybrid_estimate.more_verdict(levels[:3], unsure).outcome == "open"
 
 
 def test_hybrid_few_rays():

@@ -98,7 +98,9 @@ def run(
             progress=progress,
         )
     data = {"scene": scene, "paths": paths, **plan.as_dict()}
-    tables = [item for part in plan.parts.values() for item in (_table(part, rebuild), _reason(part))]
+    tables = [
+        item for part in plan.parts.values() for item in (_table(part, rebuild), _reason(part, rebuild))
+    ]
     terminal.result(data, *tables)
 
 
@@ -119,15 +121,16 @@ def _table(part: PartPlan, rebuild: bool) -> Table:
     return table
 
 
-def _reason(part: PartPlan) -> str:
+def _reason(part: PartPlan, rebuild: bool) -> str:
     chosen = f"{part.chosen}: {part.reason}."
-    if not part.all_piloted:
-        return chosen
     paid = part.pays_after
+    kept_anyway = paid is None and part.chosen == "disc_index"
+    if rebuild or not part.all_piloted or kept_anyway:
+        return chosen
     if paid is None:
         index = "never pays"
     elif paid == 0:
         index = "pays within the bake"
     else:
-        index = f"pays after {paid:,.0f} frames"
+        index = f"pays after {paid:,.0f} frame{'s' * (paid != 1)}"
     return f"{chosen} A disc index {index}."

@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 import os
 import platform
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -38,7 +40,7 @@ def machine_constants(progress: Progress | None = None) -> Machine:
     ------
     Cancelled
     """
-    key = f"{_processor()}; {_core.build_id()}"
+    key = f"{_processor()}; {core_build()}"
     if key not in _known:
         path = _cache_file()
         found = _read(path, key)
@@ -47,6 +49,12 @@ def machine_constants(progress: Progress | None = None) -> Machine:
             _write(path, key, found)
         _known[key] = found
     return _known[key]
+
+
+@cache
+def core_build() -> str:
+    """Digest of the compiled core."""
+    return hashlib.sha256(Path(_core.__file__).read_bytes()).hexdigest()
 
 
 def _processor() -> str:

@@ -102,7 +102,8 @@ class PartPlan:
     def pays_after(self) -> float | None:
         """Frames after which the disc index, built once, has cost less than any method without one.
 
-        0: within the bake. None: never, or not known.
+        0: within the bake. None: never by the predicted seconds, or not known. For an index that is
+        kept; one that each frame builds again has no such number.
         """
         if not self.all_piloted:
             return None
@@ -120,7 +121,7 @@ class Plan:
     parts : by name, "static" first
     policy : "measured", "paper-sphere" or "paper-box"
     rebuild : whether each frame builds the estimators of movables again
-    milliseconds : that planning took, calibration apart
+    milliseconds : that planning took, calibration apart; 0 in a session, whose bake reports its stages
     """
 
     parts: Mapping[str, PartPlan]
@@ -132,7 +133,10 @@ class Plan:
         """JSON values."""
         parts = {
             name: asdict(part)
-            | {"methods": [asdict(method) for method in part.methods], "pays_after": part.pays_after}
+            | {
+                "methods": [asdict(method) for method in part.methods],
+                "pays_after": None if self.rebuild else part.pays_after,
+            }
             for name, part in self.parts.items()
         }
         return {
@@ -231,7 +235,10 @@ def _reason(
         return f"{text}; methods without a pilot cannot save a tenth of that"
     if others and own > 0:
         second = min(others, key=lambda m: total[m.method])
-        text += f"; next is {second.method}, {total[second.method] / own:.2g} times as much"
+        times = total[second.method] / own
+        if times < 1:
+            return f"{text}; {second.method}, predicted at {times:.0%}, searches no faster than an index"
+        text += f"; next is {second.method}, {times:.3g} times as much"
     return text
 
 

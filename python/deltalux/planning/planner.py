@@ -60,7 +60,7 @@ def plan(
     """
     check_choice("policy", policy, POLICIES)
     if frames is not None and not 0 <= frames < 1e12:
-        raise OptionError(f"frames: found {frames!r}, expected a number from 0, or None")
+        raise OptionError(f"frames: found {frames!r}, expected a number from 0, below 1e12, or None")
     given = SessionOptions(
         paths=paths,
         seed=seed,

@@ -3,15 +3,13 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import platform
-from functools import cache
 from pathlib import Path
 
 import numpy as np
 
-from deltalux import _core
+from deltalux.planning.machine import core_build
 from deltalux.version import __version__
 
 CPU_INFO = Path("/proc/cpuinfo")
@@ -28,12 +26,6 @@ def environment() -> dict[str, str | int]:
         "processor": _processor(),
         "logical processors": os.cpu_count() or 1,
     }
-
-
-@cache
-def core_build() -> str:
-    """Digest of the compiled core."""
-    return hashlib.sha256(Path(_core.__file__).read_bytes()).hexdigest()
 
 
 def _processor() -> str:

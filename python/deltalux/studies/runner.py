@@ -13,10 +13,11 @@ from pathlib import Path
 from typing import Any
 
 import deltalux
+from deltalux.planning.machine import core_build
 from deltalux.segments import Progress, check_seed
 from deltalux.version import __version__
 
-from .environment import core_build, environment
+from .environment import environment
 from .experiment import Experiment
 from .progress_parts import named
 from .record import Record
