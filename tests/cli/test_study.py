@@ -158,6 +158,15 @@ def test_list_names_every_experiment(cli: Cli) -> None:
     assert [each["name"] for each in listed] == [each.name for each in EXPERIMENTS]
 
 
+def test_a_file_in_the_folders_place_is_left_alone(cli: Cli, tmp_path: Path) -> None:
+    place = tmp_path / "notes"
+    place.write_text("mine")
+    outcome = cli("study", "radius-ratio", "--quick", "-o", str(place))
+    assert outcome.code == 1
+    assert outcome.error.endswith("a file stands where a folder is expected; choose another name")
+    assert place.read_text() == "mine"
+
+
 def test_unknown_experiment_leaves_no_folder(cli: Cli, tmp_path: Path) -> None:
     outcome = cli("study", "curve-order", "-o", tmp_path / "out")
     assert outcome.code == 1

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 from collections.abc import Sequence
@@ -17,6 +18,18 @@ from . import bake, compare, compare_methods, demo, info, plan, study, update, v
 from .console import print_error
 
 EXIT_FAILURE, EXIT_USAGE, EXIT_CANCELLED = 1, 2, 130
+
+_ELSEWHERE = "choose a place where you may write"
+REMEDIES = {
+    errno.ENOENT: "check the name, and that the folder is there",
+    errno.EACCES: _ELSEWHERE,
+    errno.EPERM: _ELSEWHERE,
+    errno.EROFS: _ELSEWHERE,
+    errno.EEXIST: "a file stands where a folder is expected; choose another name",
+    errno.ENOTDIR: "a file stands where a folder is expected; choose another name",
+    errno.EISDIR: "a folder stands where a file is expected; choose another name",
+    errno.ENOSPC: "free some space, or choose another disk",
+}
 
 app = typer.Typer(
     name="deltalux",
@@ -80,7 +93,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
         return 0
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
-        print_error(f"{where}{error.strerror or error}")
+        remedy = REMEDIES.get(error.errno or 0)
+        print_error(f"{where}{error.strerror or error}" + (f"; {remedy}" if remedy else ""))
         return EXIT_FAILURE
     except MemoryError:
         print_error("out of memory: use fewer --paths, a larger --spacing, or set --memory-limit")
