@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import signal
 import subprocess
@@ -79,15 +80,25 @@ def environment():
 def test_the_command_prints_the_address_and_ends_with_ctrl_c(baked_file, tmp_path):
     words = ["view", str(baked_file), "--no-browser", "--folder", str(tmp_path)]
     command = [sys.executable, "-m", "deltalux.cli", *words]
+    # A job in the background of a script starts with Ctrl-C ignored.
+    listen = functools.partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
     with subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment()
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment(),
+        preexec_fn=listen,
     ) as process:
-        line = process.stdout.readline()
-        address = line.split()[-1]
-        assert address.startswith("http://127.0.0.1:")
-        assert urllib.request.urlopen(address, timeout=30).status == 200
-        process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=30)
+        try:
+            line = process.stdout.readline()
+            address = line.split()[-1]
+            assert address.startswith("http://127.0.0.1:")
+            assert urllib.request.urlopen(address, timeout=30).status == 200
+            process.send_signal(signal.SIGINT)
+            _, errors = process.communicate(timeout=30)
+        finally:
+            process.kill()  # else leaving the block waits for ever
     assert process.returncode == 0
     assert errors == ""
 
