@@ -6,10 +6,8 @@
 
 namespace deltalux::plan {
 
-/// Runs every method at several array sizes, on discs on walls and in a volume; half a second of
+/// Runs every method at several array sizes, on discs on walls and in a volume; about a second of
 /// one processor. Times are those of the calling thread. Throws Cancelled.
 Machine calibrate(Progress* progress = nullptr);
-
-/// Version, compiler and flags: constants of one build do not hold for another.
 
 }  // namespace deltalux::plan

@@ -21,6 +21,14 @@ Counts scaled(Counts counts, double factor) {
   return counts;
 }
 
+/// None searches faster than an index that is there: so it was in all 68 configurations of
+/// benchmarks/planner_regret.py.
+MethodPlan no_faster(MethodPlan plan, const MethodPlan& index) {
+  plan.bake_seconds = std::max(plan.bake_seconds, index.bake_seconds);
+  plan.frame_seconds = std::max(plan.frame_seconds, index.frame_seconds);
+  return plan;
+}
+
 class PartPlanner {
  public:
   PartPlanner(Pilot& pilot, const Traffic& traffic, const Machine& machine, Progress* progress)
@@ -30,14 +38,11 @@ class PartPlanner {
         progress_(progress),
         discs_(double(pilot.discs().size())) {}
 
-  /// What `method` costs at least. None searches faster than an index that is there: so it was in
-  /// all 68 configurations of benchmarks/planner_regret.py.
+  /// What `method` costs at least.
   MethodPlan bound(Method method, const MethodPlan& index) const {
-    MethodPlan plan = priced(method, pilot_.least(method, traffic_.bake),
-                             pilot_.least(method, traffic_.frame), false);
-    plan.bake_seconds = std::max(plan.bake_seconds, index.bake_seconds);
-    plan.frame_seconds = std::max(plan.frame_seconds, index.frame_seconds);
-    return plan;
+    return no_faster(priced(method, pilot_.least(method, traffic_.bake),
+                            pilot_.least(method, traffic_.frame), false),
+                     index);
   }
   MethodPlan run(Method method) {
     const Counts bake = pilot_.count(method, traffic_.sample, traffic_.bake, progress_);
@@ -84,12 +89,10 @@ Method by_paper(const Traffic& traffic, Policy policy) {
 /// where that is a tenth of all. Rebuilt in every frame, each method counts as it is predicted.
 Method cheapest(const std::vector<MethodPlan>& methods, const Traffic& traffic,
                 const MethodPlan& index) {
-  const auto total = [&](MethodPlan m) {
+  const auto total = [&](const MethodPlan& m) {
     const bool pairs = m.method == Method::brute_force, own = m.method == Method::disc_index;
     if (traffic.rebuilds || pairs || own) return m.seconds(traffic.frames, traffic.rebuilds);
-    m.bake_seconds = std::max(m.bake_seconds, index.bake_seconds);
-    m.frame_seconds = std::max(m.frame_seconds, index.frame_seconds);
-    return m.seconds(traffic.frames, false) / kWorth;
+    return no_faster(m, index).seconds(traffic.frames, false) / kWorth;
   };
   const MethodPlan* least = nullptr;
   for (const MethodPlan& m : methods)

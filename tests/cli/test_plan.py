@@ -68,3 +68,9 @@ def test_policy_and_frames_are_heard(cli: Cli, room: Path) -> None:
 def test_quiet_says_nothing(cli: Cli, room: Path) -> None:
     outcome = cli("plan", room, *QUICK, "-q")
     assert (outcome.code, outcome.out, outcome.err) == (0, "", "")
+
+
+def test_an_index_that_each_frame_builds_again_never_pays_after_some_frames(cli: Cli, room: Path) -> None:
+    words = ("plan", room, *QUICK, "--rebuild")
+    assert "A disc index" not in unwrapped(cli(*words).out)
+    assert all(part["pays_after"] is None for part in cli(*words, "--json").data["parts"].values())

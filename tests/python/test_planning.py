@@ -113,7 +113,7 @@ class TestMachine:
         machine_constants()
         self.forget()
         if what == "processor":
-            self.patch.setattr(planning.machine, "_processor", lambda: "another")
+            self.patch.setattr(planning.machine, "processor", lambda: "another")
         else:
             self.patch.setattr(planning.machine, "core_build", lambda: "another")
         machine_constants()

@@ -9,7 +9,7 @@ import typer
 from rich.table import Table
 
 import deltalux as dl
-from deltalux.planning.parts import PartPlan, duration
+from deltalux.planning.parts import INDEX, PartPlan, duration
 
 from .baking import make_samples
 from .console import Terminal
@@ -124,7 +124,7 @@ def _table(part: PartPlan, rebuild: bool) -> Table:
 def _reason(part: PartPlan, rebuild: bool) -> str:
     chosen = f"{part.chosen}: {part.reason}."
     paid = part.pays_after
-    kept_anyway = paid is None and part.chosen == "disc_index"
+    kept_anyway = paid is None and part.chosen == INDEX
     if rebuild or not part.all_piloted or kept_anyway:
         return chosen
     if paid is None:

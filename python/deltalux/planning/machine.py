@@ -40,7 +40,7 @@ def machine_constants(progress: Progress | None = None) -> Machine:
     ------
     Cancelled
     """
-    key = f"{_processor()}; {core_build()}"
+    key = f"{processor()}; {core_build()}"
     if key not in _known:
         path = _cache_file()
         found = _read(path, key)
@@ -57,7 +57,8 @@ def core_build() -> str:
     return hashlib.sha256(Path(_core.__file__).read_bytes()).hexdigest()
 
 
-def _processor() -> str:
+def processor() -> str:
+    """Its name, as the system tells it."""
     try:
         for line in Path("/proc/cpuinfo").read_text().splitlines():
             if line.startswith("model name"):
