@@ -3,8 +3,9 @@
 
 Samples lie on the surfaces of the atrium and the expo, and in the volume of the uniform lines. Counts come
 from `dl.estimate`, times from benchmarks/method_times.cpp: one thread, processor time. Constants are measured
-anew before each of five repetitions, since a shared machine is not as fast now as it was a minute ago; the
-median of predicted over measured time counts. Writes benchmarks/out/planner_accuracy.json.
+anew before and after each of five repetitions, since a shared machine is not as fast now as it was a second
+ago: the mean of both predictions over the measured time, and of the five the median counts. Writes
+benchmarks/out/planner_accuracy.json.
 """
 
 from __future__ import annotations
@@ -53,10 +54,10 @@ def measure(launcher: list[str]) -> dict[str, Any]:
         with tempfile.TemporaryDirectory() as folder:
             batch = Batch(Path(folder), 1, tuple(TESTS))
             batch.add(key, segments, samples)
-            rounds = []
+            rounds, constants = [], [_core.calibrate(None)]
             for _ in range(REPETITIONS):
-                constants = _core.calibrate(None)
                 result = batch.measure(launcher)[key]
+                constants = [constants[-1], _core.calibrate(None)]
                 times = seconds_of(result["measured"], True)
                 sizes = float(len(samples)), float(len(segments))
                 rounds.append(
@@ -64,8 +65,10 @@ def measure(launcher: list[str]) -> dict[str, Any]:
                         method: {
                             "measured": times[method],
                             "predicted": sum(
-                                _core.predicted_seconds(method, result["counts"][method], *sizes, constants)
-                            ),
+                                sum(_core.predicted_seconds(method, result["counts"][method], *sizes, c))
+                                for c in constants
+                            )
+                            / 2,
                         }
                         for method in TESTS
                     }

@@ -8,7 +8,9 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <utility>
 
+#include "estimate/sphere_cache_run.h"
 #include "plan/calibration_world.h"
 #include "plan/fit.h"
 
@@ -17,7 +19,7 @@ namespace {
 
 using segments::SegmentEnd;
 
-constexpr double kLong = 0.02;     // seconds of work that need no repetition
+constexpr double kLong = 0.01;     // seconds of work that need no repetition
 constexpr double kEnough = 0.005;  // seconds after which short work was repeated enough
 constexpr auto kRule = SegmentEnd::first;
 constexpr uint32_t kLeafSize = 32;
@@ -91,11 +93,13 @@ class Calibration {
         Method::sphere_cache, [&](const samples::DiscSet& discs, const SegmentSample& chords) {
           const estimate::SphereCache cache(discs, {.rule = kRule});
           ScratchSums sums(discs);
-          return best_of([&] { return search(cache, chords.span(), sums, one_, progress_); },
+          return best_of([&] { return search(cache, chords.span(), 1, sums, one_, progress_); },
                          progress_);
         });
     MethodConstants& cache = machine[size_t(Method::sphere_cache)];
     cache.push_back(with_many_segments(cache.back()));
+    for (Constants& constants : cache)
+      constants.seconds[kFarTests] = cache.back().seconds[kFarTests];
     const double build = cache_build();
     for (Constants& constants : cache) constants.build = build;
     return machine;
@@ -120,7 +124,7 @@ class Calibration {
 
   MethodConstants disc_index() {
     MethodConstants constants;
-    const SegmentSample chords = make_chords(65536), beside = make_chords(65536, {9, 9, 9});
+    const SegmentSample chords = make_chords(32768), beside = make_chords(32768, {9, 9, 9});
     for (const size_t size : kIndexSizes) {
       std::vector<Timed> searches;
       double build = 0;
@@ -148,7 +152,7 @@ class Calibration {
     for (const size_t size : kSpanSizes) {
       const SegmentSample chords = make_chords(size);
       // So many discs that each search takes a few milliseconds.
-      const size_t many = std::clamp<size_t>((size_t(1) << 25) / size, 256, 16384);
+      const size_t many = std::clamp<size_t>((size_t(1) << 24) / size, 128, 8192);
       std::vector<Timed> searches;
       for (const samples::DiscSet& discs :
            {scatter_on_walls(2, 0.01f), in_order(scatter_on_walls(many, 0.7f)), volume(many),
@@ -159,21 +163,36 @@ class Calibration {
     return constants;
   }
 
-  /// Lists that no longer fit any cache cost more: those of the outermost spheres, which grow with
-  /// the number of segments and are gone through about as often however many discs there are. So
-  /// what a million segments cost beyond the prediction is counted per segment, the same with 64
-  /// discs as with 256.
+  /// A million segments: they are gathered into new memory, and the outermost lists come from
+  /// memory. Few discs will do, since those lists are gone through about as often however many
+  /// there are. What else a search does costs as before.
   Constants with_many_segments(const Constants& fewer) {
     const SegmentSample chords = make_chords(kSpanSizes[2]).repeated(8);
-    const samples::DiscSet discs = in_order(volume(64));
-    const estimate::SphereCache cache(discs, {.rule = kRule});
-    ScratchSums sums(discs);
-    const Timed all =
-        best_of([&] { return search(cache, chords.span(), sums, one_, progress_); }, progress_);
+    const segments::SegmentSpan span = chords.span();
+    const samples::DiscSet discs = scatter_in_volume(24, 0.01f);
+    const estimate::SphereCacheOptions options{.rule = kRule};
+    ScratchSums scratch(discs);
+    const estimate::EnergySums sums = scratch.sums();
+    estimate::sphere_cache::Root root;
+    const double gathering =
+        timed([&] { root = estimate::sphere_cache::make_root(span, options, discs, progress_); });
+    const estimate::sphere_cache::Target target{span, +1, sums, nullptr};
+    estimate::sphere_cache::Run run(discs, options, root, target,
+                                    {root.radius, options.containment});
+    run.visit(0);  // takes the memory of the lists
+    const Counts first = counts_of(run.stats, run.levels, span.count, 1);
+    const double rest = timed([&] {
+      for (uint32_t disc = 1; disc < discs.size(); ++disc) run.visit(disc);
+    });
+    Counts counts = counts_of(run.stats, run.levels, span.count, 1);
+    for (size_t i = 0; i < kCounts; ++i) counts[i] -= first[i];
+    const double far = std::exchange(counts[kFarTests], 0);
     Constants many = fewer;
-    many.size = double(chords.count());
-    many.seconds[kSegments] +=
-        std::max(0.0, (all.seconds - search_seconds(all.counts, fewer)) / all.counts[kSegments]);
+    many.size = double(span.count);
+    many.seconds[kSegments] = gathering / many.size;
+    // Noise must not make them free.
+    const double least = 0.1 * typical_[size_t(Method::sphere_cache)].front().seconds[kFarTests];
+    many.seconds[kFarTests] = std::max(least, (rest - search_seconds(counts, fewer)) / far);
     return many;
   }
 

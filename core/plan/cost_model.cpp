@@ -18,7 +18,7 @@ Machine typical_machine() {
   const auto at = [&](Method method) -> MethodConstants& { return machine[size_t(method)]; };
   at(Method::brute_force) = of(20, {{kSegments, 10}, {kDiscTests, 5}, {kTurns, 8}, {kHits, 15}});
   at(Method::disc_index) =
-      of(350, {{kSegments, 10}, {kNodeTests, 4}, {kDiscTests, 1}, {kHits, 10}});
+      of(350, {{kSegments, 10}, {kNodeTests, 4}, {kDiscTests, 1}, {kHits, 4}});
   at(Method::ray_map) = of(20, {{kSegments, 25},
                                 {kVisits, 20},
                                 {kNodeTests, 1.7},
@@ -30,8 +30,10 @@ Machine typical_machine() {
                                      {kVisits, 120},
                                      {kDiscTests, 1.5},
                                      {kSphereTests, 1.1},
+                                     {kFarTests, 0.5},
                                      {kRebuilds, 95},
-                                     {kHits, 7}});
+                                     {kHits, 7},
+                                     {kFarHits, 6}});
   return machine;
 }
 

@@ -21,13 +21,17 @@ enum Count : uint8_t {
   kNodeTests,    ///< disc index: nodes visited; ray map: segments sorted into halves of a cell
   kDiscTests,    ///< segment against disc; of the disc index eight at a time
   kSphereTests,  ///< t of the paper: segment against sphere
+  kFarTests,     ///< sphere cache: doublings of a list beyond kNear, in each sphere test of it
   kBoxTests,     ///< ray map: discs that came to a node
   kRebuilds,     ///< sphere cache: lists built
   kSplits,       ///< ray map: leaves split
   kTurns,        ///< brute force: disc tests after a disc that faces elsewhere; branches miss
   kHits,
+  kFarHits,  ///< sphere cache: doublings of a call's segments beyond kNear, for each hit
   kCounts
 };
+/// Segments that a core's own cache holds: the sphere cache's list of them takes two megabytes.
+inline constexpr double kNear = 1 << 16;
 /// Of one kind each; estimates, so they need not be whole.
 using Counts = std::array<double, kCounts>;
 

@@ -3,6 +3,7 @@
 #include "plan/counting.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "estimate/brute_force.h"
@@ -31,6 +32,18 @@ Counts counts_of(const estimate::Stats& stats, size_t segments) {
   return counts;
 }
 
+/// How many times so many segments double what a core's own cache holds.
+double doublings(double segments) { return std::log2(std::max(1.0, segments / kNear)); }
+
+/// By the mean length of each level's lists.
+double far_tests(const estimate::SphereLevels& levels, double share) {
+  double far = 0;
+  for (size_t i = 1; i < levels.tests.size() && levels.rebuilds[i]; ++i)
+    far += double(levels.tests[i]) *
+           doublings(double(levels.tests[i]) / (double(levels.rebuilds[i]) * share));
+  return far;
+}
+
 }  // namespace
 
 void SegmentSample::add(Vec3f o, Vec3f w, float length, float extended) {
@@ -46,11 +59,10 @@ segments::SegmentSpan SegmentSample::span() const {
 
 SegmentSample SegmentSample::repeated(size_t times) const {
   SegmentSample many;
-  for (size_t i = 0; i < times; ++i) {
-    for (int c = 0; c < 8; ++c)
+  for (int c = 0; c < 8; ++c)
+    for (size_t k = 0; k < times; ++k)
       many.column_[c].insert(many.column_[c].end(), column_[c].begin(), column_[c].end());
-    many.power_.insert(many.power_.end(), power_.begin(), power_.end());
-  }
+  many.power_.assign(3 * many.count(), 1);
   return many;
 }
 
@@ -83,6 +95,15 @@ double turned_share(const samples::DiscSet& discs) {
   return discs.size() > 1 ? double(turns) / double(discs.size() - 1) : 0.0;
 }
 
+Counts counts_of(const estimate::Stats& stats, const estimate::SphereLevels& levels,
+                 size_t segments, double share) {
+  Counts counts = counts_of(stats, segments);
+  counts[kFarTests] = far_tests(levels, share);
+  counts[kFarHits] = counts[kHits] * doublings(double(segments) / share);
+  counts[kRebuilds] = double(std::accumulate(levels.rebuilds.begin(), levels.rebuilds.end(), 0ull));
+  return counts;
+}
+
 Counts search(const estimate::DiscIndex& index, const segments::SegmentSpan& segments,
               ScratchSums& sums) {
   estimate::Stats stats;
@@ -93,12 +114,10 @@ Counts search(const estimate::DiscIndex& index, const segments::SegmentSpan& seg
 }
 
 Counts search(const estimate::SphereCache& cache, const segments::SegmentSpan& segments,
-              ScratchSums& sums, const Workers& workers, Progress* progress) {
+              double share, ScratchSums& sums, const Workers& workers, Progress* progress) {
   const auto found = cache.accumulate_levels(segments, +1, sums.sums(), workers, progress);
-  Counts counts = counts_of(found.stats, segments.count);
+  Counts counts = counts_of(found.stats, found.levels, segments.count, share);
   counts[kVisits] = double(cache.discs().size());
-  counts[kRebuilds] =
-      double(std::accumulate(found.levels.rebuilds.begin(), found.levels.rebuilds.end(), 0ull));
   return counts;
 }
 

@@ -40,12 +40,18 @@ class ScratchSums {
 /// Share of the discs that face elsewhere than the one before them.
 double turned_share(const samples::DiscSet& discs);
 
+/// Of a sphere cache, but for its visits, where the segments are a `share` of those of a call.
+Counts counts_of(const estimate::Stats& stats, const estimate::SphereLevels& levels,
+                 size_t segments, double share);
+
 /// In portions like those of a session.
 Counts search(const estimate::DiscIndex& index, const segments::SegmentSpan& segments,
               ScratchSums& sums);
-/// Counts do not depend on `workers`. Throws Cancelled.
+/// The segments are a `share` of those of a call, whose far counts these are. Counts do not depend
+/// on `workers`. Throws Cancelled.
 Counts search(const estimate::SphereCache& cache, const segments::SegmentSpan& segments,
-              ScratchSums& sums, const Workers& workers, Progress* progress = nullptr);
+              double share, ScratchSums& sums, const Workers& workers,
+              Progress* progress = nullptr);
 /// By a new ray map. Throws Cancelled.
 Counts search_ray_map(const samples::DiscSet& discs, segments::SegmentEnd rule, uint32_t leaf_size,
                       const segments::SegmentSpan& segments, ScratchSums& sums,

@@ -80,7 +80,7 @@ Counts Pilot::count(Method method, const SegmentSample& sample, const Load& load
                       .accumulate_levels(few.span(), +1, sums.sums(), workers_, progress)
                       .levels);
     const estimate::SphereCache cache(discs(), options, progress);
-    counts = search(cache, few.span(), sums, workers_, progress);
+    counts = search(cache, few.span(), share, sums, workers_, progress);
   }
   for (size_t i = 0; i < kCounts; ++i) {
     const bool fixed = std::ranges::find(kFixed, Count(i)) != std::end(kFixed);

@@ -30,7 +30,7 @@ TEST(Plan, PilotOfAllSegmentsCountsWhatTheMethodsCount) {
   const auto all = double(chords.count());
   EXPECT_EQ(count(Method::disc_index, discs, chords, all), search(index, chords.span(), sums));
   EXPECT_EQ(count(Method::sphere_cache, discs, chords, all),
-            search(cache, chords.span(), sums, kOne));
+            search(cache, chords.span(), 1, sums, kOne));
   EXPECT_EQ(count(Method::ray_map, discs, chords, all),
             search_ray_map(discs, SegmentEnd::first, 32, chords.span(), sums));
   Counts pairs = search_brute_force(discs, SegmentEnd::first, chords.span(), sums);
@@ -50,14 +50,33 @@ TEST(Plan, PilotOfAHundredthPredictsTheTests) {
   const estimate::SphereCache cache(discs, {.rule = SegmentEnd::first});
   const auto all = double(chords.count());
   const Counts by_index = search(index, chords.span(), sums);
-  const Counts by_cache = search(cache, chords.span(), sums, kOne);
+  const Counts by_cache = search(cache, chords.span(), 1, sums, kOne);
   const Counts few_index = count(Method::disc_index, discs, chords, all);
   const Counts few_cache = count(Method::sphere_cache, discs, chords, all);
   for (const Count kind : {kNodeTests, kDiscTests})
     EXPECT_NEAR(few_index[kind] / by_index[kind], 1, 0.02) << int(kind);
-  for (const Count kind : {kSphereTests, kDiscTests})
+  for (const Count kind : {kSphereTests, kFarTests, kDiscTests, kFarHits})
     EXPECT_NEAR(few_cache[kind] / by_cache[kind], 1, 0.02) << int(kind);
   EXPECT_NEAR(few_cache[kRebuilds] / by_cache[kRebuilds], 1, 0.1);
+}
+
+TEST(Plan, FarCountsAreWeighedByDoublings) {
+  constexpr uint64_t kHeld = uint64_t(kNear);
+  estimate::Stats stats;
+  stats.hits = 10;
+  estimate::SphereLevels levels;
+  levels.tests = {0, 3 * 4 * kHeld, 5 * kHeld / 2, 0};  // lists of four times what fits, of half
+  levels.rebuilds = {0, 3, 5, 0};
+  const Counts all = counts_of(stats, levels, 8 * kHeld, 1);
+  EXPECT_DOUBLE_EQ(all[kFarTests], 2.0 * 3 * 4 * kHeld);
+  EXPECT_DOUBLE_EQ(all[kFarHits], 3.0 * 10);
+  EXPECT_DOUBLE_EQ(all[kRebuilds], 8);
+  // Of four times as many: two doublings more, where the half becomes one.
+  const Counts quarter = counts_of(stats, levels, 8 * kHeld, 0.25);
+  EXPECT_DOUBLE_EQ(quarter[kFarTests], 4.0 * 3 * 4 * kHeld + 1.0 * 5 * kHeld / 2);
+  EXPECT_DOUBLE_EQ(quarter[kFarHits], 5.0 * 10);
+  const Counts few = counts_of(stats, levels, kHeld, 1);
+  EXPECT_EQ(few[kFarHits], 0);
 }
 
 TEST(Plan, CallsOfSpansAddUp) {

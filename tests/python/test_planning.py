@@ -158,7 +158,7 @@ def test_calibration_gives_times_of_every_method():
         ("brute_force", ("disc_tests",)),
         ("disc_index", ("node_tests", "disc_tests", "hits")),
         ("ray_map", ("node_tests", "disc_tests", "box_tests")),
-        ("sphere_cache", ("sphere_tests", "disc_tests", "visits", "rebuilds")),
+        ("sphere_cache", ("sphere_tests", "far_tests", "disc_tests", "visits", "rebuilds", "far_hits")),
     ):
         for size, build, *seconds in machine[method]:
             assert size >= 1

@@ -17,7 +17,7 @@ from deltalux.files import written_aside
 from deltalux.segments import Progress
 
 FORMAT = "deltalux-machine"
-VERSION = 3  # of the file; rises when the constants mean something else
+VERSION = 4  # of the file; rises when the constants mean something else
 
 Machine = dict[str, list[list[float]]]
 _known: dict[str, Machine] = {}
