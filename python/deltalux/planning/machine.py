@@ -28,7 +28,7 @@ def machine_constants(progress: Progress | None = None) -> Machine:
 
     The file is `deltalux/machine.json` in the user's cache folder (XDG_CACHE_HOME, else ~/.cache). It
     is renewed when the processor or the build differ; where it cannot be written, every process
-    calibrates anew, which takes about a second of one processor.
+    calibrates anew, which takes just under a second of one processor.
 
     Returns
     -------
