@@ -10,8 +10,8 @@ namespace deltalux::python {
 inline const std::array<std::string, 5> kMethodNames{"auto", "brute_force", "disc_index", "ray_map",
                                                      "sphere_cache"};
 inline const std::array<std::string, plan::kCounts> kCountNames{
-    "segments",  "visits",   "node_tests", "disc_tests", "sphere_tests", "far_tests",
-    "box_tests", "rebuilds", "splits",     "turns",      "hits",         "far_hits"};
+    "segments", "visits", "node_tests", "disc_tests", "sphere_tests",  "far_tests", "box_tests",
+    "rebuilds", "splits", "turns",      "hits",       "outline_tests", "far_hits"};
 
 /// The name was checked in Python; any other is "auto".
 inline plan::Method to_method(const std::string& name) {

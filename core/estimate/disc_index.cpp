@@ -227,6 +227,7 @@ class Deposit {
       const uint32_t k = disc[i] & ~DiscLeaf::kClipped;
       __builtin_prefetch(sums_.cell(slab(segment[i]), discs_.id[k]), 1);
       if (disc[i] == k) continue;
+      ++outline_tests_;
       at[i] = in_disc(discs_.normal[k], crossing<crosses_circle>(segment[i], k).offset);
       __builtin_prefetch(&discs_.outlines[discs_.outline[k]][size_t(at[i].sector)]);
     }
@@ -248,6 +249,7 @@ class Deposit {
   }
 
   uint64_t hits() const { return total_; }
+  uint64_t outline_tests() const { return outline_tests_; }
 
  private:
   uint32_t slab(uint32_t segment) const {
@@ -283,7 +285,7 @@ class Deposit {
   const EnergySums& sums_;
   HitSlots* const slots_;
   size_t first_ = 0;
-  uint64_t total_ = 0;
+  uint64_t total_ = 0, outline_tests_ = 0;
   uint32_t hits_[kBatch];
 };
 
@@ -326,6 +328,7 @@ Stats DiscIndex::accumulate(const segments::SegmentSpan& segments, int sign, con
     }
   }
   stats.hits = deposit.hits();
+  stats.outline_tests = deposit.outline_tests();
   return stats;
 }
 

@@ -63,9 +63,11 @@ inline void add_moments(const EnergySums& sums, const samples::DiscSet& discs, s
 /// What a call did; summed over calls by the caller.
 struct Stats {
   uint64_t disc_tests = 0, node_tests = 0, sphere_tests = 0, triangle_tests = 0, hits = 0;
+  uint64_t outline_tests = 0;  ///< of hits on the circles of clipped discs; not of brute force
   Stats& operator+=(const Stats& o) {
     disc_tests += o.disc_tests, node_tests += o.node_tests;
     sphere_tests += o.sphere_tests, triangle_tests += o.triangle_tests, hits += o.hits;
+    outline_tests += o.outline_tests;
     return *this;
   }
 };

@@ -59,6 +59,7 @@ class CrossingFinder {
 
   Stats operator()(const RayMap::Leaf& leaf) const {
     std::vector<RayMapHit> hits;
+    uint64_t outline_tests = 0;
     const std::span<const uint32_t> ids = leaf.ids;
     for (size_t first = 0; first < ids.size(); first += 8) {
       if (progress_) progress_->check();
@@ -67,12 +68,15 @@ class CrossingFinder {
       for (const uint32_t k : leaf.queries) {
         uint32_t met =
             cross_circles(rays, discs_.centre[k], discs_.normal[k], discs_.radius[k], map_.rule());
+        if (discs_.outline[k] != samples::kWholeDisc) outline_tests += uint64_t(std::popcount(met));
         for (; met; met &= met - 1)
           try_pair(ids[first + size_t(std::countr_zero(met))], k, &leaf.cell, hits);
       }
     }
     if (!hits.empty()) take_(hits);
-    return {.disc_tests = ids.size() * leaf.queries.size(), .hits = hits.size()};
+    return {.disc_tests = ids.size() * leaf.queries.size(),
+            .hits = hits.size(),
+            .outline_tests = outline_tests};
   }
 
   Stats try_all(std::span<const uint32_t> ids) const {

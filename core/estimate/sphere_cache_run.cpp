@@ -179,6 +179,7 @@ void Run::deposit(const SegmentList& list, uint32_t disc) {
   // The lists' ends are those of the largest disc.
   const bool shorter = options_.rule == segments::SegmentEnd::bounded && radius < most_radius_;
   const bool clipped = discs_.outline[disc] != samples::kWholeDisc;
+  if (clipped) stats.outline_tests += count;
   for (size_t k = 0; k < count; ++k) {
     const size_t place = scratch_[k];
     const uint32_t i = list.columns().index[place];

@@ -124,20 +124,25 @@ class Calibration {
 
   MethodConstants disc_index() {
     MethodConstants constants;
-    const SegmentSample chords = make_chords(32768), beside = make_chords(32768, {9, 9, 9});
+    const SegmentSample within = make_chords(32768), beside = make_chords(32768, {9, 9, 9}),
+                        left = make_chords(32768, {-0.5f, 0, 0}),
+                        right = make_chords(32768, {0.5f, 0, 0});
     for (const size_t size : kIndexSizes) {
       std::vector<Timed> searches;
       double build = 0;
-      for (const samples::DiscSet& discs : {spread_on_ball(size), volume(size)}) {
+      const auto search_all = [&](const samples::DiscSet& discs,
+                                  std::initializer_list<const SegmentSample*> samples) {
         ScratchSums sums(discs);
         std::unique_ptr<estimate::DiscIndex> index;
         build += best_seconds(
             [&] { index = std::make_unique<estimate::DiscIndex>(discs, kRule, one_, progress_); });
-        searches.push_back(best_of([&] { return search(*index, chords.span(), sums); }, progress_));
-        if (searches.size() == 1)
+        for (const SegmentSample* sample : samples)
           searches.push_back(
-              best_of([&] { return search(*index, beside.span(), sums); }, progress_));
-      }
+              best_of([&] { return search(*index, sample->span(), sums); }, progress_));
+      };
+      search_all(spread_on_ball(size), {&within, &beside});
+      // Of one index: to the left discs are clipped, to the right they are whole.
+      search_all(clipped_below(0.5f, in_order(volume(size))), {&left, &right});
       constants.push_back(fit(Method::disc_index, size, searches));
       constants.back().build = build / (2 * double(size));
     }
@@ -155,8 +160,8 @@ class Calibration {
       const size_t many = std::clamp<size_t>((size_t(1) << 24) / size, 128, 8192);
       std::vector<Timed> searches;
       for (const samples::DiscSet& discs :
-           {scatter_on_walls(2, 0.01f), in_order(scatter_on_walls(many, 0.7f)), volume(many),
-            in_order(volume(many)), spread_on_ball(many)})
+           {scatter_on_walls(2, 0.01f), in_order(scatter_on_walls(many, 0.7f)),
+            clipped_below(1, volume(many)), in_order(volume(many)), spread_on_ball(many)})
         searches.push_back(search_timed(discs, chords));
       constants.push_back(fit(method, size, searches));
     }

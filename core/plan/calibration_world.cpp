@@ -76,6 +76,17 @@ samples::DiscSet scatter_on_walls(size_t count, float hits) {
   return std::move(built.discs);
 }
 
+samples::DiscSet clipped_below(float x, samples::DiscSet discs) {
+  for (size_t i = 0; i < discs.size(); ++i) {
+    if (discs.centre[i].x >= x) continue;
+    discs.outline[i] = uint32_t(discs.outlines.size());
+    samples::Outline& outline = discs.outlines.emplace_back();
+    for (int k = 0; k < samples::kProbes; ++k)
+      outline[k] = discs.radius[i] * (k < samples::kProbes / 2 ? 1.0f : 0.5f);
+  }
+  return discs;
+}
+
 samples::DiscSet spread_on_ball(size_t count) {
   DiscBuilder built;
   const float radius = 0.4f, spacing = radius * std::sqrt(3.0f / float(count));

@@ -16,16 +16,18 @@ Machine typical_machine() {
   };
   Machine machine;
   const auto at = [&](Method method) -> MethodConstants& { return machine[size_t(method)]; };
-  at(Method::brute_force) = of(20, {{kSegments, 10}, {kDiscTests, 5}, {kTurns, 8}, {kHits, 15}});
+  at(Method::brute_force) =
+      of(20, {{kSegments, 10}, {kDiscTests, 5}, {kTurns, 8}, {kHits, 15}, {kOutlineTests, 40}});
   at(Method::disc_index) =
-      of(350, {{kSegments, 10}, {kNodeTests, 4}, {kDiscTests, 1}, {kHits, 4}});
+      of(350, {{kSegments, 10}, {kNodeTests, 4}, {kDiscTests, 1}, {kHits, 4}, {kOutlineTests, 40}});
   at(Method::ray_map) = of(20, {{kSegments, 25},
                                 {kVisits, 20},
                                 {kNodeTests, 1.7},
                                 {kDiscTests, 1},
                                 {kBoxTests, 4},
                                 {kSplits, 1800},
-                                {kHits, 80}});
+                                {kHits, 80},
+                                {kOutlineTests, 20}});
   at(Method::sphere_cache) = of(90, {{kSegments, 30},
                                      {kVisits, 120},
                                      {kDiscTests, 1.5},
@@ -33,7 +35,8 @@ Machine typical_machine() {
                                      {kFarTests, 0.5},
                                      {kRebuilds, 95},
                                      {kHits, 7},
-                                     {kFarHits, 6}});
+                                     {kFarHits, 6},
+                                     {kOutlineTests, 30}});
   return machine;
 }
 

@@ -27,7 +27,8 @@ enum Count : uint8_t {
   kSplits,       ///< ray map: leaves split
   kTurns,        ///< brute force: disc tests after a disc that faces elsewhere; branches miss
   kHits,
-  kFarHits,  ///< sphere cache: doublings of a call's segments beyond kNear, for each hit
+  kOutlineTests,  ///< of hits on the circles of clipped discs
+  kFarHits,       ///< sphere cache: doublings of a call's segments beyond kNear, for each hit
   kCounts
 };
 /// Segments that a core's own cache holds: the sphere cache's list of them takes two megabytes.

@@ -29,6 +29,7 @@ Counts counts_of(const estimate::Stats& stats, size_t segments) {
   counts[kDiscTests] = double(stats.disc_tests);
   counts[kSphereTests] = double(stats.sphere_tests);
   counts[kHits] = double(stats.hits);
+  counts[kOutlineTests] = double(stats.outline_tests);
   return counts;
 }
 

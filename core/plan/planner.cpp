@@ -44,6 +44,16 @@ class PartPlanner {
                             pilot_.least(method, traffic_.frame), false),
                      index);
   }
+  /// What brute force does follows without a run, but for its hits: those of the index.
+  MethodPlan pairs(const MethodPlan& index) const {
+    const auto counts = [&](const Load& load, const Counts& found) {
+      Counts all = pilot_.least(Method::brute_force, load);
+      all[kHits] = found[kHits], all[kOutlineTests] = found[kOutlineTests];
+      return all;
+    };
+    return priced(Method::brute_force, counts(traffic_.bake, index.bake),
+                  counts(traffic_.frame, index.frame), true);
+  }
   MethodPlan run(Method method) {
     const Counts bake = pilot_.count(method, traffic_.sample, traffic_.bake, progress_);
     const double ratio =
@@ -111,8 +121,7 @@ PartPlan plan_part(Pilot& pilot, Traffic traffic, Policy policy, const Machine& 
     return m.seconds(traffic.frames, traffic.rebuilds);
   };
   const MethodPlan index = planner.run(Method::disc_index);
-  // What brute force does is known without a run.
-  const MethodPlan pairs = planner.run(Method::brute_force);
+  const MethodPlan pairs = planner.pairs(index);
   plan.methods = {index, pairs, planner.bound(Method::ray_map, index),
                   planner.bound(Method::sphere_cache, index)};
   std::ranges::stable_sort(plan.methods, {}, total);

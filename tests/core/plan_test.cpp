@@ -60,6 +60,37 @@ TEST(Plan, PilotOfAHundredthPredictsTheTests) {
   EXPECT_NEAR(few_cache[kRebuilds] / by_cache[kRebuilds], 1, 0.1);
 }
 
+// Every hit on a circle asks for the outline, in the ray map once in each leaf that it passes.
+TEST(Plan, OutlineTestsAreHitsOnTheCirclesOfClippedDiscs) {
+  const SegmentSample chords = make_chords(3000);
+  const samples::DiscSet whole = scatter_in_volume(700, 0.05f);
+  const samples::DiscSet some = clipped_below(0.3f, whole);
+  ScratchSums sums(whole);
+  const auto by_index = [&](const samples::DiscSet& discs) {
+    return search(estimate::DiscIndex(discs, SegmentEnd::first, kOne), chords.span(), sums);
+  };
+  const Counts before = by_index(whole), after = by_index(some);
+  double circles = 0;
+  for (size_t i = 0; i < whole.size(); ++i) {
+    if (some.outline[i] == samples::kWholeDisc) continue;
+    samples::DiscSet one;
+    one.centre = {whole.centre[i]}, one.normal = {whole.normal[i]}, one.radius = {whole.radius[i]};
+    one.outline = {samples::kWholeDisc}, one.id = {0};
+    circles += search_brute_force(one, SegmentEnd::first, chords.span(), sums)[kHits];
+  }
+  EXPECT_GT(circles, 100);
+  EXPECT_EQ(before[kOutlineTests], 0);
+  EXPECT_EQ(after[kOutlineTests], circles);
+  const double lost = before[kHits] - after[kHits];  // half of each outline lies inside the circle
+  EXPECT_GT(lost, 0.2 * circles);
+  EXPECT_LT(lost, 0.6 * circles);
+  const estimate::SphereCache cache(some, {.rule = SegmentEnd::first});
+  EXPECT_EQ(search(cache, chords.span(), 1, sums, kOne)[kOutlineTests], circles);
+  const Counts map = search_ray_map(some, SegmentEnd::first, 32, chords.span(), sums);
+  EXPECT_GE(map[kOutlineTests], circles);
+  EXPECT_EQ(map[kHits], after[kHits]);
+}
+
 TEST(Plan, FarCountsAreWeighedByDoublings) {
   constexpr uint64_t kHeld = uint64_t(kNear);
   estimate::Stats stats;
@@ -174,6 +205,16 @@ TEST(Plan, AnIndexPaysWithFramesUnlessItIsRebuilt) {
   EXPECT_EQ(plan_for(100000, traffic, true).chosen, Method::disc_index);
   traffic.rebuilds = true;
   EXPECT_NE(plan_for(100000, traffic, true).chosen, Method::disc_index);
+}
+
+TEST(Plan, AllMethodsHaveTheHitsOfTheIndex) {
+  const PartPlan plan = plan_for(300, traffic_of(3000, 10), true);
+  const auto of = [&](Method method) {
+    return std::ranges::find(plan.methods, method, &MethodPlan::method)->bake;
+  };
+  EXPECT_GT(of(Method::disc_index)[kHits], 100);
+  EXPECT_EQ(of(Method::brute_force)[kHits], of(Method::disc_index)[kHits]);
+  EXPECT_EQ(of(Method::sphere_cache)[kHits], of(Method::disc_index)[kHits]);
 }
 
 TEST(Plan, NoMethodSearchesFasterThanAnIndexThatIsThere) {
