@@ -134,6 +134,8 @@ def test_complete() -> None:
     verdict = cache_misses.complete(rules(lossy))
     assert verdict.outcome == "refuted"
     assert "loses 9.8% of 1,000 hits; “nested” finds as many as “all”" in verdict.text
+    first, *others = runs(PEAKED)  # one hit, in one run: too few to tell its mean from zero
+    assert cache_misses.complete(rules([first | {"hits": 999}, *others])).outcome == "refuted"
 
 
 # ---- curve-orders ----------------------------------------------------------------------------------
