@@ -19,8 +19,8 @@ namespace {
 
 using segments::SegmentEnd;
 
-constexpr double kLong = 0.01;     // seconds of work that need no repetition
-constexpr double kEnough = 0.005;  // seconds after which short work was repeated enough
+constexpr double kLong = 0.008;    // seconds of work that need no repetition
+constexpr double kEnough = 0.004;  // seconds after which short work was repeated enough
 constexpr auto kRule = SegmentEnd::first;
 constexpr uint32_t kLeafSize = 32;
 constexpr size_t kIndexSizes[] = {size_t(1) << 11, size_t(1) << 14, size_t(1) << 17};
@@ -124,7 +124,7 @@ class Calibration {
 
   MethodConstants disc_index() {
     MethodConstants constants;
-    const SegmentSample within = make_chords(32768), beside = make_chords(32768, {9, 9, 9}),
+    const SegmentSample within = make_chords(32768), beside = make_chords(4096, {9, 9, 9}),
                         left = make_chords(32768, {-0.5f, 0, 0}),
                         right = make_chords(32768, {0.5f, 0, 0});
     for (const size_t size : kIndexSizes) {
