@@ -19,7 +19,7 @@ ESTIMATORS = (
 )
 # Third party -> the only file (without suffix) that may include it.
 THIRD_PARTIES = {
-    "embree": "trace/ray_caster",
+    "embree": "trace/embree_scene",
     "tbb": "base/parallel",
     "oneapi": "base/parallel",
     "nanoflann": "estimate/photon_map",

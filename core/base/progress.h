@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "base/error.h"
+#include "base/fault.h"
 
 namespace deltalux {
 
@@ -24,7 +25,7 @@ class Progress {
   void advance(size_t by) { done_.fetch_add(by, std::memory_order_relaxed); }
   /// Throws Cancelled once cancel() was called; workers call it every few milliseconds.
   void check() const {
-    if (cancelled()) throw Cancelled();
+    if (cancelled() || fault::due(fault::Kind::cancel)) throw Cancelled();
   }
   void cancel() { cancel_.store(true, std::memory_order_relaxed); }
   bool cancelled() const { return cancel_.load(std::memory_order_relaxed); }

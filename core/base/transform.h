@@ -14,10 +14,10 @@ struct Pose {
     const Vec3d q(p);
     return Vec3f(Vec3d{dot(row[0], q), dot(row[1], q), dot(row[2], q)} + translation);
   }
-  Vec3f direction(Vec3f p) const {
-    const Vec3d q(p);
+  Vec3f direction(Vec3d q) const {
     return Vec3f(Vec3d{dot(row[0], q), dot(row[1], q), dot(row[2], q)});
   }
+  Vec3f direction(Vec3f p) const { return direction(Vec3d(p)); }
   Pose inverse() const {
     Pose r;
     for (int i = 0; i < 3; ++i) r.row[i] = {row[0][i], row[1][i], row[2][i]};

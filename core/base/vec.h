@@ -70,6 +70,13 @@ void tangent_frame(Vec3<T> n, Vec3<T>& u, Vec3<T>& v) {
   v = {b, sign + n.y * n.y * a, -n.y};
 }
 
+/// Distance by which rounding may put a ray's origin or end off a surface at `p`: coordinates, and
+/// distances as long as they are, have 24 bits. Twice what 1e8 flights in rooms at all distances
+/// from the origin needed.
+inline float position_slack(Vec3f p) {
+  return 0x1p-19f * std::max({std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)});
+}
+
 struct Box {
   Vec3f low{std::numeric_limits<float>::infinity(), std::numeric_limits<float>::infinity(),
             std::numeric_limits<float>::infinity()};
@@ -85,6 +92,12 @@ struct Box {
   Vec3f centre() const { return (low + high) * 0.5f; }
   Vec3f extent() const { return empty() ? Vec3f{} : high - low; }
   float diagonal() const { return length(extent()); }
+  /// The largest coordinate's magnitude; 0 when empty.
+  float reach() const {
+    if (empty()) return 0;
+    const Vec3f far = max(high, -low);
+    return std::max({far.x, far.y, far.z});
+  }
   bool contains(const Box& b) const {
     return b.empty() || (low.x <= b.low.x && low.y <= b.low.y && low.z <= b.low.z &&
                          b.high.x <= high.x && b.high.y <= high.y && b.high.z <= high.z);

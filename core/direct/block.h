@@ -31,8 +31,8 @@ struct Block {
   alignas(64) float x[kBlock], y[kBlock], z[kBlock];
 };
 
-/// Shadow volumes are this much wider than exact: rays start and end epsilon off their surfaces.
-inline float slack(const trace::RayCaster& caster) { return 4 * caster.epsilon(); }
+/// Shadow volumes are this much wider than exact: rays start and end a little off their surfaces.
+inline float slack(const trace::RayCaster& caster) { return 4 * caster.margin(); }
 
 /// The movables that may stand between a light and receivers of a block.
 class Blockers {

@@ -19,7 +19,7 @@ using Shapes = std::vector<std::optional<LightShape>>;
 
 Shapes make_shapes(const Present& present, std::span<const uint32_t> lights, uint64_t seed) {
   Shapes shapes(present.lights.size());
-  for (uint32_t i : lights) shapes[i].emplace(present.lights[i], i, seed, present.caster.epsilon());
+  for (uint32_t i : lights) shapes[i].emplace(present.lights[i], i, seed);
   return shapes;
 }
 

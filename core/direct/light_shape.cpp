@@ -81,17 +81,17 @@ double Strata::share(const trace::RayBits& seen) const {
   return all > 0 ? double(sum_of(lit.data(), fan.count)) / all : 0.0;
 }
 
-LightShape::LightShape(const trace::Light& light, uint32_t number, uint64_t seed, float epsilon)
+LightShape::LightShape(const trace::Light& light, uint32_t number, uint64_t seed)
     : kind_(light.kind),
       two_sided_(light.two_sided),
       on_(light.on),
-      key_(combine(mix64(seed), number)),
-      epsilon_(epsilon) {
+      key_(combine(mix64(seed), number)) {
   const bool area = kind_ == scene::LightKind::area;
   const Vec3f power = area ? light.radiance : light.intensity;
   brightest_ = std::max({power.x, power.y, power.z});
   if (!area) {
     punctual_ = light;
+    if (kind_ != scene::LightKind::sun) slack_ = position_slack(light.position);
     return;
   }
   area_ = float(light.area);
@@ -102,8 +102,8 @@ LightShape::LightShape(const trace::Light& light, uint32_t number, uint64_t seed
     const Vec3f third = t.edge_v - t.edge_u;
     triangles_.push_back(
         {t.corner, t.edge_u, t.edge_v, t.normal, 0.5f * length(cross(t.edge_u, t.edge_v)),
-         std::max({dot(t.edge_u, t.edge_u), dot(t.edge_v, t.edge_v), dot(third, third)}), before,
-         light.cumulative[i] - before});
+         std::max({dot(t.edge_u, t.edge_u), dot(t.edge_v, t.edge_v), dot(third, third)}), t.slack,
+         before, light.cumulative[i] - before});
     before = light.cumulative[i];
   }
   find_corners(light.bounds.centre());
@@ -127,7 +127,7 @@ void LightShape::find_corners(Vec3f centre) {
         size_t(std::max_element(distance.begin(), distance.end()) - distance.begin());
     const Triangle& t = triangles_[chosen / 3];
     const Vec3f tip = vertex(chosen), middle = t.corner + (t.edge_u + t.edge_v) * (1.0f / 3.0f);
-    corner = {tip + (middle - tip) * kInset, t.normal};
+    corner = {tip + (middle - tip) * kInset, t.normal, t.slack};
     for (size_t i = 0; i < distance.size(); ++i) {
       const float d = squared(i, tip);
       distance[i] = &corner == corners_.data() ? d : std::min(distance[i], d);
@@ -165,7 +165,8 @@ double LightShape::open_punctual(const Receiver& receiver) const {
   const float cosine = dot(receiver.normal, d);
   if (!(cosine > 0)) return 0;
   // Nearer than a shadow ray can tell, a point light shines no brighter.
-  const double squared = std::max(double(dot(d, d)), double(epsilon_) * epsilon_);
+  const double nearest = std::max(double(slack_ + receiver.slack()), 1e-18);
+  const double squared = std::max(double(dot(d, d)), nearest * nearest);
   const double distance = std::sqrt(squared);
   const double falloff =
       kind_ == scene::LightKind::spot
@@ -175,7 +176,7 @@ double LightShape::open_punctual(const Receiver& receiver) const {
 }
 
 void LightShape::cast(const Receiver& receiver, Level level, Strata& out) const {
-  out.fan.origin = receiver.point + receiver.normal * epsilon_;
+  out.fan.origin = receiver.point + receiver.normal * receiver.slack();
   out.countable = {};
   if (kind_ == scene::LightKind::area)
     cast_area(receiver, level, out);
@@ -193,7 +194,8 @@ void LightShape::cast_single(const Receiver& receiver, Strata& out) const {
   if (kind_ != scene::LightKind::sun) {
     d = punctual_.position - out.fan.origin;
     // Stops short of the light: it may lie on a surface.
-    out.fan.to = std::max(0.0f, 1.0f - 2.0f * epsilon_ / std::max(epsilon_, length(d)));
+    const float short_of = 2 * slack_, distance = length(d);
+    out.fan.to = distance > short_of ? 1 - short_of / distance : 0.0f;
   }
   out.fan.x[0] = d.x, out.fan.y[0] = d.y, out.fan.z[0] = d.z;
 }
@@ -251,7 +253,7 @@ void LightShape::cast_corners(const Receiver& receiver, Strata& out) const {
     const Vec3f d = corner.point - receiver.point;
     const float facing = -dot(corner.normal, d);
     const Vec3f ray = corner.point - out.fan.origin +
-                      corner.normal * std::copysign(epsilon_, two_sided_ ? facing : 1.0f);
+                      corner.normal * std::copysign(corner.slack, two_sided_ ? facing : 1.0f);
     out.weight[i] = 0;
     out.fan.x[i] = ray.x, out.fan.y[i] = ray.y, out.fan.z[i] = ray.z;
     const bool counts = dot(receiver.normal, d) > 0 && (two_sided_ || facing > 0);
@@ -265,7 +267,7 @@ void LightShape::cast_triangle(const Receiver& receiver, Triangle t, const float
   const Vec3f from = t.corner - receiver.point, n = receiver.normal;
   const Vec3f lifted = t.corner - out.fan.origin;
   const float stretch = t.share > 0 ? 1 / t.share : 0.0f, behind = two_sided_ ? 1.0f : 0.0f;
-  const float epsilon = epsilon_;
+  const float slack = t.slack;
   float* const __restrict weight = out.weight.data();
   float* const __restrict x = out.fan.x.data();
   float* const __restrict y = out.fan.y.data();
@@ -288,7 +290,7 @@ void LightShape::cast_triangle(const Receiver& receiver, Triangle t, const float
     const float cosines = (above > 0 ? above : 0.0f) * front;
     weight[i] = cosines / (squared * squared + std::numeric_limits<float>::min());
     // Both ends leave their surface along its normal: a ray that grazes one stays clear of it.
-    const float lift = std::copysign(epsilon, facing * behind + (1 - behind));
+    const float lift = std::copysign(slack, facing * behind + (1 - behind));
     x[i] = lifted.x + px + t.normal.x * lift;
     y[i] = lifted.y + py + t.normal.y * lift;
     z[i] = lifted.z + pz + t.normal.z * lift;

@@ -11,10 +11,12 @@
 namespace deltalux::direct {
 
 /// A surface point that takes light: its irradiance is asked. A zero normal takes none (its object
-/// is removed). Points need a little room: shadow rays start trace::RayCaster::epsilon() above.
+/// is removed). Points need a little room: shadow rays start off their surface, see slack().
 struct Receiver {
   Vec3f point, normal;
   uint32_t object = scene::kNone;  ///< the movable that it lies on
+  float plane = 0;                 ///< scene::Scene::slack_of what it lies on
+  float slack() const { return position_slack(point) + plane; }
 };
 
 /// How finely a light is looked at; point, spot and sun have one ray at either level.
@@ -37,7 +39,7 @@ struct Strata {
 class LightShape {
  public:
   /// `number`: of the light; with `seed` and the receiver it determines the strata's points.
-  LightShape(const trace::Light& light, uint32_t number, uint64_t seed, float epsilon);
+  LightShape(const trace::Light& light, uint32_t number, uint64_t seed);
 
   /// Irradiance that the unblocked light gives, as a factor of brightest(): exact for area lights.
   double open(const Receiver& receiver) const;
@@ -48,11 +50,12 @@ class LightShape {
  private:
   struct Triangle {
     Vec3f corner, edge_u, edge_v, normal;
-    float area, longest_squared;
+    float area, longest_squared, slack;
     float before, share;  // cumulative share of the light's area before it, and its own
   };
   struct Corner {
     Vec3f point, normal;
+    float slack;
   };
   void find_corners(Vec3f centre);
   double open_triangle(const Triangle& triangle, const Receiver& receiver) const;
@@ -70,7 +73,8 @@ class LightShape {
   scene::LightKind kind_;
   bool two_sided_, on_;
   uint64_t key_;
-  float epsilon_, area_ = 0;
+  float area_ = 0;
+  float slack_ = 0;  // of a point or spot: rays end this far before it
   double brightest_;
   uint32_t rows_[2] = {1,
                        1};  // per level: strata across a triangle; columns run along the triangles

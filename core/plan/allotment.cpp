@@ -33,7 +33,7 @@ bool moves(const scene::Scene& scene, const trace::Light& light) {
 }
 
 /// Points spread by area over the front sides of the static surfaces.
-samples::SampleSet surface_points(const scene::Scene& scene) {
+samples::SampleSet surface_points(const scene::Scene& scene, const trace::RayCaster& caster) {
   std::vector<double> cumulative;
   std::vector<std::array<Vec3f, 3>> corners;
   double area = 0;
@@ -49,7 +49,7 @@ samples::SampleSet surface_points(const scene::Scene& scene) {
     }
   }
   samples::SampleSet set;
-  const float radius = kRadius * samples::scene_metre(scene);
+  const float radius = kRadius * samples::scene_metre(scene, caster);
   const PathRandom random(kSeed, 0);
   for (uint32_t i = 0; i < kPoints && !corners.empty(); ++i) {
     const double place = (i + double(random(i, 0))) / kPoints * area;
@@ -109,7 +109,7 @@ std::vector<double> shares_by_use(const scene::Scene& scene, std::span<const Vec
                                   Progress& progress) {
   const std::vector<double> power = trace::shares_by_power(lights);
   if (lights.size() < 2) return power;
-  const samples::SampleSet points = surface_points(scene);
+  const samples::SampleSet points = surface_points(scene, caster);
   if (points.size() == 0) return power;
   scene::Scene loaded = scene;
   for (size_t m = 0; m < loaded.materials.size(); ++m)
@@ -117,8 +117,8 @@ std::vector<double> shares_by_use(const scene::Scene& scene, std::span<const Vec
   std::vector<uint32_t> ids(points.size());
   for (uint32_t i = 0; i < ids.size(); ++i) ids[i] = i;
   const estimate::DiscIndex index(
-      samples::make_discs(points, std::move(ids), samples::DiscArea::whole, caster, scene.world(),
-                          2 * caster.epsilon(), workers, progress),
+      samples::make_discs(points, std::move(ids), samples::DiscArea::whole,
+                          {scene, caster, 0, scene.world()}, workers, progress),
       segments::SegmentEnd::first, workers, &progress);
 
   progress.begin("pilot", lights.size());

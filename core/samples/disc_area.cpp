@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
+#include <vector>
 
 namespace deltalux::samples {
 namespace {
@@ -40,47 +40,39 @@ float sector_area(float a, float b, float radius) {
 }
 
 /// Share of probe [0, reach], weighted by distance from the centre, that foreign geometry takes:
-/// all beyond the first static hit, and what lies inside closed movable objects.
+/// all beyond the first static hit, and what lies inside closed movable objects, one or several.
 float covered_share(const ForeignGeometry& foreign, Vec3f centre, Vec3f along, float reach) {
-  const float limit =
-      foreign.with_static
-          ? std::min(reach, foreign.caster->closest_static(centre, along, 0, reach).t)
-          : reach;
-  float covered = reach * reach - limit * limit;
-  float from = 0, entered = -1;
-  bool first = true;
-  for (int step = 0; step < 16 && from < limit; ++step) {
-    trace::Hit hit;
-    for (uint32_t object : foreign.caster->present())
-      if (object != foreign.own_object && foreign.closed[object])
-        hit = foreign.caster->closer(hit, object, centre, along, from, limit);
-    if (!hit.valid() || hit.t >= limit) break;
-    const bool leaving = dot(hit.normal, along) > 0;
-    if (leaving && (first || entered >= 0)) {
-      const float start = entered >= 0 ? entered : 0.0f;
-      covered += hit.t * hit.t - start * start;
-      entered = -1;
-    } else if (!leaving && entered < 0) {
-      entered = hit.t;
-    }
-    first = false;
-    from = hit.t + foreign.caster->epsilon();
+  thread_local std::vector<trace::Stretch> covered;
+  covered.clear();
+  if (foreign.with_static) {
+    const float hit = foreign.caster->closest_static(centre, along, 0, reach).t;
+    if (hit < reach) covered.push_back({hit, reach});
   }
-  if (entered >= 0) covered += limit * limit - entered * entered;
-  return std::min(1.0f, covered / (reach * reach));
+  for (uint32_t object : foreign.caster->present())
+    if (object != foreign.own_object)
+      foreign.caster->add_inside(object, centre, along, reach, covered);
+  std::sort(covered.begin(), covered.end(),
+            [](const auto& a, const auto& b) { return a.begin < b.begin; });
+  float sum = 0, done = 0;
+  for (const trace::Stretch& piece : covered) {
+    const float begin = std::max(done, piece.begin);
+    if (piece.end > begin) sum += piece.end * piece.end - begin * begin;
+    done = std::max(done, piece.end);
+  }
+  return std::min(1.0f, sum / (reach * reach));
 }
 
 /// What a disc's centre reaches along its probes.
 class Probes {
  public:
-  Probes(const trace::RayCaster& caster, const Box& world, Vec3f centre, Vec3f normal, float radius)
-      : caster_(caster), centre_(centre), far_(kAround * radius) {
+  Probes(const Ground& ground, Vec3f centre, Vec3f normal, float radius)
+      : caster_(ground.caster), centre_(centre), far_(kAround * radius) {
     Vec3f u, v;
     tangent_frame(normal, u, v);
     for (int k = 0; k < kProbes; ++k) {
       along_[k] = probe_direction(u, v, k);
-      hit_[k] = caster.closest_static(centre, along_[k], 0.0f, kGuard * radius);
-      const float t = std::min(hit_[k].t, distance_to_border(world, centre, along_[k]));
+      hit_[k] = caster_.closest_static(centre, along_[k], 0.0f, kGuard * radius);
+      const float t = std::min(hit_[k].t, distance_to_border(ground.world, centre, along_[k]));
       reach_[k] = t < far_ ? kShort * t : far_;
     }
     for (int k = 0; k < kProbes; ++k) clear_sector(k);
@@ -139,9 +131,24 @@ class Probes {
 
 }  // namespace
 
+namespace {
+
+float plane_slack_under(const Ground& ground, Vec3f point, Vec3f normal, float within) {
+  const Vec3f above = point + normal * within;
+  const trace::Hit hit = ground.caster.closest_static(above, -normal, 0.0f, 2 * within);
+  return hit.valid() ? ground.scene.slack_of(ground.first_primitive + hit.primitive) : 0.0f;
+}
+
+}  // namespace
+
+float rounding_above(const Ground& ground, Vec3f point, Vec3f normal, float within) {
+  return position_slack(point) + plane_slack_under(ground, point, normal, within);
+}
+
 DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea rule,
-                   const trace::RayCaster& caster, const Box& world, float lift_at_least,
-                   const Workers& workers, Progress& progress) {
+                   const Ground& ground, const Workers& workers, Progress& progress) {
+  constexpr float kLeastLift = 2;  // of what rounding asks for
+  constexpr float kGround = 0.01f;  // radii: the surface under a sample is no further
   DiscSet discs;
   const size_t n = ids.size();
   discs.centre.resize(n);
@@ -149,6 +156,7 @@ DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea
   discs.radius.resize(n);
   discs.outline.assign(n, kWholeDisc);
   discs.openness.assign(n, 1.0f);
+  discs.slack.resize(n);
   discs.id = std::move(ids);
   progress.begin("discs", n);
   constexpr size_t kBlock = 64;  // of a few milliseconds, between two looks at the cancel flag
@@ -159,17 +167,20 @@ DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea
       const uint32_t id = discs.id[i];
       const Vec3f normal = samples.normal[id];
       const float radius = samples.radius[id];
-      const float lift =
-          rule == DiscArea::reachable ? std::max(lift_at_least, kLift * radius) : lift_at_least;
+      discs.slack[i] = plane_slack_under(ground, samples.point[id], normal, kGround * radius);
+      const float rounding = position_slack(samples.point[id]) + discs.slack[i];
+      const float lift = rule == DiscArea::reachable
+                             ? std::max(kLeastLift * rounding, kLift * radius)
+                             : kLeastLift * rounding;
       discs.normal[i] = normal;
       discs.radius[i] = radius;
       // Under a ceiling lower than that the disc stays below it.
-      const Vec3f above = samples.point[id] + normal * (0.25f * lift_at_least);
-      const float room = caster.closest_static(above, normal, 0.0f, 2 * lift).t;
+      const Vec3f above = samples.point[id] + normal * (0.5f * rounding);
+      const float room = ground.caster.closest_static(above, normal, 0.0f, 2 * lift).t;
       discs.centre[i] = samples.point[id] + normal * std::min(lift, 0.5f * room);
       if (rule == DiscArea::whole) continue;
       const Outline outline =
-          Probes(caster, world, discs.centre[i], normal, radius).outline(radius);
+          Probes(ground, discs.centre[i], normal, radius).outline(radius);
       if (std::all_of(outline.begin(), outline.end(), [&](float r) { return r >= radius; }))
         continue;
       discs.outline[i] = uint32_t(found[begin / kBlock].size());
@@ -266,28 +277,6 @@ float uncovered_area(const DiscSet& discs, size_t i, const Pose& pose,
     area += sector_area(reach[k], reach[next], radius) * 0.5f * (open[k] + open[next]);
   }
   return area;
-}
-
-bool is_closed(const scene::Object& object) {
-  std::map<std::array<float, 3>, uint32_t> welded;
-  std::map<std::pair<uint32_t, uint32_t>, int> edges;
-  double volume = 0;
-  for (const auto& triangle : object.triangles) {
-    uint32_t id[3];
-    for (int k = 0; k < 3; ++k) {
-      const Vec3f p = object.vertices[triangle[k]];
-      id[k] = welded.try_emplace({p.x, p.y, p.z}, uint32_t(welded.size())).first->second;
-    }
-    for (int k = 0; k < 3; ++k) {
-      const uint32_t a = id[k], b = id[(k + 1) % 3];
-      ++edges[{std::min(a, b), std::max(a, b)}];
-    }
-    const Vec3d p(object.vertices[triangle[0]]), q(object.vertices[triangle[1]]),
-        r(object.vertices[triangle[2]]);
-    volume += dot(p, cross(q, r));
-  }
-  return volume > 0 &&
-         std::all_of(edges.begin(), edges.end(), [](const auto& e) { return e.second == 2; });
 }
 
 }  // namespace deltalux::samples

@@ -19,12 +19,21 @@ namespace deltalux::samples {
 /// Share of the radius by which reachable discs are lifted.
 inline constexpr float kLift = 0.03f;
 
-/// Discs of the samples listed in `ids`, in their own space, clipped by the static geometry of
-/// `caster` (for a movable object: a caster over its own local triangles) and by `world`, where
-/// segments that hit nothing end.
+/// What samples lie on: the static scene, or one movable object, in whose own space its samples
+/// are.
+struct Ground {
+  const scene::Scene& scene;       ///< the whole one
+  const trace::RayCaster& caster;  ///< its static geometry is the ground
+  uint32_t first_primitive = 0;    ///< of the ground
+  Box world;                       ///< where segments that hit nothing end
+};
+
+/// Discs of the samples listed in `ids`, in their own space, clipped by the ground and its world.
 DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea rule,
-                   const trace::RayCaster& caster, const Box& world, float lift_at_least,
-                   const Workers& workers, Progress& progress);
+                   const Ground& ground, const Workers& workers, Progress& progress);
+
+/// How far above `point` on the ground rays must begin; looks for a surface `within` metres.
+float rounding_above(const Ground& ground, Vec3f point, Vec3f normal, float within);
 
 /// Points of a disc, uniform over what its outline leaves of it.
 class DiscPoints {
@@ -47,19 +56,16 @@ struct OutlineMoments {
 };
 OutlineMoments outline_moments(const DiscSet& discs, size_t i);
 
-/// Geometry that may cover part of a disc and moves relative to it.
+/// Geometry that may cover part of a disc and moves relative to it: closed movables, see
+/// scene::Object.
 struct ForeignGeometry {
   const trace::RayCaster* caster = nullptr;
   bool with_static = false;            ///< static geometry is foreign too (moving samples)
   uint32_t own_object = scene::kNone;  ///< never foreign
-  std::span<const uint8_t> closed;     ///< per object: closed movables only are counted
 };
 /// The outline's area less what `foreign` geometry covers in the disc's plane. `pose` takes the
 /// disc to world space. A pure function of the state of the scene.
 float uncovered_area(const DiscSet& discs, size_t i, const Pose& pose,
                      const ForeignGeometry& foreign);
-
-/// True for a closed solid wound outwards: every edge (by position) belongs to two triangles.
-bool is_closed(const scene::Object& object);
 
 }  // namespace deltalux::samples

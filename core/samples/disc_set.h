@@ -24,11 +24,12 @@ struct DiscSet {
   std::vector<uint32_t> id;
   std::vector<float>
       openness;  ///< at the centre over that of the disc; 1 until it is found (openness.h)
+  std::vector<float> slack;  ///< Scene::slack_of the surface under the sample
   std::vector<Outline> outlines;
   size_t size() const { return centre.size(); }
   size_t bytes() const {
     return size() * (2 * sizeof(Vec3f) + sizeof(float) + 2 * sizeof(uint32_t)) +
-           openness.size() * sizeof(float) + outlines.size() * sizeof(Outline);
+           (openness.size() + slack.size()) * sizeof(float) + outlines.size() * sizeof(Outline);
   }
 };
 

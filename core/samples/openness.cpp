@@ -59,7 +59,7 @@ class Surroundings {
       if (emission.x + emission.y + emission.z > 0) return share;
       share *= kReflectance;
       normal = trace::facing_normal(hit, w);
-      at = trace::leave_surface(at, w, hit, normal, caster_.epsilon());
+      at = trace::leave_surface(at, w, hit, normal, scene_.slack_of(hit.primitive));
     }
     return 0;
   }

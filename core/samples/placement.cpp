@@ -2,53 +2,168 @@
 // The radius rule that measured best in rooms: noise falls with d, blur grows with d^2.
 #include "samples/placement.h"
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <optional>
 
 #include "base/random.h"
 #include "samples/disc_area.h"
+#include "trace/scatter.h"
 
 namespace deltalux::samples {
+namespace {
 
-constexpr float kShareOfRoom = 0.8f;  // of the harmonic mean distance to the surroundings
+constexpr float kShareOfRoom = 0.8f;    // of the harmonic mean distance to the surroundings
+constexpr float kMetrePerFlight = 0.22f;  // of a room's longer flights
+constexpr double kLonger = 0.75;          // quantile: few enough leave by a window
+constexpr int kRays = 16;               // from a sample
+constexpr int kWalks = 8;               // of those rays go on
+constexpr int kBounces = 3;             // as often
+constexpr int kLeastFlights = 10;       // of the 40 that must end somewhere to tell a size
 
-float scene_metre(const scene::Scene& scene) { return 0.1f * scene.world().diagonal(); }
+/// Directions around +z: of the rays, evenly over the hemisphere, and of the bounces, as the
+/// cosine.
+struct Directions {
+  std::array<Vec3f, kRays> ray;
+  std::array<std::array<Vec3f, kBounces>, kWalks> bounce;
+  Directions() {
+    const auto around = [](float height, float turn) {
+      const float flat = std::sqrt(1 - height * height), phi = 2 * std::numbers::pi_v<float> * turn;
+      return Vec3f{std::cos(phi) * flat, std::sin(phi) * flat, height};
+    };
+    for (int k = 0; k < kRays; ++k)
+      ray[k] = around((float(k) + 0.5f) / kRays, sobol::sample(uint32_t(k), 7)[0]);
+    for (int k = 0; k < kWalks; ++k)
+      for (int b = 0; b < kBounces; ++b) {
+        const auto r = sobol::sample(uint32_t(k), 8 + uint64_t(b));
+        bounce[k][b] = around(std::sqrt(1 - r[0]), r[1]);
+      }
+  }
+};
 
-void resolve_radii(const scene::Scene& scene, const trace::RayCaster& caster, uint64_t paths,
-                   const Workers& workers, Progress& progress, SampleSet& samples) {
-  constexpr int kRays = 16;
-  const float metre = scene_metre(scene);
+Vec3f turned(Vec3f local, Vec3f n) {
+  Vec3f u, v;
+  tangent_frame(n, u, v);
+  return u * local.x + v * local.y + n * local.z;
+}
+
+/// What short walks from a point see.
+struct Surroundings {
+  float inverse_sum = 0;  ///< of the rays' distances
+  std::array<float, kRays + kWalks * kBounces> flights;
+  int ended = 0, on_backs = 0;  ///< flights that end somewhere, and of those on a triangle's back
+
+  std::optional<float> metre() const {
+    if (ended < kLeastFlights) return std::nullopt;
+    auto sorted = flights;
+    const auto quantile = sorted.begin() + int(kLonger * ended);
+    std::nth_element(sorted.begin(), quantile, sorted.begin() + ended);
+    return kMetrePerFlight * *quantile;
+  }
+  float harmonic() const {
+    return inverse_sum > 0 ? kRays / inverse_sum : std::numeric_limits<float>::infinity();
+  }
+};
+
+Surroundings look_around(const scene::Scene& scene, const trace::RayCaster& caster, Vec3f origin,
+                         Vec3f normal) {
+  static const Directions directions;
+  Surroundings found;
+  const auto fly = [&](Vec3f at, Vec3f w) {
+    const trace::Hit hit = caster.closest_static(at, w);
+    if (hit.valid()) {
+      found.flights[size_t(found.ended++)] = hit.t;
+      found.on_backs += dot(hit.normal, w) > 0;
+    }
+    return hit;
+  };
+  for (int k = 0; k < kRays; ++k) {
+    Vec3f at = origin, w = turned(directions.ray[k], normal);
+    trace::Hit hit = fly(at, w);
+    if (hit.valid()) found.inverse_sum += 1 / std::max(hit.t, std::numeric_limits<float>::min());
+    // Every other ray: they climb evenly.
+    for (int b = 0; k % (kRays / kWalks) == 0 && b < kBounces && hit.valid(); ++b) {
+      const Vec3f n = trace::facing_normal(hit, w);
+      at = trace::leave_surface(at, w, hit, n, scene.slack_of(hit.primitive));
+      w = turned(directions.bounce[k / (kRays / kWalks)][b], n);
+      hit = fly(at, w);
+    }
+  }
+  return found;
+}
+
+}  // namespace
+
+float scene_metre(const scene::Scene& scene, const trace::RayCaster& caster) {
+  constexpr uint32_t kPoints = 256;
+  const float all = 0.1f * scene.world().diagonal();
+  const uint32_t triangles = scene.static_primitives();
+  std::vector<float> metres, inner;  // inner: what sees backs only, as inside a solid
+  uint32_t object = 0;
+  for (uint32_t i = 0; i < kPoints && triangles; ++i) {
+    const uint32_t primitive = uint32_t(uint64_t(i) * triangles / kPoints);
+    while (primitive >= scene.objects[object].first_primitive +
+                            uint32_t(scene.objects[object].triangles.size()))
+      ++object;
+    const scene::Object& own = scene.objects[object];
+    Vec3f p[3];
+    for (int k = 0; k < 3; ++k)
+      p[k] = own.pose.point(own.vertices[own.triangles[primitive - own.first_primitive][k]]);
+    const Vec3d across = cross(Vec3d(p[1] - p[0]), Vec3d(p[2] - p[0]));
+    if (!(dot(across, across) > 0)) continue;
+    auto r = sobol::sample(i, 6);
+    if (r[0] + r[1] > 1) r[0] = 1 - r[0], r[1] = 1 - r[1];
+    const Vec3f at = p[0] + (p[1] - p[0]) * r[0] + (p[2] - p[0]) * r[1];
+    const float slack = position_slack(at) + scene.slack_of(primitive);
+    for (const float side : {1.0f, -1.0f}) {
+      const Vec3f n = Vec3f(normalize(across)) * side;
+      const Surroundings around = look_around(scene, caster, at + n * slack, n);
+      if (const auto metre = around.metre())
+        (around.on_backs == around.ended ? inner : metres).push_back(std::min(*metre, all));
+    }
+  }
+  if (metres.empty()) metres = std::move(inner);  // a bare room, wound outward
+  if (metres.empty()) return all;
+  // Niches and shelves have many triangles; outer walls that see the ground are few.
+  const auto quantile = metres.begin() + long(0.75 * double(metres.size()));
+  std::nth_element(metres.begin(), quantile, metres.end());
+  return *quantile;
+}
+
+void resolve_lengths(const scene::Scene& scene, const trace::RayCaster& caster, uint64_t paths,
+                     const Workers& workers, Progress& progress, SampleSet& samples) {
+  const float elsewhere = scene_metre(scene, caster);
+  const Ground ground{scene, caster, 0, scene.world()};
   // Noise falls as 1 / (paths d^2), blur grows with d^4.
   const float balance = float(std::pow(1e6 / double(std::max<uint64_t>(1, paths)), 1.0 / 6));
-  const float least = 0.08f * metre * balance, most = 0.2f * metre * balance;
+  const float least = 0.08f * balance, most = 0.2f * balance;
+  std::vector<float> size(scene.objects.size());
+  for (size_t i = 0; i < size.size(); ++i)
+    if (scene.objects[i].movable) size[i] = scene::bounds_at(scene.objects[i], {}).diagonal();
   progress.begin("disc radii", samples.size());
   workers.for_blocks(samples.size(), 512, [&](size_t begin, size_t end) {
     progress.check();
     for (size_t i = begin; i < end; ++i) {
       if (!std::isnan(samples.radius[i])) continue;
-      if (samples.attached[i] != scene::kNone) {
+      if (const uint32_t object = samples.attached[i]; object != scene::kNone) {
         // Where a moving object's surroundings are is not fixed in time: half of the usual bound.
-        samples.radius[i] = std::max(least, 0.5f * most);
+        const float half = 0.5f * size[object];
+        samples.radius[i] = std::min(0.5f * most * elsewhere, half > 0 ? half : elsewhere);
         continue;
       }
       const Vec3f n = samples.normal[i];
       // As high as the highest disc: on a vertex of a concave mesh the faces around it stand up
       // from the tangent plane, and are no surroundings.
-      const Vec3f above = samples.point[i] + n * caster.epsilon();
-      const float room = caster.closest_static(above, n, 0.0f, 2 * kLift * most).t;
-      const Vec3f origin = above + n * std::min(kLift * most, 0.5f * room);
-      Vec3f u, v;
-      tangent_frame(n, u, v);
-      float inverse_sum = 0;
-      for (int k = 0; k < kRays; ++k) {
-        const float height = (float(k) + 0.5f) / kRays;
-        const float turn = 6.2831853f * sobol::sample(uint32_t(k), 7)[0];
-        const float flat = std::sqrt(1 - height * height);
-        const Vec3f w = u * (std::cos(turn) * flat) + v * (std::sin(turn) * flat) + n * height;
-        const float t = caster.closest_static(origin, w).t;
-        inverse_sum += 1.0f / std::max(t, 1e-3f * metre);
-      }
-      const float harmonic = inverse_sum > 0 ? kRays / inverse_sum : most;
-      samples.radius[i] = std::min(most, std::max(least, kShareOfRoom * harmonic));
+      const float slack = rounding_above(ground, samples.point[i], n, 1e-3f * elsewhere);
+      const Vec3f above = samples.point[i] + n * slack;
+      const float lift = kLift * most * elsewhere;
+      const float room = caster.closest_static(above, n, 0.0f, 2 * lift).t;
+      const Surroundings around =
+          look_around(scene, caster, above + n * std::min(lift, 0.5f * room), n);
+      const float metre = std::max(around.metre().value_or(elsewhere), elsewhere);
+      const float wanted = kShareOfRoom * around.harmonic();
+      samples.radius[i] = std::clamp(wanted, least * metre, most * metre);
     }
     progress.advance(end - begin);
   });

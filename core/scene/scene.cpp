@@ -2,7 +2,9 @@
 // Scene bookkeeping: numbering of primitives, validation, bounds.
 #include "scene/scene.h"
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "base/error.h"
 
@@ -13,6 +15,34 @@ constexpr const char* kExpected = ", expected a scene in metres";
 
 bool is_near(Vec3f p) {
   return std::fabs(p.x) <= kFarthest && std::fabs(p.y) <= kFarthest && std::fabs(p.z) <= kFarthest;
+}
+
+/// Ray queries evaluate n·(corner − origin) with n = e × f in single precision: the terms of that
+/// product bound its error. Of an upright or level triangle the larger ones vanish, however long it
+/// is; a movable's may turn, so that all count.
+float plane_slack(const Object& object, const std::array<uint32_t, 3>& triangle) {
+  constexpr double kRounding = 0x1p-21;  // of a sum of products, twice: hit, and ray that leaves
+  constexpr double kMost = 1e-4;         // of the longest edge; what is thinner has no plane
+  Vec3d p[3];
+  for (int k = 0; k < 3; ++k) {
+    const Vec3f local = object.vertices[triangle[k]];
+    p[k] = Vec3d(object.movable ? local : object.pose.point(local));
+  }
+  const Vec3d e = p[1] - p[0], f = p[2] - p[0], g = p[2] - p[1];
+  const double longest = std::sqrt(std::max({dot(e, e), dot(f, f), dot(g, g)}));
+  const double area = length(cross(e, f));
+  double terms = 0;
+  if (object.movable) {
+    terms = longest * length(e) * length(f);
+  } else {
+    for (int i = 0; i < 3; ++i) {
+      const int j = (i + 1) % 3, k = (i + 2) % 3;
+      const double extent = std::max({std::fabs(e[i]), std::fabs(f[i]), std::fabs(g[i])});
+      terms += extent * (std::fabs(e[j] * f[k]) + std::fabs(e[k] * f[j]));
+    }
+  }
+  const double slack = area > 0 ? kRounding * terms / area : kMost * longest;
+  return float(std::min(slack, kMost * longest));
 }
 
 }  // namespace
@@ -27,6 +57,28 @@ Box bounds_at(const Object& object, const Pose& pose) {
   Box box;
   for (const Vec3f& v : object.vertices) box.grow(pose.point(v));
   return box;
+}
+
+bool is_closed(const Object& object) {
+  std::map<std::array<float, 3>, uint32_t> welded;
+  std::map<std::pair<uint32_t, uint32_t>, int64_t> balance;  // per edge, lower end first
+  double volume = 0;
+  for (const auto& triangle : object.triangles) {
+    uint32_t id[3];
+    for (int k = 0; k < 3; ++k) {
+      const Vec3f p = object.vertices[triangle[k]];
+      id[k] = welded.try_emplace({p.x, p.y, p.z}, uint32_t(welded.size())).first->second;
+    }
+    for (int k = 0; k < 3; ++k) {
+      const uint32_t a = id[k], b = id[(k + 1) % 3];
+      if (a != b) balance[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
+    }
+    const Vec3d p(object.vertices[triangle[0]]), q(object.vertices[triangle[1]]),
+        r(object.vertices[triangle[2]]);
+    volume += dot(p, cross(q, r));
+  }
+  return volume > 0 && std::all_of(balance.begin(), balance.end(),
+                                   [](const auto& edge) { return edge.second == 0; });
 }
 
 void Scene::check(const Object& object) const {
@@ -52,13 +104,14 @@ void Scene::number(Object& object) {
   const uint64_t next = uint64_t(primitives_) + object.triangles.size();
   if (next >= kNone) throw SceneError("scene: more than 4e9 triangles");
   object.first_primitive = primitives_;
-  material_.insert(material_.end(), object.material.begin(), object.material.end());
+  for (size_t t = 0; t < object.triangles.size(); ++t)
+    primitive_.push_back({object.material[t], plane_slack(object, object.triangles[t])});
   primitives_ = uint32_t(next);
 }
 
 void Scene::finish() {
   primitives_ = static_primitives_ = 0;
-  material_.clear();
+  primitive_.clear();
   object_of_static_.clear();
   bool seen_movable = false;
   for (size_t i = 0; i < objects.size(); ++i) {
@@ -68,6 +121,7 @@ void Scene::finish() {
       throw SceneError("scene: static objects must come before movable ones");
     seen_movable |= object.movable;
     number(object);
+    object.closed = object.movable && is_closed(object);
     if (!object.movable) {
       static_primitives_ = primitives_;
       object_of_static_.resize(primitives_, uint32_t(i));
@@ -96,13 +150,14 @@ uint32_t Scene::add_object(Object object) {
   check(object);
   object.movable = true;
   number(object);
+  object.closed = is_closed(object);
   objects.push_back(std::move(object));
   return uint32_t(objects.size() - 1);
 }
 
 void Scene::drop_last_object() {
   primitives_ = objects.back().first_primitive;
-  material_.resize(primitives_);
+  primitive_.resize(primitives_);
   objects.pop_back();
 }
 
@@ -116,10 +171,12 @@ uint32_t Scene::object_of(uint32_t primitive) const {
   return low;
 }
 
-uint32_t Scene::material_index(uint32_t primitive) const { return material_[primitive]; }
+uint32_t Scene::material_index(uint32_t primitive) const { return primitive_[primitive].material; }
+
+float Scene::slack_of(uint32_t primitive) const { return primitive_[primitive].slack; }
 
 const Material& Scene::material_of(uint32_t primitive) const {
-  return materials[material_[primitive]];
+  return materials[primitive_[primitive].material];
 }
 
 Box Scene::measure_world() const {

@@ -29,6 +29,7 @@ struct Object {
   bool present = true;  ///< false after `remove`
   Pose pose;
   uint32_t first_primitive = 0;
+  bool closed = false;  ///< of movables: has an inside, see is_closed()
 
   std::vector<Vec3f> world_vertices() const;
 };
@@ -46,6 +47,9 @@ struct PunctualLight {
 };
 
 Box bounds_at(const Object& object, const Pose& pose);
+/// Whether `object` has an inside, wound outwards: each edge (by position) is run through as often
+/// in one direction as in the other. Several bodies count, touching, overlapping or nested.
+bool is_closed(const Object& object);
 
 /// Objects are ordered static first; primitives are numbered through all objects in that order, so
 /// primitive < static_primitives() iff it is static. Objects added later come last.
@@ -71,6 +75,9 @@ class Scene {
   uint32_t object_of(uint32_t primitive) const;
   const Material& material_of(uint32_t primitive) const;
   uint32_t material_index(uint32_t primitive) const;
+  /// Distance by which rounding may put the plane of `primitive` off, as rays meet it: of large
+  /// tilted triangles and slivers more than position_slack() of a point on them. In any pose.
+  float slack_of(uint32_t primitive) const;
   /// The box that light paths live in: fixed when the scene is finished, from static geometry
   /// alone where that encloses the movables, so that it does not depend on where they stand.
   const Box& world() const { return world_; }
@@ -86,7 +93,11 @@ class Scene {
   Box measure_world() const;
 
   std::vector<uint32_t> object_of_static_;  // per static primitive
-  std::vector<uint32_t> material_;          // per primitive
+  struct Primitive {
+    uint32_t material;
+    float slack;
+  };
+  std::vector<Primitive> primitive_;
   uint32_t static_primitives_ = 0, primitives_ = 0;
   Box world_;
 };

@@ -118,7 +118,7 @@ Vec3f around(Vec3f axis, float cosine, float turn) {
   return u * (std::cos(phi) * sine) + v * (std::sin(phi) * sine) + axis * cosine;
 }
 
-Emission emit_from_area(const Light& light, const std::array<float, 4>& r, float epsilon) {
+Emission emit_from_area(const Light& light, const std::array<float, 4>& r) {
   float a = r[0], b = r[1], side = r[2];
   const auto entry = std::upper_bound(light.cumulative.begin(), light.cumulative.end() - 1, a);
   const size_t i = size_t(entry - light.cumulative.begin());
@@ -143,7 +143,7 @@ Emission emit_from_area(const Light& light, const std::array<float, 4>& r, float
     }
   }
   const Vec3f p = t.corner + t.edge_u * a + t.edge_v * b;
-  return {p + n * epsilon, around(n, std::sqrt(1.0f - side), r[3])};
+  return {p + n * t.slack, around(n, std::sqrt(1.0f - side), r[3])};
 }
 
 }  // namespace
@@ -182,13 +182,19 @@ void place_light(const scene::Scene& scene, Light& light) {
     const scene::Object& object = scene.objects[light.object];
     light.world.clear();
     for (uint32_t t : light.triangles) {
-      Vec3f p[3];
+      Vec3f local[3];
+      float slack = 0;
       for (int k = 0; k < 3; ++k) {
-        p[k] = pose.point(object.vertices[object.triangles[t][k]]);
-        light.bounds.grow(p[k]);
+        local[k] = object.vertices[object.triangles[t][k]];
+        const Vec3f p = pose.point(local[k]);
+        light.bounds.grow(p);
+        slack = std::max(slack, position_slack(p));
       }
-      const Vec3d u(p[1] - p[0]), v(p[2] - p[0]);
-      light.world.push_back({p[0], p[1] - p[0], p[2] - p[0], Vec3f(normalize(cross(u, v)))});
+      // Turned, not taken between corners in the world: far from its middle those coincide.
+      const Vec3d u = Vec3d(local[1]) - Vec3d(local[0]), v = Vec3d(local[2]) - Vec3d(local[0]);
+      light.world.push_back({pose.point(local[0]), pose.direction(u), pose.direction(v),
+                             pose.direction(normalize(cross(u, v))),
+                             slack + scene.slack_of(object.first_primitive + t)});
     }
     return;
   }
@@ -242,7 +248,7 @@ void allot_paths(std::vector<Light>& lights, std::span<const double> shares, uin
   }
 }
 
-Emission emit(const Light& light, uint64_t seed, uint64_t index, uint32_t batches, float epsilon) {
+Emission emit(const Light& light, uint64_t seed, uint64_t index, uint32_t batches) {
   // Each (light, batch) has a scrambling of its own; the index restarts within the batch.
   const uint32_t batch = batch_of(light, index, batches);
   const uint64_t start = (uint64_t(batch) * light.path_count + batches - 1) / batches;
@@ -250,7 +256,7 @@ Emission emit(const Light& light, uint64_t seed, uint64_t index, uint32_t batche
   const std::array<float, 4> r = sobol::sample(uint32_t(index - start), key);
   switch (light.kind) {
     case scene::LightKind::area:
-      return emit_from_area(light, r, epsilon);
+      return emit_from_area(light, r);
     case scene::LightKind::point:
       return {light.position, around({0, 0, 1}, 1.0f - 2.0f * r[0], r[1])};
     case scene::LightKind::spot: {

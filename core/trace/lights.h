@@ -14,7 +14,8 @@ namespace deltalux::trace {
 /// One emissive triangle in world space: corner and edges.
 struct LightTriangle {
   Vec3f corner, edge_u, edge_v;
-  Vec3f normal;  ///< unit, front side
+  Vec3f normal;    ///< unit, front side
+  float slack = 0;  ///< rays start and end this far off it
 };
 
 /// An area light is one connected piece of an object's triangles of one material; a punctual light
@@ -69,7 +70,7 @@ struct Emission {
 
 /// Start of path `index` of `light` (0 .. path_count). `batch` selects the scrambling, so batches
 /// are independent estimates.
-Emission emit(const Light& light, uint64_t seed, uint64_t index, uint32_t batches, float epsilon);
+Emission emit(const Light& light, uint64_t seed, uint64_t index, uint32_t batches);
 
 /// The batch of a path within its light: contiguous ranges of equal size.
 inline uint32_t batch_of(const Light& light, uint64_t index, uint32_t batches) {

@@ -1,162 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The only file that uses Embree.
+// Which structure a query asks, and who wins.
 #include "trace/ray_caster.h"
 
-#if DELTALUX_EMBREE_MAJOR >= 4
-#include <embree4/rtcore.h>
-#else
-#include <embree3/rtcore.h>
-#endif
-
 #include <algorithm>
-#include <bit>
-#include <cstring>
-
-#include "base/error.h"
+#include <array>
 
 namespace deltalux::trace {
-namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
-void intersect(RTCScene scene, RTCRayHit& ray) {
-#if DELTALUX_EMBREE_MAJOR >= 4
-  rtcIntersect1(scene, &ray, nullptr);
-#else
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcIntersect1(scene, &context, &ray);
-#endif
-}
-
-bool occluded(RTCScene scene, RTCRay& ray) {
-#if DELTALUX_EMBREE_MAJOR >= 4
-  rtcOccluded1(scene, &ray, nullptr);
-#else
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcOccluded1(scene, &context, &ray);
-#endif
-  return ray.tfar < 0;
-}
-
-RTCRay make_ray(Vec3f o, Vec3f d, float from, float to) {
-  RTCRay ray{};
-  ray.org_x = o.x, ray.org_y = o.y, ray.org_z = o.z, ray.tnear = from;
-  ray.dir_x = d.x, ray.dir_y = d.y, ray.dir_z = d.z, ray.tfar = to;
-  ray.mask = 0xffffffffu;
-  return ray;
-}
-
-Hit closest_in(RTCScene scene, uint32_t first_primitive, Vec3f o, Vec3f d, float from, float to) {
-  RTCRayHit query{};
-  query.ray = make_ray(o, d, from, to);
-  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  intersect(scene, query);
-  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
-  return {query.ray.tfar,
-          first_primitive + query.hit.primID,
-          {query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z}};
-}
-
-void occluded16(const int* valid, RTCScene scene, RTCRay16& rays) {
-#if DELTALUX_EMBREE_MAJOR >= 4
-  RTCOccludedArguments arguments;
-  rtcInitOccludedArguments(&arguments);
-  arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
-  rtcOccluded16(valid, scene, &rays, &arguments);
-#else
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  rtcOccluded16(valid, scene, &context, &rays);
-#endif
-}
-
-/// Packets of 16 in the order of `wanted`; unused lanes repeat the packet's first ray.
-RayBits occluded_in(RTCScene scene, const RayFan& fan, const RayBits& wanted) {
-  RayBits blocked{};
-  RTCRay16 rays;
-  for (int k = 0; k < 16; ++k) {
-    rays.org_x[k] = fan.origin.x, rays.org_y[k] = fan.origin.y, rays.org_z[k] = fan.origin.z;
-    rays.tnear[k] = rays.time[k] = 0;
-    rays.mask[k] = 0xffffffffu, rays.id[k] = rays.flags[k] = 0;
-  }
-  size_t index[16];
-  int used = 0;
-  const auto flush = [&] {
-    alignas(64) int valid[16];
-    for (int k = 0; k < 16; ++k) {
-      const size_t i = index[k < used ? k : 0];
-      rays.dir_x[k] = fan.x[i], rays.dir_y[k] = fan.y[i], rays.dir_z[k] = fan.z[i];
-      rays.tfar[k] = fan.to;
-      valid[k] = k < used ? -1 : 0;
-    }
-    occluded16(valid, scene, rays);
-    for (int k = 0; k < used; ++k)
-      if (rays.tfar[k] < 0) blocked[index[k] / 64] |= uint64_t(1) << (index[k] % 64);
-    used = 0;
-  };
-  for (size_t word = 0; word < wanted.size(); ++word)
-    for (uint64_t rest = wanted[word]; rest; rest &= rest - 1) {
-      index[used++] = 64 * word + size_t(std::countr_zero(rest));
-      if (used == 16) flush();
-    }
-  if (used) flush();
-  return blocked;
-}
-
-/// One triangle geometry of `vertices` and `triangles`, copied, in a scene of its own.
-RTCScene build(RTCDevice device, std::span<const Vec3f> vertices,
-               std::span<const std::array<uint32_t, 3>> triangles, Progress* progress) {
-  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  void* points = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                         sizeof(Vec3f), vertices.size());
-  void* indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12,
-                                          triangles.size());
-  if ((!points && !vertices.empty()) || (!indices && !triangles.empty())) {
-    rtcReleaseGeometry(geometry);
-    throw Error("Embree could not allocate its geometry buffers: out of memory");
-  }
-  if (!vertices.empty()) std::memcpy(points, vertices.data(), vertices.size_bytes());
-  if (!triangles.empty()) std::memcpy(indices, triangles.data(), triangles.size_bytes());
-  rtcCommitGeometry(geometry);
-  RTCScene scene = rtcNewScene(device);
-  rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
-  rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
-  rtcAttachGeometry(scene, geometry);
-  rtcReleaseGeometry(geometry);
-  if (progress)
-    rtcSetSceneProgressMonitorFunction(
-        scene, [](void* p, double) { return !static_cast<Progress*>(p)->cancelled(); }, progress);
-  // Built by all threads: the choice among triangles hit at the same distance was the same for a
-  // million rays at edges of the atrium, whether one processor built the tree or two.
-  rtcCommitScene(scene);
-  const RTCError error = rtcGetDeviceError(device);
-  if (error != RTC_ERROR_NONE) {
-    rtcReleaseScene(scene);
-    if (error == RTC_ERROR_CANCELLED) throw Cancelled();
-    throw Error("Embree could not build its acceleration structure (error " +
-                std::to_string(int(error)) + ")");
-  }
-  return scene;
-}
-
-}  // namespace
-
-struct RayCaster::Device {
-  RTCDevice device = nullptr;
-  RTCScene static_scene = nullptr;
-  ~Device() {
-    if (static_scene) rtcReleaseScene(static_scene);
-    if (device) rtcReleaseDevice(device);
-  }
-};
-
-RayCaster::RayCaster(const scene::Scene& scene, Progress& progress)
-    : device_(std::make_unique<Device>()) {
-  device_->device = rtcNewDevice(DELTALUX_EMBREE_OPTIONS);
-  if (!device_->device) throw Error("Embree could not be started");
+RayCaster::RayCaster(const scene::Scene& scene, Progress& progress) {
   std::vector<Vec3f> vertices;
   std::vector<std::array<uint32_t, 3>> triangles;
   triangles.reserve(scene.static_primitives());
@@ -167,58 +18,75 @@ RayCaster::RayCaster(const scene::Scene& scene, Progress& progress)
     for (const auto& t : object.triangles)
       triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
   }
-  device_->static_scene = build(device_->device, vertices, triangles, &progress);
-  const Box world = scene.world();
-  const float reach = std::max(length(world.low), length(world.high));
-  epsilon_ = std::max(1e-5f * 0.5f * world.diagonal(), 1e-6f * reach);
+  static_ = EmbreeScene(device_, vertices, triangles, &progress);
+  for (uint32_t i = 0; i < scene.primitives(); ++i) margin_ = std::max(margin_, scene.slack_of(i));
+  margin_ += position_slack({scene.world().reach(), 0, 0});
   movables_.resize(scene.objects.size());
   for (uint32_t i = 0; i < scene.objects.size(); ++i)
     if (scene.objects[i].movable) update_object(scene, i);
 }
 
-RayCaster::~RayCaster() {
-  for (Movable& movable : movables_)
-    if (movable.scene) rtcReleaseScene(static_cast<RTCScene>(movable.scene));
-}
-
 void RayCaster::update_object(const scene::Scene& scene, uint32_t index) {
-  if (movables_.size() <= index) movables_.resize(index + 1);
   const scene::Object& object = scene.objects[index];
-  Movable& movable = movables_[index];
-  if (movable.scene) rtcReleaseScene(static_cast<RTCScene>(movable.scene));
-  movable = {};
-  movable.first_primitive = object.first_primitive;
+  present_.reserve(scene.objects.size());
+  float margin = margin_;
+  for (uint32_t t = 0; index >= movables_.size() && t < object.triangles.size(); ++t)
+    margin = std::max(margin, scene.slack_of(object.first_primitive + t));
+  Movable fresh;
+  fresh.first_primitive = object.first_primitive;
+  fresh.to_local = object.pose.inverse();
+  if (index < movables_.size()) fresh.solid = movables_[index].solid;
+  if (object.closed && !fresh.solid)
+    fresh.solid = EmbreeScene(device_, object.vertices, object.triangles, nullptr);
   if (object.present && !object.triangles.empty()) {
     const std::vector<Vec3f> vertices = object.world_vertices();
-    movable.scene = build(device_->device, vertices, object.triangles, nullptr);
+    fresh.scene = EmbreeScene(device_, vertices, object.triangles, nullptr);
     Box box;
     for (const Vec3f& v : vertices) box.grow(v);
-    movable.bounds = box.padded(epsilon_);
+    fresh.bounds = box.padded(margin);
   }
-  present_.clear();
+  if (movables_.size() <= index) movables_.resize(index + 1);
+  movables_[index] = std::move(fresh);
+  margin_ = margin;
+  list_present();
+}
+
+RayCaster::Saved RayCaster::save_object(uint32_t object) const {
+  Saved saved;
+  saved.object_ = object;
+  saved.movable_ = movables_[object];
+  return saved;
+}
+
+void RayCaster::put_back(Saved&& saved) noexcept {
+  movables_[saved.object_] = std::move(saved.movable_);
+  list_present();
+}
+
+void RayCaster::drop_objects(size_t count) noexcept {
+  if (count < movables_.size()) movables_.erase(movables_.begin() + long(count), movables_.end());
+  list_present();
+}
+
+void RayCaster::list_present() noexcept {
+  present_.clear();  // its room was made before
   for (uint32_t i = 0; i < movables_.size(); ++i)
     if (movables_[i].scene) present_.push_back(i);
 }
 
-void RayCaster::drop_objects(size_t count) {
-  for (size_t i = count; i < movables_.size(); ++i)
-    if (movables_[i].scene) rtcReleaseScene(static_cast<RTCScene>(movables_[i].scene));
-  movables_.resize(std::min(count, movables_.size()));
-  std::erase_if(present_, [&](uint32_t i) { return i >= count; });
-}
-
 bool RayCaster::reaches(const Movable& movable, Vec3f origin, Vec3f direction, float to) const {
-  return SlabRay(origin, direction).entry(movable.bounds, to) < kInfinity;
+  return SlabRay(origin, direction).entry(movable.bounds, to) <
+         std::numeric_limits<float>::infinity();
 }
 
 Hit RayCaster::closest_static(Vec3f o, Vec3f d, float from, float to) const {
-  return closest_in(device_->static_scene, 0, o, d, from, to);
+  return static_.closest(0, o, d, from, to);
 }
 
 Hit RayCaster::closest_object(uint32_t object, Vec3f o, Vec3f d, float from, float to) const {
   const Movable& movable = movables_[object];
   if (!movable.scene) return {};
-  return closest_in(static_cast<RTCScene>(movable.scene), movable.first_primitive, o, d, from, to);
+  return movable.scene.closest(movable.first_primitive, o, d, from, to);
 }
 
 Hit RayCaster::closer(const Hit& best, uint32_t object, Vec3f o, Vec3f d, float from,
@@ -239,15 +107,12 @@ Hit RayCaster::closest(Vec3f o, Vec3f d, float from, float to) const {
 }
 
 bool RayCaster::occluded_static(Vec3f o, Vec3f d, float to) const {
-  RTCRay ray = make_ray(o, d, 0.0f, to);
-  return occluded(device_->static_scene, ray);
+  return static_.occluded(o, d, to);
 }
 
 bool RayCaster::occluded_object(uint32_t object, Vec3f o, Vec3f d, float to) const {
   const Movable& movable = movables_[object];
-  if (!movable.scene || !reaches(movable, o, d, to)) return false;
-  RTCRay ray = make_ray(o, d, 0.0f, to);
-  return occluded(static_cast<RTCScene>(movable.scene), ray);
+  return movable.scene && reaches(movable, o, d, to) && movable.scene.occluded(o, d, to);
 }
 
 bool RayCaster::occluded_movable(Vec3f o, Vec3f d, float to) const {
@@ -257,30 +122,53 @@ bool RayCaster::occluded_movable(Vec3f o, Vec3f d, float to) const {
 }
 
 RayBits RayCaster::occluded_static(const RayFan& fan, const RayBits& wanted) const {
-  return occluded_in(device_->static_scene, fan, wanted);
+  return static_.occluded(fan, wanted);
 }
 
 RayBits RayCaster::occluded_object(uint32_t object, const RayFan& fan,
                                    const RayBits& wanted) const {
   const Movable& movable = movables_[object];
   if (!movable.scene) return {};
-  return occluded_in(static_cast<RTCScene>(movable.scene), fan, wanted);
+  return movable.scene.occluded(fan, wanted);
+}
+
+void RayCaster::add_inside(uint32_t object, Vec3f o, Vec3f d, float to,
+                           std::vector<Stretch>& out) const {
+  constexpr size_t kMost = 512;  // passages; a solid with more of them on one line counts as none
+  constexpr int kTries = 4;
+  const Movable& movable = movables_[object];
+  if (!movable.scene || !movable.solid || !reaches(movable, o, d, to)) return;
+  // The whole line, from before the object: what goes in must come out.
+  const float before = length(movable.bounds.extent()) + length(movable.bounds.centre() - o);
+  const Vec3f from = movable.to_local.point(o);
+  std::array<Passage, kMost> passages;
+  for (int attempt = 0; attempt < kTries; ++attempt) {
+    // A line through an edge may meet one of its triangles or both: then one beside it tells.
+    const float aside = 1e-4f * float(attempt);
+    const Vec3f turned = movable.to_local.direction(d) + Vec3f{aside, -aside, 0.5f * aside};
+    const Vec3f w = normalize(turned);
+    const size_t count = movable.solid.passages(from - w * before, w, passages);
+    if (count == kMost) return;
+    const auto end = passages.begin() + long(count);
+    std::sort(passages.begin(), end, [](const Passage& a, const Passage& b) {
+      return a.t != b.t ? a.t < b.t : a.primitive < b.primitive;
+    });
+    int sum = 0;
+    for (size_t i = 0; i < count; ++i) sum += passages[i].into;
+    if (sum != 0) continue;
+    int winding = 0;
+    for (size_t i = 0; i + 1 < count; ++i) {
+      winding += passages[i].into;
+      const Stretch inside{std::max(0.0f, passages[i].t - before),
+                           std::min(to, passages[i + 1].t - before)};
+      if (winding != 0 && inside.begin < inside.end) out.push_back(inside);
+    }
+    return;
+  }
 }
 
 std::string RayCaster::description() const {
-  const auto version = rtcGetDeviceProperty(device_->device, RTC_DEVICE_PROPERTY_VERSION);
-  std::string text = "embree " + std::to_string(version / 10000) + "." +
-                     std::to_string(version / 100 % 100) + "." + std::to_string(version % 100);
-  const bool wide =
-      rtcGetDeviceProperty(device_->device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0;
-#if defined(__x86_64__)
-  text += wide && __builtin_cpu_supports("avx512f") ? ", avx512"
-          : __builtin_cpu_supports("avx2")          ? ", avx2"
-                                                    : ", sse";
-#else
-  text += wide ? ", wide" : ", native";
-#endif
-  return text + ", build " DELTALUX_BUILD_ID;
+  return device_.description() + ", build " DELTALUX_BUILD_ID;
 }
 
 }  // namespace deltalux::trace

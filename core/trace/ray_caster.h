@@ -1,35 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ray queries. Only ray_caster.cpp knows Embree (3.13 or 4).
+// Ray queries over the static scene and the movable objects of a scene.
 #pragma once
-#include <array>
 #include <cstdint>
-#include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "base/progress.h"
+#include "base/transform.h"
 #include "base/vec.h"
 #include "scene/scene.h"
+#include "trace/embree_scene.h"
+#include "trace/ray.h"
 
 namespace deltalux::trace {
 
-struct Hit {
-  float t = std::numeric_limits<float>::infinity();
-  uint32_t primitive = scene::kNone;  ///< of Scene's numbering
-  Vec3f normal{};                     ///< geometric, follows the winding, not normalised
-  bool valid() const { return primitive != scene::kNone; }
+/// A piece of a line, from its nearer end to its farther one.
+struct Stretch {
+  float begin, end;
 };
-
-/// Shadow rays from one point: origin + t * (x, y, z)[i] for 0 < t <= to.
-struct RayFan {
-  static constexpr size_t kMost = 256;
-  Vec3f origin;
-  float to = 1;
-  size_t count = 0;
-  alignas(64) std::array<float, kMost> x, y, z;  ///< need not be normalised
-};
-using RayBits = std::array<uint64_t, RayFan::kMost / 64>;  ///< one bit per ray of a fan
 
 /// Closest hit = the least (t, rank) over the static scene (rank 0) and each present movable
 /// object in its own acceleration structure (rank 1 + object), every one of them queried over the
@@ -38,14 +28,19 @@ using RayBits = std::array<uint64_t, RayFan::kMost / 64>;  ///< one bit per ray 
 class RayCaster {
  public:
   RayCaster(const scene::Scene& scene, Progress& progress);
-  ~RayCaster();
   RayCaster(const RayCaster&) = delete;
   RayCaster& operator=(const RayCaster&) = delete;
 
-  /// Commits `object` (movable, possibly new) in its present pose. Not while queries run.
+  /// One object as it was: put_back() undoes an update_object() without anything that can fail.
+  class Saved;
+  Saved save_object(uint32_t object) const;
+  void put_back(Saved&& saved) noexcept;
+
+  /// Commits `object` (movable, possibly new) in its present pose; on failure nothing has changed.
+  /// Not while queries run.
   void update_object(const scene::Scene& scene, uint32_t object);
   /// Forgets objects from number `count` on.
-  void drop_objects(size_t count);
+  void drop_objects(size_t count) noexcept;
 
   Hit closest(Vec3f origin, Vec3f direction, float from = 0.0f,
               float to = std::numeric_limits<float>::infinity()) const;
@@ -67,27 +62,42 @@ class RayCaster {
   RayBits occluded_static(const RayFan& fan, const RayBits& wanted) const;
   RayBits occluded_object(uint32_t object, const RayFan& fan, const RayBits& wanted) const;
 
-  /// World bounds of a movable object, a little larger than its triangles; empty when removed.
+  /// Appends what of origin + t * direction, 0 <= t <= to, lies inside `object` (unit direction).
+  /// Nothing where the object is not closed, see scene::Object.
+  void add_inside(uint32_t object, Vec3f origin, Vec3f direction, float to,
+                  std::vector<Stretch>& out) const;
+
+  /// World bounds of a movable object, `margin()` larger than its triangles; empty when removed.
   const Box& object_bounds(uint32_t object) const { return movables_[object].bounds; }
   std::span<const uint32_t> present() const { return present_; }
-  /// Origins of bounced rays leave their surface by this much.
-  float epsilon() const { return epsilon_; }
+  /// Bounds are this much larger than what they hold: more than rays that begin anywhere in the
+  /// scene's world may miss them by.
+  float margin() const { return margin_; }
   /// Embree's version, the instruction set in use and this library's build.
   std::string description() const;
 
  private:
-  struct Device;
   struct Movable {
-    void* scene = nullptr;  // RTCScene
+    EmbreeScene scene;  ///< in world space; empty while it is removed
+    EmbreeScene solid;  ///< in its own space, of closed objects: inside and outside
     Box bounds;
+    Pose to_local;
     uint32_t first_primitive = 0;
   };
   bool reaches(const Movable& movable, Vec3f origin, Vec3f direction, float to) const;
+  void list_present() noexcept;
 
-  std::unique_ptr<Device> device_;
+  EmbreeDevice device_;
+  EmbreeScene static_;
   std::vector<Movable> movables_;  // per object; static ones stay empty
   std::vector<uint32_t> present_;  // movable objects with triangles, ascending
-  float epsilon_ = 1e-4f;
+  float margin_ = 0;
+};
+
+class RayCaster::Saved {
+  friend class RayCaster;
+  uint32_t object_ = 0;
+  Movable movable_;
 };
 
 }  // namespace deltalux::trace

@@ -14,10 +14,17 @@ inline Vec3f facing_normal(const Hit& hit, Vec3f w) {
   return dot(n, w) > 0 ? -n : n;
 }
 
-/// Where a path leaves the surface that it hit, `epsilon` above it: back along the flight, which
-/// crossed nothing, and only what that cannot give (grazing or very short flights) along the
+/// How far above its surface a path leaves it, so that no rounding puts it below (as pbrt does).
+/// `plane`: Scene::slack_of what was hit.
+inline float surface_slack(Vec3f origin, Vec3f w, const Hit& hit, float plane) {
+  return std::max(position_slack(origin + w * hit.t), position_slack(w * hit.t)) + plane;
+}
+
+/// Where a path leaves the surface that it hit, surface_slack() above it: back along the flight,
+/// which crossed nothing, and only what that cannot give (grazing or very short flights) along the
 /// normal, which in an acute corner would lead through the other wall.
-inline Vec3f leave_surface(Vec3f origin, Vec3f w, const Hit& hit, Vec3f n, float epsilon) {
+inline Vec3f leave_surface(Vec3f origin, Vec3f w, const Hit& hit, Vec3f n, float plane) {
+  const float epsilon = surface_slack(origin, w, hit, plane);
   const float cosine = -dot(n, w);
   const float back = std::min(epsilon / std::max(cosine, 1.0f / 16), 0.5f * hit.t);
   return origin + w * (hit.t - back) + n * (epsilon - back * cosine);

@@ -37,7 +37,7 @@ Vec3f cosine_direction(Vec3f n, float r, float s) {
 
 Flight Walk::birth(const Light& light, uint64_t index,
                    const std::array<uint32_t, 3>& quanta) const {
-  const Emission e = emit(light, options_.seed, index, options_.batches, caster_.epsilon());
+  const Emission e = emit(light, options_.seed, index, options_.batches);
   Flight flight;
   flight.direction = encode_direction(e.direction);
   flight.origin = e.origin;
@@ -72,7 +72,8 @@ Landing Walk::land(const Flight& flight, uint32_t bounce, const Hit& hit) const 
   if (options_.second_hit) {
     const float border = distance_to_border(scene_.world(), flight.origin, w);
     const float limit = std::max(hit.t, std::min(hit.t + options_.second_reach, border));
-    const Hit second = caster_.closest(flight.origin, w, hit.t + caster_.epsilon(), limit);
+    const float beyond = surface_slack(flight.origin, w, hit, scene_.slack_of(hit.primitive));
+    const Hit second = caster_.closest(flight.origin, w, hit.t + beyond, limit);
     landing.extended = second.valid() ? second.t : limit;
   }
   const Vec3f reflectance = scene_.material_of(hit.primitive).reflectance;
@@ -83,7 +84,8 @@ Landing Walk::land(const Flight& flight, uint32_t bounce, const Hit& hit) const 
   if (bounce + 1 >= options_.max_bounces || !(random(bounce, kSurvive) < survival)) return landing;
   const Vec3f n = facing_normal(hit, w);
   landing.survives = true;
-  landing.next.origin = leave_surface(flight.origin, w, hit, n, caster_.epsilon());
+  landing.next.origin =
+      leave_surface(flight.origin, w, hit, n, scene_.slack_of(hit.primitive));
   landing.next.direction =
       encode_direction(cosine_direction(n, random(bounce, kScatterU), random(bounce, kScatterV)));
   for (int c = 0; c < 3; ++c)

@@ -226,7 +226,7 @@ void place_part(const State& state, MovingPart& part) {
     part.world.grow(pose.point({i & 1 ? part.local.high.x : part.local.low.x,
                                 i & 2 ? part.local.high.y : part.local.low.y,
                                 i & 4 ? part.local.high.z : part.local.low.z}));
-  part.world = part.world.padded(2 * state.caster->epsilon());
+  part.world = part.world.padded(2 * state.caster->margin());
 }
 
 }  // namespace deltalux::update

@@ -71,8 +71,6 @@ Session::Session(scene::Scene scene, samples::SampleSet samples, const Options& 
   state_->scale = trace::choose_scale(state_->lights, options.max_bounces);
   for (const scene::Material& material : state_->scene.materials)
     state_->loaded_reflectance.push_back(material.reflectance);
-  for (const scene::Object& object : state_->scene.objects)
-    state_->closed.push_back(object.movable && samples::is_closed(object));
 }
 
 Session::~Session() = default;
@@ -135,7 +133,6 @@ Report Session::bake(Progress& progress) {
   fresh->lights = state_->lights;
   fresh->group_factor = state_->group_factor;
   fresh->scale = state_->scale;
-  fresh->closed = state_->closed;
   fresh->loaded_reflectance = state_->loaded_reflectance;
   std::swap(state_, fresh);
   auto old_direct = std::move(direct_);
@@ -208,7 +205,7 @@ void Session::refresh_areas(const std::vector<ObjectChange>* changes) {
   const auto refresh = [&](const samples::DiscSet& discs, const MovingPart* part) {
     const Pose pose = part ? s.scene.objects[part->object].pose : Pose{};
     samples::ForeignGeometry foreign{s.caster.get(), part != nullptr,
-                                     part ? part->object : scene::kNone, s.closed};
+                                     part ? part->object : scene::kNone};
     const bool part_moved = part && changes &&
                             std::any_of(changes->begin(), changes->end(),
                                         [&](const auto& c) { return c.object == part->object; });

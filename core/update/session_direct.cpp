@@ -12,7 +12,7 @@ namespace {
 
 /// A tiny share of what the brightest light could give at a metre. Poses do not matter.
 double choose_irradiance_quantum(const State& s) {
-  const double metre = samples::scene_metre(s.scene), area = metre * metre;
+  const double metre = samples::scene_metre(s.scene, *s.caster), area = metre * metre;
   double brightest = 0;
   for (const trace::Light& light : s.lights) {
     const bool sun = light.kind == scene::LightKind::sun;
@@ -56,7 +56,7 @@ void Session::place_receivers(const std::vector<uint8_t>* changed) {
     // Not the discs' centres: their lift would bring a sample nearer to its lights.
     for (size_t i = 0; i < discs.size(); ++i)
       receivers_[discs.id[i]] = {pose.point(s.samples.point[discs.id[i]]),
-                                 pose.direction(discs.normal[i]), object};
+                                 pose.direction(discs.normal[i]), object, discs.slack[i]};
   };
   if (!changed) place(s.static_index->discs(), {}, scene::kNone);
   for (const MovingPart& part : s.moving)

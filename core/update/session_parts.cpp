@@ -15,7 +15,6 @@
 namespace deltalux::update {
 namespace {
 
-constexpr float kLeastLift = 2.0f;  // in epsilons: discs lie above rounding
 constexpr float kFar = std::numeric_limits<float>::infinity();
 constexpr Box kEverywhere{{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
 
@@ -37,29 +36,31 @@ scene::Scene local_scene(const scene::Scene& scene, uint32_t object) {
 Parts Session::place_parts(Progress& progress, std::span<const float> openness) {
   State& s = *state_;
   s.caster = std::make_unique<trace::RayCaster>(s.scene, progress);
-  samples::resolve_radii(s.scene, *s.caster, s.options.paths, s.workers, progress, s.samples);
+  samples::resolve_lengths(s.scene, *s.caster, s.options.paths, s.workers, progress, s.samples);
   s.largest_radius = 0;
   for (float r : s.samples.radius) s.largest_radius = std::max(s.largest_radius, r);
-  const float lift = kLeastLift * s.caster->epsilon();
   std::map<uint32_t, std::vector<uint32_t>> by_object;
   for (uint32_t i = 0; i < s.samples.size(); ++i) by_object[s.samples.attached[i]].push_back(i);
+  // `scene`: what openness is found in, the ground alone.
   const auto pilot = [&](std::vector<uint32_t> ids, const scene::Scene& scene,
-                         const trace::RayCaster& caster, const Box& world) {
+                         const samples::Ground& ground) {
     samples::DiscSet discs = samples::make_discs(s.samples, std::move(ids), s.options.disc_area,
-                                                 caster, world, lift, s.workers, progress);
+                                                 ground, s.workers, progress);
     if (!openness.empty())
       for (size_t i = 0; i < discs.size(); ++i) discs.openness[i] = openness[discs.id[i]];
     else if (s.options.disc_area == samples::DiscArea::reachable)
-      samples::find_openness(discs, scene, caster, s.workers, progress);
+      samples::find_openness(discs, scene, ground.caster, s.workers, progress);
     return plan::Pilot(std::move(discs), s.options.segment_end, s.workers);
   };
-  Parts parts{pilot(by_object[scene::kNone], s.scene, *s.caster, s.scene.world()), {}};
+  Parts parts{pilot(by_object[scene::kNone], s.scene, {s.scene, *s.caster, 0, s.scene.world()}), {}};
   s.moving.clear();
   for (auto& [object, ids] : by_object) {
     if (object == scene::kNone) continue;
     const scene::Scene local = local_scene(s.scene, object);
     const trace::RayCaster caster(local, progress);
-    parts.moving.push_back(pilot(std::move(ids), local, caster, kEverywhere));
+    const uint32_t first = s.scene.objects[object].first_primitive;
+    parts.moving.push_back(
+        pilot(std::move(ids), local, {s.scene, caster, first, kEverywhere}));
     MovingPart part;
     part.object = object;
     const samples::DiscSet& discs = parts.moving.back().discs();

@@ -177,7 +177,6 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
       scene.materials[paint->material].reflectance = paint->reflectance;
     } else if (const auto* insert = std::get_if<scene::Insert>(&edit)) {
       inserted.push_back(scene.add_object(insert->object));
-      s.closed.push_back(samples::is_closed(insert->object));
     }
   }
   const auto place_lights = [&] {
@@ -244,7 +243,6 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
     }
     for (size_t i = 0; i < inserted.size(); ++i) {
       scene.drop_last_object();
-      s.closed.pop_back();
     }
     s.caster->drop_objects(scene.objects.size());
     for (const ObjectChange& change : changes)

@@ -77,7 +77,6 @@ struct State {
   std::unique_ptr<estimate::SignedEstimator> static_index;
   std::vector<MovingPart> moving;
   std::vector<plan::PartPlan> plans;  // of the static part, then of each moving one
-  std::vector<uint8_t> closed;        // per object, see samples::is_closed
   std::vector<float> area;            // per sample: what its disc counts, now
 
   segments::SegmentStore store;

@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: Apache-2.0
+// The only file that uses Embree.
+#include "trace/embree_scene.h"
+
+#if DELTALUX_EMBREE_MAJOR >= 4
+#include <embree4/rtcore.h>
+#else
+#include <embree3/rtcore.h>
+#endif
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include "base/error.h"
+#include "base/fault.h"
+
+namespace deltalux::trace {
+namespace {
+
+#if DELTALUX_EMBREE_MAJOR >= 4
+const RTCSceneFlags kSceneFlags =
+    RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS;
+using QueryContext = RTCRayQueryContext;
+#else
+const RTCSceneFlags kSceneFlags =
+    RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION;
+using QueryContext = RTCIntersectContext;
+#endif
+
+RTCScene handle(const std::shared_ptr<void>& scene) { return static_cast<RTCScene>(scene.get()); }
+
+/// Embree may end the process at other rays.
+bool can_be_traced(Vec3f o, Vec3f d) {
+  constexpr float kLeast = 1e-18f;
+  const float far = std::max({std::fabs(o.x), std::fabs(o.y), std::fabs(o.z)});
+  const float fast = std::max({std::fabs(d.x), std::fabs(d.y), std::fabs(d.z)});
+  // Sums catch what std::max lets pass: NaN.
+  return far <= kFarthest && fast >= kLeast && fast <= 4 * kFarthest &&
+         !std::isnan((o.x + o.y + o.z) + (d.x + d.y + d.z));
+}
+
+RTCRay make_ray(Vec3f o, Vec3f d, float from, float to) {
+  RTCRay ray{};
+  ray.org_x = o.x, ray.org_y = o.y, ray.org_z = o.z, ray.tnear = from;
+  ray.dir_x = d.x, ray.dir_y = d.y, ray.dir_z = d.z, ray.tfar = to;
+  ray.mask = 0xffffffffu;
+  return ray;
+}
+
+void intersect(RTCScene scene, RTCRayHit& ray) {
+#if DELTALUX_EMBREE_MAJOR >= 4
+  rtcIntersect1(scene, &ray, nullptr);
+#else
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcIntersect1(scene, &context, &ray);
+#endif
+}
+
+void occluded16(const int* valid, RTCScene scene, RTCRay16& rays) {
+#if DELTALUX_EMBREE_MAJOR >= 4
+  RTCOccludedArguments arguments;
+  rtcInitOccludedArguments(&arguments);
+  arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+  rtcOccluded16(valid, scene, &rays, &arguments);
+#else
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  rtcOccluded16(valid, scene, &context, &rays);
+#endif
+}
+
+/// A query that notes every hit and accepts none.
+struct Collector {
+  QueryContext context;  // first: Embree gives it back
+  std::span<Passage> out;
+  size_t count = 0;
+
+  static void note(const RTCFilterFunctionNArguments* arguments) {
+    Collector& self = *reinterpret_cast<Collector*>(arguments->context);
+    if (arguments->valid[0] != -1) return;
+    arguments->valid[0] = 0;
+    const auto& ray = *reinterpret_cast<const RTCRay*>(arguments->ray);
+    const auto& hit = *reinterpret_cast<const RTCHit*>(arguments->hit);
+    // One triangle may be reported twice.
+    for (size_t i = 0; i < self.count; ++i)
+      if (self.out[i].primitive == hit.primID) return;
+    if (self.count == self.out.size()) return;
+    const float along = hit.Ng_x * ray.dir_x + hit.Ng_y * ray.dir_y + hit.Ng_z * ray.dir_z;
+    self.out[self.count++] = {ray.tfar, along < 0 ? 1 : -1, hit.primID};
+  }
+};
+
+}  // namespace
+
+EmbreeDevice::EmbreeDevice() : device_(nullptr) {
+  RTCDevice device = rtcNewDevice(DELTALUX_EMBREE_OPTIONS);
+  if (!device) throw Error("Embree could not be started");
+  device_ = std::shared_ptr<void>(
+      device, [](void* own) { rtcReleaseDevice(static_cast<RTCDevice>(own)); });
+}
+
+std::string EmbreeDevice::description() const {
+  const auto device = static_cast<RTCDevice>(device_.get());
+  const auto version = rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION);
+  std::string text = "embree " + std::to_string(version / 10000) + "." +
+                     std::to_string(version / 100 % 100) + "." + std::to_string(version % 100);
+  const bool wide = rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0;
+#if defined(__x86_64__)
+  return text + (wide && __builtin_cpu_supports("avx512f") ? ", avx512"
+                 : __builtin_cpu_supports("avx2")          ? ", avx2"
+                                                           : ", sse");
+#else
+  return text + (wide ? ", wide" : ", native");
+#endif
+}
+
+EmbreeScene::EmbreeScene(const EmbreeDevice& own, std::span<const Vec3f> vertices,
+                         std::span<const std::array<uint32_t, 3>> triangles, Progress* progress) {
+  if (fault::due(fault::Kind::commit)) throw Error("Embree: a failure on purpose");
+  const auto device = static_cast<RTCDevice>(own.device_.get());
+  RTCScene scene = rtcNewScene(device);
+  if (!scene) throw Error("Embree could not make a scene: out of memory");
+  scene_ =
+      std::shared_ptr<void>(scene, [](void* gone) { rtcReleaseScene(static_cast<RTCScene>(gone)); });
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  void* points = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                         sizeof(Vec3f), vertices.size());
+  void* indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12,
+                                          triangles.size());
+  if ((!points && !vertices.empty()) || (!indices && !triangles.empty())) {
+    rtcReleaseGeometry(geometry);
+    throw Error("Embree could not allocate its geometry buffers: out of memory");
+  }
+  if (!vertices.empty()) std::memcpy(points, vertices.data(), vertices.size_bytes());
+  if (!triangles.empty()) std::memcpy(indices, triangles.data(), triangles.size_bytes());
+  rtcCommitGeometry(geometry);
+  rtcSetSceneFlags(scene, kSceneFlags);
+  rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
+  rtcAttachGeometry(scene, geometry);
+  rtcReleaseGeometry(geometry);
+  if (progress)
+    rtcSetSceneProgressMonitorFunction(
+        scene, [](void* p, double) { return !static_cast<Progress*>(p)->cancelled(); }, progress);
+  // Built by all threads: the choice among triangles hit at the same distance was the same for a
+  // million rays at edges of the atrium, whether one processor built the tree or two.
+  rtcCommitScene(scene);
+  rtcSetSceneProgressMonitorFunction(scene, nullptr, nullptr);
+  const RTCError error = rtcGetDeviceError(device);
+  if (error == RTC_ERROR_CANCELLED) throw Cancelled();
+  if (error != RTC_ERROR_NONE)
+    throw Error("Embree could not build its acceleration structure (error " +
+                std::to_string(int(error)) + ")");
+}
+
+Hit EmbreeScene::closest(uint32_t first_primitive, Vec3f o, Vec3f d, float from, float to) const {
+  if (!can_be_traced(o, d) || !(from <= to)) return {};
+  RTCRayHit query{};
+  query.ray = make_ray(o, d, from, to);
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  intersect(handle(scene_), query);
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
+  return {query.ray.tfar,
+          first_primitive + query.hit.primID,
+          {query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z}};
+}
+
+bool EmbreeScene::occluded(Vec3f o, Vec3f d, float to) const {
+  if (!can_be_traced(o, d) || !(to >= 0)) return false;
+  RTCRay ray = make_ray(o, d, 0.0f, to);
+#if DELTALUX_EMBREE_MAJOR >= 4
+  rtcOccluded1(handle(scene_), &ray, nullptr);
+#else
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcOccluded1(handle(scene_), &context, &ray);
+#endif
+  return ray.tfar < 0;
+}
+
+RayBits EmbreeScene::occluded(const RayFan& fan, const RayBits& wanted) const {
+  RayBits blocked{};
+  if (!(fan.to >= 0)) return blocked;
+  // Packets of 16 in the order of `wanted`; unused lanes repeat the packet's first ray.
+  RTCRay16 rays;
+  for (int k = 0; k < 16; ++k) {
+    rays.org_x[k] = fan.origin.x, rays.org_y[k] = fan.origin.y, rays.org_z[k] = fan.origin.z;
+    rays.tnear[k] = rays.time[k] = 0;
+    rays.mask[k] = 0xffffffffu, rays.id[k] = rays.flags[k] = 0;
+  }
+  size_t index[16];
+  int used = 0;
+  const auto flush = [&] {
+    alignas(64) int valid[16];
+    for (int k = 0; k < 16; ++k) {
+      const size_t i = index[k < used ? k : 0];
+      rays.dir_x[k] = fan.x[i], rays.dir_y[k] = fan.y[i], rays.dir_z[k] = fan.z[i];
+      rays.tfar[k] = fan.to;
+      valid[k] = k < used ? -1 : 0;
+    }
+    occluded16(valid, handle(scene_), rays);
+    for (int k = 0; k < used; ++k)
+      if (rays.tfar[k] < 0) blocked[index[k] / 64] |= uint64_t(1) << (index[k] % 64);
+    used = 0;
+  };
+  for (size_t word = 0; word < wanted.size(); ++word)
+    for (uint64_t rest = wanted[word]; rest; rest &= rest - 1) {
+      const size_t i = 64 * word + size_t(std::countr_zero(rest));
+      if (!can_be_traced(fan.origin, {fan.x[i], fan.y[i], fan.z[i]})) continue;
+      index[used++] = i;
+      if (used == 16) flush();
+    }
+  if (used) flush();
+  return blocked;
+}
+
+size_t EmbreeScene::passages(Vec3f o, Vec3f d, std::span<Passage> out) const {
+  if (!can_be_traced(o, d)) return 0;
+  Collector collector{{}, out};
+  RTCRayHit query{};
+  query.ray = make_ray(o, d, 0, std::numeric_limits<float>::infinity());
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+#if DELTALUX_EMBREE_MAJOR >= 4
+  rtcInitRayQueryContext(&collector.context);
+  RTCIntersectArguments arguments;
+  rtcInitIntersectArguments(&arguments);
+  arguments.flags = RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER;
+  arguments.context = &collector.context;
+  arguments.filter = Collector::note;
+  rtcIntersect1(handle(scene_), &query, &arguments);
+#else
+  rtcInitIntersectContext(&collector.context);
+  collector.context.filter = Collector::note;
+  rtcIntersect1(handle(scene_), &collector.context, &query);
+#endif
+  return collector.count;
+}
+
+}  // namespace deltalux::trace

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// What ray queries take and give.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
+#include "base/vec.h"
+#include "scene/scene.h"
+
+namespace deltalux::trace {
+
+struct Hit {
+  float t = std::numeric_limits<float>::infinity();
+  uint32_t primitive = scene::kNone;  ///< of Scene's numbering
+  Vec3f normal{};                     ///< geometric, follows the winding, not normalised
+  bool valid() const { return primitive != scene::kNone; }
+};
+
+/// Shadow rays from one point: origin + t * (x, y, z)[i] for 0 < t <= to.
+struct RayFan {
+  static constexpr size_t kMost = 256;
+  Vec3f origin;
+  float to = 1;
+  size_t count = 0;
+  alignas(64) std::array<float, kMost> x, y, z;  ///< need not be normalised
+};
+using RayBits = std::array<uint64_t, RayFan::kMost / 64>;  ///< one bit per ray of a fan
+
+/// Where a line passes through a surface.
+struct Passage {
+  float t;
+  int into;            ///< +1 from front to back, -1 from back to front
+  uint32_t primitive;  ///< within its own structure
+};
+
+}  // namespace deltalux::trace
