@@ -201,6 +201,7 @@ void bind_session(nb::module_& m) {
              s.read_sums(sums.data());
              return make_array(std::move(sums), {n, 3});
            })
+      .def_prop_ro("unreached", [](const Session& s) { return s.unreached(); })
       .def("areas",
            [](const Session& s) {
              std::vector<float> area = s.areas();

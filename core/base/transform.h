@@ -18,6 +18,14 @@ struct Pose {
     return Vec3f(Vec3d{dot(row[0], q), dot(row[1], q), dot(row[2], q)});
   }
   Vec3f direction(Vec3f p) const { return direction(Vec3d(p)); }
+  /// Encloses `box` when it is turned.
+  Box box(const Box& local) const {
+    Box out;
+    for (int i = 0; i < 8 && !local.empty(); ++i)
+      out.grow(point({i & 1 ? local.high.x : local.low.x, i & 2 ? local.high.y : local.low.y,
+                      i & 4 ? local.high.z : local.low.z}));
+    return out;
+  }
   Pose inverse() const {
     Pose r;
     for (int i = 0; i < 3; ++i) r.row[i] = {row[0][i], row[1][i], row[2][i]};

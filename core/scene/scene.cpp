@@ -19,7 +19,7 @@ bool is_near(Vec3f p) {
 
 /// Ray queries evaluate n·(corner − origin) with n = e × f in single precision: the terms of that
 /// product bound its error. Of an upright or level triangle the larger ones vanish, however long it
-/// is; a movable's may turn, so that all count.
+/// is; a movable's may turn, so that all count. Corners are rounded themselves.
 float plane_slack(const Object& object, const std::array<uint32_t, 3>& triangle) {
   constexpr double kRounding = 0x1p-21;  // of a sum of products, twice: hit, and ray that leaves
   constexpr double kMost = 1e-4;         // of the longest edge; what is thinner has no plane
@@ -41,8 +41,11 @@ float plane_slack(const Object& object, const std::array<uint32_t, 3>& triangle)
       terms += extent * (std::fabs(e[j] * f[k]) + std::fabs(e[k] * f[j]));
     }
   }
+  double far = 0;
+  for (const Vec3d& corner : p)
+    for (int i = 0; i < 3; ++i) far = std::max(far, std::fabs(corner[i]));
   const double slack = area > 0 ? kRounding * terms / area : kMost * longest;
-  return float(std::min(slack, kMost * longest));
+  return float(std::min(slack, kMost * longest) + kRounding * far);
 }
 
 }  // namespace
@@ -104,6 +107,7 @@ void Scene::number(Object& object) {
   const uint64_t next = uint64_t(primitives_) + object.triangles.size();
   if (next >= kNone) throw SceneError("scene: more than 4e9 triangles");
   object.first_primitive = primitives_;
+  primitive_.reserve(next);
   for (size_t t = 0; t < object.triangles.size(); ++t)
     primitive_.push_back({object.material[t], plane_slack(object, object.triangles[t])});
   primitives_ = uint32_t(next);
@@ -149,8 +153,9 @@ void Scene::finish() {
 uint32_t Scene::add_object(Object object) {
   check(object);
   object.movable = true;
-  number(object);
   object.closed = is_closed(object);
+  objects.reserve(objects.size() + 1);  // nothing fails once the primitives have numbers
+  number(object);
   objects.push_back(std::move(object));
   return uint32_t(objects.size() - 1);
 }

@@ -81,6 +81,8 @@ class Scene {
   /// The box that light paths live in: fixed when the scene is finished, from static geometry
   /// alone where that encloses the movables, so that it does not depend on where they stand.
   const Box& world() const { return world_; }
+  /// Light paths go on to what lies in `box`, too.
+  void extend_world(const Box& box) { world_.grow(box); }
   /// For a scene that was finished before, with objects that were added since. Throws SceneError.
   void set_world(const Box& world);
   /// What `object` takes up at `pose`, the bulbs and spots that it carries included.

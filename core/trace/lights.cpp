@@ -213,8 +213,44 @@ std::vector<double> shares_by_power(std::span<const Light> lights) {
   return shares;
 }
 
-void allot_paths(std::vector<Light>& lights, std::span<const double> shares, uint64_t paths,
+namespace {
+
+/// `shares`, summing to 1, with groups below the floor raised to it at the cost of the others.
+std::vector<double> with_group_floor(std::span<const Light> lights,
+                                     std::span<const double> shares) {
+  struct Group {
+    double share = 0, lights = 0, wanted = 0;
+  };
+  std::map<uint32_t, Group> groups;
+  double total = 0;
+  for (size_t i = 0; i < lights.size(); ++i) {
+    Group& group = groups[lights[i].group];
+    group.share += shares[i], group.lights += 1;
+    total += shares[i];
+  }
+  if (!(total > 0)) return {shares.begin(), shares.end()};
+  const double floor = kGroupFloor / double(groups.size());
+  double raised = 0, rest = 0;
+  for (auto& [_, group] : groups) {
+    group.wanted = std::max(floor, group.share / total);
+    (group.wanted > floor ? rest : raised) += group.wanted;
+  }
+  for (auto& [_, group] : groups)
+    if (group.wanted > floor) group.wanted *= (1 - raised) / rest;
+  std::vector<double> out;
+  for (size_t i = 0; i < lights.size(); ++i) {
+    const Group& group = groups[lights[i].group];
+    out.push_back(group.share > 0 ? group.wanted * shares[i] / group.share
+                                  : group.wanted / group.lights);
+  }
+  return out;
+}
+
+}  // namespace
+
+void allot_paths(std::vector<Light>& lights, std::span<const double> given, uint64_t paths,
                  uint32_t batches) {
+  const std::vector<double> shares = with_group_floor(lights, given);
   double total = 0;
   for (double share : shares) total += share;
   const uint64_t unit = paths >= lights.size() * uint64_t(batches) ? batches : 1;

@@ -57,8 +57,13 @@ std::vector<Light> find_lights(const scene::Scene& scene, uint32_t only_object =
 /// Moves `light` to the present pose of its object.
 void place_light(const scene::Scene& scene, Light& light);
 
-/// Splits `paths` among lights in proportion to `shares`, a multiple of `batches` each where that
-/// is possible, at least one batch row for every light; numbers them consecutively.
+/// Each light group gets at least this share of all paths, divided by the number of groups: the
+/// others may be dimmed.
+inline constexpr double kGroupFloor = 0.25;
+
+/// Splits `paths` among lights in proportion to `shares` but for the floor of each group, a
+/// multiple of `batches` each where that is possible, at least one batch row for every light;
+/// numbers them consecutively.
 void allot_paths(std::vector<Light>& lights, std::span<const double> shares, uint64_t paths,
                  uint32_t batches);
 /// The shares that give every path of every light the same photopic power.

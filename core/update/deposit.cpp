@@ -221,12 +221,7 @@ void clear_part(State& state, const MovingPart& part) {
 
 void place_part(const State& state, MovingPart& part) {
   const Pose& pose = state.scene.objects[part.object].pose;
-  part.world = {};
-  for (int i = 0; i < 8; ++i)
-    part.world.grow(pose.point({i & 1 ? part.local.high.x : part.local.low.x,
-                                i & 2 ? part.local.high.y : part.local.low.y,
-                                i & 4 ? part.local.high.z : part.local.low.z}));
-  part.world = part.world.padded(2 * state.caster->margin());
+  part.world = pose.box(part.local).padded(2 * state.caster->margin());
 }
 
 }  // namespace deltalux::update

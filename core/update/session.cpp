@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "base/error.h"
 #include "samples/curve_order.h"
@@ -51,6 +52,29 @@ void check_samples(const scene::Scene& scene, samples::SampleSet& samples) {
   }
 }
 
+/// Samples may lie beyond all geometry, where light that leaves the scene passes.
+void reach_samples(State& s) {
+  // Automatic radii are hardly larger.
+  const float radius = 0.02f * s.scene.world().diagonal();
+  s.sample_bounds.assign(s.scene.objects.size(), {});
+  const auto disc = [&](size_t i) {
+    const float own = std::isnan(s.samples.radius[i]) ? radius : s.samples.radius[i];
+    return Box{s.samples.point[i], s.samples.point[i]}.padded(own);
+  };
+  for (size_t i = 0; i < s.samples.size(); ++i) {
+    const uint32_t object = s.samples.attached[i];
+    const Vec3f p = s.samples.point[i];
+    if (object != scene::kNone)
+      s.sample_bounds[object].grow(p);
+    else if (!s.scene.world().contains(Box{p, p}))
+      s.scene.extend_world(disc(i));
+  }
+  for (uint32_t i = 0; i < s.scene.objects.size(); ++i) {
+    const Box own = s.bounds_at(i, s.scene.objects[i].pose);
+    if (s.scene.objects[i].movable && !s.scene.world().contains(own)) s.scene.extend_world(own);
+  }
+}
+
 }  // namespace
 
 Session::Session(scene::Scene scene, samples::SampleSet samples, const Options& options)
@@ -64,6 +88,7 @@ Session::Session(scene::Scene scene, samples::SampleSet samples, const Options& 
   state_->scene = std::move(scene);
   state_->given = samples::curve_order(samples.point, samples::Curve::hilbert);
   state_->samples = samples.reordered(state_->given);
+  reach_samples(*state_);
   state_->group_factor.assign(state_->scene.group_count, 1.0);
   state_->lights = trace::find_lights(state_->scene);
   trace::allot_paths(state_->lights, trace::shares_by_power(state_->lights), options.paths,
@@ -130,13 +155,14 @@ Report Session::bake(Progress& progress) {
   fresh->scene = state_->scene;
   fresh->samples = state_->samples;
   fresh->given = state_->given;
+  fresh->sample_bounds = state_->sample_bounds;
   fresh->lights = state_->lights;
   fresh->group_factor = state_->group_factor;
   fresh->scale = state_->scale;
   fresh->loaded_reflectance = state_->loaded_reflectance;
   std::swap(state_, fresh);
   auto old_direct = std::move(direct_);
-  const auto old_pending = pending_;
+  auto old_pending = std::exchange(pending_, {});
   try {
     Report report;
     double start = now_ms();
@@ -157,11 +183,12 @@ Report Session::bake(Progress& progress) {
     report.milliseconds.emplace_back("direct", now_ms() - start);
     refresh_areas(nullptr);
     baked_ = true;
+    damaged_ = false;
     return report;
   } catch (...) {
     std::swap(state_, fresh);
     direct_ = std::move(old_direct);
-    pending_ = old_pending;
+    pending_ = std::move(old_pending);
     dispose(std::move(fresh));
     throw;
   }
@@ -169,7 +196,10 @@ Report Session::bake(Progress& progress) {
 
 Report Session::recompute(Progress& progress) {
   State& s = *state_;
+  std::vector<trace::Light> lights = s.lights;
+  for (trace::Light& light : lights) trace::place_light(s.scene, light);
   // What a cancelled recompute has to bring back.
+  std::swap(s.lights, lights);
   auto old_caster = std::move(s.caster);
   auto old_store = std::move(s.store);
   auto old_sums = std::move(s.sums);
@@ -179,14 +209,15 @@ Report Session::recompute(Progress& progress) {
   try {
     Report report;
     s.caster = std::make_unique<trace::RayCaster>(s.scene, progress);
-    for (trace::Light& light : s.lights) trace::place_light(s.scene, light);
     trace_all(progress, report);
     const double start = now_ms();
     compute_direct(progress);
     report.milliseconds.emplace_back("direct", now_ms() - start);
     refresh_areas(nullptr);
+    damaged_ = false;
     return report;
   } catch (...) {
+    std::swap(s.lights, lights);
     s.caster = std::move(old_caster);
     std::swap(s.store, old_store);
     dispose(std::move(old_store));
@@ -200,7 +231,8 @@ Report Session::recompute(Progress& progress) {
 
 void Session::refresh_areas(const std::vector<ObjectChange>* changes) {
   State& s = *state_;
-  if (!changes) s.area.assign(s.samples.size(), 1.0f);
+  std::vector<float> area = s.area;
+  area.resize(s.samples.size(), 1.0f);
   const bool whole = s.options.disc_area == samples::DiscArea::whole;
   const auto refresh = [&](const samples::DiscSet& discs, const MovingPart* part) {
     const Pose pose = part ? s.scene.objects[part->object].pose : Pose{};
@@ -221,17 +253,25 @@ void Session::refresh_areas(const std::vector<ObjectChange>* changes) {
         for (uint32_t object : s.caster->present())
           reached =
               reached || s.caster->object_bounds(object).touches_sphere(centre, discs.radius[i]);
-        const float area = reached && !whole ? samples::uncovered_area(discs, i, pose, foreign)
+        const float counted = reached && !whole ? samples::uncovered_area(discs, i, pose, foreign)
                                              : samples::outline_area(discs, i);
         const float circle = std::numbers::pi_v<float> * discs.radius[i] * discs.radius[i];
         const float openness = discs.openness[i];
-        s.area[discs.id[i]] =
-            area > 0 && openness > 0 ? std::max(area, kLeastShare * circle) / openness : 0.0f;
+        area[discs.id[i]] = counted > 0 && openness > 0
+                                ? std::max(counted, kLeastShare * circle) / openness
+                                : 0.0f;
       }
     });
   };
   refresh(s.static_index->discs(), nullptr);
   for (const MovingPart& part : s.moving) refresh(part.index->discs(), &part);
+  s.area = std::move(area);
+}
+
+void Session::check_whole() const {
+  if (damaged_)
+    throw Error("session: memory ran out in the middle of an update, and again when everything was "
+                "to be computed anew; free memory, then call update() or recompute()");
 }
 
 size_t Session::bytes() const {

@@ -33,6 +33,7 @@ struct EnergyAudit {
   double quantum = 0;
 };
 
+class EditLog;
 struct Parts;
 struct PilotPaths;
 
@@ -88,6 +89,9 @@ class Session {
   /// Of each sample, what its disc counts (square metres) and its radius.
   std::vector<float> areas() const { return as_given(state_->area); }
   std::vector<float> radii() const { return as_given(state_->samples.radius); }
+  /// Samples that take light, but that no path has reached: their standard error is what a single
+  /// one would bring.
+  size_t unreached() const;
   std::array<uint64_t, 4> digest() const;
   EnergyAudit audit() const;
   Forecast forecast() const { return forecast_; }
@@ -129,8 +133,22 @@ class Session {
   void plan_parts(Parts& parts, const PilotPaths& paths, bool thorough, Progress& progress);
   void make_estimators(Parts& parts, Progress& progress);
   void restore_direct(const Archive& archive, Progress& progress);
-  void run_pending(double budget_ms, Progress& progress, Report& report,
-                   const std::function<void()>& between);
+  /// Cuts and traces again what `log` and the search after it found, and what waited before.
+  /// Returns what run_pending() does.
+  size_t replace_paths(const EditLog& log, const Affected& affected, double budget_ms,
+                       Progress& progress, Report& report);
+  /// Throws OptionError where paths between brighter surfaces would need more than the limit.
+  void refuse_growth(Progress& progress);
+  /// Paths and sums of the present state from scratch, after an update that failed in the middle.
+  void rebuild(Progress& progress);
+  /// Throws Error while neither the state before nor after an update is there.
+  void check_whole() const;
+  double bytes_per_segment() const;
+  double choose_irradiance_quantum() const;
+  std::unique_ptr<direct::DirectLight> make_direct(double irradiance_quantum) const;
+  /// Returns how many paths wait because memory would not suffice for them.
+  size_t run_pending(double budget_ms, Progress& progress, Report& report,
+                     const std::function<void()>& between);
 
   std::unique_ptr<State> state_;
   std::unique_ptr<direct::DirectLight> direct_;
@@ -139,13 +157,17 @@ class Session {
   /// Frees what a cancelled call left behind, gigabytes perhaps, without making the caller wait.
   template <class T>
   void dispose(T&& waste) {
-    disposal_ = std::async(std::launch::async, [gone = std::forward<T>(waste)] {});
+    try {
+      disposal_ = std::async(std::launch::async, [gone = std::forward<T>(waste)] {});
+    } catch (...) {  // no thread to be had: at once, then
+    }
   }
 
   Forecast forecast_;
   std::future<void> disposal_;
   bool baked_ = false;
   bool edits_applied_ = true;
+  bool damaged_ = false;  ///< an update failed in the middle, and so did rebuild()
 };
 
 }  // namespace deltalux::update

@@ -8,10 +8,10 @@
 #include "update/snapshot_check.h"
 
 namespace deltalux::update {
-namespace {
 
 /// A tiny share of what the brightest light could give at a metre. Poses do not matter.
-double choose_irradiance_quantum(const State& s) {
+double Session::choose_irradiance_quantum() const {
+  const State& s = *state_;
   const double metre = samples::scene_metre(s.scene, *s.caster), area = metre * metre;
   double brightest = 0;
   for (const trace::Light& light : s.lights) {
@@ -22,7 +22,11 @@ double choose_irradiance_quantum(const State& s) {
   return brightest > 0 ? brightest * 0x1p-40 : 1.0;
 }
 
-}  // namespace
+std::unique_ptr<direct::DirectLight> Session::make_direct(double irradiance_quantum) const {
+  const State& s = *state_;
+  return std::make_unique<direct::DirectLight>(s.samples.size(), s.scene.group_count,
+                                               irradiance_quantum, s.options.seed);
+}
 
 void Session::choose_direct() {
   State& s = *state_;
@@ -66,9 +70,8 @@ void Session::place_receivers(const std::vector<uint8_t>* changed) {
 
 void Session::compute_direct(Progress& progress) {
   State& s = *state_;
-  if (!(s.irradiance_quantum > 0)) s.irradiance_quantum = choose_irradiance_quantum(s);
-  auto fresh = std::make_unique<direct::DirectLight>(s.samples.size(), s.scene.group_count,
-                                                     s.irradiance_quantum, s.options.seed);
+  if (!(s.irradiance_quantum > 0)) s.irradiance_quantum = choose_irradiance_quantum();
+  auto fresh = make_direct(s.irradiance_quantum);
   place_receivers(nullptr);
   fresh->compute({*s.caster, s.lights, s.light_sampled, receivers_}, s.workers, progress);
   direct_ = std::move(fresh);
@@ -109,8 +112,7 @@ void Session::restore_direct(const Archive& archive, Progress&) {
   std::copy_n(quantum->second.begin(), sizeof value, reinterpret_cast<std::byte*>(&value));
   snapshot::check_range("direct.quantum", std::vector<double>{value}, 0, 1e300);
   state_->irradiance_quantum = value;
-  auto fresh = std::make_unique<direct::DirectLight>(s.samples.size(), s.scene.group_count, value,
-                                                     s.options.seed);
+  auto fresh = make_direct(value);
   fresh->restore(archive, s.lights, s.light_sampled);
   place_receivers(nullptr);
   direct_ = std::move(fresh);

@@ -25,6 +25,7 @@ void fit(const samples::OutlineMoments& m, double energy, double su, double sv, 
 }  // namespace
 
 void Session::read_gradient(double* gradient, Progress& progress) {
+  check_whole();
   State& s = *state_;
   const size_t n = s.samples.size();
   const uint32_t slabs = s.sum_groups() * kBatches;

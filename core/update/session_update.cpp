@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <chrono>
 #include <numbers>
+#include <utility>
 
 #include "base/error.h"
+#include "update/edit_log.h"
 #include "update/pending.h"
+#include "update/pilot_paths.h"
 #include "update/session.h"
 
 namespace deltalux::update {
@@ -13,6 +16,7 @@ namespace {
 
 constexpr double kDirectShare = 0.4;  // of a time budget, for shadow rays
 constexpr size_t kFirstStep = 128;    // with a time budget it measures how many paths fit
+constexpr double kSpare = 1.05;       // of forecast segments: chunks are not all full
 
 using Clock = std::chrono::steady_clock;
 
@@ -41,21 +45,6 @@ void check_inside(const scene::Scene& scene, const scene::Object& object, const 
     throw OptionError("\"" + object.name +
                       "\" would leave the box that the session was baked for (the scene's bounds); "
                       "move it inside, or start a new session with it there");
-}
-
-/// The lights of a new object. Their paths carry about as much as the others', so that noise stays
-/// even.
-std::vector<trace::Light> new_lights(const State& s, const scene::Scene& scene, uint32_t object) {
-  std::vector<trace::Light> lights = trace::find_lights(scene, object);
-  uint64_t next = s.lights.empty() ? 0 : s.lights.back().first_path + s.lights.back().path_count;
-  for (trace::Light& light : lights) {
-    const double rows = std::max({light.power.x, light.power.y, light.power.z}) /
-                        (s.scale.quantum * 0x1p29 * kBatches);
-    light.first_path = next;
-    light.path_count = kBatches * uint64_t(std::clamp(rows, 1.0, 0x1p40));
-    next += light.path_count;
-  }
-  return lights;
 }
 
 PendingPath whole_path(uint32_t path) { return {path, path, 0, false, {}}; }
@@ -88,8 +77,10 @@ void Session::check_insert(const scene::Object& object, std::span<const scene::E
   const auto count = [&](const scene::Object& own) {
     scene::Scene alone;
     alone.materials = s.scene.materials;
+    alone.group_count = s.scene.group_count;
     alone.objects.push_back(own);
-    for (const trace::Light& light : new_lights(s, alone, 0)) {
+    alone.finish();
+    for (const trace::Light& light : added_lights(s, alone, 0)) {
       more += light.path_count;
       brightest = std::max({brightest, double(light.radiance.x), double(light.radiance.y),
                             double(light.radiance.z)});
@@ -106,7 +97,7 @@ void Session::check_insert(const scene::Object& object, std::span<const scene::E
                       std::to_string(most) +
                       " in all so that no integer sum can overflow; "
                       "start a new session with it in the scene");
-  if (s.options.direct == DirectMode::sampled &&
+  if (s.options.direct == DirectMode::sampled && !s.lights.empty() &&
       std::numbers::pi * brightest > direct::kMostWeight * direct_->irradiance_quantum())
     throw OptionError(what +
                       "its light is brighter than the session's integer scale holds; start a "
@@ -126,7 +117,7 @@ void Session::check(const scene::Edit& edit, std::span<const scene::Edit> before
   if (const auto* move = std::get_if<scene::Move>(&edit)) {
     const scene::Object& object = movable_object(scene, before, move->object);
     check_inside(scene, object,
-                 move->object < scene.objects.size() ? scene.bounds_at(move->object, move->pose)
+                 move->object < scene.objects.size() ? state_->bounds_at(move->object, move->pose)
                                                      : bounds_at(object, move->pose));
   } else if (const auto* presence = std::get_if<scene::SetPresent>(&edit)) {
     movable_object(scene, before, presence->object);
@@ -152,167 +143,137 @@ void Session::check(const scene::Edit& edit, std::span<const scene::Edit> before
 
 Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Progress& progress) {
   edits_applied_ = false;
+  if (damaged_) rebuild(progress);
   for (size_t i = 0; i < edits.size(); ++i) check(edits[i], edits.first(i));
   State& s = *state_;
   Report report;
   const Clock::time_point begin = Clock::now();
-
-  // The state after all edits; only what really differs counts as a change.
-  scene::Scene& scene = s.scene;
-  const std::vector<double> old_factors = s.group_factor;
-  const std::vector<scene::Material> old_materials = scene.materials;
-  std::vector<std::pair<Pose, bool>> old_objects;
-  for (const scene::Object& object : scene.objects)
-    old_objects.emplace_back(object.pose, object.present);
-  const size_t old_lights = s.lights.size();
-  std::vector<uint32_t> inserted;
-  for (const scene::Edit& edit : edits) {
-    if (const auto* move = std::get_if<scene::Move>(&edit)) {
-      scene.objects[move->object].pose = move->pose;
-    } else if (const auto* presence = std::get_if<scene::SetPresent>(&edit)) {
-      scene.objects[presence->object].present = presence->present;
-    } else if (const auto* dim = std::get_if<scene::Dim>(&edit)) {
-      s.group_factor[dim->group] = dim->factor;
-    } else if (const auto* paint = std::get_if<scene::SetReflectance>(&edit)) {
-      scene.materials[paint->material].reflectance = paint->reflectance;
-    } else if (const auto* insert = std::get_if<scene::Insert>(&edit)) {
-      inserted.push_back(scene.add_object(insert->object));
-    }
-  }
-  const auto place_lights = [&] {
-    for (trace::Light& light : s.lights) {
-      if (light.object == scene::kNone || light.object >= old_objects.size()) continue;
-      const scene::Object& object = scene.objects[light.object];
-      const auto& [pose, present] = old_objects[light.object];
-      if (object.pose != pose || object.present != present) trace::place_light(scene, light);
-    }
-  };
-  place_lights();
-  if (!baked_) {
-    edits_applied_ = true;
-    return report;
-  }
-
-  Clock::time_point lap = Clock::now();
+  Clock::time_point lap = begin;
   const auto stage = [&](const char* name) {
     report.milliseconds.emplace_back(name, since(lap));
     lap = Clock::now();
   };
-  std::vector<ObjectChange> changes;
-  for (uint32_t i = 0; i < scene.objects.size(); ++i) {
-    const bool fresh = i >= old_objects.size();
-    if (!fresh && scene.objects[i].pose == old_objects[i].first &&
-        scene.objects[i].present == old_objects[i].second)
-      continue;
-    ObjectChange change{i, fresh ? Box{} : s.caster->object_bounds(i), {}};
-    s.caster->update_object(scene, i);
-    change.after = s.caster->object_bounds(i);
-    // Even where it is absent before and after: its samples have moved.
-    changes.push_back(change);
-  }
-  stage("geometry");
-  std::vector<uint8_t> materials;
-  for (size_t m = 0; m < scene.materials.size(); ++m)
-    if (scene.materials[m].reflectance != old_materials[m].reflectance) {
-      materials.resize(scene.materials.size(), 0);
-      materials[m] = 1;
-    }
-  for (uint32_t object : inserted)
-    for (trace::Light& light : new_lights(s, scene, object)) {
-      s.lights.push_back(std::move(light));
-      s.light_sampled.push_back(s.options.direct == DirectMode::sampled);
-    }
 
+  EditLog log(s);
   Affected affected;
+  size_t refused = 0;
+  std::unique_ptr<direct::DirectLight> dark;  // what the first light replaces
   try {
-    for (MovingPart& part : s.moving) place_part(s, part);
-    if (!changes.empty() || !materials.empty())
-      affected = find_affected(s, changes, materials, progress);
-    stage("scan");
-    update_direct(changes, old_lights, kDirectShare * budget_ms, progress);
-    stage("direct");
+    log.apply(edits);
+    if (baked_) {
+      stage("geometry");
+      if (log.reflects_more()) refuse_growth(progress);
+      for (MovingPart& part : s.moving) place_part(s, part);
+      if (!log.changes().empty() || !log.materials().empty())
+        affected = find_affected(s, log.changes(), log.materials(), progress);
+      stage("scan");
+      if (log.first_light()) {
+        auto fresh = make_direct(choose_irradiance_quantum());
+        dark = std::exchange(direct_, std::move(fresh));
+      }
+      update_direct(log.changes(), log.old_lights(), kDirectShare * budget_ms, progress);
+      stage("direct");
+    }
   } catch (...) {
-    // Nothing was written yet but the state itself: put it back.
-    s.group_factor = old_factors;
-    scene.materials = old_materials;
-    s.lights.resize(old_lights);
-    s.light_sampled.resize(old_lights);
-    for (uint32_t i = 0; i < old_objects.size(); ++i) {
-      scene.objects[i].pose = old_objects[i].first;
-      scene.objects[i].present = old_objects[i].second;
+    log.undo();
+    if (dark) direct_ = std::move(dark);
+    if (baked_) {
+      for (MovingPart& part : s.moving) place_part(s, part);
+      place_receivers(nullptr);
     }
-    for (size_t i = 0; i < inserted.size(); ++i) {
-      scene.drop_last_object();
-    }
-    s.caster->drop_objects(scene.objects.size());
-    for (const ObjectChange& change : changes)
-      if (change.object < scene.objects.size()) s.caster->update_object(scene, change.object);
-    for (trace::Light& light : s.lights) trace::place_light(scene, light);
-    for (MovingPart& part : s.moving) place_part(s, part);
-    place_receivers(nullptr);
     throw;
   }
   edits_applied_ = true;
+  if (!baked_) return report;
+  s.irradiance_quantum = direct_->irradiance_quantum();
   report.scanned_segments = affected.scanned;
   report.candidates = affected.candidates;
+  try {
+    refused = replace_paths(log, affected, budget_ms > 0 ? budget_ms - since(begin) : budget_ms,
+                            progress, report);
+    lap = Clock::now();
+    if (!log.changes().empty()) refresh_areas(&log.changes());
+    stage("areas");
+  } catch (...) {
+    // Memory ran out between two states, which only a new start makes one.
+    rebuild(progress);
+  }
+  report.milliseconds.emplace_back("total", since(begin));
+  if (refused)
+    throw OptionError("memory: with longer paths the session needs more than its limit of " +
+                      mebibytes(double(s.options.memory_limit)) + "; " + std::to_string(refused) +
+                      " paths wait as they were. Take the edit back, or raise the memory limit");
+  if (!pending_.empty() && progress.cancelled()) throw Cancelled();
+  return report;
+}
 
+void Session::rebuild(Progress& progress) {
+  damaged_ = true;
+  Report report;
+  Progress unstoppable;
+  pending_.clear();
+  progress.announce("compute again", 1);
+  trace_all(unstoppable, report);
+  compute_direct(unstoppable);
+  refresh_areas(nullptr);
+  damaged_ = false;
+}
+
+size_t Session::replace_paths(const EditLog& log, const Affected& affected, double budget_ms,
+                              Progress& progress, Report& report) {
+  State& s = *state_;
+  const std::vector<ObjectChange>& changes = log.changes();
   // A path is cut at the earliest bounce that any edit touches.
   EditMarks marks(s, pending_);
   // Lights first: their paths are born anew, along other rays than the search saw.
-  for (size_t l = 0; l < old_lights; ++l) {
+  for (size_t l = 0; l < log.old_lights(); ++l) {
     const trace::Light& light = s.lights[l];
-    const bool moved = std::any_of(changes.begin(), changes.end(),
-                                   [&](const auto& c) { return c.object == light.object; });
-    const bool dimmed =
-        s.merged(light.group) && s.group_factor[light.group] != old_factors[light.group];
-    if (moved || dimmed)
-      for (uint64_t i = 0; i < light.path_count; ++i)
-        marks.mark(whole_path(uint32_t(light.first_path + i)));
+    if (!log.reborn(l)) continue;
+    for (uint64_t i = 0; i < light.path_count; ++i)
+      marks.mark(whole_path(uint32_t(light.first_path + i)));
   }
   for (uint32_t b = 0; b < affected.segments.size(); ++b)
     for (const AffectedSegment& segment : affected.segments[b])
       marks.mark({s.store.level(b).at(segment.slot).path, segment.slot, uint8_t(b),
                   segment.hit_known, segment.hit});
-  if (s.lights.size() > old_lights) add_paths(s, marks);
-  if (budget_ms > 0) marks.order();
+  if (s.lights.size() > log.old_lights()) add_paths(s, marks);
+  if (budget_ms != 0) marks.order();
 
   // Samples of moved objects start again from the stored segments near the new pose.
-  std::vector<size_t> rebuild;
+  std::vector<size_t> again;
   for (MovingPart& part : s.moving)
     for (size_t k = 0; k < changes.size(); ++k)
       if (changes[k].object == part.object) {
         part.current = false;
-        rebuild.push_back(k);
+        again.push_back(k);
       }
   const auto between = [&] {
     Deposit deposit(s);
-    for (size_t k : rebuild)
+    for (size_t k : again)
       for (MovingPart& part : s.moving) {
         if (part.object != changes[k].object) continue;
         clear_part(s, part);
         part.current = true;
-        if (!scene.objects[part.object].present) continue;
+        if (!s.scene.objects[part.object].present) continue;
         for (uint32_t b = 0; b < affected.near[k].size(); ++b)
           deposit.add_to_part(part, b, affected.near[k][b]);
       }
     deposit.finish();
-    rebuild.clear();
+    again.clear();
   };
-  run_pending(budget_ms > 0 ? budget_ms - since(begin) : 0, progress, report, between);
-  lap = Clock::now();
-  if (!changes.empty()) refresh_areas(&changes);
-  stage("areas");
-  report.milliseconds.emplace_back("total", since(begin));
-  if (!pending_.empty() && progress.cancelled()) throw Cancelled();
-  return report;
+  return run_pending(budget_ms, progress, report, between);
 }
 
-void Session::run_pending(double budget_ms, Progress& progress, Report& report,
-                          const std::function<void()>& between) {
+size_t Session::run_pending(double budget_ms, Progress& progress, Report& report,
+                            const std::function<void()>& between) {
   const Clock::time_point start = Clock::now();
+  State& s = *state_;
   const size_t total = pending_.size();
   size_t done = 0;
-  PathUpdate update(*state_);
+  // What is not stored segments was allowed when it came.
+  const size_t held = s.store.bytes(), other = bytes() - held;
+  const size_t most = std::max(held, s.options.memory_limit - std::min(other, s.options.memory_limit));
+  PathUpdate update(s);
   progress.announce("replace paths", total);
   // The moving samples come in the first step, which always runs: from then on they follow every
   // replacement as the static ones do.
@@ -322,6 +283,7 @@ void Session::run_pending(double budget_ms, Progress& progress, Report& report,
     update.replace(std::span(pending_).subspan(done, end - done), done ? nullptr : between);
     progress.advance(end - done);
     done = end;
+    if (s.options.memory_limit && s.store.bytes() > most) break;
     if (budget_ms == 0 || done == total) continue;
     const double spent = since(start), left = budget_ms - spent;
     if (left <= 0) break;
@@ -337,6 +299,23 @@ void Session::run_pending(double budget_ms, Progress& progress, Report& report,
   report.milliseconds.emplace_back("moving samples", update.counts().moving_ms);
   report.milliseconds.emplace_back("trace", update.counts().trace_ms);
   report.milliseconds.emplace_back("deposit", update.counts().deposit_ms);
+  return s.options.memory_limit && s.store.bytes() > most ? total - done : 0;
+}
+
+void Session::refuse_growth(Progress& progress) {
+  const State& s = *state_;
+  const double limit = double(s.options.memory_limit), paths = double(s.cut.size());
+  const double other = double(bytes() - s.store.bytes());
+  const double longest = double(s.options.max_bounces) * bytes_per_segment();
+  if (!s.options.memory_limit || other + paths * longest <= limit) return;
+  const PilotPaths pilot = walk_pilot_paths(s, progress);
+  if (!pilot.walked) return;
+  const double flights = double(pilot.flights.size()) / double(pilot.walked);
+  const double needed = other + paths * flights * bytes_per_segment() * kSpare;
+  if (needed > limit && needed > double(bytes()))
+    throw OptionError("reflectance: memory: brighter surfaces make longer paths, which would need "
+                      "about " + mebibytes(needed) + ", the limit is " + mebibytes(limit) +
+                      "; raise the memory limit, or bake with fewer paths");
 }
 
 }  // namespace deltalux::update

@@ -43,6 +43,7 @@ std::vector<T> unpack_all(const Session::Archive& archive, const std::string& na
 }  // namespace
 
 Session::Archive Session::save() const {
+  check_whole();
   const State& s = *state_;
   Archive archive;
   std::vector<double> poses;

@@ -64,6 +64,7 @@ struct State {
   /// takes a quarter off a deposit where discs overlap much.
   samples::SampleSet samples;
   std::vector<uint32_t> given;  // per sample of `samples`, its number among the user's
+  std::vector<Box> sample_bounds;  // per object, local: of the samples that move with it
 
   std::unique_ptr<trace::RayCaster> caster;
   std::vector<trace::Light> lights;       // ascending first_path
@@ -83,6 +84,12 @@ struct State {
   std::vector<uint8_t> cut;   // per path: pending re-trace from this bounce, or kNotCut
   std::vector<int64_t> sums;  // EnergySums, slab = group * kBatches + batch
 
+  /// What `object` with its lights and samples takes up at `pose`.
+  Box bounds_at(uint32_t object, const Pose& pose) const {
+    Box box = scene.bounds_at(object, pose);
+    if (object < sample_bounds.size()) box.grow(pose.box(sample_bounds[object]));
+    return box;
+  }
   uint32_t sum_groups() const { return std::min(scene.group_count, kMostSumGroups); }
   bool merged(uint32_t group) const {
     return scene.group_count > kMostSumGroups && group + 1 >= kMostSumGroups;
