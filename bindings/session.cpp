@@ -73,9 +73,42 @@ update::Options to_options(uint64_t paths, uint64_t seed, int threads, const std
   return o;
 }
 
-nb::object copy_bytes(const std::vector<std::byte>& data) {
-  return nb::bytes(data.data(), data.size());
+nb::object read_bytes(const ArchiveView& archive, const std::string& name, size_t offset,
+                      size_t count) {
+  // Within the array, before memory is taken for it.
+  if (offset > archive.bytes(name) || count > archive.bytes(name) - offset)
+    throw OptionError("archive: array \"" + name + "\" is shorter than that");
+  nb::object out = nb::steal(PyBytes_FromStringAndSize(nullptr, Py_ssize_t(count)));
+  if (!out.is_valid()) nb::raise_python_error();
+  auto* to = reinterpret_cast<std::byte*>(PyBytes_AS_STRING(out.ptr()));
+  nb::gil_scoped_release release;
+  archive.read(name, offset, {to, count});
+  return out;
 }
+
+/// Arrays that a Python object reads from a file: bytes(name) -> int or None, and read_into(name,
+/// buffer) for the next ones.
+class PythonSource : public ArchiveSource {
+ public:
+  explicit PythonSource(nb::object source) : source_(std::move(source)) {}
+
+  std::optional<size_t> bytes(const std::string& name) override {
+    nb::gil_scoped_acquire acquire;
+    const nb::object found = source_.attr("bytes")(name);
+    return found.is_none() ? std::nullopt : std::optional(nb::cast<size_t>(found));
+  }
+  void read(const std::string& name, std::span<std::byte> to) override {
+    if (to.empty()) return;
+    nb::gil_scoped_acquire acquire;
+    const nb::object buffer = nb::steal(PyMemoryView_FromMemory(
+        reinterpret_cast<char*>(to.data()), Py_ssize_t(to.size()), PyBUF_WRITE));
+    source_.attr("read_into")(name, buffer);
+    buffer.attr("release")();
+  }
+
+ private:
+  nb::object source_;
+};
 
 }  // namespace
 
@@ -88,6 +121,14 @@ void bind_session(nb::module_& m) {
       .def("dim", &EditList::dim)
       .def("reflectance", &EditList::reflectance)
       .def("__len__", [](const EditList& e) { return e.edits.size(); });
+
+  nb::class_<ArchiveView>(m, "ArchiveView")
+      .def("names", &ArchiveView::names)
+      .def("bytes", &ArchiveView::bytes, nb::arg("name"))
+      .def("read", &read_bytes, nb::arg("name"), nb::arg("offset"), nb::arg("count"))
+      .def("__getitem__", [](const ArchiveView& a, const std::string& name) {
+        return read_bytes(a, name, 0, a.bytes(name));
+      });
 
   nb::class_<Session>(m, "Session")
       .def("__init__",
@@ -268,24 +309,20 @@ void bind_session(nb::module_& m) {
            [](const Session& s) {
              return s.state().caster ? s.state().caster->description() : std::string();
            })
-      .def("save",
+      .def("world",
            [](const Session& s) {
-             nb::dict out;
-             for (const auto& [name, data] : s.save()) out[name.c_str()] = copy_bytes(data);
-             return out;
+             const Box& box = s.state().scene.world();
+             return std::pair(std::array{box.low.x, box.low.y, box.low.z},
+                              std::array{box.high.x, box.high.y, box.high.z});
            })
+      .def("save", &Session::save, nb::keep_alive<0, 1>())
       .def(
           "restore",
-          [](Session& s, nb::dict archive, nb::object callback) {
-            Session::Archive data;
-            for (const auto& [key, value] : archive) {
-              const nb::bytes bytes = nb::cast<nb::bytes>(value);
-              const auto* begin = static_cast<const std::byte*>(bytes.data());
-              data[nb::cast<std::string>(key)].assign(begin, begin + bytes.size());
-            }
-            run(callback, [&](Progress& p) { s.restore(data, p); });
+          [](Session& s, nb::object source, nb::object callback) {
+            PythonSource archive(std::move(source));
+            run(callback, [&](Progress& p) { s.restore(archive, p); });
           },
-          nb::arg("archive"), nb::arg("progress").none());
+          nb::arg("source"), nb::arg("progress").none());
 }
 
 }  // namespace deltalux::python

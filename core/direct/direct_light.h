@@ -5,11 +5,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
-#include <map>
 #include <span>
-#include <string>
 #include <vector>
 
+#include "base/archive.h"
 #include "base/parallel.h"
 #include "base/progress.h"
 #include "direct/visibility.h"
@@ -37,9 +36,6 @@ struct Change {
 /// The most that one light counts at one sample, in quanta; reached only next to point lights. The
 /// sums of 2048 such lights still fit.
 inline constexpr double kMostWeight = 0x1p52;
-
-/// Named arrays for a snapshot.
-using Archive = std::map<std::string, std::vector<std::byte>>;
 
 class DirectLight {
  public:
@@ -71,9 +67,10 @@ class DirectLight {
   /// (office, atrium).
   static double estimated_rays(const trace::Light& light, size_t samples);
 
-  void save(Archive& archive) const;
+  /// Arrays named "direct.…", valid until this object changes.
+  void save(ArchiveView& archive) const;
   /// The state that save() wrote, of the same samples, lights and seed. Throws FormatError.
-  void restore(const Archive& archive, std::span<const trace::Light> lights,
+  void restore(ArchiveSource& archive, std::span<const trace::Light> lights,
                std::span<const uint8_t> sampled);
 
  private:

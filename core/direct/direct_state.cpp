@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Size and snapshot of direct light.
-#include <cstring>
+#include <algorithm>
 
 #include "base/error.h"
 #include "direct/direct_light.h"
@@ -14,43 +14,10 @@ namespace {
 // and what a triangle costs in closed form, in shadow rays.
 constexpr double kFacingShare = 0.6, kPartialShare = 0.15, kRaysPerTriangle = 0.2;
 
-template <class T>
-void append(std::vector<std::byte>& out, const std::vector<T>& values) {
-  const size_t before = out.size();
-  out.resize(before + values.size() * sizeof(T));
-  if (!values.empty()) std::memcpy(out.data() + before, values.data(), values.size() * sizeof(T));
+[[noreturn]] void refuse(const char* name) {
+  throw FormatError("snapshot: array \"" + std::string(name) +
+                    "\" holds a value that no session writes; the file is damaged");
 }
-
-/// Reads arrays one after the other.
-class Reader {
- public:
-  Reader(const Archive& archive, const std::string& name) : name_(name) {
-    const auto entry = archive.find(name);
-    if (entry == archive.end())
-      throw FormatError("snapshot: array \"" + name + "\" is missing; the file is damaged");
-    bytes_ = entry->second;
-  }
-  template <class T>
-  void read(std::vector<T>& out, size_t count) {
-    if (bytes_.size() / sizeof(T) < count) fail();
-    out.resize(count);
-    if (count) std::memcpy(out.data(), bytes_.data(), count * sizeof(T));
-    bytes_ = bytes_.subspan(count * sizeof(T));
-  }
-  size_t left() const { return bytes_.size(); }
-  void finish() const {
-    if (left()) fail();
-  }
-
- private:
-  [[noreturn]] void fail() const {
-    throw FormatError("snapshot: array \"" + name_ +
-                      "\" does not have the size that its samples and lights call for; the file is "
-                      "damaged or of another scene");
-  }
-  std::string name_;
-  std::span<const std::byte> bytes_;
-};
 
 }  // namespace
 
@@ -83,59 +50,55 @@ double DirectLight::estimated_rays(const trace::Light& light, size_t samples) {
                             kRaysPerTriangle * double(light.world.size()));
 }
 
-void DirectLight::save(Archive& archive) const {
-  std::vector<std::byte>& weights = archive["direct.weights"];
-  std::vector<std::byte>& views = archive["direct.views"];
-  std::vector<PartialView> partial;  // without the unused places
-  for (const Column& column : columns_) {
-    append(weights, column.weight);
-    std::vector<uint32_t> codes = column.view;
-    for (uint32_t& code : codes)
-      if (!is_kind(code)) {
-        partial.push_back(partial_[code]);
-        code = uint32_t(partial.size() - 1);
-      }
-    append(views, codes);
-  }
-  append(archive["direct.partial"], partial);
+void DirectLight::save(ArchiveView& archive) const {
+  archive.append("direct.weights", std::span<const int64_t>());
+  archive.append("direct.views", std::span<const uint32_t>());
   // Lights with changes to take in begin anew: the changes are not written.
   std::vector<uint8_t> behind;
-  for (const Column& column : columns_) behind.push_back(!current(column));
-  append(archive["direct.behind"], behind);
+  for (const Column& column : columns_) {
+    archive.append("direct.weights", column.weight);
+    archive.append("direct.views", column.view);
+    behind.push_back(!current(column));
+  }
+  archive.append("direct.partial", partial_);
+  archive.keep("direct.behind", behind);
 }
 
-void DirectLight::restore(const Archive& archive, std::span<const trace::Light> lights,
+void DirectLight::restore(ArchiveSource& archive, std::span<const trace::Light> lights,
                           std::span<const uint8_t> sampled) {
   check(lights, sampled);
+  const size_t pairs = samples_ * size_t(std::count_if(sampled.begin(), sampled.end(),
+                                                       [](uint8_t yes) { return yes != 0; }));
+  archive.expect<int64_t>("direct.weights", pairs);
+  archive.expect<uint32_t>("direct.views", pairs);
   DirectLight fresh(samples_, group_count_, quantum_, seed_);
   fresh.columns_ = make_columns(lights, sampled, 0);
-  Reader weights(archive, "direct.weights"), views(archive, "direct.views"),
-      partial(archive, "direct.partial"), behind(archive, "direct.behind");
-  partial.read(fresh.partial_, partial.left() / sizeof(PartialView));
-  partial.finish();
-  size_t next = 0;  // save() numbers partial views in order
+  const size_t places = archive.count<PartialView>("direct.partial");
+  if (places > pairs) refuse("direct.partial");
+  fresh.partial_ = archive.read_all<PartialView>("direct.partial", places);
+  for (const PartialView& partial : fresh.partial_)
+    if (!(partial.share >= 0 && partial.share <= 1)) refuse("direct.partial");
+  std::vector<bool> used(places);
   for (Column& column : fresh.columns_) {
-    weights.read(column.weight, column.weight.size());
-    views.read(column.view, column.view.size());
+    archive.read("direct.weights", std::span(column.weight));
+    archive.read("direct.views", std::span(column.view));
     for (size_t i = 0; i < column.view.size(); ++i) {
       const uint32_t code = column.view[i];
-      const bool known = is_kind(code) ? kind_of(code) <= FixedView::Kind::open
-                                       : code == next++ && next <= fresh.partial_.size();
-      if (!known || column.weight[i] < 0 || column.weight[i] > kMostWeight)
-        throw FormatError(
-            "snapshot: array \"direct.views\" or \"direct.weights\" holds a value "
-            "that no session writes; the file is damaged");
+      if (column.weight[i] < 0 || column.weight[i] > int64_t(kMostWeight)) refuse("direct.weights");
+      if (is_kind(code) ? kind_of(code) > FixedView::Kind::open : code >= places || used[code])
+        refuse("direct.views");
+      if (!is_kind(code)) used[code] = true;
       fresh.add(column, i, column.weight[i], 1);
     }
   }
-  weights.finish();
-  views.finish();
-  std::vector<uint8_t> begins;
-  behind.read(begins, lights.size());
-  behind.finish();
+  for (uint32_t place = 0; place < places; ++place)
+    if (!used[place]) fresh.unused_.push_back(place);
+  const auto begins = archive.read_all<uint8_t>("direct.behind", lights.size());
   Change anew;
-  for (uint32_t light = 0; light < lights.size(); ++light)
+  for (uint32_t light = 0; light < lights.size(); ++light) {
+    if (begins[light] > sampled[light]) refuse("direct.behind");
     if (begins[light]) anew.lights.push_back(light);
+  }
   if (!anew.lights.empty()) {
     for (size_t light = 0; light < lights.size(); ++light)
       fresh.columns_[light].taken = !begins[light];

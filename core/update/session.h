@@ -3,13 +3,13 @@
 #pragma once
 #include <array>
 #include <future>
-#include <map>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "base/archive.h"
 #include "base/progress.h"
 #include "direct/direct_light.h"
 #include "scene/edit.h"
@@ -100,11 +100,11 @@ class Session {
   const State& state() const { return *state_; }
   const direct::DirectLight* direct() const { return direct_.get(); }
 
-  /// Snapshot: named byte arrays, see snapshot.cpp. `restore` wants a session freshly made from the
-  /// same scene, samples and options. Throws FormatError, SceneError.
-  using Archive = std::map<std::string, std::vector<std::byte>>;
-  Archive save() const;
-  void restore(const Archive& archive, Progress& progress);
+  /// Snapshot: named arrays, see snapshot.cpp. Valid until the session changes.
+  ArchiveView save() const;
+  /// Wants a session freshly made from the same scene, samples and options; where it throws, that
+  /// session is of no use. Throws FormatError, OptionError, SceneError, Cancelled.
+  void restore(ArchiveSource& archive, Progress& progress);
 
  private:
   /// Calls write(sample as given, its irradiance, its standard error) for all, in parallel.
@@ -132,7 +132,13 @@ class Session {
   /// Renews State::plans.
   void plan_parts(Parts& parts, const PilotPaths& paths, bool thorough, Progress& progress);
   void make_estimators(Parts& parts, Progress& progress);
-  void restore_direct(const Archive& archive, Progress& progress);
+  void restore_scene(ArchiveSource& archive);
+  /// Paths of lights and scales; returns the number of paths.
+  uint64_t restore_lights(ArchiveSource& archive);
+  void restore_areas(ArchiveSource& archive, std::span<const float> openness);
+  void restore_segments(ArchiveSource& archive, uint64_t paths, Progress& progress);
+  void restore_pending(ArchiveSource& archive);
+  void restore_direct(ArchiveSource& archive);
   /// Cuts and traces again what `log` and the search after it found, and what waited before.
   /// Returns what run_pending() does.
   size_t replace_paths(const EditLog& log, const Affected& affected, double budget_ms,

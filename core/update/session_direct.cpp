@@ -98,21 +98,20 @@ void Session::update_direct(std::span<const ObjectChange> changes, size_t old_li
       change.samples.insert(change.samples.end(), ids.begin(), ids.end());
     }
   place_receivers(&changed);
-  if (std::any_of(s.light_sampled.begin(), s.light_sampled.end(), [](uint8_t yes) { return yes; }))
+  // Also where it only learns of lights that paths bring: it counts all of them.
+  if (old_lights != s.lights.size() ||
+      std::any_of(s.light_sampled.begin(), s.light_sampled.end(), [](uint8_t yes) { return yes; }))
     direct_->update({*s.caster, s.lights, s.light_sampled, receivers_}, change, s.workers, progress,
                     budget_ms);
 }
 
-void Session::restore_direct(const Archive& archive, Progress&) {
+void Session::restore_direct(ArchiveSource& archive) {
   const State& s = *state_;
-  const auto quantum = archive.find("direct.quantum");
-  if (quantum == archive.end() || quantum->second.size() != sizeof(double))
-    throw FormatError("session file: \"direct.quantum\" is missing");
-  double value = 0;
-  std::copy_n(quantum->second.begin(), sizeof value, reinterpret_cast<std::byte*>(&value));
-  snapshot::check_range("direct.quantum", std::vector<double>{value}, 0, 1e300);
-  state_->irradiance_quantum = value;
-  auto fresh = make_direct(value);
+  const auto quantum = archive.read_all<double>("direct.quantum", 1);
+  snapshot::check_range("direct.quantum", quantum, snapshot::kLeastQuantum,
+                        snapshot::kMostQuantum);
+  state_->irradiance_quantum = quantum[0];
+  auto fresh = make_direct(quantum[0]);
   fresh->restore(archive, s.lights, s.light_sampled);
   place_receivers(nullptr);
   direct_ = std::move(fresh);

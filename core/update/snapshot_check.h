@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whether what a session file holds can be the state of a session. All functions throw FormatError.
 #pragma once
+#include <span>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,10 @@
 #include "update/path_update.h"
 
 namespace deltalux::update::snapshot {
+
+// Of energy and irradiance: no light that a scene can hold leads near them, and no sum of quanta
+// overflows with them.
+inline constexpr double kLeastQuantum = 1e-200, kMostQuantum = 1e150;
 
 [[noreturn]] void refuse(const std::string& what);
 [[noreturn]] void refuse_entry(const char* name, size_t entry, double found, double low,
@@ -22,11 +27,42 @@ void check_range(const char* name, const std::vector<T>& values, double low, dou
 }
 
 /// Static objects stand where the scene has them, movable ones within the world and not distorted.
+/// The poses are finite.
 void check_poses(const std::vector<scene::Object>& original, const scene::Scene& scene);
 
-/// Numbers are finite, and every path is one chain: at bounce 0 the slot is the path, and each
-/// later segment in use has exactly one predecessor, of its own path.
-void check_segments(const segments::SegmentStore& store, const scene::Scene& scene, uint64_t paths);
+/// Radii are those that were `given`; where that is NaN, positive and no larger than the world, or
+/// NaN before the bake.
+void check_radii(std::span<const float> radius, std::span<const float> given, const Box& world,
+                 bool baked);
+
+/// What discs count lies between nothing and somewhat more than their circles.
+void check_areas(std::span<const float> area, std::span<const float> radius,
+                 std::span<const float> openness);
+
+/// Sums of quanta are not negative and no larger than `segments` can make them.
+void check_sums(std::span<const int64_t> sums, size_t segments);
+
+/// Bounce 0 has a slot per path, later ones no more.
+void check_level_sizes(std::span<const uint64_t> sizes, uint64_t paths, uint32_t max_bounces);
+
+/// Numbers of one segment in use: finite, about the world, and names of things that are there.
+class SegmentCheck {
+ public:
+  SegmentCheck(const scene::Scene& scene, uint64_t paths, size_t discs);
+  void operator()(const segments::Segment& segment, float reach, const segments::HitSlots& hits,
+                  uint32_t bounce) const;
+
+ private:
+  Box around_;
+  float longest_;
+  uint64_t paths_;
+  uint32_t primitives_;
+  size_t discs_;
+};
+
+/// Every path is one chain: at bounce 0 the slot is the path, and each later segment in use has
+/// exactly one predecessor, of its own path.
+void check_chains(const segments::SegmentStore& store);
 
 /// Each path with a mark in `cut` waits once, at its own segment of that bounce; others do not.
 void check_pending(const std::vector<PendingPath>& pending, const std::vector<uint8_t>& cut,

@@ -13,7 +13,7 @@ from .estimate.inputs import SEGMENT_ENDS, check_choice
 from .flatten import FlatScene
 from .memory import available_memory
 from .samples import Samples
-from .scene import Scene
+from .scene import Mesh, Scene
 from .segments import check_bounces, check_paths, check_seed, check_threads
 
 DIRECT_MODES = ("auto", "paths", "sampled")
@@ -75,6 +75,26 @@ def movable_index(scene: Scene, flat: FlatScene, name: str) -> int:
             "name it in `movable` when the scene is loaded"
         )
     return flat.objects[name]
+
+
+def check_insertion(mesh: Mesh, flat: FlatScene) -> None:
+    """Refuse a mesh that no session of `flat` can take in.
+
+    Raises
+    ------
+    OptionError
+        For a static mesh, a name that is taken, an unknown material, or light of a new group.
+    """
+    if not mesh.movable:
+        raise OptionError(f'add "{mesh.name}": found a static mesh, expected movable=True')
+    if mesh.name in flat.objects:
+        raise OptionError(f'add "{mesh.name}": the scene has a mesh of that name')
+    for material in {flat.scene.material(name) for name in mesh.material}:
+        if material.emissive and (material.group or mesh.name) not in flat.groups:
+            raise OptionError(
+                f'add "{mesh.name}": its light group "{material.group or mesh.name}" is new; give the '
+                f"material one of the session's groups {list(flat.groups)}"
+            )
 
 
 def make_core_session(scene: Scene, flat: FlatScene, samples: Samples, options: SessionOptions) -> Any:

@@ -1,27 +1,123 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files appear whole or not at all: written beside their place, then renamed."""
+"""Files appear whole or not at all: written without a name, or beside their place, then renamed."""
 
 from __future__ import annotations
 
+import errno
 import os
+import secrets
+import stat
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import BinaryIO
+
+_DESCRIPTORS = Path("/proc/self/fd")
+_SUFFIX = ".part"
 
 
 @contextmanager
-def written_aside(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Give a path beside `path` to write to; it replaces `path` when the block succeeds.
+def written_aside(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
+    """Give a binary file to write to; it replaces `path` when the block succeeds.
+
+    Whoever opens `path` finds what was there or what was written, whole, also after the process was
+    killed or the power failed; of several that write to one path, the last one wins. Where the file
+    system can hold files without a name (most of Linux's can), a killed process leaves nothing
+    behind, unless it is killed between the two system calls that name and rename its file; elsewhere
+    it leaves a hidden `.part` file. A file that is replaced keeps its permissions; a symbolic link
+    is replaced, not followed.
 
     Raises
     ------
     OSError
-        Where the folder does not exist or cannot be written to.
+        Where the folder does not exist or cannot be written to, or the disk is full; `path` then is
+        as before.
     """
     target = Path(path)
-    aside = target.with_name(f".{target.name}.{os.getpid()}.part")
+    with _explained(target, ""):
+        folder = os.open(target.parent, os.O_PATH | os.O_DIRECTORY)
     try:
-        yield aside
-        aside.replace(target)
+        with _explained(target, ""):
+            aside = _Aside(folder, target.name)
+        with aside, _explained(target, "; nothing was written, what was there is as before"):
+            yield aside.file
+            aside.replace_target()
     finally:
-        aside.unlink(missing_ok=True)
+        os.close(folder)
+
+
+@contextmanager
+def _explained(target: Path, outcome: str) -> Iterator[None]:
+    """Errors name `target` and what became of it; those of other files pass as they are."""
+    try:
+        yield
+    except OSError as error:
+        own = (None, ".", target.name, target.parent)
+        if error.filename not in own and not str(error.filename).endswith(_SUFFIX):
+            raise
+        raise OSError(error.errno, f"{error.strerror or error}{outcome}", str(target)) from error
+
+
+class _Aside:
+    """A new file in an open folder, under no name or a random one."""
+
+    def __init__(self, folder: int, target: str) -> None:
+        self._folder, self._target = folder, target
+        # Short, so that it is no longer than names may be; random, so that nobody can be there before.
+        self._part = f".{target[:40]}.{secrets.token_hex(8)}{_SUFFIX}"
+        kept = self._target_mode()
+        mode = 0o666 if kept is None else kept
+        self._named, descriptor = self._open(mode)
+        self.file: BinaryIO = os.fdopen(descriptor, "w+b")
+        if kept is not None:
+            os.fchmod(descriptor, kept)
+
+    def _target_mode(self) -> int | None:
+        """Permissions of the file that is replaced; None where there is none."""
+        try:
+            found = os.stat(self._target, dir_fd=self._folder, follow_symlinks=False)
+        except FileNotFoundError:
+            return None
+        if stat.S_ISLNK(found.st_mode):
+            return None
+        if not stat.S_ISREG(found.st_mode):
+            raise FileExistsError(
+                errno.EEXIST, "found a folder, device or pipe of that name, expected a file"
+            )
+        return found.st_mode & 0o777
+
+    def _open(self, mode: int) -> tuple[bool, int]:
+        """Whether the file has a name yet, and its descriptor."""
+        if _DESCRIPTORS.exists():
+            with suppress(OSError):  # the file system has no files without a name
+                return False, os.open(".", os.O_TMPFILE | os.O_RDWR, mode, dir_fd=self._folder)
+        flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW
+        return True, os.open(self._part, flags, mode, dir_fd=self._folder)
+
+    def replace_target(self) -> None:
+        """Move the file into its place, once all of it is on the disk."""
+        self.file.flush()
+        descriptor = self.file.fileno()
+        os.fsync(descriptor)
+        if not self._named:
+            os.link(_DESCRIPTORS / str(descriptor), self._part, dst_dir_fd=self._folder, follow_symlinks=True)
+            self._named = True
+        os.replace(self._part, self._target, src_dir_fd=self._folder, dst_dir_fd=self._folder)
+        self._named = False
+        # A file system that cannot do it may forget the renaming, but not half of it.
+        with suppress(OSError):
+            readable = os.open(".", os.O_RDONLY | os.O_DIRECTORY, dir_fd=self._folder)
+            try:
+                os.fsync(readable)
+            finally:
+                os.close(readable)
+
+    def __enter__(self) -> _Aside:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        with suppress(OSError):  # of a full disk, which was told when writing
+            self.file.close()
+        if self._named:
+            with suppress(OSError):
+                os.unlink(self._part, dir_fd=self._folder)

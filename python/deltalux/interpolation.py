@@ -3,10 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from scipy.spatial import cKDTree
+
+from .display_mesh import in_world
+from .errors import OptionError
 
 NEIGHBOURS = 8
 LIFT = 0.02  # of the reach: how far above the surfaces visibility is asked
@@ -90,3 +93,41 @@ class Interpolator:
             change = np.einsum("mkci,mki->mkc", gradients[index], way)
             near = np.clip(near + change, 0, 2 * near)
         return np.einsum("mk,mkc->mc", weight, near)
+
+
+class Interpolators:
+    """The interpolator over the samples that are there, made anew where they moved or went."""
+
+    def __init__(self) -> None:
+        self._latest: tuple[list, np.ndarray, Interpolator] | None = None
+
+    def over(
+        self,
+        points: np.ndarray,
+        normals: np.ndarray,
+        attached: np.ndarray,
+        poses: Mapping[str, np.ndarray | None],
+    ) -> tuple[np.ndarray, Interpolator]:
+        """Numbers of the samples that are present, and the interpolator over them in world space.
+
+        Parameters
+        ----------
+        points, normals : (n, 3), local where `attached`
+        attached : (n,) names of movables, or None
+        poses : of the movables; None where one was removed
+
+        Raises
+        ------
+        OptionError
+            Where no sample is present.
+        """
+        own = {name: poses[name] for name in attached if name is not None}
+        state = [(name, None if pose is None else pose.tobytes()) for name, pose in sorted(own.items())]
+        if self._latest is None or self._latest[0] != state:
+            there = {name: pose for name, pose in own.items() if pose is not None}
+            present = np.flatnonzero([name is None or name in there for name in attached])
+            if not len(present):
+                raise OptionError("at: found no sample that is present, expected at least one")
+            places = (array[present] for array in in_world(points, normals, attached, there))
+            self._latest = state, present, Interpolator(*places)
+        return self._latest[1:]

@@ -3,9 +3,6 @@
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -13,13 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import _core, snapshot
-from .core_session import SessionOptions, checked_options, make_core_session, movable_index
+from . import _core, core_session, snapshot
+from .calls import Calls, long_call, short_call
+from .core_session import SessionOptions
 from .display_mesh import in_world
 from .errors import OptionError
 from .estimate.inputs import FARTHEST
 from .flatten import flatten
-from .interpolation import Interpolator
+from .interpolation import Interpolators
 from .planning import Plan, machine_constants, read_plan
 from .results import Frame, Result
 from .samples import Samples
@@ -87,22 +85,23 @@ class Session:
             max_bounces=max_bounces,
             memory_limit=memory_limit,
         )
-        self._options = checked_options(given)
+        self._options = core_session.checked_options(given)
         self.scene = scene
         self.samples = Samples.on_vertices(scene) if samples is None else samples
         self.progress = progress
         self._flat = flatten(scene)
-        self._core: Any = make_core_session(scene, self._flat, self.samples, self._options)
+        self._core: Any = core_session.make_core_session(scene, self._flat, self.samples, self._options)
         self._poses = {m.name: m.pose for m in scene.meshes if m.movable}
         self._removed: set[str] = set()
         self._factors = dict.fromkeys(self._flat.groups, 1.0)
         self._reflectances = {m.name: tuple(m.reflectance.tolist()) for m in scene.materials}
-        self._box = np.frombuffer(self._core.save()["world"], np.float32).reshape(2, 3)
+        self._box = np.array(self._core.world(), np.float32)
         self._edits = _core.EditList()
-        self._calls = threading.Lock()  # one at a time
+        self._calls = Calls()
+        self._built_by: str | None = None  # the build that computed the light
         self.foreign_build: str | None = None  # a file's build where it differs from this one
         self._result: tuple[np.ndarray, np.ndarray] | None = None
-        self._interpolator: tuple[list, np.ndarray, Interpolator] | None = None
+        self._interpolators = Interpolators()
 
     def __enter__(self) -> Session:
         return self
@@ -116,10 +115,16 @@ class Session:
         """Free the session's memory; results that were read stay valid."""
         self._core = None
 
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        """Refuse to be pickled or copied."""
+        raise OptionError(
+            "session: it cannot be pickled or copied; save it to a file, and open that with Session.open"
+        )
+
     # ---- names --------------------------------------------------------------------------------
 
     def _object(self, name: str) -> int:
-        return movable_index(self.scene, self._flat, name)
+        return core_session.movable_index(self.scene, self._flat, name)
 
     def _queue(self, kind: str, *values: Any) -> None:
         edit = _core.EditList()
@@ -130,11 +135,6 @@ class Session:
     def _session(self) -> Any:
         if self._core is None:
             raise OptionError("session: it was closed; make or open another")
-        if self._calls.locked():
-            raise OptionError(
-                "session: another call is at work, of another thread or of this progress callback; "
-                "wait until it returns"
-            )
         return self._core
 
     def _baked_session(self) -> Any:
@@ -143,16 +143,11 @@ class Session:
             raise OptionError("session: there is no light yet; call bake() first")
         return session
 
-    @contextmanager
-    def _at_work(self, session: Any) -> Iterator[Any]:
-        """Keeps other calls out while `session` works without holding the interpreter."""
-        with self._calls:
-            yield session
-
     @property
     def baked(self) -> bool:
         """Whether there is light."""
-        return self._core is not None and self._core.baked
+        core = self._core
+        return core is not None and core.baked
 
     # ---- edits --------------------------------------------------------------------------------
 
@@ -161,6 +156,7 @@ class Session:
         self._object(name)
         return self._poses[name].copy()
 
+    @short_call
     def move(self, name: str, pose: Any) -> None:
         """Queue: put the movable `name` at the absolute, rigid `pose`.
 
@@ -175,6 +171,7 @@ class Session:
         self._queue("move", index, np.ascontiguousarray(matrix))
         self._poses[name] = matrix
 
+    @short_call
     def remove(self, name: str) -> None:
         """Queue: take a movable away. Its samples read 0; a lamp takes its light along."""
         index = self._object(name)
@@ -183,6 +180,7 @@ class Session:
         self._queue("present", index, False)
         self._removed.add(name)
 
+    @short_call
     def add(self, item: str | Mesh) -> None:
         """Queue: put a removed movable back where it was, or insert a new movable mesh.
 
@@ -204,24 +202,16 @@ class Session:
         self._insert(item)
 
     def _insert(self, mesh: Mesh) -> None:
-        if not mesh.movable:
-            raise OptionError(f'add "{mesh.name}": found a static mesh, expected movable=True')
-        if mesh.name in self._flat.objects:
-            raise OptionError(f'add "{mesh.name}": the scene has a mesh of that name')
+        core_session.check_insertion(mesh, self._flat)
         self._baked_session()
         scene = self.scene.with_mesh(mesh)
-        for material in {self.scene.material(name) for name in mesh.material}:
-            if material.emissive and (material.group or mesh.name) not in self._flat.groups:
-                raise OptionError(
-                    f'add "{mesh.name}": its light group "{material.group or mesh.name}" is new; give the '
-                    f"material one of the session's groups {list(self._flat.groups)}"
-                )
         self._queue("insert", self._flat.object(mesh))
         self.scene = scene
         self._flat.scene = scene
         self._flat.objects[mesh.name] = len(self._flat.objects)
         self._poses[mesh.name] = mesh.pose
 
+    @short_call
     def dim(self, group: str, factor: float) -> None:
         """Queue: set a light group to `factor` of its loaded power (absolute, 1 = as loaded)."""
         if group not in self._flat.groups:
@@ -231,6 +221,7 @@ class Session:
         self._queue("dim", self._flat.groups[group], float(factor))
         self._factors[group] = float(factor)
 
+    @short_call
     def set_reflectance(self, material: str, reflectance: Any) -> None:
         """Queue: change a material's reflectance (3 values, 0 to 1)."""
         self.scene.material(material)
@@ -242,14 +233,18 @@ class Session:
 
     # ---- work ---------------------------------------------------------------------------------
 
+    @long_call
     def bake(self) -> Frame:
         """Compute everything. Cancelled: the session stays as before."""
+        return self._bake()
+
+    def _bake(self) -> Frame:
         self._apply_at_once()
         self._result = None
         self._prepare_choice()
-        with self._at_work(self._session()) as session:
-            frame = Frame(**session.bake(self.progress))
-        self.foreign_build = None
+        session = self._session()
+        frame = Frame(**session.bake(self.progress))
+        self.foreign_build, self._built_by = None, session.description()
         return frame
 
     def _prepare_choice(self) -> None:
@@ -258,6 +253,7 @@ class Session:
             self._session().set_planning(machine_constants(self.progress), "measured", None, False)
 
     @property
+    @short_call
     def plan(self) -> Plan:
         """The methods in use since the last bake, with the reasons; `print(session.plan)`.
 
@@ -277,12 +273,12 @@ class Session:
         """Hand over what is queued. Stopped before it took effect, it waits for the next update."""
         self._result = None
         try:
-            with self._at_work(session):
-                return session.update(self._edits, budget_ms, progress)
+            return session.update(self._edits, budget_ms, progress)
         finally:
             if session.edits_applied:
                 self._edits = _core.EditList()
 
+    @long_call
     def update(self, budget_ms: float | None = None) -> Frame:
         """Apply the queued edits together and bring every sample up to date, exactly.
 
@@ -290,6 +286,9 @@ class Session:
         ----------
         budget_ms : stop after about this time; the rest waits for the next call (`Frame.done`).
         """
+        return self._update(budget_ms)
+
+    def _update(self, budget_ms: float | None = None) -> Frame:
         session = self._baked_session()
         if self.foreign_build is not None:
             raise OptionError(
@@ -300,36 +299,39 @@ class Session:
             raise OptionError(f"budget_ms: found {budget_ms}, expected a positive number, or None")
         return Frame(**self._apply(session, budget_ms or 0.0, self.progress))
 
+    @long_call
     def recompute(self) -> Frame:
         """Compute everything again from scratch in the present state; the digest must not change."""
         if self.foreign_build is not None:
-            return self.bake()
+            return self._bake()
         self._finish()
         self._result = None
-        with self._at_work(self._session()) as session:
-            return Frame(**session.recompute(self.progress))
+        return Frame(**self._session().recompute(self.progress))
 
     def _finish(self) -> None:
         """Apply what is queued or pending."""
         session = self._baked_session()
         if len(self._edits) or session.pending > 0:
-            self.update()
+            self._update()
 
     # ---- results ------------------------------------------------------------------------------
 
+    @long_call
     def read(self) -> tuple[np.ndarray, np.ndarray]:
         """`irradiance` and `standard_error` without copies, read-only."""
+        return self._read()
+
+    def _read(self) -> tuple[np.ndarray, np.ndarray]:
         if self._result is None:
-            with self._at_work(self._baked_session()) as session:
-                self._result = session.read()
+            self._result = self._baked_session().read()
             for array in self._result:
                 array.setflags(write=False)
         return self._result
 
+    @long_call
     def read_packed(self) -> np.ndarray:
         """(n, 4) float32, for displays: irradiance and its photopic standard error, channels correlated."""
-        with self._at_work(self._baked_session()) as session:
-            return session.read_packed(PHOTOPIC_WEIGHTS.tolist())
+        return self._baked_session().read_packed(PHOTOPIC_WEIGHTS.tolist())
 
     @property
     def irradiance(self) -> np.ndarray:
@@ -342,11 +344,15 @@ class Session:
         return self.read()[1].copy()
 
     @property
+    @long_call
     def gradient(self) -> np.ndarray:
         """(n, 3, 3) float64: surface gradient per channel (sample, channel, axis), per metre."""
-        with self._at_work(self._baked_session()) as session:
-            return session.gradient(self.progress)
+        return self._gradient()
 
+    def _gradient(self) -> np.ndarray:
+        return self._baked_session().gradient(self.progress)
+
+    @long_call
     def at(self, points: ArrayLike, normals: ArrayLike, *, gradients: bool = False) -> np.ndarray:
         """Irradiance at other surface points, interpolated from the samples nearby.
 
@@ -375,47 +381,39 @@ class Session:
                 f"at: points: found a coordinate of {farthest:g} m, expected at most {FARTHEST:g}"
             )
         self._finish()
-        present, interpolator = self._interpolation()
+        samples = self.samples
+        places = samples.points, samples.normals, samples.attached
+        present, interpolator = self._interpolators.over(*places, self.poses)
         session = self._baked_session()
 
         def visible(a: np.ndarray, b: np.ndarray) -> np.ndarray:
             rows = (np.ascontiguousarray(array, np.float32) for array in (a, b))
             return session.visible(*rows).astype(bool)
 
-        slopes = self.gradient[present] if gradients else None
-        values = self.read()[0][present]
-        with self._at_work(session):
-            return interpolator(asked.points, asked.normals, values, slopes, visible)
-
-    def _interpolation(self) -> tuple[np.ndarray, Interpolator]:
-        """The samples that are there, and an interpolator over them in the present poses."""
-        moving = {name for name in self.samples.attached if name is not None}
-        state = [(name, name in self._removed, self._poses[name].tobytes()) for name in sorted(moving)]
-        if self._interpolator is None or self._interpolator[0] != state:
-            gone = [name in self._removed for name in self.samples.attached]
-            present = np.flatnonzero(~np.array(gone, bool))
-            if not len(present):
-                raise OptionError("at: found no sample that is present, expected at least one")
-            points, normals = (array[present] for array in self.world())
-            self._interpolator = state, present, Interpolator(points, normals)
-        return self._interpolator[1:]
+        slopes = self._gradient()[present] if gradients else None
+        values = self._read()[0][present]
+        return interpolator(asked.points, asked.normals, values, slopes, visible)
 
     @property
+    @short_call
     def radius(self) -> np.ndarray:
         """(n,) float64 disc radii, metres; automatic ones are known after the bake."""
         return self._session().radii().astype(np.float64)
 
     @property
+    @short_call
     def sums(self) -> np.ndarray:
         """(n, 3) int64 exact sums of path energy in quanta, all groups undimmed."""
         return self._baked_session().sums()
 
     @property
+    @short_call
     def energy(self) -> dict[str, Any]:
         """Emitted, absorbed and escaped power in integer quanta per channel, and the quantum."""
         return self._baked_session().audit()
 
     @property
+    @short_call
     def statistics(self) -> dict[str, Any]:
         """Counts and memory of the session."""
         return self._session().statistics()
@@ -423,12 +421,12 @@ class Session:
     def world(self) -> tuple[np.ndarray, np.ndarray]:
         """Points and normals of the samples in world space, in the present poses, each (n, 3)."""
         samples = self.samples
-        return in_world(samples.points, samples.normals, samples.attached, self._poses)
+        return in_world(samples.points, samples.normals, samples.attached, self._poses.copy())
 
     @property
     def poses(self) -> dict[str, np.ndarray | None]:
         """Present pose of each movable, None for removed ones."""
-        return {name: None if name in self._removed else pose for name, pose in self._poses.items()}
+        return {name: None if name in self._removed else pose for name, pose in self._poses.copy().items()}
 
     @property
     def dim_factors(self) -> dict[str, float]:
@@ -455,10 +453,10 @@ class Session:
         """A record of the present results, independent of the session."""
         points, normals = self.world()
         about = {key: value for key, value in self._options.items() if value is not None}
-        return Result(
-            points, normals, self.irradiance, self.standard_error, self.radius, self.scene.unit, about
-        )
+        irradiance, error = (values.copy() for values in self.read())
+        return Result(points, normals, irradiance, error, self.radius, self.scene.unit, about)
 
+    @long_call
     def digest(self) -> str:
         """Hex string over sums, segments, poses, dim factors and reflectances.
 
@@ -466,11 +464,11 @@ class Session:
         Finishes pending work first.
         """
         self._finish()
-        with self._at_work(self._session()) as session:
-            return session.digest()
+        return self._session().digest()
 
     # ---- files --------------------------------------------------------------------------------
 
+    @long_call
     def save(self, path: str | Path) -> None:
         """Write the session to one file (.dlx), beside and then renamed. Finishes pending work."""
         if self._session().baked:

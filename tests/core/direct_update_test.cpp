@@ -5,12 +5,16 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
+#include <cstring>
 #include <random>
 #include <thread>
 
 #include "base/error.h"
 #include "direct/shadow_volume.h"
+#include "direct/view_code.h"
 #include "direct_world.h"
+#include "memory_archive.h"
 
 namespace deltalux::direct {
 namespace {
@@ -201,8 +205,9 @@ TEST(DirectUpdate, LightsTakeTurnsUnderABudgetAndCatchUp) {
       else
         ++behind;
       if (step == 20) {  // a snapshot in the middle
-        Archive archive;
-        direct.save(archive);
+        ArchiveView view;
+        direct.save(view);
+        MemoryArchive archive(view);
         DirectLight opened(room.receivers.size(), room.scene.group_count, kQuantum, 1);
         opened.restore(archive, room.lights, room.sampled);
         ASSERT_EQ(sums_of(opened), sums_of(direct));
@@ -328,8 +333,10 @@ TEST(DirectUpdate, SnapshotsCarryOn) {
     room.edit(2, room.random_pose(random), true, change);
     direct.update(room.present(), change, Workers(1), room.progress);
   }
-  Archive archive;
-  direct.save(archive);
+  ArchiveView view;
+  direct.save(view);
+  const MemoryArchive saved(view);
+  MemoryArchive archive = saved;
   DirectLight opened(room.receivers.size(), room.scene.group_count, kQuantum, 1);
   opened.restore(archive, room.lights, room.sampled);
   ASSERT_EQ(sums_of(opened), sums_of(direct));
@@ -339,16 +346,35 @@ TEST(DirectUpdate, SnapshotsCarryOn) {
   EXPECT_EQ(sums_of(opened), sums_of(room.compute()));
 
   const std::vector<int64_t> before = sums_of(opened);
-  for (const auto& [name, bytes] : archive) {
-    Archive damaged = archive;
-    damaged[name].resize(bytes.size() - 1);
-    EXPECT_THROW(opened.restore(damaged, room.lights, room.sampled), FormatError) << name;
-    damaged.erase(name);
-    EXPECT_THROW(opened.restore(damaged, room.lights, room.sampled), FormatError) << name;
+  const auto expect_refusal = [&](const char* what, const auto& damage) {
+    MemoryArchive damaged = saved;
+    damage(damaged.arrays);
+    EXPECT_THROW(opened.restore(damaged, room.lights, room.sampled), FormatError) << what;
+  };
+  for (const auto& [name, bytes] : saved.arrays) {
+    expect_refusal("cut", [&](auto& arrays) { arrays[name].resize(bytes.size() - 1); });
+    expect_refusal("gone", [&](auto& arrays) { arrays.erase(name); });
   }
-  Archive damaged = archive;
-  std::fill(damaged["direct.views"].begin(), damaged["direct.views"].end(), std::byte{1});
-  EXPECT_THROW(opened.restore(damaged, room.lights, room.sampled), FormatError);
+  const auto set = [&](const char* name, size_t entry, auto value) {
+    expect_refusal(name, [&](auto& arrays) {
+      ASSERT_GE(arrays[name].size(), (entry + 1) * sizeof value);
+      std::memcpy(arrays[name].data() + entry * sizeof value, &value, sizeof value);
+    });
+  };
+  set("direct.views", 0, uint32_t(1) << 30);      // a place that is not there
+  set("direct.views", 0, uint32_t(0xfffffff3u));  // a kind that is not there
+  set("direct.weights", 0, int64_t(-1));
+  set("direct.weights", 0, int64_t(1) << 60);
+  set("direct.behind", 0, uint8_t(2));
+  set("direct.partial", 5, std::nan(""));  // the first one's share of the light
+  set("direct.partial", 5, 1.5);
+  expect_refusal("twice", [](auto& arrays) {
+    auto* views = reinterpret_cast<uint32_t*>(arrays["direct.views"].data());
+    const size_t count = arrays["direct.views"].size() / sizeof *views;
+    ASSERT_GE(std::count_if(views, views + count, [](uint32_t v) { return !is_kind(v); }), 2);
+    for (size_t i = 0; i < count; ++i)
+      if (!is_kind(views[i])) views[i] = 0;
+  });
   EXPECT_EQ(sums_of(opened), before);
 }
 

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "direct_world.h"
+#include "memory_archive.h"
 
 namespace deltalux::update {
 namespace {
@@ -107,7 +108,8 @@ TEST(Session, ComesBackFromItsArchive) {
   Session session(room(), some_samples(), chosen), opened(room(), some_samples(), chosen);
   session.bake(progress);
   session.update(std::vector<scene::Edit>{scene::Move{1, at(2, 2)}}, 0, progress);
-  opened.restore(session.save(), progress);
+  MemoryArchive archive(session.save());
+  opened.restore(archive, progress);
   EXPECT_EQ(opened.digest(), session.digest());
   for (Session* each : {&session, &opened})
     each->update(std::vector<scene::Edit>{scene::Move{1, at(1, 3)}}, 0, progress);

@@ -167,8 +167,8 @@ def _write(folder: Path, data: dict[str, Any], pictures: dict[str, Picture]) -> 
         PAGE: methods_page(f"Every method on the same light: {data['scene']}", about, data, shown),
     }
     for name, text in texts.items():
-        with written_aside(folder / name) as aside:
-            aside.write_text(text, encoding="utf-8")
+        with written_aside(folder / name) as file:
+            file.write(text.encode())
     return [folder / name for name in (*pictures, *texts)]
 
 

@@ -13,6 +13,7 @@ import typer
 
 import deltalux as dl
 from deltalux.display_mesh import DisplayMesh
+from deltalux.files import written_aside
 from deltalux.outputs.images import Picture, difference, render, side_by_side
 from deltalux.outputs.of_session import baked_of
 from deltalux.outputs.vertex_colors import write_glb
@@ -90,7 +91,8 @@ def run(
     same = updated == recomputed
     sentences = _sentences(scene, data, frame, times, updated, recomputed)
     report = _report(sentences, data, files)
-    (output / "report.html").write_text(report, encoding="utf-8")
+    with written_aside(output / "report.html") as file:
+        file.write(report.encode())
     data |= {
         "bake_milliseconds": times.bake,
         "update_milliseconds": times.update,

@@ -51,14 +51,14 @@ class StudyFolder:
         for figure in figures:
             drawing = draw(figure)
             self.write_text(f"{figure.name}.svg", drawing.svg)
-            with written_aside(self.path / f"{figure.name}.png") as aside:
-                aside.write_bytes(drawing.png)
+            with written_aside(self.path / f"{figure.name}.png") as file:
+                file.write(drawing.png)
         for table in tables:
             self.write_text(f"{table.name}.csv", table_csv(table))
         wanted = {*(figure.name for figure in figures), *(table.name for table in tables)}
-        for file in self.path.iterdir():  # what a run with other settings left
-            if file.suffix in MADE and file.stem not in wanted:
-                file.unlink()
+        for left in self.path.iterdir():  # by a run with other settings
+            if left.suffix in MADE and left.stem not in wanted:
+                left.unlink()
 
     def drawings(self, record: Record) -> dict[str, Path]:
         """SVG files of a record's figures, by figure name."""
@@ -66,5 +66,5 @@ class StudyFolder:
 
     def write_text(self, name: str, text: str) -> None:
         """Write one text file whole."""
-        with written_aside(self.path / name) as aside:
-            aside.write_text(text, encoding="utf-8")
+        with written_aside(self.path / name) as file:
+            file.write(text.encode())

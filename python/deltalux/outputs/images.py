@@ -55,7 +55,7 @@ class Picture:
         notes = PngInfo()
         if self.about:
             notes.add_itxt("deltalux", json.dumps(self.about))
-        with written_aside(path) as aside, aside.open("wb") as file:
+        with written_aside(path) as file:
             Image.fromarray(self.pixels).save(file, format="png", pnginfo=notes, optimize=True)
 
 

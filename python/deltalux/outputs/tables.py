@@ -43,7 +43,7 @@ def write_npz(path: str | os.PathLike[str], baked: Baked) -> None:
     if baked.gradient is not None:
         arrays["gradient"] = np.asarray(baked.gradient)
     about = json.dumps(about_text(baked.result))
-    with written_aside(path) as aside, aside.open("wb") as file:
+    with written_aside(path) as file:
         np.savez_compressed(file, **arrays, unit=np.array(baked.result.unit), about=np.array(about))
 
 
@@ -62,9 +62,9 @@ def write_csv(path: str | os.PathLike[str], baked: Baked) -> None:
     )
     header = [f"# {key}: {json.dumps(value)}" for key, value in about_text(result).items()]
     header.append(",".join(COLUMNS))
-    with written_aside(path) as aside:
+    with written_aside(path) as file:
         np.savetxt(
-            aside, rows, fmt="%.9g", delimiter=",", header="\n".join(header), comments="", encoding="utf-8"
+            file, rows, fmt="%.9g", delimiter=",", header="\n".join(header), comments="", encoding="utf-8"
         )
 
 

@@ -55,8 +55,8 @@ def write_glb(path: str | os.PathLike[str], baked: Baked) -> None:
         "_STANDARD_ERROR": f"linear RGB, {baked.result.unit}",
     }
     data = b"".join(writer.finished().save_to_bytes())
-    with written_aside(path) as aside:
-        aside.write_bytes(data)
+    with written_aside(path) as file:
+        file.write(data)
 
 
 def white_exposure(display: DisplayMesh, irradiance: np.ndarray) -> float:

@@ -111,7 +111,7 @@ def _write(path: Path | None, key: str, machine: Machine) -> None:
     data = {"format": FORMAT, "version": VERSION, "key": key, "machine": machine}
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with written_aside(path) as aside:
-            aside.write_text(json.dumps(data, indent=1), encoding="utf-8")
+        with written_aside(path) as file:
+            file.write(json.dumps(data, indent=1).encode())
     except OSError:
         pass  # without the file, the next process calibrates again

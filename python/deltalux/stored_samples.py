@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Samples and their display mesh as entries of a session file's index and arrays."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .archive import ArchiveReader, ArchiveWriter
+from .display_mesh import DisplayMesh
+from .errors import FormatError
+from .fields import Fields
+from .samples import Samples
+from .scene import Scene
+
+FIELDS = ("attached", "grid_shape", "spacing", "display_spacing")
+# Of the display mesh: dtype and columns.
+_VERTICES = {
+    "points": ("<f8", 3),
+    "sample_points": ("<f8", 3),
+    "normals": ("<f8", 3),
+    "vertex_mesh": ("<i4", 0),
+    "attached": ("<i4", 0),
+}
+_TRIANGLES = {
+    "triangles": ("<i8", 3),
+    "triangle_material": ("<i4", 0),
+    "triangle_mesh": ("<i4", 0),
+    "source_triangle": ("<i8", 0),
+    "reversed": ("|b1", 0),
+}
+
+
+def pack_samples(samples: Samples) -> dict[str, Any]:
+    """The index's entry; the arrays are `write_samples`'s."""
+    return {
+        "attached": _names(samples),
+        "grid_shape": None if samples.grid_shape is None else [int(n) for n in samples.grid_shape],
+        "spacing": None if samples.spacing is None else float(samples.spacing),
+        "display_spacing": None if samples.display is None else float(samples.display.spacing),
+    }
+
+
+def _names(samples: Samples) -> list[str]:
+    return sorted({name for name in samples.attached if name is not None})
+
+
+def write_samples(samples: Samples, archive: ArchiveWriter) -> None:
+    """Write points, normals, radii, what they move with, and the display mesh."""
+    number = {name: i for i, name in enumerate(_names(samples))}
+    attached = np.array([number.get(name, -1) for name in samples.attached], np.int32)
+    archive.add_array("samples/points", "<f8", [samples.points], 3)
+    archive.add_array("samples/normals", "<f8", [samples.normals], 3)
+    archive.add_array("samples/radius", "<f8", [samples.radius])
+    archive.add_array("samples/attached", "<i4", [attached])
+    if samples.display is not None:
+        for name, (dtype, columns) in (_VERTICES | _TRIANGLES).items():
+            archive.add_array(f"display/{name}", dtype, [getattr(samples.display, name)], columns)
+
+
+def unpack_samples(data: Fields, scene: Scene, archive: ArchiveReader) -> Samples:
+    """The samples of an index's entry and the arrays.
+
+    Raises
+    ------
+    FormatError, OptionError
+    """
+    names = np.array([*data.texts("attached"), None], dtype=object)
+    points = archive.array("samples/points", "<f8", columns=3)
+    count = len(points)
+    attached = archive.array("samples/attached", "<i4", count)
+    _check_range("samples/attached", attached, -1, len(names) - 2)
+    samples = Samples(
+        points,
+        archive.array("samples/normals", "<f8", count, 3),
+        archive.array("samples/radius", "<f8", count),
+        names[attached],
+    )
+    if data.any("grid_shape") is not None:
+        rows, columns = (int(n) for n in data.numbers("grid_shape", 2))
+        if not (0 < rows <= count and rows * columns == count):
+            raise FormatError(f"index: samples.grid_shape: found {rows} by {columns} for {count} samples")
+        samples.grid_shape = (rows, columns)
+    if data.any("spacing") is not None:
+        samples.spacing = data.number("spacing", np.finfo(float).tiny)
+    if data.any("display_spacing") is not None:
+        spacing = data.number("display_spacing", np.finfo(float).tiny)
+        samples.display = _read_display(scene, count, spacing, archive)
+    return samples
+
+
+def _read_display(scene: Scene, count: int, spacing: float, archive: ArchiveReader) -> DisplayMesh:
+    arrays = {
+        name: archive.array(f"display/{name}", dtype, count, columns)
+        for name, (dtype, columns) in _VERTICES.items()
+    }
+    triangles = archive.array("display/triangles", "<i8", columns=3)
+    arrays["triangles"] = triangles
+    for name, (dtype, columns) in _TRIANGLES.items():
+        if name != "triangles":
+            arrays[name] = archive.array(f"display/{name}", dtype, len(triangles), columns)
+    for name in ("points", "sample_points", "normals"):
+        if not np.isfinite(arrays[name]).all():
+            raise FormatError(f'"display/{name}": found a number that is not finite')
+    meshes = scene.meshes
+    _check_range("display/triangles", triangles, 0, count - 1)
+    _check_range("display/triangle_material", arrays["triangle_material"], 0, len(scene.materials) - 1)
+    _check_range("display/triangle_mesh", arrays["triangle_mesh"], 0, len(meshes) - 1)
+    _check_range("display/vertex_mesh", arrays["vertex_mesh"], 0, len(meshes) - 1)
+    sizes = np.array([len(mesh.triangles) for mesh in meshes])
+    _check_range("display/source_triangle", arrays["source_triangle"], 0, sizes[arrays["triangle_mesh"]] - 1)
+    moving = np.array([*(mesh.movable for mesh in meshes), True])  # -1: it moves with nothing
+    _check_range("display/attached", arrays["attached"], -1, len(meshes) - 1)
+    if not moving[arrays["attached"]].all():
+        raise FormatError('"display/attached": found a static mesh, expected movable ones')
+    return DisplayMesh(**arrays, spacing=spacing)
+
+
+def _check_range(name: str, values: np.ndarray, least: int, most: Any) -> None:
+    bad = np.flatnonzero((values < least) | (values > most))
+    if len(bad):
+        raise FormatError(f'"{name}": found {values.flat[bad[0]]} at entry {bad[0]}, beyond what there is')

@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scenes as entries of a session file's index and arrays."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .archive import ArchiveReader, ArchiveWriter
+from .errors import FormatError
+from .fields import Fields
+from .scene import Camera, Light, Material, Mesh, Node, PointLight, Scene, SpotLight, SunLight
+
+_LIGHTS: dict[str, tuple[type, tuple[str, ...]]] = {
+    "point": (PointLight, ("position", "intensity")),
+    "spot": (SpotLight, ("position", "direction", "intensity", "inner_angle", "outer_angle")),
+    "sun": (SunLight, ("direction", "irradiance")),
+}
+_ANGLES = ("inner_angle", "outer_angle")
+_COMMON = ("kind", "name", "group", "attached_to")
+_MESH = ("name", "material", "pose", "movable", "smooth_angle", "vertices", "triangles")
+_MATERIAL = ("name", "reflectance", "emission", "group", "two_sided")
+_CAMERA = ("name", "pose", "vertical_fov")
+_NODE = ("name", "parent", "matrix", "parts")
+_MOST = 2**31  # vertices or triangles of a mesh; the arrays hold no more than the file
+
+FIELDS = ("unit", "warnings", "source", "meshes", "materials", "lights", "cameras", "nodes")
+
+
+def pack_scene(scene: Scene) -> dict[str, Any]:
+    """The index's entry; the arrays are `write_scene`'s."""
+    return {
+        "unit": scene.unit,
+        "warnings": list(scene.warnings),
+        "source": None if scene.source is None else str(scene.source),
+        "meshes": [
+            {
+                "name": mesh.name,
+                "material": list(mesh.material),
+                "pose": mesh.pose.tolist(),
+                "movable": bool(mesh.movable),
+                "smooth_angle": float(mesh.smooth_angle),
+                "vertices": len(mesh.vertices),
+                "triangles": len(mesh.triangles),
+            }
+            for mesh in scene.meshes
+        ],
+        "materials": [
+            {
+                "name": m.name,
+                "reflectance": m.reflectance.tolist(),
+                "emission": m.emission.tolist(),
+                "group": m.group,
+                "two_sided": bool(m.two_sided),
+            }
+            for m in scene.materials
+        ],
+        "lights": [_pack_light(light) for light in scene.lights],
+        "cameras": [
+            {"name": c.name, "pose": np.asarray(c.pose).tolist(), "vertical_fov": float(c.vertical_fov)}
+            for c in scene.cameras
+        ],
+        "nodes": [
+            {"name": n.name, "parent": n.parent, "matrix": np.asarray(n.matrix).tolist(), "parts": n.parts}
+            for n in scene.nodes
+        ],
+    }
+
+
+def write_scene(scene: Scene, archive: ArchiveWriter) -> None:
+    """Write the geometry of all meshes, one after the other."""
+    archive.add_array("meshes/vertices", "<f8", [m.vertices for m in scene.meshes], 3)
+    archive.add_array("meshes/triangles", "<i8", [m.triangles for m in scene.meshes], 3)
+    archive.add_array("meshes/material_index", "<i8", [m.material_index for m in scene.meshes])
+
+
+def _pack_light(light: Light) -> dict[str, Any]:
+    for kind, (cls, fields) in _LIGHTS.items():
+        if isinstance(light, cls):
+            values = {field: np.asarray(getattr(light, field)).tolist() for field in fields}
+            common = (kind, light.name, light.group, light.attached_to)
+            return dict(zip(_COMMON, common, strict=True)) | values
+    raise TypeError(f"light of unknown type {type(light).__name__}")
+
+
+def unpack_scene(data: Fields, archive: ArchiveReader) -> Scene:
+    """The scene of an index's entry and the arrays.
+
+    Raises
+    ------
+    FormatError, SceneError, OptionError
+    """
+    meshes = [_unpack_mesh(entry, archive) for entry in data.objects("meshes", _MESH)]
+    sizes = {mesh.name: len(mesh.triangles) for mesh in meshes}
+    return Scene(
+        meshes,
+        [_unpack_material(entry) for entry in data.objects("materials", _MATERIAL)],
+        [_unpack_light(entry, f"lights[{i}]") for i, entry in enumerate(_list(data, "lights"))],
+        unit=data.text("unit"),
+        cameras=[_unpack_camera(entry) for entry in data.objects("cameras", _CAMERA)],
+        nodes=[_unpack_node(entry, i, sizes) for i, entry in enumerate(data.objects("nodes", _NODE))],
+        warnings=data.texts("warnings"),
+        source=data.optional_text("source"),
+    )
+
+
+def _list(data: Fields, name: str) -> list[Any]:
+    values = data.any(name)
+    if not isinstance(values, list):
+        raise FormatError(f"index: scene.{name}: found {type(values).__name__}, expected a list")
+    return values
+
+
+def _unpack_mesh(entry: Fields, archive: ArchiveReader) -> Mesh:
+    triangles = entry.integer("triangles", 0, _MOST)
+    return Mesh(
+        entry.text("name"),
+        archive.rows("meshes/vertices", "<f8", entry.integer("vertices", 0, _MOST), 3),
+        archive.rows("meshes/triangles", "<i8", triangles, 3),
+        entry.texts("material"),
+        archive.rows("meshes/material_index", "<i8", triangles),
+        entry.numbers("pose", 4, 4),
+        entry.boolean("movable"),
+        entry.number("smooth_angle"),
+    )
+
+
+def _unpack_material(entry: Fields) -> Material:
+    return Material(
+        entry.text("name"),
+        entry.numbers("reflectance", 3),
+        entry.numbers("emission", 3),
+        entry.optional_text("group"),
+        entry.boolean("two_sided"),
+    )
+
+
+def _unpack_light(entry: Any, where: str) -> Light:
+    kind = entry.get("kind") if isinstance(entry, dict) else None
+    if not isinstance(kind, str) or kind not in _LIGHTS:
+        raise FormatError(f"index: scene.{where}: found kind {kind!r:.60}, expected one of {list(_LIGHTS)}")
+    cls, names = _LIGHTS[kind]
+    fields = Fields(entry, f"scene.{where}", (*_COMMON, *names))
+    values: dict[str, Any] = {
+        name: fields.number(name) if name in _ANGLES else fields.numbers(name, 3) for name in names
+    }
+    group, attached_to = fields.optional_text("group"), fields.optional_text("attached_to")
+    return cls(fields.text("name"), group=group, attached_to=attached_to, **values)
+
+
+def _unpack_camera(entry: Fields) -> Camera:
+    return Camera(entry.text("name"), entry.numbers("pose", 4, 4), entry.number("vertical_fov"))
+
+
+def _unpack_node(entry: Fields, number: int, sizes: dict[str, int]) -> Node:
+    """`sizes`: triangles of each mesh."""
+    parts = entry.any("parts")
+    good = isinstance(parts, list) and all(_is_part(part, sizes) for part in parts)
+    if not good:
+        raise FormatError(
+            f"index: scene.nodes[{number}].parts: found {parts!r:.60}, expected names of meshes with the "
+            "first of their triangles and how many"
+        )
+    return Node(
+        entry.text("name"),
+        entry.integer("parent", -1, number - 1),
+        entry.numbers("matrix", 4, 4),
+        tuple((part[0], part[1], part[2]) for part in parts),
+    )
+
+
+def _is_part(part: Any, sizes: dict[str, int]) -> bool:
+    if not isinstance(part, list) or list(map(type, part)) != [str, int, int] or part[0] not in sizes:
+        return False
+    return part[1] >= 0 and part[2] >= 0 and part[1] + part[2] <= sizes[part[0]]
