@@ -295,6 +295,7 @@ class Scene:
     lights : PointLight, SpotLight, SunLight sequence
     unit : "W/m2" or "lux", the unit of every result
     cameras, nodes, warnings, source : what a loader found beside the above
+    files : paths of all that the scene was read from; no output replaces one of them
 
     Raises
     ------
@@ -313,6 +314,7 @@ class Scene:
         nodes: Iterable[Node] = (),
         warnings: Iterable[str] = (),
         source: str | None = None,
+        files: Iterable[str] = (),
     ) -> None:
         self.meshes = tuple(meshes)
         self.materials = tuple(materials)
@@ -321,9 +323,11 @@ class Scene:
         self.nodes = tuple(nodes)
         self.warnings = tuple(warnings)
         self.source = source
+        self.files = tuple(files) or (() if source is None else (source,))
         if unit not in UNITS:
             raise OptionError(f"unit: found {unit!r}, expected one of {UNITS}")
         self.unit = unit
+        self._emissive = {m.name: i for i, m in enumerate(self.materials) if m.emissive}
         self._check_names()
 
     def _check_names(self) -> None:
@@ -391,7 +395,7 @@ class Scene:
 
     def _emissive_materials(self, mesh: Mesh) -> list[Material]:
         used = {mesh.material[i] for i in np.unique(mesh.material_index)}
-        return [m for m in self.materials if m.name in used and m.emissive]
+        return [self.materials[i] for i in sorted(self._emissive[n] for n in used & self._emissive.keys())]
 
     def with_mesh(self, mesh: Mesh) -> Scene:
         """A copy with one more mesh."""
@@ -465,7 +469,7 @@ class Scene:
 
 def replace_scene(scene: Scene, **changes: Any) -> Scene:
     """A copy of `scene` with some constructor arguments replaced."""
-    keys = ("meshes", "materials", "lights", "unit", "cameras", "nodes", "warnings", "source")
+    keys = ("meshes", "materials", "lights", "unit", "cameras", "nodes", "warnings", "source", "files")
     return Scene(**({key: getattr(scene, key) for key in keys} | changes))
 
 

@@ -27,7 +27,7 @@ from .options import (
     parse_move,
     parse_reflectance,
 )
-from .targets import check_targets, write_targets
+from .targets import check_targets, keep_inputs, write_targets
 
 SessionArgument = Annotated[
     Path,
@@ -96,12 +96,13 @@ def run(
     The lamps at the wall at 30 %, the lamp on the desk away:
     deltalux update office.dlx --dim "wall row=0.3" --remove desk_lamp -o evening.png
     """
-    targets = check_targets(output, more)
+    targets = check_targets(output, more, [session])
     terminal = Terminal(as_json, quiet)
     with (
         terminal.progress() as progress,
         dl.Session.open(session, threads=threads, progress=progress) as opened,
     ):
+        keep_inputs(targets, opened.scene.files)
         for name in add or ():
             opened.add(name)
         for step in move or ():
