@@ -13,6 +13,7 @@ from .errors import OptionError, SceneError
 from .units import UNITS, photopic
 
 MAX_GROUPS = 8  # sums are kept per group up to this many (API: "Group")
+MIN_CONE = 1e-5  # half angle of a spot, radians; single precision turns directions by 1e-7
 
 
 def _frozen_array(values: Any, dtype: Any, shape: tuple[int, ...], what: str) -> np.ndarray:
@@ -163,10 +164,10 @@ class _PunctualLight:
             if key in ("intensity", "irradiance") and (array < 0).any():
                 raise SceneError(f"{what}: found {array}, expected no negative channel")
             if key == "direction":
-                length = np.linalg.norm(array)
-                if length == 0:
+                if not array.any():
                     raise SceneError(f"{what}: found a zero vector, expected a direction")
-                array = array / length
+                array = array / np.abs(array).max()  # so that no square leaves the range of float64
+                array = array / np.linalg.norm(array)
                 array.setflags(write=False)
             object.__setattr__(self, key, array)
 
@@ -217,10 +218,10 @@ class SpotLight(_PunctualLight):
         group: str | None = None,
         attached_to: str | None = None,
     ) -> None:
-        if not 0 <= inner_angle < outer_angle <= np.pi / 2 + 1e-6:
+        if not (0 <= inner_angle < outer_angle and MIN_CONE <= outer_angle <= np.pi / 2 + 1e-6):
             raise SceneError(
                 f'light "{name}": found inner angle {inner_angle}, outer angle {outer_angle}; '
-                "expected 0 <= inner < outer <= pi/2 (radians)"
+                f"expected 0 <= inner < outer, outer from {MIN_CONE:g} to pi/2 (radians)"
             )
         _init(
             self,
@@ -399,8 +400,7 @@ class Scene:
 
     def with_mesh(self, mesh: Mesh) -> Scene:
         """A copy with one more mesh."""
-        clone = replace_scene(self, meshes=(*self.meshes, mesh))
-        return clone
+        return replace_scene(self, meshes=(*self.meshes, mesh))
 
     def info(self) -> Mapping[str, Any]:
         """Counts, bounds, lights with total power, movables and warnings.
@@ -431,14 +431,9 @@ class Scene:
                     }
                 )
         for light in self.lights:
-            lights.append(
-                {
-                    "name": light.name,
-                    "kind": {PointLight: "point", SpotLight: "spot", SunLight: "sun"}[type(light)],
-                    "group": light.group or light.name,
-                    "power": punctual_power(light),
-                }
-            )
+            kind = {PointLight: "point", SpotLight: "spot", SunLight: "sun"}[type(light)]
+            entry = {"name": light.name, "kind": kind, "group": light.group or light.name}
+            lights.append(entry | {"power": punctual_power(light)})
         low, high = self.bounds
         return {
             "triangles": triangles,
@@ -496,4 +491,9 @@ def spot_solid_angle(inner: float, outer: float) -> float:
 
     The falloff is clamp((cos a - cos outer)/(cos inner - cos outer), 0, 1) squared.
     """
-    return 2 * np.pi * ((1 - np.cos(inner)) + (np.cos(inner) - np.cos(outer)) / 3)
+    return 2 * np.pi * (versine(inner) + (versine(outer) - versine(inner)) / 3)
+
+
+def versine(angle: float) -> float:
+    """1 - cos(angle), right to the last digits for narrow cones too."""
+    return float(2 * np.sin(angle / 2) ** 2)
