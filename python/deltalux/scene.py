@@ -11,6 +11,7 @@ import numpy as np
 
 from .errors import OptionError, SceneError
 from .units import UNITS, photopic
+from .vectors import unit
 
 MAX_GROUPS = 8  # sums are kept per group up to this many (API: "Group")
 MIN_CONE = 1e-5  # half angle of a spot, radians; single precision turns directions by 1e-7
@@ -166,8 +167,7 @@ class _PunctualLight:
             if key == "direction":
                 if not array.any():
                     raise SceneError(f"{what}: found a zero vector, expected a direction")
-                array = array / np.abs(array).max()  # so that no square leaves the range of float64
-                array = array / np.linalg.norm(array)
+                array = unit(array)
                 array.setflags(write=False)
             object.__setattr__(self, key, array)
 

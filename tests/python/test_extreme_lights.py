@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lights at the edge of what single precision holds are right, or refused: none is dropped silently."""
+"""Lights and directions at the edge of what numbers hold are right, or refused: none is dropped silently."""
 
 import deltalux as dl
 import numpy as np
@@ -68,3 +68,9 @@ def test_surfaces_too_weak_for_single_precision_are_refused():
     weak = dl.Material("grey", emission=(0, 1e-46, 0))
     with pytest.raises(dl.SceneError, match='material "grey": emission: found'):
         dl.Session(dl.Scene([FLOOR], [weak]))
+
+
+def test_the_length_of_a_samples_normal_does_not_matter():
+    normals = [(0, 1e300, 0), (0, 1e-300, 0), (0, 3, 4), (1e-320, 0, 0)]
+    samples = dl.Samples([(0, 0, 0)] * 4, normals)
+    np.testing.assert_allclose(samples.normals, [(0, 1, 0), (0, 1, 0), (0, 0.6, 0.8), (1, 0, 0)], atol=1e-15)

@@ -84,7 +84,13 @@ SamplesOption = Annotated[
 ]
 CountOption = Annotated[
     int,
-    typer.Option("--k", min=3, metavar="K", help="Of the methods that take the K nearest hits or segments."),
+    typer.Option(
+        "--k",
+        min=3,
+        max=2**31 - 1,
+        metavar="K",
+        help="Of the methods that take the K nearest hits or segments.",
+    ),
 ]
 ReferenceOption = Annotated[
     int | None,
