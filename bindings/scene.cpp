@@ -47,8 +47,8 @@ void bind_scene(nb::module_& m) {
       .def("add_light",
            [](Scene& s, const std::string& name, const std::string& kind,
               std::array<double, 3> position, std::array<double, 3> direction,
-              std::array<float, 3> intensity, float cos_inner, float cos_outer, int64_t attached,
-              uint32_t group) {
+              std::array<float, 3> intensity, float inner_versine, float outer_versine,
+              int64_t attached, uint32_t group) {
              scene::PunctualLight light;
              light.name = name;
              light.kind = kind == "spot"  ? LightKind::spot
@@ -57,8 +57,8 @@ void bind_scene(nb::module_& m) {
              light.position = {position[0], position[1], position[2]};
              light.direction = {direction[0], direction[1], direction[2]};
              light.intensity = {intensity[0], intensity[1], intensity[2]};
-             light.cos_inner = cos_inner;
-             light.cos_outer = cos_outer;
+             light.inner_versine = inner_versine;
+             light.outer_versine = outer_versine;
              light.attached = attached < 0 ? scene::kNone : uint32_t(attached);
              light.group = group;
              s.lights.push_back(light);

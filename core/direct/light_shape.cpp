@@ -168,11 +168,14 @@ double LightShape::open_punctual(const Receiver& receiver) const {
   const double nearest = std::max(double(slack_ + receiver.slack()), 1e-18);
   const double squared = std::max(double(dot(d, d)), nearest * nearest);
   const double distance = std::sqrt(squared);
-  const double falloff =
-      kind_ == scene::LightKind::spot
-          ? trace::spot_falloff(punctual_, -dot(punctual_.direction, d) / float(distance))
-          : 1.0;
+  const double falloff = kind_ == scene::LightKind::spot ? falloff_towards(-d) : 1.0;
   return falloff * cosine / (squared * distance);
+}
+
+double LightShape::falloff_towards(Vec3f d) const {
+  // By the chord between unit vectors: a cosine near 1 says nothing of a narrow cone.
+  const Vec3d chord = Vec3d(punctual_.direction) - normalize(Vec3d(d));
+  return trace::spot_falloff(punctual_, 0.5 * dot(chord, chord));
 }
 
 void LightShape::cast(const Receiver& receiver, Level level, Strata& out) const {

@@ -60,6 +60,7 @@ class LightShape {
   void find_corners(Vec3f centre);
   double open_triangle(const Triangle& triangle, const Receiver& receiver) const;
   double open_punctual(const Receiver& receiver) const;
+  double falloff_towards(Vec3f d) const;
   void cast_single(const Receiver& receiver, Strata& out) const;
   void cast_area(const Receiver& receiver, Level level, Strata& out) const;
   void cast_triangle(const Receiver& receiver, Triangle triangle, const float* a, const float* b,

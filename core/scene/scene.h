@@ -41,8 +41,9 @@ struct PunctualLight {
   LightKind kind = LightKind::point;
   Vec3d position{}, direction{0, -1, 0};  ///< local to `attached`, else world
   Vec3f intensity;                        ///< power per steradian; for a sun, power per area
-  float cos_inner = 1, cos_outer = 0;     ///< spot
-  uint32_t attached = kNone;              ///< object
+  /// Spot: 1 - cosine of the half angles; the cosine of a narrow cone is 1 in single precision.
+  float inner_versine = 0, outer_versine = 1;
+  uint32_t attached = kNone;  ///< object
   uint32_t group = 0;
 };
 

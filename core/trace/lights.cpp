@@ -110,10 +110,11 @@ void place_sun(const scene::Scene& scene, Light& light) {
     light.most_power = double(world.diagonal()) * double(world.diagonal()) / light.area;
 }
 
-Vec3f around(Vec3f axis, float cosine, float turn) {
+float sine_of(float cosine) { return std::sqrt(std::max(0.0f, 1.0f - cosine * cosine)); }
+
+Vec3f around(Vec3f axis, float cosine, float sine, float turn) {
   Vec3f u, v;
   tangent_frame(axis, u, v);
-  const float sine = std::sqrt(std::max(0.0f, 1.0f - cosine * cosine));
   const float phi = 2.0f * std::numbers::pi_v<float> * turn;
   return u * (std::cos(phi) * sine) + v * (std::sin(phi) * sine) + axis * cosine;
 }
@@ -143,7 +144,18 @@ Emission emit_from_area(const Light& light, const std::array<float, 4>& r) {
     }
   }
   const Vec3f p = t.corner + t.edge_u * a + t.edge_v * b;
-  return {p + n * t.slack, around(n, std::sqrt(1.0f - side), r[3])};
+  const float cosine = std::sqrt(1.0f - side);
+  return {p + n * t.slack, around(n, cosine, sine_of(cosine), r[3])};
+}
+
+Emission emit_from_spot(const Light& light, const std::array<float, 4>& r) {
+  const float inner = light.inner_versine, outer = light.outer_versine, ring = (outer - inner) / 3;
+  const float x = r[0] * (inner + ring);
+  float versine = x;
+  if (x >= inner && ring > 0)
+    versine = std::max(0.0f, outer - (outer - inner) * std::cbrt((inner + ring - x) / ring));
+  const float sine = std::sqrt(versine * (2.0f - versine));
+  return {light.position, around(light.direction, 1.0f - versine, sine, r[1])};
 }
 
 }  // namespace
@@ -158,13 +170,13 @@ std::vector<Light> find_lights(const scene::Scene& scene, uint32_t only_object) 
     light.object = source.attached;
     light.punctual = i;
     light.intensity = source.intensity;
-    light.cos_inner = source.cos_inner;
-    light.cos_outer = source.cos_outer;
+    light.inner_versine = source.inner_versine;
+    light.outer_versine = source.outer_versine;
     place_light(scene, light);
     if (source.kind == scene::LightKind::point) light.power = Vec3d(source.intensity) * (4 * kPi);
     if (source.kind == scene::LightKind::spot) {
-      const double inner = source.cos_inner, outer = source.cos_outer;
-      light.power = Vec3d(source.intensity) * (2 * kPi * ((1 - inner) + (inner - outer) / 3));
+      const double inner = source.inner_versine, outer = source.outer_versine;
+      light.power = Vec3d(source.intensity) * (2 * kPi * (inner + (outer - inner) / 3));
     }
     if (luminance(light.power) > 0) lights.push_back(std::move(light));
   }
@@ -294,15 +306,10 @@ Emission emit(const Light& light, uint64_t seed, uint64_t index, uint32_t batche
     case scene::LightKind::area:
       return emit_from_area(light, r);
     case scene::LightKind::point:
-      return {light.position, around({0, 0, 1}, 1.0f - 2.0f * r[0], r[1])};
-    case scene::LightKind::spot: {
-      const float inner = 1 - light.cos_inner, ring = (light.cos_inner - light.cos_outer) / 3;
-      const float x = r[0] * (inner + ring);
-      const float cosine = x < inner ? 1 - x
-                                     : light.cos_outer + (light.cos_inner - light.cos_outer) *
-                                                             std::cbrt((inner + ring - x) / ring);
-      return {light.position, around(light.direction, std::min(1.0f, cosine), r[1])};
-    }
+      return {light.position,
+              around({0, 0, 1}, 1.0f - 2.0f * r[0], sine_of(1.0f - 2.0f * r[0]), r[1])};
+    case scene::LightKind::spot:
+      return emit_from_spot(light, r);
     case scene::LightKind::sun:
       break;
   }

@@ -37,18 +37,21 @@ struct Light {
   uint32_t punctual = scene::kNone;  ///< index into Scene::lights
   Vec3f position{}, direction{};     ///< punctual, present pose, world
   Vec3f intensity{};                 ///< punctual (sun: irradiance)
-  float cos_inner = 1, cos_outer = 0;
-  Vec3f frame_u{}, frame_v{}, corner{};  ///< sun: its rectangle spans corner + a u + b v
-  Box bounds;                            ///< of the source; empty for a sun
+  float inner_versine = 0, outer_versine = 1;  ///< spot, see scene::PunctualLight
+  Vec3f frame_u{}, frame_v{}, corner{};        ///< sun: its rectangle spans corner + a u + b v
+  Box bounds;                                  ///< of the source; empty for a sun
 
   uint64_t first_path = 0, path_count = 0;  ///< its own range of path numbers
 };
 
-/// KHR_lights_punctual: full inside the inner cone, zero outside the outer one.
-inline float spot_falloff(const Light& light, float cosine) {
-  const float x = (cosine - light.cos_outer) / (light.cos_inner - light.cos_outer);
-  const float clamped = std::min(1.0f, std::max(0.0f, x));
-  return clamped * clamped;
+/// KHR_lights_punctual: full inside the inner cone, zero outside the outer one. `versine` is 1 -
+/// cosine of the angle to the axis.
+inline double spot_falloff(const Light& light, double versine) {
+  const double inner = light.inner_versine, outer = light.outer_versine;
+  if (versine <= inner) return 1;
+  if (!(versine < outer)) return 0;
+  const double x = (outer - versine) / (outer - inner);
+  return x * x;
 }
 
 /// Finds the lights of a scene (kNone = all objects, else only that object's): punctual ones first,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where the session meets direct light by shadow rays: which lights, which receivers, what changed.
 #include <algorithm>
+#include <numbers>
 #include <numeric>
 
 #include "samples/placement.h"
@@ -9,14 +10,18 @@
 
 namespace deltalux::update {
 
-/// A tiny share of what the brightest light could give at a metre. Poses do not matter.
+/// A tiny share of what the brightest light could give at a metre. Poses do not matter. A spot
+/// counts as if it shone all around: the power of a narrow one says little of how bright its beam
+/// is.
 double Session::choose_irradiance_quantum() const {
   const State& s = *state_;
   const double metre = samples::scene_metre(s.scene, *s.caster), area = metre * metre;
   double brightest = 0;
   for (const trace::Light& light : s.lights) {
-    const bool sun = light.kind == scene::LightKind::sun;
-    const Vec3d given = sun ? Vec3d(light.intensity) : light.power * (1 / area);
+    Vec3d given = light.power * (1 / area);
+    if (light.kind == scene::LightKind::sun) given = Vec3d(light.intensity);
+    if (light.kind == scene::LightKind::spot)
+      given = Vec3d(light.intensity) * (4 * std::numbers::pi / area);
     brightest = std::max({brightest, given.x, given.y, given.z});
   }
   return brightest > 0 ? brightest * 0x1p-40 : 1.0;

@@ -13,6 +13,7 @@ from .errors import OptionError, SceneError
 from .scene import Scene
 from .smoothing import Faces, insets, smooth_edges, smoothing_groups, vertex_normals
 from .subdivision import TooManyPoints, split_long_edges
+from .units import FARTHEST
 
 FRONT, BACK, BOTH = 1, 2, 3
 
@@ -134,12 +135,15 @@ def refine(
     base = _welded(scene, _checked_sides(scene, sides))
     if spacing is None:
         spacing = _automatic_spacing(base)
-    elif not (np.isfinite(spacing) and spacing > 0):
-        raise OptionError(f"spacing: found {spacing}, expected a positive number of metres")
-    try:
-        return _refined(scene, base, float(spacing), max_samples)
-    except TooManyPoints:
-        pass
+    elif not 0 < spacing <= FARTHEST:
+        raise OptionError(
+            f"spacing: found {spacing}, expected a positive number of metres, at most {FARTHEST:g}"
+        )
+    if _area(base) <= 2 * max_samples * spacing**2:  # else it need not be tried
+        try:
+            return _refined(scene, base, float(spacing), max_samples)
+        except TooManyPoints:
+            pass
     fits = _fitting_spacing(scene, base, spacing, max_samples)
     if fits is None:
         remedy = "the scene's own vertices are more than that; give a larger max_samples"
@@ -175,8 +179,8 @@ def _checked_sides(scene: Scene, sides: Any) -> np.ndarray:
 
 
 def _welded(scene: Scene, sides: np.ndarray) -> _Base:
-    if not scene.meshes:
-        raise SceneError("display mesh: found a scene without meshes, expected at least one triangle")
+    if not any(len(m.triangles) for m in scene.meshes):
+        raise SceneError("display mesh: found a scene without triangles, expected at least one")
     representative, triangles = weld(scene)
     points = np.concatenate([m.vertices if m.movable else m.world_vertices for m in scene.meshes])
     triangle_counts = [len(m.triangles) for m in scene.meshes]
@@ -284,7 +288,8 @@ def _added_points(base: _Base, spacing: float, at_most: int) -> int:
 
 def _fitting_spacing(scene: Scene, base: _Base, spacing: float, max_samples: int) -> float | None:
     diagonal = float(np.linalg.norm(np.ptp(base.points, axis=0)))
-    trial = max(spacing, float(np.sqrt(_area(base) / max_samples)))
+    likely = float(np.sqrt(4 * VERTICES_PER_SQUARED_SPACING * _area(base) / max_samples))
+    trial = max(spacing, likely)
     while trial < 2 * diagonal:
         trial = float(f"{1.25 * trial:.2g}")
         try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files appear whole or not at all: written without a name, or beside their place, then renamed."""
+"""Files appear whole or not at all: written aside, then renamed; inputs are not replaced."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import errno
 import os
 import secrets
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
@@ -121,3 +121,18 @@ class _Aside:
         if self._named:
             with suppress(OSError):
                 os.unlink(self._part, dir_fd=self._folder)
+
+
+def same_file(a: str | os.PathLike[str], b: str | os.PathLike[str]) -> bool:
+    """Whether two paths, however spelt, are one file: by relative path, symbolic link or hard link."""
+    try:
+        return Path(a).samefile(b)
+    except OSError:  # what does not exist yet is known by its path only
+        return os.path.realpath(a) == os.path.realpath(b)
+    except ValueError:  # a path that no file can have
+        return False
+
+
+def found_among(path: str | os.PathLike[str], inputs: Iterable[str | os.PathLike[str]]) -> str | None:
+    """The one of `inputs` that is the file `path`, None where none is."""
+    return next((os.fspath(each) for each in inputs if same_file(path, each)), None)

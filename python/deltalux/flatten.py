@@ -9,7 +9,7 @@ import numpy as np
 
 from . import _core
 from .errors import SceneError
-from .scene import Mesh, PointLight, Scene, SpotLight, SunLight
+from .scene import Mesh, PointLight, Scene, SpotLight, SunLight, versine
 
 
 @dataclass
@@ -51,6 +51,7 @@ def flatten(scene: Scene) -> FlatScene:
     flat.groups = {name: i for i, name in enumerate(scene.groups)}
     for index, material in enumerate(scene.materials):
         flat.materials[material.name] = index
+        _check_strength(f'material "{material.name}": emission', material.emission)
         flat.core.add_material(tuple(material.reflectance), tuple(material.emission), material.two_sided)
     ordered = sorted(scene.meshes, key=lambda m: m.movable)  # stable: static ones first
     for index, mesh in enumerate(ordered):
@@ -63,15 +64,27 @@ def flatten(scene: Scene) -> FlatScene:
 
 
 def _add_light(flat: FlatScene, light: PointLight | SpotLight | SunLight) -> None:
+    strength = light.irradiance if isinstance(light, SunLight) else light.intensity
+    _check_strength(f'light "{light.name}": intensity', strength)
     kind = "spot" if isinstance(light, SpotLight) else "sun" if isinstance(light, SunLight) else "point"
     flat.core.add_light(
         light.name,
         kind,
         (0.0, 0.0, 0.0) if isinstance(light, SunLight) else tuple(light.position),
         (0.0, -1.0, 0.0) if isinstance(light, PointLight) else tuple(light.direction),
-        tuple(light.irradiance if isinstance(light, SunLight) else light.intensity),
-        float(np.cos(light.inner_angle)) if isinstance(light, SpotLight) else 1.0,
-        float(np.cos(light.outer_angle)) if isinstance(light, SpotLight) else 0.0,
+        tuple(strength),
+        versine(light.inner_angle) if isinstance(light, SpotLight) else 0.0,
+        versine(light.outer_angle) if isinstance(light, SpotLight) else 1.0,
         -1 if light.attached_to is None else flat.objects[light.attached_to],
         flat.groups[light.group or light.name],
     )
+
+
+def _check_strength(where: str, strength: np.ndarray) -> None:
+    """Refuse a light that single precision would round to darkness, or nearly."""
+    least = np.finfo(np.float32).tiny
+    if 0 < strength.max() < least:
+        raise SceneError(
+            f"{where}: found {strength.tolist()}, expected 0, or more than {least:.2g}, which single "
+            "precision holds; choose another unit"
+        )

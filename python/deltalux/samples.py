@@ -13,8 +13,11 @@ from .display_mesh import BOTH, DisplayMesh, refine
 from .errors import OptionError
 from .lit_sides import lit_sides
 from .scene import Scene
+from .units import FARTHEST
+from .vectors import unit
 
 SIDES = ("auto", "front", "both")
+MAX_GRID_POINTS = 50_000_000
 
 
 def _points(values: Any, what: str, count: int | None = None) -> np.ndarray:
@@ -59,12 +62,10 @@ class Samples:
         if len(normals) == 1 and count != 1:
             normals = np.repeat(normals, count, axis=0)
         self.normals = _points(normals, "normals", count)
-        lengths = np.linalg.norm(self.normals, axis=1, keepdims=True)
-        if (lengths == 0).any():
-            raise OptionError(
-                f"samples: normals: found zero at row {np.argmin(lengths)}, expected a direction"
-            )
-        self.normals = self.normals / lengths
+        zero = ~self.normals.any(axis=1)
+        if zero.any():
+            raise OptionError(f"samples: normals: found zero at row {np.argmax(zero)}, expected a direction")
+        self.normals = unit(self.normals)
         self.radius = _radius(radius, count)
         self.attached = _attached(attached_to, count)
         self.display: DisplayMesh | None = None
@@ -124,13 +125,19 @@ class Samples:
         origin, u, v = (_points(x, name)[0] for x, name in ((origin, "origin"), (u, "u"), (v, "v")))
         if not (np.isfinite(spacing) and spacing > 0):
             raise OptionError(f"grid: spacing: found {spacing}, expected positive metres")
-        normal = np.cross(u, v)
-        if np.linalg.norm(normal) == 0:
+        farthest = max(float(np.abs(side).max()) for side in (origin, u, v))
+        if farthest > FARTHEST:
+            raise OptionError(f"grid: found {farthest:g} metres, expected at most {FARTHEST:g}")
+        normal = np.cross(unit(u), unit(v))
+        if not normal.any():
             raise OptionError("grid: u and v are parallel or zero, expected two sides of a rectangle")
-        lengths = np.linalg.norm(u), np.linalg.norm(v)
-        counts = [max(1, int(np.floor(length / spacing + 1e-6))) for length in lengths]
-        if counts[0] * counts[1] > 50_000_000:
-            raise OptionError(f"grid: {counts[0]} × {counts[1]} points, expected at most 50 million")
+        along = [max(1.0, float(np.linalg.norm(side)) / float(spacing) + 1e-6) for side in (u, v)]
+        if along[0] * along[1] > MAX_GRID_POINTS:
+            raise OptionError(
+                f"grid: found {along[0]:.3g} × {along[1]:.3g} points, expected at most {MAX_GRID_POINTS:,}; "
+                "give a larger spacing"
+            )
+        counts = [int(count) for count in along]
         a = (np.arange(counts[0]) + 0.5) / counts[0]
         b = (np.arange(counts[1]) + 0.5) / counts[1]
         points = origin + (b[:, None, None] * v + a[None, :, None] * u)

@@ -11,8 +11,10 @@ import numpy as np
 
 from .errors import OptionError, SceneError
 from .units import UNITS, photopic
+from .vectors import unit
 
 MAX_GROUPS = 8  # sums are kept per group up to this many (API: "Group")
+MIN_CONE = 1e-5  # half angle of a spot, radians; single precision turns directions by 1e-7
 
 
 def _frozen_array(values: Any, dtype: Any, shape: tuple[int, ...], what: str) -> np.ndarray:
@@ -163,10 +165,9 @@ class _PunctualLight:
             if key in ("intensity", "irradiance") and (array < 0).any():
                 raise SceneError(f"{what}: found {array}, expected no negative channel")
             if key == "direction":
-                length = np.linalg.norm(array)
-                if length == 0:
+                if not array.any():
                     raise SceneError(f"{what}: found a zero vector, expected a direction")
-                array = array / length
+                array = unit(array)
                 array.setflags(write=False)
             object.__setattr__(self, key, array)
 
@@ -217,10 +218,10 @@ class SpotLight(_PunctualLight):
         group: str | None = None,
         attached_to: str | None = None,
     ) -> None:
-        if not 0 <= inner_angle < outer_angle <= np.pi / 2 + 1e-6:
+        if not (0 <= inner_angle < outer_angle and MIN_CONE <= outer_angle <= np.pi / 2 + 1e-6):
             raise SceneError(
                 f'light "{name}": found inner angle {inner_angle}, outer angle {outer_angle}; '
-                "expected 0 <= inner < outer <= pi/2 (radians)"
+                f"expected 0 <= inner < outer, outer from {MIN_CONE:g} to pi/2 (radians)"
             )
         _init(
             self,
@@ -295,6 +296,7 @@ class Scene:
     lights : PointLight, SpotLight, SunLight sequence
     unit : "W/m2" or "lux", the unit of every result
     cameras, nodes, warnings, source : what a loader found beside the above
+    files : paths of all that the scene was read from; no output replaces one of them
 
     Raises
     ------
@@ -313,6 +315,7 @@ class Scene:
         nodes: Iterable[Node] = (),
         warnings: Iterable[str] = (),
         source: str | None = None,
+        files: Iterable[str] = (),
     ) -> None:
         self.meshes = tuple(meshes)
         self.materials = tuple(materials)
@@ -321,9 +324,11 @@ class Scene:
         self.nodes = tuple(nodes)
         self.warnings = tuple(warnings)
         self.source = source
+        self.files = tuple(files) or (() if source is None else (source,))
         if unit not in UNITS:
             raise OptionError(f"unit: found {unit!r}, expected one of {UNITS}")
         self.unit = unit
+        self._emissive = {m.name: i for i, m in enumerate(self.materials) if m.emissive}
         self._check_names()
 
     def _check_names(self) -> None:
@@ -391,12 +396,11 @@ class Scene:
 
     def _emissive_materials(self, mesh: Mesh) -> list[Material]:
         used = {mesh.material[i] for i in np.unique(mesh.material_index)}
-        return [m for m in self.materials if m.name in used and m.emissive]
+        return [self.materials[i] for i in sorted(self._emissive[n] for n in used & self._emissive.keys())]
 
     def with_mesh(self, mesh: Mesh) -> Scene:
         """A copy with one more mesh."""
-        clone = replace_scene(self, meshes=(*self.meshes, mesh))
-        return clone
+        return replace_scene(self, meshes=(*self.meshes, mesh))
 
     def info(self) -> Mapping[str, Any]:
         """Counts, bounds, lights with total power, movables and warnings.
@@ -427,14 +431,9 @@ class Scene:
                     }
                 )
         for light in self.lights:
-            lights.append(
-                {
-                    "name": light.name,
-                    "kind": {PointLight: "point", SpotLight: "spot", SunLight: "sun"}[type(light)],
-                    "group": light.group or light.name,
-                    "power": punctual_power(light),
-                }
-            )
+            kind = {PointLight: "point", SpotLight: "spot", SunLight: "sun"}[type(light)]
+            entry = {"name": light.name, "kind": kind, "group": light.group or light.name}
+            lights.append(entry | {"power": punctual_power(light)})
         low, high = self.bounds
         return {
             "triangles": triangles,
@@ -465,7 +464,7 @@ class Scene:
 
 def replace_scene(scene: Scene, **changes: Any) -> Scene:
     """A copy of `scene` with some constructor arguments replaced."""
-    keys = ("meshes", "materials", "lights", "unit", "cameras", "nodes", "warnings", "source")
+    keys = ("meshes", "materials", "lights", "unit", "cameras", "nodes", "warnings", "source", "files")
     return Scene(**({key: getattr(scene, key) for key in keys} | changes))
 
 
@@ -492,4 +491,9 @@ def spot_solid_angle(inner: float, outer: float) -> float:
 
     The falloff is clamp((cos a - cos outer)/(cos inner - cos outer), 0, 1) squared.
     """
-    return 2 * np.pi * ((1 - np.cos(inner)) + (np.cos(inner) - np.cos(outer)) / 3)
+    return 2 * np.pi * (versine(inner) + (versine(outer) - versine(inner)) / 3)
+
+
+def versine(angle: float) -> float:
+    """1 - cos(angle), right to the last digits for narrow cones too."""
+    return float(2 * np.sin(angle / 2) ** 2)

@@ -92,6 +92,29 @@ def test_false_colour_is_another_picture_with_a_legend(cli: Cli, room: Path, tmp
         )
 
 
+@pytest.mark.parametrize(
+    ("option", "text"),
+    [
+        ("--target-error=1e-200", "target error: found 1e-200, expected one within reach, such as the 0."),
+        ("--spacing=1e300", "spacing: found 1e+300, expected a positive number of metres, at most 1e+15"),
+        ("--spacing=1e30", "spacing: found 1e+30, expected a positive number of metres, at most 1e+15"),
+        (
+            "--spacing=1e-300",
+            "spacing: found 1e-300 m, which needs more than 2000000 samples; a spacing of",
+        ),
+        ("--grid=0,0,0,1e300,1,1", "grid: found 1e+300 metres, expected at most 1e+15"),
+        ("--grid=0,0,0,1,1,1e-300", "grid: found 1e+300 × 1e+300 points, expected at most 50,000,000"),
+        ("--radius=1e300", "radius: found inf, expected positive metres up to 1e15"),
+        ("--seed=99999999999999999999", "seed: found 99999999999999999999, expected an integer from 0"),
+    ],
+)
+def test_extreme_numbers_are_refused_in_one_line(cli: Cli, room: Path, option: str, text: str) -> None:
+    start = ("bake", room, "--paths", "2000", "-q", *(() if "spacing" in option else ("--spacing", "1")))
+    outcome = cli(*start, option)
+    assert outcome.code == 1
+    assert text in outcome.error
+
+
 def test_target_error_is_reached_and_equals_a_plain_bake(cli: Cli, room: Path) -> None:
     start = ("bake", room, "--spacing", "0.5", "--json")
     first = cli(*start, "--paths", "2000").data

@@ -52,6 +52,8 @@ def test_is_understood(parse: Any, text: str, value: Any) -> None:
         (options.parse_count, "0"),
         (options.parse_count, "1.5"),
         (options.parse_count, "many"),
+        (options.parse_count, "inf"),
+        (options.parse_count, "1" * 400),
         (options.parse_positive, "0"),
         (options.parse_positive, "-1"),
         (options.parse_bytes, "G"),

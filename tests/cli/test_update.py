@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import hashlib
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from deltalux.cli.options import Move
 from deltalux.cli.update import moved_pose
 from deltalux.outputs import tables
+from session_files import rewrite
 
 from .conftest import Cli
 
@@ -107,6 +109,38 @@ def test_impossible_edits_are_one_line(
     outcome = cli("update", session_file, *edit)
     assert outcome.code == 1
     assert text in outcome.error
+
+
+@pytest.fixture
+def foreign_file(session_file: Path, tmp_path: Path) -> Path:
+    """The session, as if another build had written it."""
+    path = Path(shutil.copy(session_file, tmp_path / "foreign.dlx"))
+    rewrite(path, index=lambda index: index.update(built_by="another build"))
+    return path
+
+
+def test_a_session_of_another_build_is_recomputed_and_edited(
+    cli: Cli, session_file: Path, foreign_file: Path, tmp_path: Path
+) -> None:
+    edit = ("--move", "MOVE_panel=1,0,-1")
+    expected = cli("update", session_file, *edit, "--json").data
+    assert (expected["recomputed"], expected["recomputed_because"]) == (False, None)
+    outcome = cli("update", foreign_file, *edit, "--json", "-o", tmp_path / "moved.dlx")
+    assert outcome.code == 0, outcome.err
+    (line,) = outcome.err.splitlines()
+    assert line.startswith(f"warning: {foreign_file}: its light was computed by another build or processor")
+    assert "(another build; this is " in line
+    assert line.endswith("everything is computed again before the first edit")
+    assert outcome.data["recomputed"] is True
+    assert line == f"warning: {outcome.data['recomputed_because']}"
+    assert outcome.data["digest"] == expected["digest"]
+    again = cli("update", tmp_path / "moved.dlx", "--json")
+    assert (again.code, again.err, again.data["recomputed"]) == (0, "", False)
+
+
+def test_a_session_of_another_build_quietly(cli: Cli, foreign_file: Path) -> None:
+    outcome = cli("update", foreign_file, "-q")
+    assert (outcome.code, outcome.out, outcome.err) == (0, "", "")
 
 
 def test_truncated_session_is_refused(cli: Cli, session_file: Path, tmp_path: Path) -> None:

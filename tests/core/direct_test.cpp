@@ -100,8 +100,8 @@ scene::PunctualLight punctual(scene::LightKind kind, Vec3d position, Vec3d direc
   light.position = position;
   light.direction = direction;
   light.intensity = {4, 2, 1};
-  light.cos_inner = 0.9f;
-  light.cos_outer = 0.5f;
+  light.inner_versine = 0.1f;
+  light.outer_versine = 0.5f;
   return light;
 }
 

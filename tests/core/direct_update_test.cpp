@@ -71,7 +71,7 @@ struct Room : World {
     spot.kind = scene::LightKind::spot;
     spot.position = {0, 1.3, 0};
     spot.direction = {0.5, -1, 0.2};
-    spot.cos_outer = 0.3f;
+    spot.outer_versine = 0.7f;
     spot.attached = 3;
     scene::PunctualLight sun = bulb;
     sun.kind = scene::LightKind::sun;

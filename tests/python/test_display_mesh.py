@@ -314,8 +314,10 @@ def test_degenerate_triangles_are_dropped():
     assert np.isfinite(mesh.normals).all()
     with pytest.raises(SceneError, match="no triangle with an area"):
         refine(scene_of(Mesh("m", [(0, 0, 0), (1, 0, 0), (2, 0, 0)], [(0, 1, 2)], material="grey")))
-    with pytest.raises(SceneError, match="without meshes"):
+    with pytest.raises(SceneError, match="without triangles"):
         refine(Scene([], [GREY]))
+    with pytest.raises(SceneError, match="without triangles"):
+        refine(Scene([Mesh("m", np.zeros((0, 3)), np.zeros((0, 3), int), material="grey")], [GREY]))
 
 
 def test_refinement_is_deterministic():

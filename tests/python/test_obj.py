@@ -35,6 +35,31 @@ def test_index_forms(tmp_path, face):
     assert mesh.triangle_areas().sum() == pytest.approx(1)
 
 
+LONG = {
+    "a continued statement": SQUARE + "vt 0 0 \\\n" * 400_000 + "\nf 1 2 3 4\n",
+    "empty lines": "\n" * 400_000 + SQUARE + "f 1 2 3 4\n",
+    "a library named often": "mtllib scene.mtl\n" * 10_000 + SQUARE + "f 1 2 3 4\n",
+}
+
+
+@pytest.mark.timeout(20)
+@pytest.mark.parametrize("text", LONG.values(), ids=LONG)
+def test_long_files_take_time_in_proportion(tmp_path, text):
+    """Each took minutes when the time grew with the square of the length."""
+    (mesh,) = load(tmp_path, text, "newmtl grey\nKd 0.5 0.5 0.5\n" * 2_000).meshes
+    assert len(mesh.triangles) == 2
+
+
+@pytest.mark.timeout(20)
+def test_a_texture_of_many_materials_is_read_once(tmp_path):
+    (tmp_path / "grey.png").write_bytes(png(np.full((4000, 4000), 99, np.uint8)))
+    names = range(1000)
+    mtl = "".join(f"newmtl m{i}\nKd 1 1 1\nmap_Kd grey.png\n" for i in names)
+    text = "mtllib scene.mtl\n" + SQUARE + "".join(f"usemtl m{i}\nf 1 2 3\n" for i in names)
+    scene = load(tmp_path, text, mtl)
+    assert len({m.reflectance.tobytes() for m in scene.materials}) == 1
+
+
 def test_negative_indexes_count_from_the_vertices_read_so_far(tmp_path):
     text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 0 0 5\nv 1 0 5\nv 0 1 5\nf -3 -2 -1\n"
     (mesh,) = load(tmp_path, text).meshes

@@ -15,7 +15,7 @@ from deltalux import outputs
 from deltalux.display_mesh import BOTH, DisplayMesh, refine
 from deltalux.errors import FormatError, OptionError
 from deltalux.results import Result
-from deltalux.scene import Material, Mesh, Node, Scene
+from deltalux.scene import Material, Mesh, Node, Scene, replace_scene
 from deltalux.units import photopic
 
 SQUARE = [(0, 0, 0), (0, 0, 1), (1, 0, 1), (1, 0, 0)]  # faces up
@@ -53,6 +53,24 @@ def shift(x: float, y: float, z: float) -> np.ndarray:
     matrix = np.eye(4)
     matrix[:3, 3] = (x, y, z)
     return matrix
+
+
+# ---- the scene's own files ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["room.glb", "room.npz", "room.csv", "room.png"])
+def test_a_file_of_the_scene_is_not_replaced(tmp_path: Path, name: str) -> None:
+    kept = tmp_path / name
+    kept.write_bytes(b"the scene")
+    scene = Scene([Mesh("floor", SQUARE, TWO, material="grey")], MATERIALS, files=[str(kept)])
+    (tmp_path / "link").symlink_to(tmp_path)
+    with pytest.raises(OptionError, match=r"found the scene's own file .*; choose another name"):
+        outputs.write(tmp_path / "link" / name, baked(scene))
+    assert kept.read_bytes() == b"the scene"
+
+
+def test_the_source_of_a_scene_is_one_of_its_files() -> None:
+    assert replace_scene(Scene([], source="room.glb")).files == ("room.glb",)
 
 
 # ---- tables ------------------------------------------------------------------------------------

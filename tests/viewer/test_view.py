@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import functools
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -16,6 +17,7 @@ import deltalux as dl
 import deltalux.server.viewing as viewing
 import pytest
 from deltalux.cli import run
+from session_files import rewrite
 
 SOURCES = Path(dl.__file__).parent.parent
 
@@ -117,6 +119,16 @@ def test_a_host_that_others_reach_is_warned_of(baked_file, capsys, monkeypatch):
     captured = capsys.readouterr()
     assert "warning: 0.0.0.0 can be reached from other machines" in captured.err
     assert "http://localhost:" in captured.out
+
+
+def test_a_session_of_another_build_is_computed_again(baked_file, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(
+        "deltalux.server.serving.Server.wait", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt)
+    )
+    foreign = shutil.copy(baked_file, tmp_path / "foreign.dlx")
+    rewrite(foreign, index=lambda index: index.update(built_by="another build"))
+    assert run(["view", str(foreign), "--no-browser"]) == 0
+    assert f"warning: {foreign}: its light was computed by another build" in capsys.readouterr().err
 
 
 def test_a_folder_that_is_missing_is_refused_before_anything(baked_file, capsys):

@@ -26,7 +26,7 @@ from .options import (
     TargetErrorOption,
     ThreadsOption,
 )
-from .targets import check_targets, write_targets
+from .targets import check_targets, keep_inputs, write_targets
 
 
 def run(
@@ -61,9 +61,10 @@ def run(
     As precise as 1 %, whatever it takes within 8 GB:
     deltalux bake room.glb --target-error 0.01 --memory-limit 8G -o lit.glb
     """
-    targets = check_targets(output, more, planes=len(grid or ()))
+    targets = check_targets(output, more, [scene], planes=len(grid or ()))
     terminal = Terminal(as_json, quiet)
     loaded = open_scene(scene, movable, light_units)
+    keep_inputs(targets, loaded.files)
     terminal.warn(loaded.warnings)
     samples, sets = make_samples(loaded, spacing, grid or (), radius)
     with terminal.progress() as progress:

@@ -19,6 +19,7 @@ from .options import Grid
 
 # The next batch aims a little below the target, because the error of an error is some percent.
 AIM = 0.97
+MOST = 1e6  # times less error takes the square of it in paths, more than any session can have
 
 
 def make_samples(
@@ -70,18 +71,26 @@ def bake_scene(
 
     Raises
     ------
-    OptionError : the paths that the target asks for do not fit into memory
+    OptionError : the target asks for more paths than there can be, or than fit into memory
     """
+    reached = ""
     while True:
-        session = dl.Session(scene, samples, paths=paths, **options)
-        frame = session.bake()
+        try:
+            session = dl.Session(scene, samples, paths=paths, **options)
+            frame = session.bake()
+        except dl.OptionError as problem:
+            raise dl.OptionError(f"{reached}{problem}") from None
         if target_error is None:
             return session, frame
         error = relative_error(session.irradiance, session.standard_error)
         if error <= target_error:
             return session, frame
         session.close()
-        paths = math.ceil(paths * max(1.25, (error / (AIM * target_error)) ** 2))
+        reached = (
+            f"target error: found {target_error:g}, expected one within reach, such as the {error:.2g} of "
+            f"{paths:,} paths; with more of them: "
+        )
+        paths = math.ceil(paths * max(1.25, min(error / (AIM * target_error), MOST) ** 2))
 
 
 def total_milliseconds(frame: dl.Frame) -> float:

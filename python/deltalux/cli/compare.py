@@ -19,7 +19,7 @@ from deltalux.units import LUX, photopic
 
 from .console import ProgressCallback, Terminal
 from .options import JsonOption, QuietOption
-from .targets import PICTURE, SESSION, check_writable
+from .targets import PICTURE, SESSION, check_writable, keep_inputs
 
 RESULT_HELP = "A .dlx, .npz or .csv that bake or update wrote."
 PictureOption = Annotated[
@@ -67,6 +67,9 @@ def run(
     terminal = Terminal(as_json, quiet)
     with terminal.progress() as progress:
         first, second = _load(a, progress), _load(b, progress)
+        for session in (first.session, second.session):
+            if output is not None and session is not None:
+                keep_inputs([output], session.scene.files)
         data = _numbers(first, second, str(a), str(b))
         if output is not None:
             _write_picture(output, first, second)
@@ -80,6 +83,7 @@ def _check_picture(output: Path, a: Path, b: Path) -> None:
     if any(path.suffix.lower() != SESSION for path in (a, b)):
         raise typer.BadParameter(f"output '{output}': a picture needs sessions (.dlx); tables hold no scene")
     check_writable(output)
+    keep_inputs([output], [a, b])
 
 
 def _load(path: Path, progress: ProgressCallback) -> Loaded:

@@ -30,7 +30,7 @@ from .options import (
     ThreadsOption,
     parse_count,
 )
-from .targets import check_writable
+from .targets import check_writable, keep_inputs
 
 PAGE, TABLES = "report.html", ("methods.csv", "equal_count.csv")
 PICTURES = {
@@ -84,7 +84,13 @@ SamplesOption = Annotated[
 ]
 CountOption = Annotated[
     int,
-    typer.Option("--k", min=3, metavar="K", help="Of the methods that take the K nearest hits or segments."),
+    typer.Option(
+        "--k",
+        min=3,
+        max=2**31 - 1,
+        metavar="K",
+        help="Of the methods that take the K nearest hits or segments.",
+    ),
 ]
 ReferenceOption = Annotated[
     int | None,
@@ -135,8 +141,10 @@ def run(
     loaded = open_scene(scene, None, light_units)
     terminal.warn(loaded.warnings)
     output.mkdir(parents=True, exist_ok=True)
-    for name in (PAGE, *TABLES, *PICTURES):
-        check_writable(output / name)
+    results = [output / name for name in (PAGE, *TABLES, *PICTURES)]
+    for path in results:
+        check_writable(path)
+    keep_inputs(results, loaded.files)
     given = {"paths": paths, "samples": samples, "reference": reference}
     settings = (QUICK if quick else FULL) | {key: value for key, value in given.items() if value is not None}
     with terminal.progress() as progress:

@@ -12,6 +12,22 @@ import deltalux as dl
 BUNDLED_SCENES = ("atrium", "expo", "office", "cornell_box")
 
 
+def foreign_light(session: dl.Session, name: str) -> list[str]:
+    """Why the light of an opened session has to be computed again before an edit: one sentence, or none.
+
+    Parameters
+    ----------
+    session : just opened
+    name : of its file
+    """
+    if session.foreign_build is None:
+        return []
+    return [
+        f"{name}: its light was computed by another build or processor ({session.foreign_build}), whose bits "
+        "may differ; everything is computed again before the first edit"
+    ]
+
+
 def open_scene(word: str, movable: Sequence[str] | None = None, light_units: str = "spec") -> dl.Scene:
     """Load a scene file or build a bundled scene.
 

@@ -100,7 +100,7 @@ def parse_count(text: str) -> int:
         value = float(text)
     except ValueError:
         value = 0.0
-    if not (value >= 1 and value == math.floor(value) and value < 2**63):
+    if not (1 <= value < 2**63 and value == math.floor(value)):
         raise typer.BadParameter(f"found '{text}', expected a whole number above 0, such as 1e6")
     return int(value)
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import typer
 
 import deltalux as dl
+from deltalux.files import found_among, same_file
 from deltalux.outputs.baked import Baked
 from deltalux.outputs.images import write_png
 from deltalux.outputs.of_session import baked_of
@@ -29,18 +30,24 @@ WRITERS: dict[str, tuple[str, Callable[[Path, Baked], None]]] = {
 KINDS = {**{suffix: kind for suffix, (kind, _) in WRITERS.items()}, SESSION: "session"}
 
 
-def check_targets(outputs: Sequence[Path] | None, more: Sequence[Path] | None, planes: int = 0) -> list[Path]:
+def check_targets(
+    outputs: Sequence[Path] | None,
+    more: Sequence[Path] | None,
+    inputs: Sequence[str | Path],
+    planes: int = 0,
+) -> list[Path]:
     """Return the result files, certain to be of a known kind and in a writable place.
 
     Parameters
     ----------
     outputs : values of -o
     more : words that followed the last value of -o
+    inputs : files that the command reads, as far as they are known before any of them is read
     planes : number of working planes; 0 = samples on the surfaces
 
     Raises
     ------
-    BadParameter : unknown or unfitting suffix, a file named twice, words that follow no -o
+    BadParameter : unknown or unfitting suffix, a file named twice, an input, words that follow no -o
     OSError : the folder is absent or cannot be written to
     """
     if more and not outputs:
@@ -55,11 +62,23 @@ def check_targets(outputs: Sequence[Path] | None, more: Sequence[Path] | None, p
             raise typer.BadParameter(f"output '{path}': a mesh needs samples on surfaces; leave out --grid")
         if kind == PICTURE and planes > 1:
             raise typer.BadParameter(f"output '{path}': a picture shows one plane; give --grid once")
-        if targets.count(path) > 1:
-            raise typer.BadParameter(f"output '{path}': named twice")
+    for index, path in enumerate(targets):
+        if any(same_file(path, other) for other in targets[:index]):
+            raise typer.BadParameter(f"output '{path}': named twice; give every result a file of its own")
     for path in targets:
         check_writable(path)
+    keep_inputs(targets, inputs)
     return targets
+
+
+def keep_inputs(targets: Sequence[Path], inputs: Sequence[str | Path]) -> None:
+    """Raise BadParameter where one of the files `targets` is one of `inputs`, which writing would destroy."""
+    for path in targets:
+        if lost := found_among(path, inputs):
+            raise typer.BadParameter(
+                f"output '{path}': found '{lost}', which this command reads and writing would destroy; "
+                "choose another name"
+            )
 
 
 def check_writable(path: Path) -> None:

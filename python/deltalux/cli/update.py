@@ -14,6 +14,7 @@ import deltalux as dl
 
 from .baking import figures, summary_table, total_milliseconds
 from .console import Terminal
+from .inputs import foreign_light
 from .options import (
     FalseColourOption,
     JsonOption,
@@ -27,7 +28,7 @@ from .options import (
     parse_move,
     parse_reflectance,
 )
-from .targets import check_targets, write_targets
+from .targets import check_targets, keep_inputs, write_targets
 
 SessionArgument = Annotated[
     Path,
@@ -86,7 +87,8 @@ def run(
     """Edit a saved session: only the light that the edit touches is traced again.
 
     Every edit can be repeated; all are applied together. The result equals a bake of the edited
-    scene to the last bit. The session file itself stays as it is: write a new one with -o.
+    scene to the last bit. A session of another build or processor, whose bits may differ, is computed
+    again first. The session file itself stays as it is: write a new one with -o.
 
     [bold]Examples[/]
 
@@ -96,12 +98,17 @@ def run(
     The lamps at the wall at 30 %, the lamp on the desk away:
     deltalux update office.dlx --dim "wall row=0.3" --remove desk_lamp -o evening.png
     """
-    targets = check_targets(output, more)
+    targets = check_targets(output, more, [session])
     terminal = Terminal(as_json, quiet)
     with (
         terminal.progress() as progress,
         dl.Session.open(session, threads=threads, progress=progress) as opened,
     ):
+        keep_inputs(targets, opened.scene.files)
+        foreign = foreign_light(opened, str(session))
+        if foreign:
+            terminal.warn(foreign)
+            opened.recompute()
         for name in add or ():
             opened.add(name)
         for step in move or ():
@@ -119,6 +126,8 @@ def run(
         "session": str(session),
         "affected_paths": frame.affected_paths,
         "retraced_segments": frame.retraced_segments,
+        "recomputed": bool(foreign),
+        "recomputed_because": " ".join(foreign) or None,
         "outputs": [str(path) for path in targets],
     }
     lines = [

@@ -12,7 +12,7 @@ import deltalux as dl
 from deltalux.server import is_loopback
 
 from .console import Terminal
-from .inputs import open_scene
+from .inputs import foreign_light, open_scene
 from .options import (
     LightUnitsOption,
     MemoryLimitOption,
@@ -100,6 +100,7 @@ def run(
         _refuse_options_of_the_bake(context, source)
         with terminal.progress() as progress:
             session = dl.Session.open(source, threads=threads, progress=progress)
+        terminal.warn(foreign_light(session, source))
     else:
         scene = open_scene(source, movable, light_units)
         samples = dl.Samples.on_vertices(scene, spacing=spacing, radius=radius)

@@ -10,9 +10,9 @@ from deltalux.errors import OptionError
 from deltalux.results import Estimate
 from deltalux.samples import Samples
 from deltalux.segments import Segments, check_threads
+from deltalux.units import FARTHEST
 
 SEGMENT_ENDS = ("first", "second", "bounded")
-FARTHEST = 1e15  # metres; beyond it products of coordinates could overflow
 
 
 def check_choice(name: str, value: object, choices: tuple[str, ...]) -> None:

@@ -46,6 +46,7 @@ def load_gltf(path: Path, movable: Sequence[str] = (), light_units: str = "spec"
         cameras=read_cameras(document, nodes),
         nodes=assembly.kept,
         source=str(path),
+        files=document.files(),
     )
     _check_content(scene, document)
     areas = [(light["name"], light["power"]) for light in scene.info()["lights"] if light["kind"] == "area"]

@@ -7,6 +7,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 from deltalux.errors import FormatError
 
@@ -44,6 +45,12 @@ class Document:
     gltf: Any
     blob: bytes | None
     notes: Notes
+
+    def files(self) -> list[str]:
+        """Absolute paths of the document and of all that it names, read or not."""
+        uris = [each.uri for each in (*self.gltf.buffers, *self.gltf.images) if each.uri is not None]
+        named = [unquote(uri) for uri in uris if uri[:5].lower() != "data:"]
+        return [str(path.absolute()) for path in (self.path, *(self.path.parent / name for name in named))]
 
 
 def read_document(path: Path) -> Document:

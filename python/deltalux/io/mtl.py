@@ -16,6 +16,11 @@ from .files import read_beside
 from .texels import MAX_FILE_BYTES, mean_linear_texel
 
 GREY = 0.5  # of materials that the MTL files do not define
+# Statements that name a file.
+TEXTURES = {
+    "map_Kd", "map_Ke", "map_Ka", "map_Ks", "map_Ns", "map_d", "map_bump", "map_Bump", "map_Pr", "map_Pm",
+    "map_Ps", "bump", "disp", "decal", "norm", "refl",
+}  # fmt: skip
 IGNORED = {"Ka", "Ni", "illum", "Tf", "Pr", "Pm", "Ps", "Pc", "Pcr", "aniso", "anisor", "sharpness"}
 
 
@@ -31,13 +36,24 @@ class MaterialLibrary:
     def __init__(self, folder: Path, notes: Notes) -> None:
         self._folder = folder
         self._notes = notes
+        self._files: dict[Path, None] = {}
+        self._read: set[str] = set()
+        self._means: dict[str, np.ndarray] = {}  # of textures, by path
         self._entries: dict[str, _Entry] = {}
 
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """The MTL files and all textures that they name, read or not."""
+        return tuple(self._files)
+
     def read(self, filename: str, where: str) -> None:
-        """Add the materials of a file; an absent file is a warning, since its geometry is still good."""
-        place = clean_name(filename)
+        """Add the materials of a file, once; an absent file is a warning: the geometry is still good."""
+        place, path = clean_name(filename), self._named(filename)
+        if path in self._read:
+            return
+        self._read.add(path)
         try:
-            data = read_beside(self._folder, filename.replace("\\", "/"), where)
+            data = read_beside(self._folder, path, where)
         except FormatError as error:
             self._notes.add("MTL files that cannot be read", str(error))
             return
@@ -48,13 +64,26 @@ class MaterialLibrary:
                 entry = self._entries.setdefault(clean_name(" ".join(rest)), _Entry())
             elif key in ("Kd", "Ke"):
                 entry.colours[key] = _colour(rest, f"{place} line {number}")
-            elif key in ("map_Kd", "map_Ke") and rest:
+            elif key in TEXTURES and rest:
                 # Options ("-s 1 1 1") come first; only without them can a file name hold spaces.
-                entry.textures[key[4:]] = rest[-1] if rest[0].startswith("-") else " ".join(rest)
+                texture = self._named(rest[-1] if rest[0].startswith("-") else " ".join(rest))
+                if key in ("map_Kd", "map_Ke"):
+                    entry.textures[key[4:]] = texture
+                else:
+                    self._note_unhonoured(key)
             elif (key == "d" and rest != ["1"]) or (key == "Tr" and rest != ["0"]):
                 self._notes.add("transparency may not be honoured: surfaces count as opaque", place)
             elif key and key not in IGNORED | {"d", "Tr", "Ks", "Ns"}:
-                self._notes.add("MTL statements that are not honoured", clean_name(key))
+                self._note_unhonoured(key)
+
+    def _named(self, filename: str) -> str:
+        """The path of a file that belongs to the scene, as this system writes it."""
+        path = filename.replace("\\", "/")
+        self._files[self._folder / path] = None
+        return path
+
+    def _note_unhonoured(self, key: str) -> None:
+        self._notes.add("MTL statements that are not honoured", clean_name(key))
 
     def material(self, name: str) -> Material:
         """The material of that name; grey, with a warning, where no MTL file defines it."""
@@ -74,14 +103,16 @@ class MaterialLibrary:
         if key not in entry.textures:
             return np.ones(3)
         place = f'material "{name}" map_{key}'
+        path = entry.textures[key]
         try:
-            path = entry.textures[key].replace("\\", "/")
-            mean = mean_linear_texel(read_beside(self._folder, path, place, MAX_FILE_BYTES), place)
+            if path not in self._means:
+                data = read_beside(self._folder, path, place, MAX_FILE_BYTES)
+                self._means[path] = mean_linear_texel(data, place)
         except FormatError as error:
             self._notes.add("textures that cannot be read: the plain colour counts", str(error))
             return np.ones(3)
         self._notes.add("textures count with their mean colour", name)
-        return mean
+        return self._means[path]
 
 
 def _colour(words: list[str], where: str) -> np.ndarray:

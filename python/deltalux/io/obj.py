@@ -72,6 +72,7 @@ def load_obj(path: Path, movable: Sequence[str] = (), light_units: str = "spec")
         nodes=nodes,
         warnings=notes.lines(),
         source=str(path),
+        files=[str(each.absolute()) for each in (path, *library.files)],
     )
 
 
@@ -96,21 +97,21 @@ def _mesh(name: str, found: _Object, vertices: np.ndarray, movable: bool) -> Mes
 
 def _lines(data: bytes) -> Iterator[tuple[int, list[str]]]:
     """(line number, words) of each statement; a backslash continues a line."""
-    start, held = 0, ""
+    start, held = 0, list[str]()
     for number, line in enumerate(data.decode("utf-8", "replace").split("\n"), 1):
         start = start if held else number
-        held += line.split("#", 1)[0].rstrip()
-        if held.endswith("\\"):
-            held = held[:-1] + " "
+        part = line.split("#", 1)[0].rstrip()
+        held.append(part.removesuffix("\\"))
+        if part.endswith("\\"):
             continue
-        if words := held.split():
+        if words := " ".join(held).split():
             yield start, words
-        held = ""
+        held.clear()
 
 
 def _read(data: bytes, library: MaterialLibrary, notes: Notes) -> _Reading:
     reading = _Reading()
-    naming = "o" if re.search(rb"^\s*o\s", data, re.MULTILINE) else "g"
+    naming = "o" if re.search(rb"^[ \t]*o\s", data, re.MULTILINE) else "g"  # \s* would run on over lines
     material, name = "default", "object"
     for number, (key, *rest) in _lines(data):
         where = f"line {number}"

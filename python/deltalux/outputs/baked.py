@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
@@ -12,6 +13,7 @@ import numpy as np
 
 from deltalux.display_mesh import DisplayMesh
 from deltalux.errors import OptionError
+from deltalux.files import found_among
 from deltalux.scene import Camera, Scene
 from deltalux.units import LUX
 from deltalux.version import __version__
@@ -96,6 +98,15 @@ def display_of(baked: Baked, output: str) -> DisplayMesh:
             f"expected one for each of {len(display.points)} vertices of the display mesh"
         )
     return display
+
+
+def keep_inputs(path: str | os.PathLike[str], baked: Baked) -> None:
+    """Raise OptionError where writing `path` would destroy a file that the scene was read from."""
+    if lost := found_among(path, baked.scene.files):
+        raise OptionError(
+            f'output "{os.fspath(path)}": found the scene\'s own file "{lost}", which writing would destroy; '
+            "choose another name"
+        )
 
 
 def about_text(result: Result) -> dict[str, Any]:

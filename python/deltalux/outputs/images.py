@@ -20,7 +20,7 @@ from deltalux.scene import Camera, Scene
 from deltalux.surfaces import CasterType, Surfaces, core_caster
 from deltalux.units import photopic
 
-from .baked import Baked, about_text, display_of
+from .baked import Baked, about_text, display_of, keep_inputs
 from .camera import automatic_camera, scene_camera
 from .colour_scale import ColourScale, scale_for, symmetric_scale
 from .covered import shown_values
@@ -203,6 +203,7 @@ def grid_picture(
 
 def write_png(path: str | os.PathLike[str], baked: Baked) -> None:
     """Write the picture that fits the samples: the scene, or the heat map of a grid."""
+    keep_inputs(path, baked)
     result = baked.result
     if baked.display is None and baked.grid is not None:
         picture = grid_picture(photopic(result.irradiance).reshape(baked.grid), result.unit)

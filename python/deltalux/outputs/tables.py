@@ -17,7 +17,7 @@ from deltalux.errors import FormatError
 from deltalux.files import written_aside
 from deltalux.units import UNITS, photopic
 
-from .baked import Baked, about_text
+from .baked import Baked, about_text, keep_inputs
 
 COLUMNS = ("x", "y", "z", "nx", "ny", "nz", "E_r", "E_g", "E_b", "E", "se_r", "se_g", "se_b", "radius")
 ARRAYS = ("points", "normals", "irradiance", "standard_error", "radius")
@@ -39,6 +39,7 @@ class Table:
 
 def write_npz(path: str | os.PathLike[str], baked: Baked) -> None:
     """Write the arrays of the result, `unit` and `about` (a JSON text), and the gradient if there is one."""
+    keep_inputs(path, baked)
     arrays: dict[str, Any] = {name: np.asarray(getattr(baked.result, name)) for name in ARRAYS}
     if baked.gradient is not None:
         arrays["gradient"] = np.asarray(baked.gradient)
@@ -49,6 +50,7 @@ def write_npz(path: str | os.PathLike[str], baked: Baked) -> None:
 
 def write_csv(path: str | os.PathLike[str], baked: Baked) -> None:
     """Write one line per sample after a header of `# key: value` lines; E is the photopic value."""
+    keep_inputs(path, baked)
     result = baked.result
     rows = np.column_stack(
         [

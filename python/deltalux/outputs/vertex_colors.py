@@ -17,7 +17,7 @@ from deltalux.surfaces import Surfaces
 from deltalux.units import photopic
 from deltalux.version import __version__
 
-from .baked import Baked, about_text, display_of
+from .baked import Baked, about_text, display_of, keep_inputs
 from .covered import shown_values
 from .node_tree import moved_matrices, world_matrices
 
@@ -38,8 +38,9 @@ def write_glb(path: str | os.PathLike[str], baked: Baked) -> None:
     Raises
     ------
     OptionError
-        Where the samples are not the vertices of the display mesh.
+        Where the samples are not the vertices of the display mesh, or the scene was read from `path`.
     """
+    keep_inputs(path, baked)
     display = display_of(baked, ".glb")
     surfaces = Surfaces(baked.scene, display, baked.poses, baked.threads)
     shown = shown_values(surfaces, baked.result.irradiance)

@@ -1,0 +1,17 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Vectors of any length that a float64 can have."""
+
+from __future__ import annotations
+
+import numpy as np
+
+SAFE = 1e150  # squares of lengths between its inverse and it stay within the range of float64
+
+
+def unit(vectors: np.ndarray) -> np.ndarray:
+    """Vectors along the last axis scaled to length 1; those that are zero stay zero."""
+    largest = np.abs(vectors).max(axis=-1, keepdims=True, initial=0.0)
+    odd = (largest > SAFE) | (largest < 1 / SAFE)
+    scaled = np.divide(vectors, largest, out=vectors.copy(), where=odd & (largest > 0))
+    lengths = np.linalg.norm(scaled, axis=-1, keepdims=True)
+    return np.divide(scaled, lengths, out=scaled, where=lengths > 0)
