@@ -11,6 +11,7 @@ from . import _core
 from .errors import OptionError
 from .estimate.inputs import SEGMENT_ENDS, check_choice
 from .flatten import FlatScene
+from .frame import TOO_COARSE, place_slack
 from .memory import available_memory
 from .samples import Samples
 from .scene import Mesh, Scene
@@ -97,6 +98,31 @@ def check_insertion(mesh: Mesh, flat: FlatScene) -> None:
             )
 
 
+def core_pose(scene: Scene, flat: FlatScene, name: str, pose: np.ndarray) -> np.ndarray:
+    """The pose of a movable in the core.
+
+    Raises
+    ------
+    OptionError
+        So far from the scene's middle that single precision holds nothing of its shape.
+    """
+    slack, size = place_slack(scene.mesh(name), pose, flat.origin)
+    if slack > TOO_COARSE * size:
+        raise OptionError(
+            f'move "{name}": single precision holds places there to {slack:.2g} m, and it is {size:.2g} m '
+            "large; move it nearer to the middle of the scene"
+        )
+    return np.ascontiguousarray(flat.pose(name, pose))
+
+
+def _core_points(flat: FlatScene, samples: Samples) -> np.ndarray:
+    """(n, 3) float32: in the core's world, or in the own space of what they are attached to."""
+    begin = np.broadcast_to(flat.origin, samples.points.shape).copy()
+    for name in {name for name in samples.attached if name is not None}:
+        begin[samples.attached == name] = flat.local[name]
+    return np.ascontiguousarray(samples.points - begin, np.float32)
+
+
 def make_core_session(scene: Scene, flat: FlatScene, samples: Samples, options: SessionOptions) -> Any:
     """A session of the core, before its bake.
 
@@ -108,7 +134,7 @@ def make_core_session(scene: Scene, flat: FlatScene, samples: Samples, options: 
     limit = options["memory_limit"]
     return _core.Session(
         flat.core,
-        np.ascontiguousarray(samples.points, np.float32),
+        _core_points(flat, samples),
         np.ascontiguousarray(samples.normals, np.float32),
         np.ascontiguousarray(samples.radius, np.float32),
         np.array(numbers, np.uint32),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From a user's Scene to the core's: static objects first, groups numbered, float32 geometry."""
+"""From a user's Scene to the core's: static objects first, groups numbered, float32 near the middle."""
 
 from __future__ import annotations
 
@@ -9,31 +9,57 @@ import numpy as np
 
 from . import _core
 from .errors import SceneError
+from .frame import local_origin, scene_origin
 from .scene import Mesh, PointLight, Scene, SpotLight, SunLight, versine
 
 
 @dataclass
 class FlatScene:
-    """The core's scene and the names that its numbers stand for."""
+    """The core's scene, the names that its numbers stand for, and where its coordinates begin."""
 
     scene: Scene
     core: _core.Scene
+    origin: np.ndarray = field(default_factory=lambda: np.zeros(3))  # of the core's world
+    local: dict[str, np.ndarray] = field(default_factory=dict)  # of movables' own spaces in the core
     objects: dict[str, int] = field(default_factory=dict)
     groups: dict[str, int] = field(default_factory=dict)
     materials: dict[str, int] = field(default_factory=dict)
 
+    def points(self, world: np.ndarray) -> np.ndarray:
+        """(n, 3) float32: places in the core's world."""
+        return np.ascontiguousarray(world - self.origin, np.float32)
+
+    def pose(self, name: str, pose: np.ndarray) -> np.ndarray:
+        """4x4: a movable's pose, from its own space in the core to the core's world."""
+        return self._shifted(pose, self.local[name], -1.0)
+
+    def user_pose(self, name: str, pose: np.ndarray) -> np.ndarray:
+        """4x4: the pose that `pose` made the core's of."""
+        return self._shifted(pose, -self.local[name], 1.0)
+
+    def _shifted(self, pose: np.ndarray, local: np.ndarray, sign: float) -> np.ndarray:
+        out = np.array(pose, np.float64)
+        if local.any() or self.origin.any():
+            out[:3, 3] += out[:3, :3] @ local + sign * self.origin
+        return out
+
     def object(self, mesh: Mesh) -> _core.Object:
         """The core's form of `mesh`; its emission's groups must be known already."""
+        if mesh.movable:
+            self.local[mesh.name] = local_origin(mesh)
+            vertices, pose = mesh.vertices - self.local[mesh.name], self.pose(mesh.name, mesh.pose)
+        else:
+            vertices, pose = mesh.world_vertices - self.origin, np.eye(4)
         names = [self.materials[name] for name in mesh.material]
         groups = [self.groups.get(self.scene.material(name).group or mesh.name, 0) for name in mesh.material]
         return _core.Object(
             mesh.name,
-            np.ascontiguousarray(mesh.vertices, np.float32),
+            np.ascontiguousarray(vertices, np.float32),
             np.ascontiguousarray(mesh.triangles, np.uint32),
             np.asarray(names, np.uint32)[mesh.material_index],
             np.asarray(groups, np.uint32)[mesh.material_index],
             mesh.movable,
-            np.ascontiguousarray(mesh.pose),
+            np.ascontiguousarray(pose),
         )
 
 
@@ -47,7 +73,7 @@ def flatten(scene: Scene) -> FlatScene:
     """
     if not any(len(m.triangles) for m in scene.meshes):
         raise SceneError("scene: found no triangles, expected at least one mesh with triangles")
-    flat = FlatScene(scene, _core.Scene())
+    flat = FlatScene(scene, _core.Scene(), scene_origin(scene.meshes))
     flat.groups = {name: i for i, name in enumerate(scene.groups)}
     for index, material in enumerate(scene.materials):
         flat.materials[material.name] = index
@@ -67,10 +93,13 @@ def _add_light(flat: FlatScene, light: PointLight | SpotLight | SunLight) -> Non
     strength = light.irradiance if isinstance(light, SunLight) else light.intensity
     _check_strength(f'light "{light.name}": intensity', strength)
     kind = "spot" if isinstance(light, SpotLight) else "sun" if isinstance(light, SunLight) else "point"
+    place = np.zeros(3)
+    if not isinstance(light, SunLight):
+        place = light.position - (flat.origin if light.attached_to is None else flat.local[light.attached_to])
     flat.core.add_light(
         light.name,
         kind,
-        (0.0, 0.0, 0.0) if isinstance(light, SunLight) else tuple(light.position),
+        tuple(place.tolist()),
         (0.0, -1.0, 0.0) if isinstance(light, PointLight) else tuple(light.direction),
         tuple(strength),
         versine(light.inner_angle) if isinstance(light, SpotLight) else 0.0,

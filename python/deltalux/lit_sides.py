@@ -100,9 +100,10 @@ def _hits_from_outside(mesh: Mesh) -> Counts:
     lines = uniform_lines(LINES, SEED)
     start = lines.origin * reach
     end = start + lines.direction * (lines.length[:, None] * reach)
-    origins = np.concatenate([start, end]) + 0.5 * (low + high)
+    origins = np.concatenate([start, end])
     directions = np.concatenate([lines.direction, -lines.direction])
-    caster = core_caster(mesh.vertices.astype(np.float32), mesh.triangles.astype(np.uint32), 0)
+    around = (mesh.vertices - 0.5 * (low + high)).astype(np.float32)
+    caster = core_caster(around, mesh.triangles.astype(np.uint32), 0)
     _, triangle, _, _ = caster.intersect(origins.astype(np.float32), directions.astype(np.float32))
     return _counted(triangle, directions, mesh.vertices[mesh.triangles])
 

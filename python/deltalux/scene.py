@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from .errors import OptionError, SceneError
+from .frame import check_places
 from .units import UNITS, photopic
 from .vectors import unit
 
@@ -330,6 +331,7 @@ class Scene:
         self.unit = unit
         self._emissive = {m.name: i for i, m in enumerate(self.materials) if m.emissive}
         self._check_names()
+        self.warnings = tuple(dict.fromkeys([*self.warnings, *check_places(self.meshes)]))
 
     def _check_names(self) -> None:
         for kind, items in (("mesh", self.meshes), ("material", self.materials), ("light", self.lights)):

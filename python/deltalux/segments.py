@@ -36,6 +36,11 @@ class Segments:
     ------
     OptionError
         For arrays that differ in length, NaN, or negative power.
+
+    Notes
+    -----
+    Of a scene far from zero, traced segments have their `origin` in float64. Disc methods then compute
+    near the scene, as sessions do; the others in single precision from zero.
     """
 
     def __init__(
@@ -76,6 +81,7 @@ class Segments:
         self.bounce = _numbers(np.zeros(count) if bounce is None else bounce, "bounce", np.uint8, count)
         self.group = _numbers(np.zeros(count) if group is None else group, "group", np.uint32, count)
         self.primitive: np.ndarray | None = None  # triangle hit; of traced segments only
+        self.frame = np.zeros(3)  # what the core sees as the origin
         most = self.power.max(initial=0.0)
         self.quantum = most / 2.0**POWER_BITS if most > 0 else 1.0
         self.quanta = np.rint(self.power / self.quantum).astype(np.uint32)
@@ -87,7 +93,7 @@ class Segments:
         """The segments of a mask or an index array, with the same quanta."""
         part = object.__new__(Segments)
         for name, value in vars(self).items():
-            single = name == "quantum" or value is None
+            single = name in ("quantum", "frame") or value is None
             setattr(part, name, value if single else np.ascontiguousarray(value[which]))
         return part
 
@@ -167,6 +173,9 @@ def trace(
         setattr(segments, name, value)
     segments.quantum = quantum
     segments.power = segments.quanta * quantum
+    segments.frame = flat.origin
+    if flat.origin.any():  # far from zero single precision would not hold them
+        segments.origin = segments.origin + flat.origin
     return segments
 
 

@@ -90,12 +90,12 @@ class Session:
         self.samples = Samples.on_vertices(scene) if samples is None else samples
         self.progress = progress
         self._flat = flatten(scene)
-        self._core: Any = core_session.make_core_session(scene, self._flat, self.samples, self._options)
+        self._core = core_session.make_core_session(scene, self._flat, self.samples, self._options)
         self._poses = {m.name: m.pose for m in scene.meshes if m.movable}
         self._removed: set[str] = set()
         self._factors = dict.fromkeys(self._flat.groups, 1.0)
         self._reflectances = {m.name: tuple(m.reflectance.tolist()) for m in scene.materials}
-        self._box = np.array(self._core.world(), np.float32)
+        self._box = self._core.world() + self._flat.origin
         self._edits = _core.EditList()
         self._calls = Calls()
         self._built_by: str | None = None  # the build that computed the light
@@ -120,8 +120,6 @@ class Session:
         raise OptionError(
             "session: it cannot be pickled or copied; save it to a file, and open that with Session.open"
         )
-
-    # ---- names --------------------------------------------------------------------------------
 
     def _object(self, name: str) -> int:
         return core_session.movable_index(self.scene, self._flat, name)
@@ -168,7 +166,7 @@ class Session:
         """
         index = self._object(name)
         matrix = rigid_pose(pose, f'move "{name}": pose')
-        self._queue("move", index, np.ascontiguousarray(matrix))
+        self._queue("move", index, core_session.core_pose(self.scene, self._flat, name, matrix))
         self._poses[name] = matrix
 
     @short_call
@@ -387,8 +385,7 @@ class Session:
         session = self._baked_session()
 
         def visible(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-            rows = (np.ascontiguousarray(array, np.float32) for array in (a, b))
-            return session.visible(*rows).astype(bool)
+            return session.visible(self._flat.points(a), self._flat.points(b)).astype(bool)
 
         slopes = self._gradient()[present] if gradients else None
         values = self._read()[0][present]
@@ -439,8 +436,13 @@ class Session:
         return dict(self._reflectances)
 
     @property
+    def origin(self) -> np.ndarray:
+        """(3,) float64: where the engine's coordinates begin; not zero in a scene far from there."""
+        return self._flat.origin.copy()
+
+    @property
     def box(self) -> np.ndarray:
-        """(2, 3) float32, lowest and highest corner: no move may take a mesh or its lights out of it."""
+        """(2, 3) float64, lowest and highest corner: no move may take a mesh or its lights out of it."""
         return self._box.copy()
 
     @property

@@ -147,12 +147,12 @@ def _adopt(session: Session, index: Fields) -> None:
         if name in session._poses:
             pose = np.eye(4)
             pose[:3, :3], pose[:3, 3] = poses[number, :3], poses[number, 3]
-            session._poses[name] = pose
+            session._poses[name] = session._flat.user_pose(name, pose)
         if not present[number]:
             session._removed.add(name)
     for name, number in session._flat.groups.items():
         session._factors[name] = float(factors[number])
-    session._box = np.array(core.world(), np.float32)
+    session._box = core.world() + session._flat.origin
     materials = session.scene.materials
     given = index.numbers("reflectances", len(materials), 3)
     used = np.frombuffer(state["reflectance"], np.float32).reshape(-1, 3)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from .display_mesh import DisplayMesh, Poses
+from .frame import scene_origin
 from .scene import Scene
 
 NOTHING = 0xFFFFFFFF
@@ -78,7 +79,8 @@ class Surfaces:
         self.normals = cross / np.maximum(np.linalg.norm(cross, axis=1, keepdims=True), 1e-300)
         used = self.points[display.triangles[present].ravel()]
         self.bounds = (used.min(axis=0), used.max(axis=0)) if len(used) else (np.zeros(3), np.ones(3))
-        vertices = self.points.astype(np.float32)
+        self._origin = scene_origin(scene.meshes)
+        vertices = (self.points - self._origin).astype(np.float32)
         self._casters = []
         for chosen in (present & ~display.reversed, present & display.reversed):
             numbers = np.flatnonzero(chosen)
@@ -100,7 +102,7 @@ class Surfaces:
 
     def _hits(self, numbers: np.ndarray, caster: Any, origins: np.ndarray, directions: np.ndarray) -> Hits:
         t, primitive, u, v = caster.intersect(
-            np.ascontiguousarray(origins, dtype=np.float32),
+            np.ascontiguousarray(origins - self._origin, dtype=np.float32),
             np.ascontiguousarray(directions, dtype=np.float32),
         )
         hit = primitive != NOTHING

@@ -31,7 +31,7 @@ def _disc_method(
     check_choice("segment_end", segment_end, SEGMENT_ENDS)
     check_discs(samples)
     segments = select_segments(segments, first_bounce, threads)
-    arrays = core_segments(segments), core_discs(samples)
+    arrays = core_segments(segments), core_discs(samples, segments)
     sums, stats = _core.disc_method(method, *arrays, segment_end, threads or 0, progress)
     return disc_estimate(segments, samples, sums, stats)
 

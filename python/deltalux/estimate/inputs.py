@@ -60,15 +60,23 @@ def _check_reach(samples: Samples, reach: np.ndarray) -> None:
 
 
 def core_segments(segments: Segments) -> _core.SegmentArrays:
-    """The same in the core."""
+    """The same in the core, from their frame on."""
+    origin = segments.origin if not segments.frame.any() else segments.origin - segments.frame
     return _core.SegmentArrays(
-        segments.origin, segments.direction, segments.length, segments.extended, segments.quanta
+        np.ascontiguousarray(origin, np.float32),
+        segments.direction,
+        segments.length,
+        segments.extended,
+        segments.quanta,
     )
 
 
-def core_discs(samples: Samples, radius: np.ndarray | None = None) -> _core.DiscSet:
-    """Samples as discs of the core; `radius` in place of their own."""
-    arrays = (samples.points, samples.normals, samples.radius if radius is None else radius)
+def core_discs(
+    samples: Samples, segments: Segments | None = None, radius: np.ndarray | None = None
+) -> _core.DiscSet:
+    """Samples as discs of the core, in the frame of `segments`; `radius` in place of their own."""
+    points = samples.points if segments is None else samples.points - segments.frame
+    arrays = (points, samples.normals, samples.radius if radius is None else radius)
     return _core.DiscSet(*(np.ascontiguousarray(array, np.float32) for array in arrays))
 
 

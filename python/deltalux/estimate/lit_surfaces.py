@@ -67,5 +67,9 @@ def core_hits(segments: Segments) -> _core.SegmentArrays:
     if segments.primitive is not None:  # traced ones that leave the scene end at its border
         length = np.where(segments.primitive == NOTHING, np.float32(np.inf), length)
     return _core.SegmentArrays(
-        segments.origin, segments.direction, length, segments.extended, segments.quanta
+        np.ascontiguousarray(segments.origin, np.float32),
+        segments.direction,
+        length,
+        segments.extended,
+        segments.quanta,
     )

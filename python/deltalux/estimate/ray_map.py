@@ -89,12 +89,13 @@ def ray_map(
             raise OptionError(f'k: found {k!r}, expected None with metric "disc", which counts by area')
         check_discs(samples)
         found = _core.ray_map_sums(
-            core_segments(segments), core_discs(samples), segment_end, *options, progress
+            core_segments(segments), core_discs(samples, segments), segment_end, *options, progress
         )
         return disc_estimate(segments, samples, *found)
     k = _check_integer("k", k, 2 if unbiased else 1)
     check_world_points(samples)
-    points, normals = (np.ascontiguousarray(a, np.float32) for a in (samples.points, samples.normals))
+    points = np.ascontiguousarray(samples.points - segments.frame, np.float32)
+    normals = np.ascontiguousarray(samples.normals, np.float32)
     arrays = core_segments(segments), points, normals
     quanta, stats = _core.ray_map_nearest(*arrays, segment_end, metric, k, bool(unbiased), *options, progress)
     return Estimate(quanta * segments.quantum, None, segments.quantum, stats)

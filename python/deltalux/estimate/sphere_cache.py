@@ -91,7 +91,7 @@ def sphere_cache(
     segments = select_segments(segments, first_bounce, threads)
     sums, stats = _core.sphere_cache(
         core_segments(segments),
-        core_discs(samples),
+        core_discs(samples, segments),
         segment_end,
         ratio,
         min_rays,

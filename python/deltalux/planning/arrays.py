@@ -88,7 +88,7 @@ def predict(
     outer = 0.0
     if "sphere_cache" in methods:  # of all segments: a single one that goes far can set it
         outer = _core.enclosing_radius(core_segments(segments), segment_end, samples.radius.max())
-    pilot = _core.Pilot(core_discs(samples), segment_end, threads or 0)
+    pilot = _core.Pilot(core_discs(samples, segments), segment_end, threads or 0)
     total, discs = float(len(segments)), float(len(samples))
     costs = {}
     for method in methods:

@@ -104,7 +104,7 @@ def hybrid_estimate(
     check_threads(threads)
     if len(segments) < divisor:
         raise OptionError(f"divisor: found {divisor}, expected at most the {len(segments)} segments")
-    arrays, discs = core_segments(segments), core_discs(samples)
+    arrays, discs = core_segments(segments), core_discs(samples, segments)
     outer = outer_radius(outer_sphere) or _core.enclosing_radius(arrays, segment_end, samples.radius.max())
     pilot = _core.sphere_cache_upper(
         core_segments(segments.select(slice(divisor // 2, None, divisor))),

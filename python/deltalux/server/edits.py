@@ -9,7 +9,6 @@ from typing import Literal
 import numpy as np
 
 from deltalux.errors import OptionError
-from deltalux.scene import Scene
 from deltalux.session import Session
 
 Kind = Literal["pose", "present", "factor", "reflectance"]
@@ -74,12 +73,14 @@ class Reach:
     """
 
     def __init__(self, session: Session) -> None:
-        self._low, self._high = session.box
-        self._points = {name: _points_of(session.scene, name) for name in session.poses}
+        self._origin = session.origin
+        self._low, self._high = (session.box - self._origin).astype(np.float32)
+        self._points = {name: _points_of(session, name) for name in session.poses}
 
     def check(self, name: str, pose: np.ndarray) -> None:
         """Raise OptionError where `pose` takes the object `name` out of the box."""
-        points = (self._points[name] @ pose[:3, :3].T + pose[:3, 3]).astype(np.float32)
+        world = self._points[name] @ pose[:3, :3].T + pose[:3, 3]
+        points = (world - self._origin).astype(np.float32)
         if (points < self._low).any() or (points > self._high).any():
             raise OptionError(
                 f'move "{name}": it would leave the box that the session was made for (the scene\'s bounds); '
@@ -87,9 +88,9 @@ class Reach:
             )
 
 
-def _points_of(scene: Scene, name: str) -> np.ndarray:
-    """Vertices of a movable and the places of its lights, local."""
-    mesh = scene.mesh(name)
-    lights = [light.position for light in scene.lights
+def _points_of(session: Session, name: str) -> np.ndarray:
+    """Vertices of a movable and the places of its lights and samples, local."""
+    lights = [light.position for light in session.scene.lights
               if light.attached_to == name and hasattr(light, "position")]  # fmt: skip
-    return np.concatenate([mesh.vertices, np.reshape(lights, (-1, 3))]).astype(np.float32)
+    samples = session.samples.points[session.samples.attached == name]
+    return np.concatenate([session.scene.mesh(name).vertices, np.reshape(lights, (-1, 3)), samples])

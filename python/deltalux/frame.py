@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where the core's coordinates begin: near the geometry, since single precision has 24 bits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from .errors import SceneError
+
+FAR = 2.0  # radii from the origin: the scene gets an origin of its own
+FAR_LOCAL = 256.0  # the same of a movable's own space
+MOST_VERTICES = 100_000  # that tell where the middle is
+SLACK = 2.0**-19  # by which rays stay off surfaces, of the distance from the origin; see the core
+COARSE = 0.01  # of a mesh's size: more slack than this is told
+TOO_COARSE = 0.5  # and this is refused
+
+
+def scene_origin(meshes: Sequence[Any]) -> np.ndarray:
+    """(3,) float64: the middle of what has most vertices where that is far from zero, else zero.
+
+    A function of the static meshes (of the first mesh where there are none), which edits leave alone.
+    """
+    static = [m for m in meshes if not m.movable and len(m.vertices)] or list(meshes[:1])
+    points = [m.world_vertices for m in static if len(m.vertices)]
+    return _far_middle(np.concatenate(points), FAR) if points else np.zeros(3)
+
+
+def local_origin(mesh: Any) -> np.ndarray:
+    """(3,) float64: the middle of a movable's vertices where that is far from its own zero, else zero."""
+    if not mesh.movable or not len(mesh.vertices):
+        return np.zeros(3)
+    return _far_middle(mesh.vertices, FAR_LOCAL)
+
+
+def _far_middle(points: np.ndarray, far: float) -> np.ndarray:
+    some = points[:: max(1, len(points) // MOST_VERTICES)]
+    middle = np.median(some, axis=0)
+    radius = np.quantile(np.abs(some - middle).max(axis=1), 0.9)
+    if np.abs(middle).max() <= far * radius:
+        return np.zeros(3)
+    return middle.astype(np.float32).astype(np.float64)  # few digits: poses come back without rounding
+
+
+def check_places(meshes: Sequence[Any]) -> list[str]:
+    """Warnings about meshes that lie so far out that little is left of their shape.
+
+    Raises
+    ------
+    SceneError
+        Where nothing is left of it.
+    """
+    found: list[str] = []
+    if not meshes:
+        return found
+    origin = scene_origin(meshes)
+    for mesh in meshes:
+        slack, size = place_slack(mesh, mesh.pose, origin)
+        if slack <= COARSE * size:
+            continue
+        text = (
+            f'mesh "{mesh.name}": it lies {slack / SLACK:.3g} m from the middle of the scene, where single '
+            f"precision holds places to {slack:.2g} m, and is {size:.2g} m large"
+        )
+        if slack > TOO_COARSE * size:
+            raise SceneError(f"{text}; expected a scene whose parts lie closer together: split it")
+        found.append(f"{text}; light beside it is coarse")
+    return found
+
+
+def place_slack(mesh: Any, pose: np.ndarray, origin: np.ndarray) -> tuple[float, float]:
+    """By how much rays miss `mesh` at `pose`, and its size, both in metres; without area, 0 and 0."""
+    if not len(mesh.triangles) or not (size := float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))):
+        return 0.0, 0.0
+    centre = pose[:3, :3] @ (0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))) + pose[:3, 3]
+    # Large meshes reach to the middle themselves.
+    return SLACK * max(0.0, float(np.abs(centre - origin).max()) - size), size
