@@ -6,59 +6,11 @@
 #include <tbb/global_control.h>
 
 #include "base/error.h"
-#include "direct_world.h"
 #include "memory_archive.h"
+#include "session_world.h"
 
 namespace deltalux::update {
 namespace {
-
-/// A room of 4 x 3 x 4 m with a lamp under the ceiling and a movable box.
-scene::Scene room() {
-  scene::Scene scene;
-  scene.materials = {{{0.7f, 0.6f, 0.5f}, {}, false}, {{}, {10, 8, 6}, false}};
-  scene::Object walls, block;
-  walls.name = "walls";
-  direct::add_box(walls, {4, 3, 4}, {0, 0, 0});  // turned inside out
-  direct::add_quad(walls, {1.5f, 2.9f, 1.5f}, {1, 0, 0}, {0, 0, 1}, 1);
-  block.name = "block";
-  block.movable = true;
-  direct::add_box(block, {-0.3f, -0.3f, -0.3f}, {0.3f, 0.3f, 0.3f});
-  block.pose.translation = {1, 0.5, 1};
-  scene.objects = {walls, block};
-  scene.finish();
-  return scene;
-}
-
-samples::SampleSet some_samples() {
-  samples::SampleSet set;
-  for (int i = 0; i < 64; ++i) {
-    set.point.push_back({0.25f + 0.5f * float(i % 8), 0, 0.25f + 0.5f * float(i / 8)});
-    set.normal.push_back({0, 1, 0});
-    set.attached.push_back(scene::kNone);
-  }
-  for (int i = 0; i < 4; ++i) {
-    set.point.push_back({-0.2f + 0.1f * float(i), 0.3f, 0});
-    set.normal.push_back({0, 1, 0});
-    set.attached.push_back(1);
-  }
-  set.radius.assign(set.point.size(), 0.2f);
-  return set;
-}
-
-Options options(int threads, DirectMode direct, segments::SegmentEnd end) {
-  Options out;
-  out.paths = 4000;
-  out.threads = threads;
-  out.direct = direct;
-  out.segment_end = end;
-  return out;
-}
-
-Pose at(double x, double z) {
-  Pose pose;
-  pose.translation = {x, 0.5, z};
-  return pose;
-}
 
 TEST(Session, UpdatesEqualARecompute) {
   for (const DirectMode direct : {DirectMode::paths, DirectMode::sampled})
@@ -67,16 +19,11 @@ TEST(Session, UpdatesEqualARecompute) {
       Session session(room(), some_samples(), options(2, direct, end));
       session.bake(progress);
       const auto baked = session.digest();
-      scene::Object lamp;
-      lamp.name = "second lamp";
-      lamp.movable = true;
-      direct::add_quad(lamp, {-0.2f, 0, -0.2f}, {0.4f, 0, 0}, {0, 0, 0.4f}, 1);
-      lamp.pose.translation = {3, 2, 3};
       const std::vector<std::vector<scene::Edit>> steps = {
           {scene::Move{1, at(2.5, 2)}},
           {scene::SetPresent{1, false}, scene::Dim{0, 0.5}},
           {scene::SetPresent{1, true}, scene::SetReflectance{0, {0.3f, 0.4f, 0.5f}}},
-          {scene::Insert{lamp}},
+          {scene::Insert{second_lamp()}},
           {scene::Move{2, at(1, 3)}, scene::Move{1, at(3, 1)}}};
       for (const auto& edits : steps) {
         session.update(edits, 0, progress);

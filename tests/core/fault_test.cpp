@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+// The k-th allocation, acceleration structure or look at the cancel flag fails, for every k of each
+// operation of a session: afterwards it is as before or after, and the next update is right.
+//
+// DELTALUX_FAULT_STEP=1 tries every k (minutes); otherwise some of them.
+#include "base/fault.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <functional>
+#include <new>
+
+#include "base/error.h"
+#include "memory_archive.h"
+#include "session_world.h"
+
+// Sanitizers bring allocators of their own.
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define DELTALUX_FAULTY_NEW
+
+namespace {
+std::atomic<int64_t> allocations_left = 0;  // 0 = all succeed
+
+void* allocate(std::size_t bytes, std::size_t alignment) {
+  if (allocations_left.load(std::memory_order_relaxed) > 0 && allocations_left.fetch_sub(1) == 1)
+    throw std::bad_alloc();
+  const std::size_t whole = (bytes + alignment - 1) / alignment * alignment;
+  void* memory = std::aligned_alloc(alignment, std::max(whole, alignment));
+  if (!memory) throw std::bad_alloc();
+  return memory;
+}
+}  // namespace
+
+void* operator new(std::size_t bytes) { return allocate(bytes, alignof(std::max_align_t)); }
+void* operator new(std::size_t bytes, std::align_val_t alignment) {
+  return allocate(bytes, std::size_t(alignment));
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+#endif
+
+namespace deltalux::update {
+namespace {
+
+using Digest = std::array<uint64_t, 4>;
+
+struct Operation {
+  const char* name;
+  std::function<void(Session&, Progress&)> run;
+};
+
+std::function<void(Session&, Progress&)> update_with(scene::Edit edit) {
+  return [edit](Session& session, Progress& progress) {
+    session.update(std::vector<scene::Edit>{edit}, 0, progress);
+  };
+}
+
+const std::vector<Operation>& operations() {
+  static const std::vector<Operation> all = {
+      {"bake", [](Session& s, Progress& p) { s.bake(p); }},
+      {"recompute", [](Session& s, Progress& p) { s.recompute(p); }},
+      {"move", update_with(scene::Move{1, at(2.5, 2)})},
+      {"remove", update_with(scene::SetPresent{1, false})},
+      {"dim", update_with(scene::Dim{0, 0.5})},
+      {"set_reflectance", update_with(scene::SetReflectance{0, {0.8f, 0.4f, 0.5f}})},
+      {"insert", update_with(scene::Insert{second_lamp()})},
+      {"save and open", [](Session& s, Progress& p) {
+         MemoryArchive archive(s.save());
+         Session opened(room(), some_samples(), s.state().options);
+         opened.restore(archive, p);
+       }}};
+  return all;
+}
+
+/// A kind of failure: how to have the k-th, and whether it has come.
+struct Fault {
+  const char* name;
+  std::function<void(int64_t)> arm;  // 0 = none
+  std::function<bool()> came;
+};
+
+const std::vector<Fault>& faults() {
+  using fault::Kind;
+  const auto counted = [](const char* name, Kind kind) {
+    return Fault{name, [kind](int64_t k) { fault::arm(kind, k); },
+                 [kind] { return fault::countdown[size_t(kind)].load() <= 0; }};
+  };
+  static const std::vector<Fault> all = {
+#ifdef DELTALUX_FAULTY_NEW
+      {"allocation", [](int64_t k) { allocations_left = k; },
+       [] { return allocations_left.load() <= 0; }},
+#endif
+      counted("acceleration structure", Kind::commit), counted("cancelled", Kind::cancel)};
+  return all;
+}
+
+int64_t step() {
+  const char* text = std::getenv("DELTALUX_FAULT_STEP");
+  return text ? std::max(1, std::atoi(text)) : 41;
+}
+
+Options small(int threads) {
+  Options out = options(threads, DirectMode::automatic, segments::SegmentEnd::first);
+  out.paths = 64;
+  return out;
+}
+
+/// Tries k = 1, 1 + step, ... until the operation needs fewer. Returns how many were tried.
+int64_t try_all(const Operation& operation, const Fault& fault, int threads) {
+  Progress progress;
+  Session first(room(), some_samples(), small(threads));
+  first.bake(progress);
+  const MemoryArchive baked(first.save());
+  const Digest before = first.digest();
+  operation.run(first, progress);
+  const Digest after = first.digest();
+  int64_t tried = 0;
+  for (int64_t k = 1;; k += step()) {
+    Session session(room(), some_samples(), small(threads));
+    MemoryArchive archive(baked);
+    session.restore(archive, progress);
+    bool failed = false;
+    fault.arm(k);
+    try {
+      operation.run(session, progress);
+    } catch (const std::bad_alloc&) {
+      failed = true;
+    } catch (const Error&) {
+      failed = true;
+    }
+    const bool came = fault.came();
+    fault.arm(0);
+    if (!came) return tried;
+    ++tried;
+    const std::string where =
+        std::string(operation.name) + ", " + fault.name + " " + std::to_string(k);
+    if (!failed) EXPECT_EQ(session.digest(), after) << where;
+    // A cancelled update has its edit, and the rest waits.
+    session.update({}, 0, progress);
+    const Digest now = session.digest();
+    EXPECT_TRUE(now == before || now == after) << where;
+    session.update(std::vector<scene::Edit>{scene::Move{1, at(1, 3)}}, 0, progress);
+    const Digest updated = session.digest();
+    session.recompute(progress);
+    EXPECT_EQ(session.digest(), updated) << where;
+    if (testing::Test::HasFailure()) return tried;
+  }
+}
+
+TEST(Faults, LeaveTheStateBeforeOrAfter) {
+  for (const int threads : {1, 2})
+    for (const Fault& fault : faults())
+      for (const Operation& operation : operations()) {
+        const int64_t tried = try_all(operation, fault, threads);
+        if (step() == 1)
+          printf("%-16s %-24s %d threads: %6lld\n", operation.name, fault.name, threads,
+                 static_cast<long long>(tried));
+        ASSERT_FALSE(HasFailure());
+      }
+}
+
+}  // namespace
+}  // namespace deltalux::update
