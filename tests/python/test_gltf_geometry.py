@@ -242,6 +242,44 @@ def test_only_the_default_scene_is_loaded(tmp_path):
     assert "2 scenes: only the default one is loaded" in scene.warnings
 
 
+LISTED = "the scene lists nodes that are children of others: each stands once, below its parent"
+
+
+@pytest.mark.parametrize("listed", [[0, 1, 2], [2, 1, 0], [1, 0, 1], [2, 0]])
+def test_children_that_the_scene_lists_stand_once_below_their_parent(tmp_path, listed):
+    builder = GltfBuilder()
+    builder.node(children=[1], translation=[1, 0, 0], name="top")
+    builder.node(children=[2], translation=[0, 1, 0], name="middle", root=False)
+    builder.node(mesh=builder.quad(), translation=[0, 0, 1], name="square", root=False)
+    builder.json["scenes"][0]["nodes"] = listed
+    scene = load(builder, tmp_path)
+    (mesh,) = scene.meshes
+    np.testing.assert_array_equal(mesh.world_vertices[0], (1, 1, 1))
+    assert [node.name for node in scene.nodes] == ["top", "middle", "square"]
+    (warning,) = (w for w in scene.warnings if w.startswith(LISTED))
+    assert "(node " in warning
+
+
+def test_a_listed_child_whose_parent_is_not_in_the_scene_stands_without_it(tmp_path):
+    builder = GltfBuilder()
+    builder.node(children=[1], translation=[1, 0, 0], name="elsewhere", root=False)
+    builder.node(mesh=builder.quad(), translation=[0, 0, 1], name="square")
+    scene = load(builder, tmp_path)
+    np.testing.assert_array_equal(scene.meshes[0].world_vertices[0], (0, 0, 1))
+    assert any(w.startswith(LISTED) for w in scene.warnings)
+
+
+@pytest.mark.timeout(30)
+def test_a_long_chain_of_which_every_node_is_listed(tmp_path):
+    """Took time with the square of the length where each was followed to its root."""
+    builder = GltfBuilder()
+    count = 20_000
+    for k in range(count):
+        builder.node(children=[k + 1])
+    builder.node(mesh=builder.quad(), name="square")
+    assert len(load(builder, tmp_path).nodes) == count + 1
+
+
 def test_without_scenes_every_root_is_loaded(tmp_path):
     builder = GltfBuilder()
     child = builder.node(mesh=builder.quad(), translation=[0, 0, 1])

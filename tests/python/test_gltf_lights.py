@@ -67,6 +67,13 @@ def test_intensity_defaults_to_one_and_range_is_not_honoured(tmp_path):
     assert "the range of lights is not honoured (lamp)" in scene.warnings
 
 
+@pytest.mark.parametrize("value", [0, -1])
+def test_a_range_that_is_not_positive_is_refused(tmp_path, value):
+    text = rf'light "lamp": range: found {value}.0, expected a number above 0, or none at all'
+    with pytest.raises(dl.FormatError, match=text):
+        scene_with(tmp_path, type="point", range=value)
+
+
 @pytest.mark.parametrize(
     ("light_units", "point", "sun", "unit"),
     [

@@ -10,6 +10,13 @@ import deltalux as dl
 import numpy as np
 import pytest
 from builders.gltf import QUAD, QUAD_TRIANGLES, GltfBuilder
+from deltalux.io import decoder_process
+
+
+@pytest.fixture(autouse=True)
+def no_decoders(monkeypatch):
+    """The package without its extra for compressed geometry."""
+    monkeypatch.setattr(decoder_process, "find_spec", lambda name: None)
 
 
 def valid():
@@ -100,15 +107,15 @@ BROKEN_JSON = {
     "root out of range": (lambda j: j["scenes"][0].update(nodes=[3]), ["scenes[0].nodes: found 3"]),
     "node its own child": (
         lambda j: j["nodes"][0].update(children=[0]),
-        ["scenes[0].nodes: found node 0, which is its own ancestor (a cycle of 1 nodes)"],
+        ["scenes[0].nodes: found node 0, which is its own ancestor, expected nodes without cycles"],
     ),
     "cycle of three": (
         lambda j: j.update(nodes=[{"children": [1]}, {"children": [2]}, {"children": [0]}]),
-        ["found node 0, which is its own ancestor (a cycle of 3 nodes)"],
+        ["found node 0, which is its own ancestor"],
     ),
     "root below a cycle": (
         lambda j: j.update(nodes=[{}, {"children": [0, 2]}, {"children": [1]}]),
-        ["found node 0, which is a child of node 1"],
+        ["found node 1, which is its own ancestor"],
     ),
     "two parents": (
         lambda j: j.update(nodes=[{"children": [2]}, {"children": [2]}, {}]),
@@ -154,7 +161,7 @@ BROKEN_JSON = {
     ),
     "Draco": (
         lambda j: j.update(extensionsRequired=["KHR_draco_mesh_compression"]),
-        ["extension KHR_draco_mesh_compression: found compressed geometry", "without compression"],
+        ["extension KHR_draco_mesh_compression: found compressed geometry", "deltalux[compressed]"],
     ),
     "meshopt": (
         lambda j: j.update(extensionsRequired=["EXT_meshopt_compression"]),
@@ -180,7 +187,9 @@ def test_draco_that_is_not_declared_as_required(tmp_path):
     }
     for accessor in builder.json["accessors"]:
         del accessor["bufferView"]
-    refuse(builder.write(tmp_path), "data compressed by KHR_draco_mesh_compression only")
+    refuse(
+        builder.write(tmp_path), "data compressed by KHR_draco_mesh_compression only", "deltalux[compressed]"
+    )
 
 
 def test_meshopt_whose_fallback_has_no_data(tmp_path):
@@ -197,7 +206,7 @@ def test_optional_compression_beside_plain_data_is_a_warning(tmp_path):
     builder.use("EXT_meshopt_compression")
     builder.json["bufferViews"][0]["extensions"] = {"EXT_meshopt_compression": {"buffer": 0}}
     (warning,) = (w for w in dl.load(builder.write(tmp_path)).warnings if "meshopt" in w)
-    assert "the uncompressed data are read instead" in warning
+    assert "uncompressed data are read instead" in warning
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])

@@ -11,6 +11,7 @@ import numpy as np
 from deltalux.errors import SceneError
 from deltalux.scene import Mesh, Node, Scene, replace_scene
 
+from .decoder_process import DecoderProcess
 from .diagnostics import element
 from .gltf_accessors import Accessors
 from .gltf_buffers import Buffers
@@ -35,9 +36,10 @@ def load_gltf(path: Path, movable: Sequence[str] = (), light_units: str = "spec"
     document = read_document(path)
     nodes = place_nodes(document)
     ownership = assign_owners(nodes, movable, document.notes)
-    assembly = _Assembly(document, nodes, ownership, light_units)
-    assembly.check_size()
-    assembly.run()
+    with DecoderProcess() as decoder:
+        assembly = _Assembly(document, nodes, ownership, light_units, decoder)
+        assembly.check_size()
+        assembly.run()
     scene = Scene(
         assembly.meshes,
         assembly.materials.used,
@@ -58,13 +60,18 @@ class _Assembly:
     """Turns placed nodes into meshes, materials and lights."""
 
     def __init__(
-        self, document: Document, nodes: list[PlacedNode], ownership: Ownership, light_units: str
+        self,
+        document: Document,
+        nodes: list[PlacedNode],
+        ownership: Ownership,
+        light_units: str,
+        decoder: DecoderProcess,
     ) -> None:
-        buffers = Buffers(document)
+        buffers = Buffers(document, decoder)
         self.document = document
         self.nodes = nodes
         self.ownership = ownership
-        self.primitives = Primitives(document, Accessors(document, buffers))
+        self.primitives = Primitives(document, Accessors(document, buffers), buffers, decoder)
         self.materials = Materials(document, Textures(document, buffers))
         self.lights = Lights(document, light_units)
         self.meshes: list[Mesh] = []

@@ -47,11 +47,15 @@ class Accessors:
         self._buffers = buffers
         self._positions: dict[int, np.ndarray] = {}
 
+    def declared(self, index: int, where: str) -> int:
+        """Number of elements that the accessor claims, whose data are elsewhere."""
+        return self._describe(index, where).count
+
     def count(self, index: int, where: str) -> int:
         """Number of elements, after all bounds have been checked; allocates nothing of that size."""
         accessor = self._describe(index, where)
         if accessor.source.bufferView is not None:
-            self._base(accessor)
+            self._base_stride(accessor)
         elif accessor.count > MAX_UNBACKED_COUNT:
             raise malformed(
                 accessor.place,
@@ -70,27 +74,35 @@ class Accessors:
     def positions(self, index: int, where: str) -> np.ndarray:
         """(n, 3) float64; integers are read as KHR_mesh_quantization says."""
         if index not in self._positions:
-            accessor = self._describe(index, where)
-            self._expect(accessor, "VEC3", POSITION_COMPONENTS)
             self.count(index, where)
-            with np.errstate(invalid="ignore"):  # NaN is refused below, with its place
-                values = self._read(accessor).astype(np.float64)
-            if accessor.source.normalized and accessor.dtype.kind != "f":
-                values = np.maximum(values / np.iinfo(accessor.dtype).max, -1.0)
-            finite = np.isfinite(values).all(axis=1)
-            if not finite.all():
-                bad = int(np.argmin(finite))
-                raise malformed(accessor.place, f"{values[bad].tolist()} at vertex {bad}", "finite positions")
-            values.setflags(write=False)
-            self._positions[index] = values
+            self._positions[index] = self.positions_of(index, where, None)
         return self._positions[index]
+
+    def positions_of(self, index: int, where: str, decoded: np.ndarray | None) -> np.ndarray:
+        """(n, 3) float64 positions, of values `decoded` elsewhere or (None) of the accessor's own."""
+        accessor = self._describe(index, where)
+        self._expect(accessor, "VEC3", POSITION_COMPONENTS)
+        with np.errstate(invalid="ignore"):  # NaN is refused below, with its place
+            values = (self._read(accessor) if decoded is None else decoded).astype(np.float64)
+        if accessor.source.normalized and accessor.dtype.kind != "f":
+            values = np.maximum(values / np.iinfo(accessor.dtype).max, -1.0)
+        finite = np.isfinite(values).all(axis=1)
+        if not finite.all():
+            bad = int(np.argmin(finite))
+            raise malformed(accessor.place, f"{values[bad].tolist()} at vertex {bad}", "finite positions")
+        values.setflags(write=False)
+        return values
 
     def indices(self, index: int, where: str, vertex_count: int) -> np.ndarray:
         """(n,) int64, each below `vertex_count`."""
+        self.count(index, where)
+        return self.indices_of(index, where, None, vertex_count)
+
+    def indices_of(self, index: int, where: str, decoded: np.ndarray | None, vertex_count: int) -> np.ndarray:
+        """(n,) int64 below `vertex_count`, of values `decoded` elsewhere or (None) of the accessor's own."""
         accessor = self._describe(index, where)
         self._expect(accessor, "SCALAR", INDEX_COMPONENTS)
-        self.count(index, where)
-        values = self._read(accessor)[:, 0].astype(np.int64)
+        values = (self._read(accessor)[:, 0] if decoded is None else decoded).astype(np.int64)
         if values.size and values.max() >= vertex_count:
             raise malformed(
                 accessor.place,
@@ -139,6 +151,10 @@ class Accessors:
             accessor.place,
         )
 
+    def _base_stride(self, accessor: _Accessor) -> int:
+        source, size = accessor.source, accessor.dtype.itemsize * accessor.width
+        return self._stride(source.bufferView, source.byteOffset, size, accessor.count, accessor.place)
+
     def _sparse(self, accessor: _Accessor) -> tuple[np.ndarray, np.ndarray]:
         sparse, place = accessor.source.sparse, f"{accessor.place}.sparse"
         if sparse.count > accessor.count:
@@ -168,16 +184,19 @@ class Accessors:
         self, view_index: int, offset: int, dtype: np.dtype, width: int, count: int, place: str
     ) -> np.ndarray:
         """(count, width) array over the view's bytes; no copy."""
+        stride = self._stride(view_index, offset, dtype.itemsize * width, count, place)
+        if count == 0:
+            return np.zeros((0, width), dtype)
         data = self._buffers.view(view_index, f"{place}.bufferView")
-        size = dtype.itemsize * width
+        return np.ndarray((count, width), dtype, data, offset, (stride, dtype.itemsize))
+
+    def _stride(self, view_index: int, offset: int, size: int, count: int, place: str) -> int:
+        """Bytes from one element to the next, after the view's bounds have been checked."""
+        length = self._buffers.length(view_index, f"{place}.bufferView")
         stride = self._buffers.stride(view_index) or size
         if stride < size:
             raise malformed(f"bufferViews[{view_index}].byteStride", stride, f"at least {size}")
         end = offset + stride * (count - 1) + size if count else offset
-        if end > len(data):
-            raise malformed(
-                place, f"{count} elements up to byte {end}", f"at most the view's {len(data)} bytes"
-            )
-        if count == 0:
-            return np.zeros((0, width), dtype)
-        return np.ndarray((count, width), dtype, data, offset, (stride, dtype.itemsize))
+        if end > length:
+            raise malformed(place, f"{count} elements up to byte {end}", f"at most the view's {length} bytes")
+        return stride

@@ -6,33 +6,73 @@ from __future__ import annotations
 import base64
 import binascii
 from pathlib import Path
+from typing import Any
 from urllib.parse import unquote, unquote_to_bytes
 
+from .decoder_process import DecoderProcess
 from .diagnostics import element, malformed
 from .files import read_beside
-from .gltf_document import COMPRESSION, Document
+from .gltf_document import COMPRESSION, Document, compression_remedy
+from .gltf_meshopt import NAME as MESHOPT
+from .gltf_meshopt import meshopt_view
+from .scene_size import require_memory_for_decoding
 
 
 class Buffers:
-    """Reads buffers when they are first used, and keeps them."""
+    """Reads buffers, and decodes compressed views, when they are first used, and keeps them."""
 
-    def __init__(self, document: Document) -> None:
+    def __init__(self, document: Document, decoder: DecoderProcess) -> None:
         self._document = document
+        self._decoder = decoder
         self._loaded: dict[int, memoryview] = {}
+        self._decoded: dict[int, memoryview] = {}
+
+    def length(self, index: int, where: str) -> int:
+        """How many bytes a buffer view has, after its bounds have been checked; decodes nothing."""
+        view = element(self._document.gltf.bufferViews, index, where)
+        place = f"bufferViews[{index}]"
+        if self._is_compressed(view):
+            compressed = meshopt_view(view, place)
+            self._bytes(compressed.buffer, compressed.start, compressed.end, compressed.place, set())
+        else:
+            self._plain(view, place)
+        return view.byteLength
 
     def view(self, index: int, where: str) -> memoryview:
         """The bytes of a buffer view, without a copy."""
         view = element(self._document.gltf.bufferViews, index, where)
         place = f"bufferViews[{index}]"
-        data = self._buffer(view.buffer, f"{place}.buffer", set(view.extensions) & COMPRESSION)
-        start, end = view.byteOffset, view.byteOffset + view.byteLength
-        if end > len(data):
-            raise malformed(place, f"bytes {start} to {end}", f"at most the buffer's {len(data)} bytes")
-        return data[start:end]
+        if not self._is_compressed(view):
+            return self._plain(view, place)
+        if index not in self._decoded:
+            compressed = meshopt_view(view, place)
+            data = self._bytes(compressed.buffer, compressed.start, compressed.end, compressed.place, set())
+            require_memory_for_decoding(compressed.decoded + sum(map(len, self._decoded.values())))
+            self._decoded[index] = compressed.decode(data, self._decoder)
+        return self._decoded[index]
 
     def stride(self, index: int) -> int | None:
         """The view's byte stride, None where elements are packed."""
         return self._document.gltf.bufferViews[index].byteStride
+
+    def _is_compressed(self, view: Any) -> bool:
+        """Whether the view's bytes are to be had by decoding only; fallback buffers may hold them, too."""
+        if MESHOPT not in view.extensions or compression_remedy(MESHOPT):
+            return False
+        buffer = element(self._document.gltf.buffers, view.buffer, f"bufferViews.{MESHOPT}.buffer")
+        fallback = buffer.extensions.get(MESHOPT, {}).get("fallback", False)
+        has_data = view.buffer == 0 and self._document.blob is not None and not fallback
+        return buffer.uri is None and not has_data
+
+    def _plain(self, view: Any, place: str) -> memoryview:
+        start, end = view.byteOffset, view.byteOffset + view.byteLength
+        return self._bytes(view.buffer, start, end, place, set(view.extensions) & COMPRESSION)
+
+    def _bytes(self, buffer: int, start: int, end: int, place: str, compression: set[str]) -> memoryview:
+        data = self._buffer(buffer, f"{place}.buffer", compression)
+        if end > len(data):
+            raise malformed(place, f"bytes {start} to {end}", f"at most the buffer's {len(data)} bytes")
+        return data[start:end]
 
     def _buffer(self, index: int, where: str, compression: set[str]) -> memoryview:
         buffer = element(self._document.gltf.buffers, index, where)
@@ -44,9 +84,8 @@ class Buffers:
                 data = self._document.blob
             elif compression:
                 name = min(compression)
-                raise malformed(
-                    place, f"data compressed by {name} only", "plain data", "export without compression"
-                )
+                remedy = compression_remedy(name) or "repair or re-export the file"
+                raise malformed(place, f"data compressed by {name} only", "plain data", remedy)
             else:
                 raise malformed(place, "no data", "a uri, or the binary chunk of a GLB")
             if len(data) < buffer.byteLength:

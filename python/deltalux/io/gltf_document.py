@@ -11,6 +11,7 @@ from urllib.parse import unquote
 
 from deltalux.errors import FormatError
 
+from .decoder_process import PACKAGES, missing_package
 from .diagnostics import Notes, malformed
 from .gltf_container import read_container
 from .gltf_schema import GLTF
@@ -64,6 +65,11 @@ def read_document(path: Path) -> Document:
     return document
 
 
+def compression_remedy(name: str) -> str | None:
+    """What to do about data that extension `name` compressed, None where they can be decoded."""
+    return missing_package(name) if name in PACKAGES else "export the file without compression"
+
+
 def _check_version(root: dict[str, Any]) -> None:
     # Before the schema: a glTF 1.0 file is best told so, not that its nodes are no list.
     asset = root.get("asset")
@@ -76,12 +82,12 @@ def _check_version(root: dict[str, Any]) -> None:
 
 def _check_required(required: list[str]) -> None:
     for name in required:
-        if name in COMPRESSION:
+        if name in COMPRESSION and (remedy := compression_remedy(name)):
             raise FormatError(
-                f"extension {name}: found compressed geometry, which is not supported, expected plain "
-                "accessors; export the file without compression"
+                f"extension {name}: found compressed geometry, which is not supported here, expected plain "
+                f"accessors; {remedy}"
             )
-        if name not in HONOURED | APPEARANCE:
+        if name not in HONOURED | APPEARANCE | COMPRESSION:
             raise FormatError(
                 f'extension "{name}": the file requires it, but it is not supported; expected only '
                 f"{', '.join(sorted(HONOURED))} and material extensions; export the file without it"
@@ -92,7 +98,8 @@ def _note_unhonoured(document: Document) -> None:
     gltf, notes = document.gltf, document.notes
     for name in sorted({*gltf.extensionsUsed, *gltf.extensionsRequired} - HONOURED):
         if name in COMPRESSION:
-            notes.add(f"extension {name} is present but not honoured: the uncompressed data are read instead")
+            if compression_remedy(name):
+                notes.add(f"extension {name} is present but not honoured: uncompressed data are read instead")
         else:
             notes.add(f"extension {name} is present but not honoured")
     if gltf.animations:

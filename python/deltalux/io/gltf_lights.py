@@ -72,6 +72,8 @@ class Lights:
                 f"{place} {reference['light']}: colour x intensity", colour.tolist(), "no negative channel"
             )
         if "range" in source:
+            if not source["range"] > 0:
+                raise malformed(f'light "{name}": range', source["range"], "a number above 0, or none at all")
             self._document.notes.add("the range of lights is not honoured", name)
         self.found.append(self._make(source, name, group, colour, matrix, attached_to))
 

@@ -85,24 +85,38 @@ def _roots(document: Document, parents: list[int]) -> list[int]:
         document.notes.add(f"{len(gltf.scenes)} scenes and no default: the first is loaded")
     elif len(gltf.scenes) > 1:
         document.notes.add(f"{len(gltf.scenes)} scenes: only the default one is loaded")
+    place = f"scenes[{index}].nodes"
     for root in scene.nodes:
-        element(gltf.nodes, root, f"scenes[{index}].nodes")
+        element(gltf.nodes, root, place)
         if parents[root] >= 0:
-            raise malformed(
-                f"scenes[{index}].nodes", f"node {root}, {_ancestry(root, parents)}", "nodes without a parent"
+            document.notes.add(
+                "the scene lists nodes that are children of others: each stands once, below its parent where "
+                "that is in the scene too",
+                f"node {root}",
             )
-    return list(dict.fromkeys(scene.nodes))
+    return _topmost(scene.nodes, parents, place)
 
 
-def _ancestry(node: int, parents: list[int]) -> str:
-    chain = [node]
-    while (parent := parents[chain[-1]]) >= 0:
-        if parent == node:
-            return f"which is its own ancestor (a cycle of {len(chain)} nodes)"
-        if len(chain) > len(parents):
-            break
-        chain.append(parent)
-    return f"which is a child of node {parents[node]}"
+def _topmost(listed: list[int], parents: list[int], place: str) -> list[int]:
+    """The listed nodes that are below no other listed one.
+
+    The specification wants roots only, and Khronos' validator says so (SCENE_NON_ROOT_NODE). Exporters list
+    all nodes all the same; viewers open such files, and those that show each node twice are wrong.
+    """
+    wanted = set(listed)
+    top: dict[int, int] = {-1: -1}  # of each node that was met: the topmost listed one above it, or itself
+    for node in listed:
+        chain: dict[int, None] = {}
+        while node not in top:
+            if node in chain:
+                raise malformed(place, f"node {node}, which is its own ancestor", "nodes without cycles")
+            chain[node] = None
+            node = parents[node]
+        found = top[node]
+        for below in reversed(chain):
+            found = below if found < 0 and below in wanted else found
+            top[below] = found
+    return list(dict.fromkeys(top[node] for node in listed))
 
 
 def _depth_first(nodes: list[Any], roots: list[int]) -> list[int]:

@@ -8,9 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from .decoder_process import DecoderProcess
 from .diagnostics import element, malformed
 from .gltf_accessors import Accessors
-from .gltf_document import COMPRESSION, Document
+from .gltf_buffers import Buffers
+from .gltf_document import COMPRESSION, Document, compression_remedy
+from .gltf_draco import NAME as DRACO
+from .gltf_draco import DracoPrimitives
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
 NO_TRIANGLES = {0: "points", 1: "lines", 2: "lines", 3: "lines"}
@@ -39,19 +43,19 @@ class Surface:
 class Primitives:
     """Reads each glTF mesh once."""
 
-    def __init__(self, document: Document, accessors: Accessors) -> None:
+    def __init__(
+        self, document: Document, accessors: Accessors, buffers: Buffers, decoder: DecoderProcess
+    ) -> None:
         self._document = document
         self._accessors = accessors
+        self._draco = DracoPrimitives(accessors, buffers, decoder)
         self._surfaces: dict[int, Surface] = {}
 
     def size(self, mesh: int) -> tuple[int, int]:
         """Triangles and at most how many vertices the mesh has; reads no array."""
         triangles = vertices = 0
         for place, primitive in self._triangle_primitives(mesh):
-            count = self._accessors.count(primitive.attributes.POSITION, f"{place}.attributes.POSITION")
-            corners = count
-            if primitive.indices is not None:
-                corners = self._accessors.count(primitive.indices, f"{place}.indices")
+            corners, count = self._declared(place, primitive)
             own = corners // 3 if primitive.mode == TRIANGLES else max(corners - 2, 0)
             triangles += own
             vertices += min(count, 3 * own)
@@ -86,18 +90,37 @@ class Primitives:
                 raise malformed(f"{place}.attributes", "no POSITION", "it to be there")
             if primitive.material is not None:
                 element(self._document.gltf.materials, primitive.material, f"{place}.material")
-            self._refuse_compressed(place, primitive)
             found.append((place, primitive))
         return found
 
-    def _refuse_compressed(self, place: str, primitive: Any) -> None:
+    def _declared(self, place: str, primitive: Any) -> tuple[int, int]:
+        """Corners and vertices."""
+        if self._is_compressed(place, primitive):
+            return self._draco.size(primitive, place)
+        count = self._accessors.count(primitive.attributes.POSITION, f"{place}.attributes.POSITION")
+        if primitive.indices is None:
+            return count, count
+        return self._accessors.count(primitive.indices, f"{place}.indices"), count
+
+    def _is_compressed(self, place: str, primitive: Any) -> bool:
+        """Whether the data are to be had by decoding only, which must then be possible."""
         compressed = set(primitive.extensions) & COMPRESSION
         position = primitive.attributes.POSITION
-        if compressed and not self._accessors.has_data(position, f"{place}.attributes.POSITION"):
-            name = min(compressed)
-            raise malformed(
-                place, f"data compressed by {name} only", "plain accessors", "export without compression"
-            )
+        if not compressed or self._accessors.has_data(position, f"{place}.attributes.POSITION"):
+            return False
+        name = min(compressed)
+        if remedy := compression_remedy(name):
+            raise malformed(place, f"data compressed by {name} only", "plain accessors", remedy)
+        return name == DRACO
+
+    def _corners(self, place: str, primitive: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Positions, and the corners of the list, strip or fan."""
+        if self._is_compressed(place, primitive):
+            return self._draco.read(primitive, place)
+        points = self._accessors.positions(primitive.attributes.POSITION, f"{place}.attributes.POSITION")
+        if primitive.indices is None:
+            return points, np.arange(len(points), dtype=np.int64)
+        return points, self._accessors.indices(primitive.indices, f"{place}.indices", len(points))
 
     def _read(self, mesh: int) -> Surface:
         vertices, triangles, materials = (
@@ -107,11 +130,7 @@ class Primitives:
         )
         offset = 0
         for place, primitive in self._triangle_primitives(mesh):
-            points = self._accessors.positions(primitive.attributes.POSITION, f"{place}.attributes.POSITION")
-            if primitive.indices is None:
-                corners = np.arange(len(points), dtype=np.int64)
-            else:
-                corners = self._accessors.indices(primitive.indices, f"{place}.indices", len(points))
+            points, corners = self._corners(place, primitive)
             own = _assemble(corners, primitive.mode, place)
             used, own = _compact(own, len(points))
             vertices.append(points if used is None else points[used])

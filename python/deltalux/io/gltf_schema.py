@@ -157,9 +157,15 @@ _ACCESSOR = record(
     make=gl.Accessor,
 )
 
+_RANGE: dict[str, Check] = dict.fromkeys(("buffer", "byteOffset", "byteLength", "byteStride"), integer)
+
+# What the compressed data need is checked where they are used: a file may hold plain data beside them.
+_MESHOPT_VIEW = record({**_RANGE, "count": integer, "mode": text, "filter": text})
+
 _BUFFER_VIEW = record(
-    {"buffer": integer, "byteOffset": integer, "byteLength": integer, "byteStride": integer},
+    _RANGE,
     required=("buffer", "byteLength"),
+    extensions={"EXT_meshopt_compression": _MESHOPT_VIEW},
     make=gl.BufferView,
 )
 
@@ -197,6 +203,7 @@ _PRIMITIVE = record(
         "targets": list_of(present),
     },
     required=("attributes",),
+    extensions={"KHR_draco_mesh_compression": record({"bufferView": integer, "attributes": _attributes})},
     make=gl.Primitive,
 )
 
@@ -261,7 +268,12 @@ GLTF = record(
         "accessors": list_of(_ACCESSOR),
         "bufferViews": list_of(_BUFFER_VIEW),
         "buffers": list_of(
-            record({"uri": text, "byteLength": integer}, required=("byteLength",), make=gl.Buffer)
+            record(
+                {"uri": text, "byteLength": integer},
+                required=("byteLength",),
+                extensions={"EXT_meshopt_compression": record({"fallback": boolean})},
+                make=gl.Buffer,
+            )
         ),
         "cameras": list_of(_CAMERA),
         "skins": list_of(present),

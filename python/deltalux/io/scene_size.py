@@ -24,6 +24,11 @@ def require_memory_for_json(size: int) -> None:
     _require(size * BYTES_PER_JSON_BYTE, f"JSON: found {size:,} bytes of text")
 
 
+def require_memory_for_decoding(size: int) -> None:
+    """Raise SceneError where that many bytes of decoded buffer views would not fit into memory."""
+    _require(2 * size, f"compressed buffer views: found {size:,} bytes once decoded")
+
+
 def _require(needed: int, found: str) -> None:
     free = available_memory()
     if 0 < free < needed:  # 0 = unknown

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The process that `decoder_process` starts: reads jobs from stdin, writes decoded bytes to stdout.
+
+It runs as a script, so that a job starts without the rest of the package; see `decoder_process` for why the
+decoders of foreign projects have a process of their own.
+"""
+
+from __future__ import annotations
+
+import json
+import resource
+import struct
+import sys
+from typing import Any, BinaryIO
+
+import numpy as np
+
+LENGTH = struct.Struct("<Q")
+FILTERS = {
+    "OCTAHEDRAL": "decode_filter_oct",
+    "QUATERNION": "decode_filter_quat",
+    "EXPONENTIAL": "decode_filter_exp",
+}
+
+
+def draco(data: bytes, job: dict[str, Any]) -> list[np.ndarray]:
+    """Triangles (m, 3), and the attribute `position` (n, 3)."""
+    import DracoPy
+
+    mesh = DracoPy.decode(data)
+    if not isinstance(mesh, DracoPy.DracoMesh):
+        raise ValueError("a point cloud")
+    for attribute in mesh.attributes:
+        if attribute["unique_id"] == job["position"]:
+            return [np.asarray(mesh.faces).reshape(-1, 3), np.asarray(attribute["data"])]
+    raise ValueError(f"no attribute {job['position']}")
+
+
+def meshopt(data: bytes, job: dict[str, Any]) -> list[np.ndarray]:
+    """The bytes of one buffer view."""
+    import meshoptimizer
+
+    count, size = job["count"], job["stride"]
+    if job["mode"] == "ATTRIBUTES":
+        values = meshoptimizer.decode_vertex_buffer(count, size, data).view(np.uint8).ravel()
+        if job["filter"] in FILTERS:
+            values = getattr(meshoptimizer, FILTERS[job["filter"]])(values, count, size)
+    else:
+        triangles = job["mode"] == "TRIANGLES"
+        name = "decode_index_buffer" if triangles else "decode_index_sequence"
+        values = getattr(meshoptimizer, name)(count, size, data).view(np.uint8)
+    return [values[: count * size]]
+
+
+def limit_memory(more: int) -> None:
+    """Let this process take `more` bytes beyond what it has."""
+    with open("/proc/self/statm") as file:  # noqa: PTH123, pathlib would load slower than all of this
+        now = int(file.read().split()[0]) * resource.getpagesize()
+    most = resource.getrlimit(resource.RLIMIT_AS)[1]
+    wanted = now + more if most == resource.RLIM_INFINITY else min(now + more, most)
+    resource.setrlimit(resource.RLIMIT_AS, (wanted, most))
+
+
+def read(stream: BinaryIO) -> bytes:
+    """One message; empty at the end."""
+    head = stream.read(LENGTH.size)
+    return stream.read(LENGTH.unpack(head)[0]) if head else b""
+
+
+def write(stream: BinaryIO, *parts: bytes) -> None:
+    """Several messages."""
+    for part in parts:
+        stream.write(LENGTH.pack(len(part)) + part)
+    stream.flush()
+
+
+def serve(jobs: BinaryIO, results: BinaryIO) -> None:
+    """Answer jobs until there are no more: a description as JSON, then the arrays that it names."""
+    for module in ("DracoPy", "meshoptimizer"):  # before any memory is limited
+        try:
+            __import__(module)
+        except ImportError:
+            continue
+    while description := read(jobs):
+        job, data = json.loads(description), read(jobs)
+        try:
+            limit_memory(job["memory"])
+            arrays = {"draco": draco, "meshopt": meshopt}[job["codec"]](data, job)
+            shapes = [[str(array.dtype), list(array.shape)] for array in arrays]
+            write(results, json.dumps({"arrays": shapes}).encode(), *(a.tobytes() for a in arrays))
+        except Exception as error:  # whatever a decoder meets in a broken file
+            write(results, json.dumps({"error": f"{type(error).__name__}: {error}"[:200]}).encode())
+
+
+if __name__ == "__main__":
+    serve(sys.stdin.buffer, sys.stdout.buffer)

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: Apache-2.0
+"""KHR_draco_mesh_compression: triangles and positions of one primitive, as its accessors declare them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .decoder_process import DecoderProcess
+from .diagnostics import malformed
+from .gltf_accessors import Accessors
+from .gltf_buffers import Buffers
+
+NAME = "KHR_draco_mesh_compression"
+TRIANGLES = 4
+
+
+class DracoPrimitives:
+    """Decodes primitives whose accessors have no data of their own."""
+
+    def __init__(self, accessors: Accessors, buffers: Buffers, decoder: DecoderProcess) -> None:
+        self._accessors = accessors
+        self._buffers = buffers
+        self._decoder = decoder
+
+    def size(self, primitive: Any, place: str) -> tuple[int, int]:
+        """Corners and vertices that the accessors declare; decodes nothing."""
+        if primitive.mode != TRIANGLES or primitive.indices is None:
+            raise malformed(place, f"compressed data, mode {primitive.mode}", "indexed triangles, mode 4")
+        source, where = primitive.extensions[NAME], f"{place}.extensions.{NAME}"
+        for key in ("bufferView", "attributes"):
+            if key not in source:
+                raise malformed(where, f'no "{key}"', "it to be there")
+        if source["attributes"].POSITION is None:
+            raise malformed(f"{where}.attributes", "no POSITION", "it to be there")
+        corners = self._accessors.declared(primitive.indices, f"{place}.indices")
+        return corners, self._accessors.declared(
+            primitive.attributes.POSITION, f"{place}.attributes.POSITION"
+        )
+
+    def read(self, primitive: Any, place: str) -> tuple[np.ndarray, np.ndarray]:
+        """Positions (n, 3) and corners (k,), of which there are as many as declared."""
+        source, where = primitive.extensions[NAME], f"{place}.extensions.{NAME}"
+        declared = self.size(primitive, place)
+        data = self._buffers.view(source["bufferView"], f"{where}.bufferView")
+        job = {"codec": "draco", "position": source["attributes"].POSITION}
+        triangles, points = self._decoder.decode(data, sum(declared), where, **job)
+        if (triangles.size, *points.shape) != (*declared, 3):
+            raise malformed(
+                where,
+                f"{len(triangles)} triangles and positions of shape {points.shape}",
+                f"{declared[0] // 3} triangles and {declared[1]} vertices as its accessors declare",
+            )
+        points = self._accessors.positions_of(
+            primitive.attributes.POSITION, f"{place}.attributes.POSITION", points
+        )
+        corners = self._accessors.indices_of(
+            primitive.indices, f"{place}.indices", triangles.ravel(), len(points)
+        )
+        return points, corners
