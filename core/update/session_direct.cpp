@@ -105,8 +105,7 @@ void Session::update_direct(std::span<const ObjectChange> changes, size_t old_li
 void Session::restore_direct(ArchiveSource& archive) {
   const State& s = *state_;
   const auto quantum = archive.read_all<double>("direct.quantum", 1);
-  snapshot::check_range("direct.quantum", quantum, snapshot::kLeastQuantum,
-                        snapshot::kMostQuantum);
+  snapshot::check_range("direct.quantum", quantum, snapshot::kLeastQuantum, snapshot::kMostQuantum);
   state_->irradiance_quantum = quantum[0];
   auto fresh = std::make_unique<direct::DirectLight>(s.samples.size(), s.scene.group_count,
                                                      quantum[0], s.options.seed);

@@ -12,7 +12,7 @@ from .clearance import cleared
 from .display_mesh import BOTH, DisplayMesh, refine
 from .errors import OptionError
 from .lit_sides import lit_sides
-from .scene import Scene
+from .scene import Scene, unit_vectors
 
 SIDES = ("auto", "front", "both")
 
@@ -64,7 +64,7 @@ class Samples:
             raise OptionError(
                 f"samples: normals: found zero at row {np.argmin(lengths)}, expected a direction"
             )
-        self.normals = self.normals / lengths
+        self.normals = unit_vectors(self.normals)
         self.radius = _radius(radius, count)
         self.attached = _attached(attached_to, count)
         self.display: DisplayMesh | None = None

@@ -34,6 +34,12 @@ def _frozen_array(values: Any, dtype: Any, shape: tuple[int, ...], what: str) ->
     return array
 
 
+def unit_vectors(vectors: np.ndarray) -> np.ndarray:
+    """Vectors (..., 3) scaled to length 1, whose bits do not change when that is done again."""
+    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.where(np.abs(lengths - 1) <= 4 * np.finfo(np.float64).eps, vectors, vectors / lengths)
+
+
 def rigid_pose(pose: Any, what: str = "pose") -> np.ndarray:
     """Check that `pose` is a rigid 4x4 matrix (local to world, column vectors)."""
     try:
@@ -163,10 +169,9 @@ class _PunctualLight:
             if key in ("intensity", "irradiance") and (array < 0).any():
                 raise SceneError(f"{what}: found {array}, expected no negative channel")
             if key == "direction":
-                length = np.linalg.norm(array)
-                if length == 0:
+                if not array.any():
                     raise SceneError(f"{what}: found a zero vector, expected a direction")
-                array = array / length
+                array = unit_vectors(array)
                 array.setflags(write=False)
             object.__setattr__(self, key, array)
 
