@@ -103,6 +103,24 @@ def test_threads_that_write_one_path_all_succeed(tmp_path):
 
 
 @pytest.mark.usefixtures("either_way")
+def test_processes_that_write_one_path_all_succeed(tmp_path):
+    path, children = tmp_path / "a", []
+    for number in range(3):
+        children.append(os.fork())
+        if children[-1] == 0:
+            try:
+                for _ in range(30):
+                    put(path, bytes([number]) * 300_000)
+                os._exit(0)
+            finally:
+                os._exit(1)
+    assert [os.waitpid(child, 0)[1] for child in children] == [0, 0, 0]
+    content = path.read_bytes()
+    assert (len(content), len(set(content))) == (300_000, 1)
+    assert names(tmp_path) == ["a"]
+
+
+@pytest.mark.usefixtures("either_way")
 def test_links_are_replaced_not_followed(tmp_path):
     (tmp_path / "other").write_bytes(b"other")
     (tmp_path / "a").symlink_to("other")
