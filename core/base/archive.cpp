@@ -31,9 +31,9 @@ void ArchiveView::read(const std::string& name, size_t offset, std::span<std::by
   if (offset > from.bytes || to.size() > from.bytes - offset)
     throw OptionError("archive: array \"" + name + "\" is shorter than that");
   if (to.empty()) return;
-  size_t piece = size_t(std::upper_bound(from.begin.begin(), from.begin.end(), offset) -
-                        from.begin.begin()) -
-                 1;
+  size_t piece =
+      size_t(std::upper_bound(from.begin.begin(), from.begin.end(), offset) - from.begin.begin()) -
+      1;
   size_t skip = offset - from.begin[piece];
   for (; !to.empty(); ++piece, skip = 0) {
     const std::span<const std::byte> rest = from.pieces[piece].subspan(skip);

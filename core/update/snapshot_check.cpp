@@ -47,9 +47,10 @@ void check_radii(std::span<const float> radius, std::span<const float> given, co
   const float most = world.diagonal();
   for (size_t i = 0; i < radius.size(); ++i) {
     const float r = radius[i];
-    const bool sound = std::isnan(given[i]) ? (r > 0 && r <= most) || (std::isnan(r) && !baked)
-                                            : r == given[i];
-    if (!sound) refuse_entry("radius", i, double(r), 0, std::isnan(given[i]) ? most : given[i]);
+    const bool automatic = std::isnan(given[i]);
+    const bool sound =
+        automatic ? (r > 0 && r <= most) || (std::isnan(r) && !baked) : r == given[i];
+    if (!sound) refuse_entry("radius", i, r, automatic ? 0 : given[i], automatic ? most : given[i]);
   }
 }
 
@@ -59,8 +60,8 @@ void check_areas(std::span<const float> area, std::span<const float> radius,
   constexpr double kLeastShare = 1e-4, kMostShare = 2;
   for (size_t i = 0; i < area.size(); ++i) {
     if (area[i] == 0) continue;
-    const double counted = std::numbers::pi * double(radius[i]) * double(radius[i]) /
-                           double(openness[i]);
+    const double counted =
+        std::numbers::pi * double(radius[i]) * double(radius[i]) / double(openness[i]);
     const double least = kLeastShare * counted, most = kMostShare * counted;
     // Single precision may have overflown.
     const bool fits = double(area[i]) <= most || most > double(std::numeric_limits<float>::max());
@@ -71,8 +72,7 @@ void check_areas(std::span<const float> area, std::span<const float> radius,
 void check_sums(std::span<const int64_t> sums, size_t segments) {
   const double most = 0x1p31 * double(segments);
   for (size_t i = 0; i < sums.size(); ++i)
-    if (sums[i] < 0 || double(sums[i]) > most)
-      refuse_entry("sums", i, double(sums[i]), 0, most);
+    if (sums[i] < 0 || double(sums[i]) > most) refuse_entry("sums", i, double(sums[i]), 0, most);
 }
 
 void check_level_sizes(std::span<const uint64_t> sizes, uint64_t paths, uint32_t max_bounces) {
@@ -98,7 +98,8 @@ void SegmentCheck::operator()(const Segment& s, float reach, const HitSlots& hit
   const Vec3f o = s.origin;
   const bool sound = s.path < paths_ && std::isfinite(o.x + o.y + o.z) &&
                      around_.contains(Box{o, o}) && s.length >= 0 && reach >= s.length &&
-                     reach <= longest_ && std::max({s.power[0], s.power[1], s.power[2]}) <= 1u << 31 &&
+                     reach <= longest_ &&
+                     std::max({s.power[0], s.power[1], s.power[2]}) <= 1u << 31 &&
                      (s.primitive == scene::kNone || s.primitive < primitives_);
   if (!sound) refuse("a segment of bounce " + std::to_string(bounce) + " is not sound");
   const auto known = [&](uint32_t disc) { return disc == HitSlots::kFree || disc < discs_; };

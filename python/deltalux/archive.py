@@ -21,10 +21,10 @@ import numpy as np
 from .errors import FormatError, OptionError
 
 INDEX = "deltalux.json"
-PIECE = 4 << 20  # bytes on their way at a time
+PIECE = 1 << 20  # bytes on their way at a time
 MOST_INDEX = 64 << 20  # bytes; of 100,000 meshes it is half
 _MOST_ENTRIES = 4096
-_MOST_DIRECTORY = 1 << 20  # bytes of the zip's list of its entries
+_MOST_DIRECTORY = PIECE  # bytes of the zip's list of its entries
 _SUFFIX = ".npy"
 
 
@@ -40,6 +40,8 @@ class ArchiveWriter:
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         if kind is None:
             self._zip.close()
+        else:
+            self._zip.fp = None  # else it would write its end when it is collected
 
     def add_index(self, index: dict[str, Any]) -> None:
         """Write what is not an array.
@@ -61,7 +63,7 @@ class ArchiveWriter:
                 f"save: the scene's names and nodes take {len(text) >> 20} MiB, expected at most "
                 f"{MOST_INDEX >> 20}; use fewer meshes and nodes"
             )
-        self._zip.writestr(INDEX, text)
+        self._zip.writestr(zipfile.ZipInfo(INDEX), text)
 
     def add_array(self, name: str, dtype: str, pieces: Sequence[np.ndarray], columns: int = 0) -> None:
         """Write the rows of all `pieces` as one array of `columns` columns, 0 = of one dimension."""
@@ -78,7 +80,8 @@ class ArchiveWriter:
     ) -> None:
         """Write an array whose bytes come in pieces."""
         header = {"descr": np.dtype(dtype).str, "fortran_order": False, "shape": shape}
-        with self._zip.open(name + _SUFFIX, "w", force_zip64=True) as file:
+        # An entry without a date: the same session makes the same file.
+        with self._zip.open(zipfile.ZipInfo(name + _SUFFIX), "w", force_zip64=True) as file:
             np.lib.format.write_array_header_1_0(file, header)
             for piece in pieces:
                 for begin in range(0, len(piece), PIECE):
@@ -237,7 +240,7 @@ class _Directory(io.FileIO):
         super().__init__(path)
 
     def read(self, size: int | None = -1, /) -> bytes:
-        if size is not None and size > max(_MOST_DIRECTORY, PIECE):
+        if size is not None and size > _MOST_DIRECTORY:
             raise FormatError(f"found a list of entries of {size} bytes, expected at most {_MOST_DIRECTORY}")
         return super().read(-1 if size is None else size)
 

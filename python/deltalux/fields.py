@@ -97,4 +97,4 @@ def _is_number(value: Any, least: float, most: float) -> bool:
 
 def _refused(where: str, found: Any, expected: str) -> FormatError:
     shown = found if isinstance(found, str) and found in ("it", "nothing") else f"{found!r:.60}"
-    return FormatError(f"index: {where}: found {shown}, expected {expected}")
+    return FormatError(f"{where}: found {shown}, expected {expected}")

@@ -52,8 +52,9 @@ def _explained(target: Path, outcome: str) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        own = (None, ".", target.name, target.parent)
-        if error.filename not in own and not str(error.filename).endswith(_SUFFIX):
+        place = None if error.filename is None else str(error.filename)
+        own = (None, ".", target.name, str(target.parent))
+        if place not in own and not str(place).endswith(_SUFFIX):
             raise
         raise OSError(error.errno, f"{error.strerror or error}{outcome}", str(target)) from error
 

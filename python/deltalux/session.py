@@ -17,7 +17,7 @@ from .display_mesh import in_world
 from .errors import OptionError
 from .estimate.inputs import FARTHEST
 from .flatten import flatten
-from .interpolation import Interpolators
+from .interpolation import Interpolator, Interpolators
 from .planning import Plan, machine_constants, read_plan
 from .results import Frame, Result
 from .samples import Samples
@@ -379,9 +379,7 @@ class Session:
                 f"at: points: found a coordinate of {farthest:g} m, expected at most {FARTHEST:g}"
             )
         self._finish()
-        samples = self.samples
-        places = samples.points, samples.normals, samples.attached
-        present, interpolator = self._interpolators.over(*places, self.poses)
+        present, interpolator = self._interpolation()
         session = self._baked_session()
 
         def visible(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -390,6 +388,10 @@ class Session:
         slopes = self._gradient()[present] if gradients else None
         values = self._read()[0][present]
         return interpolator(asked.points, asked.normals, values, slopes, visible)
+
+    def _interpolation(self) -> tuple[np.ndarray, Interpolator]:
+        own = self.samples
+        return self._interpolators.over(own.points, own.normals, own.attached, self.poses)
 
     @property
     @short_call

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 FORMAT = "deltalux-session"
 VERSION = 6  # increases only when the layout changes
 _FIELDS = ("format", "version", "options", "scene", "samples", "baked", "reflectances", "built_by")
+_LONGEST_BUILD = 500  # characters of the name of a build
 _CORE = "core/"  # before the names of the core's arrays
 # What an array or an option that is out of place may raise on its way into a session.
 _MISFITS = (
@@ -162,6 +163,6 @@ def _adopt(session: Session, index: Fields) -> None:
         m.name: (row[0], row[1], row[2]) for m, row in zip(materials, given.tolist(), strict=True)
     }
     present_build = core.description()
-    session._built_by = index.text("built_by") if session.baked else None
+    session._built_by = index.text("built_by")[:_LONGEST_BUILD] if session.baked else None
     if session.baked and session._built_by != present_build:
         session.foreign_build = f"{session._built_by}; this is {present_build}"

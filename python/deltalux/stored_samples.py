@@ -80,7 +80,7 @@ def unpack_samples(data: Fields, scene: Scene, archive: ArchiveReader) -> Sample
     if data.any("grid_shape") is not None:
         rows, columns = (int(n) for n in data.numbers("grid_shape", 2))
         if not (0 < rows <= count and rows * columns == count):
-            raise FormatError(f"index: samples.grid_shape: found {rows} by {columns} for {count} samples")
+            raise FormatError(f"index.samples.grid_shape: found {rows} by {columns} for {count} samples")
         samples.grid_shape = (rows, columns)
     if data.any("spacing") is not None:
         samples.spacing = data.number("spacing", np.finfo(float).tiny)

@@ -96,7 +96,7 @@ def unpack_scene(data: Fields, archive: ArchiveReader) -> Scene:
     return Scene(
         meshes,
         [_unpack_material(entry) for entry in data.objects("materials", _MATERIAL)],
-        [_unpack_light(entry, f"lights[{i}]") for i, entry in enumerate(_list(data, "lights"))],
+        [_unpack_light(entry, f"index.scene.lights[{i}]") for i, entry in enumerate(_list(data, "lights"))],
         unit=data.text("unit"),
         cameras=[_unpack_camera(entry) for entry in data.objects("cameras", _CAMERA)],
         nodes=[_unpack_node(entry, i, sizes) for i, entry in enumerate(data.objects("nodes", _NODE))],
@@ -108,7 +108,7 @@ def unpack_scene(data: Fields, archive: ArchiveReader) -> Scene:
 def _list(data: Fields, name: str) -> list[Any]:
     values = data.any(name)
     if not isinstance(values, list):
-        raise FormatError(f"index: scene.{name}: found {type(values).__name__}, expected a list")
+        raise FormatError(f"index.scene.{name}: found {type(values).__name__}, expected a list")
     return values
 
 
@@ -139,9 +139,9 @@ def _unpack_material(entry: Fields) -> Material:
 def _unpack_light(entry: Any, where: str) -> Light:
     kind = entry.get("kind") if isinstance(entry, dict) else None
     if not isinstance(kind, str) or kind not in _LIGHTS:
-        raise FormatError(f"index: scene.{where}: found kind {kind!r:.60}, expected one of {list(_LIGHTS)}")
+        raise FormatError(f"{where}: found kind {kind!r:.60}, expected one of {list(_LIGHTS)}")
     cls, names = _LIGHTS[kind]
-    fields = Fields(entry, f"scene.{where}", (*_COMMON, *names))
+    fields = Fields(entry, where, (*_COMMON, *names))
     values: dict[str, Any] = {
         name: fields.number(name) if name in _ANGLES else fields.numbers(name, 3) for name in names
     }
@@ -159,7 +159,7 @@ def _unpack_node(entry: Fields, number: int, sizes: dict[str, int]) -> Node:
     good = isinstance(parts, list) and all(_is_part(part, sizes) for part in parts)
     if not good:
         raise FormatError(
-            f"index: scene.nodes[{number}].parts: found {parts!r:.60}, expected names of meshes with the "
+            f"index.scene.nodes[{number}].parts: found {parts!r:.60}, expected names of meshes with the "
             "first of their triangles and how many"
         )
     return Node(

@@ -9,9 +9,13 @@ SAFE = 1e150  # squares of lengths between its inverse and it stay within the ra
 
 
 def unit(vectors: np.ndarray) -> np.ndarray:
-    """Vectors along the last axis scaled to length 1; those that are zero stay zero."""
+    """Vectors along the last axis scaled to length 1; those that are zero stay zero.
+
+    Doing it again changes no bit.
+    """
     largest = np.abs(vectors).max(axis=-1, keepdims=True, initial=0.0)
     odd = (largest > SAFE) | (largest < 1 / SAFE)
     scaled = np.divide(vectors, largest, out=vectors.copy(), where=odd & (largest > 0))
     lengths = np.linalg.norm(scaled, axis=-1, keepdims=True)
-    return np.divide(scaled, lengths, out=scaled, where=lengths > 0)
+    rough = (lengths > 0) & (np.abs(lengths - 1) > 4 * np.finfo(np.float64).eps)
+    return np.divide(scaled, lengths, out=scaled, where=rough)

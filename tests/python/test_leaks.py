@@ -57,7 +57,7 @@ def test_concave_surfaces_are_within_three_percent(case, direct):
 def test_nothing_leaks_to_the_other_side(case, direct):
     session = bake(case.other, case.samples, paths=200_000, direct=direct)
     assert (session.irradiance == 0).all()
-    assert (session.standard_error == 0).all()
+    assert (session.standard_error > 0).all()  # that no path came does not prove that none can
 
 
 @MODES

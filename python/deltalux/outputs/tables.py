@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import zipfile
@@ -44,8 +45,10 @@ def write_npz(path: str | os.PathLike[str], baked: Baked) -> None:
     if baked.gradient is not None:
         arrays["gradient"] = np.asarray(baked.gradient)
     about = json.dumps(about_text(baked.result))
+    data = io.BytesIO()  # a zip that could not be written whole would be tried again when it is collected
+    np.savez_compressed(data, **arrays, unit=np.array(baked.result.unit), about=np.array(about))
     with written_aside(path) as file:
-        np.savez_compressed(file, **arrays, unit=np.array(baked.result.unit), about=np.array(about))
+        file.write(data.getbuffer())
 
 
 def write_csv(path: str | os.PathLike[str], baked: Baked) -> None:
