@@ -122,11 +122,13 @@ EmbreeScene::EmbreeScene(const EmbreeDevice& own, std::span<const Vec3f> vertice
                          std::span<const std::array<uint32_t, 3>> triangles, Progress* progress) {
   if (fault::due(fault::Kind::commit)) throw Error("Embree: a failure on purpose");
   const auto device = static_cast<RTCDevice>(own.device_.get());
+  rtcGetDeviceError(device);  // forgets what an earlier one, which failed, may have left
   RTCScene scene = rtcNewScene(device);
   if (!scene) throw Error("Embree could not make a scene: out of memory");
   scene_ =
       std::shared_ptr<void>(scene, [](void* gone) { rtcReleaseScene(static_cast<RTCScene>(gone)); });
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  if (!geometry) throw Error("Embree could not make a geometry: out of memory");
   void* points = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                          sizeof(Vec3f), vertices.size());
   void* indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12,

@@ -171,8 +171,8 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
         auto fresh = make_direct(choose_irradiance_quantum());
         dark = std::exchange(direct_, std::move(fresh));
       }
+      // The last that can fail: it takes back what it did itself.
       update_direct(log.changes(), log.old_lights(), kDirectShare * budget_ms, progress);
-      stage("direct");
     }
   } catch (...) {
     log.undo();
@@ -189,6 +189,7 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
   report.scanned_segments = affected.scanned;
   report.candidates = affected.candidates;
   try {
+    stage("direct");
     refused = replace_paths(log, affected, budget_ms > 0 ? budget_ms - since(begin) : budget_ms,
                             progress, report);
     lap = Clock::now();
