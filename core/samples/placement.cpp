@@ -15,8 +15,8 @@ namespace deltalux::samples {
 namespace {
 
 constexpr float kShareOfRoom = 0.8f;    // of the harmonic mean distance to the surroundings
-constexpr float kMetrePerFlight = 0.22f;  // of a room's longer flights
-constexpr double kLonger = 0.75;          // quantile: few enough leave by a window
+constexpr float kMetrePerRoom = 0.12f;  // of a room's diagonal
+constexpr float kTail = 0.05f;          // of the places met, on either side: what windows show
 constexpr int kRays = 16;               // from a sample
 constexpr int kWalks = 8;               // of those rays go on
 constexpr int kBounces = 3;             // as often
@@ -51,15 +51,21 @@ Vec3f turned(Vec3f local, Vec3f n) {
 /// What short walks from a point see.
 struct Surroundings {
   float inverse_sum = 0;  ///< of the rays' distances
-  std::array<float, kRays + kWalks * kBounces> flights;
+  std::array<Vec3f, kRays + kWalks * kBounces> ends;
   int ended = 0, on_backs = 0;  ///< flights that end somewhere, and of those on a triangle's back
 
+  /// A share of the diagonal of the box that most places lie in.
   std::optional<float> metre() const {
     if (ended < kLeastFlights) return std::nullopt;
-    auto sorted = flights;
-    const auto quantile = sorted.begin() + int(kLonger * ended);
-    std::nth_element(sorted.begin(), quantile, sorted.begin() + ended);
-    return kMetrePerFlight * *quantile;
+    Vec3f size{};
+    std::array<float, kRays + kWalks * kBounces> along;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (int i = 0; i < ended; ++i) along[size_t(i)] = ends[size_t(i)][axis];
+      std::sort(along.begin(), along.begin() + ended);
+      const int tail = int(kTail * float(ended));
+      size[axis] = along[size_t(ended - 1 - tail)] - along[size_t(tail)];
+    }
+    return kMetrePerRoom * length(size);
   }
   float harmonic() const {
     return inverse_sum > 0 ? kRays / inverse_sum : std::numeric_limits<float>::infinity();
@@ -73,7 +79,7 @@ Surroundings look_around(const scene::Scene& scene, const trace::RayCaster& cast
   const auto fly = [&](Vec3f at, Vec3f w) {
     const trace::Hit hit = caster.closest_static(at, w);
     if (hit.valid()) {
-      found.flights[size_t(found.ended++)] = hit.t;
+      found.ends[size_t(found.ended++)] = at + w * hit.t;
       found.on_backs += dot(hit.normal, w) > 0;
     }
     return hit;
@@ -120,7 +126,7 @@ float scene_metre(const scene::Scene& scene, const trace::RayCaster& caster) {
       const Vec3f n = Vec3f(normalize(across)) * side;
       const Surroundings around = look_around(scene, caster, at + n * slack, n);
       if (const auto metre = around.metre())
-        (around.on_backs == around.ended ? inner : metres).push_back(std::min(*metre, all));
+        (around.on_backs == around.ended ? inner : metres).push_back(*metre);
     }
   }
   if (metres.empty()) metres = std::move(inner);  // a bare room, wound outward
@@ -137,7 +143,7 @@ void resolve_lengths(const scene::Scene& scene, const trace::RayCaster& caster, 
   const Ground ground{scene, caster, 0, scene.world()};
   // Noise falls as 1 / (paths d^2), blur grows with d^4.
   const float balance = float(std::pow(1e6 / double(std::max<uint64_t>(1, paths)), 1.0 / 6));
-  const float least = 0.08f * balance, most = 0.2f * balance;
+  const float least = 0.1f * balance, most = 0.2f * balance;
   std::vector<float> size(scene.objects.size());
   for (size_t i = 0; i < size.size(); ++i)
     if (scene.objects[i].movable) size[i] = scene::bounds_at(scene.objects[i], {}).diagonal();

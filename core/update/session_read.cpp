@@ -8,6 +8,7 @@
 #include "base/direction.h"
 #include "base/random.h"
 #include "update/session.h"
+#include "update/unreached.h"
 
 namespace deltalux::update {
 namespace {
@@ -67,9 +68,7 @@ class BlockSums {
   static constexpr size_t kSamples = 512;
 
   /// Adds the energy of one light group: kBatches rows of `values` sums, `stride` apart.
-  /// `one`: variance, per channel, of what no path reached: as if one had.
-  void add_energy(const int64_t* row, size_t stride, size_t values, double factor,
-                  const Vec3d& one) {
+  void add_energy(const int64_t* row, size_t stride, size_t values, double factor) {
     std::fill_n(total_, values, int64_t(0));
     for (uint32_t k = 0; k < kBatches; ++k)
       for (size_t j = 0; j < values; ++j) total_[j] += row[k * stride + j];
@@ -85,8 +84,16 @@ class BlockSums {
       energy[j] += factor * to_double(total_[j]);
       variance[j] += share * spread_[j];
     }
-    for (size_t j = 0; j < values; j += 3)
-      for (int c = 0; c < 3; ++c) variance[j + size_t(c)] += total_[j + size_t(c)] ? 0.0 : one[c];
+  }
+  /// Adds the variance of what no path of the group that was added last reached.
+  void add_unreached(const UnreachedError& unreached, uint32_t group, const float* area,
+                     size_t samples) {
+    for (size_t i = 0; i < samples; ++i) {
+      if (total_[3 * i] && total_[3 * i + 1] && total_[3 * i + 2]) continue;
+      const Vec3d error = unreached.at(group, double(area[i]));
+      for (size_t c = 0; c < 3; ++c)
+        if (!total_[3 * i + c]) variance[3 * i + c] += error[int(c)] * error[int(c)];
+    }
   }
   /// Adds one light group's direct light, `unit` per quantum.
   void add_direct(const int64_t* row, size_t values, double unit) {
@@ -99,36 +106,6 @@ class BlockSums {
   int64_t total_[3 * kSamples];
   double mean_[3 * kSamples], spread_[3 * kSamples];
 };
-
-/// What one path of each sum group may bring to a sample, squared, in quanta: the mean over its
-/// lights of a path's power where it first counts.
-std::vector<Vec3d> one_path_squared(const State& s) {
-  Vec3d scattered{};  // the most that a reflection leaves
-  for (const scene::Material& material : s.scene.materials) {
-    const Vec3d r(material.reflectance);
-    const double survival = std::sqrt(std::max({r.x, r.y, r.z}));
-    for (int c = 0; survival > 0 && c < 3; ++c)
-      scattered[c] = std::max(scattered[c], r[c] / survival);
-  }
-  std::vector<Vec3d> power(s.sum_groups());
-  std::vector<double> paths(s.sum_groups());
-  for (size_t l = 0; l < s.lights.size(); ++l) {
-    const trace::Light& light = s.lights[l];
-    if (!light.on) continue;
-    const uint32_t g = s.sum_group(light.group);
-    const double factor =
-        s.birth_factor(light) * (s.merged(light.group) ? 1.0 : s.group_factor[light.group]);
-    for (int c = 0; c < 3; ++c)
-      power[g][c] += factor * light.power[c] * (s.light_sampled[l] ? scattered[c] : 1.0);
-    paths[g] += double(light.path_count);
-  }
-  for (size_t g = 0; g < power.size(); ++g)
-    for (int c = 0; c < 3; ++c) {
-      const double one = paths[g] > 0 ? power[g][c] / (paths[g] * s.scale.quantum) : 0.0;
-      power[g][c] = one * one;
-    }
-  return power;
-}
 
 }  // namespace
 
@@ -153,13 +130,15 @@ void Session::read_samples(const Write& write) const {
   const size_t n = s.samples.size();
   check_whole();
   const std::span<const int64_t> direct = direct_->sums();
-  const std::vector<Vec3d> one_path = one_path_squared(s);
+  const UnreachedError unreached(s);
   s.workers.for_blocks(n, BlockSums::kSamples, [&](size_t begin, size_t end) {
     BlockSums block;
     const size_t values = 3 * (end - begin);
-    for (uint32_t g = 0; g < s.sum_groups(); ++g)
+    for (uint32_t g = 0; g < s.sum_groups(); ++g) {
       block.add_energy(&s.sums[3 * (size_t(g) * kBatches * n + begin)], 3 * n, values,
-                       s.merged(g) ? 1.0 : s.group_factor[g], one_path[g]);
+                       s.merged(g) ? 1.0 : s.group_factor[g]);
+      block.add_unreached(unreached, g, &s.area[begin], end - begin);
+    }
     for (uint32_t g = 0; g < s.scene.group_count; ++g)
       block.add_direct(&direct[3 * (size_t(g) * n + begin)], values,
                        s.group_factor[g] * direct_->irradiance_quantum());
