@@ -7,7 +7,6 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -107,9 +106,7 @@ class Session:
     def __enter__(self) -> Session:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: Any) -> None:
         self.close()
 
     def close(self) -> None:
@@ -153,6 +150,11 @@ class Session:
     def baked(self) -> bool:
         """Whether there is light."""
         return self._core is not None and self._core.baked
+
+    @property
+    def unfinished(self) -> bool:
+        """Whether the light is not yet that of the present state: edits or paths wait for `update`."""
+        return self.baked and (len(self._edits) > 0 or self._core.pending > 0)
 
     # ---- edits --------------------------------------------------------------------------------
 
@@ -311,8 +313,8 @@ class Session:
 
     def _finish(self) -> None:
         """Apply what is queued or pending."""
-        session = self._baked_session()
-        if len(self._edits) or session.pending > 0:
+        self._baked_session()
+        if self.unfinished:
             self.update()
 
     # ---- results ------------------------------------------------------------------------------
@@ -379,8 +381,7 @@ class Session:
         session = self._baked_session()
 
         def visible(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-            rows = (np.ascontiguousarray(array, np.float32) for array in (a, b))
-            return session.visible(*rows).astype(bool)
+            return session.visible(*(np.ascontiguousarray(x, np.float32) for x in (a, b))).astype(bool)
 
         slopes = self.gradient[present] if gradients else None
         values = self.read()[0][present]
@@ -392,8 +393,7 @@ class Session:
         moving = {name for name in self.samples.attached if name is not None}
         state = [(name, name in self._removed, self._poses[name].tobytes()) for name in sorted(moving)]
         if self._interpolator is None or self._interpolator[0] != state:
-            gone = [name in self._removed for name in self.samples.attached]
-            present = np.flatnonzero(~np.array(gone, bool))
+            present = np.flatnonzero([name not in self._removed for name in self.samples.attached])
             if not len(present):
                 raise OptionError("at: found no sample that is present, expected at least one")
             points, normals = (array[present] for array in self.world())
