@@ -61,12 +61,15 @@ class Samples:
         if len(normals) == 1 and count != 1:
             normals = np.repeat(normals, count, axis=0)
         self.normals = _points(normals, "normals", count)
-        lengths = np.linalg.norm(self.normals, axis=1, keepdims=True)
+        # By a power of two, which keeps all bits, lest squares of long or short ones overflow or vanish.
+        _, exponent = np.frexp(np.abs(self.normals).max(axis=1, keepdims=True, initial=0))
+        directions = np.ldexp(self.normals, -exponent)
+        lengths = np.linalg.norm(directions, axis=1, keepdims=True)
         if (lengths == 0).any():
             raise OptionError(
                 f"samples: normals: found zero at row {np.argmin(lengths)}, expected a direction"
             )
-        self.normals = self.normals / lengths
+        self.normals = directions / lengths
         self.radius = _radius(radius, count)
         self.attached = _attached(attached_to, count)
         self.display: DisplayMesh | None = None
