@@ -6,8 +6,8 @@
 The server runs in a process of its own. The clients drag, undo, redo, dim, paint, take away, put back,
 export, ask for checks, stall, leave in the middle of a drag and come back. Every minute they pause: once the
 engine rests, its digest must be that of a recompute, and the server's resident memory is read. Latency is the
-time from sending a pose to having applied values that include it, of poses that no check or export held up. In
-the end the served session is compared with a new one that is baked and edited at once. Writes
+time from sending a pose to having applied values that include it, of poses that no check or export held up.
+In the end the served session is compared with a new one that is baked and edited at once. Writes
 benchmarks/out/viewer_soak.json; the exit code is 1 where a digest differs, or memory or latency grew.
 """
 
