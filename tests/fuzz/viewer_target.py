@@ -33,7 +33,10 @@ PATHS = 1000
 PATIENCE = 60.0  # seconds until the engine must rest
 OVER_SOCKETS = 0.15  # share of cases
 THEIRS = "theirs.csv"  # a file of somebody else in the export folder
-REFUSALS_OF_THE_LIBRARY = ("Invalid UTF-8 sequence received from client.",)  # logged by uvicorn as errors
+REFUSALS_OF_THE_LIBRARY = (  # what uvicorn logs as an error though it did what it should
+    "Invalid UTF-8 sequence received from client.",
+    "ASGI callable returned without completing handshake.",  # after each answer of 403
+)
 
 
 class ViewerTarget:
