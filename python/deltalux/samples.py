@@ -14,8 +14,6 @@ from .errors import OptionError
 from .lit_sides import lit_sides
 from .scene import Scene
 
-LARGEST_RADIUS = 1e15  # metres, as the engine has it; beyond it squares could overflow
-
 SIDES = ("auto", "front", "both")
 
 
@@ -61,15 +59,12 @@ class Samples:
         if len(normals) == 1 and count != 1:
             normals = np.repeat(normals, count, axis=0)
         self.normals = _points(normals, "normals", count)
-        # By a power of two, which keeps all bits, lest squares of long or short ones overflow or vanish.
-        _, exponent = np.frexp(np.abs(self.normals).max(axis=1, keepdims=True, initial=0))
-        directions = np.ldexp(self.normals, -exponent)
-        lengths = np.linalg.norm(directions, axis=1, keepdims=True)
+        lengths = np.linalg.norm(self.normals, axis=1, keepdims=True)
         if (lengths == 0).any():
             raise OptionError(
                 f"samples: normals: found zero at row {np.argmin(lengths)}, expected a direction"
             )
-        self.normals = directions / lengths
+        self.normals = self.normals / lengths
         self.radius = _radius(radius, count)
         self.attached = _attached(attached_to, count)
         self.display: DisplayMesh | None = None
@@ -170,6 +165,9 @@ def _display(scene: Scene, spacing: float | None, sides: str) -> DisplayMesh:
     elif sides == "both":
         chosen = np.full(sum(len(m.triangles) for m in scene.meshes), BOTH)
     return cleared(scene, refine(scene, spacing, sides=chosen))
+
+
+LARGEST_RADIUS = 1e15  # metres, as the engine has it; beyond it squares could overflow
 
 
 def _radius(radius: Any, count: int) -> np.ndarray:

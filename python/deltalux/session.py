@@ -226,10 +226,8 @@ class Session:
 
     def dim(self, group: str, factor: float) -> None:
         """Queue: set a light group to `factor` of its loaded power (absolute, 1 = as loaded)."""
-        if group not in self._flat.groups:
-            raise OptionError(
-                f'dim "{group}": no such light group, expected one of {list(self._flat.groups)}'
-            )
+        if group not in (known := self._flat.groups):
+            raise OptionError(f'dim "{group}": no such light group, expected one of {list(known)}')
         self._queue("dim", self._flat.groups[group], float(factor))
         self._factors[group] = float(factor)
 
@@ -313,8 +311,8 @@ class Session:
 
     def _finish(self) -> None:
         """Apply what is queued or pending."""
-        self._baked_session()
-        if self.unfinished:
+        session = self._baked_session()
+        if len(self._edits) or session.pending > 0:
             self.update()
 
     # ---- results ------------------------------------------------------------------------------
@@ -381,7 +379,8 @@ class Session:
         session = self._baked_session()
 
         def visible(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-            return session.visible(*(np.ascontiguousarray(x, np.float32) for x in (a, b))).astype(bool)
+            rows = (np.ascontiguousarray(array, np.float32) for array in (a, b))
+            return session.visible(*rows).astype(bool)
 
         slopes = self.gradient[present] if gradients else None
         values = self.read()[0][present]
@@ -393,7 +392,8 @@ class Session:
         moving = {name for name in self.samples.attached if name is not None}
         state = [(name, name in self._removed, self._poses[name].tobytes()) for name in sorted(moving)]
         if self._interpolator is None or self._interpolator[0] != state:
-            present = np.flatnonzero([name not in self._removed for name in self.samples.attached])
+            gone = [name in self._removed for name in self.samples.attached]
+            present = np.flatnonzero(~np.array(gone, bool))
             if not len(present):
                 raise OptionError("at: found no sample that is present, expected at least one")
             points, normals = (array[present] for array in self.world())

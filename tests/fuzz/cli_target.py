@@ -65,7 +65,7 @@ class CliTarget:
         (folder / "folder").mkdir(exist_ok=True)
         (folder / "empty.glb").touch()
         before = {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
-        out, err = io.StringIO(), io.StringIO()
+        out, err = stream("strict"), stream("backslashreplace")  # as the interpreter has them
         here = Path.cwd()
         os.chdir(folder)
         try:
@@ -73,11 +73,17 @@ class CliTarget:
                 code = run(words)
         finally:
             os.chdir(here)
-        check_outcome(words, code, out.getvalue(), err.getvalue())
+        printed, complained = (s.buffer.getvalue().decode() for s in (out, err))
+        check_outcome(words, code, printed, complained)
         check_files(folder, before, words, inputs)
         shutil.rmtree(folder / "folder")
         if code != 0:
-            raise Error(err.getvalue().replace("\n", " "))
+            raise Error(complained.replace("\n", " "))
+
+
+def stream(errors: str) -> io.TextIOWrapper:
+    """A stream of UTF-8 that is kept."""
+    return io.TextIOWrapper(io.BytesIO(), "utf-8", errors, write_through=True)
 
 
 @contextlib.contextmanager

@@ -22,7 +22,7 @@ TEXTS = [
     "=",
     ",",
     "x" * 5000,
-    "\ud800",
+    "\udcff",
     "ünï",
     "[red]",
     "%s",
@@ -122,7 +122,7 @@ VALUES: dict[str, Callable[[Rng], str]] = {
     "--folder": lambda rng: str(pick(rng, ["folder", "no", "text.txt", "."])),
     "--light-units": lambda rng: str(pick(rng, ["spec", "blender-watts", "unitless", "SPEC", "lux"])),
     "--host": lambda rng: str(
-        pick(rng, ["127.0.0.1", "localhost", "::1", "256.0.0.1", "", "x" * 300, "\ud800"])
+        pick(rng, ["127.0.0.1", "localhost", "::1", "256.0.0.1", "", "x" * 300, "\udcff"])
     ),
     "--port": lambda rng: str(pick(rng, ["0", "1", "65535", "65536", "-1", "x"])),
 }

@@ -124,11 +124,12 @@ def play(target: Target, folder: Path) -> dict[str, Any]:
             target.run(folder)
         result: dict[str, Any] = {"outcome": "accepted"}
     except dl.Error as error:
-        str(error).encode("utf-8")
         # Digits out, so that messages of one kind count as one.
         text = str(error).replace(str(folder), "")
         kind = "".join("#" if c.isdigit() else c for c in text)[:60]
         result = {"outcome": "refused", "message": f"{type(error).__name__} {kind}"}
+        if any("\ud800" <= c <= "\udfff" for c in text):
+            result = {"outcome": "traceback", "detail": f"a message that cannot be printed: {text!r}"}
     except MemoryError:
         result = {"outcome": "memory", "detail": traceback.format_exc()}
     except BaseException:

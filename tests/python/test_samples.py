@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Numbers of samples: radii that no session could use are refused, normals of any length are directions."""
+"""Radii of samples that no session could use are refused when the samples are made."""
 
 import re
 import warnings
@@ -7,6 +7,7 @@ import warnings
 import deltalux as dl
 import numpy as np
 import pytest
+from deltalux.scene import make_movable
 
 
 @pytest.mark.parametrize("radius", [0.0, -1.0, 1e16, 1e300, np.inf, np.nan, [0.1, 1e300], [np.nan, -1.0]])
@@ -24,16 +25,13 @@ def test_the_largest_radius_and_automatic_ones_are_taken():
         dl.Session(dl.scenes.cornell_box(), samples, paths=10)
 
 
-@pytest.mark.parametrize("length", [1e-320, 1e-200, 1.0, 3.0, 1e200, 1e308])
-def test_normals_of_any_length_are_directions(length):
-    given = np.array([(0.0, 0.6, 0.8), (-1.0, 0.0, 0.0)]) * length
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        samples = dl.Samples(np.zeros((2, 3)), given)
-    assert samples.normals == pytest.approx(given / length, rel=1e-3 if length < 1e-300 else 1e-15)
-
-
-def test_normals_of_ordinary_length_keep_their_bits():
-    given = np.random.default_rng(3).normal(size=(1000, 3))
-    samples = dl.Samples(np.zeros((1000, 3)), given)
-    assert np.array_equal(samples.normals, given / np.linalg.norm(given, axis=1, keepdims=True))
+def test_a_scene_in_which_everything_moves_has_samples_and_light():
+    """Without static meshes no light lands: what moves is judged by what reaches it from outside."""
+    still = dl.scenes.cornell_box()
+    scene = make_movable(still, [mesh.name for mesh in still.meshes if not mesh.movable])
+    assert set(scene.movable) == {mesh.name for mesh in scene.meshes}
+    samples = dl.Samples.on_vertices(scene, spacing=0.5, radius=0.2)
+    with dl.Session(scene, samples, paths=2000, threads=1) as session:
+        session.bake()
+        assert np.isfinite(session.irradiance).all()
+        assert session.irradiance.any()

@@ -8,6 +8,7 @@ import threading
 import deltalux as dl
 import numpy as np
 import pytest
+from deltalux.server import engine as engine_module
 from deltalux.server.edits import pose_numbers
 from deltalux.server.events import Phase, Refused
 from deltalux.server.values import Values
@@ -219,3 +220,21 @@ def test_stopping_gives_the_session_back(session):
     assert session.progress is mine
     session.move("block", translation(0.5, 0.4, 0.4))
     assert session.update().done == 1
+
+
+def test_free_memory_is_returned_after_tasks_and_not_after_updates(followed, monkeypatch):
+    returned = []
+    monkeypatch.setattr(engine_module, "return_free_memory", lambda: returned.append(None))
+    followed.want(block=translation(0.5, 0.4, 0.4))
+    followed.rest()
+    assert not returned
+    followed.engine.check()
+    followed.until(lambda e: is_message(e, "checked"))
+    followed.until(lambda e: e == Phase("ready"))
+    assert len(returned) == 1
+    done = threading.Event()
+    followed.engine.export(lambda session: done.set())
+    assert done.wait(TIMEOUT)
+    followed.want(block=translation(0.6, 0.4, 0.4))
+    followed.rest()
+    assert len(returned) == 2

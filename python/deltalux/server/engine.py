@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from deltalux.errors import Cancelled, Error, OptionError
+from deltalux.memory import return_free_memory
 from deltalux.session import Session
 
 from .edits import differences, queue_edit, state_of
@@ -150,6 +151,8 @@ class Engine:
                 self._tell({"type": "cancelled", "task": self._at_work.name if self._at_work else "update"})
             except Exception as error:
                 self._report(error)
+            if self._at_work:
+                return_free_memory()
             with self._changed:
                 self._at_work = None
             self._session.progress = None
