@@ -32,7 +32,7 @@ FARM = Path(__file__).parent / "farm.py"
 )
 def test_a_short_run_finds_nothing(target, cases, accepted, kinds, tmp_path):
     """In a process of its own, since the engine's threads in this one would not survive a fork."""
-    command = [sys.executable, str(FARM), target, "--cases", str(cases), "--seed", "7", "--json"]
+    command = [sys.executable, str(FARM), target, "--cases", str(cases), "--seed", "9", "--json"]
     done = subprocess.run([*command, "--keep", str(tmp_path)], capture_output=True, text=True, timeout=280)
     assert done.returncode == 0, done.stdout + done.stderr
     (report,) = json.loads(done.stdout.splitlines()[-1])
