@@ -6,6 +6,10 @@ VENV := .venv
 BIN := $(VENV)/bin
 BUILD := build/package
 OUT ?= demo-output
+FUZZ_SECONDS ?= 60
+FUZZ_SEED ?= 1
+FUZZ_TARGETS ?= gltf obj session viewer cli
+SOAK_MINUTES ?= 60
 BROWSER ?= chromium fonts-dejavu-core
 
 CPP_FILES = $(shell git ls-files -co --exclude-standard '*.cpp' '*.h')
@@ -14,7 +18,7 @@ SOURCES := $(shell find core bindings python/deltalux -type f \
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help setup build demo test lint format viewer viewer-check sanitize bench bench-peers clean FORCE
+.PHONY: help setup build demo test lint format viewer viewer-check sanitize fuzz soak bench bench-peers clean FORCE
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -63,6 +67,12 @@ sanitize: setup ## Run the C++ tests under ASan+UBSan and under TSan
 	  TSAN_OPTIONS="suppressions=$(CURDIR)/tests/core/tsan.supp halt_on_error=1" \
 	    ctest --test-dir build/$$kind --output-on-failure --no-tests=error -j 1 || exit 1; \
 	done
+
+fuzz: build $(VENV)/test.stamp ## Fuzz readers, viewer and command line, FUZZ_SECONDS=60 each
+	$(BIN)/python tests/fuzz/farm.py --seconds $(FUZZ_SECONDS) --seed $(FUZZ_SEED) $(FUZZ_TARGETS)
+
+soak: build $(VENV)/test.stamp ## Let three clients work on a view for SOAK_MINUTES=60
+	$(BIN)/python benchmarks/viewer_soak.py --minutes $(SOAK_MINUTES)
 
 bench: build ## Measure the engine: prints a table, writes benchmarks/out/bench.json
 	cmake -S . -B build/bench -G Ninja -DDELTALUX_PYTHON=OFF -DDELTALUX_BENCHMARKS=ON >/dev/null

@@ -147,7 +147,7 @@ float rounding_above(const Ground& ground, Vec3f point, Vec3f normal, float with
 
 DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea rule,
                    const Ground& ground, const Workers& workers, Progress& progress) {
-  constexpr float kLeastLift = 2;  // of what rounding asks for
+  constexpr float kLeastLift = 2;   // of what rounding asks for
   constexpr float kGround = 0.01f;  // radii: the surface under a sample is no further
   DiscSet discs;
   const size_t n = ids.size();
@@ -179,8 +179,7 @@ DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea
       const float room = ground.caster.closest_static(above, normal, 0.0f, 2 * lift).t;
       discs.centre[i] = samples.point[id] + normal * std::min(lift, 0.5f * room);
       if (rule == DiscArea::whole) continue;
-      const Outline outline =
-          Probes(ground, discs.centre[i], normal, radius).outline(radius);
+      const Outline outline = Probes(ground, discs.centre[i], normal, radius).outline(radius);
       if (std::all_of(outline.begin(), outline.end(), [&](float r) { return r >= radius; }))
         continue;
       discs.outline[i] = uint32_t(found[begin / kBlock].size());

@@ -109,8 +109,8 @@ float scene_metre(const scene::Scene& scene, const trace::RayCaster& caster) {
   uint32_t object = 0;
   for (uint32_t i = 0; i < kPoints && triangles; ++i) {
     const uint32_t primitive = uint32_t(uint64_t(i) * triangles / kPoints);
-    while (primitive >= scene.objects[object].first_primitive +
-                            uint32_t(scene.objects[object].triangles.size()))
+    while (primitive >=
+           scene.objects[object].first_primitive + uint32_t(scene.objects[object].triangles.size()))
       ++object;
     const scene::Object& own = scene.objects[object];
     Vec3f p[3];

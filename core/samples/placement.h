@@ -16,9 +16,10 @@ namespace deltalux::samples {
 float scene_metre(const scene::Scene& scene, const trace::RayCaster& caster);
 
 /// Replaces NaN radii by clamp(0.8 H, 0.1 b, 0.2 b) metres of the room around the sample (no less
-/// than scene_metre(): niches are no rooms), b = (1e6 / paths)^(1/6), H the harmonic mean distance to the static surroundings over 16 rays of the
-/// hemisphere. Samples on movables get 0.1 b scene_metre(), but no more than half the object's
-/// size. All depends on the static scene, the object's shape and the sample alone.
+/// than scene_metre(): niches are no rooms), b = (1e6 / paths)^(1/6), H the harmonic mean distance
+/// to the static surroundings over 16 rays of the hemisphere. Samples on movables get 0.1 b
+/// scene_metre(), but no more than half the object's size. All depends on the static scene, the
+/// object's shape and the sample alone.
 void resolve_lengths(const scene::Scene& scene, const trace::RayCaster& caster, uint64_t paths,
                      const Workers& workers, Progress& progress, SampleSet& samples);
 

@@ -24,8 +24,7 @@ const RTCSceneFlags kSceneFlags =
     RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS;
 using QueryContext = RTCRayQueryContext;
 #else
-const RTCSceneFlags kSceneFlags =
-    RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION;
+const RTCSceneFlags kSceneFlags = RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION;
 using QueryContext = RTCIntersectContext;
 #endif
 
@@ -99,8 +98,8 @@ struct Collector {
 EmbreeDevice::EmbreeDevice() : device_(nullptr) {
   RTCDevice device = rtcNewDevice(DELTALUX_EMBREE_OPTIONS);
   if (!device) throw Error("Embree could not be started");
-  device_ = std::shared_ptr<void>(
-      device, [](void* own) { rtcReleaseDevice(static_cast<RTCDevice>(own)); });
+  device_ = std::shared_ptr<void>(device,
+                                  [](void* own) { rtcReleaseDevice(static_cast<RTCDevice>(own)); });
 }
 
 std::string EmbreeDevice::description() const {
@@ -125,8 +124,8 @@ EmbreeScene::EmbreeScene(const EmbreeDevice& own, std::span<const Vec3f> vertice
   rtcGetDeviceError(device);  // forgets what an earlier one, which failed, may have left
   RTCScene scene = rtcNewScene(device);
   if (!scene) throw Error("Embree could not make a scene: out of memory");
-  scene_ =
-      std::shared_ptr<void>(scene, [](void* gone) { rtcReleaseScene(static_cast<RTCScene>(gone)); });
+  scene_ = std::shared_ptr<void>(scene,
+                                 [](void* gone) { rtcReleaseScene(static_cast<RTCScene>(gone)); });
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   if (!geometry) throw Error("Embree could not make a geometry: out of memory");
   void* points = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,

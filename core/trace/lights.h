@@ -14,7 +14,7 @@ namespace deltalux::trace {
 /// One emissive triangle in world space: corner and edges.
 struct LightTriangle {
   Vec3f corner, edge_u, edge_v;
-  Vec3f normal;    ///< unit, front side
+  Vec3f normal;     ///< unit, front side
   float slack = 0;  ///< rays start and end this far off it
 };
 

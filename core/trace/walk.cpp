@@ -84,8 +84,7 @@ Landing Walk::land(const Flight& flight, uint32_t bounce, const Hit& hit) const 
   if (bounce + 1 >= options_.max_bounces || !(random(bounce, kSurvive) < survival)) return landing;
   const Vec3f n = facing_normal(hit, w);
   landing.survives = true;
-  landing.next.origin =
-      leave_surface(flight.origin, w, hit, n, scene_.slack_of(hit.primitive));
+  landing.next.origin = leave_surface(flight.origin, w, hit, n, scene_.slack_of(hit.primitive));
   landing.next.direction =
       encode_direction(cosine_direction(n, random(bounce, kScatterU), random(bounce, kScatterV)));
   for (int c = 0; c < 3; ++c)

@@ -6,8 +6,7 @@
 
 namespace deltalux::update {
 
-std::vector<trace::Light> added_lights(const State& s, const scene::Scene& scene,
-                                       uint32_t object) {
+std::vector<trace::Light> added_lights(const State& s, const scene::Scene& scene, uint32_t object) {
   constexpr double kFewQuanta = 0x1p12;  // of a path's power: fainter ones are coarse
   constexpr double kEven = 0x1p29;       // quanta: half of what the others' brightest path has
   std::vector<trace::Light> lights = trace::find_lights(scene, object);

@@ -254,12 +254,11 @@ void Session::refresh_areas(const std::vector<ObjectChange>* changes) {
           reached =
               reached || s.caster->object_bounds(object).touches_sphere(centre, discs.radius[i]);
         const float counted = reached && !whole ? samples::uncovered_area(discs, i, pose, foreign)
-                                             : samples::outline_area(discs, i);
+                                                : samples::outline_area(discs, i);
         const float circle = std::numbers::pi_v<float> * discs.radius[i] * discs.radius[i];
         const float openness = discs.openness[i];
-        area[discs.id[i]] = counted > 0 && openness > 0
-                                ? std::max(counted, kLeastShare * circle) / openness
-                                : 0.0f;
+        area[discs.id[i]] =
+            counted > 0 && openness > 0 ? std::max(counted, kLeastShare * circle) / openness : 0.0f;
       }
     });
   };
@@ -270,8 +269,9 @@ void Session::refresh_areas(const std::vector<ObjectChange>* changes) {
 
 void Session::check_whole() const {
   if (damaged_)
-    throw Error("session: memory ran out in the middle of an update, and again when everything was "
-                "to be computed anew; free memory, then call update() or recompute()");
+    throw Error(
+        "session: memory ran out in the middle of an update, and again when everything was "
+        "to be computed anew; free memory, then call update() or recompute()");
 }
 
 size_t Session::bytes() const {

@@ -52,15 +52,15 @@ Parts Session::place_parts(Progress& progress, std::span<const float> openness) 
       samples::find_openness(discs, scene, ground.caster, s.workers, progress);
     return plan::Pilot(std::move(discs), s.options.segment_end, s.workers);
   };
-  Parts parts{pilot(by_object[scene::kNone], s.scene, {s.scene, *s.caster, 0, s.scene.world()}), {}};
+  Parts parts{pilot(by_object[scene::kNone], s.scene, {s.scene, *s.caster, 0, s.scene.world()}),
+              {}};
   s.moving.clear();
   for (auto& [object, ids] : by_object) {
     if (object == scene::kNone) continue;
     const scene::Scene local = local_scene(s.scene, object);
     const trace::RayCaster caster(local, progress);
     const uint32_t first = s.scene.objects[object].first_primitive;
-    parts.moving.push_back(
-        pilot(std::move(ids), local, {s.scene, caster, first, kEverywhere}));
+    parts.moving.push_back(pilot(std::move(ids), local, {s.scene, caster, first, kEverywhere}));
     MovingPart part;
     part.object = object;
     const samples::DiscSet& discs = parts.moving.back().discs();

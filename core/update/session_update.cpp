@@ -273,7 +273,8 @@ size_t Session::run_pending(double budget_ms, Progress& progress, Report& report
   size_t done = 0;
   // What is not stored segments was allowed when it came.
   const size_t held = s.store.bytes(), other = bytes() - held;
-  const size_t most = std::max(held, s.options.memory_limit - std::min(other, s.options.memory_limit));
+  const size_t most =
+      std::max(held, s.options.memory_limit - std::min(other, s.options.memory_limit));
   PathUpdate update(s);
   progress.announce("replace paths", total);
   // The moving samples come in the first step, which always runs: from then on they follow every
@@ -314,9 +315,11 @@ void Session::refuse_growth(Progress& progress) {
   const double flights = double(pilot.flights.size()) / double(pilot.walked);
   const double needed = other + paths * flights * bytes_per_segment() * kSpare;
   if (needed > limit && needed > double(bytes()))
-    throw OptionError("reflectance: memory: brighter surfaces make longer paths, which would need "
-                      "about " + mebibytes(needed) + ", the limit is " + mebibytes(limit) +
-                      "; raise the memory limit, or bake with fewer paths");
+    throw OptionError(
+        "reflectance: memory: brighter surfaces make longer paths, which would need "
+        "about " +
+        mebibytes(needed) + ", the limit is " + mebibytes(limit) +
+        "; raise the memory limit, or bake with fewer paths");
 }
 
 }  // namespace deltalux::update

@@ -63,7 +63,7 @@ struct State {
   /// Along a space-filling curve: what lies close together in space does so in the sums, which
   /// takes a quarter off a deposit where discs overlap much.
   samples::SampleSet samples;
-  std::vector<uint32_t> given;  // per sample of `samples`, its number among the user's
+  std::vector<uint32_t> given;     // per sample of `samples`, its number among the user's
   std::vector<Box> sample_bounds;  // per object, local: of the samples that move with it
 
   std::unique_ptr<trace::RayCaster> caster;

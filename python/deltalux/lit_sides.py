@@ -68,10 +68,10 @@ def _hits(scene: Scene) -> Counts:
     """Hits of each triangle of all meshes."""
     per_mesh = [np.zeros((len(m.triangles), 2)) for m in scene.meshes]
     static = [i for i, m in enumerate(scene.meshes) if not m.movable]
-    lit = _hits_by_light(scene)
-    borders = np.cumsum([len(scene.meshes[i].triangles) for i in static])[:-1]
-    for i, counts in zip(static, np.split(lit, borders), strict=True):
-        per_mesh[i] = counts
+    lit = _hits_by_light(scene) if static else np.zeros((0, 2))
+    ends = np.cumsum([len(scene.meshes[i].triangles) for i in static])
+    for i, end in zip(static, ends, strict=True):
+        per_mesh[i] = lit[end - len(scene.meshes[i].triangles) : end]
     for i, movable in enumerate(scene.meshes):
         if movable.movable and len(movable.triangles):
             per_mesh[i] = _hits_from_outside(movable)

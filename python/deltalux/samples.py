@@ -174,6 +174,9 @@ def _display(scene: Scene, spacing: float | None, sides: str) -> DisplayMesh:
     return cleared(scene, refine(scene, spacing, sides=chosen))
 
 
+LARGEST_RADIUS = 1e15  # metres, as the engine has it; beyond it squares could overflow
+
+
 def _radius(radius: Any, count: int) -> np.ndarray:
     """(n,) float64; NaN = automatic."""
     if radius is None:
@@ -184,8 +187,11 @@ def _radius(radius: Any, count: int) -> np.ndarray:
     if values.shape != (count,):
         raise OptionError(f"samples: radius: found shape {values.shape}, expected a number or ({count},)")
     given = values[~np.isnan(values)] if np.ndim(radius) else values
-    if not (np.isfinite(given) & (given > 0)).all():
-        raise OptionError("samples: radius: found a value that is not positive and finite, expected metres")
+    wrong = given[~((given > 0) & (given <= LARGEST_RADIUS))]
+    if len(wrong):
+        raise OptionError(
+            f"samples: radius: found {wrong[0]:g}, expected positive metres up to {LARGEST_RADIUS:g}"
+        )
     return values
 
 

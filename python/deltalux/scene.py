@@ -323,7 +323,7 @@ class Scene:
         self.lights = tuple(lights)
         self.cameras = tuple(cameras)
         self.nodes = tuple(nodes)
-        self.warnings = tuple(warnings)
+        self.warnings = tuple(dict.fromkeys([*warnings, *check_places(self.meshes)]))
         self.source = source
         self.files = tuple(files) or (() if source is None else (source,))
         if unit not in UNITS:
@@ -331,7 +331,6 @@ class Scene:
         self.unit = unit
         self._emissive = {m.name: i for i, m in enumerate(self.materials) if m.emissive}
         self._check_names()
-        self.warnings = tuple(dict.fromkeys([*self.warnings, *check_places(self.meshes)]))
 
     def _check_names(self) -> None:
         for kind, items in (("mesh", self.meshes), ("material", self.materials), ("light", self.lights)):

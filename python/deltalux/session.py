@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -106,9 +105,7 @@ class Session:
     def __enter__(self) -> Session:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: Any) -> None:
         self.close()
 
     def close(self) -> None:
@@ -147,7 +144,10 @@ class Session:
         core = self._core
         return core is not None and core.baked
 
-    # ---- edits --------------------------------------------------------------------------------
+    @property
+    def unfinished(self) -> bool:
+        """Whether the light is not yet that of the present state: edits or paths wait for `update`."""
+        return self.baked and (len(self._edits) > 0 or self._core.pending > 0)
 
     def pose(self, name: str) -> np.ndarray:
         """Pose of a movable (4x4, local to world), edits that wait for `update` included."""
@@ -212,10 +212,8 @@ class Session:
     @short_call
     def dim(self, group: str, factor: float) -> None:
         """Queue: set a light group to `factor` of its loaded power (absolute, 1 = as loaded)."""
-        if group not in self._flat.groups:
-            raise OptionError(
-                f'dim "{group}": no such light group, expected one of {list(self._flat.groups)}'
-            )
+        if group not in (known := self._flat.groups):
+            raise OptionError(f'dim "{group}": no such light group, expected one of {list(known)}')
         self._queue("dim", self._flat.groups[group], float(factor))
         self._factors[group] = float(factor)
 

@@ -54,11 +54,15 @@ def test_is_understood(parse: Any, text: str, value: Any) -> None:
         (options.parse_count, "many"),
         (options.parse_count, "inf"),
         (options.parse_count, "1" * 400),
+        (options.parse_count, "1e999"),
+        (options.parse_count, "nan"),
         (options.parse_positive, "0"),
         (options.parse_positive, "-1"),
         (options.parse_bytes, "G"),
         (options.parse_bytes, "-1G"),
         (options.parse_bytes, "4X"),
+        (options.parse_bytes, "1e30T"),
+        (options.parse_bytes, "1e308T"),
     ],
 )
 def test_is_refused_with_what_was_found_and_expected(parse: Any, text: str) -> None:

@@ -93,7 +93,8 @@ const std::vector<Fault>& faults() {
       {"allocation", [](int64_t k) { allocations_left = k; },
        [] { return allocations_left.load() <= 0; }},
 #endif
-      counted("acceleration structure", Kind::commit), counted("cancelled", Kind::cancel)};
+      counted("acceleration structure", Kind::commit),
+      counted("cancelled", Kind::cancel)};
   return all;
 }
 

@@ -88,8 +88,7 @@ scene::Object bodies(std::initializer_list<std::array<float, 2>> along_x) {
   scene::Object object;
   object.name = "bodies";
   object.movable = true;
-  for (const auto& [low, high] : along_x)
-    direct::add_box(object, {low, 0, 0}, {high, 1, 1});
+  for (const auto& [low, high] : along_x) direct::add_box(object, {low, 0, 0}, {high, 1, 1});
   return object;
 }
 
@@ -97,9 +96,9 @@ TEST(Inside, CountsUnions) {
   // Along a diagonal of the end faces as well: lines through edges.
   for (const Vec3f from : {Vec3f{-1, 0.3f, 0.4f}, Vec3f{-1, 0.5f, 0.5f}}) {
     EXPECT_NEAR(inside(bodies({{0, 2}}), from, 10), 2, 1e-5);
-    EXPECT_NEAR(inside(bodies({{0, 1}, {1, 2}}), from, 10), 2, 1e-5);      // touching
-    EXPECT_NEAR(inside(bodies({{0, 1.5f}, {1, 2}}), from, 10), 2, 1e-5);   // overlapping
-    EXPECT_NEAR(inside(bodies({{0, 2}, {0.5f, 1}}), from, 10), 2, 1e-5);   // nested
+    EXPECT_NEAR(inside(bodies({{0, 1}, {1, 2}}), from, 10), 2, 1e-5);       // touching
+    EXPECT_NEAR(inside(bodies({{0, 1.5f}, {1, 2}}), from, 10), 2, 1e-5);    // overlapping
+    EXPECT_NEAR(inside(bodies({{0, 2}, {0.5f, 1}}), from, 10), 2, 1e-5);    // nested
     EXPECT_NEAR(inside(bodies({{0, 1}, {3, 4}}), from, 4.5f), 1.5f, 1e-5);  // apart, cut off
   }
   EXPECT_NEAR(inside(bodies({{0, 2}}), {0.5f, 0.3f, 0.4f}, 10), 1.5f, 1e-5);  // from within

@@ -94,7 +94,13 @@ def test_updates_far_from_zero_equal_a_recompute(away, tmp_path):
         session.move("block", translation(-1.2, 0.2, -0.8))
         session.update()
         session.add(
-            dl.Mesh("stool", *box((0.3, 0.3, 0.3)), "paint", pose=translation(*(offset + (0, 0.2, 1))), movable=True)
+            dl.Mesh(
+                "stool",
+                *box((0.3, 0.3, 0.3)),
+                "paint",
+                pose=translation(*(offset + (0, 0.2, 1))),
+                movable=True,
+            )
         )
         session.update()
         digest, values = session.digest(), session.irradiance
@@ -179,14 +185,18 @@ def test_samples_beyond_the_geometry_get_light():
 
 def slivers(place: tuple[float, float, float]) -> dl.Mesh:
     vertices = [(0, 0, 0), (0.1, 0, 0), (0.1, 0, 0.1), (0, 0, 0.1), (0.05, 0, -1e-6)]
-    return dl.Mesh("lamp", vertices, [(0, 2, 1), (0, 3, 2), (0, 1, 4)], "glow", pose=translation(*place), movable=True)
+    return dl.Mesh(
+        "lamp", vertices, [(0, 2, 1), (0, 3, 2), (0, 1, 4)], "glow", pose=translation(*place), movable=True
+    )
 
 
 def test_lamps_of_slivers_shine():
     walls = dl.Mesh("walls", *box((10, 3, 10), (50, 1.5, 50), inward=True), "wall")
     materials = [dl.Material("wall"), dl.Material("glow", emission=(1000,) * 3, group="g")]
     samples = dl.Samples([(51, 0, 51)], [(0, 1, 0)], radius=0.3)
-    with dl.Session(dl.Scene([walls, slivers((50, 2.5, 50))], materials), samples, paths=1_000_000) as session:
+    with dl.Session(
+        dl.Scene([walls, slivers((50, 2.5, 50))], materials), samples, paths=1_000_000
+    ) as session:
         session.bake()
         assert session.irradiance[0, 0] > 0.1
         assert (np.asarray(session.energy["escaped"]) == 0).all()

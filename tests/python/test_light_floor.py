@@ -27,7 +27,10 @@ def dark_room(*more: dl.Mesh) -> dl.Scene:
 def test_a_lamp_added_in_the_dark_is_as_good_as_one_baked(direct):
     samples = dl.Samples(PLACES, [(0, 1, 0)], radius=0.2)
     options = {"paths": 50_000, "direct": direct}
-    with dl.Session(dark_room(LAMP), samples, **options) as baked, dl.Session(dark_room(), samples, **options) as added:
+    with (
+        dl.Session(dark_room(LAMP), samples, **options) as baked,
+        dl.Session(dark_room(), samples, **options) as added,
+    ):
         baked.bake()
         added.bake()
         assert (added.irradiance == 0).all()

@@ -3,65 +3,20 @@
 
 from __future__ import annotations
 
-import queue
 import threading
 
 import deltalux as dl
 import numpy as np
 import pytest
-from deltalux.server.edits import pose_numbers, state_of
-from deltalux.server.engine import Engine
-from deltalux.server.events import Phase, Refused, Wanted
-from deltalux.server.values import Values, fill_of
+from deltalux.server import engine as engine_module
+from deltalux.server.edits import pose_numbers
+from deltalux.server.events import Phase, Refused
+from deltalux.server.values import Values
 from rooms import translation, turn
 
+from viewer.followed import Followed, assert_shown, is_message
 from viewer.page_client import TIMEOUT, decoded
 from viewer.served_room import make_session
-
-
-class Followed:
-    """An engine and what it tells."""
-
-    def __init__(self, session):
-        self.session = session
-        self.events = queue.Queue()
-        self.seen = []
-        self.state = state_of(session)
-        self.revision = 0
-        self.engine = Engine(session, self.events.put)
-
-    def __enter__(self):
-        self.engine.start()
-        return self
-
-    def __exit__(self, *_):
-        self.engine.stop()
-
-    def until(self, wanted):
-        while True:
-            event = self.events.get(timeout=TIMEOUT)
-            self.seen.append(event)
-            if wanted(event):
-                return event
-
-    def want(self, dragging=False, **changes):
-        """Poses by the movable's name."""
-        for name, pose in changes.items():
-            self.state["pose", name] = pose_numbers(pose)
-        self.revision += 1
-        self.engine.want(Wanted(dict(self.state), self.revision, dragging))
-
-    def rest(self):
-        """Wait until the present revision is done."""
-        self.until(lambda e: is_message(e, "frame") and (e["revision"], e["done"]) == (self.revision, 1))
-        self.until(lambda e: e == Phase("ready"))
-
-    def of(self, kind):
-        return [e for e in self.seen if isinstance(e, kind)]
-
-
-def is_message(event, kind):
-    return isinstance(event, dict) and event["type"] == kind
 
 
 @pytest.fixture
@@ -69,12 +24,6 @@ def followed(session):
     with Followed(session) as engine:
         engine.until(lambda e: e == Phase("ready"))
         yield engine
-
-
-def assert_shown(session, values):
-    expected = fill_of(session)(session.irradiance)
-    found = decoded(values.rows, values.scale)[:, :3]
-    assert found == pytest.approx(expected, rel=1e-3, abs=1e-4 * expected.max())
 
 
 def path_of_the_block(count):
@@ -271,3 +220,21 @@ def test_stopping_gives_the_session_back(session):
     assert session.progress is mine
     session.move("block", translation(0.5, 0.4, 0.4))
     assert session.update().done == 1
+
+
+def test_free_memory_is_returned_after_tasks_and_not_after_updates(followed, monkeypatch):
+    returned = []
+    monkeypatch.setattr(engine_module, "return_free_memory", lambda: returned.append(None))
+    followed.want(block=translation(0.5, 0.4, 0.4))
+    followed.rest()
+    assert not returned
+    followed.engine.check()
+    followed.until(lambda e: is_message(e, "checked"))
+    followed.until(lambda e: e == Phase("ready"))
+    assert len(returned) == 1
+    done = threading.Event()
+    followed.engine.export(lambda session: done.set())
+    assert done.wait(TIMEOUT)
+    followed.want(block=translation(0.6, 0.4, 0.4))
+    followed.rest()
+    assert len(returned) == 2

@@ -237,6 +237,12 @@ def test_a_port_in_use_is_named(session, serve):
         serve(other, port=server.port)
 
 
+@pytest.mark.parametrize("host", ["", "256.0.0.1", "no such host", "x" * 300, "\udcff"])
+def test_a_host_that_is_no_address_is_named(session, serve, host):
+    with pytest.raises(dl.OptionError, match=r"view: host: found '.*', expected an address of this machine"):
+        serve(session, host=host)
+
+
 def test_a_missing_page_is_an_error(session, tmp_path):
     with pytest.raises(dl.Error, match="found no page"):
         Server(session, page=tmp_path)

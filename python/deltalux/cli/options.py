@@ -118,9 +118,10 @@ def parse_bytes(text: str) -> int:
     body = text.strip().upper().removesuffix("B").removesuffix("I")
     unit = body[-1:] if body[-1:] in _SIZES else ""
     (value,) = _numbers(body.removesuffix(unit), (1,), "a size such as 4G or 800M", text)
-    if value <= 0:
-        raise typer.BadParameter(f"found '{text}', expected a size above 0, such as 4G")
-    return int(value * _SIZES[unit])
+    size = value * _SIZES[unit]
+    if not 0 < size < 2**63:
+        raise typer.BadParameter(f"found '{text}', expected a size above 0 and below 8388608T, such as 4G")
+    return int(size)
 
 
 SceneArgument = Annotated[

@@ -7,6 +7,7 @@ import io
 import json
 import os
 import zipfile
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -89,7 +90,7 @@ def read(path: str | os.PathLike[str]) -> Table:
         return reader(file)
     except FileNotFoundError:
         raise FormatError(f'table "{file}": found no such file, expected a .npz or .csv') from None
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+    except (OSError, ValueError, KeyError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error) as error:
         raise FormatError(
             f'table "{file}": found a truncated or foreign file ({error}), '
             "expected one written by deltalux bake or update; write it again"

@@ -83,31 +83,31 @@ async def _serve_page(hub: Hub, websocket: WebSocket) -> None:
     except OptionError as error:
         await websocket.close(TRY_LATER, str(error))
         return
-    tasks = (
-        asyncio.create_task(page.send_all(websocket.send_text, websocket.send_bytes)),
-        asyncio.create_task(_receive_all(hub, page, websocket)),
-    )
+    sending = asyncio.create_task(page.send_all(websocket.send_text, websocket.send_bytes))
+    receiving = asyncio.create_task(_receive_all(hub, page, websocket))
     try:
-        finished, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-        for task in finished:
-            with suppress(WebSocketDisconnect):
-                task.result()
+        await asyncio.wait((sending, receiving), return_when=asyncio.FIRST_COMPLETED)
     finally:
-        for task in tasks:
-            task.cancel()
+        sending.cancel()
+        receiving.cancel()
         hub.disconnect(page)
+    # RuntimeError: the server has closed the connection by itself, for a text that is no UTF-8, say.
+    with suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError):
+        await sending
+    with suppress(asyncio.CancelledError, WebSocketDisconnect):
+        if objection := await receiving:  # nothing is being sent any more, as closing demands
+            await websocket.close(*objection)
 
 
-async def _receive_all(hub: Hub, page: Page, websocket: WebSocket) -> None:
+async def _receive_all(hub: Hub, page: Page, websocket: WebSocket) -> tuple[int, str] | None:
+    """Act on messages until the page leaves; else the code and reason to close the connection with."""
     limit = RateLimit()
     while True:
         message = await websocket.receive()
         if message["type"] == "websocket.disconnect":
-            return
+            return None
         if message.get("text") is None:
-            await websocket.close(BINARY_MESSAGE, "found a binary message, expected JSON")
-            return
+            return BINARY_MESSAGE, "found a binary message, expected JSON"
         if not limit.allows() or page.overflows:
-            await websocket.close(TOO_MANY_MESSAGES, "found too many messages, expected 300 a second")
-            return
+            return TOO_MANY_MESSAGES, "found too many messages, expected 300 a second"
         hub.receive(page, message["text"])

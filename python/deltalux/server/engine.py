@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from deltalux.errors import Cancelled, Error, OptionError
+from deltalux.memory import return_free_memory
 from deltalux.session import Session
 
 from .edits import differences, queue_edit, state_of
@@ -47,10 +48,12 @@ class Engine:
         self._session, self._tell = session, tell
         self._own_progress = session.progress  # the user's, which gets it back
         self._changed = threading.Condition()
-        self._wanted = Wanted(state_of(session))
+        # What was queued or left pending before the start is worked off as if a page had just asked for it.
+        self.first_revision = int(session.unfinished)
+        self._wanted = Wanted(state_of(session), self.first_revision)
         self._budget: float | None = BUDGET
         self._followed = 0  # revision that was handed to the session
-        self._unfinished = False  # an update's budget ended before its work
+        self._unfinished = False  # what was handed over is not all on the pages, and may be tried at once
         self._tasks: deque[_Task] = deque()
         self._at_work: _Task | None = None
         self._cancelled = self._stopping = False
@@ -62,10 +65,9 @@ class Engine:
     # ---- for other threads --------------------------------------------------------------------
 
     def start(self) -> None:
-        """Show the light there is, or bake."""
-        first = self._bake if not self._session.baked or self._session.foreign_build else self._show
+        """Show the light there is; bake where there is none, or that of another build."""
         self._session.progress = None
-        self._tasks.append(_Task("bake", first))
+        self._tasks.append(_Task("bake", self._begin))
         self._thread.start()
 
     def stop(self) -> None:
@@ -121,6 +123,10 @@ class Engine:
                 raise OptionError(
                     f"{task.name}: found the {busy.name} still at work, expected none; wait, or cancel it"
                 )
+            if task.name != "bake" and self._session.foreign_build is not None:
+                raise OptionError(
+                    f"{task.name}: found the light of another build, expected this one's; bake first"
+                )
             self._tasks.append(task)
             self._changed.notify()
 
@@ -145,26 +151,32 @@ class Engine:
                 self._tell({"type": "cancelled", "task": self._at_work.name if self._at_work else "update"})
             except Exception as error:
                 self._report(error)
+            if self._at_work:
+                return_free_memory()
             with self._changed:
                 self._at_work = None
             self._session.progress = None
             self._set_phase(self._resting_phase())
 
+    def _lit(self) -> bool:
+        """Whether there is light to go on from; that of another build may differ in bits."""
+        return self._session.baked and self._session.foreign_build is None
+
     def _has_work(self) -> bool:
-        return self._is_asked() or (self._session.baked and self._behind())
+        return self._is_asked() or (self._lit() and self._behind())
 
     def _is_asked(self) -> bool:
         """Whether somebody wants something new."""
-        news = self._session.baked and self._wanted.revision != self._followed
+        news = self._lit() and self._wanted.revision != self._followed
         return self._stopping or bool(self._tasks) or news
 
     def _behind(self) -> bool:
         return self._unfinished or self._wanted.revision != self._followed
 
     def _resting_phase(self) -> str:
-        if not self._session.baked:
+        if not self._lit():
             return "empty"
-        return "updating" if self._behind() else "ready"
+        return "updating" if self._behind() or self._session.unfinished else "ready"
 
     def _set_phase(self, name: str) -> None:
         if name != self._phase:
@@ -175,9 +187,10 @@ class Engine:
         return TaskProgress(task, self._tell, lambda: self._cancelled)
 
     def _report(self, error: Exception) -> None:
-        """Tell everybody; what failed is tried again with the next edit, not before."""
-        self._unfinished = False
-        self._followed = self._wanted.revision
+        """Tell everybody; an update that failed is tried again with the next edit, not before."""
+        if self._at_work is None:
+            self._unfinished = False
+            self._followed = self._wanted.revision
         if not isinstance(error, (Error, OSError, MemoryError)):
             log.error("the engine failed", exc_info=error)
         text = str(error) if isinstance(error, (Error, OSError)) else f"{type(error).__name__}: {error}"
@@ -204,6 +217,7 @@ class Engine:
             except OptionError as error:
                 self._tell(Refused(key, state_of(self._session)[key], str(error)))
         self._followed = wanted.revision
+        self._unfinished = self._unfinished or bool(edits)  # until published, even if the work is cancelled
         return wanted, bool(edits)
 
     def _follow(self) -> None:
@@ -226,19 +240,21 @@ class Engine:
             )
         )
 
-    def _show(self, progress: TaskProgress) -> None:
-        """Publish the light of a session that was baked before."""
-        self._figures.read_methods(self._session)
-        self._publish(self._wanted.revision)
+    def _begin(self, progress: TaskProgress) -> None:
+        """Publish the light of a session that was baked before; it belongs to the state before what waits."""
+        if self._session.baked:
+            self._publish(0)
+        if self._lit():
+            self._figures.read_methods(self._session)
+        else:
+            self._bake(progress)
 
     def _bake(self, progress: TaskProgress) -> None:
         """Compute everything; where there is no light yet, coarse bakes come first."""
         self._set_phase("baking")
         wanted, _ = self._hand_over()
         progress.part(0.0, 1.0, BAKE)
-        if self._session.foreign_build:
-            self._publish(wanted.revision)
-        elif not self._session.baked:
+        if not self._session.baked:
             for coarse in previews(self._session, wanted.state, progress):
                 self._publish(wanted.revision, coarse)
                 self._set_phase("preview")

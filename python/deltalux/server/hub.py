@@ -54,20 +54,24 @@ class Hub:
         self._names = Names(list(session.poses), list(session.dim_factors), list(session.reflectances))
         self._reach = Reach(session)
         self._history = History(state_of(session))
-        self._revision = 0
         self._phase = "updating" if session.baked else "empty"  # until the engine says otherwise
         self._pages: set[Page] = set()
         self._values: Values | None = None
-        self._kept: dict[str, dict[str, Any]] = {}  # what a page that comes later is told, by type
+        self._kept: dict[str, dict[str, Any]] = {}  # what a page that comes later is told, by type or subject
         self._engine = Engine(session, self._from_engine)
+        self._revision = self._engine.first_revision
         self._loop: asyncio.AbstractEventLoop | None = None
         if not self._names.movables:
-            self._keep(
-                {
-                    "type": "notice",
-                    "message": "nothing in this scene can be moved; name what should be with --movable NAME "
-                    "(dl.load(…, movable=[…])), or call its node MOVE_… in the file",
-                }
+            self._keep_notice(
+                "movables",
+                "nothing in this scene can be moved; name what should be with --movable NAME "
+                "(dl.load(…, movable=[…])), or call its node MOVE_… in the file",
+            )
+        if session.foreign_build is not None:
+            self._keep_notice(
+                "build",
+                f"the light of this session was computed by another build ({session.foreign_build}), whose "
+                "bits may differ; everything is computed again before the first edit",
             )
 
     def open(self) -> None:
@@ -217,8 +221,8 @@ class Hub:
         for page in self._pages:
             page.tell(message)
 
-    def _keep(self, message: dict[str, Any]) -> None:
-        self._kept[message["type"]] = message
+    def _keep_notice(self, subject: str, text: str) -> None:
+        self._kept[subject] = {"type": "notice", "message": text}
 
     # ---- events of the engine -----------------------------------------------------------------
 
@@ -246,5 +250,5 @@ class Hub:
             self._state_changed()
         else:
             if event["type"] in ("frame", "progress"):
-                self._keep(event)
+                self._kept[event["type"]] = event
             self._broadcast(event)

@@ -12,7 +12,7 @@ from typing import Any
 
 import uvicorn
 
-from deltalux.errors import Error
+from deltalux.errors import Error, OptionError
 from deltalux.session import Session
 
 from .app import make_app
@@ -112,7 +112,13 @@ class Server:
 
 
 def _listen(host: str, port: int) -> socket.socket:
-    family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
+    try:
+        family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
+    except (OSError, UnicodeError) as error:
+        raise OptionError(
+            f"view: host: found {host[:60]!r}, expected an address of this machine, such as 127.0.0.1 "
+            f"({error})"
+        ) from None
     listener = socket.socket(family, socket.SOCK_STREAM)
     try:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

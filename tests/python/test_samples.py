@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Radii of samples that no session could use are refused when the samples are made."""
+
+import re
+import warnings
+
+import deltalux as dl
+import numpy as np
+import pytest
+from deltalux.scene import make_movable
+
+
+@pytest.mark.parametrize("radius", [0.0, -1.0, 1e16, 1e300, np.inf, np.nan, [0.1, 1e300], [np.nan, -1.0]])
+def test_radii_beyond_the_engine_s_are_refused(radius):
+    wrong = radius if np.ndim(radius) == 0 else radius[1]
+    text = f"samples: radius: found {wrong:g}, expected positive metres up to 1e+15"
+    with pytest.raises(dl.OptionError, match=re.escape(text)):
+        dl.Samples(np.zeros((2, 3)), (0, 1, 0), radius)
+
+
+def test_the_largest_radius_and_automatic_ones_are_taken():
+    samples = dl.Samples(np.zeros((2, 3)), (0, 1, 0), [1e15, np.nan])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        dl.Session(dl.scenes.cornell_box(), samples, paths=10)
+
+
+def test_a_scene_in_which_everything_moves_has_samples_and_light():
+    """Without static meshes no light lands: what moves is judged by what reaches it from outside."""
+    still = dl.scenes.cornell_box()
+    scene = make_movable(still, [mesh.name for mesh in still.meshes if not mesh.movable])
+    assert set(scene.movable) == {mesh.name for mesh in scene.meshes}
+    samples = dl.Samples.on_vertices(scene, spacing=0.5, radius=0.2)
+    with dl.Session(scene, samples, paths=2000, threads=1) as session:
+        session.bake()
+        assert np.isfinite(session.irradiance).all()
+        assert session.irradiance.any()
