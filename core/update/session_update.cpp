@@ -319,7 +319,7 @@ void Session::refuse_growth(Progress& progress) {
         "reflectance: memory: brighter surfaces make longer paths, which would need "
         "about " +
         mebibytes(needed) + ", the limit is " + mebibytes(limit) +
-        "; raise the memory limit, or bake with fewer paths");
+        "; set it back, raise the memory limit, or bake with fewer paths");
 }
 
 }  // namespace deltalux::update

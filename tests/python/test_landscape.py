@@ -98,7 +98,7 @@ def test_updates_far_from_zero_equal_a_recompute(away, tmp_path):
                 "stool",
                 *box((0.3, 0.3, 0.3)),
                 "paint",
-                pose=translation(*(offset + (0, 0.2, 1))),
+                pose=translation(*np.add(offset, (0, 0.2, 1))),
                 movable=True,
             )
         )
@@ -107,7 +107,7 @@ def test_updates_far_from_zero_equal_a_recompute(away, tmp_path):
         session.recompute()
         assert session.digest() == digest
         assert np.isfinite(values).all()
-        middle = offset + (0.2, 0.8, 0.1)
+        middle = np.add(offset, (0.2, 0.8, 0.1))
         assert np.isfinite(session.at([middle], [(0, 1, 0)])).all()
         session.save(tmp_path / "far.dlx")
         with dl.Session.open(tmp_path / "far.dlx") as opened:
