@@ -11,7 +11,7 @@ from . import _core
 from .errors import OptionError
 from .estimate.inputs import SEGMENT_ENDS, check_choice
 from .flatten import FlatScene
-from .frame import TOO_COARSE, place_slack
+from .frame import is_lost, place_slack
 from .memory import available_memory
 from .samples import Samples
 from .scene import Mesh, Scene
@@ -107,7 +107,7 @@ def core_pose(scene: Scene, flat: FlatScene, name: str, pose: np.ndarray) -> np.
         So far from the scene's middle that single precision holds nothing of its shape.
     """
     slack, size = place_slack(scene.mesh(name), pose, flat.origin)
-    if slack > TOO_COARSE * size:
+    if is_lost(slack, size, flat.radius):
         raise OptionError(
             f'move "{name}": single precision holds places there to {slack:.2g} m, and it is {size:.2g} m '
             "large; move it nearer to the middle of the scene"

@@ -9,7 +9,7 @@ import numpy as np
 
 from . import _core
 from .errors import SceneError
-from .frame import local_origin, scene_origin
+from .frame import local_origin, scene_frame
 from .scene import Mesh, PointLight, Scene, SpotLight, SunLight, versine
 
 
@@ -20,6 +20,7 @@ class FlatScene:
     scene: Scene
     core: _core.Scene
     origin: np.ndarray = field(default_factory=lambda: np.zeros(3))  # of the core's world
+    radius: float = 0.0  # of half of what is static
     local: dict[str, np.ndarray] = field(default_factory=dict)  # of movables' own spaces in the core
     objects: dict[str, int] = field(default_factory=dict)
     groups: dict[str, int] = field(default_factory=dict)
@@ -73,7 +74,7 @@ def flatten(scene: Scene) -> FlatScene:
     """
     if not any(len(m.triangles) for m in scene.meshes):
         raise SceneError("scene: found no triangles, expected at least one mesh with triangles")
-    flat = FlatScene(scene, _core.Scene(), scene_origin(scene.meshes))
+    flat = FlatScene(scene, _core.Scene(), *scene_frame(scene.meshes))
     flat.groups = {name: i for i, name in enumerate(scene.groups)}
     for index, material in enumerate(scene.materials):
         flat.materials[material.name] = index

@@ -15,33 +15,35 @@ FAR_LOCAL = 256.0  # the same of a movable's own space
 MOST_VERTICES = 100_000  # that tell where the middle is
 SLACK = 2.0**-19  # by which rays stay off surfaces, of the distance from the origin; see the core
 COARSE = 0.01  # of a mesh's size: more slack than this is told
-TOO_COARSE = 0.5  # and this is refused
+TOO_COARSE = 0.5  # and this is refused, where the mesh is no
+SPECK = 1e-3  # of the scene: how little light is blocked or lost by a speck does not matter
 
 
-def scene_origin(meshes: Sequence[Any]) -> np.ndarray:
-    """(3,) float64: the middle of what has most vertices where that is far from zero, else zero.
+def scene_frame(meshes: Sequence[Any]) -> tuple[np.ndarray, float]:
+    """Origin (3,): the middle of what has most vertices if far from zero, else zero; and the radius of half.
 
     A function of the static meshes (of the first mesh where there are none), which edits leave alone.
     """
     static = [m for m in meshes if not m.movable and len(m.vertices)] or list(meshes[:1])
     points = [m.world_vertices for m in static if len(m.vertices)]
-    return _far_middle(np.concatenate(points), FAR) if points else np.zeros(3)
+    return _far_middle(np.concatenate(points), FAR) if points else (np.zeros(3), 0.0)
 
 
 def local_origin(mesh: Any) -> np.ndarray:
     """(3,) float64: the middle of a movable's vertices where that is far from its own zero, else zero."""
     if not mesh.movable or not len(mesh.vertices):
         return np.zeros(3)
-    return _far_middle(mesh.vertices, FAR_LOCAL)
+    return _far_middle(mesh.vertices, FAR_LOCAL)[0]
 
 
-def _far_middle(points: np.ndarray, far: float) -> np.ndarray:
+def _far_middle(points: np.ndarray, far: float) -> tuple[np.ndarray, float]:
     some = points[:: max(1, len(points) // MOST_VERTICES)]
     middle = np.median(some, axis=0)
-    radius = np.quantile(np.abs(some - middle).max(axis=1), 0.9)
+    half, radius = np.quantile(np.abs(some - middle).max(axis=1), (0.5, 0.9)).tolist()
     if np.abs(middle).max() <= far * radius:
-        return np.zeros(3)
-    return middle.astype(np.float32).astype(np.float64)  # few digits: poses come back without rounding
+        return np.zeros(3), half
+    # Few digits: poses come back without rounding.
+    return middle.astype(np.float32).astype(np.float64), half
 
 
 def check_places(meshes: Sequence[Any]) -> list[str]:
@@ -55,7 +57,7 @@ def check_places(meshes: Sequence[Any]) -> list[str]:
     found: list[str] = []
     if not meshes:
         return found
-    origin = scene_origin(meshes)
+    origin, radius = scene_frame(meshes)
     for mesh in meshes:
         slack, size = place_slack(mesh, mesh.pose, origin)
         if slack <= COARSE * size:
@@ -64,10 +66,15 @@ def check_places(meshes: Sequence[Any]) -> list[str]:
             f'mesh "{mesh.name}": it lies {slack / SLACK:.3g} m from the middle of the scene, where single '
             f"precision holds places to {slack:.2g} m, and is {size:.2g} m large"
         )
-        if slack > TOO_COARSE * size:
+        if is_lost(slack, size, radius):
             raise SceneError(f"{text}; expected a scene whose parts lie closer together: split it")
         found.append(f"{text}; light beside it is coarse")
     return found
+
+
+def is_lost(slack: float, size: float, radius: float) -> bool:
+    """Whether nothing is left of the shape of a mesh that is no speck in a scene of that radius."""
+    return slack > TOO_COARSE * size and size > SPECK * radius
 
 
 def place_slack(mesh: Any, pose: np.ndarray, origin: np.ndarray) -> tuple[float, float]:
