@@ -98,16 +98,18 @@ def check_insertion(mesh: Mesh, flat: FlatScene) -> None:
             )
 
 
-def core_pose(scene: Scene, flat: FlatScene, name: str, pose: np.ndarray) -> np.ndarray:
+def core_pose(scene: Scene, flat: FlatScene, box: np.ndarray, name: str, pose: np.ndarray) -> np.ndarray:
     """The pose of a movable in the core.
 
     Raises
     ------
     OptionError
-        So far from the scene's middle that single precision holds nothing of its shape.
+        Within `box` (beyond it the core refuses), but so far from the scene's middle that single
+        precision holds nothing of its shape.
     """
+    inside = bool(((box[0] <= pose[:3, 3]) & (pose[:3, 3] <= box[1])).all())
     slack, size = place_slack(scene.mesh(name), pose, flat.origin)
-    if is_lost(slack, size, flat.radius):
+    if inside and is_lost(slack, size, flat.radius):
         raise OptionError(
             f'move "{name}": single precision holds places there to {slack:.2g} m, and it is {size:.2g} m '
             "large; move it nearer to the middle of the scene"

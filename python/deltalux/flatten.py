@@ -9,8 +9,9 @@ import numpy as np
 
 from . import _core
 from .errors import SceneError
-from .frame import local_origin, scene_frame
+from .frame import coarse_places, local_origin, scene_frame
 from .scene import Mesh, PointLight, Scene, SpotLight, SunLight, versine
+from .units import FARTHEST
 
 
 @dataclass
@@ -51,6 +52,10 @@ class FlatScene:
             vertices, pose = mesh.vertices - self.local[mesh.name], self.pose(mesh.name, mesh.pose)
         else:
             vertices, pose = mesh.world_vertices - self.origin, np.eye(4)
+            if np.abs(vertices).max(initial=0.0) > FARTHEST:
+                raise SceneError(
+                    f'mesh "{mesh.name}": its pose leads beyond 1e15 m, expected a scene in metres'
+                )
         names = [self.materials[name] for name in mesh.material]
         groups = [self.groups.get(self.scene.material(name).group or mesh.name, 0) for name in mesh.material]
         return _core.Object(
@@ -74,6 +79,7 @@ def flatten(scene: Scene) -> FlatScene:
     """
     if not any(len(m.triangles) for m in scene.meshes):
         raise SceneError("scene: found no triangles, expected at least one mesh with triangles")
+    coarse_places(scene.meshes, refuse=True)
     flat = FlatScene(scene, _core.Scene(), *scene_frame(scene.meshes))
     flat.groups = {name: i for i, name in enumerate(scene.groups)}
     for index, material in enumerate(scene.materials):

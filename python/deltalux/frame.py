@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from .errors import SceneError
+from .units import FARTHEST
 
 FAR = 2.0  # radii from the origin: the scene gets an origin of its own
 FAR_LOCAL = 256.0  # the same of a movable's own space
@@ -40,19 +41,19 @@ def _far_middle(points: np.ndarray, far: float) -> tuple[np.ndarray, float]:
     some = points[:: max(1, len(points) // MOST_VERTICES)]
     middle = np.median(some, axis=0)
     half, radius = np.quantile(np.abs(some - middle).max(axis=1), (0.5, 0.9)).tolist()
-    if np.abs(middle).max() <= far * radius:
+    if not far * radius < np.abs(middle).max() <= FARTHEST:
         return np.zeros(3), half
     # Few digits: poses come back without rounding.
     return middle.astype(np.float32).astype(np.float64), half
 
 
-def check_places(meshes: Sequence[Any]) -> list[str]:
+def coarse_places(meshes: Sequence[Any], refuse: bool = False) -> list[str]:
     """Warnings about meshes that lie so far out that little is left of their shape.
 
     Raises
     ------
     SceneError
-        Where nothing is left of it.
+        With `refuse`, where nothing is left of it.
     """
     found: list[str] = []
     if not meshes:
@@ -66,7 +67,7 @@ def check_places(meshes: Sequence[Any]) -> list[str]:
             f'mesh "{mesh.name}": it lies {slack / SLACK:.3g} m from the middle of the scene, where single '
             f"precision holds places to {slack:.2g} m, and is {size:.2g} m large"
         )
-        if is_lost(slack, size, radius):
+        if refuse and is_lost(slack, size, radius) and slack / SLACK <= FARTHEST:  # else the core does
             raise SceneError(f"{text}; expected a scene whose parts lie closer together: split it")
         found.append(f"{text}; light beside it is coarse")
     return found

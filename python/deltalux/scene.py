@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from .errors import OptionError, SceneError
-from .frame import check_places
+from .frame import coarse_places
 from .units import UNITS, photopic
 from .vectors import unit
 
@@ -323,7 +323,7 @@ class Scene:
         self.lights = tuple(lights)
         self.cameras = tuple(cameras)
         self.nodes = tuple(nodes)
-        self.warnings = tuple(dict.fromkeys([*warnings, *check_places(self.meshes)]))
+        self.warnings = tuple(dict.fromkeys([*warnings, *coarse_places(self.meshes)]))
         self.source = source
         self.files = tuple(files) or (() if source is None else (source,))
         if unit not in UNITS:

@@ -166,7 +166,7 @@ class Session:
         """
         index = self._object(name)
         matrix = rigid_pose(pose, f'move "{name}": pose')
-        self._queue("move", index, core_session.core_pose(self.scene, self._flat, name, matrix))
+        self._queue("move", index, core_session.core_pose(self.scene, self._flat, self._box, name, matrix))
         self._poses[name] = matrix
 
     @short_call

@@ -104,7 +104,7 @@ def test_false_colour_is_another_picture_with_a_legend(cli: Cli, room: Path, tmp
         ),
         ("--grid=0,0,0,1e300,1,1", "grid: found 1e+300 metres, expected at most 1e+15"),
         ("--grid=0,0,0,1,1,1e-300", "grid: found 1e+300 × 1e+300 points, expected at most 50,000,000"),
-        ("--radius=1e300", "radius: found inf, expected positive metres up to 1e15"),
+        ("--radius=1e300", "radius: found 1e+300, expected positive metres up to 1e+15"),
         ("--seed=99999999999999999999", "seed: found 99999999999999999999, expected an integer from 0"),
     ],
 )

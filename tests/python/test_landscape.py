@@ -147,7 +147,7 @@ def test_what_single_precision_cannot_hold_is_told_or_refused():
     assert not scene.warnings
     with pytest.raises(dl.SceneError, match=r'mesh "shed": it lies .* m from the middle .* split it'):
         far = dl.Mesh("shed", *box((2, 2, 2), (1e7, 0, 0)), "wall")
-        dl.Scene([*scene.meshes, far], scene.materials, scene.lights)
+        dl.trace(dl.Scene([*scene.meshes, far], scene.materials, scene.lights), paths=10)
     stool = dl.Mesh("stool", *box((0.3, 0.3, 0.3)), "wall", pose=translation(0, 1, 0), movable=True)
     gate = dl.Mesh("gate", *box((1, 1, 1), (2e6, 0, 0)), "wall", movable=True, pose=translation(-2e6, 1, 0))
     ground = dl.Mesh("ground", [(-1, 0, 0), (3e6, 0, 0), (0, 0, 1)], [(0, 2, 1)], "wall")

@@ -10,19 +10,14 @@ from rooms import room
 from scipy import stats
 
 COLUMNS = ("origin", "direction", "length", "extended", "quanta", "path", "bounce", "group", "primitive")
-# What session.cpp and ray_caster.cpp do: discs lie two epsilons above their samples.
-LEAST_LIFT = np.float32(2)
+SLACK = np.float32(2.0**-19)  # of the largest coordinate: how far off a surface rays begin, see vec.h
 
 
-def epsilon(scene: dl.Scene) -> np.float32:
-    """How far bounced rays start above their surface: 1e-5 of half the world box's diagonal.
-
-    The box is that of the static meshes and 2 % of its sides more; that suffices for `room`.
-    """
-    low, high = (np.array(b, np.float32) for b in (np.array([-2, 0, -1.5]), np.array([2, 2, 1.5])))
-    grow = np.float32(0.02) * (high - low)
-    diagonal = np.sqrt(((high + grow - (low - grow)) ** 2).sum(dtype=np.float32), dtype=np.float32)
-    return np.float32(1e-5) * np.float32(0.5) * diagonal
+def lifted(points: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    """Centres of whole discs in free air, in the core's arithmetic: twice the slack above their samples."""
+    place = points.astype(np.float32)
+    slack = SLACK * np.abs(place).max(axis=1, keepdims=True)
+    return place + normals.astype(np.float32) * (np.float32(2) * slack)
 
 
 @pytest.fixture(scope="module")
@@ -93,11 +88,12 @@ def test_flights_begin_where_the_last_one_ended(traced):
     here, there = links(traced)
     end = traced.origin[here] + traced.direction[here].astype(float) * traced.length[here, None]
     gap = np.linalg.norm(traced.origin[there] - end, axis=1)
-    # One epsilon above the surface, mostly back along the flight: farther where it came at a slant.
-    # Coordinates below 4 m round by 2e-7.
-    least = float(epsilon(room()))
-    assert gap.min() > least - 1e-6
-    assert gap.max() < 17 * least
+    # The slack of the end and of the flight above the surface, and a little for the triangle's plane;
+    # mostly back along the flight: farther where it came at a slant. Coordinates round by 2e-7.
+    flight = traced.direction[here] * traced.length[here, None]
+    least = SLACK * np.maximum(np.abs(end).max(axis=1), np.abs(flight).max(axis=1))
+    assert (gap > least - 1e-6).all()
+    assert (gap < 17 * (least + 4e-6)).all()
     beside = np.linalg.norm(
         np.cross(traced.origin[there] - end, traced.direction[here].astype(float)), axis=1
     )
@@ -141,9 +137,9 @@ def test_a_session_stores_these_segments(end):
         session.bake()
         sums, energy = session.sums, session.energy
         assert session.statistics["segments"] == len(segments)
-    lifted = points.astype(np.float32) + normals.astype(np.float32) * (LEAST_LIFT * epsilon(scene))
+    centres = lifted(points, normals)
     expected = dl.estimate.disc_index(
-        segments, dl.Samples(lifted, normals, radius=samples.radius), segment_end=end
+        segments, dl.Samples(centres, normals, radius=samples.radius), segment_end=end
     )
     assert energy["quantum"] == segments.quantum
     assert expected.stats["hits"] > 5000
@@ -158,9 +154,9 @@ def test_a_session_that_samples_direct_light_stores_the_later_bounces():
     with dl.Session(scene, samples, paths=10_000, disc_area="whole", direct="sampled") as session:
         session.bake()
         sums = session.sums
-    lifted = points.astype(np.float32) + np.array([0, 1, 0], np.float32) * (LEAST_LIFT * epsilon(scene))
+    centres = lifted(points, np.array([[0, 1, 0]]))
     indirect = dl.estimate.disc_index(
-        segments, dl.Samples(lifted, (0, 1, 0), radius=0.25), segment_end="first", first_bounce=1
+        segments, dl.Samples(centres, (0, 1, 0), radius=0.25), segment_end="first", first_bounce=1
     )
     np.testing.assert_array_equal(sums, indirect.sums)
 

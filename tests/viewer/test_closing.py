@@ -6,6 +6,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import socket
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from deltalux.server.app import BINARY_MESSAGE, TOO_MANY_MESSAGES, _serve_page
@@ -60,7 +61,8 @@ def served(session, *messages, close_after=None):
             await asyncio.to_thread(hub.close)
         return connection.sent
 
-    return asyncio.run(serve())
+    with ThreadPoolExecutor(1) as aside:  # other tests may have left a loop running here
+        return aside.submit(lambda: asyncio.run(serve())).result()
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])

@@ -190,6 +190,8 @@ def test_a_page_that_comes_while_baking_sees_progress_and_the_preview(serve):
                 assert late.frame["flags"] & 2
                 assert late.state["phase"] in ("baking", "preview")
                 progress = late.until("progress")
+                while progress["fraction"] == 0:  # it has only begun
+                    progress = late.until("progress")
                 assert progress["task"] == "bake"
                 assert 0 < progress["fraction"] < 1
             assert first.ask("check")["message"].startswith("check: found the bake still at work")

@@ -8,7 +8,7 @@ import numpy as np
 from rooms import box, translation
 
 SPACING = 0.2  # some 4,000 samples
-PATHS = 40_000
+PATHS = 400_000
 
 
 def two_cells() -> dl.Scene:
