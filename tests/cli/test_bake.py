@@ -26,6 +26,14 @@ def test_json_has_counts_times_errors_and_digest(cli: Cli, room: Path) -> None:
     assert [s["name"] for s in data["sets"]] == ["surfaces", "MOVE_panel"]
 
 
+def test_summary_tells_what_no_path_reached(cli: Cli, room: Path) -> None:
+    few = cli("bake", room, "--paths", "20", "--spacing", "1", "--radius", "0.01", "--json")
+    count = few.data["unreached"]
+    assert count > 0
+    shown = cli("bake", room, "--paths", "20", "--spacing", "1", "--radius", "0.01")
+    assert f"{count} samples: no path reached them" in " ".join(shown.out.split())
+
+
 def test_summary_shows_minimum_mean_maximum_uniformity(cli: Cli, room: Path) -> None:
     out = cli("bake", room, *QUICK).out
     for word in ("min (lx)", "mean", "max", "uniformity", "surfaces", "MOVE_panel"):

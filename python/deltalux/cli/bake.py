@@ -83,4 +83,4 @@ def run(
             data = figures(session, frame, sets)
     data |= {"scene": scene, "outputs": [str(path) for path in targets]}
     written = [f"wrote {path}" for path in targets]
-    terminal.result(data, summary_table(scene, data["unit"], data["sets"]), *written)
+    terminal.result(data, summary_table(scene, data), *written)

@@ -139,15 +139,19 @@ def figures(
     }
 
 
-def summary_table(title: str, unit: str, sets: Sequence[Mapping[str, Any]]) -> Table:
-    """Return minimum, mean, maximum and uniformity of each set as a table."""
+def summary_table(title: str, data: Mapping[str, Any]) -> Table:
+    """Return minimum, mean, maximum and uniformity of each set of `figures` as a table."""
+    unit = data["unit"]
     table = Table(title=title, title_justify="left")
     table.add_column("samples of")
     shown = "lx" if unit == LUX else unit.replace("m2", "m²")
     for column in ("count", f"min ({shown})", "mean", "max", "uniformity", "standard error"):
         table.add_column(column, justify="right")
-    for row in (SetSummary(**s) for s in sets):
+    for row in (SetSummary(**s) for s in data["sets"]):
         values = (f"{v:.4g}" for v in (row.minimum, row.mean, row.maximum))
         share = f"{row.standard_error / row.mean:.1%}" if row.mean > 0 else "–"
         table.add_row(row.name, f"{row.samples:,}", *values, f"{row.uniformity:.2f}", share)
+    if data["unreached"]:
+        table.caption = f"{data['unreached']:,} samples: no path reached them, their error is a bound"
+        table.caption_justify = "left"
     return table

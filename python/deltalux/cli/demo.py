@@ -103,7 +103,7 @@ def run(
     }
     written = f"pictures, a lit mesh and report.html are in {output}"
     invitation = f"drag the trolley yourself: {_program()} view atrium"
-    table = summary_table("atrium", data["unit"], data["sets"])
+    table = summary_table("atrium", data)
     terminal.result(data, table, *sentences, written, invitation)
     if not same:
         raise dl.Error(

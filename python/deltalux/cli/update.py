@@ -135,7 +135,7 @@ def run(
         f"in {total_milliseconds(frame):,.1f} ms",
         *(f"wrote {path}" for path in targets),
     ]
-    terminal.result(data, summary_table(str(session), data["unit"], data["sets"]), *lines)
+    terminal.result(data, summary_table(str(session), data), *lines)
 
 
 def moved_pose(pose: np.ndarray, step: Move) -> np.ndarray:
