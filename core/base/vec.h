@@ -71,8 +71,7 @@ void tangent_frame(Vec3<T> n, Vec3<T>& u, Vec3<T>& v) {
 }
 
 /// Distance by which rounding may put a ray's origin or end off a surface at `p`: coordinates, and
-/// distances as long as they are, have 24 bits. Twice what 1e8 flights in rooms at all distances
-/// from the origin needed.
+/// distances as long as they are, have 24 bits. Thirty-two roundings.
 inline float position_slack(Vec3f p) {
   return 0x1p-19f * std::max({std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)});
 }
