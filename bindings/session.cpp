@@ -242,6 +242,7 @@ void bind_session(nb::module_& m) {
              s.read_sums(sums.data());
              return make_array(std::move(sums), {n, 3});
            })
+      .def_prop_ro("unreached", [](const Session& s) { return s.unreached(); })
       .def("areas",
            [](const Session& s) {
              std::vector<float> area = s.areas();
@@ -300,7 +301,6 @@ void bind_session(nb::module_& m) {
              out["segment_bytes"] = state.store.bytes() + state.cut.size();
              out["bytes"] = s.bytes();
              out["forecast_bytes"] = s.forecast().bytes;
-             out["unreached"] = s.baked() ? s.unreached() : size_t(0);
              out["samples"] = state.samples.size();
              out["threads"] = state.workers.threads();
              return out;

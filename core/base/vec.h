@@ -70,6 +70,13 @@ void tangent_frame(Vec3<T> n, Vec3<T>& u, Vec3<T>& v) {
   v = {b, sign + n.y * n.y * a, -n.y};
 }
 
+/// `local`, given in tangent_frame(n) with n as its third axis, in the frame that n is given in.
+inline Vec3f turned(Vec3f local, Vec3f n) {
+  Vec3f u, v;
+  tangent_frame(n, u, v);
+  return u * local.x + v * local.y + n * local.z;
+}
+
 /// Distance by which rounding may put a ray's origin or end off a surface at `p`: coordinates, and
 /// distances as long as they are, have 24 bits. Thirty-two roundings.
 inline float position_slack(Vec3f p) {

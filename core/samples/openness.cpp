@@ -50,9 +50,7 @@ class Surroundings {
     static const Directions directions;
     float share = 1;
     for (const Vec3f& local : directions.at[walk]) {
-      Vec3f u, v;
-      tangent_frame(normal, u, v);
-      const Vec3f w = u * local.x + v * local.y + normal * local.z;
+      const Vec3f w = turned(local, normal);
       const trace::Hit hit = caster_.closest_static(at, w, 0.0f, far_);
       if (!hit.valid()) return share;
       const Vec3f emission = scene_.material_of(hit.primitive).emission;

@@ -42,12 +42,6 @@ struct Directions {
   }
 };
 
-Vec3f turned(Vec3f local, Vec3f n) {
-  Vec3f u, v;
-  tangent_frame(n, u, v);
-  return u * local.x + v * local.y + n * local.z;
-}
-
 /// What short walks from a point see.
 struct Surroundings {
   float inverse_sum = 0;  ///< of the rays' distances

@@ -65,10 +65,10 @@ void Level::allocate(size_t count, bool with_extended, std::vector<uint32_t>& ou
 }
 
 size_t Level::bytes() const {
-  size_t sum = chunks_.capacity() * sizeof(void*) + free_.capacity() * sizeof(uint32_t);
-  for (const auto& chunk : chunks_)
-    sum += sizeof(Chunk) + (chunk->extended ? kChunk * sizeof(float) : 0);
-  return sum;
+  // Chunks are alike: asked at every update.
+  const bool extended = !chunks_.empty() && chunks_.front()->extended;
+  return chunks_.capacity() * sizeof(void*) + free_.capacity() * sizeof(uint32_t) +
+         chunks_.size() * (sizeof(Chunk) + (extended ? kChunk * sizeof(float) : 0));
 }
 
 size_t SegmentStore::live() const {

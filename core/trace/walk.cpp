@@ -27,10 +27,8 @@ Vec3f cosine_direction(Vec3f n, float r, float s) {
     radius = b;
     phi = (std::numbers::pi_v<float> / 2) - (std::numbers::pi_v<float> / 4) * (a / b);
   }
-  Vec3f u, v;
-  tangent_frame(n, u, v);
   const float x = radius * std::cos(phi), y = radius * std::sin(phi);
-  return u * x + v * y + n * std::sqrt(std::max(0.0f, 1 - x * x - y * y));
+  return turned({x, y, std::sqrt(std::max(0.0f, 1 - x * x - y * y))}, n);
 }
 
 }  // namespace

@@ -89,8 +89,9 @@ void Session::allot_paths(Progress& progress) {
 
 double Session::bytes_per_segment() const {
   const bool extended = state_->options.segment_end != segments::SegmentEnd::first;
-  return sizeof(segments::Level::Chunk) / double(segments::Level::kChunk) +
-         (extended ? double(sizeof(float)) : 0.0);
+  constexpr double kSpare = 1.05;  // chunks are not all full
+  return kSpare * (sizeof(segments::Level::Chunk) / double(segments::Level::kChunk) +
+                   (extended ? double(sizeof(float)) : 0.0));
 }
 
 void Session::forecast_memory(const PilotPaths& paths) {
@@ -100,7 +101,7 @@ void Session::forecast_memory(const PilotPaths& paths) {
                        double(s.scene.primitives()) * 200.0 +
                        // Each bounce ends in a chunk that is partly empty; more paths go deeper.
                        (1.5 * paths.deepest + 4.0) * double(sizeof(segments::Level::Chunk));
-  forecast_.bytes_per_path = per_path * bytes_per_segment() * 1.05 + 1.0;
+  forecast_.bytes_per_path = per_path * bytes_per_segment() + 1.0;
   forecast_.segments = uint64_t(per_path * double(paths.all));
   forecast_.bytes = size_t(forecast_.bytes_per_path * double(paths.all) + fixed);
 }

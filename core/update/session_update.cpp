@@ -16,7 +16,6 @@ namespace {
 
 constexpr double kDirectShare = 0.4;  // of a time budget, for shadow rays
 constexpr size_t kFirstStep = 128;    // with a time budget it measures how many paths fit
-constexpr double kSpare = 1.05;       // of forecast segments: chunks are not all full
 
 using Clock = std::chrono::steady_clock;
 
@@ -311,9 +310,7 @@ void Session::refuse_growth(Progress& progress) {
   const double longest = double(s.options.max_bounces) * bytes_per_segment();
   if (!s.options.memory_limit || other + paths * longest <= limit) return;
   const PilotPaths pilot = walk_pilot_paths(s, progress);
-  if (!pilot.walked) return;
-  const double flights = double(pilot.flights.size()) / double(pilot.walked);
-  const double needed = other + paths * flights * bytes_per_segment() * kSpare;
+  const double needed = other + pilot.weight() * double(pilot.flights.size()) * bytes_per_segment();
   if (needed > limit && needed > double(bytes()))
     throw OptionError(
         "reflectance: memory: brighter surfaces make longer paths, which would need "

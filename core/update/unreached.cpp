@@ -8,7 +8,7 @@
 namespace deltalux::update {
 namespace {
 
-constexpr size_t kAsked = 4096;  // samples, evenly among all
+constexpr size_t kAsked = 1024;  // samples at most, evenly among all
 
 /// The most that a reflection leaves of a path's power.
 Vec3d scattered_share(const scene::Scene& scene) {
@@ -39,25 +39,25 @@ UnreachedError::UnreachedError(const State& s) : groups_(s.sum_groups()) {
       groups_[g].one[c] += factor * light.power[c] * (s.light_sampled[l] ? scattered[c] : 1.0);
     paths[g] += double(light.path_count);
   }
-  const size_t n = s.samples.size(), step = std::max<size_t>(1, n / kAsked);
+  const size_t n = s.samples.size(), step = (n + kAsked - 1) / kAsked;
   for (size_t g = 0; g < groups_.size(); ++g) {
     if (!(paths[g] > 0)) continue;
     Group& group = groups_[g];
     group.one = group.one * (1 / paths[g]);
-    for (size_t c = 0; c < 3; ++c) {
-      // As if one path more had come.
-      double missing = group.one[int(c)], dark = 0;
-      for (size_t i = 0; i < n; i += step) {
-        double sum = 0;
-        int batches = 0;
-        for (size_t k = 0; k < kBatches; ++k)
+    Vec3d missing = group.one, dark{};  // as if one path more had come
+    for (size_t i = 0; i < n; i += step) {
+      double sum[3] = {};
+      int batches[3] = {};
+      for (size_t k = 0; k < kBatches; ++k)
+        for (size_t c = 0; c < 3; ++c)
           if (const int64_t own = s.sums[3 * ((g * kBatches + k) * n + i) + c])
-            sum += double(own), ++batches;
-        if (batches == 0) dark += double(s.area[i]);
-        if (batches == 1) missing += sum * dim_factor(s, uint32_t(g));
+            sum[c] += double(own), ++batches[c];
+      for (int c = 0; c < 3; ++c) {
+        if (batches[c] == 0) dark[c] += double(s.area[i]);
+        if (batches[c] == 1) missing[c] += sum[c] * dim_factor(s, uint32_t(g));
       }
-      group.density[int(c)] = dark > 0 ? missing / dark : 0.0;
     }
+    for (int c = 0; c < 3; ++c) group.density[c] = dark[c] > 0 ? missing[c] / dark[c] : 0.0;
   }
 }
 

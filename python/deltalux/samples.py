@@ -174,9 +174,6 @@ def _display(scene: Scene, spacing: float | None, sides: str) -> DisplayMesh:
     return cleared(scene, refine(scene, spacing, sides=chosen))
 
 
-LARGEST_RADIUS = 1e15  # metres, as the engine has it; beyond it squares could overflow
-
-
 def _radius(radius: Any, count: int) -> np.ndarray:
     """(n,) float64; NaN = automatic."""
     if radius is None:
@@ -187,11 +184,9 @@ def _radius(radius: Any, count: int) -> np.ndarray:
     if values.shape != (count,):
         raise OptionError(f"samples: radius: found shape {values.shape}, expected a number or ({count},)")
     given = values[~np.isnan(values)] if np.ndim(radius) else values
-    wrong = given[~((given > 0) & (given <= LARGEST_RADIUS))]
+    wrong = given[~((given > 0) & (given <= FARTHEST))]
     if len(wrong):
-        raise OptionError(
-            f"samples: radius: found {wrong[0]:g}, expected positive metres up to {LARGEST_RADIUS:g}"
-        )
+        raise OptionError(f"samples: radius: found {wrong[0]:g}, expected positive metres up to {FARTHEST:g}")
     return values
 
 

@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 from . import _core, core_session, snapshot
 from .calls import Calls, long_call, short_call
 from .core_session import SessionOptions
-from .display_mesh import in_world
 from .errors import OptionError
 from .estimate.inputs import FARTHEST
 from .flatten import flatten
@@ -22,10 +21,11 @@ from .results import Frame, Result
 from .samples import Samples
 from .scene import Mesh, Scene, rigid_pose
 from .segments import MAX_BOUNCES, Progress
+from .session_facts import SessionFacts
 from .units import PHOTOPIC_WEIGHTS
 
 
-class Session:
+class Session(SessionFacts):
     """Global illumination of a scene at samples, kept exact under edits.
 
     Parameters
@@ -126,28 +126,6 @@ class Session:
         getattr(edit, kind)(*values)
         self._session().check(edit, self._edits)
         getattr(self._edits, kind)(*values)
-
-    def _session(self) -> Any:
-        if self._core is None:
-            raise OptionError("session: it was closed; make or open another")
-        return self._core
-
-    def _baked_session(self) -> Any:
-        session = self._session()
-        if not session.baked:
-            raise OptionError("session: there is no light yet; call bake() first")
-        return session
-
-    @property
-    def baked(self) -> bool:
-        """Whether there is light."""
-        core = self._core
-        return core is not None and core.baked
-
-    @property
-    def unfinished(self) -> bool:
-        """Whether the light is not yet that of the present state: edits or paths wait for `update`."""
-        return self.baked and (len(self._edits) > 0 or self._core.pending > 0)
 
     def pose(self, name: str) -> np.ndarray:
         """Pose of a movable (4x4, local to world), edits that wait for `update` included."""
@@ -392,78 +370,17 @@ class Session:
         return self._interpolators.over(own.points, own.normals, own.attached, self.poses)
 
     @property
-    @short_call
-    def radius(self) -> np.ndarray:
-        """(n,) float64 disc radii, metres; automatic ones are known after the bake."""
-        return self._session().radii().astype(np.float64)
-
-    @property
-    @short_call
-    def sums(self) -> np.ndarray:
-        """(n, 3) int64 exact sums of path energy in quanta, all groups undimmed."""
-        return self._baked_session().sums()
-
-    @property
-    @short_call
-    def energy(self) -> dict[str, Any]:
-        """Emitted, absorbed and escaped power in integer quanta per channel, and the quantum."""
-        return self._baked_session().audit()
-
-    @property
-    @short_call
-    def statistics(self) -> dict[str, Any]:
-        """Counts and memory of the session."""
-        return self._session().statistics()
-
-    def world(self) -> tuple[np.ndarray, np.ndarray]:
-        """Points and normals of the samples in world space, in the present poses, each (n, 3)."""
-        samples = self.samples
-        return in_world(samples.points, samples.normals, samples.attached, self._poses.copy())
-
-    @property
-    def poses(self) -> dict[str, np.ndarray | None]:
-        """Present pose of each movable, None for removed ones."""
-        return {name: None if name in self._removed else pose for name, pose in self._poses.copy().items()}
-
-    @property
-    def dim_factors(self) -> dict[str, float]:
-        """Present factor of each light group."""
-        return dict(self._factors)
-
-    @property
-    def reflectances(self) -> dict[str, tuple[float, ...]]:
-        """Present reflectance of each material, 3 values."""
-        return dict(self._reflectances)
-
-    @property
-    def origin(self) -> np.ndarray:
-        """(3,) float64: where the engine's coordinates begin; not zero in a scene far from there."""
-        return self._flat.origin.copy()
-
-    @property
-    def box(self) -> np.ndarray:
-        """(2, 3) float64, lowest and highest corner: no move may take a mesh or its lights out of it."""
-        return self._box.copy()
-
-    @property
-    def options(self) -> SessionOptions:
-        """The options that the session was made with."""
-        return self._options.copy()
-
-    @property
     def result(self) -> Result:
         """A record of the present results, independent of the session."""
-        points, normals = self.world()
         about = {key: value for key, value in self._options.items() if value is not None}
         irradiance, error = (values.copy() for values in self.read())
-        return Result(points, normals, irradiance, error, self.radius, self.scene.unit, about)
+        return Result(*self.world(), irradiance, error, self.radius, self.scene.unit, about)
 
     @long_call
     def digest(self) -> str:
-        """Hex string over sums, segments, poses, dim factors and reflectances.
+        """Hex string over sums, segments, poses, dim factors and reflectances; finishes pending work.
 
         Equal for two sessions in the same state, whatever their history or number of threads.
-        Finishes pending work first.
         """
         self._finish()
         return self._session().digest()

@@ -106,7 +106,7 @@ def test_what_no_path_reached_has_an_error_and_is_counted():
         emitted = np.asarray(session.energy["emitted"]) * session.energy["quantum"]
         one_path = emitted / 50_000 / session._core.areas()[0]
         np.testing.assert_allclose(session.standard_error[0], one_path, rtol=1e-3)
-        assert session.statistics["unreached"] == 1
+        assert session.unreached == 1
         session.dim("desk", 0)
         session.update()
         assert (session.standard_error == 0).all()

@@ -132,7 +132,7 @@ def figures(
         "bytes": statistics["bytes"],
         "milliseconds": dict(frame.milliseconds),
         "relative_error": relative_error(irradiance, error),
-        "unreached": statistics["unreached"],
+        "unreached": session.unreached,
         "sets": [dataclasses.asdict(summary) for summary in summaries],
         "digest": session.digest(),
         "warnings": list(session.scene.warnings),

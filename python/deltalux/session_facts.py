@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a session tells about its present state, without work."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .calls import Calls, short_call
+from .core_session import SessionOptions
+from .display_mesh import in_world
+from .errors import OptionError
+from .flatten import FlatScene
+from .samples import Samples
+
+
+class SessionFacts:
+    """State of a session, as its edits left it. `Session` makes and changes it."""
+
+    samples: Samples
+    _options: SessionOptions
+    _core: Any
+    _flat: FlatScene
+    _edits: Any
+    _poses: dict[str, np.ndarray]
+    _removed: set[str]
+    _factors: dict[str, float]
+    _reflectances: dict[str, tuple[float, ...]]
+    _box: np.ndarray
+    _calls: Calls
+
+    def _session(self) -> Any:
+        if self._core is None:
+            raise OptionError("session: it was closed; make or open another")
+        return self._core
+
+    def _baked_session(self) -> Any:
+        session = self._session()
+        if not session.baked:
+            raise OptionError("session: there is no light yet; call bake() first")
+        return session
+
+    @property
+    def baked(self) -> bool:
+        """Whether there is light."""
+        core = self._core
+        return core is not None and core.baked
+
+    @property
+    def unfinished(self) -> bool:
+        """Whether the light is not yet that of the present state: edits or paths wait for `update`."""
+        return self.baked and (len(self._edits) > 0 or self._core.pending > 0)
+
+    @property
+    @short_call
+    def radius(self) -> np.ndarray:
+        """(n,) float64 disc radii, metres; automatic ones are known after the bake."""
+        return self._session().radii().astype(np.float64)
+
+    @property
+    @short_call
+    def sums(self) -> np.ndarray:
+        """(n, 3) int64 exact sums of path energy in quanta, all groups undimmed."""
+        return self._baked_session().sums()
+
+    @property
+    @short_call
+    def energy(self) -> dict[str, Any]:
+        """Emitted, absorbed and escaped power in integer quanta per channel, and the quantum."""
+        return self._baked_session().audit()
+
+    @property
+    @short_call
+    def statistics(self) -> dict[str, Any]:
+        """Counts and memory of the session."""
+        return self._session().statistics()
+
+    @property
+    @short_call
+    def unreached(self) -> int:
+        """How many samples no path reached in the present state (a closed cupboard, or too few paths)."""
+        return self._baked_session().unreached
+
+    def world(self) -> tuple[np.ndarray, np.ndarray]:
+        """Points and normals of the samples in world space, in the present poses, each (n, 3)."""
+        own = self.samples
+        return in_world(own.points, own.normals, own.attached, self._poses.copy())
+
+    @property
+    def poses(self) -> dict[str, np.ndarray | None]:
+        """Present pose of each movable, None for removed ones."""
+        return {name: None if name in self._removed else pose for name, pose in self._poses.copy().items()}
+
+    @property
+    def dim_factors(self) -> dict[str, float]:
+        """Present factor of each light group."""
+        return dict(self._factors)
+
+    @property
+    def reflectances(self) -> dict[str, tuple[float, ...]]:
+        """Present reflectance of each material, 3 values."""
+        return dict(self._reflectances)
+
+    @property
+    def origin(self) -> np.ndarray:
+        """(3,) float64: where the engine's coordinates begin; not zero in a scene far from there."""
+        return self._flat.origin.copy()
+
+    @property
+    def box(self) -> np.ndarray:
+        """(2, 3) float64, lowest and highest corner: no move may take a mesh or its lights out of it."""
+        return self._box.copy()
+
+    @property
+    def options(self) -> SessionOptions:
+        """The options that the session was made with."""
+        return self._options.copy()
