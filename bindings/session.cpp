@@ -24,6 +24,7 @@ nb::dict to_dict(const update::Report& report) {
   out["removed_segments"] = report.removed_segments;
   out["retraced_segments"] = report.traced_segments;
   out["scanned_segments"] = report.scanned_segments;
+  out["gathered_rays"] = report.gathered_rays;
   out["candidates"] = report.candidates;
   out["done"] = report.done;
   out["milliseconds"] = ms;
@@ -54,7 +55,8 @@ plan::Policy to_policy(const std::string& name) {
 update::Options to_options(uint64_t paths, uint64_t seed, int threads, const std::string& end,
                            const std::string& area, const std::string& direct,
                            const std::string& static_method, const std::string& moving_method,
-                           uint32_t max_bounces, uint64_t memory_limit) {
+                           uint32_t max_bounces, uint64_t memory_limit,
+                           uint32_t gather_rays) {
   update::Options o;
   o.paths = paths;
   o.seed = seed;
@@ -70,6 +72,7 @@ update::Options to_options(uint64_t paths, uint64_t seed, int threads, const std
   o.moving_method = to_method(moving_method);
   o.max_bounces = max_bounces;
   o.memory_limit = memory_limit;
+  o.gather_rays = gather_rays;
   return o;
 }
 
@@ -137,13 +140,14 @@ void bind_session(nb::module_& m) {
               const Column<uint32_t>& attached, uint64_t paths, uint64_t seed, int threads,
               const std::string& segment_end, const std::string& disc_area,
               const std::string& direct, const std::string& static_method,
-              const std::string& moving_method, uint32_t max_bounces, uint64_t memory_limit) {
+              const std::string& moving_method, uint32_t max_bounces, uint64_t memory_limit,
+              uint32_t gather_rays) {
              samples::SampleSet set{to_vectors(points), to_vectors(normals), to_vector(radius),
                                     to_vector(attached)};
              new (self)
                  Session(scene, std::move(set),
                          to_options(paths, seed, threads, segment_end, disc_area, direct,
-                                    static_method, moving_method, max_bounces, memory_limit));
+                                    static_method, moving_method, max_bounces, memory_limit, gather_rays));
            })
       .def(
           "bake",
@@ -301,6 +305,15 @@ void bind_session(nb::module_& m) {
              out["segment_bytes"] = state.store.bytes() + state.cut.size();
              out["bytes"] = s.bytes();
              out["forecast_bytes"] = s.forecast().bytes;
+             if (state.gather) {
+               const gather::Looks& looks = state.gather->looks;
+               nb::dict gather;
+               gather["rays"] = uint64_t(looks.rays()) * looks.samples();
+               gather["chains"] = looks.chains().size();
+               gather["cells"] = state.gather->cells.size();
+               gather["ray_bytes"] = looks.bytes();
+               out["gather"] = gather;
+             }
              out["samples"] = state.samples.size();
              out["threads"] = state.workers.threads();
              return out;

@@ -41,7 +41,7 @@ CellBox ScanGrid::cell_box(Vec3f a, Vec3f b) const {
   return out;
 }
 
-void Level::allocate(size_t count, bool with_extended, std::vector<uint32_t>& out) {
+void Level::allocate(size_t count, const Extras& extras, std::vector<uint32_t>& out) {
   out.resize(count);
   for (uint32_t& slot : out) {
     if (!free_.empty()) {
@@ -58,7 +58,8 @@ void Level::allocate(size_t count, bool with_extended, std::vector<uint32_t>& ou
         chunk.low[i] = ScanGrid::kUnused.low;
         chunk.high[i] = ScanGrid::kUnused.high;
       }
-      if (with_extended) chunk.extended = std::make_unique<float[]>(kChunk);
+      if (extras.extended) chunk.extended = std::make_unique<float[]>(kChunk);
+      if (extras.landing) chunk.landing = std::make_unique<uint32_t[]>(kChunk);
     }
     slot = size_++;
   }
@@ -67,8 +68,10 @@ void Level::allocate(size_t count, bool with_extended, std::vector<uint32_t>& ou
 size_t Level::bytes() const {
   // Chunks are alike: asked at every update.
   const bool extended = !chunks_.empty() && chunks_.front()->extended;
+  const bool landing = !chunks_.empty() && chunks_.front()->landing;
   return chunks_.capacity() * sizeof(void*) + free_.capacity() * sizeof(uint32_t) +
-         chunks_.size() * (sizeof(Chunk) + (extended ? kChunk * sizeof(float) : 0));
+         chunks_.size() * (sizeof(Chunk) + (extended ? kChunk * sizeof(float) : 0) +
+                           (landing ? kChunk * sizeof(uint32_t) : 0));
 }
 
 size_t SegmentStore::live() const {

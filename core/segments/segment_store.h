@@ -59,6 +59,12 @@ struct ScanGrid {
   CellBox cell_box(Vec3f a, Vec3f b) const;
 };
 
+/// What sessions keep of each segment besides the segment itself.
+struct Extras {
+  bool extended = false;  ///< distance to the second hit
+  bool landing = false;   ///< the cell where it ends, see gather/cells.h
+};
+
 /// One bounce of all paths.
 class Level {
  public:
@@ -67,7 +73,8 @@ class Level {
     Segment segment[kChunk];
     uint32_t low[kChunk], high[kChunk];  ///< outlines
     HitSlots slots[kChunk];
-    std::unique_ptr<float[]> extended;  ///< distance to the second hit, where sessions need it
+    std::unique_ptr<float[]> extended;    ///< see Extras
+    std::unique_ptr<uint32_t[]> landing;  ///< see Extras
   };
 
   /// Slots ever used; some may be free.
@@ -77,6 +84,7 @@ class Level {
   const Segment& at(uint32_t slot) const { return chunk(slot).segment[slot % kChunk]; }
   HitSlots& slots(uint32_t slot) { return chunk(slot).slots[slot % kChunk]; }
   float& extended(uint32_t slot) { return chunk(slot).extended[slot % kChunk]; }
+  uint32_t& landing(uint32_t slot) { return chunk(slot).landing[slot % kChunk]; }
   float extended_or_length(uint32_t slot) const {
     const Chunk& c = chunk(slot);
     return c.extended ? c.extended[slot % kChunk] : c.segment[slot % kChunk].length;
@@ -90,7 +98,7 @@ class Level {
   const Chunk& chunk(uint32_t slot) const { return *chunks_[slot / kChunk]; }
 
   /// Slots for `count` new segments: freed ones first. Not thread-safe.
-  void allocate(size_t count, bool with_extended, std::vector<uint32_t>& out);
+  void allocate(size_t count, const Extras& extras, std::vector<uint32_t>& out);
   /// Not thread-safe. The caller has marked the segment unused.
   void release(uint32_t slot) { free_.push_back(slot); }
   size_t bytes() const;
@@ -104,12 +112,13 @@ class Level {
 class SegmentStore {
  public:
   SegmentStore() = default;
-  SegmentStore(const Box& world, bool with_extended)
-      : grid_(world), world_(world), with_extended_(with_extended) {}
+  SegmentStore(const Box& world, const Extras& extras)
+      : grid_(world), world_(world), extras_(extras) {}
 
   const ScanGrid& grid() const { return grid_; }
   const Box& world() const { return world_; }
-  bool with_extended() const { return with_extended_; }
+  const Extras& extras() const { return extras_; }
+  bool with_extended() const { return extras_.extended; }
   std::vector<Level>& levels() { return levels_; }
   const std::vector<Level>& levels() const { return levels_; }
   Level& level(size_t bounce) {
@@ -124,7 +133,7 @@ class SegmentStore {
  private:
   ScanGrid grid_;
   Box world_;
-  bool with_extended_ = false;
+  Extras extras_;
   std::vector<Level> levels_;
 };
 

@@ -3,7 +3,6 @@
 #include "trace/walk.h"
 
 #include <cmath>
-#include <numbers>
 
 #include "base/direction.h"
 #include "base/error.h"
@@ -15,21 +14,6 @@ namespace {
 
 // Dimensions of the random numbers of one bounce.
 enum : uint32_t { kScatterU, kScatterV, kSurvive };
-
-/// Cosine-distributed direction about the unit vector n (concentric map of Shirley & Chiu 1997).
-Vec3f cosine_direction(Vec3f n, float r, float s) {
-  const float a = 2 * r - 1, b = 2 * s - 1;
-  float radius = 0, phi = 0;
-  if (a * a > b * b) {
-    radius = a;
-    phi = (std::numbers::pi_v<float> / 4) * (b / a);
-  } else if (b != 0) {
-    radius = b;
-    phi = (std::numbers::pi_v<float> / 2) - (std::numbers::pi_v<float> / 4) * (a / b);
-  }
-  const float x = radius * std::cos(phi), y = radius * std::sin(phi);
-  return turned({x, y, std::sqrt(std::max(0.0f, 1 - x * x - y * y))}, n);
-}
 
 }  // namespace
 

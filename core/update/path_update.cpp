@@ -29,7 +29,7 @@ class Stopwatch {
 
 }  // namespace
 
-PathUpdate::PathUpdate(State& state) : state_(state), walk_(state.walk()), deposit_(state) {
+PathUpdate::PathUpdate(State& state) : state_(state), walk_(state.walk()), deposit_(state), landings_(state) {
   for (const trace::Light& light : state.lights)
     quanta_.push_back(trace::birth_quanta(light, state.scale, state.birth_factor(light)));
 }
@@ -96,8 +96,10 @@ void PathUpdate::replace(std::span<const PendingPath> pending,
           counts_.removed += segment.length >= 0;
           if (segment.next != kNoSlot) gone[b + 1].push_back(segment.next);
         }
-      deposit_.remove(b, cut[b]);
-      deposit_.remove(b, gone[b]);
+      for (const auto* list : {&cut[b], &gone[b]}) {
+        deposit_.remove(b, *list);
+        landings_.add(b, *list, -1);
+      }
     }
     deposit_.finish();
     for (uint32_t b = 0; b < levels.size(); ++b) {
@@ -145,6 +147,7 @@ void PathUpdate::advance(std::vector<Front> fresh, const Progress* progress) {
     if (progress) progress->check();
     Stopwatch watch(counts_.deposit_ms);
     deposit_.add(b, front.slots);
+    landings_.add(b, front.slots, +1);
   }
   Stopwatch watch(counts_.deposit_ms);
   deposit_.finish();
@@ -176,6 +179,7 @@ void PathUpdate::trace(uint32_t bounce, const Front& front, std::vector<uint32_t
       segment.primitive = landing.primitive;
       segment.next = kNoSlot;
       if (state_.store.with_extended()) level->extended(slot) = landing.extended;
+      landings_.note(*level, slot);
       state_.store.index(bounce, slot);
       if (landing.survives) own.push_back({landing.next, slot});
     }
@@ -185,7 +189,7 @@ void PathUpdate::trace(uint32_t bounce, const Front& front, std::vector<uint32_t
   if (!total) return;
   Level& next = state_.store.level(bounce + 1);
   level = &state_.store.level(bounce);  // the line above may have moved the levels
-  next.allocate(total, state_.store.with_extended(), children);
+  next.allocate(total, state_.store.extras(), children);
   size_t k = 0;
   for (const auto& own : born)
     for (const Child& child : own) {

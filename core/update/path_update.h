@@ -8,6 +8,7 @@
 
 #include "base/progress.h"
 #include "update/deposit.h"
+#include "update/landings.h"
 #include "update/state.h"
 
 namespace deltalux::update {
@@ -53,6 +54,7 @@ class PathUpdate {
   State& state_;
   trace::Walk walk_;
   Deposit deposit_;
+  Landings landings_;
   std::vector<std::array<uint32_t, 3>> quanta_;  // per light
   PathCounts counts_;
 };

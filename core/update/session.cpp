@@ -104,8 +104,7 @@ void Session::trace_all(Progress& progress, Report& report) {
   State& s = *state_;
   uint64_t paths = 0;
   for (const trace::Light& light : s.lights) paths += light.path_count;
-  s.store =
-      segments::SegmentStore(s.scene.world(), s.options.segment_end != segments::SegmentEnd::first);
+  s.store = segments::SegmentStore(s.scene.world(), s.extras());
   s.cut.assign(paths, kNotCut);
   s.sums.assign(size_t(s.sum_groups()) * kBatches * s.samples.size() * 3, 0);
   pending_.clear();
@@ -127,8 +126,7 @@ PathCounts Session::trace_lights(Progress& progress) {
   std::vector<uint32_t> slots;
   for (uint64_t done = 0; done < total; done += slots.size()) {
     progress.check();
-    s.store.level(0).allocate(std::min(total - done, kSlotsPerStep), s.store.with_extended(),
-                              slots);
+    s.store.level(0).allocate(std::min(total - done, kSlotsPerStep), s.store.extras(), slots);
   }
   PathUpdate update(s);
   const uint64_t steps = (total + kPathsPerStep - 1) / kPathsPerStep;
@@ -167,6 +165,7 @@ Report Session::bake(Progress& progress) {
     Report report;
     double start = now_ms();
     Parts parts = place_parts(progress);
+    make_cells();
     allot_paths(progress);
     const PilotPaths paths = walk_pilot_paths(*state_, progress);
     forecast_memory(paths);
@@ -181,6 +180,9 @@ Report Session::bake(Progress& progress) {
     start = now_ms();
     compute_direct(progress);
     report.milliseconds.emplace_back("direct", now_ms() - start);
+    start = now_ms();
+    look_around(progress);
+    report.milliseconds.emplace_back("gather", now_ms() - start);
     refresh_areas(nullptr);
     baked_ = true;
     damaged_ = false;
@@ -206,13 +208,18 @@ Report Session::recompute(Progress& progress) {
   auto old_cut = std::move(s.cut);
   auto old_pending = std::move(pending_);
   auto old_direct = std::move(direct_);
+  auto old_gather = std::move(s.gather);
   try {
     Report report;
     s.caster = std::make_unique<trace::RayCaster>(s.scene, progress);
+    make_cells();
     trace_all(progress, report);
-    const double start = now_ms();
+    double start = now_ms();
     compute_direct(progress);
     report.milliseconds.emplace_back("direct", now_ms() - start);
+    start = now_ms();
+    look_around(progress);
+    report.milliseconds.emplace_back("gather", now_ms() - start);
     refresh_areas(nullptr);
     damaged_ = false;
     return report;
@@ -225,6 +232,7 @@ Report Session::recompute(Progress& progress) {
     s.cut = std::move(old_cut);
     pending_ = std::move(old_pending);
     direct_ = std::move(old_direct);
+    s.gather = std::move(old_gather);
     throw;
   }
 }
@@ -280,6 +288,9 @@ size_t Session::bytes() const {
                pending_.capacity() * sizeof(PendingPath) +
                receivers_.capacity() * sizeof(direct::Receiver);
   if (direct_) sum += direct_->bytes();
+  if (s.gather)
+    sum += s.gather->cells.bytes() + s.gather->looks.bytes() +
+           s.gather->sums.quanta.capacity() * sizeof(int64_t);
   if (s.static_index) sum += s.static_index->bytes();
   for (const MovingPart& part : s.moving) sum += part.index->bytes();
   return sum;

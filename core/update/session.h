@@ -23,6 +23,7 @@ namespace deltalux::update {
 struct Report {
   uint64_t affected_paths = 0, removed_segments = 0, traced_segments = 0;
   uint64_t scanned_segments = 0, candidates = 0;
+  uint64_t gathered_rays = 0;
   double done = 1;  ///< share of the pending paths that were replaced
   std::vector<std::pair<std::string, double>> milliseconds;  ///< by stage, wall clock
 };
@@ -122,6 +123,15 @@ class Session {
   void compute_direct(Progress& progress);
   void update_direct(std::span<const ObjectChange> changes, size_t old_lights, double budget_ms,
                      Progress& progress);
+  /// Cells without light; nothing in sessions that do not gather, as the next four.
+  void make_cells();
+  /// Makes room for objects that came.
+  void grow_cell_sums();
+  /// Forgets those that an edit that failed brought.
+  void shrink_cell_sums() noexcept;
+  void look_around(Progress& progress);
+  void update_looks(std::span<const ObjectChange> changes, bool lights, Progress& progress,
+                    Report& report);
   void refresh_areas(const std::vector<ObjectChange>* changes);
   /// Renews receivers_: all of them, or those of changed objects (per object: 1).
   void place_receivers(const std::vector<uint8_t>* changed);

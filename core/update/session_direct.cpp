@@ -39,7 +39,8 @@ void Session::choose_direct() {
   if (s.options.direct != DirectMode::automatic) return;
   // A shadow ray costs a tenth to a thirtieth of a segment that is traced, stored and deposited.
   // Shadow rays may cost as much as the paths; lights with most power per ray come first.
-  double budget = 15.0 * double(forecast_.segments);
+  double budget = std::max(15.0 * double(forecast_.segments),
+                           10.0 * double(s.options.gather_rays) * double(s.samples.size()));
   std::vector<size_t> order(s.lights.size());
   std::iota(order.begin(), order.end(), size_t(0));
   const auto rays = [&](size_t i) {

@@ -48,7 +48,7 @@ Parts Session::place_parts(Progress& progress, std::span<const float> openness) 
                                                  ground, s.workers, progress);
     if (!openness.empty())
       for (size_t i = 0; i < discs.size(); ++i) discs.openness[i] = openness[discs.id[i]];
-    else if (s.options.disc_area == samples::DiscArea::reachable)
+    else if (s.options.disc_area == samples::DiscArea::reachable && !s.options.gather_rays)
       samples::find_openness(discs, scene, ground.caster, s.workers, progress);
     return plan::Pilot(std::move(discs), s.options.segment_end, s.workers);
   };

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <optional>
 
 #include "base/direction.h"
 #include "base/random.h"
@@ -50,6 +51,23 @@ Lanes of_segment(const State& s, const segments::Segment& g, float extended, uin
   lanes.chain(uint64_t(g.power[2]) << 32 | local);
   lanes.chain(object);
   return lanes;
+}
+
+void chain_looks(Lanes& lanes, const gather::Looks& looks) {
+  for (size_t sample = 0; sample < looks.samples(); ++sample)
+    for (uint32_t target : looks.targets(sample)) {
+      if (!gather::Looks::is_chain(target)) {
+        lanes.chain(target);
+        continue;
+      }
+      const gather::ChainPool& chains = looks.chains();
+      const uint32_t number = gather::Looks::chain_of(target);
+      lanes.chain(chains.end(number));
+      for (const gather::Vertex& vertex : chains.vertices(number)) {
+        lanes.chain(uint64_t(vertex.material) << 32 | vertex.light);
+        for (float value : vertex.direct) lanes.chain(bits(value));
+      }
+    }
 }
 
 /// double(x) in operations that AVX2 has: the halves of `x` become mantissas, rounding happens
@@ -131,13 +149,20 @@ void Session::read_samples(const Write& write) const {
   check_whole();
   const std::span<const int64_t> direct = direct_->sums();
   const UnreachedError unreached(s);
+  std::optional<gather::Evaluation> gathered;
+  std::vector<double> sum_factor;
+  for (uint32_t g = 0; g < s.sum_groups(); ++g)
+    sum_factor.push_back(s.merged(g) ? 1.0 : s.group_factor[g]);
+  if (s.gather)
+    gathered.emplace(s.scene, s.lights, s.gather->cells, s.gather->sums, s.gather->looks,
+                     gather::Scales{s.scale.quantum, sum_factor, s.group_factor}, s.workers);
   s.workers.for_blocks(n, BlockSums::kSamples, [&](size_t begin, size_t end) {
     BlockSums block;
     const size_t values = 3 * (end - begin);
     for (uint32_t g = 0; g < s.sum_groups(); ++g) {
       block.add_energy(&s.sums[3 * (size_t(g) * kBatches * n + begin)], 3 * n, values,
-                       s.merged(g) ? 1.0 : s.group_factor[g]);
-      block.add_unreached(unreached, g, &s.area[begin], end - begin);
+                       sum_factor[g]);
+      if (!gathered) block.add_unreached(unreached, g, &s.area[begin], end - begin);
     }
     for (uint32_t g = 0; g < s.scene.group_count; ++g)
       block.add_direct(&direct[3 * (size_t(g) * n + begin)], values,
@@ -148,10 +173,12 @@ void Session::read_samples(const Write& write) const {
       const double area = s.area[i];
       const double per_area = area > 0 ? s.scale.quantum / area : 0.0;
       double irradiance[3] = {}, error[3] = {};
+      double around[3] = {}, around_error[3] = {};
+      if (present && gathered) gathered->read(i, around, around_error);
       for (size_t c = 0; present && c < 3; ++c) {
         const size_t j = 3 * (i - begin) + c;
-        irradiance[c] = block.energy[j] * per_area + block.direct[j];
-        error[c] = std::sqrt(block.variance[j]) * per_area;
+        irradiance[c] = block.energy[j] * per_area + block.direct[j] + around[c];
+        error[c] = std::sqrt(block.variance[j] * per_area * per_area + around_error[c] * around_error[c]);
       }
       write(size_t(s.given[i]), irradiance, error);
     }
@@ -207,6 +234,10 @@ std::array<uint64_t, 4> Session::digest() const {
       ordered.chain(uint64_t(sum));
     }
   for (int64_t value : direct_->sums()) ordered.chain(uint64_t(value));
+  if (s.gather) {
+    for (int64_t value : s.gather->sums.quanta) ordered.chain(uint64_t(value));
+    chain_looks(ordered, s.gather->looks);
+  }
   for (const scene::Object& object : s.scene.objects) {
     if (!object.movable) continue;
     ordered.chain(object.present);

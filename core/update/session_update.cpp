@@ -52,7 +52,7 @@ PendingPath whole_path(uint32_t path) { return {path, path, 0, false, {}}; }
 void add_paths(State& s, EditMarks& marks) {
   const size_t all = s.lights.back().first_path + s.lights.back().path_count;
   std::vector<uint32_t> slots;
-  s.store.level(0).allocate(all - s.cut.size(), s.store.with_extended(), slots);
+  s.store.level(0).allocate(all - s.cut.size(), s.store.extras(), slots);
   s.cut.resize(all, kNotCut);
   for (uint32_t slot : slots) {
     s.store.level(0).at(slot) = segments::unused_segment(slot);
@@ -160,6 +160,7 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
   try {
     log.apply(edits);
     if (baked_) {
+      grow_cell_sums();
       stage("geometry");
       if (log.reflects_more()) refuse_growth(progress);
       for (MovingPart& part : s.moving) place_part(s, part);
@@ -175,6 +176,7 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
     }
   } catch (...) {
     log.undo();
+    shrink_cell_sums();
     if (dark) direct_ = std::move(dark);
     if (baked_) {
       for (MovingPart& part : s.moving) place_part(s, part);
@@ -192,6 +194,8 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
     refused = replace_paths(log, affected, budget_ms > 0 ? budget_ms - since(begin) : budget_ms,
                             progress, report);
     lap = Clock::now();
+    update_looks(log.changes(), s.lights.size() > log.old_lights(), progress, report);
+    stage("gather");
     if (!log.changes().empty()) refresh_areas(&log.changes());
     stage("areas");
   } catch (...) {
@@ -213,8 +217,10 @@ void Session::rebuild(Progress& progress) {
   Progress unstoppable;
   pending_.clear();
   progress.announce("compute again", 1);
+  make_cells();
   trace_all(unstoppable, report);
   compute_direct(unstoppable);
+  look_around(unstoppable);
   refresh_areas(nullptr);
   damaged_ = false;
 }

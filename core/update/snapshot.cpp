@@ -180,8 +180,7 @@ uint64_t Session::restore_lights(ArchiveSource& archive) {
 
 void Session::restore_segments(ArchiveSource& archive, uint64_t paths, Progress& progress) {
   State& s = *state_;
-  s.store =
-      segments::SegmentStore(s.scene.world(), s.options.segment_end != segments::SegmentEnd::first);
+  s.store = segments::SegmentStore(s.scene.world(), s.extras());
   const bool with_extended = s.store.with_extended();
   const auto sizes =
       archive.read_all<uint64_t>("level_sizes", archive.count<uint64_t>("level_sizes"));
@@ -197,7 +196,7 @@ void Session::restore_segments(ArchiveSource& archive, uint64_t paths, Progress&
   std::vector<uint32_t> slots, unused;
   for (uint32_t b = 0; b < sizes.size(); ++b) {
     segments::Level& level = s.store.level(b);
-    level.allocate(sizes[b], with_extended, slots);
+    level.allocate(sizes[b], s.store.extras(), slots);
     unused.clear();
     for (uint32_t begin = 0; begin < sizes[b]; begin += kPerChunk) {
       segments::Level::Chunk& chunk = level.chunk(begin);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/parallel.h"
+#include "gather/evaluate.h"
 #include "plan/planner.h"
 #include "samples/disc_area.h"
 #include "samples/sample_set.h"
@@ -43,6 +44,7 @@ struct Options {
   bool rebuilds = false;  ///< the plan is for estimators made anew in every frame
   uint32_t max_bounces = 64;
   size_t memory_limit = 0;  ///< bytes, 0 = none
+  uint32_t gather_rays = 0;  ///< of each sample; 0: all light by discs
 };
 
 /// Samples that move with one object: discs and index in the object's own space.
@@ -52,6 +54,13 @@ struct MovingPart {
   Box local;             ///< of all discs
   Box world;             ///< of `local` in the present pose, conservative
   bool current = false;  ///< sums are those of the present pose
+};
+
+/// What a session that gathers holds besides: see gather/.
+struct Gather {
+  gather::Cells cells;
+  gather::CellSums sums;
+  gather::Looks looks;
 };
 
 struct State {
@@ -83,12 +92,16 @@ struct State {
   segments::SegmentStore store;
   std::vector<uint8_t> cut;   // per path: pending re-trace from this bounce, or kNotCut
   std::vector<int64_t> sums;  // EnergySums, slab = group * kBatches + batch
+  std::unique_ptr<Gather> gather;  // of sessions that gather
 
   /// What `object` with its lights and samples takes up at `pose`.
   Box bounds_at(uint32_t object, const Pose& pose) const {
     Box box = scene.bounds_at(object, pose);
     if (object < sample_bounds.size()) box.grow(pose.box(sample_bounds[object]));
     return box;
+  }
+  segments::Extras extras() const {
+    return {options.segment_end != segments::SegmentEnd::first, options.gather_rays > 0};
   }
   uint32_t sum_groups() const { return std::min(scene.group_count, kMostSumGroups); }
   bool merged(uint32_t group) const {

@@ -15,11 +15,12 @@ from .frame import is_lost, place_slack
 from .memory import available_memory
 from .samples import Samples
 from .scene import Mesh, Scene
-from .segments import check_bounces, check_paths, check_seed, check_threads
+from .segments import check_bounces, check_integer, check_paths, check_seed, check_threads
 
 DIRECT_MODES = ("auto", "paths", "sampled")
 DISC_AREAS = ("reachable", "whole")
 METHODS = ("auto", *_core.METHODS)
+GATHER_RAYS = 128
 AT_REST = 0xFFFFFFFF  # object of samples that move with nothing
 
 
@@ -36,6 +37,7 @@ class SessionOptions(TypedDict):
     moving_method: str
     max_bounces: int
     memory_limit: int | None
+    gather: str | int
 
 
 def checked_options(options: SessionOptions) -> SessionOptions:
@@ -54,12 +56,28 @@ def checked_options(options: SessionOptions) -> SessionOptions:
     check_seed(options["seed"])
     check_threads(options["threads"])
     check_bounces(options["max_bounces"])
+    gather_rays(options["gather"])
     limit = options["memory_limit"]
     if limit is not None and not 0 < limit < 2**63:
         raise OptionError(f"memory_limit: found {limit}, expected bytes, or None for what is free")
     good = options.copy()
     good["paths"], good["seed"] = int(options["paths"]), int(options["seed"])
     return good
+
+
+def gather_rays(gather: str | int) -> int:
+    """Rays of each sample; 0: all light by discs.
+
+    Raises
+    ------
+    OptionError
+    """
+    if gather == "off":
+        return 0
+    if gather == "auto":
+        return GATHER_RAYS
+    check_integer("gather", gather, 8, 65536)
+    return int(gather)
 
 
 def movable_index(scene: Scene, flat: FlatScene, name: str) -> int:
@@ -150,4 +168,5 @@ def make_core_session(scene: Scene, flat: FlatScene, samples: Samples, options: 
         options["moving_method"],
         options["max_bounces"],
         available_memory() if limit is None else int(limit),
+        gather_rays(options["gather"]),
     )

@@ -30,6 +30,7 @@ class Frame:
     retraced_segments: int = 0
     removed_segments: int = 0
     scanned_segments: int = 0
+    gathered_rays: int = 0
     candidates: int = 0
     milliseconds: Mapping[str, float] = field(default_factory=dict)
     done: float = 1.0

@@ -47,6 +47,9 @@ class Session(SessionFacts):
         bits; "auto" lets a pilot choose at every bake (see `plan`). The paper's hybrid is
         "disc_index" with "sphere_cache".
     memory_limit : bytes, or None = what is free; a bake that would need more is refused
+    gather : "off", "auto" or a number of rays
+        Each sample looks around along so many rays and reads the light of what it sees, which is
+        right beside things, too; "off": all light that was reflected comes from discs.
     progress : callable (stage, fraction) -> keep going, or None
         Called from the calling thread about 50 times a second; False cancels.
 
@@ -70,6 +73,7 @@ class Session(SessionFacts):
         moving_method: str = "auto",
         max_bounces: int = MAX_BOUNCES,
         memory_limit: int | None = None,
+        gather: str | int = "off",
         progress: Progress | None = None,
     ) -> None:
         given = SessionOptions(
@@ -83,6 +87,7 @@ class Session(SessionFacts):
             moving_method=moving_method,
             max_bounces=max_bounces,
             memory_limit=memory_limit,
+            gather=gather,
         )
         self._options = core_session.checked_options(given)
         self.scene = scene

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which cell a point lies in.
+#include "gather/body_cells.h"
+
+#include <algorithm>
+
+#include "gather/cell_builder.h"
+
+namespace deltalux::gather {
+
+BodyCells::BodyCells(std::span<const Triangle> triangles, float edge) {
+  CellBuilder(triangles, edge).build(*this);
+}
+
+uint32_t BodyCells::square_at(const Patch& patch, uint32_t column, uint32_t row) const {
+  if (column >= patch.columns || row >= patch.rows) return kNoCell;
+  const uint64_t key = uint64_t(row) * patch.columns + column;
+  if (!patch.count) return table_[patch.first + key];
+  const auto begin = keys_.begin() + long(patch.first), end = begin + patch.count;
+  const auto found = std::lower_bound(begin, end, std::pair{key, uint32_t(0)});
+  return found != end && found->first == key ? found->second : kNoCell;
+}
+
+uint32_t BodyCells::find(uint32_t triangle, Vec3f p, Vec3f w) const {
+  const Face& face = faces_[triangle];
+  const uint32_t back = dot(face.normal, w) > 0;
+  if (face.patch == kNoCell) return face.cell == kNoCell ? kNoCell : face.cell + back;
+  const Patch& patch = patches_[face.patch];
+  const Vec3f d = p - patch.origin;
+  const float x = dot(d, patch.u), y = dot(d, patch.v);
+  const auto place = [](float at, uint32_t count) {
+    return uint32_t(std::clamp(at, 0.0f, float(count - 1)));
+  };
+  const uint32_t column = place(x * patch.columns_per_metre, patch.columns);
+  const uint32_t row = place(y * patch.rows_per_metre, patch.rows);
+  uint32_t square = square_at(patch, column, row);
+  // Rounding may lead a little off the triangle's border.
+  for (uint32_t k = 0; square == kNoCell && k < 9; ++k)
+    square = square_at(patch, column + k % 3 - 1, row + k / 3 - 1);
+  if (square == kNoCell) return kNoCell;
+  const Side& side = squares_[square].side[back];
+  uint32_t part = 0;
+  for (uint32_t k = 0; k < side.lines; ++k) {
+    const Line& line = lines_[side.first_line + k];
+    part |= uint32_t(line.a * x + line.b * y > line.c) << k;
+  }
+  const uint32_t cell = parts_[side.first_part + part];
+  return cell != kNoCell ? cell : side.largest;
+}
+
+size_t BodyCells::bytes() const {
+  return faces_.capacity() * sizeof(Face) + patches_.capacity() * sizeof(Patch) +
+         table_.capacity() * sizeof(uint32_t) + keys_.capacity() * sizeof(keys_[0]) +
+         squares_.capacity() * sizeof(Square) + lines_.capacity() * sizeof(Line) +
+         parts_.capacity() * sizeof(uint32_t) + area_.capacity() * sizeof(float) +
+         material_.capacity() * sizeof(uint32_t);
+}
+
+}  // namespace deltalux::gather

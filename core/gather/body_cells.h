@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// The surface of one rigid body divided into cells: where light lands, it is counted by cell. In
+// the body's own space, so that a movable takes its cells along.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/vec.h"
+
+namespace deltalux::gather {
+
+inline constexpr uint32_t kNoCell = 0xffffffffu;
+
+/// Triangles of one plane and material share a grid of squares, whichever triangle they lie on;
+/// where something stands on a square, its plane cuts it, so that no light leaks under a wall.
+/// Triangles too small for that are put together by place and direction. Each side has cells of
+/// its own. All is a pure function of the triangles and the edge's length.
+class BodyCells {
+ public:
+  struct Triangle {
+    Vec3f corner[3];
+    uint32_t material;
+  };
+
+  BodyCells() = default;
+  /// `edge`: of a square, metres.
+  BodyCells(std::span<const Triangle> triangles, float edge);
+
+  size_t size() const { return area_.size(); }
+  /// The cell at `p` on `triangle`, on the side that a ray along `w` meets; kNoCell on a triangle
+  /// without area.
+  uint32_t find(uint32_t triangle, Vec3f p, Vec3f w) const;
+  std::span<const float> areas() const { return area_; }
+  std::span<const uint32_t> materials() const { return material_; }
+  size_t bytes() const;
+
+ private:
+  friend class CellBuilder;
+  /// Parts a square in two: a * x + b * y > c, in the patch's frame.
+  struct Line {
+    float a, b, c;
+  };
+  struct Face {
+    Vec3f normal;
+    uint32_t patch;  ///< or kNoCell: then all of it is in `cell`, its back in the one after
+    uint32_t cell;
+  };
+  struct Patch {
+    Vec3f origin, u, v;
+    float columns_per_metre, rows_per_metre;
+    uint32_t columns, rows;
+    size_t first;    ///< in table_, or in keys_
+    uint32_t count;  ///< of keys_; 0: in table_
+  };
+  struct Side {
+    uint32_t first_line = 0, lines = 0;
+    uint32_t first_part = 0;  ///< in parts_, 2^lines cells; those without area are kNoCell
+    uint32_t largest = kNoCell;
+  };
+  struct Square {
+    Side side[2];
+  };
+
+  uint32_t square_at(const Patch& patch, uint32_t column, uint32_t row) const;
+
+  std::vector<Face> faces_;
+  std::vector<Patch> patches_;
+  std::vector<uint32_t> table_;  // per square of a patch's rectangle
+  std::vector<std::pair<uint64_t, uint32_t>> keys_;  // the same of patches that fill little of it
+  std::vector<Square> squares_;
+  std::vector<Line> lines_;
+  std::vector<uint32_t> parts_;
+  std::vector<float> area_;         // per cell
+  std::vector<uint32_t> material_;  // per cell
+};
+
+}  // namespace deltalux::gather

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+// Planes, squares, and what is too small for them.
+#include "gather/cell_builder.h"
+
+#include <algorithm>
+#include <array>
+
+#include "base/random.h"
+
+namespace deltalux::gather {
+namespace {
+
+constexpr double kFlatAngle = 0x1p-10;   // normals of one plane differ by less, per coordinate
+constexpr double kFlatOffset = 0x1p-6;   // of the edge: offsets of one plane
+constexpr double kLeastFlat = 0.5;       // of a square: what has less area is put together
+constexpr double kMostSquares = 1 << 14; // of one plane; beyond, squares are larger
+constexpr double kMostEmpty = 8;         // times as many squares as are used, for a table
+
+uint64_t rounded(double x) { return uint64_t(int64_t(std::llround(x))); }
+
+}  // namespace
+
+uint32_t CellBuilder::add_cell(BodyCells& out, double area, uint32_t material) {
+  out.area_.push_back(float(area));
+  out.material_.push_back(material);
+  return uint32_t(out.area_.size() - 1);
+}
+
+double CellBuilder::longest_edge(uint32_t triangle) const {
+  double longest = 0;
+  for (int k = 0; k < 3; ++k)
+    longest = std::max(longest, length(corner(triangle, (k + 1) % 3) - corner(triangle, k)));
+  return longest;
+}
+
+void CellBuilder::build(BodyCells& out) {
+  out.faces_.assign(triangles_.size(), {{}, kNoCell, kNoCell});
+  std::vector<uint32_t> small;
+  for (const Flat& flat : find_flats()) {
+    if (flat.longest > edge_ || flat.area > kLeastFlat * edge_ * edge_)
+      make_patch(out, flat);
+    else
+      small.insert(small.end(), flat.triangles.begin(), flat.triangles.end());
+  }
+  std::sort(small.begin(), small.end());
+  merge_small(out, std::move(small));
+  find_cuts(out);
+  make_cells(out);
+}
+
+std::vector<CellBuilder::Flat> CellBuilder::find_flats() {
+  std::vector<Flat> flats;
+  std::unordered_map<uint64_t, std::vector<std::pair<std::array<uint64_t, 5>, uint32_t>>> by_hash;
+  for (uint32_t t = 0; t < triangles_.size(); ++t) {
+    const Vec3d c = across(t);
+    const double twice = length(c);
+    if (!(twice > 0) || !std::isfinite(1 / twice)) continue;
+    const Vec3d n = c * (1 / twice);
+    const std::array<uint64_t, 5> key{rounded(n.x / kFlatAngle), rounded(n.y / kFlatAngle),
+                                      rounded(n.z / kFlatAngle),
+                                      rounded(dot(n, corner(t, 0)) / (kFlatOffset * edge_)),
+                                      triangles_[t].material};
+    uint64_t hash = 0;
+    for (uint64_t word : key) hash = combine(hash, word);
+    auto& bucket = by_hash[hash];
+    auto found = std::find_if(bucket.begin(), bucket.end(),
+                              [&](const auto& entry) { return entry.first == key; });
+    if (found == bucket.end()) {
+      found = bucket.insert(bucket.end(), {key, uint32_t(flats.size())});
+      flats.push_back({{}, n});
+    }
+    Flat& flat = flats[found->second];
+    flat.triangles.push_back(t);
+    flat.longest = std::max(flat.longest, longest_edge(t));
+    flat.area += 0.5 * twice;
+  }
+  return flats;
+}
+
+void CellBuilder::make_patch(BodyCells& out, const Flat& flat) {
+  // Along the longest edge: most surfaces are rectangles, which whole squares then fill.
+  Vec3d along{};
+  for (uint32_t t : flat.triangles)
+    for (int k = 0; k < 3; ++k) {
+      const Vec3d edge = corner(t, (k + 1) % 3) - corner(t, k);
+      if (dot(edge, edge) > dot(along, along)) along = edge;
+    }
+  const Vec3d u = normalize(along), v = cross(flat.normal, u);
+  const double far = std::numeric_limits<double>::infinity();
+  double low[2] = {far, far}, high[2] = {-far, -far};
+  const Vec3d base = corner(flat.triangles[0], 0);
+  for (uint32_t t : flat.triangles)
+    for (int k = 0; k < 3; ++k) {
+      const double at[2] = {dot(corner(t, k) - base, u), dot(corner(t, k) - base, v)};
+      for (int axis = 0; axis < 2; ++axis)
+        low[axis] = std::min(low[axis], at[axis]), high[axis] = std::max(high[axis], at[axis]);
+    }
+  const double edge = std::max(edge_, std::sqrt(flat.area / kMostSquares));
+  const auto divisions = [&](int axis) {
+    return uint32_t(std::clamp(std::ceil((high[axis] - low[axis]) / edge - 0.25), 1.0, 1e6));
+  };
+  BodyCells::Patch patch{};
+  patch.origin = Vec3f(base + u * low[0] + v * low[1]);
+  patch.u = Vec3f(u), patch.v = Vec3f(v);
+  patch.columns = divisions(0), patch.rows = divisions(1);
+  patch.columns_per_metre = float(patch.columns / std::max(high[0] - low[0], 1e-30));
+  patch.rows_per_metre = float(patch.rows / std::max(high[1] - low[1], 1e-30));
+  const uint32_t number = uint32_t(out.patches_.size());
+  std::map<uint64_t, uint32_t> found;
+  for (uint32_t t : flat.triangles) {
+    out.faces_[t] = {Vec3f(flat.normal), number, kNoCell};
+    add_squares(patch, t, found);
+  }
+  for (auto& [key, square] : found) squares_[square].patch = number;
+  const double all = double(patch.columns) * patch.rows;
+  if (all > kMostEmpty * double(found.size()) + 64) {
+    patch.first = out.keys_.size();
+    patch.count = uint32_t(found.size());
+    out.keys_.insert(out.keys_.end(), found.begin(), found.end());
+  } else {
+    patch.first = out.table_.size();
+    out.table_.resize(patch.first + size_t(all), kNoCell);
+    for (const auto& [key, square] : found) out.table_[patch.first + key] = square;
+  }
+  out.patches_.push_back(patch);
+}
+
+void CellBuilder::add_squares(const BodyCells::Patch& patch, uint32_t triangle,
+                              std::map<uint64_t, uint32_t>& found) {
+  const Vec3d origin(patch.origin), u(patch.u), v(patch.v);
+  Polygon whole;
+  for (int k = 0; k < 3; ++k) {
+    const Vec3d d = corner(triangle, k) - origin;
+    whole.push_back({dot(d, u), dot(d, v)});
+  }
+  const double wide = 1.0 / patch.columns_per_metre, high = 1.0 / patch.rows_per_metre;
+  const auto range = [](double from, double to, double size, uint32_t count) {
+    const auto at = [&](double x) {
+      return uint32_t(std::clamp(std::floor(x / size), 0.0, double(count - 1)));
+    };
+    return std::pair{at(from), at(to)};
+  };
+  const auto [low_y, high_y] = std::minmax({whole[0].y, whole[1].y, whole[2].y});
+  const auto rows = range(low_y, high_y, high, patch.rows);
+  for (uint32_t row = rows.first; row <= rows.second; ++row) {
+    const double y0 = row * high, y1 = (row + 1) * high;
+    // Rounding must not lose what lies along the border.
+    Polygon strip = whole;
+    if (row > 0) strip = clipped(strip, [&](const Point& p) { return p.y - y0; });
+    if (row + 1 < patch.rows) strip = clipped(strip, [&](const Point& p) { return y1 - p.y; });
+    if (strip.size() < 3) continue;
+    double low_x = strip[0].x, high_x = low_x;
+    for (const Point& p : strip) low_x = std::min(low_x, p.x), high_x = std::max(high_x, p.x);
+    const auto columns = range(low_x, high_x, wide, patch.columns);
+    for (uint32_t column = columns.first; column <= columns.second; ++column) {
+      const double x0 = column * wide, x1 = (column + 1) * wide;
+      Polygon piece = strip;
+      if (column > 0) piece = clipped(piece, [&](const Point& p) { return p.x - x0; });
+      if (column + 1 < patch.columns)
+        piece = clipped(piece, [&](const Point& p) { return x1 - p.x; });
+      if (!(area_of(piece) > 1e-9 * wide * high)) continue;
+      const uint64_t key = uint64_t(row) * patch.columns + column;
+      const auto [entry, fresh] = found.try_emplace(key, uint32_t(squares_.size()));
+      if (fresh) squares_.push_back({0, triangles_[triangle].material, {x0, y0}, {x1, y1}, {}});
+      squares_[entry->second].pieces.push_back(std::move(piece));
+    }
+  }
+}
+
+void CellBuilder::merge_small(BodyCells& out, std::vector<uint32_t> triangles) {
+  // By place, main direction and material.
+  std::map<std::array<int64_t, 5>, uint32_t> found;
+  for (uint32_t t : triangles) {
+    const Vec3d c = across(t), n = c * (1 / length(c));
+    const Vec3d centre = (corner(t, 0) + corner(t, 1) + corner(t, 2)) * (1.0 / 3);
+    int axis = 0;
+    for (int k = 1; k < 3; ++k)
+      if (std::fabs(n[k]) > std::fabs(n[axis])) axis = k;
+    const auto at = [&](double x) { return int64_t(std::floor(x / edge_)); };
+    const std::array<int64_t, 5> key{at(centre.x), at(centre.y), at(centre.z),
+                                     2 * axis + (n[axis] > 0), int64_t(triangles_[t].material)};
+    const auto [entry, fresh] = found.try_emplace(key, uint32_t(out.area_.size()));
+    const double area = 0.5 * length(c);
+    if (fresh)
+      for (int side = 0; side < 2; ++side) add_cell(out, 0, triangles_[t].material);
+    for (uint32_t side = 0; side < 2; ++side) out.area_[entry->second + side] += float(area);
+    out.faces_[t] = {Vec3f(n), kNoCell, entry->second};
+  }
+}
+
+void CellBuilder::make_cells(BodyCells& out) {
+  out.squares_.resize(squares_.size());
+  for (size_t i = 0; i < squares_.size(); ++i)
+    for (int side = 0; side < 2; ++side)
+      make_side(out, out.squares_[i].side[side], squares_[i], cuts_[i][size_t(side)]);
+}
+
+void CellBuilder::make_side(BodyCells& out, BodyCells::Side& side, const Square& square,
+                            std::vector<Cut>& cuts) {
+  side.first_line = uint32_t(out.lines_.size());
+  side.lines = uint32_t(cuts.size());
+  side.first_part = uint32_t(out.parts_.size());
+  for (const Cut& cut : cuts) out.lines_.push_back({float(cut.a), float(cut.b), float(cut.c)});
+  double all = 0, largest = 0;
+  for (const Polygon& piece : square.pieces) all += area_of(piece);
+  for (uint32_t part = 0; part < 1u << side.lines; ++part) {
+    double area = 0;
+    for (Polygon piece : square.pieces) {
+      for (uint32_t k = 0; k < side.lines && piece.size() >= 3; ++k) {
+        const double sign = part >> k & 1 ? 1 : -1;
+        const Cut& cut = cuts[k];
+        piece = clipped(piece, [&](const Point& p) { return sign * (cut.a * p.x + cut.b * p.y - cut.c); });
+      }
+      area += area_of(piece);
+    }
+    uint32_t cell = kNoCell;
+    if (area > 1e-5 * all) {
+      cell = add_cell(out, area, square.material);
+      if (area > largest) largest = area, side.largest = cell;
+    }
+    out.parts_.push_back(cell);
+  }
+}
+
+}  // namespace deltalux::gather

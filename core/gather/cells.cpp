@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bodies side by side, and how a world-space landing finds its cell.
+#include "gather/cells.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.h"
+
+namespace deltalux::gather {
+namespace {
+
+constexpr float kStaticEdge = 0.18f;   // metres: 0.022 of a room's diagonal
+constexpr float kMovableEdge = 0.12f;
+constexpr float kShareOfMovable = 0.25f;  // of its diagonal, at most
+constexpr float kNear = 2.0f;             // square roots of a cell's area
+// Landings are looked up a little before their surface, in units of its rounding: where they are
+// at the foot of a wall, the side that they came from is then beyond doubt.
+constexpr float kNudge = 4.0f;
+
+std::vector<BodyCells::Triangle> triangles_of(const scene::Object& object, bool placed) {
+  std::vector<BodyCells::Triangle> out;
+  out.reserve(object.triangles.size());
+  for (size_t t = 0; t < object.triangles.size(); ++t) {
+    BodyCells::Triangle triangle{{}, object.material[t]};
+    for (int k = 0; k < 3; ++k) {
+      const Vec3f p = object.vertices[object.triangles[t][size_t(k)]];
+      triangle.corner[k] = placed ? object.pose.point(p) : p;
+    }
+    out.push_back(triangle);
+  }
+  return out;
+}
+
+}  // namespace
+
+Cells::Cells(const scene::Scene& scene, float metre) : metre_(metre) {
+  std::vector<BodyCells::Triangle> fixed;
+  for (const scene::Object& object : scene.objects) {
+    if (object.movable) continue;
+    const auto own = triangles_of(object, true);
+    fixed.insert(fixed.end(), own.begin(), own.end());
+  }
+  add(scene::kNone, 0, fixed, kStaticEdge * metre);
+  body_of_.assign(scene.objects.size(), 0);
+  for (uint32_t i = 0; i < scene.objects.size(); ++i)
+    if (scene.objects[i].movable) add_object(scene, i);
+}
+
+void Cells::add_object(const scene::Scene& scene, uint32_t index) {
+  const scene::Object& object = scene.objects[index];
+  body_of_.resize(std::max<size_t>(body_of_.size(), index + 1));
+  body_of_[index] = uint32_t(bodies_.size());
+  Box box;
+  for (const Vec3f& v : object.vertices) box.grow(v);
+  const float edge = std::min(kMovableEdge * metre_, kShareOfMovable * box.diagonal());
+  add(index, object.first_primitive, triangles_of(object, false), edge);
+}
+
+void Cells::add(uint32_t object, uint32_t first_primitive,
+                std::span<const BodyCells::Triangle> triangles, float edge) {
+  BodyCells cells(triangles, edge > 0 ? edge : 1.0f);
+  if (uint64_t(size()) + cells.size() >= kNoCell / 2)
+    throw SceneError("gather: more than 2e9 cells; bake with gather=\"off\"");
+  for (size_t i = 0; i < cells.size(); ++i) {
+    area_.push_back(cells.areas()[i]);
+    near_.push_back(kNear * std::sqrt(cells.areas()[i]));
+    material_.push_back(cells.materials()[i]);
+  }
+  bodies_.push_back({object, uint32_t(size() - cells.size()), first_primitive, std::move(cells)});
+}
+
+void Cells::drop_objects(size_t count) {
+  while (body_of_.size() > count) {
+    const uint32_t body = body_of_.back();
+    body_of_.pop_back();
+    if (body == 0 || body + 1 != bodies_.size()) continue;
+    const uint32_t first = bodies_.back().first_cell;
+    area_.resize(first), near_.resize(first), material_.resize(first);
+    bodies_.pop_back();
+  }
+}
+
+std::pair<uint32_t, uint32_t> Cells::of_object(uint32_t object) const {
+  const Body& body = bodies_[body_of_[object]];
+  return {body.first_cell, body.first_cell + uint32_t(body.cells.size())};
+}
+
+size_t Cells::bytes() const {
+  size_t sum = (area_.capacity() + near_.capacity()) * sizeof(float) +
+               material_.capacity() * sizeof(uint32_t);
+  for (const Body& body : bodies_) sum += sizeof(Body) + body.cells.bytes();
+  return sum;
+}
+
+CellFinder::CellFinder(const scene::Scene& scene, const Cells& cells)
+    : scene_(scene), cells_(cells) {
+  for (const scene::Object& object : scene.objects)
+    to_local_.emplace_back(object.movable ? object.pose.inverse() : Pose{});
+}
+
+uint32_t CellFinder::find(uint32_t primitive, Vec3f origin, Vec3f w, float t) const {
+  const float back = kNudge * position_slack(origin + w * t);
+  const Vec3f at = origin + w * (t - std::min(back, 0.5f * t));
+  uint32_t cell;
+  if (primitive < scene_.static_primitives()) {
+    cell = cells_.bodies_[0].cells.find(primitive, at, w);
+  } else {
+    const uint32_t object = scene_.object_of(primitive);
+    const Cells::Body& body = cells_.bodies_[cells_.body_of_[object]];
+    const FastTransform& to_local = to_local_[object];
+    cell = body.cells.find(primitive - body.first_primitive, to_local.point(at),
+                           to_local.direction(w));
+    if (cell != kNoCell) cell += body.first_cell;
+  }
+  return cell;
+}
+
+}  // namespace deltalux::gather

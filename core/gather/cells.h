@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// The cells of a scene: of the static geometry, then of each movable in the order of objects.
+#pragma once
+#include <deque>
+
+#include "base/transform.h"
+#include "gather/body_cells.h"
+#include "scene/scene.h"
+
+namespace deltalux::gather {
+
+/// A pure function of the scene's geometry, of a metre and of no pose.
+class Cells {
+ public:
+  Cells() = default;
+  /// `metre`: samples::scene_metre of the scene. Throws SceneError where there are too many.
+  Cells(const scene::Scene& scene, float metre);
+  /// Cells of an object that was added last.
+  void add_object(const scene::Scene& scene, uint32_t object);
+  /// Forgets objects from number `count` on.
+  void drop_objects(size_t count);
+
+  size_t objects() const { return body_of_.size(); }
+  uint32_t size() const { return uint32_t(area_.size()); }
+  /// Square metres, and what a hit must be farther away than to be told by its cell.
+  float area(uint32_t cell) const { return area_[cell]; }
+  float near(uint32_t cell) const { return near_[cell]; }
+  uint32_t material(uint32_t cell) const { return material_[cell]; }
+  /// First cell of a movable, and the one behind its last.
+  std::pair<uint32_t, uint32_t> of_object(uint32_t object) const;
+  size_t bytes() const;
+
+ private:
+  friend class CellFinder;
+  struct Body {
+    uint32_t object;  ///< kNone: the static scene
+    uint32_t first_cell, first_primitive;
+    BodyCells cells;
+  };
+  void add(uint32_t object, uint32_t first_primitive, std::span<const BodyCells::Triangle> triangles,
+           float edge);
+
+  float metre_ = 1;
+  std::deque<Body> bodies_;
+  std::vector<uint32_t> body_of_;  // per object
+  std::vector<float> area_, near_;
+  std::vector<uint32_t> material_;
+};
+
+/// Finds cells in the present poses; made anew after each edit.
+class CellFinder {
+ public:
+  CellFinder(const scene::Scene& scene, const Cells& cells);
+  /// Where a ray from `origin` along `w` lands at distance `t` on `primitive`; kNoCell on a
+  /// triangle without area.
+  uint32_t find(uint32_t primitive, Vec3f origin, Vec3f w, float t) const;
+
+ private:
+  const scene::Scene& scene_;
+  const Cells& cells_;
+  std::vector<FastTransform> to_local_;  // per object
+};
+
+}  // namespace deltalux::gather

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// Gaps of one length are filled by chains of that length.
+#include "gather/chain_pool.h"
+
+#include <algorithm>
+
+#include "base/error.h"
+
+namespace deltalux::gather {
+
+uint32_t ChainPool::add(const Chain& chain) {
+  constexpr size_t kMost = size_t(1) << 31;
+  if (free_.empty()) {
+    if (chains_.size() >= kMost - 1)
+      throw OptionError("gather: more than 2e9 rays meet something near, expected fewer rays");
+    free_.reserve(chains_.size() + 1);
+    chains_.emplace_back();
+    free_.push_back(uint32_t(chains_.size() - 1));
+  }
+  std::vector<size_t>& gaps = gaps_[chain.count];
+  if (gaps.empty()) {
+    gaps.push_back(vertices_.size());
+    vertices_.resize(vertices_.size() + chain.count);
+  }
+  const uint32_t number = free_.back();
+  Stored& stored = chains_[number];
+  stored = {gaps.back(), chain.count, chain.end, chain.passage};
+  std::copy_n(chain.vertex.begin(), chain.count, vertices_.begin() + long(stored.first));
+  gaps.pop_back();
+  free_.pop_back();
+  return number;
+}
+
+void ChainPool::remove(uint32_t number) {
+  gaps_[chains_[number].count].push_back(chains_[number].first);
+  free_.push_back(number);
+}
+
+void ChainPool::clear() {
+  chains_.clear(), free_.clear(), vertices_.clear();
+  for (auto& gaps : gaps_) gaps.clear();
+}
+
+void ChainPool::reserve(size_t chains, size_t vertices) {
+  chains_.reserve(chains);
+  vertices_.reserve(vertices);
+}
+
+size_t ChainPool::bytes() const {
+  size_t sum = chains_.capacity() * sizeof(Stored) + free_.capacity() * sizeof(uint32_t) +
+               vertices_.capacity() * sizeof(Vertex);
+  for (const auto& gaps : gaps_) sum += gaps.capacity() * sizeof(size_t);
+  return sum;
+}
+
+}  // namespace deltalux::gather

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// Chains of all samples, stored tightly; freed places are used again.
+#pragma once
+#include <span>
+#include <vector>
+
+#include "gather/chain.h"
+
+namespace deltalux::gather {
+
+class ChainPool {
+ public:
+  /// Returns its number.
+  uint32_t add(const Chain& chain);
+  void remove(uint32_t number);
+  void clear();
+  void reserve(size_t chains, size_t vertices);
+
+  std::span<const Vertex> vertices(uint32_t number) const {
+    return {vertices_.data() + chains_[number].first, chains_[number].count};
+  }
+  uint32_t end(uint32_t number) const { return chains_[number].end; }
+  const Passage& passage(uint32_t number) const { return chains_[number].passage; }
+  size_t size() const { return chains_.size() - free_.size(); }
+  size_t bytes() const;
+
+ private:
+  struct Stored {
+    size_t first = 0;
+    uint32_t count = 0, end = kDark;
+    Passage passage;
+  };
+  std::vector<Stored> chains_;
+  std::vector<uint32_t> free_;
+  std::vector<Vertex> vertices_;
+  std::array<std::vector<size_t>, kMostVertices + 1> gaps_;  // in vertices_, by length
+};
+
+}  // namespace deltalux::gather

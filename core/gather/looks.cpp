@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+// Casting, and finding what an edit changes.
+#include "gather/looks.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "direct/block.h"
+
+namespace deltalux::gather {
+namespace {
+
+constexpr size_t kGrain = 64;      // samples
+constexpr size_t kPortion = 2048;  // samples
+
+}  // namespace
+
+/// Rays of samples in the present state.
+class Looks::Caster {
+ public:
+  Caster(const Looks& looks, const Present& present)
+      : looks_(looks),
+        present_(present),
+        finder_(present.scene, present.cells),
+        chains_(present, finder_, looks.seed_) {}
+
+  bool blind(size_t sample) const { return present_.receivers[sample].normal == Vec3f{}; }
+  Vec3f origin(size_t sample) const {
+    const direct::Receiver& receiver = present_.receivers[sample];
+    return receiver.point + receiver.normal * receiver.slack();
+  }
+  Vec3f direction(size_t sample, uint32_t ray) const {
+    return looks_.directions_(uint32_t(sample), ray, present_.receivers[sample].normal);
+  }
+  void look(size_t sample, uint32_t ray, Found& out) const {
+    const size_t place = sample * looks_.rays() + ray;
+    uint32_t target = kDark;
+    if (!blind(sample)) {
+      const Vec3f o = origin(sample), w = direction(sample, ray);
+      const trace::Hit hit = present_.caster.closest(o, w);
+      if (hit.valid()) target = finder_.find(hit.primitive, o, w, hit.t);
+      if (target != kNoCell && hit.t < present_.cells.near(target)) {
+        out.chained.emplace_back(place, chains_.trace(uint64_t(place), o, w, hit));
+        return;
+      }
+    }
+    out.plain.emplace_back(place, target);
+  }
+
+ private:
+  const Looks& looks_;
+  const Present& present_;
+  CellFinder finder_;
+  ChainTracer chains_;
+};
+
+/// Rays and chains that a change may touch.
+class Looks::Suspects {
+ public:
+  Suspects(const Looks& looks, const Present& present, const Change& change)
+      : looks_(looks), change_(change) {
+    for (uint32_t object : change.objects) own_.push_back(present.cells.of_object(object));
+    for (const std::vector<Box>* boxes : {&change.before, &change.after})
+      boxes_.insert(boxes_.end(), boxes->begin(), boxes->end());
+    const float slack = direct::slack(present.caster);
+    for (const trace::Light& light : present.lights)
+      for (const Box& box : boxes_) shadows_.emplace_back(light, box, slack);
+  }
+
+  /// Whether what the ray met is no longer there, or no longer what it was.
+  bool gone(uint32_t target) const {
+    if (target == kDark) return false;
+    if (is_chain(target)) return touches(looks_.chains_, chain_of(target));
+    return std::any_of(own_.begin(), own_.end(),
+                       [&](const auto& cells) { return target >= cells.first && target < cells.second; });
+  }
+  /// Whether something may be in the way now.
+  bool meets(Vec3f origin, Vec3f w) const {
+    const SlabRay ray(origin, w);
+    return std::any_of(change_.after.begin(), change_.after.end(),
+                       [&](const Box& box) { return ray.entry(box, kFar) < kFar; });
+  }
+
+ private:
+  static constexpr float kFar = std::numeric_limits<float>::infinity();
+
+  bool touches(const ChainPool& chains, uint32_t number) const {
+    if (change_.lights) return true;
+    const Passage& passage = chains.passage(number);
+    const SlabRay last(passage.origin, passage.last - passage.origin);
+    for (const Box& box : boxes_)
+      if (box.overlaps(passage.near) || last.entry(box, 1) < kFar) return true;
+    for (const Vertex& vertex : chains.vertices(number))
+      for (size_t k = 0; k < boxes_.size(); ++k)
+        if (!shadows_[vertex.light * boxes_.size() + k].misses(passage.near)) return true;
+    return false;
+  }
+
+  const Looks& looks_;
+  const Change& change_;
+  std::vector<std::pair<uint32_t, uint32_t>> own_;  // cells of the changed objects
+  std::vector<Box> boxes_;
+  std::vector<direct::ShadowVolume> shadows_;  // per light and box
+};
+
+Looks::Looks(size_t samples, uint32_t rays, uint64_t seed)
+    : samples_(samples), seed_(seed), directions_(rays, seed) {
+  targets_.assign(samples * rays, kDark);
+}
+
+void Looks::set(const Found& found) {
+  const auto release = [&](uint32_t& target) {
+    if (is_chain(target)) chains_.remove(chain_of(target));
+    target = kDark;
+  };
+  for (const auto& [place, target] : found.plain) {
+    release(targets_[place]);
+    targets_[place] = target;
+  }
+  for (const auto& [place, chain] : found.chained) {
+    release(targets_[place]);
+    targets_[place] = kChain + chains_.add(chain);
+  }
+}
+
+void Looks::cast(const Present& present, const Workers& workers, Progress& progress) {
+  const Caster caster(*this, present);
+  chains_.clear();
+  std::fill(targets_.begin(), targets_.end(), kDark);
+  progress.begin("look around", samples_);
+  // In portions: chains are small once they are stored.
+  for (size_t first = 0; first < samples_; first += kPortion) {
+    const size_t portion = std::min(kPortion, samples_ - first);
+    std::vector<Found> found((portion + kGrain - 1) / kGrain);
+    workers.for_blocks(portion, kGrain, [&](size_t begin, size_t end) {
+      for (size_t sample = first + begin; sample < first + end; ++sample) {
+        progress.check();
+        for (uint32_t ray = 0; ray < rays(); ++ray) caster.look(sample, ray, found[begin / kGrain]);
+      }
+      progress.advance(end - begin);
+    });
+    for (const Found& block : found) set(block);
+  }
+}
+
+uint64_t Looks::update(const Present& present, const Change& change, const Workers& workers,
+                       Progress& progress) {
+  const Caster caster(*this, present);
+  const Suspects suspects(*this, present, change);
+  std::vector<Found> found((samples_ + kGrain - 1) / kGrain);
+  progress.begin("look around", samples_);
+  workers.for_blocks(samples_, kGrain, [&](size_t begin, size_t end) {
+    Found& out = found[begin / kGrain];
+    for (size_t sample = begin; sample < end; ++sample) {
+      const bool all = change.samples[sample] != 0;
+      if (!all && caster.blind(sample)) continue;
+      const Vec3f o = caster.origin(sample);
+      const std::span<const uint32_t> now = targets(sample);
+      for (uint32_t ray = 0; ray < rays(); ++ray)
+        if (all || suspects.gone(now[ray]) || suspects.meets(o, caster.direction(sample, ray)))
+          caster.look(sample, ray, out);
+    }
+    progress.advance(end - begin);
+  });
+  uint64_t count = 0;
+  for (const Found& block : found) {
+    count += block.plain.size() + block.chained.size();
+    set(block);
+  }
+  return count;
+}
+
+size_t Looks::bytes() const { return targets_.capacity() * sizeof(uint32_t) + chains_.bytes(); }
+
+}  // namespace deltalux::gather

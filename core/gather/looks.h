@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// What each sample sees in its fixed directions: cells, chains, or nothing.
+#pragma once
+#include <span>
+#include <vector>
+
+#include "base/parallel.h"
+#include "base/progress.h"
+#include "gather/chain_pool.h"
+#include "gather/directions.h"
+
+namespace deltalux::gather {
+
+/// What differs between two states of the scene.
+struct Change {
+  std::vector<uint32_t> objects;   ///< movables that moved, appeared or vanished
+  std::vector<Box> before, after;  ///< RayCaster::object_bounds of those that were or are there
+  bool lights = false;             ///< a light moved, came, or was switched
+  std::vector<uint8_t> samples;    ///< per sample: 1 = its receiver changed
+};
+
+class Looks {
+ public:
+  Looks(size_t samples, uint32_t rays, uint64_t seed);
+
+  uint32_t rays() const { return directions_.count(); }
+  size_t samples() const { return samples_; }
+  /// All rays from scratch. Throws Cancelled: then this object is of no use.
+  void cast(const Present& present, const Workers& workers, Progress& progress);
+  /// Casts again what may differ: afterwards everything is as cast() would have it. Returns how many
+  /// rays that were.
+  uint64_t update(const Present& present, const Change& change, const Workers& workers,
+                  Progress& progress);
+
+  /// Of ray `ray` of a sample: a cell, kDark, or kChain + index into chains().
+  static constexpr uint32_t kChain = 0x80000000u;
+  std::span<const uint32_t> targets(size_t sample) const {
+    return std::span(targets_).subspan(sample * rays(), rays());
+  }
+  static bool is_chain(uint32_t target) { return target >= kChain && target != kDark; }
+  static uint32_t chain_of(uint32_t target) { return target - kChain; }
+  const ChainPool& chains() const { return chains_; }
+  size_t bytes() const;
+
+ private:
+  class Caster;
+  class Suspects;
+  /// What was cast again: chains apart, which are large.
+  struct Found {
+    std::vector<std::pair<size_t, uint32_t>> plain;  ///< place in targets_, target
+    std::vector<std::pair<size_t, Chain>> chained;
+  };
+  void set(const Found& found);
+
+  size_t samples_;
+  uint64_t seed_;
+  Directions directions_;
+  std::vector<uint32_t> targets_;
+  ChainPool chains_;
+};
+
+}  // namespace deltalux::gather

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// Integer sums: in which order threads add does not matter.
+#include "update/landings.h"
+
+#include <atomic>
+
+#include "base/direction.h"
+
+namespace deltalux::update {
+namespace {
+
+constexpr size_t kGrain = 1024;
+
+}  // namespace
+
+Landings::Landings(State& state) : state_(state) {
+  if (state.gather) finder_.emplace(state.scene, state.gather->cells);
+}
+
+void Landings::note(segments::Level& level, uint32_t slot) const {
+  if (!finder_) return;
+  const segments::Segment& segment = level.at(slot);
+  level.landing(slot) = segment.primitive == scene::kNone
+                            ? gather::kNoCell
+                            : finder_->find(segment.primitive, segment.origin,
+                                            decode_direction(segment.direction), segment.length);
+}
+
+void Landings::add(uint32_t bounce, std::span<const uint32_t> slots, int sign) const {
+  if (!finder_) return;
+  segments::Level& level = state_.store.level(bounce);
+  gather::CellSums& sums = state_.gather->sums;
+  state_.workers.for_blocks(slots.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const segments::Segment& segment = level.at(slots[i]);
+      const uint32_t cell = segment.length < 0 ? gather::kNoCell : level.landing(slots[i]);
+      if (cell == gather::kNoCell) continue;
+      const trace::Light& light = state_.lights[state_.light_of(segment.path)];
+      const size_t at =
+          sums.at(cell, state_.sum_group(light.group),
+                  trace::batch_of(light, segment.path - light.first_path, kBatches));
+      for (size_t c = 0; c < 3; ++c)
+        std::atomic_ref(sums.quanta[at + c])
+            .fetch_add(sign * int64_t(segment.power[c]), std::memory_order_relaxed);
+    }
+  });
+}
+
+}  // namespace deltalux::update

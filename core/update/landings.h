@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// Counts light where it lands: adds stored segments to the sums of cells, and takes them away.
+#pragma once
+#include <optional>
+#include <span>
+
+#include "gather/cells.h"
+#include "update/state.h"
+
+namespace deltalux::update {
+
+/// Of one state of the scene; does nothing in sessions that do not gather.
+class Landings {
+ public:
+  explicit Landings(State& state);
+  /// Notes where the segment ends. Thread-safe for different slots.
+  void note(segments::Level& level, uint32_t slot) const;
+  /// Adds (sign 1) or takes away (-1) what is in use; its cells were noted.
+  void add(uint32_t bounce, std::span<const uint32_t> slots, int sign) const;
+
+ private:
+  State& state_;
+  std::optional<gather::CellFinder> finder_;
+};
+
+}  // namespace deltalux::update
