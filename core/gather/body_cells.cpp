@@ -48,12 +48,29 @@ uint32_t BodyCells::find(uint32_t triangle, Vec3f p, Vec3f w) const {
   return cell != kNoCell ? cell : side.largest;
 }
 
+Vec3f BodyCells::probe(uint32_t cell, uint32_t number) const {
+  const Spot& spot = spot_[cell];
+  const Patch& patch = patches_[spot.patch];
+  float at[2];
+  for (uint32_t axis = 0; axis < 2; ++axis)
+    at[axis] = spot.low[axis] + (spot.high[axis] - spot.low[axis]) *
+                                    ((float(spot.probe[2 * number + axis]) + 0.5f) / 256);
+  return patch.origin + patch.u * at[0] + patch.v * at[1];
+}
+
+Vec3f BodyCells::normal(uint32_t cell) const {
+  const Spot& spot = spot_[cell];
+  const Patch& patch = patches_[spot.patch];
+  const Vec3f n = cross(patch.u, patch.v);
+  return spot.back ? -n : n;
+}
+
 size_t BodyCells::bytes() const {
   return faces_.capacity() * sizeof(Face) + patches_.capacity() * sizeof(Patch) +
          table_.capacity() * sizeof(uint32_t) + keys_.capacity() * sizeof(keys_[0]) +
          squares_.capacity() * sizeof(Square) + lines_.capacity() * sizeof(Line) +
          parts_.capacity() * sizeof(uint32_t) + area_.capacity() * sizeof(float) +
-         material_.capacity() * sizeof(uint32_t);
+         material_.capacity() * sizeof(uint32_t) + spot_.capacity() * sizeof(Spot);
 }
 
 }  // namespace deltalux::gather

@@ -2,6 +2,7 @@
 // The surface of one rigid body divided into cells: where light lands, it is counted by cell. In
 // the body's own space, so that a movable takes its cells along.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -33,6 +34,12 @@ class BodyCells {
   uint32_t find(uint32_t triangle, Vec3f p, Vec3f w) const;
   std::span<const float> areas() const { return area_; }
   std::span<const uint32_t> materials() const { return material_; }
+  /// Points spread evenly over a cell; cells of small triangles have none.
+  static constexpr uint32_t kProbes = 16;
+  bool has_probes(uint32_t cell) const { return spot_[cell].patch != kNoCell; }
+  Vec3f probe(uint32_t cell, uint32_t number) const;
+  /// Unit normal on the cell's side.
+  Vec3f normal(uint32_t cell) const;
   size_t bytes() const;
 
  private:
@@ -62,6 +69,13 @@ class BodyCells {
     Side side[2];
   };
 
+  struct Spot {
+    uint32_t patch = kNoCell;
+    float low[2]{}, high[2]{};  ///< of its square, in the patch's frame
+    bool back = false;
+    std::array<uint8_t, 2 * kProbes> probe{};  ///< in 256ths of the square
+  };
+
   uint32_t square_at(const Patch& patch, uint32_t column, uint32_t row) const;
 
   std::vector<Face> faces_;
@@ -73,6 +87,7 @@ class BodyCells {
   std::vector<uint32_t> parts_;
   std::vector<float> area_;         // per cell
   std::vector<uint32_t> material_;  // per cell
+  std::vector<Spot> spot_;          // per cell
 };
 
 }  // namespace deltalux::gather

@@ -14,6 +14,7 @@ constexpr double kFlatAngle = 0x1p-10;   // normals of one plane differ by less,
 constexpr double kFlatOffset = 0x1p-6;   // of the edge: offsets of one plane
 constexpr double kLeastFlat = 0.5;       // of a square: what has less area is put together
 constexpr double kMostSquares = 1 << 14; // of one plane; beyond, squares are larger
+constexpr double kLeastPart = 1e-5;      // of a square: what is cut off
 constexpr double kMostEmpty = 8;         // times as many squares as are used, for a table
 
 uint64_t rounded(double x) { return uint64_t(int64_t(std::llround(x))); }
@@ -23,6 +24,7 @@ uint64_t rounded(double x) { return uint64_t(int64_t(std::llround(x))); }
 uint32_t CellBuilder::add_cell(BodyCells& out, double area, uint32_t material) {
   out.area_.push_back(float(area));
   out.material_.push_back(material);
+  out.spot_.emplace_back();
   return uint32_t(out.area_.size() - 1);
 }
 
@@ -191,12 +193,13 @@ void CellBuilder::merge_small(BodyCells& out, std::vector<uint32_t> triangles) {
 void CellBuilder::make_cells(BodyCells& out) {
   out.squares_.resize(squares_.size());
   for (size_t i = 0; i < squares_.size(); ++i)
-    for (int side = 0; side < 2; ++side)
-      make_side(out, out.squares_[i].side[side], squares_[i], cuts_[i][size_t(side)]);
+    for (const bool back : {false, true})
+      make_side(out, out.squares_[i], back, squares_[i], cuts_[i][size_t(back)]);
 }
 
-void CellBuilder::make_side(BodyCells& out, BodyCells::Side& side, const Square& square,
-                            std::vector<Cut>& cuts) {
+void CellBuilder::make_side(BodyCells& out, BodyCells::Square& own, bool back,
+                            const Square& square, const std::vector<Cut>& cuts) {
+  BodyCells::Side& side = own.side[back];
   side.first_line = uint32_t(out.lines_.size());
   side.lines = uint32_t(cuts.size());
   side.first_part = uint32_t(out.parts_.size());
@@ -204,21 +207,64 @@ void CellBuilder::make_side(BodyCells& out, BodyCells::Side& side, const Square&
   double all = 0, largest = 0;
   for (const Polygon& piece : square.pieces) all += area_of(piece);
   for (uint32_t part = 0; part < 1u << side.lines; ++part) {
+    std::vector<Polygon> pieces;
     double area = 0;
     for (Polygon piece : square.pieces) {
       for (uint32_t k = 0; k < side.lines && piece.size() >= 3; ++k) {
         const double sign = part >> k & 1 ? 1 : -1;
         const Cut& cut = cuts[k];
-        piece = clipped(piece, [&](const Point& p) { return sign * (cut.a * p.x + cut.b * p.y - cut.c); });
+        piece = clipped(
+            piece, [&](const Point& p) { return sign * (cut.a * p.x + cut.b * p.y - cut.c); });
       }
       area += area_of(piece);
+      if (piece.size() >= 3) pieces.push_back(std::move(piece));
     }
     uint32_t cell = kNoCell;
-    if (area > 1e-5 * all) {
+    if (area > kLeastPart * all) {
       cell = add_cell(out, area, square.material);
       if (area > largest) largest = area, side.largest = cell;
+      BodyCells::Spot& spot = out.spot_[cell];
+      spot.patch = square.patch;
+      spot.back = back;
+      for (size_t axis = 0; axis < 2; ++axis)
+        spot.low[axis] = float(square.low[axis]), spot.high[axis] = float(square.high[axis]);
+      place_probes(spot, pieces);
     }
     out.parts_.push_back(cell);
+  }
+}
+
+void CellBuilder::place_probes(BodyCells::Spot& spot, const std::vector<Polygon>& pieces) {
+  struct Fan {
+    Point a, b, c;
+    double area;
+  };
+  std::vector<Fan> fans;
+  double all = 0;
+  for (const Polygon& piece : pieces)
+    for (size_t i = 2; i < piece.size(); ++i) {
+      const Fan fan{piece[0], piece[i - 1], piece[i],
+                    area_of({piece[0], piece[i - 1], piece[i]})};
+      if (fan.area > 0) all += fan.area, fans.push_back(fan);
+    }
+  size_t number = 0;
+  double before = 0;
+  for (uint32_t k = 0; k < BodyCells::kProbes; ++k) {
+    const double wanted = (k + 0.5) / BodyCells::kProbes * all;
+    while (number + 1 < fans.size() && before + fans[number].area < wanted)
+      before += fans[number++].area;
+    const Fan& fan = fans[number];
+    // Its share of the area, and a radical inverse across it.
+    const double along = std::sqrt(std::clamp((wanted - before) / fan.area, 0.0, 1.0));
+    const double aside = double(sobol::reverse_bits(k)) * 0x1p-32 + 0.5 / BodyCells::kProbes;
+    const double wb = along * (1 - aside), wc = along * aside;
+    const double at[2] = {fan.a.x + wb * (fan.b.x - fan.a.x) + wc * (fan.c.x - fan.a.x),
+                          fan.a.y + wb * (fan.b.y - fan.a.y) + wc * (fan.c.y - fan.a.y)};
+    for (size_t axis = 0; axis < 2; ++axis) {
+      const double share =
+          (at[axis] - spot.low[axis]) / (double(spot.high[axis]) - spot.low[axis]);
+      spot.probe[2 * k + axis] = uint8_t(std::clamp(std::floor(256 * share), 0.0, 255.0));
+    }
   }
 }
 

@@ -42,8 +42,9 @@ class CellBuilder {
   void find_cuts(const BodyCells& out);
   void try_cut(const BodyCells& out, uint32_t triangle, uint32_t square);
   void make_cells(BodyCells& out);
-  void make_side(BodyCells& out, BodyCells::Side& side, const Square& square,
-                 std::vector<Cut>& cuts);
+  void make_side(BodyCells& out, BodyCells::Square& own, bool back, const Square& square,
+                 const std::vector<Cut>& cuts);
+  static void place_probes(BodyCells::Spot& spot, const std::vector<Polygon>& pieces);
   Vec3d corner(uint32_t triangle, int k) const { return Vec3d(triangles_[triangle].corner[k]); }
   Vec3d across(uint32_t triangle) const {
     return cross(corner(triangle, 1) - corner(triangle, 0), corner(triangle, 2) - corner(triangle, 0));

@@ -81,6 +81,8 @@ void Cells::drop_objects(size_t count) {
   }
 }
 
+float Cells::edge() const { return kStaticEdge * metre_; }
+
 std::pair<uint32_t, uint32_t> Cells::of_object(uint32_t object) const {
   const Body& body = bodies_[body_of_[object]];
   return {body.first_cell, body.first_cell + uint32_t(body.cells.size())};

@@ -28,6 +28,14 @@ class Cells {
   uint32_t material(uint32_t cell) const { return material_[cell]; }
   /// First cell of a movable, and the one behind its last.
   std::pair<uint32_t, uint32_t> of_object(uint32_t object) const;
+  /// Edge of squares of the static scene.
+  float edge() const;
+  float metre() const { return metre_; }
+  /// Calls visit(first cell, object or kNone, its cells) for each body.
+  template <class Visit>
+  void each_body(const Visit& visit) const {
+    for (const Body& body : bodies_) visit(body.first_cell, body.object, body.cells);
+  }
   size_t bytes() const;
 
  private:

@@ -34,8 +34,8 @@ struct Vertex {
 };
 
 /// Beyond the second vertex chains go on by chance: fixed, for reflectances may change.
-inline constexpr uint32_t kSurely = 2;
-inline constexpr float kGoesOn = 0.6f;
+inline constexpr uint32_t kSurely = 4;
+inline constexpr float kGoesOn = 0.7f;
 /// Where a chain passes, for whoever looks for what an edit touches.
 struct Passage {
   Box near;             ///< all flights but the last

@@ -15,14 +15,14 @@ constexpr float kNothing[9 * kRow] = {};
 }  // namespace
 
 Evaluation::Evaluation(const scene::Scene& scene, std::span<const trace::Light> lights,
-                       const Cells& cells, const CellSums& sums, const Looks& looks,
-                       const Scales& scales, const Workers& workers)
+                       const Cells& cells, const Coverage& coverage, const CellSums& sums,
+                       const Looks& looks, const Scales& scales, const Workers& workers)
     : scene_(scene), lights_(lights), looks_(looks), scales_(scales) {
   if (sums.batches != kParts) throw Error("gather: batches and parts of rays differ");
   radiosity_.assign(size_t(cells.size()) * (kParts + 1) * kRow, 0.0f);
   workers.for_blocks(cells.size(), 1024, [&](size_t begin, size_t end) {
     for (size_t cell = begin; cell < end; ++cell) {
-      const double area = cells.area(uint32_t(cell));
+      const double area = double(cells.area(uint32_t(cell))) * coverage.bare(uint32_t(cell));
       if (!(area > 0)) continue;
       const Vec3f reflectance = scene.materials[cells.material(uint32_t(cell))].reflectance;
       float* row = &radiosity_[cell * (kParts + 1) * kRow];
@@ -71,11 +71,12 @@ void Evaluation::read(size_t sample, double* irradiance, double* error) const {
   double share[kParts][3] = {};
   const std::span<const uint32_t> targets = looks_.targets(sample);
   const size_t n = targets.size();
-  // Ray by ray in parts: every eighth ray belongs to one.
+  // Each part is a run of the Sobol' sequence, evenly spread by itself.
   for (size_t part = 0; part < kParts; ++part) {
     float before[3] = {batch[kParts * kRow], batch[kParts * kRow + 1], batch[kParts * kRow + 2]};
-    for (size_t ray = part; ray < n; ray += kParts) add(targets[ray], batch);
-    const double rays = double((n - part + kParts - 1) / kParts);
+    const size_t first = n * part / kParts, last = n * (part + 1) / kParts;
+    for (size_t ray = first; ray < last; ++ray) add(targets[ray], batch);
+    const double rays = double(last - first);
     for (size_t c = 0; c < 3; ++c)
       share[part][c] = rays > 0 ? double(batch[kParts * kRow + c] - before[c]) / rays : 0.0;
   }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/parallel.h"
+#include "gather/coverage.h"
 #include "gather/looks.h"
 
 namespace deltalux::gather {
@@ -28,8 +29,8 @@ struct Scales {
 class Evaluation {
  public:
   Evaluation(const scene::Scene& scene, std::span<const trace::Light> lights, const Cells& cells,
-             const CellSums& sums, const Looks& looks, const Scales& scales,
-             const Workers& workers);
+             const Coverage& coverage, const CellSums& sums, const Looks& looks,
+             const Scales& scales, const Workers& workers);
   /// Irradiance of a sample and its standard error, 3 each.
   void read(size_t sample, double* irradiance, double* error) const;
 

@@ -289,7 +289,7 @@ size_t Session::bytes() const {
                receivers_.capacity() * sizeof(direct::Receiver);
   if (direct_) sum += direct_->bytes();
   if (s.gather)
-    sum += s.gather->cells.bytes() + s.gather->looks.bytes() +
+    sum += s.gather->cells.bytes() + s.gather->looks.bytes() + s.gather->coverage.bytes() +
            s.gather->sums.quanta.capacity() * sizeof(int64_t);
   if (s.static_index) sum += s.static_index->bytes();
   for (const MovingPart& part : s.moving) sum += part.index->bytes();

@@ -14,6 +14,7 @@ void Session::make_cells() {
   s.gather = std::make_unique<Gather>(
       Gather{gather::Cells(s.scene, samples::scene_metre(s.scene, *s.caster)),
              {},
+             {},
              gather::Looks(s.samples.size(), s.options.gather_rays, s.options.seed)});
   grow_cell_sums();
 }
@@ -38,9 +39,10 @@ void Session::shrink_cell_sums() noexcept {
 
 void Session::look_around(Progress& progress) {
   State& s = *state_;
-  if (s.gather)
-    s.gather->looks.cast({s.scene, *s.caster, s.lights, receivers_, s.gather->cells}, s.workers,
-                         progress);
+  if (!s.gather) return;
+  s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
+  s.gather->looks.cast({s.scene, *s.caster, s.lights, receivers_, s.gather->cells}, s.workers,
+                       progress);
 }
 
 void Session::update_looks(std::span<const ObjectChange> changes, bool lights, Progress& progress,
@@ -59,6 +61,9 @@ void Session::update_looks(std::span<const ObjectChange> changes, bool lights, P
       if (part.object == c.object)
         for (uint32_t id : part.index->discs().id) change.samples[id] = 1;
   }
+  std::vector<Box> boxes = change.before;
+  boxes.insert(boxes.end(), change.after.begin(), change.after.end());
+  s.gather->coverage.update(s.scene, *s.caster, s.gather->cells, change.objects, boxes, s.workers);
   report.gathered_rays = s.gather->looks.update(
       {s.scene, *s.caster, s.lights, receivers_, s.gather->cells}, change, s.workers, progress);
 }

@@ -154,7 +154,7 @@ void Session::read_samples(const Write& write) const {
   for (uint32_t g = 0; g < s.sum_groups(); ++g)
     sum_factor.push_back(s.merged(g) ? 1.0 : s.group_factor[g]);
   if (s.gather)
-    gathered.emplace(s.scene, s.lights, s.gather->cells, s.gather->sums, s.gather->looks,
+    gathered.emplace(s.scene, s.lights, s.gather->cells, s.gather->coverage, s.gather->sums, s.gather->looks,
                      gather::Scales{s.scale.quantum, sum_factor, s.group_factor}, s.workers);
   s.workers.for_blocks(n, BlockSums::kSamples, [&](size_t begin, size_t end) {
     BlockSums block;
@@ -236,6 +236,7 @@ std::array<uint64_t, 4> Session::digest() const {
   for (int64_t value : direct_->sums()) ordered.chain(uint64_t(value));
   if (s.gather) {
     for (int64_t value : s.gather->sums.quanta) ordered.chain(uint64_t(value));
+    for (uint16_t covered : s.gather->coverage.covered()) ordered.chain(covered);
     chain_looks(ordered, s.gather->looks);
   }
   for (const scene::Object& object : s.scene.objects) {

@@ -60,6 +60,7 @@ struct MovingPart {
 struct Gather {
   gather::Cells cells;
   gather::CellSums sums;
+  gather::Coverage coverage;
   gather::Looks looks;
 };
 

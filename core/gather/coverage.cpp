@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// A few probes per cell look along its normal.
+#include "gather/coverage.h"
+
+#include <bit>
+#include <mutex>
+#include <optional>
+
+namespace deltalux::gather {
+namespace {
+
+constexpr float kContact = 0.05f;  // of a square's edge: what is nearer covers
+constexpr size_t kGrain = 256;
+constexpr float kFar = std::numeric_limits<float>::infinity();
+
+/// Whether static objects are closed, found when it matters.
+class ClosedObjects {
+ public:
+  explicit ClosedObjects(const scene::Scene& scene)
+      : scene_(scene), closed_(scene.objects.size()) {}
+  bool operator[](uint32_t object) {
+    const std::lock_guard lock(mutex_);
+    std::optional<bool>& own = closed_[object];
+    if (!own) own = scene::is_closed(scene_.objects[object]);
+    return *own;
+  }
+
+ private:
+  const scene::Scene& scene_;
+  std::mutex mutex_;
+  std::vector<std::optional<bool>> closed_;
+};
+
+class Prober {
+ public:
+  Prober(const scene::Scene& scene, const trace::RayCaster& caster, const Cells& cells)
+      : scene_(scene), caster_(caster), closed_(scene), contact_(kContact * cells.edge()) {}
+
+  /// By the static scene: something touches, or the probe is inside of a closed object.
+  bool by_static(Vec3f o, Vec3f n) {
+    const trace::Hit hit = caster_.closest_static(o, n);
+    if (!hit.valid()) return false;
+    return hit.t < contact_ || (dot(hit.normal, n) > 0 && closed_[scene_.object_of(hit.primitive)]);
+  }
+  bool by_object(uint32_t object, Vec3f o, Vec3f n) const {
+    if (caster_.closest_object(object, o, n, 0, contact_).valid()) return true;
+    thread_local std::vector<trace::Stretch> inside;
+    inside.clear();
+    caster_.add_inside(object, o, n, contact_, inside);
+    return !inside.empty();
+  }
+  float contact() const { return contact_; }
+
+ private:
+  const scene::Scene& scene_;
+  const trace::RayCaster& caster_;
+  ClosedObjects closed_;
+  float contact_;
+};
+
+}  // namespace
+
+float Coverage::bare(uint32_t cell) const {
+  const int bare = int(BodyCells::kProbes) - std::popcount(covered_[cell]);
+  return std::max(float(bare) / BodyCells::kProbes, 0.25f);
+}
+
+void Coverage::compute(const scene::Scene& scene, const trace::RayCaster& caster,
+                       const Cells& cells, const Workers& workers) {
+  fixed_.clear(), covered_.clear();
+  std::vector<uint32_t> objects;
+  for (uint32_t i = 0; i < scene.objects.size(); ++i)
+    if (scene.objects[i].movable) objects.push_back(i);
+  std::vector<Box> boxes;
+  for (uint32_t object : caster.present()) boxes.push_back(caster.object_bounds(object));
+  update(scene, caster, cells, objects, boxes, workers);
+}
+
+void Coverage::update(const scene::Scene& scene, const trace::RayCaster& caster,
+                      const Cells& cells, std::span<const uint32_t> objects,
+                      std::span<const Box> boxes, const Workers& workers) {
+  const size_t known = fixed_.size();
+  fixed_.resize(cells.size(), 0), covered_.resize(cells.size(), 0);
+  Prober prober(scene, caster, cells);
+  std::vector<uint8_t> changed(scene.objects.size());
+  for (uint32_t object : objects) changed[object] = 1;
+  cells.each_body([&](uint32_t first, uint32_t object, const BodyCells& body) {
+    const bool moves = object != scene::kNone;
+    const bool gone = moves && !scene.objects[object].present;
+    const Pose pose = moves ? scene.objects[object].pose : Pose{};
+    workers.for_blocks(body.size(), kGrain, [&](size_t begin, size_t end) {
+      for (size_t i = begin; i < end; ++i) {
+        const uint32_t own = uint32_t(i), cell = first + own;
+        if (!body.has_probes(own)) continue;
+        if (gone) {
+          covered_[cell] = 0;
+          continue;
+        }
+        const Vec3f n = pose.direction(body.normal(own));
+        Vec3f at[BodyCells::kProbes];
+        Box reach;
+        for (uint32_t k = 0; k < BodyCells::kProbes; ++k) {
+          const Vec3f p = pose.point(body.probe(own, k));
+          at[k] = p + n * (4 * position_slack(p));
+          reach.grow(at[k]), reach.grow(at[k] + n * prober.contact());
+        }
+        const bool fresh = (moves && changed[object]) || cell >= known;
+        if (fresh) {
+          fixed_[cell] = 0;
+          for (uint32_t k = 0; k < BodyCells::kProbes; ++k)
+            fixed_[cell] |= uint16_t(uint16_t(prober.by_static(at[k], n)) << k);
+        }
+        bool near = fresh;
+        for (size_t b = 0; b < boxes.size() && !near; ++b) near = boxes[b].overlaps(reach);
+        if (!near) continue;
+        covered_[cell] = fixed_[cell];
+        for (uint32_t other : caster.present()) {
+          if (!caster.object_bounds(other).overlaps(reach)) continue;
+          for (uint32_t k = 0; k < BodyCells::kProbes; ++k)
+            if (!(covered_[cell] >> k & 1) && prober.by_object(other, at[k], n))
+              covered_[cell] |= uint16_t(1u << k);
+        }
+      }
+    });
+  });
+}
+
+}  // namespace deltalux::gather
