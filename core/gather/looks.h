@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "base/archive.h"
 #include "base/parallel.h"
 #include "base/progress.h"
 #include "gather/chain_pool.h"
@@ -41,6 +42,11 @@ class Looks {
   static uint32_t chain_of(uint32_t target) { return target - kChain; }
   const ChainPool& chains() const { return chains_; }
   size_t bytes() const;
+
+  /// Arrays named "gather.…".
+  void save(ArchiveView& archive) const;
+  /// What save() wrote, in the same state. Throws FormatError: then this object is of no use.
+  void restore(ArchiveSource& archive, const Present& present);
 
  private:
   class Caster;

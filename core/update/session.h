@@ -149,6 +149,7 @@ class Session {
   void restore_segments(ArchiveSource& archive, uint64_t paths, Progress& progress);
   void restore_pending(ArchiveSource& archive);
   void restore_direct(ArchiveSource& archive);
+  void restore_looks(ArchiveSource& archive);
   /// Cuts and traces again what `log` and the search after it found, and what waited before.
   /// Returns what run_pending() does.
   size_t replace_paths(const EditLog& log, const Affected& affected, double budget_ms,

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where the session meets the final gather: cells, what samples see, and what an edit changes.
-#include <algorithm>
+#include <numeric>
 
 #include "samples/placement.h"
+#include "update/landings.h"
 #include "update/session.h"
 
 namespace deltalux::update {
@@ -43,6 +44,20 @@ void Session::look_around(Progress& progress) {
   s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
   s.gather->looks.cast({s.scene, *s.caster, s.lights, receivers_, s.gather->cells}, s.workers,
                        progress);
+}
+
+void Session::restore_looks(ArchiveSource& archive) {
+  State& s = *state_;
+  if (!s.gather) return;
+  const Landings landings(s);
+  std::vector<uint32_t> slots;
+  for (uint32_t b = 0; b < s.store.levels().size(); ++b) {
+    slots.resize(s.store.levels()[b].size());
+    std::iota(slots.begin(), slots.end(), 0u);
+    landings.add(b, slots, +1);
+  }
+  s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
+  s.gather->looks.restore(archive, {s.scene, *s.caster, s.lights, receivers_, s.gather->cells});
 }
 
 void Session::update_looks(std::span<const ObjectChange> changes, bool lights, Progress& progress,

@@ -20,20 +20,24 @@ std::string level_name(size_t bounce, const char* what) {
   return "level" + std::to_string(bounce) + "." + what;
 }
 
-void append_level(const segments::Level& level, size_t bounce, bool with_extended,
+void append_level(const segments::Level& level, size_t bounce, const segments::Extras& extras,
                   ArchiveView& archive) {
   const std::string segments = level_name(bounce, "segments"), hits = level_name(bounce, "hits"),
-                    extended = level_name(bounce, "extended");
+                    extended = level_name(bounce, "extended"),
+                    landing = level_name(bounce, "landing");
   archive.append(segments, std::span<const segments::Segment>());
   archive.append(hits, std::span<const segments::HitSlots>());
   archive.append(extended, std::span<const float>());
+  if (extras.landing) archive.append(landing, std::span<const uint32_t>());
   for (uint32_t slot = 0; slot < level.size(); slot += kPerChunk) {
     const segments::Level::Chunk& chunk = level.chunk(slot);
     const size_t count = std::min(kPerChunk, level.size() - slot);
     archive.append(segments, std::span(chunk.segment).first(count));
     archive.append(hits, std::span(chunk.slots).first(count));
-    if (with_extended)
+    if (extras.extended)
       archive.append(extended, std::span<const float>(chunk.extended.get(), count));
+    if (extras.landing)
+      archive.append(landing, std::span<const uint32_t>(chunk.landing.get(), count));
   }
 }
 
@@ -82,11 +86,12 @@ ArchiveView Session::save() const {
   archive.append("area", s.area);
   for (size_t b = 0; b < s.store.levels().size(); ++b) {
     level_sizes.push_back(s.store.levels()[b].size());
-    append_level(s.store.levels()[b], b, s.store.with_extended(), archive);
+    append_level(s.store.levels()[b], b, s.store.extras(), archive);
   }
   archive.keep("level_sizes", level_sizes);
   archive.keep("direct.quantum", std::vector<double>{direct_->irradiance_quantum()});
   direct_->save(archive);
+  if (s.gather) s.gather->looks.save(archive);
   return archive;
 }
 
@@ -106,6 +111,7 @@ void Session::restore(ArchiveSource& archive, Progress& progress) {
   Parts parts = place_parts(progress, openness);
   plan_parts(parts, walk_pilot_paths(s, progress), false, progress);
   make_estimators(parts, progress);
+  make_cells();
   restore_segments(archive, paths, progress);
   s.sums = archive.read_all<int64_t>("sums", sums);
   snapshot::check_sums(s.sums, s.store.live());
@@ -116,6 +122,7 @@ void Session::restore(ArchiveSource& archive, Progress& progress) {
     part.current = true;
   }
   restore_direct(archive);
+  restore_looks(archive);
   baked_ = true;
 }
 
@@ -181,7 +188,8 @@ uint64_t Session::restore_lights(ArchiveSource& archive) {
 void Session::restore_segments(ArchiveSource& archive, uint64_t paths, Progress& progress) {
   State& s = *state_;
   s.store = segments::SegmentStore(s.scene.world(), s.extras());
-  const bool with_extended = s.store.with_extended();
+  const segments::Extras extras = s.extras();
+  const uint32_t cells = s.gather ? s.gather->cells.size() : 0;
   const auto sizes =
       archive.read_all<uint64_t>("level_sizes", archive.count<uint64_t>("level_sizes"));
   snapshot::check_level_sizes(sizes, paths, s.options.max_bounces);
@@ -189,22 +197,25 @@ void Session::restore_segments(ArchiveSource& archive, uint64_t paths, Progress&
   for (size_t b = 0; b < sizes.size(); ++b, total += sizes[b - 1]) {
     archive.expect<segments::Segment>(level_name(b, "segments"), sizes[b]);
     archive.expect<segments::HitSlots>(level_name(b, "hits"), sizes[b]);
-    archive.expect<float>(level_name(b, "extended"), with_extended ? sizes[b] : 0);
+    archive.expect<float>(level_name(b, "extended"), extras.extended ? sizes[b] : 0);
+    if (extras.landing) archive.expect<uint32_t>(level_name(b, "landing"), sizes[b]);
   }
   progress.begin("restore segments", total);
   const snapshot::SegmentCheck check(s.scene, paths, s.static_index->discs().size());
   std::vector<uint32_t> slots, unused;
   for (uint32_t b = 0; b < sizes.size(); ++b) {
     segments::Level& level = s.store.level(b);
-    level.allocate(sizes[b], s.store.extras(), slots);
+    level.allocate(sizes[b], extras, slots);
     unused.clear();
     for (uint32_t begin = 0; begin < sizes[b]; begin += kPerChunk) {
       segments::Level::Chunk& chunk = level.chunk(begin);
       const uint32_t count = uint32_t(std::min<uint64_t>(kPerChunk, sizes[b] - begin));
       archive.read(level_name(b, "segments"), std::span(chunk.segment).first(count));
       archive.read(level_name(b, "hits"), std::span(chunk.slots).first(count));
-      if (with_extended)
+      if (extras.extended)
         archive.read(level_name(b, "extended"), std::span(chunk.extended.get(), count));
+      if (extras.landing)
+        archive.read(level_name(b, "landing"), std::span(chunk.landing.get(), count));
       for (uint32_t slot = begin; slot < begin + count; ++slot) {
         segments::Segment& g = level.at(slot);
         if (g.length < 0) {
@@ -214,6 +225,9 @@ void Session::restore_segments(ArchiveSource& archive, uint64_t paths, Progress&
           continue;
         }
         check(g, level.extended_or_length(slot), level.slots(slot), b);
+        if (extras.landing && level.landing(slot) != gather::kNoCell &&
+            level.landing(slot) >= cells)
+          snapshot::refuse("\"" + level_name(b, "landing") + "\" names a cell that is not there");
         s.store.index(b, slot);
       }
       progress.advance(count);

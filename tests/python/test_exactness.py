@@ -80,6 +80,8 @@ OPTIONS = [
     {"direct": "auto", "threads": 2},
     {"direct": "paths", "segment_end": "bounded"},
     {"direct": "sampled", "segment_end": "second", "disc_area": "whole"},
+    {"direct": "auto", "gather": 16},
+    {"direct": "paths", "gather": 8, "threads": 3, "segment_end": "bounded"},
 ]
 
 

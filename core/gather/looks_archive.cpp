@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// Looks on their way to a session file and back: rays are dear to cast again.
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.h"
+#include "gather/looks.h"
+
+namespace deltalux::gather {
+namespace {
+
+constexpr const char* kTargets = "gather.targets";
+constexpr const char* kChains = "gather.chains";
+constexpr const char* kVertices = "gather.vertices";
+
+/// A chain without its vertices.
+struct Record {
+  uint32_t count, end;
+  Passage passage;
+};
+static_assert(sizeof(Record) == 56 && sizeof(Vertex) == 20);
+
+[[noreturn]] void refuse(const char* array, const std::string& what) {
+  throw FormatError("\"" + std::string(array) + "\": " + what);
+}
+
+bool is_finite(Vec3f p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
+
+void check(const Record& record, uint32_t cells) {
+  if (record.count < 1 || record.count > kMostVertices)
+    refuse(kChains, "found a chain of " + std::to_string(record.count) + " vertices");
+  if (record.end != kDark && record.end >= cells) refuse(kChains, "found a cell that is not there");
+  const Passage& passage = record.passage;
+  for (Vec3f p : {passage.near.low, passage.near.high, passage.origin, passage.last})
+    if (!is_finite(p)) refuse(kChains, "found a place that is not finite");
+}
+
+void check(const Vertex& vertex, const Present& present) {
+  if (vertex.material >= present.scene.materials.size())
+    refuse(kVertices, "found a material that is not there");
+  if (vertex.light >= std::max<size_t>(1, present.lights.size()))
+    refuse(kVertices, "found a light that is not there");
+  for (float value : vertex.direct)
+    if (!(value >= 0) || !std::isfinite(value) || (value > 0 && present.lights.empty()))
+      refuse(kVertices, "found light that is not finite, negative, or of no lamp");
+}
+
+}  // namespace
+
+void Looks::save(ArchiveView& archive) const {
+  std::vector<uint32_t> targets = targets_;
+  std::vector<Record> records;
+  std::vector<Vertex> vertices;
+  for (uint32_t& target : targets) {
+    if (!is_chain(target)) continue;
+    const uint32_t number = chain_of(target);
+    const auto own = chains_.vertices(number);
+    target = kChain + uint32_t(records.size());
+    records.push_back({uint32_t(own.size()), chains_.end(number), chains_.passage(number)});
+    vertices.insert(vertices.end(), own.begin(), own.end());
+  }
+  archive.keep(kTargets, targets);
+  archive.keep(kChains, records);
+  archive.keep(kVertices, vertices);
+}
+
+void Looks::restore(ArchiveSource& archive, const Present& present) {
+  targets_ = archive.read_all<uint32_t>(kTargets, samples_ * rays());
+  const auto records = archive.read_all<Record>(kChains, archive.count<Record>(kChains));
+  const auto vertices = archive.read_all<Vertex>(kVertices, archive.count<Vertex>(kVertices));
+  const uint32_t cells = present.cells.size();
+  chains_.clear();
+  chains_.reserve(records.size(), vertices.size());
+  size_t next = 0;
+  for (uint32_t& target : targets_) {
+    if (!is_chain(target)) {
+      if (target != kDark && target >= cells) refuse(kTargets, "found a cell that is not there");
+      continue;
+    }
+    if (chain_of(target) != chains_.size() || chains_.size() >= records.size())
+      refuse(kTargets, "found chains that are not in order");
+    const Record& record = records[chains_.size()];
+    check(record, cells);
+    if (record.count > vertices.size() - next) refuse(kVertices, "is too short");
+    Chain chain;
+    chain.count = record.count, chain.end = record.end, chain.passage = record.passage;
+    std::copy_n(vertices.begin() + long(next), record.count, chain.vertex.begin());
+    for (uint32_t k = 0; k < chain.count; ++k) check(chain.vertex[k], present);
+    next += record.count;
+    target = kChain + chains_.add(chain);
+  }
+  if (chains_.size() != records.size()) refuse(kChains, "holds chains that no ray has");
+  if (next != vertices.size()) refuse(kVertices, "is too long");
+}
+
+}  // namespace deltalux::gather
