@@ -8,7 +8,8 @@ import json
 from collections.abc import Awaitable, Callable
 from typing import Any
 
-from .values import Values, frame_bytes
+from .frames import frame_bytes
+from .values import Values
 
 IN_FLIGHT = 2  # frames that the page has not acknowledged
 MAX_WAITING = 1000  # answers that a page does not fetch
