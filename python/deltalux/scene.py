@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from .errors import OptionError, SceneError
-from .frame import coarse_places
+from .frame import SceneFrame, coarse_places, scene_frame
 from .units import UNITS, photopic
 from .vectors import unit
 
@@ -298,6 +298,7 @@ class Scene:
     unit : "W/m2" or "lux", the unit of every result
     cameras, nodes, warnings, source : what a loader found beside the above
     files : paths of all that the scene was read from; no output replaces one of them
+    frame : that of the scene it is made from, which spares finding it anew where it is the same
 
     Raises
     ------
@@ -317,13 +318,15 @@ class Scene:
         warnings: Iterable[str] = (),
         source: str | None = None,
         files: Iterable[str] = (),
+        frame: SceneFrame | None = None,
     ) -> None:
         self.meshes = tuple(meshes)
         self.materials = tuple(materials)
         self.lights = tuple(lights)
         self.cameras = tuple(cameras)
         self.nodes = tuple(nodes)
-        self.warnings = tuple(dict.fromkeys([*warnings, *coarse_places(self.meshes)]))
+        self.frame = scene_frame(self.meshes, frame)
+        self.warnings = tuple(dict.fromkeys([*warnings, *coarse_places(self.meshes, self.frame)]))
         self.source = source
         self.files = tuple(files) or (() if source is None else (source,))
         if unit not in UNITS:
@@ -465,7 +468,18 @@ class Scene:
 
 def replace_scene(scene: Scene, **changes: Any) -> Scene:
     """A copy of `scene` with some constructor arguments replaced."""
-    keys = ("meshes", "materials", "lights", "unit", "cameras", "nodes", "warnings", "source", "files")
+    keys = (
+        "meshes",
+        "materials",
+        "lights",
+        "unit",
+        "cameras",
+        "nodes",
+        "warnings",
+        "source",
+        "files",
+        "frame",
+    )
     return Scene(**({key: getattr(scene, key) for key in keys} | changes))
 
 
