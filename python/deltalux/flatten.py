@@ -10,8 +10,9 @@ import numpy as np
 from . import _core
 from .errors import SceneError
 from .frame import coarse_places, local_origin
-from .scene import Mesh, PointLight, Scene, SpotLight, SunLight, versine
+from .scene import Mesh, PointLight, Scene, SpotLight, SunLight
 from .units import FARTHEST
+from .vectors import versine
 
 
 @dataclass

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from inspect import signature
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy as np
 from .errors import OptionError, SceneError
 from .frame import SceneFrame, coarse_places, scene_frame
 from .units import UNITS, photopic
-from .vectors import unit
+from .vectors import unit, versine
 
 MAX_GROUPS = 8  # sums are kept per group up to this many (API: "Group")
 MIN_CONE = 1e-5  # half angle of a spot, radians; single precision turns directions by 1e-7
@@ -468,19 +469,7 @@ class Scene:
 
 def replace_scene(scene: Scene, **changes: Any) -> Scene:
     """A copy of `scene` with some constructor arguments replaced."""
-    keys = (
-        "meshes",
-        "materials",
-        "lights",
-        "unit",
-        "cameras",
-        "nodes",
-        "warnings",
-        "source",
-        "files",
-        "frame",
-    )
-    return Scene(**({key: getattr(scene, key) for key in keys} | changes))
+    return Scene(**({key: getattr(scene, key) for key in signature(Scene).parameters} | changes))
 
 
 def make_movable(scene: Scene, names: Iterable[str]) -> Scene:
@@ -507,8 +496,3 @@ def spot_solid_angle(inner: float, outer: float) -> float:
     The falloff is clamp((cos a - cos outer)/(cos inner - cos outer), 0, 1) squared.
     """
     return 2 * np.pi * (versine(inner) + (versine(outer) - versine(inner)) / 3)
-
-
-def versine(angle: float) -> float:
-    """1 - cos(angle), right to the last digits for narrow cones too."""
-    return float(2 * np.sin(angle / 2) ** 2)

@@ -78,6 +78,33 @@ def read(path: Path, kind: type[Session], threads: int | None, progress: Progres
         Where it is missing, truncated, foreign, damaged or of another version.
     """
     check_threads(threads)
+    watched = None if progress is None else _Watched(progress)
+    try:
+        session = _read(path, kind, threads, watched)
+    except FormatError:
+        if watched is not None and watched.error is not None:
+            raise watched.error from None
+        raise
+    session.progress = progress
+    return session
+
+
+class _Watched:
+    """A progress callback whose errors are told from those of the file."""
+
+    def __init__(self, progress: Progress) -> None:
+        self._progress = progress
+        self.error: Exception | None = None
+
+    def __call__(self, stage: str, fraction: float) -> bool | None:
+        try:
+            return self._progress(stage, fraction)
+        except Exception as error:
+            self.error = error
+            raise
+
+
+def _read(path: Path, kind: type[Session], threads: int | None, progress: Progress | None) -> Session:
     try:
         with ArchiveReader(path) as archive:
             _check_index(archive.index)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Each call that a file is written by fails once, or it and all that follow: nothing that was there is lost."""
+"""Each call that a file is written by fails, once or for good: nothing that was there is lost."""
 
 from __future__ import annotations
 
