@@ -73,6 +73,28 @@ def test_values_belong_to_the_newest_revision(followed):
     assert_shown(followed.session, values)
 
 
+def test_samples_that_no_path_reached_are_counted_at_rest():
+    with make_session(paths=60) as session:
+        session.bake()
+        before = session.unreached
+        assert before > 0
+        with Followed(session) as followed:
+            first = followed.until(lambda e: is_message(e, "unreached"))
+            assert first == {"type": "unreached", "revision": 0, "samples": before}
+            for pose in path_of_the_block(5):
+                followed.want(dragging=True, block=pose)
+                followed.rest()  # while the mouse is held still
+            followed.state["factor", "ceiling"] = 0.5
+            followed.want(block=pose)
+            last = followed.until(lambda e: is_message(e, "unreached"))
+            assert last["revision"] == followed.revision == 6
+            followed.engine.check()
+            followed.until(lambda e: is_message(e, "checked"))
+            followed.until_phase("ready")
+        assert last["samples"] == session.unreached
+        assert sum(is_message(e, "unreached") for e in followed.seen) == 2
+
+
 def test_what_the_session_refuses_is_told_and_the_rest_is_done(followed):
     followed.state["factor", "desk"] = 0.25
     followed.want(block=translation(1e6, 0, 0))

@@ -102,6 +102,12 @@ export interface FrameMessage {
   latency: number | null
 }
 
+export interface UnreachedMessage {
+  type: 'unreached'
+  revision: number
+  samples: number
+}
+
 export interface CheckedMessage {
   type: 'checked'
   same: boolean
@@ -122,6 +128,7 @@ export type ServerMessage =
   | StateMessage
   | ProgressMessage
   | FrameMessage
+  | UnreachedMessage
   | CheckedMessage
   | ExportedMessage
   | { type: 'accepted'; id: number; revision: number }

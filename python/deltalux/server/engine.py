@@ -8,6 +8,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 
 from deltalux.errors import Cancelled, Error, OptionError
@@ -58,6 +59,7 @@ class Engine:
         self._at_work: _Task | None = None
         self._cancelled = self._stopping = False
         self._phase = ""
+        self._counted = -1  # revision of which it was told what no path reached
         self._figures = Figures()
         self._encoder: Encoder | None = None
         self._thread = threading.Thread(target=self._run, name="deltalux-engine", daemon=True)
@@ -157,6 +159,8 @@ class Engine:
                 self._at_work = None
             self._session.progress = None
             self._set_phase(self._resting_phase())
+            with suppress(Error, MemoryError):  # it is a figure, no more
+                self._tell_unreached()
 
     def _lit(self) -> bool:
         """Whether there is light to go on from; that of another build may differ in bits."""
@@ -203,6 +207,15 @@ class Engine:
             self._encoder = Encoder(fill_of(self._session))
         values = (session or self._session).read_packed()
         self._tell(self._encoder.encode(values, revision, preview=session is not None))
+
+    def _tell_unreached(self) -> None:
+        """Tell of light at rest how many samples no path reached: counting would delay a drag's next pose."""
+        wanted = self._wanted
+        at_rest = self._phase == "ready" and wanted.revision == self._followed and not wanted.dragging
+        if at_rest and self._counted != self._followed:
+            self._counted = self._followed
+            samples = self._session.unreached
+            self._tell({"type": "unreached", "revision": self._counted, "samples": samples})
 
     # ---- what it does -------------------------------------------------------------------------
 

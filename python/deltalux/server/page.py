@@ -13,7 +13,7 @@ from .values import Values
 
 IN_FLIGHT = 2  # frames that the page has not acknowledged
 MAX_WAITING = 1000  # answers that a page does not fetch
-LATEST_ONLY = ("state", "progress", "frame")  # a newer one takes the place of one that waits
+LATEST_ONLY = ("state", "progress", "frame", "unreached")  # a newer one takes the place of one that waits
 
 
 class Page:

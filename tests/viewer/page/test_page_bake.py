@@ -60,3 +60,29 @@ def test_check_recomputes_the_same_light(viewer, server, session):
     assert "✓ Same digest" in viewer.page.locator(".verdict").inner_text()
     viewer.end(server)
     assert session.digest() == checked["digest"]
+
+
+def test_samples_that_no_path_reached_are_counted_where_the_light_rests(open_page):
+    with make_session(paths=1000) as session:
+        session.bake()
+        expected = [f"{session.unreached} samples: no path reached them"]
+        with Server(session) as server:
+            viewer = open_page(server.url)
+            line, mouse = viewer.page.locator(".unreached"), viewer.page.mouse
+            line.wait_for()
+            shown = [line.inner_text()]
+            viewer.settle()
+            x, y = viewer.ask("deltalux.project('post')")
+            mouse.move(x, y)
+            mouse.down()
+            mouse.move(x - 20, y + 5, steps=3)
+            line.wait_for(state="hidden")
+            viewer.settle()
+            assert line.is_hidden()  # nobody counts before the drag's end
+            mouse.up()
+            line.wait_for()
+            shown.append(line.inner_text())
+            viewer.end(server)
+        expected.append(f"{session.unreached} samples: no path reached them")
+    assert shown == expected
+    assert shown[0] != shown[1]
