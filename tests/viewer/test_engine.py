@@ -156,17 +156,29 @@ def test_a_cancelled_check_leaves_the_light_as_it_was():
         assert session.digest() == digest
 
 
-def test_edits_that_failed_are_reported_and_the_thread_lives(followed, monkeypatch):
+@pytest.mark.parametrize("method", ["update", "read_packed"])  # which reads what is shown
+@pytest.mark.parametrize("way_on", ["edit", "undo", "check", "bake"])
+def test_an_update_that_failed_is_told_and_whatever_comes_next_tries_again(
+    followed, monkeypatch, method, way_on
+):
     def fail(*_):
         raise MemoryError("none left")
 
+    before, there = followed.session.pose("block"), translation(0.5, 0.4, 0.4)
     with monkeypatch.context() as patch:
-        patch.setattr(followed.session, "update", fail)
-        followed.want(block=translation(0.5, 0.4, 0.4))
+        patch.setattr(followed.session, method, fail)
+        followed.want(block=there)
         notice = followed.until(lambda e: is_message(e, "notice"))
-    assert notice["message"] == "update failed: MemoryError: none left"
-    followed.want(block=translation(0.6, 0.4, 0.4))
-    followed.rest()
+        assert notice["message"] == "update failed: MemoryError: none left"
+        followed.until_phase("failed")
+        assert followed.events.empty()  # nobody works on it
+    if way_on in ("edit", "undo"):
+        followed.want(block=before if way_on == "undo" else translation(0.6, 0.4, 0.4))
+    else:
+        getattr(followed.engine, way_on)()
+    followed.until_phase("ready")
+    assert followed.of(Values)[-1].revision == followed.revision
+    assert_shown(followed.session, followed.of(Values)[-1])
 
 
 def test_the_first_bake_shows_coarse_light_before_it_ends():

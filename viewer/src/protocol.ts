@@ -4,7 +4,7 @@
 export type Pose = number[] // 16 numbers, column-major, rigid, local to world
 export type Rgb = [number, number, number]
 export type Unit = 'lux' | 'W/m2'
-export type Phase = 'empty' | 'baking' | 'preview' | 'ready' | 'updating' | 'checking'
+export type Phase = 'empty' | 'baking' | 'preview' | 'ready' | 'updating' | 'checking' | 'failed'
 
 export interface ArrayPlace {
   offset: number

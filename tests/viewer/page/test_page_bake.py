@@ -62,6 +62,23 @@ def test_check_recomputes_the_same_light(viewer, server, session):
     assert session.digest() == checked["digest"]
 
 
+def test_an_update_that_failed_is_told_and_undone(viewer, session, monkeypatch):
+    def fail(*_):
+        raise MemoryError("none left")
+
+    said, light = viewer.page.locator(".phase"), viewer.page.locator(".light-state")
+    assert (said.inner_text(), light.is_visible()) == ("Exact", False)
+    with monkeypatch.context() as patch:
+        patch.setattr(session, "update", fail)
+        viewer.button("Remove").click()
+        viewer.until("deltalux.state().server.phase === 'failed'")
+    assert said.inner_text() == "Update failed"
+    assert "this light is not up to date" in light.inner_text()
+    assert viewer.page.get_by_text("update failed: MemoryError: none left").is_visible()
+    viewer.after(lambda: viewer.press("Control+z"))
+    assert (said.inner_text(), light.is_visible()) == ("Exact", False)
+
+
 def test_samples_that_no_path_reached_are_counted_where_the_light_rests(open_page):
     with make_session(paths=1000) as session:
         session.bake()
