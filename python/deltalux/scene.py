@@ -297,7 +297,8 @@ class Scene:
     materials : Material sequence; meshes refer to them by name
     lights : PointLight, SpotLight, SunLight sequence
     unit : "W/m2" or "lux", the unit of every result
-    cameras, nodes, warnings, source : what a loader found beside the above
+    cameras, nodes, warnings : what a loader found beside the above
+    source : path of the file that it was read from; loaders and sessions give an absolute one
     files : paths of all that the scene was read from; no output replaces one of them
     frame : that of the scene it is made from, which spares finding it anew where it is the same
 

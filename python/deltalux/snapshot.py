@@ -48,7 +48,7 @@ def write(path: Path, session: Session) -> None:
         "format": FORMAT,
         "version": VERSION,
         "options": session._options,
-        "scene": pack_scene(session.scene),
+        "scene": pack_scene(session.scene, path.parent),
         "samples": pack_samples(session.samples),
         "baked": session.baked,
         "reflectances": [session._reflectances[m.name] for m in session.scene.materials],
@@ -108,7 +108,7 @@ def _read(path: Path, kind: type[Session], threads: int | None, progress: Progre
     try:
         with ArchiveReader(path) as archive:
             _check_index(archive.index)
-            session = _restore(archive, kind, threads, progress)
+            session = _restore(archive, path.parent, kind, threads, progress)
             archive.check_all_read()
             return session
     except FileNotFoundError:
@@ -146,14 +146,18 @@ class _CoreSource:
 
 
 def _restore(
-    archive: ArchiveReader, kind: type[Session], threads: int | None, progress: Progress | None
+    archive: ArchiveReader,
+    folder: Path,
+    kind: type[Session],
+    threads: int | None,
+    progress: Progress | None,
 ) -> Session:
     index = Fields(archive.index, "index", _FIELDS)
     options = index.child("options", SessionOptions.__annotations__)
     values = {name: options.any(name) for name in SessionOptions.__annotations__}
     if threads is not None:
         values["threads"] = threads
-    scene = unpack_scene(index.child("scene", SCENE_FIELDS), archive)
+    scene = unpack_scene(index.child("scene", SCENE_FIELDS), archive, folder)
     samples = unpack_samples(index.child("samples", SAMPLE_FIELDS), scene, archive)
     session = kind(scene, samples, progress=progress, **values)
     session._prepare_choice()
