@@ -13,7 +13,7 @@ SOAK_MINUTES ?= 60
 BROWSER ?= chromium fonts-dejavu-core
 
 CPP_FILES = $(shell git ls-files -co --exclude-standard '*.cpp' '*.h')
-SOURCES := $(shell find core bindings python/deltalux -type f \
+SOURCES := $(shell find core bindings python -type f \
   -not -name '*.so' -not -name '*.pyc' 2>/dev/null | sort)
 
 .DEFAULT_GOAL := help

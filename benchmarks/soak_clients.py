@@ -6,14 +6,13 @@ from __future__ import annotations
 import asyncio
 import collections
 import json
-import struct
 import time
 from typing import Any
 
 import numpy as np
 import websockets
+from deltalux.server.frames import apply_frame
 
-HEADER = struct.Struct("<IIIfII")
 ANSWER_WITHIN = 120.0  # seconds
 DRAGS_A_SECOND = 20.0
 FILES = ("a.csv", "b.npz", "c.dlx", "d.glb")
@@ -59,7 +58,7 @@ class SoakClient:
         self._connection = await websockets.connect(self._shared.address, max_size=None, compression=None)
         self._state: dict[str, Any] = {}
         self._shown: dict[str, Any] = {}
-        self._rows = np.zeros(0, np.uint64)
+        self._rows: np.ndarray | None = None
         self._answers: dict[int, asyncio.Future[dict[str, Any]]] = {}
         self._checked: asyncio.Future[dict[str, Any]] | None = None
         self._sent: dict[int, tuple[float, int]] = {}  # when and in which epoch, by the revision of the pose
@@ -94,25 +93,17 @@ class SoakClient:
 
     async def _apply(self, frame: bytes) -> None:
         """Write a frame's values into the array and acknowledge it."""
-        _, seq, revision, scale, flags, runs = HEADER.unpack_from(frame)
-        table = np.frombuffer(frame, "<u4", 2 * runs, HEADER.size).reshape(-1, 2).tolist()
-        values = np.frombuffer(frame, "<u8", offset=HEADER.size + 8 * runs)
-        if flags & 1:
-            self._rows = np.zeros(len(values), np.uint64)
-        at = 0
-        for first, count in table:
-            self._rows[first : first + count] = values[at : at + count]
-            at += count
-        self._shown = {"revision": revision, "scale": scale}
+        header, self._rows = apply_frame(frame, self._rows)
+        self._shown = {"revision": header.revision, "scale": header.scale}
         now = time.perf_counter()
-        for held in [r for r in self._sent if r <= revision]:
+        for held in [r for r in self._sent if r <= header.revision]:
             sent, epoch = self._sent.pop(held)
             if epoch == self._shared.epoch and self._stalled is None:
                 self._shared.latencies.append(1e3 * (now - sent))
         if self._stalled is None:
-            await self._send({"type": "ack", "seq": seq})
+            await self._send({"type": "ack", "seq": header.seq})
         else:
-            self._stalled = seq
+            self._stalled = header.seq
 
     async def _send(self, message: dict[str, Any]) -> None:
         assert self._connection is not None

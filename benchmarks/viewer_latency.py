@@ -14,7 +14,6 @@ from __future__ import annotations
 import argparse
 import asyncio
 import json
-import struct
 import subprocess
 import sys
 import time
@@ -27,10 +26,10 @@ from typing import Any
 import deltalux as dl
 import numpy as np
 import websockets
+from deltalux.server.frames import apply_frame
 from deltalux.server.serving import Server
 
 OUT = Path(__file__).parent / "out"
-HEADER = struct.Struct("<IIIfII")
 TROLLEY = "trolley"
 WAY = (4.0, 0.0, -1.5)  # metres there and back
 STEP = 0.03  # metres between two poses: a metre a second at 30 poses a second
@@ -45,7 +44,7 @@ class Client:
 
     def __init__(self, connection: websockets.ClientConnection) -> None:
         self.connection = connection
-        self.values = np.zeros(0, np.uint64)
+        self.values: np.ndarray | None = None
         self.state: dict[str, Any] = {}
         self.first_revision = 0
         self.sent: dict[int, float] = {}  # when, by the revision that holds the pose
@@ -76,20 +75,12 @@ class Client:
 
     async def apply(self, frame: bytes) -> None:
         """Write a frame's values into the array and acknowledge it."""
-        _, seq, revision, _, flags, runs = HEADER.unpack_from(frame)
-        table = np.frombuffer(frame, "<u4", 2 * runs, HEADER.size).reshape(-1, 2).tolist()
-        values = np.frombuffer(frame, "<u8", offset=HEADER.size + 8 * runs)
-        if flags & 1:
-            self.values = np.zeros(len(values), np.uint64)
-        at = 0
-        for first, count in table:
-            self.values[first : first + count] = values[at : at + count]
-            at += count
+        header, self.values = apply_frame(frame, self.values)
         now = time.perf_counter()
         self.frames.append((now, len(frame)))
-        for held in [r for r in self.sent if r <= revision]:
+        for held in [r for r in self.sent if r <= header.revision]:
             self.latencies.append(1e3 * (now - self.sent.pop(held)))
-        await self.connection.send(json.dumps({"type": "ack", "seq": seq}))
+        await self.connection.send(json.dumps({"type": "ack", "seq": header.seq}))
 
     async def rest(self) -> None:
         """Take messages until nothing is left to do."""

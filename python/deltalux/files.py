@@ -71,7 +71,11 @@ class _Aside:
         self._named, descriptor = self._open(mode)
         self.file: BinaryIO = os.fdopen(descriptor, "w+b")
         if kept is not None:
-            os.fchmod(descriptor, kept)
+            try:
+                os.fchmod(descriptor, kept)
+            except OSError:
+                self._discard()
+                raise
 
     def _target_mode(self) -> int | None:
         """Permissions of the file that is replaced; None where there is none."""
@@ -117,6 +121,10 @@ class _Aside:
         return self
 
     def __exit__(self, *_: object) -> None:
+        self._discard()
+
+    def _discard(self) -> None:
+        """Close the file; what did not replace the target goes."""
         with suppress(OSError):  # of a full disk, which was told when writing
             self.file.close()
         if self._named:

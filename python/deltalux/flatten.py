@@ -9,9 +9,10 @@ import numpy as np
 
 from . import _core
 from .errors import SceneError
-from .frame import coarse_places, local_origin, scene_frame
-from .scene import Mesh, PointLight, Scene, SpotLight, SunLight, versine
+from .frame import coarse_places, local_origin
+from .scene import Mesh, PointLight, Scene, SpotLight, SunLight
 from .units import FARTHEST
+from .vectors import versine
 
 
 @dataclass
@@ -79,8 +80,8 @@ def flatten(scene: Scene) -> FlatScene:
     """
     if not any(len(m.triangles) for m in scene.meshes):
         raise SceneError("scene: found no triangles, expected at least one mesh with triangles")
-    coarse_places(scene.meshes, refuse=True)
-    flat = FlatScene(scene, _core.Scene(), *scene_frame(scene.meshes))
+    coarse_places(scene.meshes, scene.frame, refuse=True)
+    flat = FlatScene(scene, _core.Scene(), scene.frame.origin, scene.frame.radius)
     flat.groups = {name: i for i, name in enumerate(scene.groups)}
     for index, material in enumerate(scene.materials):
         flat.materials[material.name] = index

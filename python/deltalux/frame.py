@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,14 +20,34 @@ TOO_COARSE = 0.5  # and this is refused, where the mesh is no
 SPECK = 1e-3  # of the scene: how little light is blocked or lost by a speck does not matter
 
 
-def scene_frame(meshes: Sequence[Any]) -> tuple[np.ndarray, float]:
-    """Origin (3,): the middle of what has most vertices if far from zero, else zero; and the radius of half.
+class SceneFrame(NamedTuple):
+    """Where the core's coordinates of a scene begin, and how large the scene is.
 
-    A function of the static meshes (of the first mesh where there are none), which edits leave alone.
+    Parameters
+    ----------
+    origin : (3,) float64, metres
+    radius : of half of what is static, metres
+    followed : the meshes that it is a function of; edits leave them alone
     """
-    static = [m for m in meshes if not m.movable and len(m.vertices)] or list(meshes[:1])
+
+    origin: np.ndarray
+    radius: float
+    followed: tuple[Any, ...]
+
+
+def scene_frame(meshes: Sequence[Any], before: SceneFrame | None = None) -> SceneFrame:
+    """Origin: the middle of what has most vertices if far from zero, else zero.
+
+    A function of the static meshes (of the first mesh where there are none). `before`, of another scene,
+    serves again where that has the same ones.
+    """
+    static = tuple(m for m in meshes if not m.movable and len(m.vertices)) or tuple(meshes[:1])
+    if before is not None and static == before.followed:  # meshes are equal where they are the same object
+        return before
     points = [m.world_vertices for m in static if len(m.vertices)]
-    return _far_middle(np.concatenate(points), FAR) if points else (np.zeros(3), 0.0)
+    origin, radius = _far_middle(np.concatenate(points), FAR) if points else (np.zeros(3), 0.0)
+    origin.setflags(write=False)
+    return SceneFrame(origin, radius, static)
 
 
 def local_origin(mesh: Any) -> np.ndarray:
@@ -47,7 +67,7 @@ def _far_middle(points: np.ndarray, far: float) -> tuple[np.ndarray, float]:
     return middle.astype(np.float32).astype(np.float64), half
 
 
-def coarse_places(meshes: Sequence[Any], refuse: bool = False) -> list[str]:
+def coarse_places(meshes: Sequence[Any], frame: SceneFrame, refuse: bool = False) -> list[str]:
     """Warnings about meshes that lie so far out that little is left of their shape.
 
     Raises
@@ -56,18 +76,15 @@ def coarse_places(meshes: Sequence[Any], refuse: bool = False) -> list[str]:
         With `refuse`, where nothing is left of it.
     """
     found: list[str] = []
-    if not meshes:
-        return found
-    origin, radius = scene_frame(meshes)
     for mesh in meshes:
-        slack, size = place_slack(mesh, mesh.pose, origin)
+        slack, size = place_slack(mesh, mesh.pose, frame.origin)
         if slack <= COARSE * size:
             continue
         text = (
             f'mesh "{mesh.name}": it lies {slack / SLACK:.3g} m from the middle of the scene, where single '
             f"precision holds places to {slack:.2g} m, and is {size:.2g} m large"
         )
-        if refuse and is_lost(slack, size, radius) and slack / SLACK <= FARTHEST:  # else the core does
+        if refuse and is_lost(slack, size, frame.radius) and slack / SLACK <= FARTHEST:  # else the core does
             raise SceneError(f"{text}; expected a scene whose parts lie closer together: split it")
         found.append(f"{text}; light beside it is coarse")
     return found

@@ -5,14 +5,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from inspect import signature
 from typing import Any
 
 import numpy as np
 
 from .errors import OptionError, SceneError
-from .frame import coarse_places
+from .frame import SceneFrame, coarse_places, scene_frame
 from .units import UNITS, photopic
-from .vectors import unit
+from .vectors import unit, versine
 
 MAX_GROUPS = 8  # sums are kept per group up to this many (API: "Group")
 MIN_CONE = 1e-5  # half angle of a spot, radians; single precision turns directions by 1e-7
@@ -296,8 +297,10 @@ class Scene:
     materials : Material sequence; meshes refer to them by name
     lights : PointLight, SpotLight, SunLight sequence
     unit : "W/m2" or "lux", the unit of every result
-    cameras, nodes, warnings, source : what a loader found beside the above
+    cameras, nodes, warnings : what a loader found beside the above
+    source : path of the file that it was read from; loaders and sessions give an absolute one
     files : paths of all that the scene was read from; no output replaces one of them
+    frame : that of the scene it is made from, which spares finding it anew where it is the same
 
     Raises
     ------
@@ -317,13 +320,15 @@ class Scene:
         warnings: Iterable[str] = (),
         source: str | None = None,
         files: Iterable[str] = (),
+        frame: SceneFrame | None = None,
     ) -> None:
         self.meshes = tuple(meshes)
         self.materials = tuple(materials)
         self.lights = tuple(lights)
         self.cameras = tuple(cameras)
         self.nodes = tuple(nodes)
-        self.warnings = tuple(dict.fromkeys([*warnings, *coarse_places(self.meshes)]))
+        self.frame = scene_frame(self.meshes, frame)
+        self.warnings = tuple(dict.fromkeys([*warnings, *coarse_places(self.meshes, self.frame)]))
         self.source = source
         self.files = tuple(files) or (() if source is None else (source,))
         if unit not in UNITS:
@@ -465,8 +470,7 @@ class Scene:
 
 def replace_scene(scene: Scene, **changes: Any) -> Scene:
     """A copy of `scene` with some constructor arguments replaced."""
-    keys = ("meshes", "materials", "lights", "unit", "cameras", "nodes", "warnings", "source", "files")
-    return Scene(**({key: getattr(scene, key) for key in keys} | changes))
+    return Scene(**({key: getattr(scene, key) for key in signature(Scene).parameters} | changes))
 
 
 def make_movable(scene: Scene, names: Iterable[str]) -> Scene:
@@ -493,8 +497,3 @@ def spot_solid_angle(inner: float, outer: float) -> float:
     The falloff is clamp((cos a - cos outer)/(cos inner - cos outer), 0, 1) squared.
     """
     return 2 * np.pi * (versine(inner) + (versine(outer) - versine(inner)) / 3)
-
-
-def versine(angle: float) -> float:
-    """1 - cos(angle), right to the last digits for narrow cones too."""
-    return float(2 * np.sin(angle / 2) ** 2)

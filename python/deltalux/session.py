@@ -222,7 +222,13 @@ class Session(SessionFacts):
         self._result = None
         self._prepare_choice()
         session = self._session()
-        frame = Frame(**session.bake(self.progress))
+        had_light = session.baked
+        try:
+            frame = Frame(**session.bake(self.progress))
+        except BaseException:
+            if session.baked and not had_light:  # of the callback, or Ctrl-C, when all was done
+                self._built_by = session.description()
+            raise
         self.foreign_build, self._built_by = None, session.description()
         return frame
 

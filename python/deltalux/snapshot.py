@@ -48,7 +48,7 @@ def write(path: Path, session: Session) -> None:
         "format": FORMAT,
         "version": VERSION,
         "options": session._options,
-        "scene": pack_scene(session.scene),
+        "scene": pack_scene(session.scene, path.parent),
         "samples": pack_samples(session.samples),
         "baked": session.baked,
         "reflectances": [session._reflectances[m.name] for m in session.scene.materials],
@@ -78,10 +78,37 @@ def read(path: Path, kind: type[Session], threads: int | None, progress: Progres
         Where it is missing, truncated, foreign, damaged or of another version.
     """
     check_threads(threads)
+    watched = None if progress is None else _Watched(progress)
+    try:
+        session = _read(path, kind, threads, watched)
+    except FormatError:
+        if watched is not None and watched.error is not None:
+            raise watched.error from None
+        raise
+    session.progress = progress
+    return session
+
+
+class _Watched:
+    """A progress callback whose errors are told from those of the file."""
+
+    def __init__(self, progress: Progress) -> None:
+        self._progress = progress
+        self.error: Exception | None = None
+
+    def __call__(self, stage: str, fraction: float) -> bool | None:
+        try:
+            return self._progress(stage, fraction)
+        except Exception as error:
+            self.error = error
+            raise
+
+
+def _read(path: Path, kind: type[Session], threads: int | None, progress: Progress | None) -> Session:
     try:
         with ArchiveReader(path) as archive:
             _check_index(archive.index)
-            session = _restore(archive, kind, threads, progress)
+            session = _restore(archive, path.parent, kind, threads, progress)
             archive.check_all_read()
             return session
     except FileNotFoundError:
@@ -119,14 +146,18 @@ class _CoreSource:
 
 
 def _restore(
-    archive: ArchiveReader, kind: type[Session], threads: int | None, progress: Progress | None
+    archive: ArchiveReader,
+    folder: Path,
+    kind: type[Session],
+    threads: int | None,
+    progress: Progress | None,
 ) -> Session:
     index = Fields(archive.index, "index", _FIELDS)
     options = index.child("options", SessionOptions.__annotations__)
     values = {name: options.any(name) for name in SessionOptions.__annotations__}
     if threads is not None:
         values["threads"] = threads
-    scene = unpack_scene(index.child("scene", SCENE_FIELDS), archive)
+    scene = unpack_scene(index.child("scene", SCENE_FIELDS), archive, folder)
     samples = unpack_samples(index.child("samples", SAMPLE_FIELDS), scene, archive)
     session = kind(scene, samples, progress=progress, **values)
     session._prepare_choice()

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -28,12 +29,12 @@ _MOST = 2**31  # vertices or triangles of a mesh; the arrays hold no more than t
 FIELDS = ("unit", "warnings", "source", "meshes", "materials", "lights", "cameras", "nodes")
 
 
-def pack_scene(scene: Scene) -> dict[str, Any]:
-    """The index's entry; the arrays are `write_scene`'s."""
+def pack_scene(scene: Scene, folder: Path) -> dict[str, Any]:
+    """The index's entry, for a file in `folder`; the arrays are `write_scene`'s."""
     return {
         "unit": scene.unit,
         "warnings": list(scene.warnings),
-        "source": None if scene.source is None else str(scene.source),
+        "source": None if scene.source is None else _from_folder(Path(scene.source), folder),
         "meshes": [
             {
                 "name": mesh.name,
@@ -68,6 +69,15 @@ def pack_scene(scene: Scene) -> dict[str, Any]:
     }
 
 
+def _from_folder(source: Path, folder: Path) -> str:
+    """Relative where it lies in `folder`, so that both can be moved together; else absolute."""
+    absolute = source.absolute()
+    try:
+        return str(absolute.relative_to(folder.absolute()))
+    except ValueError:
+        return str(absolute)
+
+
 def write_scene(scene: Scene, archive: ArchiveWriter) -> None:
     """Write the geometry of all meshes, one after the other."""
     archive.add_array("meshes/vertices", "<f8", [m.vertices for m in scene.meshes], 3)
@@ -84,8 +94,8 @@ def _pack_light(light: Light) -> dict[str, Any]:
     raise TypeError(f"light of unknown type {type(light).__name__}")
 
 
-def unpack_scene(data: Fields, archive: ArchiveReader) -> Scene:
-    """The scene of an index's entry and the arrays.
+def unpack_scene(data: Fields, archive: ArchiveReader, folder: Path) -> Scene:
+    """The scene of an index's entry and the arrays of a file in `folder`.
 
     Raises
     ------
@@ -93,6 +103,7 @@ def unpack_scene(data: Fields, archive: ArchiveReader) -> Scene:
     """
     meshes = [_unpack_mesh(entry, archive) for entry in data.objects("meshes", _MESH)]
     sizes = {mesh.name: len(mesh.triangles) for mesh in meshes}
+    source = data.optional_text("source")
     return Scene(
         meshes,
         [_unpack_material(entry) for entry in data.objects("materials", _MATERIAL)],
@@ -101,7 +112,7 @@ def unpack_scene(data: Fields, archive: ArchiveReader) -> Scene:
         cameras=[_unpack_camera(entry) for entry in data.objects("cameras", _CAMERA)],
         nodes=[_unpack_node(entry, i, sizes) for i, entry in enumerate(data.objects("nodes", _NODE))],
         warnings=data.texts("warnings"),
-        source=data.optional_text("source"),
+        source=None if source is None else str(folder.absolute() / source),
     )
 
 

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from .display_mesh import DisplayMesh, Poses
-from .frame import scene_frame
 from .scene import Scene
 
 NOTHING = 0xFFFFFFFF
@@ -79,7 +78,7 @@ class Surfaces:
         self.normals = cross / np.maximum(np.linalg.norm(cross, axis=1, keepdims=True), 1e-300)
         used = self.points[display.triangles[present].ravel()]
         self.bounds = (used.min(axis=0), used.max(axis=0)) if len(used) else (np.zeros(3), np.ones(3))
-        self._origin, _ = scene_frame(scene.meshes)
+        self._origin = scene.frame.origin
         vertices = (self.points - self._origin).astype(np.float32)
         self._casters = []
         for chosen in (present & ~display.reversed, present & display.reversed):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Vectors of any length that a float64 can have."""
+"""Vectors of any length that a float64 can have, and angles down to the smallest."""
 
 from __future__ import annotations
 
@@ -19,3 +19,8 @@ def unit(vectors: np.ndarray) -> np.ndarray:
     lengths = np.linalg.norm(scaled, axis=-1, keepdims=True)
     rough = (lengths > 0) & (np.abs(lengths - 1) > 4 * np.finfo(np.float64).eps)
     return np.divide(scaled, lengths, out=scaled, where=rough)
+
+
+def versine(angle: float) -> float:
+    """1 - cos(angle), right to the last digits for narrow cones too."""
+    return float(2 * np.sin(angle / 2) ** 2)

@@ -92,6 +92,35 @@ def test_update_keeps_the_scene_of_the_session(cli: Cli, room: Path, tmp_path: P
     assert_refused(cli("update", session, "-q", "-o", scene), scene, before)
 
 
+@pytest.mark.parametrize("moved", [False, True])
+@pytest.mark.parametrize("beside", [True, False])
+def test_update_finds_the_scene_of_a_session_from_any_folder(
+    cli: Cli, room: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, beside: bool, moved: bool
+) -> None:
+    """Beside its session it is known after both were moved; elsewhere after the session was."""
+    names = ("scenes", "scenes") if beside else ("scenes", "sessions")
+    scenes, sessions = (tmp_path / name for name in names)
+    for folder in {scenes, sessions}:
+        folder.mkdir()
+    before = Path(shutil.copy(room, scenes)).read_bytes()
+    monkeypatch.chdir(scenes)
+    session = os.path.relpath(sessions / "room.dlx")
+    assert cli("bake", room.name, *QUICK, "-q", "-o", session).code == 0
+    monkeypatch.chdir(tmp_path)
+    if moved:
+        there = tmp_path / "there"
+        sessions.rename(there)
+        scenes, sessions = there if beside else scenes, there
+    scene = scenes / room.name
+    assert_refused(cli("update", sessions / "room.dlx", "-q", "-o", scene), scene, before)
+    monkeypatch.chdir(sessions)
+    assert_refused(cli("update", "room.dlx", "-q", "-o", os.path.relpath(scene)), scene, before)
+    monkeypatch.chdir(tmp_path)
+    outcome = cli("update", sessions / "room.dlx", "-q", "-o", room.name)  # another file of that name
+    assert outcome.code == 0, outcome.err
+    assert scene.read_bytes() == before
+
+
 @pytest.fixture
 def textured(tmp_path: Path) -> Path:
     """A .gltf whose textures lie beside it, one of them read by no one."""

@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import os
 import pty
+import re
 import select
 import signal
 import subprocess
@@ -13,9 +15,12 @@ import sys
 import time
 from pathlib import Path
 
+import pytest
+
 from .conftest import QUICK
 
-PROGRAM = (sys.executable, "-m", "deltalux.cli")
+PROJECT = Path(__file__).parents[2] / "pyproject.toml"
+PROGRAM = (sys.executable, "-m", "deltalux_program")
 LONG = ("cornell_box", "--paths", "1e7")  # some ten seconds
 
 
@@ -90,6 +95,47 @@ def test_interrupt_cancels_soon_with_130_and_leaves_no_file(tmp_path: Path) -> N
     assert (out, err) == ("", "error: cancelled\n")
     assert waited < 2.0
     assert list(tmp_path.iterdir()) == []
+
+
+class InterruptedAt:
+    """An importer that interrupts its own process when a module is looked for."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def find_spec(self, name: str, *_: object) -> None:
+        if name == self._name:
+            os.kill(os.getpid(), signal.SIGINT)
+
+
+@pytest.mark.parametrize("module", ["deltalux", "numpy", "deltalux._core", "typer", "deltalux.cli.view"])
+def test_interrupt_while_libraries_are_loaded_is_as_quiet(module: str) -> None:
+    entry = re.search(r'^deltalux = "(\w+(?:\.\w+)*):(\w+)"$', PROJECT.read_text(), re.MULTILINE)
+    assert entry is not None
+    code = f"import os, signal, sys\n{inspect.getsource(InterruptedAt)}\n"
+    code += f"sys.meta_path.insert(0, InterruptedAt({module!r}))\n"
+    code += f"from {entry[1]} import {entry[2]} as main\nsys.exit(main())"
+    done = subprocess.run(
+        [sys.executable, "-c", code, "--version"],
+        capture_output=True,
+        text=True,
+        preexec_fn=listen_to_interrupts,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "error: cancelled\n")
+
+
+def test_an_ignored_interrupt_stays_ignored() -> None:
+    """As that of a job in the background of a script."""
+    code = f"import os, signal, sys\n{inspect.getsource(InterruptedAt)}\n"
+    code += "sys.meta_path.insert(0, InterruptedAt('numpy'))\nfrom deltalux_program import main; main()"
+    done = subprocess.run(
+        [sys.executable, "-c", code, "--version"],
+        capture_output=True,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_IGN),
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("deltalux ")
 
 
 def test_reader_that_closes_early_is_no_failure(room: Path) -> None:

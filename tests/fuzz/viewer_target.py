@@ -19,10 +19,11 @@ from typing import Any
 
 import deltalux as dl
 from deltalux.server.exports import SUFFIXES, Exports
+from deltalux.server.frames import FrameHeader, apply_frame
 from deltalux.server.hub import Hub
 from deltalux.server.page import Page
 from deltalux.server.serving import Server
-from viewer.page_client import PageClient, apply_frame
+from viewer.page_client import PageClient
 from viewer.served_room import make_session
 
 from fuzz.harness import MIB, Limits
@@ -33,10 +34,8 @@ PATHS = 1000
 PATIENCE = 60.0  # seconds until the engine must rest
 OVER_SOCKETS = 0.15  # share of cases
 THEIRS = "theirs.csv"  # a file of somebody else in the export folder
-REFUSALS_OF_THE_LIBRARY = (  # what uvicorn logs as an error though it did what it should
-    "Invalid UTF-8 sequence received from client.",
-    "ASGI callable returned without completing handshake.",  # after each answer of 403
-)
+# What uvicorn logs as an error after each answer of 403, though it did what it should.
+REFUSAL_OF_THE_LIBRARY = "ASGI callable returned without completing handshake."
 
 
 class ViewerTarget:
@@ -89,7 +88,7 @@ class _Records(logging.Handler):
         self.texts: list[str] = []
 
     def emit(self, record: logging.LogRecord) -> None:
-        if record.getMessage() not in REFUSALS_OF_THE_LIBRARY:
+        if record.getMessage() != REFUSAL_OF_THE_LIBRARY:
             self.texts.append(logging.Formatter().format(record))
 
 
@@ -113,7 +112,7 @@ class _Reader:
         self.state: dict[str, Any] = {}
         self.told: dict[str, dict[str, Any]] = {}
         self._rows: Any = None
-        self.frame: dict[str, Any] = {}
+        self.frame: FrameHeader | None = None
 
     def fetch(self) -> None:
         """Take everything that waits."""
@@ -128,7 +127,7 @@ class _Reader:
                 self.state = message
         while self.page._latest is not None and (frame := self.page.next_frame()) is not None:
             self.frame, self._rows = apply_frame(frame, self._rows)
-            self.page.acknowledge(self.frame["seq"])
+            self.page.acknowledge(self.frame.seq)
 
 
 async def play_messages(session: dl.Session, sequence: list[list[Any]], folder: Path) -> None:
@@ -188,7 +187,7 @@ async def _ask(hub: Hub, reader: _Reader, kind: str) -> None:
 
 
 def _is_shown(reader: _Reader) -> bool:
-    return reader.frame.get("revision") == reader.state["revision"]
+    return reader.frame is not None and reader.frame.revision == reader.state["revision"]
 
 
 async def _until(reader: _Reader, arrived: Any) -> None:

@@ -4,7 +4,8 @@
 import deltalux as dl
 import numpy as np
 import pytest
-from deltalux.scene import MIN_CONE, spot_solid_angle, versine
+from deltalux.scene import MIN_CONE, spot_solid_angle
+from deltalux.vectors import versine
 
 HEIGHT = 1.3
 FLOOR = dl.Mesh("floor", [(-1, 0, -1), (1, 0, -1), (1, 0, 1), (-1, 0, 1)], [(0, 2, 1), (0, 3, 2)], "grey")

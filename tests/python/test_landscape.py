@@ -8,6 +8,9 @@ import functools
 import deltalux as dl
 import numpy as np
 import pytest
+from deltalux import frame
+from deltalux.scene import make_movable
+from deltalux.surfaces import Surfaces
 from rooms import box, room, translation
 
 X, Z = np.meshgrid((-1.5, -0.5, 0.5, 1.5), (-1.0, 0.0, 1.0))
@@ -219,3 +222,32 @@ def test_lamps_of_slivers_shine():
         session.bake()
         assert session.irradiance[0, 0] > 0.1
         assert (np.asarray(session.energy["escaped"]) == 0).all()
+
+
+def test_where_coordinates_begin_is_found_once_for_a_scene_and_its_copies(monkeypatch):
+    given = moved(np.array([1e4, 0, 0]))
+    found = []
+
+    def counting(points, far, original=frame._far_middle):
+        found.extend([len(points)] * (far == frame.FAR))  # else of a movable's own space
+        return original(points, far)
+
+    monkeypatch.setattr(frame, "_far_middle", counting)
+    scene = dl.Scene(given.meshes, given.materials, given.lights)
+    with dl.Session(scene, dl.Samples.on_vertices(scene, spacing=1.0), paths=1000) as session:
+        session.bake()
+        pose = scene.mesh("lamp").pose
+        session.add(dl.Mesh("second", *box((0.2, 0.2, 0.2)), "wall", pose=pose, movable=True))
+        Surfaces(session.scene, session.samples.display)
+        assert session.origin.tolist() == scene.frame.origin.tolist() != [0, 0, 0]
+    assert len(found) == 1
+
+    corner = scene.mesh("ceiling lamp").vertices[:3]
+    for copy in (
+        make_movable(scene, ["walls"]),
+        scene.with_mesh(dl.Mesh("far", corner, [(0, 1, 2)], "wall")),
+    ):
+        again = dl.Scene(copy.meshes, copy.materials, copy.lights).frame
+        assert copy.frame.followed == tuple(m for m in copy.meshes if not m.movable) == again.followed
+        assert (copy.frame.origin.tolist(), copy.frame.radius) == (again.origin.tolist(), again.radius)
+    assert len(found) == 5

@@ -4,31 +4,16 @@
 from __future__ import annotations
 
 import json
-import struct
 import urllib.request
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from deltalux.server.frames import PREVIEW, apply_frame
 from deltalux.server.serving import Server
 from websockets.sync.client import ClientConnection, connect
 
-HEADER = struct.Struct("<IIIfII")
 TIMEOUT = 30  # seconds; a message that has not come by then never will
-
-
-def apply_frame(frame: bytes, rows: np.ndarray | None) -> tuple[dict[str, Any], np.ndarray]:
-    """The header's fields, and the rows (n,) uint64 after the frame."""
-    magic, seq, revision, scale, flags, runs = HEADER.unpack_from(frame)
-    assert magic == 0x58544C44
-    table = np.frombuffer(frame, "<u4", 2 * runs, HEADER.size).reshape(-1, 2).astype(int)
-    values = np.frombuffer(frame, "<u8", offset=HEADER.size + 8 * runs)
-    assert len(values) == table[:, 1].sum()
-    rows = np.zeros(len(values), np.uint64) if rows is None or flags & 1 else rows.copy()
-    ends = np.cumsum(table[:, 1])
-    for (first, count), end in zip(table, ends, strict=True):
-        rows[first : first + count] = values[end - count : end]
-    return {"seq": seq, "revision": revision, "scale": scale, "flags": flags, "runs": table}, rows
 
 
 def decoded(rows: np.ndarray, scale: float) -> np.ndarray:
@@ -65,7 +50,8 @@ class PageClient:
         """The next message; frames are applied and come as type "values"."""
         message = self.connection.recv(TIMEOUT)
         if isinstance(message, bytes):
-            self.frame, self.rows = apply_frame(message, self.rows)
+            header, self.rows = apply_frame(message, self.rows)
+            self.frame = header._asdict()
             if self.acknowledging:
                 self.acknowledge()
             return {"type": "values", **self.frame}
@@ -104,7 +90,7 @@ class PageClient:
             self.state.get("phase") == "ready"
             and self.state["revision"] >= self.revision
             and self.frame.get("revision") == self.state["revision"]
-            and not self.frame["flags"] & 2
+            and not self.frame["flags"] & PREVIEW
         ):
             self.take()
 

@@ -73,6 +73,28 @@ def test_values_belong_to_the_newest_revision(followed):
     assert_shown(followed.session, values)
 
 
+def test_samples_that_no_path_reached_are_counted_at_rest():
+    with make_session(paths=60) as session:
+        session.bake()
+        before = session.unreached
+        assert before > 0
+        with Followed(session) as followed:
+            first = followed.until(lambda e: is_message(e, "unreached"))
+            assert first == {"type": "unreached", "revision": 0, "samples": before}
+            for pose in path_of_the_block(5):
+                followed.want(dragging=True, block=pose)
+                followed.rest()  # while the mouse is held still
+            followed.state["factor", "ceiling"] = 0.5
+            followed.want(block=pose)
+            last = followed.until(lambda e: is_message(e, "unreached"))
+            assert last["revision"] == followed.revision == 6
+            followed.engine.check()
+            followed.until(lambda e: is_message(e, "checked"))
+            followed.until_phase("ready")
+        assert last["samples"] == session.unreached
+        assert sum(is_message(e, "unreached") for e in followed.seen) == 2
+
+
 def test_what_the_session_refuses_is_told_and_the_rest_is_done(followed):
     followed.state["factor", "desk"] = 0.25
     followed.want(block=translation(1e6, 0, 0))
@@ -134,17 +156,29 @@ def test_a_cancelled_check_leaves_the_light_as_it_was():
         assert session.digest() == digest
 
 
-def test_edits_that_failed_are_reported_and_the_thread_lives(followed, monkeypatch):
+@pytest.mark.parametrize("method", ["update", "read_packed"])  # which reads what is shown
+@pytest.mark.parametrize("way_on", ["edit", "undo", "check", "bake"])
+def test_an_update_that_failed_is_told_and_whatever_comes_next_tries_again(
+    followed, monkeypatch, method, way_on
+):
     def fail(*_):
         raise MemoryError("none left")
 
+    before, there = followed.session.pose("block"), translation(0.5, 0.4, 0.4)
     with monkeypatch.context() as patch:
-        patch.setattr(followed.session, "update", fail)
-        followed.want(block=translation(0.5, 0.4, 0.4))
+        patch.setattr(followed.session, method, fail)
+        followed.want(block=there)
         notice = followed.until(lambda e: is_message(e, "notice"))
-    assert notice["message"] == "update failed: MemoryError: none left"
-    followed.want(block=translation(0.6, 0.4, 0.4))
-    followed.rest()
+        assert notice["message"] == "update failed: MemoryError: none left"
+        followed.until_phase("failed")
+        assert followed.events.empty()  # nobody works on it
+    if way_on in ("edit", "undo"):
+        followed.want(block=before if way_on == "undo" else translation(0.6, 0.4, 0.4))
+    else:
+        getattr(followed.engine, way_on)()
+    followed.until_phase("ready")
+    assert followed.of(Values)[-1].revision == followed.revision
+    assert_shown(followed.session, followed.of(Values)[-1])
 
 
 def test_the_first_bake_shows_coarse_light_before_it_ends():

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from deltalux.scene import replace_scene
 from deltalux.server.edits import Reach, pose_numbers
+from deltalux.server.frames import PREVIEW
 from deltalux.server.serving import Server
 from deltalux.server.values import fill_of
 from rooms import room, translation, turn
@@ -184,10 +185,10 @@ def test_a_page_that_comes_while_baking_sees_progress_and_the_preview(serve):
         server = serve(session)
         with PageClient(server) as first:
             first.until("values")
-            assert first.frame["flags"] & 2
+            assert first.frame["flags"] & PREVIEW
             with PageClient(server) as late:
                 late.until("values")
-                assert late.frame["flags"] & 2
+                assert late.frame["flags"] & PREVIEW
                 assert late.state["phase"] in ("baking", "preview")
                 progress = late.until("progress")
                 while progress["fraction"] == 0:  # it has only begun

@@ -3,16 +3,18 @@
 
 from __future__ import annotations
 
+import deltalux as dl
 import numpy as np
 import pytest
 from deltalux.outputs.covered import RimFill, rim_fill
+from deltalux.server.frames import ALL, MAX_RUNS, apply_frame, frame_bytes
 from deltalux.server.page import IN_FLIGHT, MAX_WAITING, Page
-from deltalux.server.values import MAX_RUNS, Encoder, Values, fill_of, frame_bytes
+from deltalux.server.values import Encoder, Values, fill_of
 from deltalux.units import photopic
 from hypothesis import given
 from hypothesis import strategies as st
 
-from viewer.page_client import apply_frame, decoded
+from viewer.page_client import decoded
 
 NOTHING = np.zeros(0, np.int64)
 NO_FILL = RimFill(NOTHING, NOTHING, NOTHING)
@@ -78,10 +80,10 @@ def test_samples_on_movables_are_never_filled(session):
 def test_a_frame_of_everything_and_one_of_nothing():
     values = state(np.arange(5), revision=7, preview=True)
     header, rows = apply_frame(frame_bytes(1, values, None), None)
-    assert (header["seq"], header["revision"], header["flags"]) == (1, 7, 3)
+    assert (header.seq, header.revision, header.flags) == (1, 7, 3)
     assert rows.tolist() == list(range(5))
     header, rows = apply_frame(frame_bytes(2, values, values), rows)
-    assert len(header["runs"]) == 0
+    assert len(header.runs) == 0
 
 
 @pytest.mark.parametrize("other", [{"scale": 2.0}, {"preview": True}])
@@ -89,15 +91,15 @@ def test_another_scale_or_the_end_of_a_preview_sends_everything(other):
     header, _ = apply_frame(
         frame_bytes(2, state(np.zeros(9)), state(np.zeros(9), **other)), np.zeros(9, np.uint64)
     )
-    assert header["flags"] & 1
-    assert header["runs"].tolist() == [[0, 9]]
+    assert header.flags & ALL
+    assert header.runs == [[0, 9]]
 
 
 def test_near_runs_are_joined():
     before, after = np.zeros(1000, np.uint64), np.zeros(1000, np.uint64)
     after[[3, 60, 500, 999]] = 1
     header, rows = apply_frame(frame_bytes(2, state(after), state(before)), before)
-    assert header["runs"].tolist() == [[3, 58], [500, 1], [999, 1]]
+    assert header.runs == [[3, 58], [500, 1], [999, 1]]
     assert (rows == after).all()
 
 
@@ -106,8 +108,23 @@ def test_runs_are_limited():
     after = before.copy()
     after[::100] = 1
     header, rows = apply_frame(frame_bytes(2, state(after), state(before)), before)
-    assert len(header["runs"]) == MAX_RUNS
+    assert len(header.runs) == MAX_RUNS
     assert (rows == after).all()
+
+
+def test_what_is_no_frame_or_does_not_follow_is_refused():
+    five = frame_bytes(1, state(np.arange(5)), None)
+    part = frame_bytes(2, state(np.arange(5)), state(np.zeros(5)))
+    for frame, rows, text in (
+        (b"DLTX", None, "found 4 bytes without the mark of one"),
+        (b"X" + five[1:], None, "without the mark of one"),
+        (five[:-1], None, "found 71 bytes, expected 72"),
+        (five + b" ", None, "found 73 bytes, expected 72"),
+        (part, None, "expected all of them in the first frame"),
+        (part, np.zeros(4, np.uint64), "found a run to vertex 5 of 4"),
+    ):
+        with pytest.raises(dl.FormatError, match=text):
+            apply_frame(frame, rows)
 
 
 @given(st.lists(st.tuples(st.integers(0, 2**32), st.booleans(), st.booleans()), max_size=40))
@@ -121,7 +138,7 @@ def test_whoever_applies_its_frames_in_order_has_the_latest_values(events):
         nonlocal rows
         while (frame := page.next_frame()) is not None:
             header, rows = apply_frame(frame, rows)
-            unacknowledged.append(header["seq"])
+            unacknowledged.append(header.seq)
         assert len(unacknowledged) <= IN_FLIGHT
 
     for number, (seed, rescale, acknowledge) in enumerate(events):
@@ -154,8 +171,8 @@ def test_a_stalled_page_gets_one_frame_of_all_that_changed():
     assert len(sizes) == IN_FLIGHT
     page.acknowledge(1)
     header, _ = apply_frame(page.next_frame(), np.zeros(10_000, np.uint64))
-    assert header["revision"] == 49
-    assert header["runs"].tolist() == [[200 * k, 1] for k in range(2, 50)]
+    assert header.revision == 49
+    assert header.runs == [[200 * k, 1] for k in range(2, 50)]
     assert page.next_frame() is None
 
 

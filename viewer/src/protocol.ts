@@ -4,7 +4,7 @@
 export type Pose = number[] // 16 numbers, column-major, rigid, local to world
 export type Rgb = [number, number, number]
 export type Unit = 'lux' | 'W/m2'
-export type Phase = 'empty' | 'baking' | 'preview' | 'ready' | 'updating' | 'checking'
+export type Phase = 'empty' | 'baking' | 'preview' | 'ready' | 'updating' | 'checking' | 'failed'
 
 export interface ArrayPlace {
   offset: number
@@ -102,6 +102,12 @@ export interface FrameMessage {
   latency: number | null
 }
 
+export interface UnreachedMessage {
+  type: 'unreached'
+  revision: number
+  samples: number
+}
+
 export interface CheckedMessage {
   type: 'checked'
   same: boolean
@@ -122,6 +128,7 @@ export type ServerMessage =
   | StateMessage
   | ProgressMessage
   | FrameMessage
+  | UnreachedMessage
   | CheckedMessage
   | ExportedMessage
   | { type: 'accepted'; id: number; revision: number }

@@ -9,6 +9,7 @@ import type {
   ProgressMessage,
   ServerMessage,
   StateMessage,
+  UnreachedMessage,
   ValuesFrame,
 } from './protocol'
 import { Signal } from './signal'
@@ -28,6 +29,7 @@ export class RemoteSession {
   readonly state = new Signal<StateMessage | null>(null)
   readonly progress = new Signal<ProgressMessage | null>(null)
   readonly frame = new Signal<FrameMessage | null>(null)
+  readonly unreached = new Signal<UnreachedMessage | null>(null)
   readonly checked = new Signal<CheckedMessage | null>(null)
   readonly exported = new Signal<ExportedMessage | null>(null)
   readonly note = new Signal<Note | null>(null)
@@ -103,6 +105,9 @@ export class RemoteSession {
         break
       case 'frame':
         this.frame.value = message
+        break
+      case 'unreached':
+        this.unreached.value = message
         break
       case 'checked':
         this.progress.value = null

@@ -32,6 +32,7 @@ export function testHooks(app: App): TestHooks {
       link: remote.link.value,
       server: remote.state.value,
       frame: remote.frame.value,
+      unreached: remote.unreached.value,
       checked: remote.checked.value,
       exported: remote.exported.value,
       selected: objects.selected.value,

@@ -4,6 +4,7 @@ import { Matrix4, Quaternion, Vector3 } from 'three'
 import { describe, expect, it } from 'vitest'
 import { number, tick } from '../src/format'
 import { Latency } from '../src/latency'
+import { unreachedText } from '../src/panels/figuresPanel'
 import { factorAt, placeOf } from '../src/panels/lightPanel'
 import { defaultSettings, fromHash, toHash } from '../src/settings'
 import { openEdges } from '../src/three/creases'
@@ -96,5 +97,10 @@ describe('numbers', () => {
       '1.50e+9',
     ])
     expect([tick(0.5, true), tick(-20), tick(0.1 + 0.2)]).toEqual(['+0.5', '−20', '0.3'])
+  })
+
+  it('of samples that no path reached are in words', () => {
+    expect(unreachedText(1)).toBe('1 sample: no path reached it')
+    expect(unreachedText(12)).toBe('12 samples: no path reached them')
   })
 })

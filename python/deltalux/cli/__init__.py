@@ -105,8 +105,3 @@ def run(arguments: Sequence[str] | None = None) -> int:
     if code == EXIT_CANCELLED:  # Ctrl-C, which typer turned into an exit
         print_error("cancelled")
     return code or 0
-
-
-def main() -> None:
-    """Entry point of the `deltalux` program."""
-    sys.exit(run())

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`python -m deltalux.cli` is the same program as `deltalux`."""
+"""`python -m deltalux.cli` is the program `deltalux`; Ctrl-C is quiet once the libraries are loaded."""
 
-from . import main
+from deltalux_program import main
 
 main()

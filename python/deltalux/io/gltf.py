@@ -47,7 +47,7 @@ def load_gltf(path: Path, movable: Sequence[str] = (), light_units: str = "spec"
         unit=UNIT_OF[light_units],
         cameras=read_cameras(document, nodes),
         nodes=assembly.kept,
-        source=str(path),
+        source=str(path.absolute()),
         files=document.files(),
     )
     _check_content(scene, document)

@@ -71,7 +71,7 @@ def load_obj(path: Path, movable: Sequence[str] = (), light_units: str = "spec")
         unit=WATTS_PER_SQUARE_METRE,
         nodes=nodes,
         warnings=notes.lines(),
-        source=str(path),
+        source=str(path.absolute()),
         files=[str(each.absolute()) for each in (path, *library.files)],
     )
 

@@ -8,6 +8,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 
 from deltalux.errors import Cancelled, Error, OptionError
@@ -54,10 +55,12 @@ class Engine:
         self._budget: float | None = BUDGET
         self._followed = 0  # revision that was handed to the session
         self._unfinished = False  # what was handed over is not all on the pages, and may be tried at once
+        self._failed = False  # the last update, or showing it
         self._tasks: deque[_Task] = deque()
         self._at_work: _Task | None = None
         self._cancelled = self._stopping = False
         self._phase = ""
+        self._counted = -1  # revision of which it was told what no path reached
         self._figures = Figures()
         self._encoder: Encoder | None = None
         self._thread = threading.Thread(target=self._run, name="deltalux-engine", daemon=True)
@@ -157,6 +160,8 @@ class Engine:
                 self._at_work = None
             self._session.progress = None
             self._set_phase(self._resting_phase())
+            with suppress(Error, MemoryError):  # it is a figure, no more
+                self._tell_unreached()
 
     def _lit(self) -> bool:
         """Whether there is light to go on from; that of another build may differ in bits."""
@@ -176,7 +181,9 @@ class Engine:
     def _resting_phase(self) -> str:
         if not self._lit():
             return "empty"
-        return "updating" if self._behind() or self._session.unfinished else "ready"
+        if self._behind():
+            return "updating"
+        return "failed" if self._failed or self._session.unfinished else "ready"
 
     def _set_phase(self, name: str) -> None:
         if name != self._phase:
@@ -189,7 +196,7 @@ class Engine:
     def _report(self, error: Exception) -> None:
         """Tell everybody; an update that failed is tried again with the next edit, not before."""
         if self._at_work is None:
-            self._unfinished = False
+            self._failed, self._unfinished = True, False
             self._followed = self._wanted.revision
         if not isinstance(error, (Error, OSError, MemoryError)):
             log.error("the engine failed", exc_info=error)
@@ -203,6 +210,16 @@ class Engine:
             self._encoder = Encoder(fill_of(self._session))
         values = (session or self._session).read_packed()
         self._tell(self._encoder.encode(values, revision, preview=session is not None))
+        self._failed = False
+
+    def _tell_unreached(self) -> None:
+        """Tell of light at rest how many samples no path reached: counting would delay a drag's next pose."""
+        wanted = self._wanted
+        at_rest = self._phase == "ready" and wanted.revision == self._followed and not wanted.dragging
+        if at_rest and self._counted != self._followed:
+            self._counted = self._followed
+            samples = self._session.unreached
+            self._tell({"type": "unreached", "revision": self._counted, "samples": samples})
 
     # ---- what it does -------------------------------------------------------------------------
 

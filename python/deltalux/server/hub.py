@@ -249,6 +249,6 @@ class Hub:
             self._broadcast({"type": "notice", "message": event.message})
             self._state_changed()
         else:
-            if event["type"] in ("frame", "progress"):
+            if event["type"] in ("frame", "progress", "unreached"):
                 self._kept[event["type"]] = event
             self._broadcast(event)

@@ -8,11 +8,12 @@ import json
 from collections.abc import Awaitable, Callable
 from typing import Any
 
-from .values import Values, frame_bytes
+from .frames import frame_bytes
+from .values import Values
 
 IN_FLIGHT = 2  # frames that the page has not acknowledged
 MAX_WAITING = 1000  # answers that a page does not fetch
-LATEST_ONLY = ("state", "progress", "frame")  # a newer one takes the place of one that waits
+LATEST_ONLY = ("state", "progress", "frame", "unreached")  # a newer one takes the place of one that waits
 
 
 class Page:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import secrets
 import socket
@@ -22,6 +23,11 @@ from .hub import Hub
 from .messages import MAX_TEXT
 
 PAGE = Path(__file__).parent.parent / "viewer"
+
+
+def _is_worth_a_line(record: logging.LogRecord) -> bool:
+    """Texts that are no UTF-8 close their connection (1007); uvicorn would print a traceback for each."""
+    return not (record.exc_info and isinstance(record.exc_info[1], UnicodeDecodeError))
 
 
 class Server:
@@ -78,6 +84,7 @@ class Server:
                 timeout_graceful_shutdown=2,
             )
         )
+        logging.getLogger("uvicorn.error").addFilter(_is_worth_a_line)  # of one function once
         # An event, because Ctrl-C in Thread.join() makes Python 3.11 take the thread for ended.
         self._ended = threading.Event()
         threading.Thread(target=self._run, name="deltalux-server", daemon=True).start()

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Values as pages get them: half floats with a common scale, and frames of what changed."""
+"""Values as pages get them: half floats with a common scale."""
 
 from __future__ import annotations
 
-import struct
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,13 +12,8 @@ from deltalux.outputs.covered import RimFill, rim_fill
 from deltalux.session import Session
 from deltalux.surfaces import Surfaces
 
-MAGIC = 0x58544C44  # "DLTX"
-HEADER = struct.Struct("<IIIfII")  # magic, seq, revision, scale, flags, runs
-ALL, PREVIEW = 1, 2  # flags
 BRIGHTEST = 2.0**12  # what the largest value becomes: room for 16 times as much in float16,
 LEAST, MOST = 2.0**6, 65504.0  # and what it may become before a new scale is worth a frame of all values
-GAP = 64  # vertices; runs that are closer are joined, which costs less than another run
-MAX_RUNS = 2048
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,31 +66,3 @@ class Encoder:
     def _choose_scale(self, largest: float) -> None:
         if largest > 0 and not LEAST <= largest * self._scale <= MOST:
             self._scale = 2.0 ** np.floor(np.log2(BRIGHTEST / largest))
-
-
-def frame_bytes(seq: int, values: Values, before: Values | None) -> bytes:
-    """A binary frame that takes a page from `before` (None: from nothing) to `values`."""
-    whole = before is None or before.scale != values.scale or before.preview != values.preview
-    if before is None or whole:
-        first, count = np.array([0]), np.array([len(values.rows)])
-        chosen = values.rows
-    else:
-        first, count = _runs(np.flatnonzero(values.rows != before.rows))
-        pieces = [values.rows[a : a + n] for a, n in zip(first, count, strict=True)]
-        chosen = np.concatenate(pieces) if pieces else values.rows[:0]
-    flags = ALL * whole | PREVIEW * values.preview
-    header = HEADER.pack(MAGIC, seq, values.revision, values.scale, flags, len(first))
-    return header + np.stack([first, count], axis=1).astype("<u4").tobytes() + chosen.tobytes()
-
-
-def _runs(changed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """First vertex and count of runs that hold all of `changed` (ascending)."""
-    if not len(changed):
-        return changed, changed
-    gaps = np.diff(changed)
-    breaks = np.flatnonzero(gaps > GAP)
-    if len(breaks) >= MAX_RUNS:  # keep the widest gaps
-        breaks = np.sort(breaks[np.argpartition(gaps[breaks], -(MAX_RUNS - 1))[-(MAX_RUNS - 1) :]])
-    first = changed[np.r_[0, breaks + 1]]
-    last = changed[np.r_[breaks, len(changed) - 1]]
-    return first, last - first + 1

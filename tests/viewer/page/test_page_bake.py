@@ -60,3 +60,46 @@ def test_check_recomputes_the_same_light(viewer, server, session):
     assert "✓ Same digest" in viewer.page.locator(".verdict").inner_text()
     viewer.end(server)
     assert session.digest() == checked["digest"]
+
+
+def test_an_update_that_failed_is_told_and_undone(viewer, session, monkeypatch):
+    def fail(*_):
+        raise MemoryError("none left")
+
+    said, light = viewer.page.locator(".phase"), viewer.page.locator(".light-state")
+    assert (said.inner_text(), light.is_visible()) == ("Exact", False)
+    with monkeypatch.context() as patch:
+        patch.setattr(session, "update", fail)
+        viewer.button("Remove").click()
+        viewer.until("deltalux.state().server.phase === 'failed'")
+    assert said.inner_text() == "Update failed"
+    assert "this light is not up to date" in light.inner_text()
+    assert viewer.page.get_by_text("update failed: MemoryError: none left").is_visible()
+    viewer.after(lambda: viewer.press("Control+z"))
+    assert (said.inner_text(), light.is_visible()) == ("Exact", False)
+
+
+def test_samples_that_no_path_reached_are_counted_where_the_light_rests(open_page):
+    with make_session(paths=1000) as session:
+        session.bake()
+        expected = [f"{session.unreached} samples: no path reached them"]
+        with Server(session) as server:
+            viewer = open_page(server.url)
+            line, mouse = viewer.page.locator(".unreached"), viewer.page.mouse
+            line.wait_for()
+            shown = [line.inner_text()]
+            viewer.settle()
+            x, y = viewer.ask("deltalux.project('post')")
+            mouse.move(x, y)
+            mouse.down()
+            mouse.move(x - 20, y + 5, steps=3)
+            line.wait_for(state="hidden")
+            viewer.settle()
+            assert line.is_hidden()  # nobody counts before the drag's end
+            mouse.up()
+            line.wait_for()
+            shown.append(line.inner_text())
+            viewer.end(server)
+        expected.append(f"{session.unreached} samples: no path reached them")
+    assert shown == expected
+    assert shown[0] != shown[1]

@@ -12,6 +12,7 @@ export function figuresPanel(remote: RemoteSession, latency: Signal<number | nul
   const bar = h('div', { class: 'stages', role: 'img' })
   const names = h('div', { class: 'stage-names' }, 'Move something, and this shows what it cost.')
   const table = h('dl', { class: 'figures' })
+  const unreached = h('p', { class: 'unreached', hidden: true })
   const result = h('p', { class: 'verdict', role: 'status' })
   const check = button(
     'Check exactness',
@@ -31,6 +32,13 @@ export function figuresPanel(remote: RemoteSession, latency: Signal<number | nul
   }
   remote.frame.watch(refresh)
   latency.watch(refresh)
+  const showUnreached = () => {
+    const found = remote.unreached.value
+    unreached.hidden = !found?.samples || found.revision !== remote.state.value?.revision
+    unreached.textContent = found && unreachedText(found.samples)
+  }
+  remote.unreached.watch(showUnreached)
+  remote.state.watch(showUnreached)
   let revision: number | undefined // of the verdict
   remote.checked.watch((checked) => {
     revision = remote.state.value?.revision
@@ -40,7 +48,7 @@ export function figuresPanel(remote: RemoteSession, latency: Signal<number | nul
     if (state?.revision !== revision) result.textContent = ''
     check.disabled = !state || ['empty', 'baking', 'preview', 'checking'].includes(state.phase)
   })
-  return panel('Live figures', bar, names, table, h('div', { class: 'row' }, check), result)
+  return panel('Live figures', bar, names, table, unreached, h('div', { class: 'row' }, check), result)
 }
 
 function figures(frame: FrameMessage, latency: number | null): [string, string][] {
@@ -60,6 +68,10 @@ function figures(frame: FrameMessage, latency: number | null): [string, string][
   if (latency !== null) rows.push(['Drag to picture', milliseconds(latency)])
   return rows
 }
+
+/** What the light does not say about itself: a closed cupboard, or too few paths. */
+export const unreachedText = (samples: number) =>
+  samples === 1 ? '1 sample: no path reached it' : `${count(samples)} samples: no path reached them`
 
 const methodName = (method: string | null) => method?.replaceAll('_', ' ') ?? 'none'
 const sum = (parts: Record<string, number>) => Object.values(parts).reduce((a, b) => a + b, 0)

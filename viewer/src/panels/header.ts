@@ -19,6 +19,7 @@ const PHASES: Record<string, string> = {
   ready: 'Exact',
   updating: 'Updating',
   checking: 'Checking',
+  failed: 'Update failed',
 }
 
 export interface HeaderActions {

@@ -5,7 +5,7 @@ import { seconds, unitLabel } from '../format'
 import { drawLegend, legendText } from '../legend'
 import type { Look } from '../look'
 import type { Objects } from '../objects'
-import type { Unit } from '../protocol'
+import type { Phase, Unit } from '../protocol'
 import type { RemoteSession } from '../remoteSession'
 
 const NOTE_SECONDS = 8
@@ -41,15 +41,22 @@ export function progressBox(remote: RemoteSession): HTMLElement {
   return element
 }
 
-/** Mark of a preview, and the way out where there is no light. */
+const LIGHT_STATES: Partial<Record<Phase, string>> = {
+  empty: 'No light yet',
+  preview: 'Preview: fewer paths, noisier light',
+  failed: 'The update failed: this light is not up to date',
+}
+
+/** Mark of a preview, and the way out where there is no light or an older one. */
 export function lightState(remote: RemoteSession): HTMLElement {
   const text = h('span', {})
   const bake = button('Bake', () => void remote.edit({ type: 'bake' }), { class: 'primary' })
   const element = h('div', { class: 'light-state' }, text, bake)
   remote.state.watch((state) => {
-    element.hidden = !state || !['empty', 'preview'].includes(state.phase)
-    bake.hidden = state?.phase !== 'empty'
-    text.textContent = state?.phase === 'preview' ? 'Preview: fewer paths, noisier light' : 'No light yet'
+    const said = state && LIGHT_STATES[state.phase]
+    element.hidden = !said
+    bake.hidden = state?.phase === 'preview'
+    text.textContent = said ?? ''
   })
   return element
 }

@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Entry point of the `deltalux` program, outside of the package: it is there before the libraries are.
+
+Importing anything of `deltalux` takes a second; Ctrl-C within it ends the program as quietly as later.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from typing import NoReturn
+
+CANCELLED = 130
+
+
+def main() -> NoReturn:
+    """Load the command line and run it."""
+    # Not where the signal is ignored, as in a script's background.
+    listening = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if listening:
+        signal.signal(signal.SIGINT, _leave)
+    from deltalux.cli import run
+
+    try:
+        if listening:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+        sys.exit(run())
+    except KeyboardInterrupt:  # between its steps
+        _leave()
+
+
+def _leave(*_: object) -> NoReturn:
+    """End at once: an exception in the middle of an import could be taken for a broken library."""
+    os.write(2, b"error: cancelled\n")
+    os._exit(CANCELLED)
