@@ -104,9 +104,7 @@ class Looks::Suspects {
 };
 
 Looks::Looks(size_t samples, uint32_t rays, uint64_t seed)
-    : samples_(samples), seed_(seed), directions_(rays, seed) {
-  targets_.assign(samples * rays, kDark);
-}
+    : samples_(samples), seed_(seed), directions_(rays, seed) {}
 
 void Looks::set(const Found& found) {
   const auto release = [&](uint32_t& target) {
@@ -126,7 +124,7 @@ void Looks::set(const Found& found) {
 void Looks::cast(const Present& present, const Workers& workers, Progress& progress) {
   const Caster caster(*this, present);
   chains_.clear();
-  std::fill(targets_.begin(), targets_.end(), kDark);
+  targets_.assign(samples_ * rays(), kDark);
   progress.begin("look around", samples_);
   // In portions: chains are small once they are stored.
   for (size_t first = 0; first < samples_; first += kPortion) {
@@ -168,6 +166,12 @@ uint64_t Looks::update(const Present& present, const Change& change, const Worke
     set(block);
   }
   return count;
+}
+
+double Looks::forecast_bytes(size_t samples, uint32_t rays) {
+  // A tenth to a third of the rays begin a chain, of two vertices or three.
+  constexpr double kPerRay = sizeof(uint32_t) + 0.2 * (64 + 2.5 * sizeof(Vertex));
+  return double(samples) * double(rays) * kPerRay;
 }
 
 size_t Looks::bytes() const { return targets_.capacity() * sizeof(uint32_t) + chains_.bytes(); }

@@ -42,6 +42,7 @@ class Looks {
   static uint32_t chain_of(uint32_t target) { return target - kChain; }
   const ChainPool& chains() const { return chains_; }
   size_t bytes() const;
+  static double forecast_bytes(size_t samples, uint32_t rays);
 
   /// Arrays named "gather.…".
   void save(ArchiveView& archive) const;

@@ -91,7 +91,8 @@ double Session::bytes_per_segment() const {
   const bool extended = state_->options.segment_end != segments::SegmentEnd::first;
   constexpr double kSpare = 1.05;  // chunks are not all full
   return kSpare * (sizeof(segments::Level::Chunk) / double(segments::Level::kChunk) +
-                   (extended ? double(sizeof(float)) : 0.0));
+                   (extended ? double(sizeof(float)) : 0.0) +
+                   (state_->options.gather_rays ? double(sizeof(uint32_t)) : 0.0));
 }
 
 void Session::forecast_memory(const PilotPaths& paths) {
@@ -112,6 +113,10 @@ void Session::refuse_beyond_limit() {
   for (const trace::Light& light : s.lights) paths += light.path_count;
   forecast_.bytes += direct::DirectLight::forecast_bytes(s.samples.size(), s.scene.group_count,
                                                          s.lights, s.light_sampled);
+  if (s.gather)
+    forecast_.bytes +=
+        size_t(gather::Looks::forecast_bytes(s.samples.size(), s.options.gather_rays)) +
+        s.gather->cells.bytes() + s.gather->sums.quanta.size() * sizeof(int64_t);
   const double fixed = double(forecast_.bytes) - forecast_.bytes_per_path * double(paths);
   const double room = double(s.options.memory_limit) - fixed;
   // A little less than that: another number of paths sees another pilot.

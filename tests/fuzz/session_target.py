@@ -34,6 +34,9 @@ def seed_sessions() -> Iterator[dl.Session]:
         session = dl.Session(scene, samples, **methods, **options)
         session.bake()
         yield session
+    gathered = dl.Session(scene, grid, gather=8, **options)
+    gathered.bake()
+    yield gathered
     edited = dl.Session(scene, grid, **options)
     edited.bake()
     edited.add(dl.Mesh("ball", *box((0.1, 0.1, 0.1)), "paint", pose=translation(0, 1.5, 0), movable=True))

@@ -72,6 +72,7 @@ def plan(
         moving_method="auto",
         max_bounces=max_bounces,
         memory_limit=None,
+        gather="off",
     )
     options = checked_options(given)
     samples = Samples.on_vertices(scene) if samples is None else samples
