@@ -229,6 +229,19 @@ void bind_session(nb::module_& m) {
             return make_array(std::move(gradient), {n, 3, 3});
           },
           nb::arg("progress").none())
+      .def(
+          "gather_at",
+          [](const Session& s, const Rows<float, 3>& points, const Rows<float, 3>& normals,
+             nb::object callback) {
+            const std::vector<Vec3f> p = to_vectors(points), n = to_vectors(normals);
+            if (p.size() != n.size()) throw OptionError("at: points and normals differ in length");
+            std::vector<double> irradiance(3 * p.size());
+            run(callback, [&](Progress& progress) {
+              s.gather_at(p, n, irradiance.data(), progress);
+            });
+            return make_array(std::move(irradiance), {p.size(), 3});
+          },
+          nb::arg("points"), nb::arg("normals"), nb::arg("progress").none())
       .def("visible",
            [](const Session& s, const Rows<float, 3>& from, const Rows<float, 3>& to) {
              const std::vector<Vec3f> a = to_vectors(from), b = to_vectors(to);

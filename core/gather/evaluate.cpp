@@ -16,8 +16,8 @@ constexpr float kNothing[9 * kRow] = {};
 
 Evaluation::Evaluation(const scene::Scene& scene, std::span<const trace::Light> lights,
                        const Cells& cells, const Coverage& coverage, const CellSums& sums,
-                       const Looks& looks, const Scales& scales, const Workers& workers)
-    : scene_(scene), lights_(lights), looks_(looks), scales_(scales) {
+                       const Scales& scales, const Workers& workers)
+    : scene_(scene), lights_(lights), scales_(scales) {
   if (sums.batches != kParts) throw Error("gather: batches and parts of rays differ");
   radiosity_.assign(size_t(cells.size()) * (kParts + 1) * kRow, 0.0f);
   workers.for_blocks(cells.size(), 1024, [&](size_t begin, size_t end) {
@@ -42,17 +42,17 @@ Evaluation::Evaluation(const scene::Scene& scene, std::span<const trace::Light> 
   });
 }
 
-void Evaluation::add(uint32_t target, float* sums) const {
+void Evaluation::add(const ChainPool& chains, uint32_t target, float* sums) const {
   if (target == kDark) return;
   if (!Looks::is_chain(target)) {
     const float* row = &radiosity_[size_t(target) * (kParts + 1) * kRow];
     for (size_t i = 0; i < (kParts + 1) * kRow; ++i) sums[i] += row[i];
     return;
   }
-  const uint32_t chain = Looks::chain_of(target), end = looks_.chains().end(chain);
+  const uint32_t chain = Looks::chain_of(target), end = chains.end(chain);
   float direct[3] = {}, through[3] = {1, 1, 1};
   uint32_t number = 0;
-  for (const Vertex& vertex : looks_.chains().vertices(chain)) {
+  for (const Vertex& vertex : chains.vertices(chain)) {
     const Vec3f reflectance = scene_.materials[vertex.material].reflectance;
     const float dim = float(scales_.dim_factor[lights_[vertex.light].group]);
     const float chance = number++ >= kSurely ? 1 / kGoesOn : 1.0f;
@@ -66,16 +66,17 @@ void Evaluation::add(uint32_t target, float* sums) const {
     for (size_t c = 0; c < 3; ++c) sums[part * kRow + c] += direct[c] + through[c] * row[part * kRow + c];
 }
 
-void Evaluation::read(size_t sample, double* irradiance, double* error) const {
+void Evaluation::read(const Looks& looks, size_t sample, double* irradiance,
+                      double* error) const {
   float batch[(kParts + 1) * kRow] = {};
   double share[kParts][3] = {};
-  const std::span<const uint32_t> targets = looks_.targets(sample);
+  const std::span<const uint32_t> targets = looks.targets(sample);
   const size_t n = targets.size();
   // Each part is a run of the Sobol' sequence, evenly spread by itself.
   for (size_t part = 0; part < kParts; ++part) {
     float before[3] = {batch[kParts * kRow], batch[kParts * kRow + 1], batch[kParts * kRow + 2]};
     const size_t first = n * part / kParts, last = n * (part + 1) / kParts;
-    for (size_t ray = first; ray < last; ++ray) add(targets[ray], batch);
+    for (size_t ray = first; ray < last; ++ray) add(looks.chains(), targets[ray], batch);
     const double rays = double(last - first);
     for (size_t c = 0; c < 3; ++c)
       share[part][c] = rays > 0 ? double(batch[kParts * kRow + c] - before[c]) / rays : 0.0;

@@ -22,26 +22,25 @@ struct CellSums {
 /// What turns sums into light.
 struct Scales {
   double quantum;                      ///< power per quantum
-  std::span<const double> sum_factor;  ///< per group of the sums
-  std::span<const double> dim_factor;  ///< per light group
+  std::vector<double> sum_factor;  ///< per group of the sums
+  std::vector<double> dim_factor;  ///< per light group
 };
 
 class Evaluation {
  public:
   Evaluation(const scene::Scene& scene, std::span<const trace::Light> lights, const Cells& cells,
-             const Coverage& coverage, const CellSums& sums, const Looks& looks,
-             const Scales& scales, const Workers& workers);
+             const Coverage& coverage, const CellSums& sums, const Scales& scales,
+             const Workers& workers);
   /// Irradiance of a sample and its standard error, 3 each.
-  void read(size_t sample, double* irradiance, double* error) const;
+  void read(const Looks& looks, size_t sample, double* irradiance, double* error) const;
 
  private:
   static constexpr uint32_t kParts = 8;  // batches of paths; as many parts of the rays
   /// Adds what `target` sends, per batch and in all: (kParts + 1) x 4.
-  void add(uint32_t target, float* sums) const;
+  void add(const ChainPool& chains, uint32_t target, float* sums) const;
 
   const scene::Scene& scene_;
   std::span<const trace::Light> lights_;
-  const Looks& looks_;
   Scales scales_;
   std::vector<float> radiosity_;  // per cell: (kParts + 1) x 4; part k is 8 times batch k
 };

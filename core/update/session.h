@@ -81,6 +81,9 @@ class Session {
   /// For displays, samples x 4: irradiance, and the standard error of its weighted sum, the
   /// channels' errors taken as correlated.
   void read_packed(const std::array<double, 3>& weights, float* values) const;
+  /// Irradiance at any points, each x 3, gathered anew: of sessions that gather.
+  void gather_at(std::span<const Vec3f> points, std::span<const Vec3f> normals, double* irradiance,
+                 Progress& progress) const;
   /// Surface gradient, samples x 3 channels x 3 axes (world), from all stored segments.
   void read_gradient(double* gradient, Progress& progress);
   /// Sums of all batches and groups in quanta, samples x 3, without direct light by shadow rays.
@@ -130,6 +133,8 @@ class Session {
   /// Forgets those that an edit that failed brought.
   void shrink_cell_sums() noexcept;
   void look_around(Progress& progress);
+  /// Of the present sums; nullopt in sessions that do not gather.
+  std::optional<gather::Evaluation> evaluation() const;
   void update_looks(std::span<const ObjectChange> changes, bool lights, Progress& progress,
                     Report& report);
   void refresh_areas(const std::vector<ObjectChange>* changes);

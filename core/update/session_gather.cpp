@@ -7,6 +7,14 @@
 #include "update/session.h"
 
 namespace deltalux::update {
+namespace {
+
+constexpr size_t kTogether = 4096;  // points between two looks at the cancel flag
+constexpr size_t kGrain = 64;
+constexpr float kUnder = 1e-3f;  // metres: the surface of a point is within
+
+}  // namespace
+
 
 void Session::make_cells() {
   State& s = *state_;
@@ -44,6 +52,57 @@ void Session::look_around(Progress& progress) {
   s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
   s.gather->looks.cast({s.scene, *s.caster, s.lights, receivers_, s.gather->cells}, s.workers,
                        progress);
+}
+
+std::optional<gather::Evaluation> Session::evaluation() const {
+  const State& s = *state_;
+  if (!s.gather) return std::nullopt;
+  std::vector<double> factor;
+  for (uint32_t g = 0; g < s.sum_groups(); ++g) factor.push_back(s.sum_factor(g));
+  return gather::Evaluation(s.scene, s.lights, s.gather->cells, s.gather->coverage,
+                            s.gather->sums, {s.scale.quantum, factor, s.group_factor}, s.workers);
+}
+
+void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> normals,
+                        double* irradiance, Progress& progress) const {
+  check_whole();
+  const State& s = *state_;
+  if (!s.gather) throw OptionError("at: this session does not gather");
+  const gather::Evaluation evaluation = *this->evaluation();
+  const std::vector<uint8_t> all(s.lights.size(), 1);
+  const float within = kUnder * s.gather->cells.metre();
+  progress.announce("gather", points.size());
+  for (size_t first = 0; first < points.size(); first += kTogether) {
+    const size_t count = std::min(kTogether, points.size() - first);
+    std::vector<direct::Receiver> receivers;
+    for (size_t i = first; i < first + count; ++i) {
+      const trace::Hit under =
+          s.caster->closest(points[i] + normals[i] * within, -normals[i], 0, 2 * within);
+      receivers.push_back({points[i], normals[i], scene::kNone,
+                           under.valid() ? s.scene.slack_of(under.primitive) : 0.0f});
+    }
+    Progress part;
+    direct::DirectLight direct(count, s.scene.group_count, direct_->irradiance_quantum(),
+                               s.options.seed);
+    direct.compute({*s.caster, s.lights, all, receivers}, s.workers, part);
+    gather::Looks looks(count, s.options.gather_rays, s.options.seed);
+    looks.cast({s.scene, *s.caster, s.lights, receivers, s.gather->cells}, s.workers, part);
+    s.workers.for_blocks(count, kGrain, [&](size_t begin, size_t end) {
+      for (size_t i = begin; i < end; ++i) {
+        double around[3], error[3];
+        evaluation.read(looks, i, around, error);
+        for (size_t c = 0; c < 3; ++c) {
+          double sum = around[c];
+          for (uint32_t g = 0; g < s.scene.group_count; ++g)
+            sum += s.group_factor[g] * direct.irradiance_quantum() *
+                   double(direct.sums()[3 * (size_t(g) * count + i) + c]);
+          irradiance[3 * (first + i) + c] = sum;
+        }
+      }
+    });
+    progress.advance(count);
+    progress.check();
+  }
 }
 
 void Session::restore_looks(ArchiveSource& archive) {

@@ -149,19 +149,13 @@ void Session::read_samples(const Write& write) const {
   check_whole();
   const std::span<const int64_t> direct = direct_->sums();
   const UnreachedError unreached(s);
-  std::optional<gather::Evaluation> gathered;
-  std::vector<double> sum_factor;
-  for (uint32_t g = 0; g < s.sum_groups(); ++g)
-    sum_factor.push_back(s.merged(g) ? 1.0 : s.group_factor[g]);
-  if (s.gather)
-    gathered.emplace(s.scene, s.lights, s.gather->cells, s.gather->coverage, s.gather->sums, s.gather->looks,
-                     gather::Scales{s.scale.quantum, sum_factor, s.group_factor}, s.workers);
+  const std::optional<gather::Evaluation> gathered = evaluation();
   s.workers.for_blocks(n, BlockSums::kSamples, [&](size_t begin, size_t end) {
     BlockSums block;
     const size_t values = 3 * (end - begin);
     for (uint32_t g = 0; g < s.sum_groups(); ++g) {
       block.add_energy(&s.sums[3 * (size_t(g) * kBatches * n + begin)], 3 * n, values,
-                       sum_factor[g]);
+                       s.sum_factor(g));
       if (!gathered) block.add_unreached(unreached, g, &s.area[begin], end - begin);
     }
     for (uint32_t g = 0; g < s.scene.group_count; ++g)
@@ -174,7 +168,7 @@ void Session::read_samples(const Write& write) const {
       const double per_area = area > 0 ? s.scale.quantum / area : 0.0;
       double irradiance[3] = {}, error[3] = {};
       double around[3] = {}, around_error[3] = {};
-      if (present && gathered) gathered->read(i, around, around_error);
+      if (present && gathered) gathered->read(s.gather->looks, i, around, around_error);
       for (size_t c = 0; present && c < 3; ++c) {
         const size_t j = 3 * (i - begin) + c;
         irradiance[c] = block.energy[j] * per_area + block.direct[j] + around[c];

@@ -108,6 +108,8 @@ struct State {
   bool merged(uint32_t group) const {
     return scene.group_count > kMostSumGroups && group + 1 >= kMostSumGroups;
   }
+  /// What a group's sums are to be multiplied by.
+  double sum_factor(uint32_t group) const { return merged(group) ? 1.0 : group_factor[group]; }
   uint32_t sum_group(uint32_t group) const { return std::min(group, kMostSumGroups - 1); }
   estimate::EnergySums energy() { return {sums.data(), samples.size()}; }
   size_t light_of(uint32_t path) const {

@@ -335,17 +335,20 @@ class Session(SessionFacts):
         return self._gradient()
 
     def _gradient(self) -> np.ndarray:
+        if self._options["gather"] != "off":
+            raise OptionError('gradient: it comes from crossings of discs; bake with gather="off"')
         return self._baked_session().gradient(self.progress)
 
     @long_call
     def at(self, points: ArrayLike, normals: ArrayLike, *, gradients: bool = False) -> np.ndarray:
-        """Irradiance at other surface points, interpolated from the samples nearby.
+        """Irradiance at other surface points: gathered there, or interpolated from the samples nearby.
 
         Parameters
         ----------
         points, normals : (m, 3), world space, metres
         gradients : extrapolate each sample along its surface gradient (see `gradient`)
             Takes a pass over all stored segments; pays where samples are sparse and paths many.
+            Of no use in a session that gathers.
 
         Returns
         -------
@@ -366,8 +369,12 @@ class Session(SessionFacts):
                 f"at: points: found a coordinate of {farthest:g} m, expected at most {FARTHEST:g}"
             )
         self._finish()
-        present, interpolator = self._interpolation()
         session = self._baked_session()
+        if self._options["gather"] != "off":
+            return session.gather_at(
+                self._flat.points(asked.points), asked.normals.astype(np.float32), self.progress
+            )
+        present, interpolator = self._interpolation()
 
         def visible(a: np.ndarray, b: np.ndarray) -> np.ndarray:
             return session.visible(self._flat.points(a), self._flat.points(b)).astype(bool)
