@@ -15,6 +15,9 @@ constexpr double kFlatOffset = 0x1p-6;   // of the edge: offsets of one plane
 constexpr double kLeastFlat = 0.5;       // of a square: what has less area is put together
 constexpr double kMostSquares = 1 << 14; // of one plane; beyond, squares are larger
 constexpr double kLeastPart = 1e-5;      // of a square: what is cut off
+constexpr size_t kMostFrames = 32;        // tried for a plane
+constexpr double kTighter = 0.999;        // frames of one size: the longest edge's
+constexpr double kFar = std::numeric_limits<double>::infinity();
 constexpr double kMostEmpty = 8;         // times as many squares as are used, for a table
 
 uint64_t rounded(double x) { return uint64_t(int64_t(std::llround(x))); }
@@ -79,24 +82,43 @@ std::vector<CellBuilder::Flat> CellBuilder::find_flats() {
   return flats;
 }
 
+CellBuilder::Frame CellBuilder::frame_along(const Flat& flat, Vec3d along) const {
+  Frame frame{corner(flat.triangles[0], 0), normalize(along), {}, {kFar, kFar}, {-kFar, -kFar}};
+  frame.v = cross(flat.normal, frame.u);
+  for (uint32_t t : flat.triangles)
+    for (int k = 0; k < 3; ++k) {
+      const Vec3d d = corner(t, k) - frame.base;
+      const double at[2] = {dot(d, frame.u), dot(d, frame.v)};
+      for (int axis = 0; axis < 2; ++axis) {
+        frame.low[axis] = std::min(frame.low[axis], at[axis]);
+        frame.high[axis] = std::max(frame.high[axis], at[axis]);
+      }
+    }
+  return frame;
+}
+
+CellBuilder::Frame CellBuilder::tightest_frame(const Flat& flat) const {
+  // Most surfaces are rectangles, which whole squares then fill.
+  std::vector<Vec3d> edges;
+  for (uint32_t t : flat.triangles)
+    for (int k = 0; k < 3; ++k) edges.push_back(corner(t, (k + 1) % 3) - corner(t, k));
+  std::stable_sort(edges.begin(), edges.end(),
+                   [](Vec3d p, Vec3d q) { return dot(p, p) > dot(q, q); });
+  Frame best{};
+  double least = kFar;
+  for (size_t i = 0; i < std::min(edges.size(), kMostFrames); ++i) {
+    if (!(dot(edges[i], edges[i]) > 0)) break;
+    const Frame frame = frame_along(flat, edges[i]);
+    const double area = (frame.high[0] - frame.low[0]) * (frame.high[1] - frame.low[1]);
+    if (area < kTighter * least) least = area, best = frame;
+  }
+  return best;
+}
+
 void CellBuilder::make_patch(BodyCells& out, const Flat& flat) {
-  // Along the longest edge: most surfaces are rectangles, which whole squares then fill.
-  Vec3d along{};
-  for (uint32_t t : flat.triangles)
-    for (int k = 0; k < 3; ++k) {
-      const Vec3d edge = corner(t, (k + 1) % 3) - corner(t, k);
-      if (dot(edge, edge) > dot(along, along)) along = edge;
-    }
-  const Vec3d u = normalize(along), v = cross(flat.normal, u);
-  const double far = std::numeric_limits<double>::infinity();
-  double low[2] = {far, far}, high[2] = {-far, -far};
-  const Vec3d base = corner(flat.triangles[0], 0);
-  for (uint32_t t : flat.triangles)
-    for (int k = 0; k < 3; ++k) {
-      const double at[2] = {dot(corner(t, k) - base, u), dot(corner(t, k) - base, v)};
-      for (int axis = 0; axis < 2; ++axis)
-        low[axis] = std::min(low[axis], at[axis]), high[axis] = std::max(high[axis], at[axis]);
-    }
+  const Frame frame = tightest_frame(flat);
+  const Vec3d u = frame.u, v = frame.v, base = frame.base;
+  const double *low = frame.low, *high = frame.high;
   const double edge = std::max(edge_, std::sqrt(flat.area / kMostSquares));
   const auto divisions = [&](int axis) {
     return uint32_t(std::clamp(std::ceil((high[axis] - low[axis]) / edge - 0.25), 1.0, 1e6));

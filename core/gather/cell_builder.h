@@ -34,7 +34,15 @@ class CellBuilder {
     double a, b, c, weight;
   };
 
+  /// A rectangle around a plane's triangles.
+  struct Frame {
+    Vec3d base, u, v;
+    double low[2], high[2];
+  };
+
   std::vector<Flat> find_flats();
+  Frame frame_along(const Flat& flat, Vec3d along) const;
+  Frame tightest_frame(const Flat& flat) const;
   void make_patch(BodyCells& out, const Flat& flat);
   void add_squares(const BodyCells::Patch& patch, uint32_t triangle,
                    std::map<uint64_t, uint32_t>& found);
