@@ -2,6 +2,7 @@
 // One look-up a ray.
 #include "gather/evaluate.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/error.h"
@@ -11,6 +12,27 @@ namespace {
 
 constexpr size_t kRow = 4;  // three channels and padding
 constexpr float kNothing[9 * kRow] = {};
+
+/// Variance of the mean of all entries, rows and columns both drawn at random: what rows share, what
+/// columns share, and the rest, which both estimates count (two-way analysis of variance).
+template <size_t N>
+double crossed_variance(const double (&x)[N][N]) {
+  double row[N] = {}, column[N] = {}, all = 0;
+  for (size_t i = 0; i < N; ++i)
+    for (size_t k = 0; k < N; ++k) row[i] += x[i][k] / N, column[k] += x[i][k] / N;
+  for (size_t i = 0; i < N; ++i) all += row[i] / N;
+  double rows = 0, columns = 0, rest = 0;
+  for (size_t i = 0; i < N; ++i) {
+    rows += (row[i] - all) * (row[i] - all);
+    columns += (column[i] - all) * (column[i] - all);
+    for (size_t k = 0; k < N; ++k) {
+      const double off = x[i][k] - row[i] - column[k] + all;
+      rest += off * off;
+    }
+  }
+  rows /= N * (N - 1.0), columns /= N * (N - 1.0), rest /= N * N * (N - 1.0) * (N - 1.0);
+  return std::max(rows + columns - rest, 0.25 * std::max(rows, columns));
+}
 
 }  // namespace
 
@@ -40,6 +62,14 @@ Evaluation::Evaluation(const scene::Scene& scene, std::span<const trace::Light> 
       }
     }
   });
+  double area = 0;
+  for (uint32_t cell = 0; cell < cells.size(); ++cell) {
+    const double own = cells.area(cell);
+    area += own;
+    for (size_t c = 0; c < 3; ++c)
+      mean_radiosity_[c] += own * double(radiosity_[(size_t(cell) * (kParts + 1) + kParts) * kRow + c]);
+  }
+  for (double& value : mean_radiosity_) value = area > 0 ? value / area : 0.0;
 }
 
 void Evaluation::add(const ChainPool& chains, uint32_t target, float* sums) const {
@@ -68,28 +98,27 @@ void Evaluation::add(const ChainPool& chains, uint32_t target, float* sums) cons
 
 void Evaluation::read(const Looks& looks, size_t sample, double* irradiance,
                       double* error) const {
-  float batch[(kParts + 1) * kRow] = {};
-  double share[kParts][3] = {};
   const std::span<const uint32_t> targets = looks.targets(sample);
   const size_t n = targets.size();
-  // Each part is a run of the Sobol' sequence, evenly spread by itself.
+  // By part of the rays and batch of the paths, the last one in all. Each part is a run of the
+  // Sobol' sequence, evenly spread by itself.
+  float sums[kParts][(kParts + 1) * kRow] = {};
+  size_t rays[kParts];
   for (size_t part = 0; part < kParts; ++part) {
-    float before[3] = {batch[kParts * kRow], batch[kParts * kRow + 1], batch[kParts * kRow + 2]};
     const size_t first = n * part / kParts, last = n * (part + 1) / kParts;
-    for (size_t ray = first; ray < last; ++ray) add(looks.chains(), targets[ray], batch);
-    const double rays = double(last - first);
-    for (size_t c = 0; c < 3; ++c)
-      share[part][c] = rays > 0 ? double(batch[kParts * kRow + c] - before[c]) / rays : 0.0;
+    for (size_t ray = first; ray < last; ++ray) add(looks.chains(), targets[ray], sums[part]);
+    rays[part] = std::max<size_t>(1, last - first);
   }
   for (size_t c = 0; c < 3; ++c) {
-    irradiance[c] = double(batch[kParts * kRow + c]) / double(n);
-    double paths = 0, rays = 0;
-    for (size_t k = 0; k < kParts; ++k) {
-      const double off = double(batch[k * kRow + c]) / double(n) - irradiance[c];
-      paths += off * off;
-      rays += (share[k][c] - irradiance[c]) * (share[k][c] - irradiance[c]);
+    double all = 0, mean[kParts][kParts];
+    for (size_t part = 0; part < kParts; ++part) {
+      all += double(sums[part][kParts * kRow + c]);
+      for (size_t k = 0; k < kParts; ++k)
+        mean[part][k] = double(sums[part][k * kRow + c]) / double(rays[part]);
     }
-    error[c] = std::sqrt((paths + rays) / (kParts * (kParts - 1.0)));
+    irradiance[c] = all / double(n);
+    // Dark: as if one more ray had met a surface of mean brightness.
+    error[c] = all > 0 ? std::sqrt(crossed_variance(mean)) : mean_radiosity_[c] / double(n);
   }
 }
 

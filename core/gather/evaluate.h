@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // From sums of cells and what samples see to irradiance: a pure function, in a fixed order.
 #pragma once
+#include <array>
 #include <span>
 #include <vector>
 
@@ -42,6 +43,7 @@ class Evaluation {
   const scene::Scene& scene_;
   std::span<const trace::Light> lights_;
   Scales scales_;
+  std::array<double, 3> mean_radiosity_{};  // by area
   std::vector<float> radiosity_;  // per cell: (kParts + 1) x 4; part k is 8 times batch k
 };
 

@@ -35,7 +35,14 @@ class Runs:
         return self.irradiance.mean(axis=0)
 
 
+# Of light: all of it by discs; direct light by shadow rays; what is reflected by a final gather, too.
+MODES = ("paths", "sampled", "gather")
+
+
 def bake(scene: dl.Scene, samples: dl.Samples, **options) -> dl.Session:
+    """A baked session; `direct` may be any of MODES."""
+    if options.get("direct") == "gather":
+        options = {**options, "direct": "sampled", "gather": 128}
     session = dl.Session(scene, samples, threads=1, **options)
     session.bake()
     return session

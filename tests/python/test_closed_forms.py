@@ -22,9 +22,9 @@ from scenes_for_tests import (
     quad,
     sphere,
 )
-from statistics_for_tests import assert_each_sample, assert_mean, bake, runs
+from statistics_for_tests import MODES, assert_each_sample, assert_mean, bake, runs
 
-MODES = pytest.mark.parametrize("direct", ["paths", "sampled"])
+BY_MODE = pytest.mark.parametrize("direct", MODES)
 SEEDS = range(1, 17)
 LIFT = 0.03  # of the radius: discs lie above their samples by so much
 
@@ -62,7 +62,7 @@ def on_faces(walls: Shape, cells: int):
 # ---- enclosures ------------------------------------------------------------------------------------
 
 
-@MODES
+@BY_MODE
 def test_furnace_at_each_sample_and_on_average(direct):
     """Null hypothesis: E = pi Le / (1 - rho) at each of 1,000 points of the walls. Rates 1e-3 twice."""
     emission, reflectance = 2.0, 0.5
@@ -73,19 +73,19 @@ def test_furnace_at_each_sample_and_on_average(direct):
     assert_mean(found, expected)
 
 
-@MODES
+@BY_MODE
 @pytest.mark.parametrize("reflectance", [0.0, 0.8])
 def test_furnace_of_other_reflectances(direct, reflectance):
     """Null hypothesis: E = pi Le / (1 - rho) on average over the area. Rate 1e-3."""
     scene, walls = furnace(1.0, reflectance)
     found = runs(scene, walls.samples(500, seed=3), SEEDS, paths=20_000, direct=direct)
-    if (direct, reflectance) == ("sampled", 0.0):
+    if direct != "paths" and reflectance == 0:
         assert found.mean == pytest.approx(np.pi, rel=1e-5)
     else:
         assert_mean(found, cf.furnace_irradiance(1.0, reflectance))
 
 
-@MODES
+@BY_MODE
 @pytest.mark.parametrize(("place", "seeds"), [("edges", 1), ("corners", 16)])
 def test_furnace_at_edges_and_corners(direct, place, seeds):
     """The mean over the display mesh's samples there is within 2 %, at default settings.
@@ -102,7 +102,7 @@ def test_furnace_at_edges_and_corners(direct, place, seeds):
     assert found.mean() == pytest.approx(cf.furnace_irradiance(1.0, 0.5), rel=0.02)
 
 
-@MODES
+@BY_MODE
 def test_sphere_cavity(direct):
     """Null hypothesis: direct light of the bulb plus rho Phi / (4 pi R^2 (1 - rho)) at each vertex.
 
@@ -147,7 +147,7 @@ def _cube_with(emitter: str) -> tuple[dl.Scene, Shape, float]:
     return dl.Scene(meshes, [grey(rho), glowing]), surfaces, 3 * np.pi * 0.48
 
 
-@MODES
+@BY_MODE
 @pytest.mark.parametrize("emitter", ["bulb", "wall", "panel"])
 def test_mean_over_a_cube(direct, emitter):
     """Null hypothesis: mean E = Phi / (S (1 - rho)), S = all surfaces that take light. Rate 1e-3.
@@ -268,7 +268,7 @@ def _rectangle_lamp() -> AreaLamp:
 
 
 @pytest.mark.parametrize("lamp", [_disc_lamp(), _rectangle_lamp()], ids=["disc", "rectangle"])
-@MODES
+@BY_MODE
 def test_configuration_factors(direct, lamp):
     """E = pi L F. Shadow rays: each sample to 1e-3. Paths: the null hypothesis is the mean over the disc.
 
@@ -322,7 +322,7 @@ def test_automatic_radius_does_not_collapse_on_a_concave_mesh():
 
 
 @pytest.mark.parametrize("lamp", ["point", "sun", "area"])
-@MODES
+@BY_MODE
 def test_umbra_is_black(direct, lamp):
     """Behind an occluder the light is exactly 0, not merely small; beside it, it is not."""
     floor = quad((-2, 0, -2), (0, 0, 4), (4, 0, 0))

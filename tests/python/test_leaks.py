@@ -20,9 +20,9 @@ from scenes_for_tests import (
     rooms_case,
     two_rooms,
 )
-from statistics_for_tests import bake
+from statistics_for_tests import MODES, bake
 
-MODES = pytest.mark.parametrize("direct", ["paths", "sampled"])
+BY_MODE = pytest.mark.parametrize("direct", MODES)
 CASES = {
     "smooth bowl": lambda: bowl_case(smooth=True),
     "facetted bowl": lambda: bowl_case(smooth=False),
@@ -37,7 +37,7 @@ def case(request) -> Case:
     return CASES[request.param]()
 
 
-@pytest.mark.parametrize("direct", ["auto", "paths"])
+@pytest.mark.parametrize("direct", ["auto", "paths", "gather"])
 def test_concave_surfaces_are_within_three_percent(case, direct):
     """Mean error within 3 % in each place, at default settings: bowl and rim; flats, edges and corners.
 
@@ -53,14 +53,14 @@ def test_concave_surfaces_are_within_three_percent(case, direct):
         assert error.mean() == pytest.approx(0, abs=0.03)
 
 
-@MODES
+@BY_MODE
 def test_nothing_leaks_to_the_other_side(case, direct):
     session = bake(case.other, case.samples, paths=200_000, direct=direct)
     assert (session.irradiance == 0).all()
     assert (session.standard_error > 0).all()  # that no path came does not prove that none can
 
 
-@MODES
+@BY_MODE
 @pytest.mark.parametrize("lit", ["left", "right"])
 def test_the_dark_room_is_black(lit, direct):
     """The display mesh of both rooms under a panel lamp, and both sides of the wall between them."""

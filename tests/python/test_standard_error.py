@@ -7,7 +7,7 @@ import deltalux as dl
 import numpy as np
 import pytest
 from scenes_for_tests import furnace
-from statistics_for_tests import Runs, runs
+from statistics_for_tests import MODES, Runs, runs
 
 SEEDS = range(1, 33)
 
@@ -30,7 +30,7 @@ def _furnace() -> tuple[dl.Scene, dl.Samples]:
     return scene, walls.samples(1000, seed=1)
 
 
-@pytest.mark.parametrize("direct", ["paths", "sampled"])
+@pytest.mark.parametrize("direct", MODES)
 @pytest.mark.parametrize("scene", [_furnace, _office])
 def test_standard_error_is_honest(scene, direct):
     """Null hypothesis: reported and observed variance agree; the test asks for 25 %.
