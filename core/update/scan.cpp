@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "base/cpu.h"
+
 namespace deltalux::update {
 
 using segments::ScanGrid;
@@ -52,8 +54,7 @@ bool meets_across(uint32_t low, uint32_t high, const ScanBox& box) {
 void scan(const uint32_t* low, const uint32_t* high, size_t count, std::span<const ScanBox> boxes,
           uint32_t base, std::vector<uint32_t>& out) {
 #if defined(__x86_64__)
-  static const bool wide = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq");
-  if (wide) {
+  if (isa() == Isa::avx512) {
     const size_t before = out.size();
     out.resize(before + count + 15);
     out.resize(before + detail::scan_avx512(low, high, count, boxes, base, out.data() + before));
