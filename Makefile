@@ -18,7 +18,7 @@ SOURCES := $(shell find core bindings python -type f \
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help setup build demo test lint format viewer viewer-check sanitize fuzz soak bench bench-peers clean FORCE
+.PHONY: help setup build demo test lint format viewer viewer-check sanitize portable fuzz soak bench bench-peers clean FORCE
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -67,6 +67,11 @@ sanitize: setup ## Run the C++ tests under ASan+UBSan and under TSan
 	  TSAN_OPTIONS="suppressions=$(CURDIR)/tests/core/tsan.supp halt_on_error=1" \
 	    ctest --test-dir build/$$kind --output-on-failure --no-tests=error -j 1 || exit 1; \
 	done
+
+portable: setup ## Build the core without AVX2 and run the C++ tests
+	cmake -S . -B build/portable -G Ninja -DDELTALUX_PYTHON=OFF -DDELTALUX_TESTS=ON -DDELTALUX_ISA=x86-64 >/dev/null
+	cmake --build build/portable -j $(JOBS)
+	ctest --test-dir build/portable --output-on-failure --no-tests=error -j 1
 
 fuzz: build $(VENV)/test.stamp ## Fuzz readers, viewer and command line, FUZZ_SECONDS=60 each
 	$(BIN)/python tests/fuzz/farm.py --seconds $(FUZZ_SECONDS) --seed $(FUZZ_SEED) $(FUZZ_TARGETS)

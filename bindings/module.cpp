@@ -5,6 +5,7 @@
 #include <mutex>
 #include <thread>
 
+#include "base/cpu.h"
 #include "base/error.h"
 #include "common.h"
 
@@ -66,7 +67,7 @@ NB_MODULE(_core, m) {
   using namespace deltalux;
   m.doc() = "Compiled core of Deltalux; use the package, not this module.";
 #if defined(__x86_64__) && defined(__AVX2__)
-  if (!__builtin_cpu_supports("avx2"))
+  if (processor_isa() < Isa::avx2)
     throw std::runtime_error(
         "deltalux was built for processors with AVX2, which this one lacks; "
         "build from source with -DDELTALUX_ISA=x86-64");

@@ -17,8 +17,6 @@
 namespace deltalux::estimate {
 namespace {
 
-using lanes::Floats;
-
 constexpr int kBatch = 1 << (32 - kNodeBits);  // segments
 constexpr uint32_t kNodeMask = (1u << kNodeBits) - 1;
 constexpr uint32_t kChunk = 128;  // nodes taken from the stack at once
@@ -96,8 +94,10 @@ bool prepare(Batch& b, const segments::SegmentSpan& s, size_t first, int count,
 }
 
 /// Box tests of `count` visits in scratch.chunk; pushes the children met. Returns the new top.
+template <class L>
 uint32_t visit_nodes(Scratch& scratch, const DiscNode* nodes, uint32_t count, uint32_t* stack,
                      uint32_t top) {
+  using Floats = typename L::Floats;
   const Batch& b = scratch.batch;
   uint32_t* const leaf = scratch.leaf;
   uint32_t leaf_count = scratch.leaf_count;
@@ -111,24 +111,24 @@ uint32_t visit_nodes(Scratch& scratch, const DiscNode* nodes, uint32_t count, ui
     const DiscNode& node = nodes[visit & kNodeMask];
     const auto distance = [&](uint32_t row, int axis, const float* shift) {
       const auto* planes = reinterpret_cast<const char*>(node.bound) + row;
-      return lanes::about_multiply_subtract(lanes::load(reinterpret_cast<const float*>(planes)),
-                                            lanes::broadcast(b.inverse[axis][segment]),
-                                            lanes::broadcast(shift[segment]));
+      return L::about_multiply_subtract(L::load(reinterpret_cast<const float*>(planes)),
+                                        L::broadcast(b.inverse[axis][segment]),
+                                        L::broadcast(shift[segment]));
     };
     const uint32_t x = b.near_row[0][segment], y = b.near_row[1][segment],
                    z = b.near_row[2][segment];
     const Floats enter =
-        lanes::max(lanes::max(distance(x, 0, b.near_shift[0]), distance(y, 1, b.near_shift[1])),
-                   lanes::max(distance(z, 2, b.near_shift[2]), lanes::broadcast(0.0f)));
-    const Floats leave = lanes::min(
-        lanes::min(distance(x ^ kRowBytes, 0, b.far_shift[0]),
-                   distance(y ^ kRowBytes, 1, b.far_shift[1])),
-        lanes::min(distance(z ^ kRowBytes, 2, b.far_shift[2]), lanes::broadcast(b.end[segment])));
-    const uint32_t met = lanes::mask(lanes::less_equal(enter, leave));
+        L::max(L::max(distance(x, 0, b.near_shift[0]), distance(y, 1, b.near_shift[1])),
+               L::max(distance(z, 2, b.near_shift[2]), L::broadcast(0.0f)));
+    const Floats leave =
+        L::min(L::min(distance(x ^ kRowBytes, 0, b.far_shift[0]),
+                      distance(y ^ kRowBytes, 1, b.far_shift[1])),
+               L::min(distance(z ^ kRowBytes, 2, b.far_shift[2]), L::broadcast(b.end[segment])));
+    const uint32_t met = L::mask(L::less_equal(enter, leave));
     const uint32_t inner_lanes = (1u << node.inner) - 1, base = visit & ~kNodeMask;
     const uint32_t inner = met & inner_lanes, leaves = met & ~inner_lanes;
-    lanes::store_packed_sequence(stack + top, base + node.inner_base, inner);
-    lanes::store_packed_sequence(leaf + leaf_count, base + node.leaf_base, leaves);
+    L::store_packed_sequence(stack + top, base + node.inner_base, inner);
+    L::store_packed_sequence(leaf + leaf_count, base + node.leaf_base, leaves);
     top += uint32_t(std::popcount(inner));
     leaf_count += uint32_t(std::popcount(leaves));
   }
@@ -137,36 +137,37 @@ uint32_t visit_nodes(Scratch& scratch, const DiscNode* nodes, uint32_t count, ui
 }
 
 /// SIMD twin of cross_circle() and segment_end(): the same operations in the same order.
+template <class L>
 uint32_t cross_circles(const DiscLeaf& leaf, const Batch& b, uint32_t segment,
                        segments::SegmentEnd rule) {
-  const Floats ox = lanes::broadcast(b.origin[0][segment]),
-               oy = lanes::broadcast(b.origin[1][segment]),
-               oz = lanes::broadcast(b.origin[2][segment]),
-               wx = lanes::broadcast(b.direction[0][segment]),
-               wy = lanes::broadcast(b.direction[1][segment]),
-               wz = lanes::broadcast(b.direction[2][segment]);
-  const Floats cx = lanes::load(leaf.cx), cy = lanes::load(leaf.cy), cz = lanes::load(leaf.cz);
-  const Floats nx = lanes::load(leaf.nx), ny = lanes::load(leaf.ny), nz = lanes::load(leaf.nz);
-  const Floats radius = lanes::load(leaf.radius), zero = lanes::broadcast(0.0f);
-  Floats end = lanes::broadcast(b.length[segment]);
+  using Floats = typename L::Floats;
+  const Floats ox = L::broadcast(b.origin[0][segment]), oy = L::broadcast(b.origin[1][segment]),
+               oz = L::broadcast(b.origin[2][segment]), wx = L::broadcast(b.direction[0][segment]),
+               wy = L::broadcast(b.direction[1][segment]),
+               wz = L::broadcast(b.direction[2][segment]);
+  const Floats cx = L::load(leaf.cx), cy = L::load(leaf.cy), cz = L::load(leaf.cz);
+  const Floats nx = L::load(leaf.nx), ny = L::load(leaf.ny), nz = L::load(leaf.nz);
+  const Floats radius = L::load(leaf.radius), zero = L::broadcast(0.0f);
+  Floats end = L::broadcast(b.length[segment]);
   if (rule != segments::SegmentEnd::first) {
-    const Floats extended = lanes::broadcast(b.extended[segment]);
+    const Floats extended = L::broadcast(b.extended[segment]);
     end = rule == segments::SegmentEnd::second
               ? extended
-              : lanes::min(end + lanes::broadcast(segments::kBoundedRadii) * radius, extended);
+              : L::min(end + L::broadcast(segments::kBoundedRadii) * radius, extended);
   }
   const Floats facing = nx * wx + ny * wy + nz * wz;
   const Floats height = nx * (cx - ox) + ny * (cy - oy) + nz * (cz - oz);
   const Floats s = height / facing;
   const Floats px = (ox + s * wx) - cx, py = (oy + s * wy) - cy, pz = (oz + s * wz) - cz;
   const Floats distance2 = px * px + py * py + pz * pz;
-  return lanes::mask(lanes::both(
-      lanes::both(lanes::less(facing, zero), lanes::less(zero, s)),
-      lanes::both(lanes::less_equal(s, end), lanes::less_equal(distance2, radius * radius))));
+  return L::mask(
+      L::both(L::both(L::less(facing, zero), L::less(zero, s)),
+              L::both(L::less_equal(s, end), L::less_equal(distance2, radius * radius))));
 }
 
 /// Tests the discs of waiting leaves from `next` on, while there is room for hits. Returns the
 /// next leaf to do.
+template <class L>
 uint32_t visit_leaves(Scratch& scratch, const DiscLeaf* leaves, uint32_t next,
                       segments::SegmentEnd rule) {
   const uint32_t count = scratch.leaf_count;
@@ -180,13 +181,22 @@ uint32_t visit_leaves(Scratch& scratch, const DiscLeaf* leaves, uint32_t next,
     prefetch(&leaves[leaf[next + kAhead] & kNodeMask]);
     const uint32_t segment = leaf[next] >> kNodeBits;
     const DiscLeaf& discs = leaves[leaf[next] & kNodeMask];
-    const uint32_t hit = cross_circles(discs, scratch.batch, segment, rule);
-    lanes::store_packed(scratch.hit_disc + hit_count, discs.disc, hit);
-    lanes::store_all(scratch.hit_segment + hit_count, segment);
+    const uint32_t hit = cross_circles<L>(discs, scratch.batch, segment, rule);
+    L::store_packed(scratch.hit_disc + hit_count, discs.disc, hit);
+    L::store_all(scratch.hit_segment + hit_count, segment);
     hit_count += uint32_t(std::popcount(hit));
   }
   scratch.hit_count = hit_count;
   return next;
+}
+
+struct Kernels {
+  decltype(&visit_nodes<lanes::Portable>) visit_nodes;
+  decltype(&visit_leaves<lanes::Portable>) visit_leaves;
+};
+
+Kernels kernels() {
+  return lanes::with([]<class L>(L) { return Kernels{visit_nodes<L>, visit_leaves<L>}; });
 }
 
 }  // namespace
@@ -294,6 +304,7 @@ class Deposit {
 Stats DiscIndex::accumulate(const segments::SegmentSpan& segments, int sign, const EnergySums& sums,
                             HitSlots* slots) const {
   Stats stats;
+  const Kernels run = kernels();
   Deposit deposit(discs_, rule_, segments, sign, sums, slots);
   Scratch scratch;
   // The stack is sorted by depth at any time, a chunk leaves at most 8 * kChunk visits per depth.
@@ -315,11 +326,11 @@ Stats DiscIndex::accumulate(const segments::SegmentSpan& segments, int sign, con
         const uint32_t taken = std::min(top, kChunk);
         top -= taken;
         std::copy_n(stack.data() + top, taken, scratch.chunk);
-        top = visit_nodes(scratch, tree_.nodes.data(), taken, stack.data(), top);
+        top = run.visit_nodes(scratch, tree_.nodes.data(), taken, stack.data(), top);
         stats.node_tests += taken;
       }
       for (uint32_t next = 0; next < scratch.leaf_count;) {
-        next = visit_leaves(scratch, tree_.leaves.data(), next, rule_);
+        next = run.visit_leaves(scratch, tree_.leaves.data(), next, rule_);
         deposit.add_all(scratch.hit_segment, scratch.hit_disc, scratch.hit_count);
         scratch.hit_count = 0;
       }

@@ -11,9 +11,17 @@
 
 namespace deltalux::estimate {
 
+/// Brings segments in time that a loop over `ids` needs some rounds later.
+inline void prefetch_rays(const RayRecord* records, std::span<const uint32_t> ids, size_t first) {
+  constexpr size_t kAhead = 32;
+  for (size_t i = first + kAhead; i < std::min(first + kAhead + 8, ids.size()); ++i)
+    __builtin_prefetch(&records[ids[i]]);
+}
+
 /// Segments in lanes; those past the end of a list repeat its last one and are not in `valid`.
+template <class L>
 struct RayLanes {
-  lanes::Floats o[3], w[3], length, extended;
+  typename L::Floats o[3], w[3], length, extended;
   uint32_t valid;
 
   RayLanes(const RayRecord* records, std::span<const uint32_t> ids, size_t first) {
@@ -22,17 +30,11 @@ struct RayLanes {
     valid = (1u << count) - 1;
     const float* row[8];
     for (size_t i = 0; i < 8; ++i) row[i] = &records[ids[first + std::min(i, count - 1)]].origin.x;
-    lanes::Floats column[8];
-    lanes::load_columns(row, column);
+    typename L::Floats column[8];
+    L::load_columns(row, column);
     std::copy_n(column, 3, o);
     std::copy_n(column + 3, 3, w);
     length = column[6], extended = column[7];
-  }
-  /// Brings those in time that a loop over `ids` needs some rounds later.
-  static void prefetch(const RayRecord* records, std::span<const uint32_t> ids, size_t first) {
-    constexpr size_t kAhead = 32;
-    for (size_t i = first + kAhead; i < std::min(first + kAhead + 8, ids.size()); ++i)
-      __builtin_prefetch(&records[ids[i]]);
   }
 };
 
@@ -45,8 +47,9 @@ struct HalfList {
     count = 0;
     if (room.size() < most + 8) room.resize(most + 8);
   }
+  template <class L>
   void append(const uint32_t* eight, uint32_t mask) {
-    lanes::store_packed(room.data() + count, eight, mask);
+    L::store_packed(room.data() + count, eight, mask);
     count += size_t(std::popcount(mask));
   }
   std::span<const uint32_t> ids() const { return {room.data(), count}; }
@@ -71,43 +74,50 @@ class CellSplit {
   /// Writes the ids that meet each half, in order; both arrays need room for eight more than `ids`.
   void classify(const RayRecord* records, std::span<const uint32_t> ids, HalfList& below,
                 HalfList& above) const {
-    alignas(32) uint32_t eight[8] = {};
-    for (size_t first = 0; first < ids.size(); first += 8) {
-      RayLanes::prefetch(records, ids, first);
-      const RayLanes rays(records, ids, first);
-      std::copy_n(ids.data() + first, std::bit_width(rays.valid), eight);
-      const auto [in_below, in_above] = halves(rays);
-      below.append(eight, in_below & rays.valid);
-      above.append(eight, in_above & rays.valid);
-    }
+    lanes::with([&]<class L>(L) { classify_with<L>(records, ids, below, above); });
   }
 
  private:
+  template <class L>
+  void classify_with(const RayRecord* records, std::span<const uint32_t> ids, HalfList& below,
+                     HalfList& above) const {
+    alignas(32) uint32_t eight[8] = {};
+    for (size_t first = 0; first < ids.size(); first += 8) {
+      prefetch_rays(records, ids, first);
+      const RayLanes<L> rays(records, ids, first);
+      std::copy_n(ids.data() + first, std::bit_width(rays.valid), eight);
+      const auto [in_below, in_above] = halves(rays);
+      below.append<L>(eight, in_below & rays.valid);
+      above.append<L>(eight, in_above & rays.valid);
+    }
+  }
+
   struct Halves {
     uint32_t below, above;
   };
-  Halves halves(const RayLanes& rays) const {
-    using namespace lanes;
-    const Floats steepest = broadcast(1e30f), one = broadcast(1.0f);
-    Floats enter = ends_only_ ? rays.length : broadcast(0.0f), leave = rays.length;
-    if (!first_) leave = min(leave + broadcast(past_), rays.extended);
+  template <class L>
+  Halves halves(const RayLanes<L>& rays) const {
+    using Floats = typename L::Floats;
+    const Floats steepest = L::broadcast(1e30f), one = L::broadcast(1.0f);
+    Floats enter = ends_only_ ? rays.length : L::broadcast(0.0f), leave = rays.length;
+    if (!first_) leave = L::min(leave + L::broadcast(past_), rays.extended);
     Floats enter_below = enter, leave_below = leave, enter_above = enter, leave_above = leave;
     for (int axis = 0; axis < 3; ++axis) {
       // Finite, so that no product is NaN; a segment this parallel to the plane leaves the margin
       // nowhere within reach.
-      const Floats inverse = max(min(one / rays.w[axis], steepest), broadcast(-1e30f));
-      const auto at = [&](float plane) { return (broadcast(plane) - rays.o[axis]) * inverse; };
+      const Floats inverse = L::max(L::min(one / rays.w[axis], steepest), L::broadcast(-1e30f));
+      const auto at = [&](float plane) { return (L::broadcast(plane) - rays.o[axis]) * inverse; };
       const Floats low = at(low_[axis] - margin_), high = at(high_[axis] + margin_);
       if (axis != axis_) {
-        enter = max(enter, min(low, high)), leave = min(leave, max(low, high));
+        enter = L::max(enter, L::min(low, high)), leave = L::min(leave, L::max(low, high));
         continue;
       }
       const Floats top = at(plane_ + margin_), bottom = at(plane_ - margin_);
-      enter_below = min(low, top), leave_below = max(low, top);
-      enter_above = min(bottom, high), leave_above = max(bottom, high);
+      enter_below = L::min(low, top), leave_below = L::max(low, top);
+      enter_above = L::min(bottom, high), leave_above = L::max(bottom, high);
     }
-    return {mask(less_equal(max(enter, enter_below), min(leave, leave_below))),
-            mask(less_equal(max(enter, enter_above), min(leave, leave_above)))};
+    return {L::mask(L::less_equal(L::max(enter, enter_below), L::min(leave, leave_below))),
+            L::mask(L::less_equal(L::max(enter, enter_above), L::min(leave, leave_above)))};
   }
 
   Vec3f low_, high_;

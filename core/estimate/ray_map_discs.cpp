@@ -12,8 +12,6 @@
 namespace deltalux::estimate {
 namespace {
 
-using lanes::Floats;
-
 Box disc_box(Vec3f c, Vec3f n, float radius) {
   const Vec3f half =
       Vec3f{std::hypot(n.y, n.z), std::hypot(n.z, n.x), std::hypot(n.x, n.y)} * radius;
@@ -21,28 +19,29 @@ Box disc_box(Vec3f c, Vec3f n, float radius) {
 }
 
 /// SIMD twin of cross_circle() and segment_end(): the same operations in the same order.
-uint32_t cross_circles(const RayLanes& rays, Vec3f centre, Vec3f normal, float disc_radius,
+template <class L>
+uint32_t cross_circles(const RayLanes<L>& rays, Vec3f centre, Vec3f normal, float disc_radius,
                        segments::SegmentEnd rule) {
-  const Floats cx = lanes::broadcast(centre.x), cy = lanes::broadcast(centre.y),
-               cz = lanes::broadcast(centre.z);
-  const Floats nx = lanes::broadcast(normal.x), ny = lanes::broadcast(normal.y),
-               nz = lanes::broadcast(normal.z);
-  const Floats radius = lanes::broadcast(disc_radius), zero = lanes::broadcast(0.0f);
+  using Floats = typename L::Floats;
+  const Floats cx = L::broadcast(centre.x), cy = L::broadcast(centre.y),
+               cz = L::broadcast(centre.z);
+  const Floats nx = L::broadcast(normal.x), ny = L::broadcast(normal.y),
+               nz = L::broadcast(normal.z);
+  const Floats radius = L::broadcast(disc_radius), zero = L::broadcast(0.0f);
   const Floats &ox = rays.o[0], &oy = rays.o[1], &oz = rays.o[2];
   const Floats &wx = rays.w[0], &wy = rays.w[1], &wz = rays.w[2];
   Floats end = rays.length;
   if (rule == segments::SegmentEnd::second) end = rays.extended;
   if (rule == segments::SegmentEnd::bounded)
-    end = lanes::min(end + lanes::broadcast(segments::kBoundedRadii) * radius, rays.extended);
+    end = L::min(end + L::broadcast(segments::kBoundedRadii) * radius, rays.extended);
   const Floats facing = nx * wx + ny * wy + nz * wz;
   const Floats height = nx * (cx - ox) + ny * (cy - oy) + nz * (cz - oz);
   const Floats s = height / facing;
   const Floats px = (ox + s * wx) - cx, py = (oy + s * wy) - cy, pz = (oz + s * wz) - cz;
   const Floats distance2 = px * px + py * py + pz * pz;
-  return rays.valid &
-         lanes::mask(lanes::both(lanes::both(lanes::less(facing, zero), lanes::less(zero, s)),
-                                 lanes::both(lanes::less_equal(s, end),
-                                             lanes::less_equal(distance2, radius * radius))));
+  return rays.valid & L::mask(L::both(L::both(L::less(facing, zero), L::less(zero, s)),
+                                      L::both(L::less_equal(s, end),
+                                              L::less_equal(distance2, radius * radius))));
 }
 
 /// A segment stands in every leaf that it passes: a crossing belongs to the leaf that holds it.
@@ -58,13 +57,29 @@ class CrossingFinder {
       : map_(map), discs_(discs), take_(take), progress_(progress) {}
 
   Stats operator()(const RayMap::Leaf& leaf) const {
+    return lanes::with([&]<class L>(L) { return test<L>(leaf); });
+  }
+
+  Stats try_all(std::span<const uint32_t> ids) const {
+    std::vector<RayMapHit> hits;
+    for (const uint32_t id : ids) {
+      if (progress_) progress_->check();
+      for (uint32_t k = 0; k < discs_.size(); ++k) try_pair(id, k, nullptr, hits);
+    }
+    if (!hits.empty()) take_(hits);
+    return {.disc_tests = ids.size() * discs_.size(), .hits = hits.size()};
+  }
+
+ private:
+  template <class L>
+  Stats test(const RayMap::Leaf& leaf) const {
     std::vector<RayMapHit> hits;
     uint64_t outline_tests = 0;
     const std::span<const uint32_t> ids = leaf.ids;
     for (size_t first = 0; first < ids.size(); first += 8) {
       if (progress_) progress_->check();
-      RayLanes::prefetch(map_.records().data(), ids, first);
-      const RayLanes rays(map_.records().data(), ids, first);
+      prefetch_rays(map_.records().data(), ids, first);
+      const RayLanes<L> rays(map_.records().data(), ids, first);
       for (const uint32_t k : leaf.queries) {
         uint32_t met =
             cross_circles(rays, discs_.centre[k], discs_.normal[k], discs_.radius[k], map_.rule());
@@ -79,17 +94,6 @@ class CrossingFinder {
             .outline_tests = outline_tests};
   }
 
-  Stats try_all(std::span<const uint32_t> ids) const {
-    std::vector<RayMapHit> hits;
-    for (const uint32_t id : ids) {
-      if (progress_) progress_->check();
-      for (uint32_t k = 0; k < discs_.size(); ++k) try_pair(id, k, nullptr, hits);
-    }
-    if (!hits.empty()) take_(hits);
-    return {.disc_tests = ids.size() * discs_.size(), .hits = hits.size()};
-  }
-
- private:
   void try_pair(uint32_t id, uint32_t k, const Box* cell, std::vector<RayMapHit>& hits) const {
     const RayRecord& r = map_.record(id);
     const Crossing crossing =

@@ -3,35 +3,18 @@
 // sphere's surface are decided in double precision.
 #include "estimate/sphere_cache_list.h"
 
+#include "base/cpu.h"
 #include "estimate/lanes.h"
 
 namespace deltalux::estimate::sphere_cache {
 namespace {
 
-struct Eight {
+template <class L>
+struct Eight : L {
   static constexpr size_t kWidth = 8;
-  using Floats = lanes::Floats;
-  static Floats load(const float* p) { return lanes::load(p); }
-  static Floats broadcast(float x) { return lanes::broadcast(x); }
-  static Floats min(Floats a, Floats b) { return lanes::min(a, b); }
-  static Floats max(Floats a, Floats b) { return lanes::max(a, b); }
-  static Floats about_multiply_add(Floats a, Floats b, Floats c) {
-    return lanes::about_multiply_add(a, b, c);
-  }
-  static Floats about_less_product(Floats c, Floats a, Floats b) {
-    return lanes::about_less_product(c, a, b);
-  }
-  static uint32_t less(Floats a, Floats b) { return lanes::mask(lanes::less(a, b)); }
-  static uint32_t less_equal(Floats a, Floats b) { return lanes::mask(lanes::less_equal(a, b)); }
-  static void store_packed(float* to, Floats values, uint32_t mask) {
-    lanes::store_packed(to, values, mask);
-  }
-  static void store_packed(uint32_t* to, const uint32_t* values, uint32_t mask) {
-    lanes::store_packed(to, values, mask);
-  }
-  static void store_packed_sequence(uint32_t* to, uint32_t base, uint32_t mask) {
-    lanes::store_packed_sequence(to, base, mask);
-  }
+  using typename L::Floats;
+  static uint32_t less(Floats a, Floats b) { return L::mask(L::less(a, b)); }
+  static uint32_t less_equal(Floats a, Floats b) { return L::mask(L::less_equal(a, b)); }
 };
 
 struct One {
@@ -53,13 +36,13 @@ struct One {
 
 }  // namespace
 
-Kernels kernels(Lanes lanes) {
-  if (lanes == Lanes::one) return {meet_sphere<One>, cross_disc<One>};
+Kernels kernels(Lanes width) {
+  if (width == Lanes::one) return {meet_sphere<One>, cross_disc<One>};
 #if defined(__x86_64__)
-  static const bool wide = __builtin_cpu_supports("avx512f");
-  if (lanes == Lanes::widest && wide) return kernels_avx512();
+  if (width == Lanes::widest && isa() == Isa::avx512) return kernels_avx512();
 #endif
-  return {meet_sphere<Eight>, cross_disc<Eight>};
+  return lanes::with(
+      []<class L>(L) { return Kernels{meet_sphere<Eight<L>>, cross_disc<Eight<L>>}; });
 }
 
 void SegmentList::reserve(size_t size) {

@@ -11,11 +11,11 @@ namespace deltalux::estimate::sphere_cache {
 
 /// How many segments a kernel takes at once. All give the same sums and statistics.
 enum class Lanes : uint8_t {
-  widest,  ///< the most that the processor has
+  widest,  ///< the most that isa() has
   eight,
   one,  ///< plain code, the reference of measurements
 };
-Kernels kernels(Lanes lanes);
+Kernels kernels(Lanes width);
 
 /// Segments [0, count) meet the sphere by the exact test. Those of [count, size), very few, miss it
 /// by less than the rounding of the disc test, which could therefore let them cross a disc inside:

@@ -13,6 +13,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "base/cpu.h"
 #include "base/error.h"
 #include "base/fault.h"
 
@@ -109,9 +110,9 @@ std::string EmbreeDevice::description() const {
                      std::to_string(version / 100 % 100) + "." + std::to_string(version % 100);
   const bool wide = rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0;
 #if defined(__x86_64__)
-  return text + (wide && __builtin_cpu_supports("avx512f") ? ", avx512"
-                 : __builtin_cpu_supports("avx2")          ? ", avx2"
-                                                           : ", sse");
+  // Embree chooses for itself, whatever isa() says.
+  const Isa best = processor_isa();
+  return text + (wide && best == Isa::avx512 ? ", avx512" : best >= Isa::avx2 ? ", avx2" : ", sse");
 #else
   return text + (wide ? ", wide" : ", native");
 #endif

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scan in AVX-512: sixteen segments at a time. May keep or drop a candidate that the portable
-// scan treats otherwise only where the exact test would drop it too.
+// The scan in AVX-512, sixteen segments at a time: the portable scan's candidates, by the same
+// operations in the same order.
 #include "update/scan.h"
 
 #if defined(__AVX512F__)
@@ -60,9 +60,9 @@ __mmask16 meet_across(__mmask16 in, __m512i low, __m512i high, const ScanBox& bo
                ez = _mm512_set1_ps(box.half[2]);
   const auto overlap = [&](__m512 h1, __m512 c2, __m512 h2, __m512 c1, __m512 e1, __m512 a2,
                            __m512 e2, __m512 a1) {
-    const __m512 gap = _mm512_abs_ps(_mm512_fmsub_ps(h1, c2, _mm512_mul_ps(h2, c1)));
-    in = _mm512_mask_cmp_ps_mask(in, gap, _mm512_fmadd_ps(e1, a2, _mm512_mul_ps(e2, a1)),
-                                 _CMP_LE_OQ);
+    const __m512 gap = _mm512_abs_ps(_mm512_sub_ps(_mm512_mul_ps(h1, c2), _mm512_mul_ps(h2, c1)));
+    const __m512 reach = _mm512_add_ps(_mm512_mul_ps(e1, a2), _mm512_mul_ps(e2, a1));
+    in = _mm512_mask_cmp_ps_mask(in, gap, reach, _CMP_LE_OQ);
   };
   overlap(hy, cz, hz, cy, ey, az, ez, ay);
   overlap(hz, cx, ax, cz, ex, az, ez, ax);

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <utility>
 
+#include "base/cpu.h"
 #include "base/error.h"
 #include "samples/curve_order.h"
 #include "update/pilot_paths.h"
@@ -79,6 +80,7 @@ void reach_samples(State& s) {
 
 Session::Session(scene::Scene scene, samples::SampleSet samples, const Options& options)
     : state_(std::make_unique<State>(options)) {
+  isa();  // refuses a wrong DELTALUX_ISA before any work
   if (options.paths < 1) throw OptionError("paths: found 0, expected at least 1");
   if (options.paths > 0xfffffff0u) throw OptionError("paths: expected at most 4e9");
   if (options.max_bounces < 1 || options.max_bounces > 250)

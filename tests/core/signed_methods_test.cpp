@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The contract of signed methods: brute force's sums, moments, slots and hits, from segments in any
 // order, in any parts, on any number of threads; what was added and removed leaves exactly nothing.
-// A new method joins by one entry in kMethods.
+// With every instruction set that is there. A new method joins by one entry in kMethods.
 #include <memory>
 #include <numeric>
 
@@ -9,6 +9,7 @@
 #include "estimate/disc_index.h"
 #include "estimate/ray_map_discs.h"
 #include "estimate/sphere_cache.h"
+#include "with_isa.h"
 
 namespace deltalux::estimate {
 namespace {
@@ -47,20 +48,29 @@ const Method kMethods[] = {
 
 void PrintTo(const Method& method, std::ostream* out) { *out << method.name; }
 
-class SignedMethods : public testing::TestWithParam<Method> {
+class SignedMethods : public testing::TestWithParam<std::tuple<Method, Isa>> {
  protected:
+  static const Method& method() { return std::get<Method>(GetParam()); }
   static Made make(const samples::DiscSet& discs, SegmentEnd rule) {
-    return GetParam().make(discs, rule);
+    return method().make(discs, rule);
   }
   static uint64_t expect_same(const World& world, SegmentEnd rule, bool slabs = true,
                               bool with_moments = true) {
     return estimate::expect_same(*make(world.discs, rule), world.segments, rule, slabs,
                                  with_moments);
   }
+
+ private:
+  const WithIsa isa_{std::get<Isa>(GetParam())};
 };
 
-INSTANTIATE_TEST_SUITE_P(All, SignedMethods, testing::ValuesIn(kMethods),
-                         [](const auto& info) { return std::string(info.param.name); });
+INSTANTIATE_TEST_SUITE_P(All, SignedMethods,
+                         testing::Combine(testing::ValuesIn(kMethods),
+                                          testing::ValuesIn(available_isas())),
+                         [](const auto& info) {
+                           return std::string(std::get<Method>(info.param).name) + "_" +
+                                  name_of(std::get<Isa>(info.param));
+                         });
 
 // ---- equal to brute force -----------------------------------------------------------------------
 
@@ -122,7 +132,7 @@ TEST_P(SignedMethods, SpareDiscTestsAndCountThem) {
             ->accumulate(world.segments.span(true), 1, {sums.data(), world.discs.size(), false});
     EXPECT_GT(stats.hits, 1000u);
     EXPECT_GE(stats.disc_tests, stats.hits);
-    if (std::string(GetParam().name) == "BruteForce")
+    if (std::string(method().name) == "BruteForce")
       EXPECT_EQ(stats.disc_tests, pairs);
     else
       EXPECT_LT(stats.disc_tests, pairs / 3 * 2);
