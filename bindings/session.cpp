@@ -55,8 +55,7 @@ plan::Policy to_policy(const std::string& name) {
 update::Options to_options(uint64_t paths, uint64_t seed, int threads, const std::string& end,
                            const std::string& area, const std::string& direct,
                            const std::string& static_method, const std::string& moving_method,
-                           uint32_t max_bounces, uint64_t memory_limit,
-                           uint32_t gather_rays) {
+                           uint32_t max_bounces, uint64_t memory_limit, uint32_t gather_rays) {
   update::Options o;
   o.paths = paths;
   o.seed = seed;
@@ -144,10 +143,10 @@ void bind_session(nb::module_& m) {
               uint32_t gather_rays) {
              samples::SampleSet set{to_vectors(points), to_vectors(normals), to_vector(radius),
                                     to_vector(attached)};
-             new (self)
-                 Session(scene, std::move(set),
-                         to_options(paths, seed, threads, segment_end, disc_area, direct,
-                                    static_method, moving_method, max_bounces, memory_limit, gather_rays));
+             new (self) Session(
+                 scene, std::move(set),
+                 to_options(paths, seed, threads, segment_end, disc_area, direct, static_method,
+                            moving_method, max_bounces, memory_limit, gather_rays));
            })
       .def(
           "bake",
@@ -236,9 +235,8 @@ void bind_session(nb::module_& m) {
             const std::vector<Vec3f> p = to_vectors(points), n = to_vectors(normals);
             if (p.size() != n.size()) throw OptionError("at: points and normals differ in length");
             std::vector<double> irradiance(3 * p.size());
-            run(callback, [&](Progress& progress) {
-              s.gather_at(p, n, irradiance.data(), progress);
-            });
+            run(callback,
+                [&](Progress& progress) { s.gather_at(p, n, irradiance.data(), progress); });
             return make_array(std::move(irradiance), {p.size(), 3});
           },
           nb::arg("points"), nb::arg("normals"), nb::arg("progress").none())

@@ -3,6 +3,7 @@
 #include "gather/body_cells.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "gather/cell_builder.h"
 
@@ -21,13 +22,16 @@ uint32_t BodyCells::square_at(const Patch& patch, uint32_t column, uint32_t row)
   return found != end && found->first == key ? found->second : kNoCell;
 }
 
-uint32_t BodyCells::find(uint32_t triangle, Vec3f p, Vec3f w) const {
+uint32_t BodyCells::find(uint32_t triangle, Vec3f p, Vec3f w, float t, float nudge) const {
   const Face& face = faces_[triangle];
   const uint32_t back = dot(face.normal, w) > 0;
   if (face.patch == kNoCell) return face.cell == kNoCell ? kNoCell : face.cell + back;
   const Patch& patch = patches_[face.patch];
   const Vec3f d = p - patch.origin;
-  const float x = dot(d, patch.u), y = dot(d, patch.v);
+  const float along = dot(w, patch.u), aside = dot(w, patch.v);
+  const float flat = std::sqrt(along * along + aside * aside);
+  const float step = flat > 0 ? std::min(nudge / flat, 0.5f * t) : 0.0f;
+  const float x = dot(d, patch.u) - step * along, y = dot(d, patch.v) - step * aside;
   const auto place = [](float at, uint32_t count) {
     return uint32_t(std::clamp(at, 0.0f, float(count - 1)));
   };

@@ -30,8 +30,10 @@ class BodyCells {
 
   size_t size() const { return area_.size(); }
   /// The cell at `p` on `triangle`, on the side that a ray along `w` meets; kNoCell on a triangle
-  /// without area.
-  uint32_t find(uint32_t triangle, Vec3f p, Vec3f w) const;
+  /// without area. `nudge`: looked up so far back, along the surface, towards where the ray came
+  /// from, but no farther than half its flight of length `t`: at the foot of a wall its side is
+  /// then beyond doubt.
+  uint32_t find(uint32_t triangle, Vec3f p, Vec3f w, float t = 0, float nudge = 0) const;
   std::span<const float> areas() const { return area_; }
   std::span<const uint32_t> materials() const { return material_; }
   /// Points spread evenly over a cell; cells of small triangles have none.
@@ -80,7 +82,7 @@ class BodyCells {
 
   std::vector<Face> faces_;
   std::vector<Patch> patches_;
-  std::vector<uint32_t> table_;  // per square of a patch's rectangle
+  std::vector<uint32_t> table_;                      // per square of a patch's rectangle
   std::vector<std::pair<uint64_t, uint32_t>> keys_;  // the same of patches that fill little of it
   std::vector<Square> squares_;
   std::vector<Line> lines_;

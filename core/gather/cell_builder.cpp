@@ -10,15 +10,15 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr double kFlatAngle = 0x1p-10;   // normals of one plane differ by less, per coordinate
-constexpr double kFlatOffset = 0x1p-6;   // of the edge: offsets of one plane
-constexpr double kLeastFlat = 0.5;       // of a square: what has less area is put together
-constexpr double kMostSquares = 1 << 14; // of one plane; beyond, squares are larger
-constexpr double kLeastPart = 1e-5;      // of a square: what is cut off
+constexpr double kFlatAngle = 0x1p-10;    // normals of one plane differ by less, per coordinate
+constexpr double kFlatOffset = 0x1p-6;    // of the edge: offsets of one plane
+constexpr double kLeastFlat = 0.5;        // of a square: what has less area is put together
+constexpr double kMostSquares = 1 << 14;  // of one plane; beyond, squares are larger
+constexpr double kLeastPart = 1e-5;       // of a square: what is cut off
 constexpr size_t kMostFrames = 32;        // tried for a plane
 constexpr double kTighter = 0.999;        // frames of one size: the longest edge's
 constexpr double kFar = std::numeric_limits<double>::infinity();
-constexpr double kMostEmpty = 8;         // times as many squares as are used, for a table
+constexpr double kMostEmpty = 8;  // times as many squares as are used, for a table
 
 uint64_t rounded(double x) { return uint64_t(int64_t(std::llround(x))); }
 
@@ -61,10 +61,9 @@ std::vector<CellBuilder::Flat> CellBuilder::find_flats() {
     const double twice = length(c);
     if (!(twice > 0) || !std::isfinite(1 / twice)) continue;
     const Vec3d n = c * (1 / twice);
-    const std::array<uint64_t, 5> key{rounded(n.x / kFlatAngle), rounded(n.y / kFlatAngle),
-                                      rounded(n.z / kFlatAngle),
-                                      rounded(dot(n, corner(t, 0)) / (kFlatOffset * edge_)),
-                                      triangles_[t].material};
+    const std::array<uint64_t, 5> key{
+        rounded(n.x / kFlatAngle), rounded(n.y / kFlatAngle), rounded(n.z / kFlatAngle),
+        rounded(dot(n, corner(t, 0)) / (kFlatOffset * edge_)), triangles_[t].material};
     uint64_t hash = 0;
     for (uint64_t word : key) hash = combine(hash, word);
     auto& bucket = by_hash[hash];
@@ -219,8 +218,8 @@ void CellBuilder::make_cells(BodyCells& out) {
       make_side(out, out.squares_[i], back, squares_[i], cuts_[i][size_t(back)]);
 }
 
-void CellBuilder::make_side(BodyCells& out, BodyCells::Square& own, bool back,
-                            const Square& square, const std::vector<Cut>& cuts) {
+void CellBuilder::make_side(BodyCells& out, BodyCells::Square& own, bool back, const Square& square,
+                            const std::vector<Cut>& cuts) {
   BodyCells::Side& side = own.side[back];
   side.first_line = uint32_t(out.lines_.size());
   side.lines = uint32_t(cuts.size());
@@ -235,8 +234,8 @@ void CellBuilder::make_side(BodyCells& out, BodyCells::Square& own, bool back,
       for (uint32_t k = 0; k < side.lines && piece.size() >= 3; ++k) {
         const double sign = part >> k & 1 ? 1 : -1;
         const Cut& cut = cuts[k];
-        piece = clipped(
-            piece, [&](const Point& p) { return sign * (cut.a * p.x + cut.b * p.y - cut.c); });
+        piece = clipped(piece,
+                        [&](const Point& p) { return sign * (cut.a * p.x + cut.b * p.y - cut.c); });
       }
       area += area_of(piece);
       if (piece.size() >= 3) pieces.push_back(std::move(piece));
@@ -265,8 +264,7 @@ void CellBuilder::place_probes(BodyCells::Spot& spot, const std::vector<Polygon>
   double all = 0;
   for (const Polygon& piece : pieces)
     for (size_t i = 2; i < piece.size(); ++i) {
-      const Fan fan{piece[0], piece[i - 1], piece[i],
-                    area_of({piece[0], piece[i - 1], piece[i]})};
+      const Fan fan{piece[0], piece[i - 1], piece[i], area_of({piece[0], piece[i - 1], piece[i]})};
       if (fan.area > 0) all += fan.area, fans.push_back(fan);
     }
   size_t number = 0;
@@ -283,8 +281,7 @@ void CellBuilder::place_probes(BodyCells::Spot& spot, const std::vector<Polygon>
     const double at[2] = {fan.a.x + wb * (fan.b.x - fan.a.x) + wc * (fan.c.x - fan.a.x),
                           fan.a.y + wb * (fan.b.y - fan.a.y) + wc * (fan.c.y - fan.a.y)};
     for (size_t axis = 0; axis < 2; ++axis) {
-      const double share =
-          (at[axis] - spot.low[axis]) / (double(spot.high[axis]) - spot.low[axis]);
+      const double share = (at[axis] - spot.low[axis]) / (double(spot.high[axis]) - spot.low[axis]);
       spot.probe[2 * k + axis] = uint8_t(std::clamp(std::floor(256 * share), 0.0, 255.0));
     }
   }

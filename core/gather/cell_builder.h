@@ -55,7 +55,8 @@ class CellBuilder {
   static void place_probes(BodyCells::Spot& spot, const std::vector<Polygon>& pieces);
   Vec3d corner(uint32_t triangle, int k) const { return Vec3d(triangles_[triangle].corner[k]); }
   Vec3d across(uint32_t triangle) const {
-    return cross(corner(triangle, 1) - corner(triangle, 0), corner(triangle, 2) - corner(triangle, 0));
+    return cross(corner(triangle, 1) - corner(triangle, 0),
+                 corner(triangle, 2) - corner(triangle, 0));
   }
   double longest_edge(uint32_t triangle) const;
   static uint32_t add_cell(BodyCells& out, double area, uint32_t material);

@@ -13,14 +13,14 @@ namespace deltalux::gather {
 namespace {
 
 // In units of the edge.
-constexpr double kHeight = 0.25;       // above the square that is looked at
-constexpr double kStandsBelow = 0.1;   // what begins higher up lets light through
-constexpr double kLeastTrace = 0.15;   // what is shorter hides little
+constexpr double kHeight = 0.25;      // above the square that is looked at
+constexpr double kStandsBelow = 0.1;  // what begins higher up lets light through
+constexpr double kLeastTrace = 0.15;  // what is shorter hides little
 constexpr double kLeastRise = 0.05;
-constexpr double kLeastPart = 0.01;    // nearer to the square's border nothing is parted
+constexpr double kLeastPart = 0.01;  // nearer to the square's border nothing is parted
 constexpr double kSameLine = 0.01;
-constexpr size_t kMostCuts = 4;        // of a side
-constexpr double kUpright = 0.2;       // sine of the least angle between square and what stands
+constexpr size_t kMostCuts = 4;   // of a side
+constexpr double kUpright = 0.2;  // sine of the least angle between square and what stands
 
 struct VoxelHash {
   size_t operator()(const std::array<int64_t, 3>& v) const {

@@ -10,13 +10,11 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr float kStaticEdge = 0.18f;   // metres: 0.022 of a room's diagonal
+constexpr float kStaticEdge = 0.18f;  // metres: 0.022 of a room's diagonal
 constexpr float kMovableEdge = 0.12f;
 constexpr float kShareOfMovable = 0.25f;  // of its diagonal, at most
 constexpr float kNear = 2.0f;             // square roots of a cell's area
-// Landings are looked up a little before their surface, in units of its rounding: where they are
-// at the foot of a wall, the side that they came from is then beyond doubt.
-constexpr float kNudge = 4.0f;
+constexpr float kNudge = 4.0f;            // roundings of a place, see BodyCells::find
 
 std::vector<BodyCells::Triangle> triangles_of(const scene::Object& object, bool placed) {
   std::vector<BodyCells::Triangle> out;
@@ -102,17 +100,17 @@ CellFinder::CellFinder(const scene::Scene& scene, const Cells& cells)
 }
 
 uint32_t CellFinder::find(uint32_t primitive, Vec3f origin, Vec3f w, float t) const {
-  const float back = kNudge * position_slack(origin + w * t);
-  const Vec3f at = origin + w * (t - std::min(back, 0.5f * t));
+  const Vec3f at = origin + w * t;
+  const float nudge = kNudge * position_slack(at);
   uint32_t cell;
   if (primitive < scene_.static_primitives()) {
-    cell = cells_.bodies_[0].cells.find(primitive, at, w);
+    cell = cells_.bodies_[0].cells.find(primitive, at, w, t, nudge);
   } else {
     const uint32_t object = scene_.object_of(primitive);
     const Cells::Body& body = cells_.bodies_[cells_.body_of_[object]];
     const FastTransform& to_local = to_local_[object];
     cell = body.cells.find(primitive - body.first_primitive, to_local.point(at),
-                           to_local.direction(w));
+                           to_local.direction(w), t, nudge);
     if (cell != kNoCell) cell += body.first_cell;
   }
   return cell;

@@ -45,8 +45,8 @@ class Cells {
     uint32_t first_cell, first_primitive;
     BodyCells cells;
   };
-  void add(uint32_t object, uint32_t first_primitive, std::span<const BodyCells::Triangle> triangles,
-           float edge);
+  void add(uint32_t object, uint32_t first_primitive,
+           std::span<const BodyCells::Triangle> triangles, float edge);
 
   float metre_ = 1;
   std::deque<Body> bodies_;

@@ -11,7 +11,13 @@
 namespace deltalux::gather {
 namespace {
 
-enum : uint32_t { kChoice, kPlace, kTurnU, kTurnV, kStays };  // dimensions of a vertex's random numbers
+enum : uint32_t {
+  kChoice,
+  kPlace,
+  kTurnU,
+  kTurnV,
+  kStays
+};  // dimensions of a vertex's random numbers
 
 /// One of `strata`'s countable rays by its weight; nullopt where none has any.
 std::optional<size_t> chosen_ray(const direct::Strata& strata, float place) {
@@ -58,8 +64,9 @@ void OneLight::ask(const trace::RayCaster& caster, const direct::Receiver& recei
   const double groups =
       double(std::count_if(of_group.begin(), of_group.end(), [](double w) { return w > 0; }));
   const auto chance = [&](size_t l) {
-    return weight[l] > 0 ? 0.5 * weight[l] / all + 0.5 * weight[l] / (groups * of_group[lights_[l].group])
-                         : 0.0;
+    return weight[l] > 0
+               ? 0.5 * weight[l] / all + 0.5 * weight[l] / (groups * of_group[lights_[l].group])
+               : 0.0;
   };
   double left = choice;
   size_t chosen = lights_.size();

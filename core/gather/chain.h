@@ -38,8 +38,8 @@ inline constexpr uint32_t kSurely = 4;
 inline constexpr float kGoesOn = 0.7f;
 /// Where a chain passes, for whoever looks for what an edit touches.
 struct Passage {
-  Box near;             ///< all flights but the last
-  Vec3f origin, last;   ///< the last flight, if any: to its end, or far beyond the world
+  Box near;            ///< all flights but the last
+  Vec3f origin, last;  ///< the last flight, if any: to its end, or far beyond the world
 };
 
 /// A path that begins at a near hit; beyond its last vertex is `end`, a cell or nothing.

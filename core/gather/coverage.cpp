@@ -76,9 +76,9 @@ void Coverage::compute(const scene::Scene& scene, const trace::RayCaster& caster
   update(scene, caster, cells, objects, boxes, workers);
 }
 
-void Coverage::update(const scene::Scene& scene, const trace::RayCaster& caster,
-                      const Cells& cells, std::span<const uint32_t> objects,
-                      std::span<const Box> boxes, const Workers& workers) {
+void Coverage::update(const scene::Scene& scene, const trace::RayCaster& caster, const Cells& cells,
+                      std::span<const uint32_t> objects, std::span<const Box> boxes,
+                      const Workers& workers) {
   const size_t known = fixed_.size();
   fixed_.resize(cells.size(), 0), covered_.resize(cells.size(), 0);
   Prober prober(scene, caster, cells);

@@ -13,8 +13,8 @@ namespace {
 constexpr size_t kRow = 4;  // three channels and padding
 constexpr float kNothing[9 * kRow] = {};
 
-/// Variance of the mean of all entries, rows and columns both drawn at random: what rows share, what
-/// columns share, and the rest, which both estimates count (two-way analysis of variance).
+/// Variance of the mean of all entries, rows and columns both drawn at random: what rows share,
+/// what columns share, and the rest, which both estimates count (two-way analysis of variance).
 template <size_t N>
 double crossed_variance(const double (&x)[N][N]) {
   double row[N] = {}, column[N] = {}, all = 0;
@@ -67,7 +67,8 @@ Evaluation::Evaluation(const scene::Scene& scene, std::span<const trace::Light> 
     const double own = cells.area(cell);
     area += own;
     for (size_t c = 0; c < 3; ++c)
-      mean_radiosity_[c] += own * double(radiosity_[(size_t(cell) * (kParts + 1) + kParts) * kRow + c]);
+      mean_radiosity_[c] +=
+          own * double(radiosity_[(size_t(cell) * (kParts + 1) + kParts) * kRow + c]);
   }
   for (double& value : mean_radiosity_) value = area > 0 ? value / area : 0.0;
 }
@@ -93,11 +94,11 @@ void Evaluation::add(const ChainPool& chains, uint32_t target, float* sums) cons
   }
   const float* row = end == kDark ? kNothing : &radiosity_[size_t(end) * (kParts + 1) * kRow];
   for (size_t part = 0; part <= kParts; ++part)
-    for (size_t c = 0; c < 3; ++c) sums[part * kRow + c] += direct[c] + through[c] * row[part * kRow + c];
+    for (size_t c = 0; c < 3; ++c)
+      sums[part * kRow + c] += direct[c] + through[c] * row[part * kRow + c];
 }
 
-void Evaluation::read(const Looks& looks, size_t sample, double* irradiance,
-                      double* error) const {
+void Evaluation::read(const Looks& looks, size_t sample, double* irradiance, double* error) const {
   const std::span<const uint32_t> targets = looks.targets(sample);
   const size_t n = targets.size();
   // By part of the rays and batch of the paths, the last one in all. Each part is a run of the

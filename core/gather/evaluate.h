@@ -22,7 +22,7 @@ struct CellSums {
 
 /// What turns sums into light.
 struct Scales {
-  double quantum;                      ///< power per quantum
+  double quantum;                  ///< power per quantum
   std::vector<double> sum_factor;  ///< per group of the sums
   std::vector<double> dim_factor;  ///< per light group
 };
@@ -44,7 +44,7 @@ class Evaluation {
   std::span<const trace::Light> lights_;
   Scales scales_;
   std::array<double, 3> mean_radiosity_{};  // by area
-  std::vector<float> radiosity_;  // per cell: (kParts + 1) x 4; part k is 8 times batch k
+  std::vector<float> radiosity_;            // per cell: (kParts + 1) x 4; part k is 8 times batch k
 };
 
 }  // namespace deltalux::gather

@@ -71,8 +71,9 @@ class Looks::Suspects {
   bool gone(uint32_t target) const {
     if (target == kDark) return false;
     if (is_chain(target)) return touches(looks_.chains_, chain_of(target));
-    return std::any_of(own_.begin(), own_.end(),
-                       [&](const auto& cells) { return target >= cells.first && target < cells.second; });
+    return std::any_of(own_.begin(), own_.end(), [&](const auto& cells) {
+      return target >= cells.first && target < cells.second;
+    });
   }
   /// Whether something may be in the way now.
   bool meets(Vec3f origin, Vec3f w) const {

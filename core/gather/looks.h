@@ -28,8 +28,8 @@ class Looks {
   size_t samples() const { return samples_; }
   /// All rays from scratch. Throws Cancelled: then this object is of no use.
   void cast(const Present& present, const Workers& workers, Progress& progress);
-  /// Casts again what may differ: afterwards everything is as cast() would have it. Returns how many
-  /// rays that were.
+  /// Casts again what may differ: afterwards everything is as cast() would have it. Returns how
+  /// many rays that were.
   uint64_t update(const Present& present, const Change& change, const Workers& workers,
                   Progress& progress);
 

@@ -36,9 +36,8 @@ void Landings::add(uint32_t bounce, std::span<const uint32_t> slots, int sign) c
       const uint32_t cell = segment.length < 0 ? gather::kNoCell : level.landing(slots[i]);
       if (cell == gather::kNoCell) continue;
       const trace::Light& light = state_.lights[state_.light_of(segment.path)];
-      const size_t at =
-          sums.at(cell, state_.sum_group(light.group),
-                  trace::batch_of(light, segment.path - light.first_path, kBatches));
+      const size_t at = sums.at(cell, state_.sum_group(light.group),
+                                trace::batch_of(light, segment.path - light.first_path, kBatches));
       for (size_t c = 0; c < 3; ++c)
         std::atomic_ref(sums.quanta[at + c])
             .fetch_add(sign * int64_t(segment.power[c]), std::memory_order_relaxed);

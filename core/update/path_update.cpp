@@ -29,7 +29,8 @@ class Stopwatch {
 
 }  // namespace
 
-PathUpdate::PathUpdate(State& state) : state_(state), walk_(state.walk()), deposit_(state), landings_(state) {
+PathUpdate::PathUpdate(State& state)
+    : state_(state), walk_(state.walk()), deposit_(state), landings_(state) {
   for (const trace::Light& light : state.lights)
     quanta_.push_back(trace::birth_quanta(light, state.scale, state.birth_factor(light)));
 }

@@ -15,7 +15,6 @@ constexpr float kUnder = 1e-3f;  // metres: the surface of a point is within
 
 }  // namespace
 
-
 void Session::make_cells() {
   State& s = *state_;
   s.gather.reset();
@@ -59,8 +58,8 @@ std::optional<gather::Evaluation> Session::evaluation() const {
   if (!s.gather) return std::nullopt;
   std::vector<double> factor;
   for (uint32_t g = 0; g < s.sum_groups(); ++g) factor.push_back(s.sum_factor(g));
-  return gather::Evaluation(s.scene, s.lights, s.gather->cells, s.gather->coverage,
-                            s.gather->sums, {s.scale.quantum, factor, s.group_factor}, s.workers);
+  return gather::Evaluation(s.scene, s.lights, s.gather->cells, s.gather->coverage, s.gather->sums,
+                            {s.scale.quantum, factor, s.group_factor}, s.workers);
 }
 
 void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> normals,

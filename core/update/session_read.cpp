@@ -172,7 +172,8 @@ void Session::read_samples(const Write& write) const {
       for (size_t c = 0; present && c < 3; ++c) {
         const size_t j = 3 * (i - begin) + c;
         irradiance[c] = block.energy[j] * per_area + block.direct[j] + around[c];
-        error[c] = std::sqrt(block.variance[j] * per_area * per_area + around_error[c] * around_error[c]);
+        error[c] =
+            std::sqrt(block.variance[j] * per_area * per_area + around_error[c] * around_error[c]);
       }
       write(size_t(s.given[i]), irradiance, error);
     }

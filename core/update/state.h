@@ -43,7 +43,7 @@ struct Options {
   double expected_frames = kExpectedFrames;  ///< of the choice of methods
   bool rebuilds = false;  ///< the plan is for estimators made anew in every frame
   uint32_t max_bounces = 64;
-  size_t memory_limit = 0;  ///< bytes, 0 = none
+  size_t memory_limit = 0;   ///< bytes, 0 = none
   uint32_t gather_rays = 0;  ///< of each sample; 0: all light by discs
 };
 
@@ -91,8 +91,8 @@ struct State {
   std::vector<float> area;            // per sample: what its disc counts, now
 
   segments::SegmentStore store;
-  std::vector<uint8_t> cut;   // per path: pending re-trace from this bounce, or kNotCut
-  std::vector<int64_t> sums;  // EnergySums, slab = group * kBatches + batch
+  std::vector<uint8_t> cut;        // per path: pending re-trace from this bounce, or kNotCut
+  std::vector<int64_t> sums;       // EnergySums, slab = group * kBatches + batch
   std::unique_ptr<Gather> gather;  // of sessions that gather
 
   /// What `object` with its lights and samples takes up at `pose`.

@@ -21,7 +21,8 @@ std::vector<Triangle> triangles_of(const scene::Object& object) {
   std::vector<Triangle> out;
   for (size_t t = 0; t < object.triangles.size(); ++t) {
     Triangle triangle{{}, object.material[t]};
-    for (int k = 0; k < 3; ++k) triangle.corner[k] = object.vertices[object.triangles[t][size_t(k)]];
+    for (int k = 0; k < 3; ++k)
+      triangle.corner[k] = object.vertices[object.triangles[t][size_t(k)]];
     out.push_back(triangle);
   }
   return out;
@@ -32,7 +33,8 @@ double area_of(const Triangle& t) {
 }
 
 Vec3f normal_of(const Triangle& t) {
-  return Vec3f(normalize(cross(Vec3d(t.corner[1] - t.corner[0]), Vec3d(t.corner[2] - t.corner[0]))));
+  return Vec3f(
+      normalize(cross(Vec3d(t.corner[1] - t.corner[0]), Vec3d(t.corner[2] - t.corner[0]))));
 }
 
 Vec3f point_on(const Triangle& t, float a, float b) {
@@ -93,8 +95,10 @@ TEST(Cells, OfOneSquareBelongToBothTrianglesOfAQuad) {
   direct::add_quad(plane, {0, 0, 0}, {2, 0, 0}, {0, 0, -2});
   const BodyCells cells(triangles_of(plane), 0.2f);
   EXPECT_EQ(cells.size(), 2u * 10 * 10);
-  EXPECT_EQ(cells.find(0, {0.51f, 0, -0.5f}, {0, -1, 0}), cells.find(1, {0.5f, 0, -0.51f}, {0, -1, 0}));
-  EXPECT_NE(cells.find(0, {0.51f, 0, -0.5f}, {0, -1, 0}), cells.find(0, {0.51f, 0, -0.5f}, {0, 1, 0}));
+  EXPECT_EQ(cells.find(0, {0.51f, 0, -0.5f}, {0, -1, 0}),
+            cells.find(1, {0.5f, 0, -0.51f}, {0, -1, 0}));
+  EXPECT_NE(cells.find(0, {0.51f, 0, -0.5f}, {0, -1, 0}),
+            cells.find(0, {0.51f, 0, -0.5f}, {0, 1, 0}));
 }
 
 TEST(Cells, ArePartedByAWallThatStandsOnThem) {
@@ -129,8 +133,9 @@ TEST(Cells, OfSmallTrianglesAreFewAndParted) {
   constexpr int kRings = 32, kSpokes = 32;
   const auto at = [](int ring, int spoke) {
     const double theta = M_PI * ring / kRings, phi = 2 * M_PI * spoke / kSpokes;
-    return Vec3f(Vec3d{std::sin(theta) * std::cos(phi), std::cos(theta),
-                       std::sin(theta) * std::sin(phi)} * 0.05);
+    return Vec3f(
+        Vec3d{std::sin(theta) * std::cos(phi), std::cos(theta), std::sin(theta) * std::sin(phi)} *
+        0.05);
   };
   for (int i = 0; i < kRings; ++i)
     for (int j = 0; j < kSpokes; ++j) {
@@ -206,7 +211,8 @@ TEST(Coverage, IsTheAreaUnderWhatStandsThere) {
   const auto covered = [&](const Coverage& coverage) {
     double sum = 0;
     for (uint32_t cell = 0; cell < cells.of_object(1).first; ++cell)
-      sum += std::popcount(coverage.covered()[cell]) / double(BodyCells::kProbes) * cells.area(cell);
+      sum +=
+          std::popcount(coverage.covered()[cell]) / double(BodyCells::kProbes) * cells.area(cell);
     return sum;
   };
   Coverage coverage;
