@@ -161,7 +161,8 @@ void Session::restore_scene(ArchiveSource& archive) {
   snapshot::check_radii(radius, s.samples.radius, s.scene.world(),
                         archive.bytes("level_sizes").has_value());
   for (size_t i = 0; i < radius.size(); ++i)
-    if (!std::isnan(radius[i])) s.samples.radius[i] = radius[i];  // NaN: ours, which does not signal
+    if (!std::isnan(radius[i]))
+      s.samples.radius[i] = radius[i];  // NaN: ours, which does not signal
   for (trace::Light& light : s.lights) trace::place_light(s.scene, light);
 }
 

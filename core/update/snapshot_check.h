@@ -11,7 +11,6 @@
 
 namespace deltalux::update::snapshot {
 
-
 [[noreturn]] void refuse(const std::string& what);
 [[noreturn]] void refuse_entry(const char* name, size_t entry, double found, double low,
                                double high);
