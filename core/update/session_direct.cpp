@@ -114,7 +114,7 @@ void Session::update_direct(std::span<const ObjectChange> changes, size_t old_li
 void Session::restore_direct(ArchiveSource& archive) {
   const State& s = *state_;
   const auto quantum = archive.read_all<double>("direct.quantum", 1);
-  snapshot::check_range("direct.quantum", quantum, snapshot::kLeastQuantum, snapshot::kMostQuantum);
+  snapshot::check_quantum("direct.quantum", quantum[0], choose_irradiance_quantum());
   state_->irradiance_quantum = quantum[0];
   auto fresh = make_direct(quantum[0]);
   fresh->restore(archive, s.lights, s.light_sampled);

@@ -4,6 +4,8 @@
 //
 // A source may be hostile: sizes are compared before memory is taken, values before their first
 // use.
+#include <cmath>
+
 #include "base/error.h"
 #include "update/pilot_paths.h"
 #include "update/session.h"
@@ -158,7 +160,9 @@ void Session::restore_scene(ArchiveSource& archive) {
   auto radius = archive.read_all<float>("radius", s.samples.size());
   snapshot::check_radii(radius, s.samples.radius, s.scene.world(),
                         archive.bytes("level_sizes").has_value());
-  s.samples.radius = std::move(radius);
+  for (size_t i = 0; i < radius.size(); ++i)
+    if (!std::isnan(radius[i]))
+      s.samples.radius[i] = radius[i];  // NaN: ours, which does not signal
   for (trace::Light& light : s.lights) trace::place_light(s.scene, light);
 }
 
@@ -178,7 +182,8 @@ uint64_t Session::restore_lights(ArchiveSource& archive) {
   s.light_sampled = archive.read_all<uint8_t>("light_sampled", s.lights.size());
   snapshot::check_range("light_sampled", s.light_sampled, 0, 1);
   const auto quantum = archive.read_all<double>("quantum", 1);
-  snapshot::check_range("quantum", quantum, snapshot::kLeastQuantum, snapshot::kMostQuantum);
+  snapshot::check_quantum("quantum", quantum[0],
+                          trace::choose_scale(s.lights, s.options.max_bounces).quantum);
   s.scale.quantum = quantum[0];
   for (const trace::Light& light : s.lights)
     trace::birth_quanta(light, s.scale, s.birth_factor(light));  // refuses a scale that is too fine

@@ -27,6 +27,13 @@ void refuse_entry(const char* name, size_t entry, double found, double low, doub
   refuse(text.str());
 }
 
+void check_quantum(const char* name, double found, double chosen) {
+  constexpr double kLeast = 1e-200, kSlack = 0x1p20;
+  // Of a session that began without light it is 1.
+  const double most = std::max(1.0, kSlack * chosen);
+  if (!(found >= kLeast && found <= most)) refuse_entry(name, 0, found, kLeast, most);
+}
+
 void check_poses(const std::vector<scene::Object>& original, const scene::Scene& scene) {
   for (uint32_t i = 0; i < scene.objects.size(); ++i) {
     const scene::Object& object = scene.objects[i];

@@ -11,10 +11,6 @@
 
 namespace deltalux::update::snapshot {
 
-// Of energy and irradiance: no light that a scene can hold leads near them, and no sum of quanta
-// overflows with them.
-inline constexpr double kLeastQuantum = 1e-200, kMostQuantum = 1e150;
-
 [[noreturn]] void refuse(const std::string& what);
 [[noreturn]] void refuse_entry(const char* name, size_t entry, double found, double low,
                                double high);
@@ -25,6 +21,10 @@ void check_range(const char* name, const std::vector<T>& values, double low, dou
     if (!(double(values[i]) >= low && double(values[i]) <= high))
       refuse_entry(name, i, double(values[i]), low, high);
 }
+
+/// A quantum of energy or irradiance is no finer than any light asks for, and no coarser than the
+/// `chosen` one by more than edits explain: else sums of it could overflow.
+void check_quantum(const char* name, double found, double chosen);
 
 /// Static objects stand where the scene has them, movable ones within the world and not distorted.
 /// The poses are finite.

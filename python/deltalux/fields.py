@@ -61,17 +61,18 @@ class Fields:
         good = isinstance(value, list) and all(isinstance(text, str) for text in value)
         return self._take(name, good, "a list of texts")
 
-    def numbers(self, name: str, *shape: int) -> np.ndarray:
-        """Float64 numbers of this shape, at most two dimensions."""
+    def numbers(self, name: str, *shape: int, least: float = -_FAR, most: float = _FAR) -> np.ndarray:
+        """Float64 numbers of this shape, at most two dimensions, from `least` to `most`."""
         value = self._values[name]
         rows = value if len(shape) == 2 else [value]
         good = (
             isinstance(rows, list)
             and (len(shape) == 1 or len(rows) == shape[0])
             and all(isinstance(row, list) and len(row) == shape[-1] for row in rows)
-            and all(_is_number(number, -_FAR, _FAR) for row in rows for number in row)
+            and all(_is_number(number, least, most) for row in rows for number in row)
         )
-        return np.array(self._take(name, good, f"numbers of shape {shape}"), np.float64).reshape(shape)
+        expected = f"numbers of shape {shape}, {least:g} to {most:g}"
+        return np.array(self._take(name, good, expected), np.float64).reshape(shape)
 
     def objects(self, name: str, names: Collection[str]) -> list[Fields]:
         """A list of objects with exactly the fields `names`."""

@@ -52,11 +52,15 @@ class Samples:
     Raises
     ------
     OptionError
-        For malformed arrays, a zero normal, or a radius that is not positive.
+        For malformed arrays, a point beyond 1e15 m, a zero normal, or a radius that is not positive.
     """
 
     def __init__(self, points: Any, normals: Any, radius: Any = None, attached_to: Any = None) -> None:
         self.points = _points(points, "points")
+        if (farthest := np.abs(self.points).max(initial=0)) > FARTHEST:
+            raise OptionError(
+                f"samples: points: found a coordinate of {farthest:g} m, expected at most {FARTHEST:g}"
+            )
         count = len(self.points)
         normals = _points(normals, "normals")
         if len(normals) == 1 and count != 1:
@@ -187,6 +191,7 @@ def _radius(radius: Any, count: int) -> np.ndarray:
     wrong = given[~((given > 0) & (given <= FARTHEST))]
     if len(wrong):
         raise OptionError(f"samples: radius: found {wrong[0]:g}, expected positive metres up to {FARTHEST:g}")
+    values[np.isnan(values)] = np.nan  # a signalling one, as a file may hold, does not convert silently
     return values
 
 

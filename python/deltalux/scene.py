@@ -45,7 +45,8 @@ def rigid_pose(pose: Any, what: str = "pose") -> np.ndarray:
     except SceneError as error:
         raise OptionError(str(error)) from None
     rotation = matrix[:3, :3]
-    orthonormal = np.abs(rotation.T @ rotation - np.eye(3)).max() < 1e-4
+    bounded = np.abs(rotation).max() < 2  # else products could overflow
+    orthonormal = bounded and np.abs(rotation.T @ rotation - np.eye(3)).max() < 1e-4
     if not orthonormal or np.linalg.det(rotation) < 0 or np.any(matrix[3] != (0, 0, 0, 1)):
         raise OptionError(
             f"{what}: found a matrix that scales, shears or mirrors, expected a rigid one "

@@ -13,7 +13,6 @@ from . import _core, core_session, snapshot
 from .calls import Calls, long_call, short_call
 from .core_session import SessionOptions
 from .errors import OptionError
-from .estimate.inputs import FARTHEST
 from .flatten import flatten
 from .interpolation import Interpolator, Interpolators
 from .planning import Plan, machine_constants, read_plan
@@ -364,10 +363,6 @@ class Session(SessionFacts):
             Where a number is not finite or beyond 1e15 m, a normal is zero, or no sample is present.
         """
         asked = Samples(points, normals, radius=1.0)
-        if (farthest := np.abs(asked.points).max(initial=0)) > FARTHEST:
-            raise OptionError(
-                f"at: points: found a coordinate of {farthest:g} m, expected at most {FARTHEST:g}"
-            )
         self._finish()
         session = self._baked_session()
         if self._options["gather"] != "off":

@@ -186,7 +186,7 @@ def _adopt(session: Session, index: Fields) -> None:
         session._factors[name] = float(factors[number])
     session._box = core.world() + session._flat.origin
     materials = session.scene.materials
-    given = index.numbers("reflectances", len(materials), 3)
+    given = index.numbers("reflectances", len(materials), 3, least=0, most=1)
     used = np.frombuffer(state["reflectance"], np.float32).reshape(-1, 3)
     if not np.array_equal(given.astype(np.float32), used):
         raise FormatError("found other reflectances in the index than in the arrays")

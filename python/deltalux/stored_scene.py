@@ -12,6 +12,7 @@ from .archive import ArchiveReader, ArchiveWriter
 from .errors import FormatError
 from .fields import Fields
 from .scene import Camera, Light, Material, Mesh, Node, PointLight, Scene, SpotLight, SunLight
+from .units import FARTHEST
 
 _LIGHTS: dict[str, tuple[type, tuple[str, ...]]] = {
     "point": (PointLight, ("position", "intensity")),
@@ -25,6 +26,7 @@ _MATERIAL = ("name", "reflectance", "emission", "group", "two_sided")
 _CAMERA = ("name", "pose", "vertical_fov")
 _NODE = ("name", "parent", "matrix", "parts")
 _MOST = 2**31  # vertices or triangles of a mesh; the arrays hold no more than the file
+_FARTHEST_POSE = 2 * FARTHEST  # no session takes a mesh there; sums of such places cannot overflow
 
 FIELDS = ("unit", "warnings", "source", "meshes", "materials", "lights", "cameras", "nodes")
 
@@ -131,7 +133,7 @@ def _unpack_mesh(entry: Fields, archive: ArchiveReader) -> Mesh:
         archive.rows("meshes/triangles", "<i8", triangles, 3),
         entry.texts("material"),
         archive.rows("meshes/material_index", "<i8", triangles),
-        entry.numbers("pose", 4, 4),
+        entry.numbers("pose", 4, 4, least=-_FARTHEST_POSE, most=_FARTHEST_POSE),
         entry.boolean("movable"),
         entry.number("smooth_angle"),
     )

@@ -16,6 +16,7 @@ import deltalux as dl
 import numpy as np
 import pytest
 
+from fuzz import cli_target
 from fuzz.harness import MIB, Limits, fuzz
 
 FARM = Path(__file__).parent / "farm.py"
@@ -42,6 +43,20 @@ def test_a_short_run_finds_nothing(target, cases, accepted, kinds, tmp_path):
     # Mutations that are all refused at the door, or all harmless, would test nothing.
     assert report["outcomes"]["accepted"] >= accepted
     assert report["kinds_of_message"] >= kinds
+
+
+@pytest.mark.parametrize("lines", ["", "error: found nothing\n"])
+def test_an_interrupt_while_a_command_ends_is_no_failure(lines, tmp_path, monkeypatch):
+    """The program's entry point answers it; the target calls what that calls."""
+
+    def interrupted(words):
+        sys.stderr.write(lines)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli_target, "run", interrupted)
+    (tmp_path / "case.json").write_text('[["info", "room.glb"], ["room.glb"]]')
+    with pytest.raises(dl.Error, match="found nothing" if lines else "cancelled"):
+        cli_target.CliTarget().run(tmp_path)
 
 
 class Misbehaving:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import io
 import json
+import warnings
 import zipfile
 
 import deltalux as dl
@@ -51,7 +52,7 @@ def set_entry(name, dtype, entry, value):
     def change(index, arrays):
         values = arrays[name].view(np.uint8).reshape(-1).copy()
         values.view(dtype)[entry] = value
-        arrays[name] = values
+        arrays[name] = values.view(arrays[name].dtype).reshape(arrays[name].shape)
 
     return change
 
@@ -96,6 +97,11 @@ HOSTILE = {
     "no quantum": (set_entry("core/quantum", "f8", 0, 0.0), '"quantum": found 0'),
     "a huge quantum": (set_entry("core/quantum", "f8", 0, 1e300), '"quantum": found 1e\\+300'),
     "a fine quantum": (set_entry("core/quantum", "f8", 0, 1e-150), "integer scale"),
+    "a coarse quantum": (set_entry("core/quantum", "f8", 0, 1e132), '"quantum": found 1e\\+132'),
+    "a coarse direct quantum": (
+        set_entry("core/direct.quantum", "f8", 0, 1e30),
+        '"direct.quantum": found 1e\\+30 at entry 0, expected 1e-200 to',
+    ),
     "no direct quantum": (set_entry("core/direct.quantum", "f8", 0, 0.0), '"direct.quantum": found 0'),
     "a light without paths": (set_entry("core/light_paths", "u8", 0, 0), '"light_paths": found 0'),
     "more paths": (set_entry("core/light_paths", "u8", 0, 2**32 - 1), "more than fit"),
@@ -121,6 +127,7 @@ HOSTILE = {
         lambda index, arrays: [arrays.pop(n) for n in list(arrays) if n == "core/level_sizes"],
         "found light in one of index and arrays only",
     ),
+    "a reflectance beyond": (set_field(1e300, "reflectances", 0, 0), "reflectances: found .* 0 to 1"),
     "other reflectances": (
         lambda index, arrays: index["reflectances"][0].__setitem__(0, 0.9),
         "other reflectances in the index",
@@ -138,6 +145,13 @@ HOSTILE = {
     "more vertices": (set_field(2**30, "scene", "meshes", 0, "vertices"), "fewer rows than the index says"),
     "fewer vertices": (set_field(0, "scene", "meshes", 1, "vertices"), "found vertex index"),
     "a pose of texts": (set_field([["a"] * 4] * 4, "scene", "meshes", 0, "pose"), "pose: found"),
+    "a pose that scales": (set_field(1e200, "scene", "meshes", 1, "pose", 0, 0), "pose: found .* 2e\\+15"),
+    "a pose that shears": (set_field(1e15, "scene", "meshes", 1, "pose", 0, 1), "pose: found a matrix that"),
+    "a place far away": (set_field(1.7e308, "scene", "meshes", 0, "pose", 1, 3), "pose: found .* 2e\\+15"),
+    "a sample far away": (
+        set_entry("samples/points", "f8", 4, -1e300),
+        r"points: found a coordinate of 1e\+300 m, expected at most 1e\+15",
+    ),
     "a light of no kind": (set_field("x", "scene", "lights", 0, "kind"), "found kind 'x'"),
     "a node under itself": (
         set_field([{"name": "n", "parent": 0, "matrix": np.eye(4).tolist(), "parts": []}], "scene", "nodes"),
@@ -180,7 +194,8 @@ def test_hostile_files_are_refused(parts, tmp_path, what):
     change(index, arrays)
     path = tmp_path / "hostile.dlx"
     write_parts(path, index, arrays)
-    with pytest.raises(dl.FormatError, match=words) as caught:
+    with pytest.raises(dl.FormatError, match=words) as caught, warnings.catch_warnings():
+        warnings.simplefilter("error")  # NumPy's come before an error, or without one
         dl.Session.open(path, threads=1)
     assert str(caught.value).startswith(str(path))
     assert len(str(caught.value)) < 700
@@ -228,6 +243,27 @@ def test_numbers_at_the_limits_are_refused_or_harmless(parts, tmp_path, seed):
             outcomes["harmless"] += 1
     assert outcomes["refused"] > 20
     assert outcomes["harmless"] > 5
+
+
+def test_signalling_nans_stand_for_automatic_radii(tmp_path):
+    """NumPy warns where one becomes a float32 or is compared."""
+    path = tmp_path / "odd.dlx"
+    scene = room()
+    with dl.Session(scene, dl.Samples.on_vertices(scene, spacing=1.0), paths=300, threads=1) as session:
+        session.save(path)
+        session.bake()
+        digest = session.digest()
+    index, arrays = read_parts(path)
+    set_entry("samples/radius", "u8", slice(None), 0x7FF0000000000001)(index, arrays)
+    set_entry("core/radius", "u4", slice(None), 0x7F800001)(index, arrays)
+    write_parts(path, index, arrays)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with dl.Session.open(path, threads=1) as opened:
+            assert np.isnan(opened.samples.radius).all()
+            assert np.isnan(opened.radius.astype(np.float64)).all()
+            opened.bake()
+            assert opened.digest() == digest
 
 
 def archive_of(entries, compression=zipfile.ZIP_STORED):
