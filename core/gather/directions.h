@@ -2,6 +2,7 @@
 // The fixed directions in which samples look around.
 #pragma once
 #include <array>
+#include <span>
 #include <vector>
 
 #include "base/random.h"
@@ -13,10 +14,7 @@ namespace deltalux::gather {
 /// of the strata holds as many for every sample.
 class Directions {
  public:
-  Directions(uint32_t count, uint64_t seed) : key_(mix64(seed ^ 0x6761746865722121ull)) {
-    for (uint32_t i = 0; i < count; ++i)
-      points_.push_back({sobol::point(i, 0), sobol::point(i, 1)});
-  }
+  Directions(uint32_t count, uint64_t seed);
   uint32_t count() const { return uint32_t(points_.size()); }
   /// Of ray `ray` of `sample`, about the unit normal `n`.
   Vec3f operator()(uint32_t sample, uint32_t ray, Vec3f n) const {
@@ -26,9 +24,45 @@ class Directions {
                                    unit_float32(p[1] ^ uint32_t(shift >> 32)));
   }
 
+  /// Calls visit(ray) for all rays of `sample` about `n` that may meet the ball, and for few
+  /// others.
+  template <class Visit>
+  void each_towards(uint32_t sample, Vec3f n, Vec3f to_centre, float radius,
+                    const Visit& visit) const {
+    const float distance = length(to_centre);
+    const bool inside = !(distance > radius);
+    const Vec3f towards = inside ? n : to_centre * (1 / distance);
+    const float sine = inside ? 1.0f : radius / distance;
+    const float cosine = std::sqrt(std::max(0.0f, 1 - sine * sine));
+    Vec3f u, v;
+    tangent_frame(n, u, v);
+    const Vec3f local{dot(towards, u), dot(towards, v), dot(towards, n)};
+    const uint64_t shift = combine(key_, sample);
+    const uint32_t turned_u = uint32_t(shift) >> (32 - kBits);
+    const uint32_t turned_v = uint32_t(shift >> 32) >> (32 - kBits);
+    for (uint32_t i = 0; i < kSide * kSide; ++i) {
+      const Cone& cone = cones_[i];
+      // Of the angle between the axes, against the sum of both half angles.
+      if (!inside && dot(cone.axis, local) < cone.cosine * cosine - cone.sine * sine - 1e-4f)
+        continue;
+      const uint32_t own = ((i / kSide) ^ turned_v) * kSide + ((i % kSide) ^ turned_u);
+      for (uint32_t ray : std::span(rays_).subspan(first_[own], first_[own + 1] - first_[own]))
+        visit(ray);
+    }
+  }
+
  private:
+  static constexpr uint32_t kBits = 3, kSide = 1u << kBits;  // strata along the unit square
+  /// Around all directions of a stratum, about +z.
+  struct Cone {
+    Vec3f axis;
+    float cosine, sine;
+  };
   uint64_t key_;
   std::vector<std::array<uint32_t, 2>> points_;
+  std::array<Cone, kSide * kSide> cones_;
+  std::vector<uint32_t> rays_;                       // by stratum of their points
+  std::array<uint32_t, kSide * kSide + 1> first_{};  // in rays_
 };
 
 }  // namespace deltalux::gather

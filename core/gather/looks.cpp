@@ -29,6 +29,7 @@ class Looks::Caster {
     const direct::Receiver& receiver = present_.receivers[sample];
     return receiver.point + receiver.normal * receiver.slack();
   }
+  Vec3f normal(size_t sample) const { return present_.receivers[sample].normal; }
   Vec3f direction(size_t sample, uint32_t ray) const {
     return looks_.directions_(uint32_t(sample), ray, present_.receivers[sample].normal);
   }
@@ -67,24 +68,30 @@ class Looks::Suspects {
       for (const Box& box : boxes_) shadows_.emplace_back(light, box, slack);
   }
 
-  /// Whether what the ray met is no longer there, or no longer what it was.
-  bool gone(uint32_t target) const {
-    if (target == kDark) return false;
-    if (is_chain(target)) return touches(looks_.chains_, chain_of(target));
-    return std::any_of(own_.begin(), own_.end(), [&](const auto& cells) {
-      return target >= cells.first && target < cells.second;
-    });
-  }
-  /// Whether something may be in the way now.
-  bool meets(Vec3f origin, Vec3f w) const {
-    const SlabRay ray(origin, w);
-    return std::any_of(change_.after.begin(), change_.after.end(),
-                       [&](const Box& box) { return ray.entry(box, kFar) < kFar; });
+  /// again[ray] = 1 where what the ray met may be gone, or something may be in its way now.
+  void mark(const Caster& caster, size_t sample, std::span<const uint32_t> targets,
+            std::vector<uint8_t>& again) const {
+    for (size_t ray = 0; ray < targets.size(); ++ray) again[ray] = gone(targets[ray]);
+    const Vec3f o = caster.origin(sample);
+    for (const Box& box : change_.after)
+      looks_.directions_.each_towards(
+          uint32_t(sample), caster.normal(sample), box.centre() - o, 0.5001f * box.diagonal(),
+          [&](uint32_t ray) {
+            if (!again[ray])
+              again[ray] = SlabRay(o, caster.direction(sample, ray)).entry(box, kFar) < kFar;
+          });
   }
 
  private:
   static constexpr float kFar = std::numeric_limits<float>::infinity();
 
+  bool gone(uint32_t target) const {
+    if (target == kDark) return false;
+    if (is_chain(target)) return touches(looks_.chains_, chain_of(target));
+    for (const auto& [first, last] : own_)
+      if (target >= first && target < last) return true;
+    return false;
+  }
   bool touches(const ChainPool& chains, uint32_t number) const {
     if (change_.lights) return true;
     const Passage& passage = chains.passage(number);
@@ -153,11 +160,11 @@ uint64_t Looks::update(const Present& present, const Change& change, const Worke
     for (size_t sample = begin; sample < end; ++sample) {
       const bool all = change.samples[sample] != 0;
       if (!all && caster.blind(sample)) continue;
-      const Vec3f o = caster.origin(sample);
-      const std::span<const uint32_t> now = targets(sample);
+      thread_local std::vector<uint8_t> again;
+      again.assign(rays(), all);
+      if (!all) suspects.mark(caster, sample, targets(sample), again);
       for (uint32_t ray = 0; ray < rays(); ++ray)
-        if (all || suspects.gone(now[ray]) || suspects.meets(o, caster.direction(sample, ray)))
-          caster.look(sample, ray, out);
+        if (again[ray]) caster.look(sample, ray, out);
     }
     progress.advance(end - begin);
   });

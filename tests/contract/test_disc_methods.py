@@ -280,8 +280,10 @@ def test_wrong_samples_and_options_are_refused(method):
         method(segments, dl.Samples([(0, 0, 0)], [(0, 1, 0)], radius=1.0, attached_to="chair"))
     with pytest.raises(dl.OptionError, match="segment_end"):
         method(segments, one_disc(), segment_end="third")
-    with pytest.raises(dl.OptionError, match="farther"):
+    with pytest.raises(dl.OptionError, match="at most 1e"):
         method(segments, dl.Samples([(1e16, 0, 0)], [(0, 1, 0)], radius=1.0))
+    with pytest.raises(dl.OptionError, match="farther"):
+        method(segments, dl.Samples([(9e14, 0, 0)], [(0, 1, 0)], radius=5e14))
     with pytest.raises(dl.OptionError, match="radius"):
         method(segments, one_disc(1e-60))
     with pytest.raises(dl.OptionError, match="threads"):

@@ -144,12 +144,9 @@ def test_wrong_options_are_refused(method, lit):
     with pytest.raises(dl.OptionError, match="threads"):
         method.estimate(lit.segments, lit.samples, lit.scene, threads=0)
     if method.at_samples:
-        for samples, words in (
-            (dl.Samples([(0, 0, 0)], [(0, 1, 0)], radius=1.0, attached_to="walls"), "attached"),
-            (dl.Samples([(1e16, 0, 0)], [(0, 1, 0)], radius=1.0), "farther"),
-        ):
-            with pytest.raises(dl.OptionError, match=words):
-                method.estimate(lit.segments, samples, lit.scene)
+        samples = dl.Samples([(0, 0, 0)], [(0, 1, 0)], radius=1.0, attached_to="walls")
+        with pytest.raises(dl.OptionError, match="attached"):
+            method.estimate(lit.segments, samples, lit.scene)
 
 
 # ---- exact sums ---------------------------------------------------------------------------------

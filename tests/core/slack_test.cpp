@@ -55,8 +55,9 @@ TEST(Slack, NoWalkLeavesAClosedBox) {
     for (const float size : {1e-3f, 1.0f, 1e3f})
       for (const double away : {0.0, 10.0, 1000.0})
         // Nearer than single precision holds the box together.
-        if (away <= 1e4 * size)
+        if (away <= 1e4 * size) {
           EXPECT_EQ(escapes(size, away, turn), 0u) << size << " m, " << away << " m off, " << turn;
+        }
 }
 
 TEST(Slack, FollowsWhatIsNear) {
