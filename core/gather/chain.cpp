@@ -59,7 +59,7 @@ void OneLight::ask(const trace::RayCaster& caster, const direct::Receiver& recei
     weight[l] = open[l] * shapes_[l]->brightest();
     of_group[lights_[l].group] += weight[l], all += weight[l];
   }
-  out.light = 0, out.direct = {};
+  out.light = scene::kNone, out.direct = {};
   if (!(all > 0) || !std::isfinite(all)) return;
   const double groups =
       double(std::count_if(of_group.begin(), of_group.end(), [](double w) { return w > 0; }));

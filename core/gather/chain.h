@@ -28,7 +28,8 @@ inline constexpr uint32_t kDark = kNoCell;  // where a ray meets nothing
 
 /// Surface that a chain touches: direct light there of one light that stands for all.
 struct Vertex {
-  uint32_t material = 0, light = 0;
+  uint32_t material = 0;
+  uint32_t light = scene::kNone;  ///< or kNone: no light shines there, whatever is between
   std::array<float, 3> direct{};  ///< irradiance, undimmed
   friend bool operator==(const Vertex&, const Vertex&) = default;
 };

@@ -85,7 +85,9 @@ void Evaluation::add(const ChainPool& chains, uint32_t target, float* sums) cons
   uint32_t number = 0;
   for (const Vertex& vertex : chains.vertices(chain)) {
     const Vec3f reflectance = scene_.materials[vertex.material].reflectance;
-    const float dim = float(scales_.dim_factor[lights_[vertex.light].group]);
+    const float dim = vertex.light == scene::kNone
+                          ? 0.0f
+                          : float(scales_.dim_factor[lights_[vertex.light].group]);
     const float chance = number++ >= kSurely ? 1 / kGoesOn : 1.0f;
     for (size_t c = 0; c < 3; ++c) {
       through[c] *= reflectance[int(c)] * chance;

@@ -61,11 +61,9 @@ class Looks::Suspects {
   Suspects(const Looks& looks, const Present& present, const Change& change)
       : looks_(looks), change_(change) {
     for (uint32_t object : change.objects) own_.push_back(present.cells.of_object(object));
-    for (const std::vector<Box>* boxes : {&change.before, &change.after})
-      boxes_.insert(boxes_.end(), boxes->begin(), boxes->end());
     const float slack = direct::slack(present.caster);
     for (const trace::Light& light : present.lights)
-      for (const Box& box : boxes_) shadows_.emplace_back(light, box, slack);
+      for (const Box& box : change.boxes) shadows_.emplace_back(light, box, slack);
   }
 
   /// again[ray] = 1 where what the ray met may be gone, or something may be in its way now.
@@ -96,18 +94,18 @@ class Looks::Suspects {
     if (change_.lights) return true;
     const Passage& passage = chains.passage(number);
     const SlabRay last(passage.origin, passage.last - passage.origin);
-    for (const Box& box : boxes_)
+    for (const Box& box : change_.boxes)
       if (box.overlaps(passage.near) || last.entry(box, 1) < kFar) return true;
+    const size_t boxes = change_.boxes.size();
     for (const Vertex& vertex : chains.vertices(number))
-      for (size_t k = 0; k < boxes_.size(); ++k)
-        if (!shadows_[vertex.light * boxes_.size() + k].misses(passage.near)) return true;
+      for (size_t k = 0; vertex.light != scene::kNone && k < boxes; ++k)
+        if (!shadows_[vertex.light * boxes + k].misses(passage.near)) return true;
     return false;
   }
 
   const Looks& looks_;
   const Change& change_;
   std::vector<std::pair<uint32_t, uint32_t>> own_;  // cells of the changed objects
-  std::vector<Box> boxes_;
   std::vector<direct::ShadowVolume> shadows_;  // per light and box
 };
 

@@ -14,10 +14,11 @@ namespace deltalux::gather {
 
 /// What differs between two states of the scene.
 struct Change {
-  std::vector<uint32_t> objects;   ///< movables that moved, appeared or vanished
-  std::vector<Box> before, after;  ///< RayCaster::object_bounds of those that were or are there
-  bool lights = false;             ///< a light moved, came, or was switched
-  std::vector<uint8_t> samples;    ///< per sample: 1 = its receiver changed
+  std::vector<uint32_t> objects;  ///< movables that moved, appeared or vanished
+  std::vector<Box> boxes;         ///< RayCaster::object_bounds, before and after
+  std::vector<Box> after;         ///< those of them that are there now
+  bool lights = false;            ///< a light moved, came, or was switched
+  std::vector<uint8_t> samples;   ///< per sample: 1 = its receiver changed
 };
 
 class Looks {

@@ -38,10 +38,11 @@ void check(const Record& record, uint32_t cells) {
 void check(const Vertex& vertex, const Present& present) {
   if (vertex.material >= present.scene.materials.size())
     refuse(kVertices, "found a material that is not there");
-  if (vertex.light >= std::max<size_t>(1, present.lights.size()))
+  const bool lit = vertex.light != scene::kNone;
+  if (lit && vertex.light >= present.lights.size())
     refuse(kVertices, "found a light that is not there");
   for (float value : vertex.direct)
-    if (!(value >= 0) || !std::isfinite(value) || (value > 0 && present.lights.empty()))
+    if (!(value >= 0) || !std::isfinite(value) || (value > 0 && !lit))
       refuse(kVertices, "found light that is not finite, negative, or of no lamp");
 }
 

@@ -117,6 +117,25 @@ class Finder {
 
 }  // namespace
 
+std::vector<Box> boxes_of(std::span<const ObjectChange> changes) {
+  std::vector<Box> boxes;
+  for (const ObjectChange& change : changes)
+    for (const Box& box : {change.before, change.after})
+      if (!box.empty()) boxes.push_back(box);
+  return boxes;
+}
+
+std::vector<uint32_t> moved_samples(const State& state, std::span<const ObjectChange> changes) {
+  std::vector<uint32_t> out;
+  for (const MovingPart& part : state.moving)
+    for (const ObjectChange& change : changes)
+      if (change.object == part.object) {
+        const std::vector<uint32_t>& ids = part.index->discs().id;
+        out.insert(out.end(), ids.begin(), ids.end());
+      }
+  return out;
+}
+
 Affected find_affected(const State& state, std::span<const ObjectChange> changes,
                        std::span<const uint8_t> materials, Progress& progress) {
   const Finder finder(state, changes, materials);

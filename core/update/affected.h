@@ -15,6 +15,10 @@ struct ObjectChange {
   Box before, after;
 };
 
+std::vector<Box> boxes_of(std::span<const ObjectChange> changes);
+/// Numbers of the samples that lie on changed objects.
+std::vector<uint32_t> moved_samples(const State& state, std::span<const ObjectChange> changes);
+
 /// A segment whose flight changes. Where the search met the new first hit, `hit` is it.
 struct AffectedSegment {
   uint32_t slot = 0;

@@ -135,6 +135,7 @@ class Session {
   void look_around(Progress& progress);
   /// Of the present sums; nullopt in sessions that do not gather.
   std::optional<gather::Evaluation> evaluation() const;
+  gather::Present present(std::span<const direct::Receiver> receivers) const;
   void update_looks(std::span<const ObjectChange> changes, bool lights, Progress& progress,
                     Report& report);
   void refresh_areas(const std::vector<ObjectChange>* changes);

@@ -89,20 +89,13 @@ void Session::update_direct(std::span<const ObjectChange> changes, size_t old_li
   if (changes.empty() && old_lights == s.lights.size() && direct_->current_share() == 1) return;
   direct::Change change;
   std::vector<uint8_t> changed(s.scene.objects.size());
-  for (const ObjectChange& c : changes) {
-    changed[c.object] = 1;
-    for (const Box& box : {c.before, c.after})
-      if (!box.empty()) change.boxes.push_back(box);
-  }
+  for (const ObjectChange& c : changes) changed[c.object] = 1;
+  change.boxes = boxes_of(changes);
   for (uint32_t i = 0; i < s.lights.size(); ++i) {
     const uint32_t object = s.lights[i].object;
     if (i >= old_lights || (object != scene::kNone && changed[object])) change.lights.push_back(i);
   }
-  for (const MovingPart& part : s.moving)
-    if (changed[part.object]) {
-      const std::vector<uint32_t>& ids = part.index->discs().id;
-      change.samples.insert(change.samples.end(), ids.begin(), ids.end());
-    }
+  change.samples = moved_samples(s, changes);
   place_receivers(&changed);
   // Also where it only learns of lights that paths bring: it counts all of them.
   if (old_lights != s.lights.size() ||

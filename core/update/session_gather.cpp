@@ -49,8 +49,12 @@ void Session::look_around(Progress& progress) {
   State& s = *state_;
   if (!s.gather) return;
   s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
-  s.gather->looks.cast({s.scene, *s.caster, s.lights, receivers_, s.gather->cells}, s.workers,
-                       progress);
+  s.gather->looks.cast(present(receivers_), s.workers, progress);
+}
+
+gather::Present Session::present(std::span<const direct::Receiver> receivers) const {
+  const State& s = *state_;
+  return {s.scene, *s.caster, s.lights, receivers, s.gather->cells};
 }
 
 std::optional<gather::Evaluation> Session::evaluation() const {
@@ -85,7 +89,7 @@ void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> no
                                s.options.seed);
     direct.compute({*s.caster, s.lights, all, receivers}, s.workers, part);
     gather::Looks looks(count, s.options.gather_rays, s.options.seed);
-    looks.cast({s.scene, *s.caster, s.lights, receivers, s.gather->cells}, s.workers, part);
+    looks.cast(present(receivers), s.workers, part);
     s.workers.for_blocks(count, kGrain, [&](size_t begin, size_t end) {
       for (size_t i = begin; i < end; ++i) {
         double around[3], error[3];
@@ -115,7 +119,7 @@ void Session::restore_looks(ArchiveSource& archive) {
     landings.add(b, slots, +1);
   }
   s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
-  s.gather->looks.restore(archive, {s.scene, *s.caster, s.lights, receivers_, s.gather->cells});
+  s.gather->looks.restore(archive, present(receivers_));
 }
 
 void Session::update_looks(std::span<const ObjectChange> changes, bool lights, Progress& progress,
@@ -127,18 +131,14 @@ void Session::update_looks(std::span<const ObjectChange> changes, bool lights, P
   change.samples.assign(s.samples.size(), 0);
   for (const ObjectChange& c : changes) {
     change.objects.push_back(c.object);
-    if (!c.before.empty()) change.before.push_back(c.before);
     if (!c.after.empty()) change.after.push_back(c.after);
     for (const trace::Light& light : s.lights) change.lights |= light.object == c.object;
-    for (const MovingPart& part : s.moving)
-      if (part.object == c.object)
-        for (uint32_t id : part.index->discs().id) change.samples[id] = 1;
   }
-  std::vector<Box> boxes = change.before;
-  boxes.insert(boxes.end(), change.after.begin(), change.after.end());
-  s.gather->coverage.update(s.scene, *s.caster, s.gather->cells, change.objects, boxes, s.workers);
-  report.gathered_rays = s.gather->looks.update(
-      {s.scene, *s.caster, s.lights, receivers_, s.gather->cells}, change, s.workers, progress);
+  change.boxes = boxes_of(changes);
+  for (uint32_t id : moved_samples(s, changes)) change.samples[id] = 1;
+  s.gather->coverage.update(s.scene, *s.caster, s.gather->cells, change.objects, change.boxes,
+                            s.workers);
+  report.gathered_rays = s.gather->looks.update(present(receivers_), change, s.workers, progress);
 }
 
 }  // namespace deltalux::update

@@ -13,7 +13,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from deltalux.samples import Samples
 from deltalux.scene import Scene
+from deltalux.session import Session
 from numpy.typing import NDArray
 
 from . import world
@@ -100,6 +102,30 @@ def load(scene: Scene, path: Path = PATH, needed: Iterable[str] = ()) -> dict[st
     if missing:
         raise Stale(f"{path}: has no {missing}; run benchmarks/peers/make_reference.py to its end")
     return arrays
+
+
+def before_and_after(
+    scene: Scene, count: int | None = None, **options: Any
+) -> tuple[dict, dict[str, NDArray]]:
+    """The stored arrays in double precision, and what a session makes of them.
+
+    Returns
+    -------
+    the arrays; dict with `before`, `after` (count, 3) irradiance at the first `count` points (None:
+    all), `change` (m, 3) at the near points.
+    """
+    data = {name: array.astype(np.float64) if array.dtype.kind == "f" else array
+            for name, array in load(scene).items()}  # fmt: skip
+    count = len(data["points"]) if count is None else count
+    points = np.concatenate([data["points"][:count], data["near_points"]])
+    normals = np.concatenate([data["normals"][:count], data["near_normals"]])
+    with Session(scene, Samples(points, normals), **options) as session:
+        session.bake()
+        before = session.irradiance
+        session.move(MOVED, moved(scene).mesh(MOVED).pose)
+        session.update()
+        after = session.irradiance
+    return data, {"before": before[:count], "after": after[:count], "change": (after - before)[count:]}
 
 
 def is_open(free: NDArray) -> NDArray:

@@ -20,19 +20,7 @@ POINTS = 5000  # of the reference's
 @pytest.fixture(scope="module")
 def office():
     """The stored arrays, and irradiance before and after the move at all points and near the chair."""
-    scene = dl.scenes.office()
-    data = {name: array.astype(np.float64) if array.dtype.kind == "f" else array
-            for name, array in reference.load(scene).items()}  # fmt: skip
-    count = len(data["points"])
-    points = np.concatenate([data["points"], data["near_points"]])
-    normals = np.concatenate([data["normals"], data["near_normals"]])
-    with dl.Session(scene, dl.Samples(points, normals), paths=1_000_000, seed=1) as session:
-        session.bake()
-        before = session.irradiance
-        session.move(reference.MOVED, reference.moved(scene).mesh(reference.MOVED).pose)
-        session.update()
-        after = session.irradiance
-    return data, {"before": before[:count], "after": after[:count], "change": (after - before)[count:]}
+    return reference.before_and_after(dl.scenes.office(), paths=1_000_000, seed=1)
 
 
 def bias(found, expected):

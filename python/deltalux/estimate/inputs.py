@@ -28,10 +28,9 @@ def select_segments(segments: Segments, first_bounce: int, threads: int | None) 
 
 
 def check_world_points(samples: Samples) -> None:
-    """Refuse samples that move with an object, or that lie where single precision cannot hold them."""
+    """Refuse samples that move with an object."""
     if any(name is not None for name in samples.attached):
         raise OptionError("samples: found samples attached to a movable, expected world points here")
-    _check_reach(samples, np.abs(samples.points).max(axis=1, initial=0.0))
 
 
 def check_discs(samples: Samples) -> None:
@@ -47,10 +46,7 @@ def check_discs(samples: Samples) -> None:
         raise OptionError(
             f"samples: radius: found {samples.radius[row]} at row {row}, expected at least 1e-45 metres"
         )
-    _check_reach(samples, np.abs(samples.points).max(axis=1, initial=0.0) + samples.radius)
-
-
-def _check_reach(samples: Samples, reach: np.ndarray) -> None:
+    reach = np.abs(samples.points).max(axis=1, initial=0.0) + samples.radius
     if (reach > FARTHEST).any():
         row = int(np.argmax(reach))
         raise OptionError(
