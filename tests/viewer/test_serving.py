@@ -92,12 +92,20 @@ def test_a_pose_outside_the_box_is_refused_and_changes_nothing(session, serve):
         assert page.state == before
 
 
-def test_the_box_is_the_core_s(session):
-    """What `Reach` allows the session takes, what it refuses the session refuses."""
+@pytest.mark.parametrize("shape", ["boxes", "rod"])
+def test_the_box_is_the_core_s(session, shape):
+    """What `Reach` allows the session takes, what it refuses the session refuses: also of a slanting rod."""
+    names = ["block", "lamp"]
+    if shape == "rod":
+        ends = np.array([(-0.5, -0.2, -0.5), (0.5, 0.2, 0.5), (0.5, 0.21, 0.5)])
+        lit, names = room(), ["rod"]
+        rod = dl.Mesh("rod", ends, [(0, 1, 2)], "paint", pose=translation(0, 1, 0), movable=True)
+        samples = dl.Samples(ends[:2], [(0, 1, 0)], radius=0.1, attached_to="rod")
+        session = dl.Session(dl.Scene([lit.mesh("walls"), rod], lit.materials), samples, paths=100)
     reach, rng = Reach(session), np.random.default_rng(5)
     outcomes = set()
     for _ in range(300):
-        name = str(rng.choice(["block", "lamp"]))
+        name = str(rng.choice(names))
         pose = translation(*rng.uniform((-2.2, -0.1, -1.7), (2.2, 2.1, 1.7))) @ turn(rng.uniform(0, 6))
         allowed = []
         for check in (reach.check, session.move):

@@ -89,8 +89,11 @@ class Reach:
 
 
 def _points_of(session: Session, name: str) -> np.ndarray:
-    """Vertices of a movable and the places of its lights and samples, local."""
+    """Vertices of a movable, places of its lights and corners of the box around its samples, local."""
     lights = [light.position for light in session.scene.lights
               if light.attached_to == name and hasattr(light, "position")]  # fmt: skip
     samples = session.samples.points[session.samples.attached == name]
-    return np.concatenate([session.scene.mesh(name).vertices, np.reshape(lights, (-1, 3)), samples])
+    box = [samples.min(axis=0), samples.max(axis=0)] if len(samples) else []
+    corners = [np.where(upper, box[1], box[0]) for upper in np.ndindex(2, 2, 2)] if box else []
+    rows = [session.scene.mesh(name).vertices, *(np.reshape(own, (-1, 3)) for own in (lights, corners))]
+    return np.concatenate(rows)
