@@ -16,6 +16,8 @@ constexpr float kSmall = 4e-4f;
 // Thirty-six rays are too few where one of them stands for more than an eighth of the light, or
 // where the light is large (irradiance over radiance; the whole sky is pi): a gap between them
 // could be as bright as the rest of the room.
+constexpr float kFlat = 0.9999f;  // cosine between normals of one plane
+constexpr float kClose = 3.0f;    // radii: nearer than this, a light's points differ much
 constexpr float kMostPerRay = 0.125f, kLarge = 0.3f;
 
 constexpr uint32_t mix32(uint32_t h) {  // finaliser of MurmurHash3
@@ -106,7 +108,11 @@ LightShape::LightShape(const trace::Light& light, uint32_t number, uint64_t seed
          before, light.cumulative[i] - before});
     before = light.cumulative[i];
   }
-  find_corners(light.bounds.centre());
+  centre_ = light.bounds.centre(), radius_ = 0.5f * light.bounds.diagonal();
+  facing_ = triangles_.front().normal;
+  for (const Triangle& t : triangles_)
+    if (!(dot(t.normal, facing_) > kFlat)) facing_ = {};
+  find_corners(centre_);
   rows_[int(Level::coarse)] = rows_for(triangles_.size(), kCoarseRays, {6, 3, 2});
   rows_[int(Level::fine)] = rows_for(triangles_.size(), kFineRays, {16, 8, 4, 2});
 }
@@ -176,6 +182,45 @@ double LightShape::falloff_towards(Vec3f d) const {
   // By the chord between unit vectors: a cosine near 1 says nothing of a narrow cone.
   const Vec3d chord = Vec3d(punctual_.direction) - normalize(Vec3d(d));
   return trace::spot_falloff(punctual_, 0.5 * dot(chord, chord));
+}
+
+double LightShape::about(const Receiver& receiver) const {
+  if (!on_ || receiver.normal == Vec3f{}) return 0;
+  if (kind_ != scene::LightKind::area) return open_punctual(receiver);
+  const Vec3f d = centre_ - receiver.point;
+  const float squared = std::max(dot(d, d), radius_ * radius_), distance = std::sqrt(squared);
+  const float above = std::min(dot(receiver.normal, d) + radius_, distance);
+  if (!(above > 0)) return 0;
+  float front = 0.5f * distance;
+  if (!(facing_ == Vec3f{})) {
+    // What its own rounding hides is not taken for behind.
+    const float side = -dot(facing_, d), least = 1e-3f * distance;
+    front = two_sided_ ? std::max(std::fabs(side), least) : side + least;
+    if (!(front > 0)) return 0;
+  }
+  return double(area_) * double(above) * double(front) / (double(squared) * double(squared));
+}
+
+bool LightShape::is_small(const Receiver& receiver) const {
+  const Vec3f d = centre_ - receiver.point;
+  return kind_ != scene::LightKind::area || dot(d, d) > kClose * kClose * radius_ * radius_;
+}
+
+LightShape::Glance LightShape::glance(const Receiver& receiver, float u, float v) const {
+  Strata one;
+  one.fan.origin = receiver.point + receiver.normal * receiver.slack();
+  one.fan.to = 1;
+  double scale = double(area_);
+  if (kind_ == scene::LightKind::area) {
+    cast_triangle(receiver, triangle_at(u), &u, &v, 0, 1, one);
+  } else {
+    cast_single(receiver, one);
+    scale = open_punctual(receiver);
+  }
+  return {one.fan.origin,
+          {one.fan.x[0], one.fan.y[0], one.fan.z[0]},
+          one.fan.to,
+          scale * double(one.weight[0])};
 }
 
 void LightShape::cast(const Receiver& receiver, Level level, Strata& out) const {

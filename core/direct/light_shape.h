@@ -43,6 +43,19 @@ class LightShape {
 
   /// Irradiance that the unblocked light gives, as a factor of brightest(): exact for area lights.
   double open(const Receiver& receiver) const;
+  /// The same at a glance: zero only where open() is, else within a few times of it for receivers
+  /// that the light is not close to.
+  double about(const Receiver& receiver) const;
+  /// Whether the light is small as seen from the receiver, so that its points give about the same.
+  bool is_small(const Receiver& receiver) const;
+  /// One shadow ray to a point drawn evenly from its surface, `u` and `v` in [0, 1), and the
+  /// irradiance where nothing is between, as a factor of brightest(): unbiased.
+  struct Glance {
+    Vec3f origin, direction;
+    float to;
+    double irradiance;
+  };
+  Glance glance(const Receiver& receiver, float u, float v) const;
   /// Radiance or intensity of the strongest channel.
   double brightest() const { return brightest_; }
   void cast(const Receiver& receiver, Level level, Strata& out) const;
@@ -69,6 +82,9 @@ class LightShape {
   const Triangle& triangle_at(float position) const;
 
   trace::Light punctual_;  // of point, spot and sun
+  Vec3f centre_{};         // of an area light
+  float radius_ = 0;       // around it
+  Vec3f facing_{};         // of a flat one its normal, else zero
   std::vector<Triangle> triangles_;
   std::array<Corner, kCorners> corners_;
   scene::LightKind kind_;

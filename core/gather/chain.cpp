@@ -3,7 +3,6 @@
 #include "gather/chain.h"
 
 #include <algorithm>
-#include <bit>
 
 #include "base/random.h"
 #include "trace/scatter.h"
@@ -12,30 +11,38 @@ namespace deltalux::gather {
 namespace {
 
 enum : uint32_t {
-  kChoice,
-  kPlace,
+  kLight,
+  kPlaceU,
+  kPlaceV,
   kTurnU,
   kTurnV,
   kStays
 };  // dimensions of a vertex's random numbers
 
-/// One of `strata`'s countable rays by its weight; nullopt where none has any.
-std::optional<size_t> chosen_ray(const direct::Strata& strata, float place) {
+/// As LightShape::glance beside a light, where points drawn evenly differ much: the exact
+/// irradiance, and one of many rays by its share of it.
+direct::LightShape::Glance close_glance(const direct::LightShape& shape,
+                                        const direct::Receiver& receiver, float place) {
+  direct::Strata strata;
+  shape.cast(receiver, direct::Level::coarse, strata);
   double all = 0;
   const auto weight = [&](size_t i) {
     return strata.countable[i / 64] >> (i % 64) & 1 ? double(strata.weight[i]) : 0.0;
   };
   for (size_t i = 0; i < strata.fan.count; ++i) all += weight(i);
-  if (!(all > 0)) return std::nullopt;
+  if (!(all > 0)) return {};
   double left = double(place) * all;
-  std::optional<size_t> last;
+  size_t chosen = 0;
   for (size_t i = 0; i < strata.fan.count; ++i) {
     if (!(weight(i) > 0)) continue;
-    last = i;
+    chosen = i;
     left -= weight(i);
     if (left < 0) break;
   }
-  return last;
+  return {strata.fan.origin,
+          {strata.fan.x[chosen], strata.fan.y[chosen], strata.fan.z[chosen]},
+          strata.fan.to,
+          shape.open(receiver)};
 }
 
 }  // namespace
@@ -48,15 +55,14 @@ OneLight::OneLight(std::span<const trace::Light> lights, uint32_t groups, uint64
   }
 }
 
-void OneLight::ask(const trace::RayCaster& caster, const direct::Receiver& receiver, float choice,
-                   float place, Vertex& out) const {
-  thread_local std::vector<double> weight, open, of_group;
-  weight.assign(lights_.size(), 0), open.assign(lights_.size(), 0), of_group.assign(groups_, 0);
+void OneLight::ask(const trace::RayCaster& caster, const direct::Receiver& receiver,
+                   const Draw& draw, Vertex& out) const {
+  thread_local std::vector<double> weight, of_group;
+  weight.assign(lights_.size(), 0), of_group.assign(groups_, 0);
   double all = 0;
   for (size_t l = 0; l < lights_.size(); ++l) {
     if (!shapes_[l]) continue;
-    open[l] = shapes_[l]->open(receiver);
-    weight[l] = open[l] * shapes_[l]->brightest();
+    weight[l] = shapes_[l]->about(receiver) * shapes_[l]->brightest();
     of_group[lights_[l].group] += weight[l], all += weight[l];
   }
   out.light = scene::kNone, out.direct = {};
@@ -64,11 +70,9 @@ void OneLight::ask(const trace::RayCaster& caster, const direct::Receiver& recei
   const double groups =
       double(std::count_if(of_group.begin(), of_group.end(), [](double w) { return w > 0; }));
   const auto chance = [&](size_t l) {
-    return weight[l] > 0
-               ? 0.5 * weight[l] / all + 0.5 * weight[l] / (groups * of_group[lights_[l].group])
-               : 0.0;
+    return 0.5 * weight[l] / all + 0.5 * weight[l] / (groups * of_group[lights_[l].group]);
   };
-  double left = choice;
+  double left = draw.light;
   size_t chosen = lights_.size();
   for (size_t l = 0; l < lights_.size() && left >= 0; ++l) {
     if (!(weight[l] > 0)) continue;
@@ -76,17 +80,15 @@ void OneLight::ask(const trace::RayCaster& caster, const direct::Receiver& recei
     left -= chance(l);
   }
   out.light = uint32_t(chosen);
-  direct::Strata strata;
-  shapes_[chosen]->cast(receiver, direct::Level::coarse, strata);
-  const auto ray = chosen_ray(strata, place);
-  if (!ray) return;
-  const Vec3f d{strata.fan.x[*ray], strata.fan.y[*ray], strata.fan.z[*ray]};
-  if (caster.occluded_static(strata.fan.origin, d, strata.fan.to) ||
-      caster.occluded_movable(strata.fan.origin, d, strata.fan.to))
+  const direct::LightShape::Glance ray = shapes_[chosen]->is_small(receiver)
+                                             ? shapes_[chosen]->glance(receiver, draw.u, draw.v)
+                                             : close_glance(*shapes_[chosen], receiver, draw.u);
+  if (!(ray.irradiance > 0) || caster.occluded_static(ray.origin, ray.direction, ray.to) ||
+      caster.occluded_movable(ray.origin, ray.direction, ray.to))
     return;
   const trace::Light& light = lights_[chosen];
   const Vec3f power = light.kind == scene::LightKind::area ? light.radiance : light.intensity;
-  const double factor = open[chosen] / chance(chosen);
+  const double factor = ray.irradiance / chance(chosen);
   for (int c = 0; c < 3; ++c) out.direct[size_t(c)] = float(double(power[c]) * factor);
 }
 
@@ -110,9 +112,10 @@ Chain ChainTracer::trace(uint64_t key, Vec3f origin, Vec3f w, const trace::Hit& 
     const uint32_t object = scene.object_of(hit.primitive);
     chain.passage.near.grow(at);
     vertex.material = scene.material_index(hit.primitive);
-    one_light_.ask(present_.caster,
-                   {at, n, scene.objects[object].movable ? object : scene::kNone, plane},
-                   random(chain.count, kChoice), random(chain.count, kPlace), vertex);
+    one_light_.ask(
+        present_.caster, {at, n, scene.objects[object].movable ? object : scene::kNone, plane},
+        {random(chain.count, kLight), random(chain.count, kPlaceU), random(chain.count, kPlaceV)},
+        vertex);
     origin = trace::leave_surface(origin, w, hit, n, plane);
     w = trace::cosine_direction(n, random(chain.count, kTurnU), random(chain.count, kTurnV));
     chain.passage.origin = chain.passage.last = origin;

@@ -51,14 +51,19 @@ struct Chain {
   Passage passage;
 };
 
+/// Three random numbers in [0, 1).
+struct Draw {
+  float light, u, v;
+};
+
 /// Direct light at a point by one shadow ray.
 class OneLight {
  public:
   OneLight(std::span<const trace::Light> lights, uint32_t groups, uint64_t seed);
-  /// A light by its unshadowed share, half of all lights' and half within its group, so that no
-  /// group is left out where others are dimmed. `choice`, `place`: random, in [0, 1).
-  void ask(const trace::RayCaster& caster, const direct::Receiver& receiver, float choice,
-           float place, Vertex& out) const;
+  /// A light by about its unshadowed share, half of all lights' and half within its group, so that
+  /// no group is left out where others are dimmed.
+  void ask(const trace::RayCaster& caster, const direct::Receiver& receiver, const Draw& draw,
+           Vertex& out) const;
 
  private:
   std::span<const trace::Light> lights_;

@@ -8,7 +8,7 @@
 
 namespace deltalux::gather {
 
-uint32_t ChainPool::add(const Chain& chain) {
+uint32_t ChainPool::add(std::span<const Vertex> vertices, uint32_t end, const Passage& passage) {
   constexpr size_t kMost = size_t(1) << 31;
   if (free_.empty()) {
     if (chains_.size() >= kMost - 1)
@@ -17,15 +17,15 @@ uint32_t ChainPool::add(const Chain& chain) {
     chains_.emplace_back();
     free_.push_back(uint32_t(chains_.size() - 1));
   }
-  std::vector<size_t>& gaps = gaps_[chain.count];
+  std::vector<size_t>& gaps = gaps_[vertices.size()];
   if (gaps.empty()) {
     gaps.push_back(vertices_.size());
-    vertices_.resize(vertices_.size() + chain.count);
+    vertices_.resize(vertices_.size() + vertices.size());
   }
   const uint32_t number = free_.back();
   Stored& stored = chains_[number];
-  stored = {gaps.back(), chain.count, chain.end, chain.passage};
-  std::copy_n(chain.vertex.begin(), chain.count, vertices_.begin() + long(stored.first));
+  stored = {gaps.back(), uint32_t(vertices.size()), end, passage};
+  std::copy(vertices.begin(), vertices.end(), vertices_.begin() + long(stored.first));
   gaps.pop_back();
   free_.pop_back();
   return number;

@@ -10,8 +10,8 @@ namespace deltalux::gather {
 
 class ChainPool {
  public:
-  /// Returns its number.
-  uint32_t add(const Chain& chain);
+  /// Returns its number. `vertices`: at most kMostVertices.
+  uint32_t add(std::span<const Vertex> vertices, uint32_t end, const Passage& passage);
   void remove(uint32_t number);
   void clear();
   void reserve(size_t chains, size_t vertices);

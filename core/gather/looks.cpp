@@ -41,7 +41,10 @@ class Looks::Caster {
       const trace::Hit hit = present_.caster.closest(o, w);
       if (hit.valid()) target = finder_.find(hit.primitive, o, w, hit.t);
       if (target != kNoCell && hit.t < present_.cells.near(target)) {
-        out.chained.emplace_back(place, chains_.trace(uint64_t(place), o, w, hit));
+        const Chain chain = chains_.trace(uint64_t(place), o, w, hit);
+        out.chained.push_back({place, chain.count, chain.end, chain.passage});
+        out.vertices.insert(out.vertices.end(), chain.vertex.begin(),
+                            chain.vertex.begin() + chain.count);
         return;
       }
     }
@@ -106,7 +109,7 @@ class Looks::Suspects {
   const Looks& looks_;
   const Change& change_;
   std::vector<std::pair<uint32_t, uint32_t>> own_;  // cells of the changed objects
-  std::vector<direct::ShadowVolume> shadows_;  // per light and box
+  std::vector<direct::ShadowVolume> shadows_;       // per light and box
 };
 
 Looks::Looks(size_t samples, uint32_t rays, uint64_t seed)
@@ -121,9 +124,11 @@ void Looks::set(const Found& found) {
     release(targets_[place]);
     targets_[place] = target;
   }
-  for (const auto& [place, chain] : found.chained) {
-    release(targets_[place]);
-    targets_[place] = kChain + chains_.add(chain);
+  std::span<const Vertex> rest = found.vertices;
+  for (const Found::Chained& chain : found.chained) {
+    release(targets_[chain.place]);
+    targets_[chain.place] = kChain + chains_.add(rest.first(chain.count), chain.end, chain.passage);
+    rest = rest.subspan(chain.count);
   }
 }
 

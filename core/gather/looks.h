@@ -53,10 +53,16 @@ class Looks {
  private:
   class Caster;
   class Suspects;
-  /// What was cast again: chains apart, which are large.
+  /// What was cast again.
   struct Found {
+    struct Chained {
+      size_t place;
+      uint32_t count, end;
+      Passage passage;
+    };
     std::vector<std::pair<size_t, uint32_t>> plain;  ///< place in targets_, target
-    std::vector<std::pair<size_t, Chain>> chained;
+    std::vector<Chained> chained;
+    std::vector<Vertex> vertices;  ///< of all of these, one after the other
   };
   void set(const Found& found);
 

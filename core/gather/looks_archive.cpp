@@ -83,12 +83,10 @@ void Looks::restore(ArchiveSource& archive, const Present& present) {
     const Record& record = records[chains_.size()];
     check(record, cells);
     if (record.count > vertices.size() - next) refuse(kVertices, "is too short");
-    Chain chain;
-    chain.count = record.count, chain.end = record.end, chain.passage = record.passage;
-    std::copy_n(vertices.begin() + long(next), record.count, chain.vertex.begin());
-    for (uint32_t k = 0; k < chain.count; ++k) check(chain.vertex[k], present);
+    const auto own = std::span(vertices).subspan(next, record.count);
+    for (const Vertex& vertex : own) check(vertex, present);
     next += record.count;
-    target = kChain + chains_.add(chain);
+    target = kChain + chains_.add(own, record.end, record.passage);
   }
   if (chains_.size() != records.size()) refuse(kChains, "holds chains that no ray has");
   if (next != vertices.size()) refuse(kVertices, "is too long");
