@@ -14,6 +14,7 @@ enum : uint32_t {
   kLight,
   kPlaceU,
   kPlaceV,
+  kTurn,
   kTurnU,
   kTurnV,
   kStays
@@ -116,12 +117,16 @@ Chain ChainTracer::trace(uint64_t key, Vec3f origin, Vec3f w, const trace::Hit& 
         present_.caster, {at, n, scene.objects[object].movable ? object : scene::kNone, plane},
         {random(chain.count, kLight), random(chain.count, kPlaceU), random(chain.count, kPlaceV)},
         vertex);
+    for (float& value : vertex.direct) value *= chain.weight;
     origin = trace::leave_surface(origin, w, hit, n, plane);
-    w = trace::cosine_direction(n, random(chain.count, kTurnU), random(chain.count, kTurnV));
+    const DrawnDirection next =
+        draw_direction(present_.guiding.guides, origin, n, random(chain.count, kTurn),
+                       random(chain.count, kTurnU), random(chain.count, kTurnV));
+    w = next.w, chain.weight *= next.weight;
     chain.passage.origin = chain.passage.last = origin;
     ++chain.count;
     if (chain.count == kMostVertices ||
-        (chain.count > kSurely && !(random(chain.count, kStays) < kGoesOn)))
+        (chain.count > kSurely && !(random(chain.count, kStays) < kGoesOn)) || w == Vec3f{})
       return chain;
     hit = present_.caster.closest(origin, w);
     chain.passage.last = origin + w * (hit.valid() ? hit.t : beyond);

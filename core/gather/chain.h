@@ -9,6 +9,7 @@
 
 #include "direct/light_shape.h"
 #include "gather/cells.h"
+#include "gather/sample_rays.h"
 #include "trace/lights.h"
 #include "trace/ray_caster.h"
 
@@ -21,6 +22,7 @@ struct Present {
   std::span<const trace::Light> lights;
   std::span<const direct::Receiver> receivers;  ///< per sample, world
   const Cells& cells;
+  const Guiding& guiding;
 };
 
 inline constexpr uint32_t kMostVertices = 16;
@@ -48,6 +50,7 @@ struct Chain {
   std::array<Vertex, kMostVertices> vertex;
   uint32_t count = 0;
   uint32_t end = kDark;
+  float weight = 1;  ///< of the end; the vertices' light is weighted
   Passage passage;
 };
 

@@ -8,7 +8,8 @@
 
 namespace deltalux::gather {
 
-uint32_t ChainPool::add(std::span<const Vertex> vertices, uint32_t end, const Passage& passage) {
+uint32_t ChainPool::add(std::span<const Vertex> vertices, uint32_t end, float weight,
+                        const Passage& passage) {
   constexpr size_t kMost = size_t(1) << 31;
   if (free_.empty()) {
     if (chains_.size() >= kMost - 1)
@@ -24,7 +25,7 @@ uint32_t ChainPool::add(std::span<const Vertex> vertices, uint32_t end, const Pa
   }
   const uint32_t number = free_.back();
   Stored& stored = chains_[number];
-  stored = {gaps.back(), uint32_t(vertices.size()), end, passage};
+  stored = {gaps.back(), uint32_t(vertices.size()), end, weight, passage};
   std::copy(vertices.begin(), vertices.end(), vertices_.begin() + long(stored.first));
   gaps.pop_back();
   free_.pop_back();

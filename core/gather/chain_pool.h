@@ -11,7 +11,8 @@ namespace deltalux::gather {
 class ChainPool {
  public:
   /// Returns its number. `vertices`: at most kMostVertices.
-  uint32_t add(std::span<const Vertex> vertices, uint32_t end, const Passage& passage);
+  uint32_t add(std::span<const Vertex> vertices, uint32_t end, float weight,
+               const Passage& passage);
   void remove(uint32_t number);
   void clear();
   void reserve(size_t chains, size_t vertices);
@@ -20,6 +21,7 @@ class ChainPool {
     return {vertices_.data() + chains_[number].first, chains_[number].count};
   }
   uint32_t end(uint32_t number) const { return chains_[number].end; }
+  float weight(uint32_t number) const { return chains_[number].weight; }
   const Passage& passage(uint32_t number) const { return chains_[number].passage; }
   size_t size() const { return chains_.size() - free_.size(); }
   size_t bytes() const;
@@ -28,6 +30,7 @@ class ChainPool {
   struct Stored {
     size_t first = 0;
     uint32_t count = 0, end = kDark;
+    float weight = 1;
     Passage passage;
   };
   std::vector<Stored> chains_;

@@ -18,10 +18,12 @@ class Directions {
   uint32_t count() const { return uint32_t(points_.size()); }
   /// Of ray `ray` of `sample`, about the unit normal `n`.
   Vec3f operator()(uint32_t sample, uint32_t ray, Vec3f n) const {
-    const uint64_t shift = combine(key_, sample);
-    const auto& p = points_[ray];
-    return trace::cosine_direction(n, unit_float32(p[0] ^ uint32_t(shift)),
-                                   unit_float32(p[1] ^ uint32_t(shift >> 32)));
+    const auto [u, v] = shifted(ray, combine(key_, sample));
+    return trace::cosine_direction(n, u, v);
+  }
+  /// Point `number` of another sequence of the sample's, `stream` > 0, in the unit square.
+  std::array<float, 2> point(uint32_t sample, uint32_t stream, uint32_t number) const {
+    return shifted(number, combine(combine(key_, sample), stream));
   }
 
   /// Calls visit(ray) for all rays of `sample` about `n` that may meet the ball, and for few
@@ -58,6 +60,11 @@ class Directions {
     Vec3f axis;
     float cosine, sine;
   };
+  std::array<float, 2> shifted(uint32_t number, uint64_t shift) const {
+    const auto& p = points_[number];
+    return {unit_float32(p[0] ^ uint32_t(shift)), unit_float32(p[1] ^ uint32_t(shift >> 32))};
+  }
+
   uint64_t key_;
   std::vector<std::array<uint32_t, 2>> points_;
   std::array<Cone, kSide * kSide> cones_;

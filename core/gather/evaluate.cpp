@@ -73,15 +73,20 @@ Evaluation::Evaluation(const scene::Scene& scene, std::span<const trace::Light> 
   for (double& value : mean_radiosity_) value = area > 0 ? value / area : 0.0;
 }
 
-void Evaluation::add(const ChainPool& chains, uint32_t target, float* sums) const {
+float Evaluation::brightness(uint32_t cell) const {
+  const float* row = &radiosity_[(size_t(cell) * (kParts + 1) + kParts) * kRow];
+  return row[0] + row[1] + row[2];
+}
+
+void Evaluation::add(const ChainPool& chains, uint32_t target, float weight, float* sums) const {
   if (target == kDark) return;
   if (!Looks::is_chain(target)) {
     const float* row = &radiosity_[size_t(target) * (kParts + 1) * kRow];
-    for (size_t i = 0; i < (kParts + 1) * kRow; ++i) sums[i] += row[i];
+    for (size_t i = 0; i < (kParts + 1) * kRow; ++i) sums[i] += weight * row[i];
     return;
   }
   const uint32_t chain = Looks::chain_of(target), end = chains.end(chain);
-  float direct[3] = {}, through[3] = {1, 1, 1};
+  float direct[3] = {}, through[3] = {weight, weight, weight};
   uint32_t number = 0;
   for (const Vertex& vertex : chains.vertices(chain)) {
     const Vec3f reflectance = scene_.materials[vertex.material].reflectance;
@@ -94,6 +99,7 @@ void Evaluation::add(const ChainPool& chains, uint32_t target, float* sums) cons
       direct[c] += through[c] * vertex.direct[c] * dim;
     }
   }
+  for (float& own : through) own *= chains.weight(chain);
   const float* row = end == kDark ? kNothing : &radiosity_[size_t(end) * (kParts + 1) * kRow];
   for (size_t part = 0; part <= kParts; ++part)
     for (size_t c = 0; c < 3; ++c)
@@ -102,6 +108,7 @@ void Evaluation::add(const ChainPool& chains, uint32_t target, float* sums) cons
 
 void Evaluation::read(const Looks& looks, size_t sample, double* irradiance, double* error) const {
   const std::span<const uint32_t> targets = looks.targets(sample);
+  const std::span<const float> weights = looks.weights(sample);
   const size_t n = targets.size();
   // By part of the rays and batch of the paths, the last one in all. Each part is a run of the
   // Sobol' sequence, evenly spread by itself.
@@ -109,7 +116,8 @@ void Evaluation::read(const Looks& looks, size_t sample, double* irradiance, dou
   size_t rays[kParts];
   for (size_t part = 0; part < kParts; ++part) {
     const size_t first = n * part / kParts, last = n * (part + 1) / kParts;
-    for (size_t ray = first; ray < last; ++ray) add(looks.chains(), targets[ray], sums[part]);
+    for (size_t ray = first; ray < last; ++ray)
+      add(looks.chains(), targets[ray], weights.empty() ? 1.0f : weights[ray], sums[part]);
     rays[part] = std::max<size_t>(1, last - first);
   }
   for (size_t c = 0; c < 3; ++c) {

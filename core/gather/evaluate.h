@@ -32,13 +32,15 @@ class Evaluation {
   Evaluation(const scene::Scene& scene, std::span<const trace::Light> lights, const Cells& cells,
              const Coverage& coverage, const CellSums& sums, const Scales& scales,
              const Workers& workers);
+  /// Sum of a cell's radiosity in all channels.
+  float brightness(uint32_t cell) const;
   /// Irradiance of a sample and its standard error, 3 each.
   void read(const Looks& looks, size_t sample, double* irradiance, double* error) const;
 
  private:
-  static constexpr uint32_t kParts = 8;  // batches of paths; as many parts of the rays
-  /// Adds what `target` sends, per batch and in all: (kParts + 1) x 4.
-  void add(const ChainPool& chains, uint32_t target, float* sums) const;
+  /// Adds `weight` times what `target` sends, per batch and in all: (kParts + 1) x 4. There are as
+  /// many batches of paths as parts of the rays.
+  void add(const ChainPool& chains, uint32_t target, float weight, float* sums) const;
 
   const scene::Scene& scene_;
   std::span<const trace::Light> lights_;

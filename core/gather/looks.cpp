@@ -25,24 +25,19 @@ class Looks::Caster {
         chains_(present, finder_, looks.seed_) {}
 
   bool blind(size_t sample) const { return present_.receivers[sample].normal == Vec3f{}; }
-  Vec3f origin(size_t sample) const {
-    const direct::Receiver& receiver = present_.receivers[sample];
-    return receiver.point + receiver.normal * receiver.slack();
+  SampleRays rays(size_t sample) const {
+    return {looks_.directions_, present_.guiding, uint32_t(sample), present_.receivers[sample]};
   }
-  Vec3f normal(size_t sample) const { return present_.receivers[sample].normal; }
-  Vec3f direction(size_t sample, uint32_t ray) const {
-    return looks_.directions_(uint32_t(sample), ray, present_.receivers[sample].normal);
-  }
-  void look(size_t sample, uint32_t ray, Found& out) const {
+  void look(const SampleRays& rays, size_t sample, uint32_t ray, Found& out) const {
     const size_t place = sample * looks_.rays() + ray;
+    const Vec3f o = rays.origin(), w = blind(sample) ? Vec3f{} : rays.direction(ray);
     uint32_t target = kDark;
-    if (!blind(sample)) {
-      const Vec3f o = origin(sample), w = direction(sample, ray);
+    if (!(w == Vec3f{})) {
       const trace::Hit hit = present_.caster.closest(o, w);
       if (hit.valid()) target = finder_.find(hit.primitive, o, w, hit.t);
       if (target != kNoCell && hit.t < present_.cells.near(target)) {
         const Chain chain = chains_.trace(uint64_t(place), o, w, hit);
-        out.chained.push_back({place, chain.count, chain.end, chain.passage});
+        out.chained.push_back({place, chain.count, chain.end, chain.weight, chain.passage});
         out.vertices.insert(out.vertices.end(), chain.vertex.begin(),
                             chain.vertex.begin() + chain.count);
         return;
@@ -70,17 +65,15 @@ class Looks::Suspects {
   }
 
   /// again[ray] = 1 where what the ray met may be gone, or something may be in its way now.
-  void mark(const Caster& caster, size_t sample, std::span<const uint32_t> targets,
+  void mark(const SampleRays& rays, std::span<const uint32_t> targets,
             std::vector<uint8_t>& again) const {
     for (size_t ray = 0; ray < targets.size(); ++ray) again[ray] = gone(targets[ray]);
-    const Vec3f o = caster.origin(sample);
     for (const Box& box : change_.after)
-      looks_.directions_.each_towards(
-          uint32_t(sample), caster.normal(sample), box.centre() - o, 0.5001f * box.diagonal(),
-          [&](uint32_t ray) {
-            if (!again[ray])
-              again[ray] = SlabRay(o, caster.direction(sample, ray)).entry(box, kFar) < kFar;
-          });
+      rays.each_towards(box.centre(), 0.5001f * box.diagonal(), [&](uint32_t ray) {
+        if (again[ray]) return;
+        const Vec3f w = rays.direction(ray);
+        again[ray] = !(w == Vec3f{}) && SlabRay(rays.origin(), w).entry(box, kFar) < kFar;
+      });
   }
 
  private:
@@ -127,7 +120,8 @@ void Looks::set(const Found& found) {
   std::span<const Vertex> rest = found.vertices;
   for (const Found::Chained& chain : found.chained) {
     release(targets_[chain.place]);
-    targets_[chain.place] = kChain + chains_.add(rest.first(chain.count), chain.end, chain.passage);
+    targets_[chain.place] =
+        kChain + chains_.add(rest.first(chain.count), chain.end, chain.weight, chain.passage);
     rest = rest.subspan(chain.count);
   }
 }
@@ -144,12 +138,29 @@ void Looks::cast(const Present& present, const Workers& workers, Progress& progr
     workers.for_blocks(portion, kGrain, [&](size_t begin, size_t end) {
       for (size_t sample = first + begin; sample < first + end; ++sample) {
         progress.check();
-        for (uint32_t ray = 0; ray < rays(); ++ray) caster.look(sample, ray, found[begin / kGrain]);
+        const SampleRays own = caster.rays(sample);
+        for (uint32_t ray = 0; ray < rays(); ++ray)
+          caster.look(own, sample, ray, found[begin / kGrain]);
       }
       progress.advance(end - begin);
     });
     for (const Found& block : found) set(block);
   }
+  weigh(present, nullptr, workers);
+}
+
+void Looks::weigh(const Present& present, const std::vector<uint8_t>* changed,
+                  const Workers& workers) {
+  if (present.guiding.shares.empty()) return;
+  weights_.resize(targets_.size(), 1.0f);
+  workers.for_blocks(samples_, kGrain, [&](size_t begin, size_t end) {
+    for (size_t sample = begin; sample < end; ++sample) {
+      if (changed && !(*changed)[sample]) continue;
+      const SampleRays own(directions_, present.guiding, uint32_t(sample),
+                           present.receivers[sample]);
+      for (uint32_t ray = 0; ray < rays(); ++ray) weights_[sample * rays() + ray] = own.weight(ray);
+    }
+  });
 }
 
 uint64_t Looks::update(const Present& present, const Change& change, const Workers& workers,
@@ -165,12 +176,14 @@ uint64_t Looks::update(const Present& present, const Change& change, const Worke
       if (!all && caster.blind(sample)) continue;
       thread_local std::vector<uint8_t> again;
       again.assign(rays(), all);
-      if (!all) suspects.mark(caster, sample, targets(sample), again);
+      const SampleRays own = caster.rays(sample);
+      if (!all) suspects.mark(own, targets(sample), again);
       for (uint32_t ray = 0; ray < rays(); ++ray)
-        if (again[ray]) caster.look(sample, ray, out);
+        if (again[ray]) caster.look(own, sample, ray, out);
     }
     progress.advance(end - begin);
   });
+  weigh(present, &change.samples, workers);
   uint64_t count = 0;
   for (const Found& block : found) {
     count += block.plain.size() + block.chained.size();
@@ -181,10 +194,13 @@ uint64_t Looks::update(const Present& present, const Change& change, const Worke
 
 double Looks::forecast_bytes(size_t samples, uint32_t rays) {
   // A tenth to a third of the rays begin a chain, of two vertices or three.
-  constexpr double kPerRay = sizeof(uint32_t) + 0.2 * (64 + 2.5 * sizeof(Vertex));
+  constexpr double kPerRay = sizeof(uint32_t) + sizeof(float) + 0.2 * (72 + 2.5 * sizeof(Vertex));
   return double(samples) * double(rays) * kPerRay;
 }
 
-size_t Looks::bytes() const { return targets_.capacity() * sizeof(uint32_t) + chains_.bytes(); }
+size_t Looks::bytes() const {
+  return targets_.capacity() * sizeof(uint32_t) + weights_.capacity() * sizeof(float) +
+         chains_.bytes();
+}
 
 }  // namespace deltalux::gather

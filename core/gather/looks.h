@@ -39,6 +39,11 @@ class Looks {
   std::span<const uint32_t> targets(size_t sample) const {
     return std::span(targets_).subspan(sample * rays(), rays());
   }
+  /// What the light along each ray of a sample counts times; empty: once.
+  std::span<const float> weights(size_t sample) const {
+    return weights_.empty() ? std::span<const float>{}
+                            : std::span(weights_).subspan(sample * rays(), rays());
+  }
   static bool is_chain(uint32_t target) { return target >= kChain && target != kDark; }
   static uint32_t chain_of(uint32_t target) { return target - kChain; }
   const ChainPool& chains() const { return chains_; }
@@ -48,7 +53,7 @@ class Looks {
   /// Arrays named "gather.…".
   void save(ArchiveView& archive) const;
   /// What save() wrote, in the same state. Throws FormatError: then this object is of no use.
-  void restore(ArchiveSource& archive, const Present& present);
+  void restore(ArchiveSource& archive, const Present& present, const Workers& workers);
 
  private:
   class Caster;
@@ -58,6 +63,7 @@ class Looks {
     struct Chained {
       size_t place;
       uint32_t count, end;
+      float weight;
       Passage passage;
     };
     std::vector<std::pair<size_t, uint32_t>> plain;  ///< place in targets_, target
@@ -65,11 +71,14 @@ class Looks {
     std::vector<Vertex> vertices;  ///< of all of these, one after the other
   };
   void set(const Found& found);
+  /// Of the samples whose receivers changed, or of all.
+  void weigh(const Present& present, const std::vector<uint8_t>* changed, const Workers& workers);
 
   size_t samples_;
   uint64_t seed_;
   Directions directions_;
   std::vector<uint32_t> targets_;
+  std::vector<float> weights_;  // per target; empty without guides
   ChainPool chains_;
 };
 

@@ -16,9 +16,10 @@ constexpr const char* kVertices = "gather.vertices";
 /// A chain without its vertices.
 struct Record {
   uint32_t count, end;
+  float weight;
   Passage passage;
 };
-static_assert(sizeof(Record) == 56 && sizeof(Vertex) == 20);
+static_assert(sizeof(Record) == 60 && sizeof(Vertex) == 20);
 
 [[noreturn]] void refuse(const char* array, const std::string& what) {
   throw FormatError("\"" + std::string(array) + "\": " + what);
@@ -30,6 +31,8 @@ void check(const Record& record, uint32_t cells) {
   if (record.count < 1 || record.count > kMostVertices)
     refuse(kChains, "found a chain of " + std::to_string(record.count) + " vertices");
   if (record.end != kDark && record.end >= cells) refuse(kChains, "found a cell that is not there");
+  if (!(record.weight >= 0 && std::isfinite(record.weight)))
+    refuse(kChains, "found a weight that is not finite or negative");
   const Passage& passage = record.passage;
   for (Vec3f p : {passage.near.low, passage.near.high, passage.origin, passage.last})
     if (!is_finite(p)) refuse(kChains, "found a place that is not finite");
@@ -57,7 +60,8 @@ void Looks::save(ArchiveView& archive) const {
     const uint32_t number = chain_of(target);
     const auto own = chains_.vertices(number);
     target = kChain + uint32_t(records.size());
-    records.push_back({uint32_t(own.size()), chains_.end(number), chains_.passage(number)});
+    records.push_back({uint32_t(own.size()), chains_.end(number), chains_.weight(number),
+                       chains_.passage(number)});
     vertices.insert(vertices.end(), own.begin(), own.end());
   }
   archive.keep(kTargets, targets);
@@ -65,7 +69,7 @@ void Looks::save(ArchiveView& archive) const {
   archive.keep(kVertices, vertices);
 }
 
-void Looks::restore(ArchiveSource& archive, const Present& present) {
+void Looks::restore(ArchiveSource& archive, const Present& present, const Workers& workers) {
   targets_ = archive.read_all<uint32_t>(kTargets, samples_ * rays());
   const auto records = archive.read_all<Record>(kChains, archive.count<Record>(kChains));
   const auto vertices = archive.read_all<Vertex>(kVertices, archive.count<Vertex>(kVertices));
@@ -86,10 +90,11 @@ void Looks::restore(ArchiveSource& archive, const Present& present) {
     const auto own = std::span(vertices).subspan(next, record.count);
     for (const Vertex& vertex : own) check(vertex, present);
     next += record.count;
-    target = kChain + chains_.add(own, record.end, record.passage);
+    target = kChain + chains_.add(own, record.end, record.weight, record.passage);
   }
   if (chains_.size() != records.size()) refuse(kChains, "holds chains that no ray has");
   if (next != vertices.size()) refuse(kVertices, "is too long");
+  weigh(present, nullptr, workers);
 }
 
 }  // namespace deltalux::gather

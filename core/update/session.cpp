@@ -183,6 +183,7 @@ Report Session::bake(Progress& progress) {
     compute_direct(progress);
     report.milliseconds.emplace_back("direct", now_ms() - start);
     start = now_ms();
+    choose_guides();
     look_around(progress);
     report.milliseconds.emplace_back("gather", now_ms() - start);
     refresh_areas(nullptr);
@@ -292,7 +293,7 @@ size_t Session::bytes() const {
   if (direct_) sum += direct_->bytes();
   if (s.gather)
     sum += s.gather->cells.bytes() + s.gather->looks.bytes() + s.gather->coverage.bytes() +
-           s.gather->sums.quanta.capacity() * sizeof(int64_t);
+           s.gather->sums.quanta.capacity() * sizeof(int64_t) + s.guiding.bytes();
   if (s.static_index) sum += s.static_index->bytes();
   for (const MovingPart& part : s.moving) sum += part.index->bytes();
   return sum;

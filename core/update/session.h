@@ -133,9 +133,12 @@ class Session {
   /// Forgets those that an edit that failed brought.
   void shrink_cell_sums() noexcept;
   void look_around(Progress& progress);
+  void choose_guides();
   /// Of the present sums; nullopt in sessions that do not gather.
   std::optional<gather::Evaluation> evaluation() const;
-  gather::Present present(std::span<const direct::Receiver> receivers) const;
+  gather::Present present(std::span<const direct::Receiver> receivers,
+                          const gather::Guiding& guiding) const;
+  std::vector<gather::RayShares> shares_of(std::span<const direct::Receiver> receivers) const;
   void update_looks(std::span<const ObjectChange> changes, bool lights, Progress& progress,
                     Report& report);
   void refresh_areas(const std::vector<ObjectChange>* changes);

@@ -2,6 +2,8 @@
 // Where the session meets the final gather: cells, what samples see, and what an edit changes.
 #include <numeric>
 
+#include "base/random.h"
+#include "gather/find_guides.h"
 #include "samples/placement.h"
 #include "update/landings.h"
 #include "update/session.h"
@@ -45,16 +47,40 @@ void Session::shrink_cell_sums() noexcept {
   s.gather->sums.quanta.resize(s.gather->sums.at(s.gather->cells.size(), 0, 0));
 }
 
+void Session::choose_guides() {
+  State& s = *state_;
+  s.guiding = {};
+  if (!s.gather) return;
+  s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
+  s.guiding.guides = gather::find_guides(present(receivers_, s.guiding), *evaluation(),
+                                         s.gather->cells.metre(), s.options.seed, s.workers);
+  s.guiding.shares = shares_of(receivers_);
+}
+
+std::vector<gather::RayShares> Session::shares_of(
+    std::span<const direct::Receiver> receivers) const {
+  const State& s = *state_;
+  if (s.guiding.guides.empty()) return {};
+  std::vector<gather::RayShares> shares(receivers.size());
+  s.workers.for_blocks(shares.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i)
+      shares[i] = gather::share_rays(s.guiding.guides, receivers[i], s.options.gather_rays,
+                                     *s.caster, combine(s.options.seed, i));
+  });
+  return shares;
+}
+
 void Session::look_around(Progress& progress) {
   State& s = *state_;
   if (!s.gather) return;
   s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
-  s.gather->looks.cast(present(receivers_), s.workers, progress);
+  s.gather->looks.cast(present(receivers_, s.guiding), s.workers, progress);
 }
 
-gather::Present Session::present(std::span<const direct::Receiver> receivers) const {
+gather::Present Session::present(std::span<const direct::Receiver> receivers,
+                                 const gather::Guiding& guiding) const {
   const State& s = *state_;
-  return {s.scene, *s.caster, s.lights, receivers, s.gather->cells};
+  return {s.scene, *s.caster, s.lights, receivers, s.gather->cells, guiding};
 }
 
 std::optional<gather::Evaluation> Session::evaluation() const {
@@ -88,8 +114,9 @@ void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> no
     direct::DirectLight direct(count, s.scene.group_count, direct_->irradiance_quantum(),
                                s.options.seed);
     direct.compute({*s.caster, s.lights, all, receivers}, s.workers, part);
+    const gather::Guiding guiding{s.guiding.guides, shares_of(receivers)};
     gather::Looks looks(count, s.options.gather_rays, s.options.seed);
-    looks.cast(present(receivers), s.workers, part);
+    looks.cast(present(receivers, guiding), s.workers, part);
     s.workers.for_blocks(count, kGrain, [&](size_t begin, size_t end) {
       for (size_t i = begin; i < end; ++i) {
         double around[3], error[3];
@@ -119,7 +146,8 @@ void Session::restore_looks(ArchiveSource& archive) {
     landings.add(b, slots, +1);
   }
   s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
-  s.gather->looks.restore(archive, present(receivers_));
+  s.guiding.restore(archive, s.samples.size(), s.options.gather_rays);
+  s.gather->looks.restore(archive, present(receivers_, s.guiding), s.workers);
 }
 
 void Session::update_looks(std::span<const ObjectChange> changes, bool lights, Progress& progress,
@@ -138,7 +166,8 @@ void Session::update_looks(std::span<const ObjectChange> changes, bool lights, P
   for (uint32_t id : moved_samples(s, changes)) change.samples[id] = 1;
   s.gather->coverage.update(s.scene, *s.caster, s.gather->cells, change.objects, change.boxes,
                             s.workers);
-  report.gathered_rays = s.gather->looks.update(present(receivers_), change, s.workers, progress);
+  report.gathered_rays =
+      s.gather->looks.update(present(receivers_, s.guiding), change, s.workers, progress);
 }
 
 }  // namespace deltalux::update

@@ -62,7 +62,7 @@ void chain_looks(Lanes& lanes, const gather::Looks& looks) {
       }
       const gather::ChainPool& chains = looks.chains();
       const uint32_t number = gather::Looks::chain_of(target);
-      lanes.chain(chains.end(number));
+      lanes.chain(uint64_t(bits(chains.weight(number))) << 32 | chains.end(number));
       for (const gather::Vertex& vertex : chains.vertices(number)) {
         lanes.chain(uint64_t(vertex.material) << 32 | vertex.light);
         for (float value : vertex.direct) lanes.chain(bits(value));

@@ -93,7 +93,10 @@ ArchiveView Session::save() const {
   archive.keep("level_sizes", level_sizes);
   archive.keep("direct.quantum", std::vector<double>{direct_->irradiance_quantum()});
   direct_->save(archive);
-  if (s.gather) s.gather->looks.save(archive);
+  if (s.gather) {
+    s.guiding.save(archive);
+    s.gather->looks.save(archive);
+  }
   return archive;
 }
 

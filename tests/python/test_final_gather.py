@@ -105,12 +105,18 @@ def test_dimming_casts_no_ray(session):
 
 
 def test_any_point_can_be_asked(session):
-    """Within the noise of 32 rays of what samples there have, far from any sample, too."""
+    """Within the noise of 32 rays of what samples there have, far from any sample, too.
+
+    The claimed errors of the samples' mean, which leave out that all read the same cells: beyond four of
+    them with probability 6e-5, were the paths' noise not shared.
+    """
     samples = session.samples
     still = samples.attached == None  # noqa: E711
     found = session.at(samples.points[still], samples.normals[still])
     own = session.irradiance[still]
-    assert found.mean() == pytest.approx(own.mean(), rel=0.02)
+    error = np.sqrt((session.standard_error[still].mean(axis=1) ** 2).sum()) / np.count_nonzero(still)
+    assert error < 0.02 * own.mean()
+    assert abs(found.mean() - own.mean()) <= 4 * np.sqrt(2) * error
     lonely = dl.Samples([[0.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
     with dl.Session(session.scene, lonely, paths=5000, gather=32) as other:
         other.bake()

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+// A pilot votes for bright places; what lies close together makes a guide.
+#include "gather/find_guides.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "base/random.h"
+#include "gather/directions.h"
+
+namespace deltalux::gather {
+namespace {
+
+constexpr size_t kPilots = 1024;       // samples at most
+constexpr uint32_t kPilotRays = 64;    // of each
+constexpr float kBright = 6;           // times the mean of a sample's rays
+constexpr float kReach = 0.5f;         // metres: what is farther from the brightest is apart
+constexpr float kAlike = 0.9f;         // cosine between normals of one place
+constexpr float kFlat = 0.05f;         // of its reach: how much it may rise
+constexpr double kLeastShare = 0.003;  // of the pilots' variance, for a place to be worth a guide
+constexpr double kLeastChance = 0.05;  // of a texel, of the mean: cells are not all that is there
+constexpr float kFalloff = 0.3f;       // of the brightest: as bright a place
+constexpr size_t kLeastVotes = 3;
+
+/// What a ray of a sample met.
+struct Vote {
+  Vec3f at, normal;
+  float radiosity, around;
+  double weight;  // share of its sample's variance
+  bool bright() const { return radiosity > kBright * around; }
+};
+
+std::vector<Vote> vote(const Present& present, const Evaluation& evaluation,
+                       const CellFinder& finder, const Directions& directions, uint32_t sample) {
+  std::vector<Vote> out;
+  const direct::Receiver& receiver = present.receivers[sample];
+  if (receiver.normal == Vec3f{}) return out;
+  const Vec3f origin = receiver.point + receiver.normal * receiver.slack();
+  float all = 0;
+  for (uint32_t ray = 0; ray < kPilotRays; ++ray) {
+    const Vec3f w = directions(sample, ray, receiver.normal);
+    const trace::Hit hit = present.caster.closest(origin, w);
+    if (!hit.valid()) continue;
+    const uint32_t cell = finder.find(hit.primitive, origin, w, hit.t);
+    if (cell == kNoCell || hit.t < present.cells.near(cell)) continue;
+    out.push_back(
+        {origin + w * hit.t, trace::facing_normal(hit, w), evaluation.brightness(cell), 0, 0});
+    all += out.back().radiosity;
+  }
+  if (!(all > 0)) return {};
+  for (Vote& own : out) {
+    own.weight = double(own.radiosity / all) * double(own.radiosity / all);
+    own.around = all / kPilotRays;
+  }
+  return out;
+}
+
+/// Takes out the first vote and others around it. A guide, if the place is bright to most who see
+/// it: a wall is, to those who see it through a gap alone.
+std::optional<Guide> take_place(std::vector<Vote>& votes, double least, float reach, float margin) {
+  const Vote first = votes.front();
+  const auto beside = [&](const Vote& other) {
+    const Vec3f d = other.at - first.at;
+    return dot(d, d) < reach * reach && std::fabs(dot(d, first.normal)) < kFlat * reach &&
+           dot(other.normal, first.normal) > kAlike;
+  };
+  const auto alike = [&](const Vote& other) {
+    return other.radiosity > kFalloff * first.radiosity && beside(other);
+  };
+  size_t bright = 0, as_bright = 0;
+  double weight = 0;
+  Box box;
+  Vec3d normal{};
+  std::vector<float> around;
+  for (const Vote& vote : votes) {
+    if (!beside(vote)) continue;
+    // Of all who look there: those whose ray met the brightest take it for too bright a room.
+    around.push_back(vote.around);
+    if (alike(vote)) ++as_bright, bright += vote.bright();
+    if (!vote.bright()) continue;
+    box.grow(vote.at);
+    normal = normal + Vec3d(vote.normal) * vote.weight;
+    weight += vote.weight;
+  }
+  if (bright < kLeastVotes || 2 * bright < as_bright || !(weight > least)) {
+    std::erase_if(votes, alike);
+    return std::nullopt;
+  }
+  std::nth_element(around.begin(), around.begin() + long(around.size() / 2), around.end());
+  Guide guide{};
+  guide.centre = box.centre(), guide.normal = normalize(Vec3f(normal));
+  guide.around = around[around.size() / 2];
+  for (const Vote& vote : votes)
+    if (vote.bright() && beside(vote))
+      guide.half = std::max(guide.half, length(vote.at - guide.centre) + margin);
+  std::erase_if(votes, beside);
+  return guide;
+}
+
+/// Chances of texels by the light of what lies at them.
+void paint(Guide& guide, const Present& present, const Evaluation& evaluation,
+           const CellFinder& finder) {
+  constexpr size_t kSide = Guide::kSide;
+  std::array<std::array<float, kSide>, kSide> texel{};
+  double sum = 0, squares = 0;
+  for (size_t k = 0; k < kSide; ++k)
+    for (size_t i = 0; i < kSide; ++i) {
+      const Vec3f above = guide.point((float(i) + 0.5f) / kSide, (float(k) + 0.5f) / kSide) +
+                          guide.normal * (0.5f * guide.half);
+      const trace::Hit hit = present.caster.closest(above, -guide.normal, 0, guide.half);
+      const uint32_t cell =
+          hit.valid() ? finder.find(hit.primitive, above, -guide.normal, hit.t) : kNoCell;
+      if (cell != kNoCell) texel[k][i] = evaluation.brightness(cell);
+      sum += double(texel[k][i]), squares += double(texel[k][i]) * double(texel[k][i]);
+    }
+  constexpr double kTexels = double(kSide * kSide);
+  guide.radiosity = float(sum / kTexels), guide.brightest = float(std::sqrt(squares / kTexels));
+  // A texel across a cell's border is as bright as its brightest part.
+  const auto brightest = [&](size_t k, size_t i) {
+    float most = float(kLeastChance * sum / kTexels);
+    for (size_t y = k > 0 ? k - 1 : 0; y < std::min(k + 2, kSide); ++y)
+      for (size_t x = i > 0 ? i - 1 : 0; x < std::min(i + 2, kSide); ++x)
+        most = std::max(most, texel[y][x]);
+    return most;
+  };
+  auto chance = texel;
+  double all = 0;
+  for (size_t k = 0; k < kSide; ++k)
+    for (size_t i = 0; i < kSide; ++i) all += double(chance[k][i] = brightest(k, i));
+  double rows = 0;
+  for (size_t k = 0; k < kSide; ++k) {
+    double line = 0, before = 0;
+    for (float value : chance[k]) line += double(value);
+    guide.row[k] = float(rows / all), rows += line;
+    for (size_t i = 0; i < kSide; ++i)
+      guide.column[k][i] = float(before / line), before += double(chance[k][i]);
+    guide.column[k][kSide] = 1;
+  }
+  guide.row[kSide] = 1;
+}
+
+}  // namespace
+
+std::vector<Guide> find_guides(const Present& present, const Evaluation& evaluation, float metre,
+                               uint64_t seed, const Workers& workers) {
+  const size_t n = present.receivers.size(), step = (n + kPilots - 1) / kPilots;
+  if (!n) return {};
+  const Directions directions(kPilotRays, seed ^ 0x6775696465212121ull);
+  const CellFinder finder(present.scene, present.cells);
+  std::vector<std::vector<Vote>> found((n + step - 1) / step);
+  workers.for_blocks(found.size(), 16, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i)
+      found[i] = vote(present, evaluation, finder, directions, uint32_t(i * step));
+  });
+  std::vector<Vote> votes;
+  double variance = 0;
+  for (const std::vector<Vote>& own : found)
+    for (const Vote& vote : own) votes.push_back(vote), variance += vote.weight;
+  // Bright ones come first: who is bright follows from the weight.
+  std::stable_sort(votes.begin(), votes.end(),
+                   [](const Vote& a, const Vote& b) { return a.weight > b.weight; });
+  std::vector<Guide> guides;
+  const float margin = 0.5f * present.cells.edge();
+  while (!votes.empty() && votes.front().bright() && guides.size() < kMostGuides) {
+    std::optional<Guide> guide = take_place(votes, kLeastShare * variance, kReach * metre, margin);
+    if (!guide) continue;
+    paint(*guide, present, evaluation, finder);
+    if (guide->radiosity > 0) guides.push_back(*guide);
+  }
+  return guides;
+}
+
+}  // namespace deltalux::gather

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which places are so bright and small that they want rays of their own.
+#pragma once
+#include <vector>
+
+#include "base/parallel.h"
+#include "gather/chain.h"
+#include "gather/evaluate.h"
+#include "gather/guide.h"
+
+namespace deltalux::gather {
+
+/// Where some rays of a sample bring more than the others together, by a few rays of some of the
+/// samples. Whatever it finds, weighted rays bring the same light on the average.
+std::vector<Guide> find_guides(const Present& present, const Evaluation& evaluation, float metre,
+                               uint64_t seed, const Workers& workers);
+
+}  // namespace deltalux::gather

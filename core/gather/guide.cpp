@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+// Squares as targets of rays.
+#include "gather/guide.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "trace/scatter.h"
+
+namespace deltalux::gather {
+
+namespace {
+
+/// Where in [0, 1) of cumulative chances a random number falls: interval, and place within.
+struct Fall {
+  size_t interval;
+  float within;
+};
+Fall fall(const std::array<float, Guide::kSide + 1>& cumulative, float at) {
+  const auto above = std::upper_bound(cumulative.begin() + 1, cumulative.end() - 1, at);
+  const size_t i = size_t(above - cumulative.begin()) - 1;
+  const float low = cumulative[i], wide = cumulative[i + 1] - low;
+  return {i, wide > 0 ? std::clamp((at - low) / wide, 0.0f, 0x1.fffffep-1f) : 0.5f};
+}
+
+}  // namespace
+
+Vec3f Guide::point(float u, float v) const {
+  return centre + turned({half * (2 * u - 1), half * (2 * v - 1), 0}, normal);
+}
+
+Target::Target(const Guide& guide, Vec3f from) : guide_(&guide), to_centre_(guide.centre - from) {
+  tangent_frame(guide.normal, u_, v_);
+}
+
+Vec3f Target::direction(float u, float v) const {
+  const Fall row = fall(guide_->row, v), column = fall(guide_->column[row.interval], u);
+  const auto place = [&](const Fall& f) {
+    return guide_->half * (2 * (float(f.interval) + f.within) / Guide::kSide - 1);
+  };
+  const Vec3f d = to_centre_ + u_ * place(column) + v_ * place(row);
+  const float distance = length(d);
+  return distance > 0 ? d * (1 / distance) : Vec3f{};
+}
+
+float Target::density(Vec3f w) const {
+  const float along = dot(w, guide_->normal);
+  const float t = along != 0 ? dot(to_centre_, guide_->normal) / along : 0.0f;
+  if (!(t > 0)) return 0;
+  const Vec3f off = w * t - to_centre_;
+  const float half = guide_->half, x = dot(off, u_) + half, y = dot(off, v_) + half;
+  if (!(x >= 0 && x < 2 * half && y >= 0 && y < 2 * half)) return 0;
+  const float texel = 2 * half / Guide::kSide;
+  const size_t i = std::min(size_t(x / texel), Guide::kSide - 1);
+  const size_t k = std::min(size_t(y / texel), Guide::kSide - 1);
+  const float chance =
+      (guide_->row[k + 1] - guide_->row[k]) * (guide_->column[k][i + 1] - guide_->column[k][i]);
+  return std::numbers::pi_v<float> * chance * t * t / (std::fabs(along) * texel * texel);
+}
+
+float share_of_view(const Guide& guide, Vec3f from, Vec3f n) {
+  constexpr float kGrazing = 0.01f;  // cosine: a disc that is seen more aslant is left out
+  const Vec3f d = guide.centre - from;
+  const float squared = dot(d, d), distance = std::sqrt(squared);
+  // Close to it, evenly spread rays find it.
+  if (!(distance > guide.half)) return 0;
+  const float above = std::min(dot(n, d) + guide.half, distance) / distance;
+  const float front = -dot(guide.normal, d) / distance;
+  if (!(above > 0) || !(front > kGrazing)) return 0;
+  return above * front * 4 * guide.half * guide.half / (std::numbers::pi_v<float> * squared);
+}
+
+DrawnDirection draw_direction(std::span<const Guide> guides, Vec3f from, Vec3f n, float choice,
+                              float u, float v) {
+  std::array<float, kMostGuides> share;
+  float all = 0;
+  for (size_t g = 0; g < guides.size(); ++g) {
+    share[g] = guides[g].radiosity / guides[g].around * share_of_view(guides[g], from, n);
+    all += share[g];
+  }
+  if (!(all > 0)) return {trace::cosine_direction(n, u, v), 1};
+  const float most = all / std::max(2 * all, all + 1);  // chance of the guides together
+  Vec3f w;
+  if (choice >= most) {
+    w = trace::cosine_direction(n, u, v);
+  } else {
+    float left = choice / most * all;
+    size_t chosen = 0;
+    for (size_t g = 0; g < guides.size() && left >= 0; ++g)
+      if (share[g] > 0) chosen = g, left -= share[g];
+    w = Target(guides[chosen], from).direction(u, v);
+  }
+  const float cosine = dot(w, n);
+  if (!(cosine > 0)) return {};
+  float density = cosine * (1 - most);
+  for (size_t g = 0; g < guides.size(); ++g)
+    if (share[g] > 0) density += most * share[g] / all * Target(guides[g], from).density(w);
+  return {w, cosine / density};
+}
+
+bool Target::may_meet(Vec3f to_ball, float radius) const {
+  const float own = length(to_centre_), other = length(to_ball);
+  const float around = 1.5f * guide_->half;  // more than to its corners
+  if (!(own > around) || !(other > radius)) return true;
+  const float sine_a = around / own, sine_b = radius / other;
+  const float cosine_a = std::sqrt(1 - sine_a * sine_a), cosine_b = std::sqrt(1 - sine_b * sine_b);
+  // Of the angle between the axes, against the sum of both half angles.
+  return dot(to_centre_, to_ball) >= own * other * (cosine_a * cosine_b - sine_a * sine_b - 1e-4f);
+}
+
+}  // namespace deltalux::gather

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// A small bright place, as the pool of a spot or of the sun, and the directions towards it.
+#pragma once
+#include <array>
+#include <span>
+#include <vector>
+
+#include "base/vec.h"
+
+namespace deltalux::gather {
+
+/// A square around a bright place, which evenly spread rays find too often or never: rays towards
+/// it are drawn more often, and weigh less. All light is the sum of the channels.
+struct Guide {
+  static constexpr size_t kSide = 16;  ///< its texels
+
+  Vec3f centre, normal;
+  float half;       ///< of its side
+  float radiosity;  ///< mean
+  float brightest;  ///< root mean square: of what a ray that meets it by chance brings
+  float around;     ///< irradiance of those samples that see it
+  /// Chances: of a row below the given one, and of a column below it within each row.
+  std::array<float, kSide + 1> row;
+  std::array<std::array<float, kSide + 1>, kSide> column;
+
+  /// Directions of the rows' and the columns' axis follow from the normal.
+  Vec3f point(float u, float v) const;
+};
+
+/// A guide as a place sees it: directions towards its points.
+class Target {
+ public:
+  Target() = default;
+  Target(const Guide& guide, Vec3f from);
+  /// Towards texels by their chances. `u`, `v`: random, in [0, 1).
+  Vec3f direction(float u, float v) const;
+  /// Chance per solid angle of direction(), times pi.
+  float density(Vec3f w) const;
+  /// False only where no direction of it meets the ball.
+  bool may_meet(Vec3f to_centre, float radius) const;
+
+ private:
+  const Guide* guide_ = nullptr;
+  Vec3f to_centre_{}, u_{}, v_{};
+};
+
+inline constexpr uint32_t kMostGuides = 64;
+
+/// Cosine of a receiver's angle times what a guide is of its view, unshadowed: times radiosity, the
+/// guide's irradiance. 0 where it is behind, or about the receiver.
+float share_of_view(const Guide& guide, Vec3f from, Vec3f n);
+
+/// One direction about the unit normal `n`, and what the light along it counts times.
+struct DrawnDirection {
+  Vec3f w;
+  float weight;
+};
+/// Cosine-distributed, or towards one of the guides by what it may bring (at most half of them).
+/// `choice`, `u`, `v`: random, in [0, 1).
+DrawnDirection draw_direction(std::span<const Guide> guides, Vec3f from, Vec3f n, float choice,
+                              float u, float v);
+
+}  // namespace deltalux::gather

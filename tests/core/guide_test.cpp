@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+// Guides: chances of directions add up to one, and weighted rays bring what even ones bring.
+#include "gather/guide.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "gather/sample_rays.h"
+
+namespace deltalux::gather {
+namespace {
+
+constexpr size_t kSide = Guide::kSide;
+
+/// A square in the plane y = 0 whose chances grow along both axes.
+Guide ramp(Vec3f centre = {0.4f, 0, -0.2f}, float half = 0.3f) {
+  Guide guide{};
+  guide.centre = centre, guide.normal = {0, 1, 0}, guide.half = half;
+  guide.radiosity = guide.brightest = 50, guide.around = 1;
+  for (size_t k = 0; k <= kSide; ++k) {
+    const float x = float(k) / kSide;
+    guide.row[k] = x * x;
+    for (auto& column : guide.column) column[k] = 0.5f * (x + x * x);
+  }
+  return guide;
+}
+
+Vec3f random_direction(uint32_t i, uint64_t seed) {
+  const auto r = sobol::sample(i, seed);
+  const float z = 2 * r[0] - 1, flat = std::sqrt(1 - z * z);
+  const float phi = 2 * std::numbers::pi_v<float> * r[1];
+  return {flat * std::cos(phi), z, flat * std::sin(phi)};
+}
+
+TEST(Guide, ChancesOfDirectionsAddUpToOne) {
+  for (const Vec3f from : {Vec3f{0, 1, 0}, Vec3f{1.5f, 0.3f, 0.5f}, Vec3f{0.4f, 0.1f, -0.2f}}) {
+    const Target target(ramp(), from);
+    double sum = 0;
+    constexpr uint32_t kCount = 1 << 20;
+    for (uint32_t i = 0; i < kCount; ++i) sum += double(target.density(random_direction(i, 3)));
+    // Uniform directions: 4 pi over pi. The last place is so close that few of them bring most.
+    EXPECT_NEAR(4 * sum / kCount, 1, 0.02);
+  }
+}
+
+TEST(Guide, DirectionsComeByTheirChances) {
+  const Guide guide = ramp();
+  const Vec3f from{1.5f, 0.6f, 0.5f};
+  const Target target(guide, from);
+  constexpr uint32_t kCount = 1 << 16;
+  std::array<std::array<double, 4>, 4> found{}, expected{};
+  Vec3f u, v;
+  tangent_frame(guide.normal, u, v);
+  for (uint32_t i = 0; i < kCount; ++i) {
+    const auto r = sobol::sample(i, 7);
+    const Vec3f w = target.direction(r[0], r[1]);
+    ASSERT_GT(target.density(w), 0);
+    const Vec3f off = from + w * (-from.y / w.y) - guide.centre;
+    const auto place = [&](Vec3f axis) {
+      return std::min(size_t(3), size_t(2 * (dot(off, axis) / guide.half + 1)));
+    };
+    found[place(v)][place(u)] += 1.0 / kCount;
+  }
+  for (size_t k = 0; k < 4; ++k)
+    for (size_t i = 0; i < 4; ++i) {
+      const auto& column = guide.column[0];
+      expected[k][i] = double(guide.row[4 * k + 4] - guide.row[4 * k]) *
+                       double(column[4 * i + 4] - column[4 * i]);
+      EXPECT_NEAR(found[k][i], expected[k][i], 2e-3);
+    }
+}
+
+/// Light from above a plane: a bright place, and a little from everywhere.
+double light(Vec3f from, Vec3f w) {
+  const double t = w.y < 0 ? double(-from.y / w.y) : 0.0;
+  const double x = double(from.x) + t * double(w.x) - 0.4,
+               z = double(from.z) + t * double(w.z) + 0.2;
+  return t > 0 && x * x + z * z < 0.04 ? 50.0 : 1.0 + double(w.x);
+}
+
+TEST(Guide, DrawnDirectionsBringTheSameLightWithLessNoise) {
+  const Guide guides[] = {ramp(), ramp({-3, 0, 0}, 0.2f)};
+  const Vec3f from{-1, 1.2f, 0.7f}, n = normalize(Vec3f{0.5f, -0.7f, -0.1f});
+  constexpr uint32_t kCount = 1 << 18;
+  double even = 0, even_squares = 0, drawn = 0, drawn_squares = 0;
+  for (uint32_t i = 0; i < kCount; ++i) {
+    const auto r = sobol::sample(i, 5);
+    const double a = light(from, trace::cosine_direction(n, r[0], r[1]));
+    const DrawnDirection next = draw_direction(guides, from, n, r[2], r[0], r[1]);
+    const double b = next.weight > 0 ? double(next.weight) * light(from, next.w) : 0.0;
+    even += a / kCount, even_squares += a * a / kCount;
+    drawn += b / kCount, drawn_squares += b * b / kCount;
+  }
+  EXPECT_NEAR(drawn / even, 1, 0.005);
+  EXPECT_LT(drawn_squares - drawn * drawn, 0.3 * (even_squares - even * even));
+}
+
+class GuidedRays : public testing::TestWithParam<uint32_t> {
+ protected:
+  GuidedRays() {
+    guiding_.guides = {ramp(), ramp({0.5f, 0, 0.5f}, 0.2f)};
+    for (uint32_t i = 0; i < 500; ++i) {
+      RayShares shares;
+      shares.guide = {0, 1};
+      const uint16_t most = uint16_t(GetParam() / 16);
+      shares.eighth = {uint16_t(i % 3 ? (most + 1) / 2 : 0), uint16_t(i % 2 ? most / 2 : 0)};
+      guiding_.shares.push_back(shares);
+    }
+  }
+  Guiding guiding_;
+  Vec3f from_{-1, 1.2f, 0.7f}, n_ = normalize(Vec3f{0.5f, -0.7f, -0.1f});
+};
+
+TEST_P(GuidedRays, EachPartBringsTheSameLight) {
+  const uint32_t rays = GetParam();
+  const Directions directions(rays, 3);
+  const auto part_of = [&](uint32_t ray) { return ((ray + 1) * kParts - 1) / rays; };
+  double even = 0, part[kParts] = {}, all = 0;
+  uint32_t count[kParts] = {};
+  for (uint32_t ray = 0; ray < rays; ++ray) ++count[part_of(ray)];
+  for (uint32_t i = 0; i < 1u << 18; ++i) {
+    const auto r = sobol::sample(i, 5);
+    even += light(from_, trace::cosine_direction(n_, r[0], r[1])) / (1u << 18);
+  }
+  for (uint32_t sample = 0; sample < 500; ++sample) {
+    const SampleRays own(directions, guiding_, sample, {from_, n_});
+    for (uint32_t ray = 0; ray < rays; ++ray) {
+      const Vec3f w = own.direction(ray);
+      if (!(w == Vec3f{})) part[part_of(ray)] += double(own.weight(ray)) * light(from_, w) / 500;
+    }
+  }
+  // Where eight does not divide the rays, guides have a little more of some parts than of others.
+  for (uint32_t k = 0; k < kParts; ++k) {
+    EXPECT_NEAR(part[k] / count[k] / even, 1, 0.06);
+    all += part[k] / rays;
+  }
+  EXPECT_NEAR(all / even, 1, 0.015);
+}
+
+TEST_P(GuidedRays, TowardsABallAreAllFoundOnce) {
+  const uint32_t rays = GetParam();
+  const Directions directions(rays, 3);
+  for (uint32_t sample = 0; sample < 500; ++sample) {
+    const SampleRays own(directions, guiding_, sample, {from_, n_});
+    const Vec3f centre = from_ + random_direction(sample, 6) * (3 * sobol::sample(sample, 8)[0]);
+    const float radius = 0.02f + 0.5f * sobol::sample(sample, 8)[1];
+    std::vector<uint8_t> found(rays);
+    own.each_towards(centre, radius, [&](uint32_t ray) {
+      EXPECT_FALSE(found[ray]) << "twice";
+      found[ray] = 1;
+    });
+    for (uint32_t ray = 0; ray < rays; ++ray) {
+      const Vec3f w = own.direction(ray), to_centre = centre - from_;
+      const float along = dot(to_centre, w);
+      const float nearest = dot(to_centre, to_centre) - along * along;
+      const bool inside = length(to_centre) <= radius;
+      EXPECT_TRUE(found[ray] || w == Vec3f{} ||
+                  !(inside || (along > 0 && nearest <= radius * radius)))
+          << sample << " " << ray;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Counts, GuidedRays, testing::Values(64u, 100u, 256u));
+
+}  // namespace
+}  // namespace deltalux::gather

@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pools of narrow spots, which few rays of a gather would meet: found at the bake, exact ever after."""
+
+from __future__ import annotations
+
+import deltalux as dl
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from oracles import world
+from rooms import box, translation
+from session_files import read_parts, rewrite, write_parts
+
+
+def spot(name, position, direction, angle, candela, **fields):
+    """A spot of `angle` degrees from edge to edge."""
+    return dl.SpotLight(
+        name,
+        position,
+        direction,
+        (candela,) * 3,
+        outer_angle=np.radians(angle / 2),
+        inner_angle=0.0,
+        **fields,
+    )
+
+
+def pools() -> dl.Scene:
+    """A room with pools on floor, table and wall; a movable block and a movable lamp with a spot."""
+    return dl.Scene(
+        [
+            dl.Mesh("walls", *box((6, 2.8, 5), (0, 1.4, 0), inward=True), "wall"),
+            dl.Mesh("table", *box((1.2, 0.05, 0.8), (1, 0.72, 0.5)), "wood"),
+            dl.Mesh("speck", *box((0.08, 0.08, 0.08), (1.2, 0.79, 0.5)), "wood"),
+            dl.Mesh("block", *box((0.4, 0.5, 0.4)), "wood", pose=translation(-1, 0.26, 0.6), movable=True),
+            dl.Mesh("lamp", *box((0.1, 0.1, 0.1)), "wood", pose=translation(0, 2.5, -2), movable=True),
+        ],
+        [dl.Material("wall", (0.7, 0.7, 0.65)), dl.Material("wood", (0.5, 0.35, 0.2))],
+        [
+            spot("a", (-1.8, 2.7, -1), (0, -1, 0), 4, 4000, group="a"),
+            spot("b", (1.1, 2.7, 0.5), (0, -1, 0), 8, 1000, group="b"),
+            spot("c", (0, -0.1, 0), (0.2, -0.6, -0.3), 20, 150, group="c", attached_to="lamp"),
+        ],
+    )
+
+
+@pytest.fixture(scope="module")
+def baked():
+    scene = pools()
+    points = dl.Samples(*world.area_points(scene, 250, seed=5))
+    with dl.Session(scene, points, paths=4000, gather=32, threads=1) as session:
+        session.bake()
+        yield session
+
+
+def test_pools_are_found_and_their_light_is_right():
+    """Against 4,096 rays a point: within 8 % RMS, half the points within 4 %; 0.6 and 0.24 without guides.
+
+    Over eight seeds the errors were 4.5 to 5.5 % and 2.1 to 2.5 %, the bias -0.5 to 0.5 %.
+    """
+    scene = pools()
+    samples = dl.Samples(*world.area_points(scene, 500, seed=7))
+    found = []
+    for rays, paths in ((4096, 1_000_000), (128, 100_000)):
+        with dl.Session(scene, samples, paths=paths, gather=rays) as session:
+            session.bake()
+            assert session.statistics["gather"]["guides"] >= 3
+            found.append(session.irradiance.mean(axis=1))
+    error = (found[1] - found[0]) / np.maximum(found[0], 0.1 * found[0].mean())
+    assert np.sqrt((error**2).mean()) <= 0.08
+    assert np.median(np.abs(error)) <= 0.04
+    assert abs(found[1].mean() / found[0].mean() - 1) <= 0.02
+
+
+EDITS = st.one_of(
+    st.tuples(st.just("block"), st.floats(-2.5, 2.5), st.floats(0.26, 2), st.floats(-2, 2)),
+    st.tuples(st.just("lamp"), st.floats(-2.5, 2.5), st.floats(1.5, 2.6), st.floats(-2, 2)),
+    st.tuples(st.just("dim"), st.sampled_from("abc"), st.sampled_from([0.0, 0.5, 2.0])),
+    st.tuples(st.just("paint"), st.sampled_from(["wall", "wood"]), st.floats(0, 0.9)),
+)
+
+
+@settings(max_examples=12, deadline=None)
+@given(edits=st.lists(EDITS, min_size=1, max_size=5))
+def test_updates_equal_recomputes(baked, edits):
+    for kind, *values in edits:
+        if kind == "dim":
+            baked.dim(*values)
+        elif kind == "paint":
+            baked.set_reflectance(values[0], (values[1],) * 3)
+        else:
+            baked.move(kind, translation(*values))
+        baked.update()
+    digest, light = baked.digest(), baked.irradiance
+    baked.recompute()
+    assert baked.digest() == digest
+    np.testing.assert_array_equal(baked.irradiance, light)
+
+
+def test_samples_on_what_moves_keep_their_guides():
+    scene = pools()
+    samples = dl.Samples.on_vertices(scene, spacing=0.8)
+    with dl.Session(scene, samples, paths=4000, gather=32) as session:
+        session.bake()
+        assert session.statistics["gather"]["guides"]
+        for x in (-1.8, 0.3, 2.5):
+            session.move("block", translation(x, 0.3, -1))
+            session.update()
+            digest, light = session.digest(), session.irradiance
+            session.recompute()
+            assert session.digest() == digest
+            np.testing.assert_array_equal(session.irradiance, light)
+
+
+def test_files_keep_guides(baked, tmp_path):
+    path = tmp_path / "pools.dlx"
+    baked.save(path)
+    with dl.Session.open(path) as opened:
+        assert opened.digest() == baked.digest()
+        np.testing.assert_array_equal(opened.irradiance, baked.irradiance)
+        for session in (baked, opened):
+            session.move("block", translation(-1.8, 0.3, -1))
+            session.update()
+        np.testing.assert_array_equal(opened.irradiance, baked.irradiance)
+
+
+def change(name, dtype, entry, value):
+    name = f"core/gather.{name}"
+
+    def arrays(arrays):
+        raw = arrays[name].view(np.uint8).reshape(-1).copy()
+        raw.view(dtype)[entry] = value
+        arrays[name] = raw.view(arrays[name].dtype).reshape(arrays[name].shape)
+
+    return arrays
+
+
+def resize(name, times):
+    name = f"core/gather.{name}"
+    return lambda arrays: arrays.update({name: np.tile(arrays[name], times)})
+
+
+@pytest.mark.parametrize(
+    ("hostile", "words"),
+    [
+        (change("guides", np.float32, 0, np.nan), "place that is not finite"),
+        (change("guides", np.float32, 6, -1), "size or light that is not positive"),
+        (change("guides", np.float32, 12, 2), "chances that do not grow"),
+        (change("guides", np.float32, 10, 0.001), "chances beyond 0 and 1"),
+        (change("shares", np.uint16, slice(None), 1), "more rays than a sample has"),
+        (change("shares", np.uint16, slice(0, 4), 99), "guide that is not there"),
+        (change("chains", np.float32, 2, -1), "weight that is not finite or negative"),
+        (resize("guides", 65), "more than 64"),
+        (resize("shares", 0), "gather.shares"),
+    ],
+)  # fmt: skip
+def test_hostile_guides_are_refused(baked, tmp_path, hostile, words):
+    path = tmp_path / "hostile.dlx"
+    baked.save(path)
+    index, arrays = read_parts(path)
+    if "guide that" in words:  # of a sample that uses one
+        shares = arrays["core/gather.shares"].view(np.uint8).reshape(-1).view(np.uint16).reshape(-1, 8).copy()
+        shares[0, 4:] = (1, 0, 0, 0)
+        arrays["core/gather.shares"] = shares.reshape(-1).view(arrays["core/gather.shares"].dtype)
+        write_parts(path, index, arrays)
+    rewrite(path, arrays=hostile)
+    with pytest.raises(dl.FormatError, match=words):
+        dl.Session.open(path)
