@@ -14,14 +14,16 @@ namespace {
 
 constexpr size_t kPilots = 1024;       // samples at most
 constexpr uint32_t kPilotRays = 64;    // of each
-constexpr float kBright = 6;           // times the mean of a sample's rays
-constexpr float kReach = 0.5f;         // metres: what is farther from the brightest is apart
+constexpr float kBright = 3;           // times the mean of a sample's rays
+constexpr float kReach = 1.5f;         // metres: what is farther from the brightest is apart
+constexpr double kMost = 0.9;          // of what is bright in reach: what lies farther is left over
+constexpr float kBeyond = 1.3f;        // of the distance of that: how far the guide goes
 constexpr float kAlike = 0.9f;         // cosine between normals of one place
-constexpr float kFlat = 0.05f;         // of its reach: how much it may rise
-constexpr double kLeastShare = 0.003;  // of the pilots' variance, for a place to be worth a guide
+constexpr float kFlat = 0.3f;          // of half a cell's edge: how much a place may rise
+constexpr float kFalloff = 0.3f;       // of the brightest: as bright
+constexpr size_t kLeastVotes = 3;      // for a guide
+constexpr double kLeastShare = 0.003;  // of the pilots' variance, for a place to be worth one
 constexpr double kLeastChance = 0.05;  // of a texel, of the mean: cells are not all that is there
-constexpr float kFalloff = 0.3f;       // of the brightest: as bright a place
-constexpr size_t kLeastVotes = 3;
 
 /// What a ray of a sample met.
 struct Vote {
@@ -56,15 +58,33 @@ std::vector<Vote> vote(const Present& present, const Evaluation& evaluation,
   return out;
 }
 
+/// How far from the first vote most of the bright ones beside it lie, and a little more.
+template <class Beside>
+float extent(const std::vector<Vote>& votes, const Beside& beside, float margin) {
+  std::vector<std::pair<float, double>> found;
+  double all = 0;
+  for (const Vote& vote : votes)
+    if (vote.bright() && beside(vote)) {
+      found.emplace_back(length(vote.at - votes.front().at), vote.weight);
+      all += vote.weight;
+    }
+  std::sort(found.begin(), found.end());
+  double sum = 0;
+  for (const auto& [distance, weight] : found)
+    if ((sum += weight) >= kMost * all) return kBeyond * distance + margin;
+  return margin;
+}
+
 /// Takes out the first vote and others around it. A guide, if the place is bright to most who see
 /// it: a wall is, to those who see it through a gap alone.
 std::optional<Guide> take_place(std::vector<Vote>& votes, double least, float reach, float margin) {
   const Vote first = votes.front();
   const auto beside = [&](const Vote& other) {
     const Vec3f d = other.at - first.at;
-    return dot(d, d) < reach * reach && std::fabs(dot(d, first.normal)) < kFlat * reach &&
+    return dot(d, d) < reach * reach && std::fabs(dot(d, first.normal)) < kFlat * margin &&
            dot(other.normal, first.normal) > kAlike;
   };
+  reach = std::min(reach, extent(votes, beside, margin));
   const auto alike = [&](const Vote& other) {
     return other.radiosity > kFalloff * first.radiosity && beside(other);
   };

@@ -64,12 +64,11 @@ float share_of_view(const Guide& guide, Vec3f from, Vec3f n) {
   constexpr float kGrazing = 0.01f;  // cosine: a disc that is seen more aslant is left out
   const Vec3f d = guide.centre - from;
   const float squared = dot(d, d), distance = std::sqrt(squared);
-  // Close to it, evenly spread rays find it.
-  if (!(distance > guide.half)) return 0;
-  const float above = std::min(dot(n, d) + guide.half, distance) / distance;
-  const float front = -dot(guide.normal, d) / distance;
-  if (!(above > 0) || !(front > kGrazing)) return 0;
-  return above * front * 4 * guide.half * guide.half / (std::numbers::pi_v<float> * squared);
+  const float above = std::min(dot(n, d) + guide.half, distance);
+  const float front = -dot(guide.normal, d);
+  if (!(above > 0) || !(front > kGrazing * distance)) return 0;
+  const float area = 4 * guide.half * guide.half / std::numbers::pi_v<float>;
+  return std::min(1.0f, above * front * area / (squared * squared));
 }
 
 DrawnDirection draw_direction(std::span<const Guide> guides, Vec3f from, Vec3f n, float choice,

@@ -12,7 +12,7 @@ namespace deltalux::gather {
 /// A square around a bright place, which evenly spread rays find too often or never: rays towards
 /// it are drawn more often, and weigh less. All light is the sum of the channels.
 struct Guide {
-  static constexpr size_t kSide = 16;  ///< its texels
+  static constexpr size_t kSide = 32;  ///< its texels
 
   Vec3f centre, normal;
   float half;       ///< of its side

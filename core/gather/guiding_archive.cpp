@@ -11,7 +11,7 @@ namespace {
 constexpr const char* kGuides = "gather.guides";
 constexpr const char* kShares = "gather.shares";
 
-static_assert(sizeof(Guide) == 4 * (10 + 17 * 17) && sizeof(RayShares) == 4 * kMostUsed);
+static_assert(sizeof(Guide) == 4 * (10 + 33 * 33) && sizeof(RayShares) == 4 * kMostUsed);
 
 [[noreturn]] void refuse(const char* array, const std::string& what) {
   throw FormatError("\"" + std::string(array) + "\": " + what);

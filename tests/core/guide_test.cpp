@@ -12,7 +12,7 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr size_t kSide = Guide::kSide;
+constexpr size_t kSide = Guide::kSide, kQuarter = kSide / 4;
 
 /// A square in the plane y = 0 whose chances grow along both axes.
 Guide ramp(Vec3f centre = {0.4f, 0, -0.2f}, float half = 0.3f) {
@@ -66,8 +66,8 @@ TEST(Guide, DirectionsComeByTheirChances) {
   for (size_t k = 0; k < 4; ++k)
     for (size_t i = 0; i < 4; ++i) {
       const auto& column = guide.column[0];
-      expected[k][i] = double(guide.row[4 * k + 4] - guide.row[4 * k]) *
-                       double(column[4 * i + 4] - column[4 * i]);
+      expected[k][i] = double(guide.row[kQuarter * (k + 1)] - guide.row[kQuarter * k]) *
+                       double(column[kQuarter * (i + 1)] - column[kQuarter * i]);
       EXPECT_NEAR(found[k][i], expected[k][i], 2e-3);
     }
 }
