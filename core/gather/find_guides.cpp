@@ -20,7 +20,7 @@ constexpr double kMost = 0.9;          // of what is bright in reach: what lies 
 constexpr float kBeyond = 1.3f;        // of the distance of that: how far the guide goes
 constexpr float kAlike = 0.9f;         // cosine between normals of one place
 constexpr float kFlat = 0.3f;          // of half a cell's edge: how much a place may rise
-constexpr float kFalloff = 0.3f;       // of the brightest: as bright
+constexpr float kFalloff = 0.3f;       // between two that are about as bright
 constexpr size_t kLeastVotes = 3;      // for a guide
 constexpr double kLeastShare = 0.003;  // of the pilots' variance, for a place to be worth one
 constexpr double kLeastChance = 0.05;  // of a texel, of the mean: cells are not all that is there
@@ -86,7 +86,8 @@ std::optional<Guide> take_place(std::vector<Vote>& votes, double least, float re
   };
   reach = std::min(reach, extent(votes, beside, margin));
   const auto alike = [&](const Vote& other) {
-    return other.radiosity > kFalloff * first.radiosity && beside(other);
+    return other.radiosity > kFalloff * first.radiosity &&
+           kFalloff * other.radiosity < first.radiosity && beside(other);
   };
   size_t bright = 0, as_bright = 0;
   double weight = 0;

@@ -55,9 +55,9 @@ def baked():
 
 
 def test_pools_are_found_and_their_light_is_right():
-    """Against 4,096 rays a point: within 8 % RMS, half the points within 4 %; 0.6 and 0.24 without guides.
+    """Against 4,096 rays a point: within 7 % RMS, half the points within 2.5 %; 61 and 24 % without guides.
 
-    Over eight seeds the errors were 4.5 to 5.5 % and 2.1 to 2.5 %, the bias -0.5 to 0.5 %.
+    Over eight seeds the errors were 3.0 to 5.8 % and 1.7 to 1.9 %, the bias -0.2 to 0.2 %.
     """
     scene = pools()
     samples = dl.Samples(*world.area_points(scene, 500, seed=7))
@@ -68,9 +68,9 @@ def test_pools_are_found_and_their_light_is_right():
             assert session.statistics["gather"]["guides"] >= 3
             found.append(session.irradiance.mean(axis=1))
     error = (found[1] - found[0]) / np.maximum(found[0], 0.1 * found[0].mean())
-    assert np.sqrt((error**2).mean()) <= 0.08
-    assert np.median(np.abs(error)) <= 0.04
-    assert abs(found[1].mean() / found[0].mean() - 1) <= 0.02
+    assert np.sqrt((error**2).mean()) <= 0.07
+    assert np.median(np.abs(error)) <= 0.025
+    assert abs(found[1].mean() / found[0].mean() - 1) <= 0.005
 
 
 EDITS = st.one_of(
