@@ -76,7 +76,7 @@ def measure(room: Room, options: argparse.Namespace) -> dict[str, Any]:
         session.update()
         after, after_claimed = session.irradiance, session.standard_error
         moves.append({"mesh": move.mesh, "update_seconds": time.process_time() - start})
-        moves[-1] |= _change(asked, f"near_{i}", before, after, data)
+        moves[-1] |= _change(asked, i, before, after, data)
         if options.worst:
             moves[-1]["worst"] = worst_changes(
                 scene, asked, f"near_{i}", before, after, claimed, data, options.worst
@@ -107,11 +107,15 @@ def _light(asked: Asked, name: str, found: np.ndarray, claimed: np.ndarray, data
     }
 
 
-def _change(asked: Asked, name: str, before: np.ndarray, after: np.ndarray, data: Data) -> dict[str, float]:
+def _change(asked: Asked, index: int, before: np.ndarray, after: np.ndarray, data: Data) -> dict[str, float]:
+    """Error of the change, also at points that the object covers in neither pose; the error before it."""
+    name = f"near_{index}"
     part = asked.parts[name]
-    found, reference = (after - before)[part], data[name]
+    found, reference, noise = (after - before)[part], data[name], data[f"{name}_error"]
+    is_open = office_reference.is_open(data["near_free"][index][:, None])
     return {
-        "change_error": change_error(found, reference, data[f"{name}_error"]),
+        "change_error": change_error(found, reference, noise),
+        "change_error_open": change_error(found[is_open], reference[is_open], noise[is_open]),
         "change_slope": float((found * reference).sum() / (reference**2).sum()),
         "rms_change": float(np.sqrt((reference**2).mean()) / data["static"].mean()),
         "rms_before": relative_error(before[part], data[f"{name}_before"], data[f"{name}_before_error"]),
@@ -184,10 +188,13 @@ def print_room(name: str, result: dict[str, Any]) -> None:
             f"  {part:24}{row['bias']:8.2%}{row['rms']:8.2%}{row['rms_open']:8.2%}"
             f"{row['true_over_claimed']:16.2f}"
         )
-    print(f"  {'moved':24}{'error':>8}{'slope':>8}{'before':>8}{'change / mean':>16}{'update':>10}")
+    print(
+        f"  {'moved':24}{'error':>8}{'open':>8}{'slope':>8}{'before':>8}{'change / mean':>15}{'update':>10}"
+    )
     for row in result["moves"]:
-        numbers = f"{row['change_error']:8.2%}{row['change_slope']:8.3f}{row['rms_before']:8.2%}"
-        print(f"  {row['mesh']:24}{numbers}{row['rms_change']:16.2%}{row['update_seconds']:9.2f}s")
+        errors = f"{row['change_error']:8.2%}{row['change_error_open']:8.2%}{row['change_slope']:8.3f}"
+        sizes = f"{row['rms_before']:8.2%}{row['rms_change']:15.2%}{row['update_seconds']:9.2f}s"
+        print(f"  {row['mesh']:24}{errors}{sizes}")
     if "leak" in result:
         mean, largest = result["leak"]["mean"], result["leak"]["largest"]
         print(f"  behind the one-polygon wall: {mean:.2e} of the lit side, {largest:.2e} at most")

@@ -89,7 +89,19 @@ def _stages(room: Room, scene: Scene) -> dict[str, Callable[[], Arrays]]:
 
     stages = {"static": light("static", static_points), "small": light("small", small_points)}
     stages |= {f"near_{i}": change(i) for i in range(len(room.moves))} | {"receivers": moving}
+    stages["near_free"] = lambda: _near_free(room, scene, base)
     return stages if room.dark_beyond is None else {"dark_points": dark} | stages
+
+
+def _near_free(room: Room, scene: Scene, base: PoolRenderer) -> Arrays:
+    """Share of rays that meet nothing near by, before and after each move, whichever is less."""
+    with np.load(room.path) as data:
+        places = [(data[f"near_{i}_points"], data[f"near_{i}_normals"]) for i in range(len(room.moves))]
+    free = []
+    for move, place in zip(room.moves, places, strict=True):
+        states = (base, PoolRenderer(room.after(scene, move)))
+        free.append(np.minimum(*(state.free_share(*place, [room.buried])[:, 0] for state in states)))
+    return compact(near_free=np.stack(free))
 
 
 def _seen(room: Room, renderers: list[PoolRenderer], places: Points, count: int) -> Points:

@@ -67,9 +67,10 @@ class Room:
 
         `NAME_points`, `NAME_normals` (n, 3), `NAME` (n, 3) irradiance in lux, `NAME_error` its
         standard error, for NAME in static, small; `near_I` and `receivers`: the change by the I-th
-        move, and light on the object after the first one; `dark_points`, `dark_normals`.
+        move, and light on the object after the first one; `near_free` (moves, n) share of rays that
+        meet nothing near by, before or after; `dark_points`, `dark_normals`.
         """
-        stored = office_reference.load_file(self.path, self.key(scene), ["receivers"], MAKE)
+        stored = office_reference.load_file(self.path, self.key(scene), ["near_free"], MAKE)
         return {n: a.astype(np.float64) if a.dtype.kind == "f" else a for n, a in stored.items()}
 
 
