@@ -24,24 +24,24 @@ sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "python")]
 
 import deltalux as dl  # noqa: E402
 from oracles import office_reference  # noqa: E402
-from oracles.metrics import bias, change_error, relative_error  # noqa: E402
+from oracles.metrics import DARK, bias, change_error, relative_error  # noqa: E402
 from room_reference import ROOMS, Room  # noqa: E402
 from whereabouts import what_lies_there  # noqa: E402
 
-Data = dict[str, np.ndarray]
-
 
 class Asked:
-    """The points of a reference as one set of samples, and where in it each part lies."""
+    """A room's points as one set of samples, and where in it each part of the reference lies."""
 
-    def __init__(self, room: Room, scene: dl.Scene, data: Data) -> None:
+    def __init__(self, room: Room) -> None:
+        self.room, self.scene = room, room.scene()
+        self.data = room.load(self.scene)
         self.parts: dict[str, slice] = {}
         sets, start = [], 0
-        for name in (n.removesuffix("_points") for n in data if n.endswith("_points")):
-            points, normals, mesh = data[f"{name}_points"], data[f"{name}_normals"], None
+        for name in (n.removesuffix("_points") for n in self.data if n.endswith("_points")):
+            points, normals, mesh = self.data[f"{name}_points"], self.data[f"{name}_normals"], None
             if name == "receivers":
                 mesh = room.moves[0].mesh
-                pose = room.after(scene, room.moves[0]).mesh(mesh).pose
+                pose = room.after(self.scene, room.moves[0]).mesh(mesh).pose
                 points, normals = (points - pose[:3, 3]) @ pose[:3, :3], normals @ pose[:3, :3]
             sets.append(dl.Samples(points, normals, attached_to=mesh))
             self.parts[name] = slice(start, start := start + len(points))
@@ -50,66 +50,74 @@ class Asked:
 
 def measure(room: Room, options: argparse.Namespace) -> dict[str, Any]:
     """One bake and every move of the room."""
-    scene = room.scene()
-    data = room.load(scene)
-    asked = Asked(room, scene, data)
+    asked = Asked(room)
     gather = options.gather if options.gather == "off" else int(options.gather)
-    start = time.process_time()
     settings = {"paths": int(options.paths), "seed": options.seed, "gather": gather}
-    session = dl.Session(scene, asked.samples, **settings, threads=1)
-    session.bake()
-    before, claimed = session.irradiance, session.standard_error
-    result: dict[str, Any] = settings | {"bake_seconds": time.process_time() - start, "samples": len(before)}
-    result["static"] = _light(asked, "static", before, claimed, data)
-    result["small"] = _light(asked, "small", before, claimed, data)
-    result["worst"] = {
-        name: worst(scene, asked, name, before, claimed, data, options.worst) for name in ("static", "small")
-    }
-    if "dark" in asked.parts:
-        share = before[asked.parts["dark"]] / data["static"].mean(axis=0)
-        result["leak"] = {"mean": float(share.mean()), "largest": float(share.max())}
-    moves, digest = [], session.digest()
-    for i, move in enumerate(room.moves):
-        state = room.after(scene, move)
-        start = time.process_time()
-        session.move(move.mesh, state.mesh(move.mesh).pose)
-        session.update()
-        after, after_claimed = session.irradiance, session.standard_error
-        moves.append({"mesh": move.mesh, "update_seconds": time.process_time() - start})
-        moves[-1] |= _change(asked, i, before, after, data)
-        if options.worst:
-            moves[-1]["worst"] = worst_changes(
-                scene, asked, f"near_{i}", before, after, claimed, data, options.worst
-            )
-        if i == 0:
-            result["receivers"] = _light(asked, "receivers", after, after_claimed, data)
-            result["worst"]["receivers"] = worst(
-                state, asked, "receivers", after, after_claimed, data, options.worst
-            )
-        session.move(move.mesh, scene.mesh(move.mesh).pose)
-        session.update()
-        assert session.digest() == digest, f"{room.name}: moving {move.mesh} there and back left something"
-    session.close()
-    return result | {"moves": moves}
+    start = time.process_time()
+    with dl.Session(asked.scene, asked.samples, **settings, threads=1) as session:
+        session.bake()
+        before, claimed = session.irradiance, session.standard_error
+        result: dict[str, Any] = settings | {"samples": len(before)}
+        result["bake_seconds"] = time.process_time() - start
+        for name in ("static", "small"):
+            result[name] = light(asked, name, before, claimed)
+            result[name]["worst"] = worst(asked, asked.scene, name, before, claimed, options.worst)
+        if "dark" in asked.parts:
+            share = before[asked.parts["dark"]] / asked.data["static"].mean(axis=0)
+            result["leak"] = {"mean": float(share.mean()), "largest": float(share.max())}
+        result["moves"] = []
+        for i, move in enumerate(room.moves):
+            state = room.after(asked.scene, move)
+            start = time.process_time()
+            after, after_claimed = _moved(session, move.mesh, state)
+            seconds = time.process_time() - start
+            row = {"mesh": move.mesh, "update_seconds": seconds} | change(asked, i, before, after)
+            row["worst"] = worst_changes(asked, i, before, after, claimed, options.worst)
+            result["moves"].append(row)
+            if i == 0:
+                result["receivers"] = light(asked, "receivers", after, after_claimed)
+                result["receivers"]["worst"] = worst(
+                    asked, state, "receivers", after, after_claimed, options.worst
+                )
+            back = _moved(session, move.mesh, asked.scene)[0]
+            assert np.array_equal(back, before), f"{room.name}: moving {move.mesh} and back left a trace"
+    return result
 
 
-def _light(asked: Asked, name: str, found: np.ndarray, claimed: np.ndarray, data: Data) -> dict[str, float]:
-    """Bias and RMS error, also of open points alone; how many times the claimed error the true one is."""
-    mine, reference, noise = found[asked.parts[name]], data[name], data[f"{name}_error"]
-    is_open = office_reference.is_open(data[f"{name}_free"][:, None])
-    difference = ((mine - reference) ** 2).mean() - (noise**2).mean()
+def _moved(session: dl.Session, mesh: str, state: dl.Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Irradiance and its claimed error after an update to the pose in `state`."""
+    session.move(mesh, state.mesh(mesh).pose)
+    session.update()
+    return session.irradiance, session.standard_error
+
+
+def light(asked: Asked, name: str, found: np.ndarray, claimed: np.ndarray) -> dict[str, Any]:
+    """Bias and RMS error, also of open points alone; what the claimed error is worth.
+
+    `true_over_claimed`: ratio of the root mean squares; `beyond_four`: share of the points that are
+    farther off than four times the error they claim.
+    """
+    part, reference, noise = asked.parts[name], asked.data[name], asked.data[f"{name}_error"]
+    mine, own = found[part], claimed[part]
+    is_open = office_reference.is_open(asked.data[f"{name}_free"][:, None])
+    square = ((mine - reference) ** 2).mean() - (noise**2).mean()
+    beyond = np.abs(mine - reference) > 4 * np.sqrt(own**2 + noise**2)
     return {
         "bias": bias(mine, reference),
         "mean_bias": float(mine.mean() / reference.mean() - 1),
         "rms": relative_error(mine, reference, noise),
         "rms_open": relative_error(mine[is_open], reference[is_open], noise[is_open]),
-        "true_over_claimed": float(np.sqrt(max(difference, 0) / (claimed[asked.parts[name]] ** 2).mean())),
+        "true_over_claimed": float(np.sqrt(max(square, 0) / (own**2).mean())),
+        "beyond_four": float(beyond.mean()),
     }
 
 
-def _change(asked: Asked, index: int, before: np.ndarray, after: np.ndarray, data: Data) -> dict[str, float]:
-    """Error of the change, also at points that the object covers in neither pose; the error before it."""
-    name = f"near_{index}"
+def change(asked: Asked, index: int, before: np.ndarray, after: np.ndarray) -> dict[str, Any]:
+    """Error of the change, also at points that the object covers in neither pose; the error before it.
+
+    `change_slope`: how much of the true change was found, by least squares.
+    """
+    name, data = f"near_{index}", asked.data
     part = asked.parts[name]
     found, reference, noise = (after - before)[part], data[name], data[f"{name}_error"]
     is_open = office_reference.is_open(data["near_free"][index][:, None])
@@ -123,70 +131,59 @@ def _change(asked: Asked, index: int, before: np.ndarray, after: np.ndarray, dat
 
 
 def worst(
-    scene: dl.Scene, asked: Asked, name: str, found: np.ndarray, claimed: np.ndarray, data: Data, count: int
+    asked: Asked, state: dl.Scene, name: str, found: np.ndarray, claimed: np.ndarray, count: int
 ) -> list[dict[str, Any]]:
     """The points with the largest relative error, of the mean of the channels."""
-    part, reference, noise = asked.parts[name], data[name], data[f"{name}_error"]
-    scale = np.maximum(reference, 0.1 * reference.mean(axis=0))
+    part, reference = asked.parts[name], asked.data[name]
+    scale = np.maximum(reference, DARK * reference.mean(axis=0))
     error = ((found[part] - reference) / scale).mean(axis=1)
-    order = np.argsort(-np.abs(error))[:count]
-    rows = {"reference": reference, "reference_error": noise, "found": found[part], "claimed": claimed[part]}
-    return _listed(scene, data[f"{name}_points"], data[f"{name}_normals"], error, order, rows)
+    return _listed(asked, state, name, error, count, {"found": found[part], "claimed": claimed[part]})
 
 
 def worst_changes(
-    scene: dl.Scene,
-    asked: Asked,
-    name: str,
-    before: np.ndarray,
-    after: np.ndarray,
-    claimed: np.ndarray,
-    data: Data,
-    count: int,
+    asked: Asked, index: int, before: np.ndarray, after: np.ndarray, claimed: np.ndarray, count: int
 ) -> list[dict[str, Any]]:
     """The points whose change is most wrong, as share of the RMS change."""
-    part, reference = asked.parts[name], data[name]
+    name = f"near_{index}"
+    part, reference = asked.parts[name], asked.data[name]
     found = (after - before)[part]
     error = (found - reference).mean(axis=1) / np.sqrt((reference**2).mean())
-    order = np.argsort(-np.abs(error))[:count]
-    rows = {
-        "before": data[f"{name}_before"],
-        "reference": reference,
-        "reference_error": data[f"{name}_error"],
-    }
-    rows |= {"found": found, "claimed": claimed[part]}
-    return _listed(scene, data[f"{name}_points"], data[f"{name}_normals"], error, order, rows)
+    columns = {"found": found, "claimed_before": claimed[part], "before": asked.data[f"{name}_before"]}
+    return _listed(asked, asked.scene, name, error, count, columns)
 
 
 def _listed(
-    scene: dl.Scene,
-    points: np.ndarray,
-    normals: np.ndarray,
+    asked: Asked,
+    state: dl.Scene,
+    name: str,
     error: np.ndarray,
-    order: np.ndarray,
-    rows: dict[str, np.ndarray],
+    count: int,
+    columns: dict[str, np.ndarray],
 ) -> list[dict[str, Any]]:
+    """The first `count` by error: where, on what, and the means over the channels of all columns."""
+    points, normals = asked.data[f"{name}_points"], asked.data[f"{name}_normals"]
+    columns = {"reference": asked.data[name], "reference_error": asked.data[f"{name}_error"]} | columns
     return [
         {
             "point": points[i].round(4).tolist(),
             "normal": normals[i].round(3).tolist(),
-            "on": what_lies_there(scene, points[i]),
+            "on": what_lies_there(state, points[i]),
             "error": round(float(error[i]), 4),
         }
-        | {name: round(float(values[i].mean()), 4) for name, values in rows.items()}
-        for i in order
+        | {key: round(float(values[i].mean()), 4) for key, values in columns.items()}
+        for i in np.argsort(-np.abs(error))[:count]
     ]
 
 
 def print_room(name: str, result: dict[str, Any]) -> None:
     head = f"gather {result['gather']}, {result['paths']:,} paths, seed {result['seed']}"
     print(f"\n{name}: {head}; bake {result['bake_seconds']:.1f} s of CPU for {result['samples']:,} samples")
-    print(f"  {'':24}{'bias':>8}{'RMS':>8}{'open':>8}{'true / claimed':>16}")
+    print(f"  {'':24}{'bias':>8}{'RMS':>8}{'open':>8}{'true / claimed':>16}{'beyond 4':>10}")
     for part in ("static", "small", "receivers"):
         row = result[part]
         print(
             f"  {part:24}{row['bias']:8.2%}{row['rms']:8.2%}{row['rms_open']:8.2%}"
-            f"{row['true_over_claimed']:16.2f}"
+            f"{row['true_over_claimed']:16.2f}{row['beyond_four']:10.2%}"
         )
     print(
         f"  {'moved':24}{'error':>8}{'open':>8}{'slope':>8}{'before':>8}{'change / mean':>15}{'update':>10}"
@@ -198,10 +195,15 @@ def print_room(name: str, result: dict[str, Any]) -> None:
     if "leak" in result:
         mean, largest = result["leak"]["mean"], result["leak"]["largest"]
         print(f"  behind the one-polygon wall: {mean:.2e} of the lit side, {largest:.2e} at most")
-    lists = result["worst"] | {f"change, {row['mesh']}": row.get("worst", []) for row in result["moves"]}
-    for part, rows in lists.items():
-        for row in rows:
-            print(f"    worst {part}: {json.dumps(row)}")
+    for part in ("static", "small", "receivers"):
+        _print_worst(part, result[part]["worst"])
+    for row in result["moves"]:
+        _print_worst(f"change by {row['mesh']}", row["worst"])
+
+
+def _print_worst(what: str, rows: list[dict[str, Any]]) -> None:
+    for row in rows:
+        print(f"    worst {what}: {json.dumps(row)}")
 
 
 def main() -> None:

@@ -4,8 +4,8 @@
     PYTHONPATH=tests .venv/bin/python benchmarks/peers/make_rooms.py [ROOM ...]
 
 One thread, some 8 minutes of CPU time a room. Changes are differences of two runs with equal
-random numbers. Points whose rays all end within 2 cm (of a room of 6 m) count nowhere: they lie
-between things that touch, which nobody sees.
+random numbers. Points whose rays all end within 2 cm (of a room of 6 m), or that no light reaches, count
+nowhere: they lie between or within things that touch, which nobody sees.
 """
 
 from __future__ import annotations
@@ -33,6 +33,7 @@ from room_reference import (
 from stages import Arrays, compact, fill
 
 MORE = 3  # times as many points are drawn, since some are buried
+FEW = 64  # paths that tell whether any light gets to a point
 
 
 def main() -> None:
@@ -55,7 +56,7 @@ def _stages(room: Room, scene: Scene) -> dict[str, Callable[[], Arrays]]:
 
     def light(name: str, draw: Callable[[Room, Scene, int], Points]) -> Callable[[], Arrays]:
         def stage() -> Arrays:
-            places = _seen(room, [base], draw(room, scene, MORE * COUNTS[name]), COUNTS[name])
+            places = _seen(room, base, draw(room, scene, MORE * COUNTS[name]), COUNTS[name])
             return _light(room, name, base, places, SEED)
 
         return stage
@@ -64,7 +65,7 @@ def _stages(room: Room, scene: Scene) -> dict[str, Callable[[], Arrays]]:
         def stage() -> Arrays:
             name = f"near_{index}"
             places = near_points(room, scene, index, MORE * COUNTS["near"])
-            points, normals = _seen(room, [PoolRenderer(still(scene))], places, COUNTS["near"])
+            points, normals = _seen(room, PoolRenderer(still(scene)), places, COUNTS["near"])
             after = PoolRenderer(room.after(scene, room.moves[index]))
             old, new = (
                 _passes(room, renderer, points, normals, SEED + 10 + index) for renderer in (base, after)
@@ -78,7 +79,7 @@ def _stages(room: Room, scene: Scene) -> dict[str, Callable[[], Arrays]]:
     def moving() -> Arrays:
         after = PoolRenderer(room.after(scene, room.moves[0]))
         places = receivers(room, scene, MORE * COUNTS["receivers"])
-        return _light(room, "receivers", after, _seen(room, [after], places, COUNTS["receivers"]), SEED + 1)
+        return _light(room, "receivers", after, _seen(room, after, places, COUNTS["receivers"]), SEED + 1)
 
     def dark() -> Arrays:
         points, normals = dark_points(room, scene, COUNTS["dark"])
@@ -104,11 +105,10 @@ def _near_free(room: Room, scene: Scene, base: PoolRenderer) -> Arrays:
     return compact(near_free=np.stack(free))
 
 
-def _seen(room: Room, renderers: list[PoolRenderer], places: Points, count: int) -> Points:
-    """The first `count` that are not buried."""
-    kept = np.full(len(places[0]), True)
-    for renderer in renderers:
-        kept &= renderer.free_share(*places, [room.buried])[:, 0] > 0
+def _seen(room: Room, renderer: PoolRenderer, places: Points, count: int) -> Points:
+    """The first `count` that are not buried, and that some light reaches: not within boxes that abut."""
+    kept = renderer.free_share(*places, [room.buried])[:, 0] > 0
+    kept &= renderer.irradiance(*places, FEW, passes=1).mean.any(axis=1)
     if kept.sum() < count:
         raise RuntimeError(f"{room.name}: found {kept.sum()} points that are not buried, expected {count}")
     points, normals = office_reference.single(*(array[kept][:count] for array in places))
