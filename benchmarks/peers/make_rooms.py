@@ -68,7 +68,8 @@ def _stages(room: Room, scene: Scene) -> dict[str, Callable[[], Arrays]]:
             points, normals = _seen(room, PoolRenderer(still(scene)), places, COUNTS["near"])
             after = PoolRenderer(room.after(scene, room.moves[index]))
             old, new = (
-                _passes(room, renderer, points, normals, SEED + 10 + index) for renderer in (base, after)
+                _passes(room, room.samples, renderer, points, normals, SEED + 10 + index)
+                for renderer in (base, after)
             )
             found, before = world.estimate(new - old, 0), world.estimate(old, 0)
             more = {f"{name}_before": before.mean, f"{name}_before_error": before.standard_error}
@@ -115,16 +116,16 @@ def _seen(room: Room, renderer: PoolRenderer, places: Points, count: int) -> Poi
     return points, normals
 
 
-def _passes(
-    room: Room, renderer: PoolRenderer, points: np.ndarray, normals: np.ndarray, seed: int
-) -> np.ndarray:
-    return renderer.passes(points, normals, room.samples * room.passes, passes=room.passes, seed=seed)
-
-
 def _light(room: Room, name: str, renderer: PoolRenderer, places: Points, seed: int) -> Arrays:
-    found = world.estimate(_passes(room, renderer, *places, seed), 0)
+    found = world.estimate(_passes(room, room.still_samples or room.samples, renderer, *places, seed), 0)
     free = {f"{name}_free": renderer.free_share(*places, [room.buried])[:, 0]}
     return compact(**_named(name, *places, found), **free)
+
+
+def _passes(
+    room: Room, samples: int, renderer: PoolRenderer, points: np.ndarray, normals: np.ndarray, seed: int
+) -> np.ndarray:
+    return renderer.passes(points, normals, samples * room.passes, passes=room.passes, seed=seed)
 
 
 def _named(name: str, points: np.ndarray, normals: np.ndarray, found: world.Estimate) -> Arrays:

@@ -37,7 +37,8 @@ class Room:
 
     `near`: metres from the object, before or after; `offset`: metres from points to their surface;
     `buried`: nothing within so many metres: a point counts; `samples`, `passes`: paths a point and
-    pass, independent passes; `dark_beyond`: x from which no lamp is seen.
+    pass, independent passes; `still_samples`: those of light that is no change, 0: `samples`;
+    `dark_beyond`: x from which no lamp is seen.
     """
 
     name: str
@@ -46,6 +47,7 @@ class Room:
     near: float
     samples: int
     passes: int = 16
+    still_samples: int = 0
     offset: float = 1e-4
     buried: float = 0.02
     dark_beyond: float | None = None
@@ -99,6 +101,7 @@ ROOMS = {
             ),
             near=0.6,
             samples=484,
+            still_samples=900,
             dark_beyond=near_rooms.PARTITION,
         ),
         Room(
