@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "python")]
+sys.path.insert(0, str(ROOT / "tests"))
 
 import deltalux as dl  # noqa: E402
 from oracles import office_reference  # noqa: E402

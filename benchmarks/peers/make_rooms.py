@@ -3,7 +3,7 @@
 
     PYTHONPATH=tests .venv/bin/python benchmarks/peers/make_rooms.py [ROOM ...]
 
-One thread, some 8 minutes of CPU time a room. Changes are differences of two runs with equal
+One thread, 3 to 6 minutes of CPU time a room. Changes are differences of two runs with equal
 random numbers. Points whose rays all end within 2 cm (of a room of 6 m), or that no light reaches, count
 nowhere: they lie between or within things that touch, which nobody sees.
 """
