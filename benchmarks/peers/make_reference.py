@@ -17,18 +17,15 @@ from __future__ import annotations
 
 import argparse
 import json
-import time
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 from deltalux.scene import Scene, replace_scene
 from deltalux.scenes import office
-from numpy.typing import NDArray
 from oracles import mitsuba_reference, office_reference, radiance_reference, world
 from oracles.office_reference import SETTINGS
-
-Arrays = dict[str, NDArray]
+from stages import Arrays, compact, fill
 
 
 def main() -> None:
@@ -44,16 +41,7 @@ def main() -> None:
         arrays: Arrays = office_reference.load(scene, path)
     except office_reference.Stale:
         arrays = dict(header)
-    options.out.mkdir(parents=True, exist_ok=True)
-    for name, stage in _stages(scene).items():
-        if name in arrays:
-            continue
-        start = time.perf_counter()
-        arrays |= stage() | header
-        aside = path.with_suffix(".part.npz")
-        np.savez_compressed(aside, **arrays)
-        aside.rename(path)
-        print(f"{name}: {time.perf_counter() - start:.0f} s", flush=True)
+    arrays = fill(path, arrays, header, _stages(scene))
     _report(arrays)
 
 
@@ -66,7 +54,7 @@ def _stages(scene: Scene) -> dict[str, Callable[[], Arrays]]:
     def save_points() -> Arrays:
         static = replace_scene(scene, meshes=[mesh for mesh in scene.meshes if not mesh.movable])
         renderer, distances = mitsuba_reference.Renderer(static), SETTINGS["free_distances"]
-        return _arrays(
+        return compact(
             points=points, normals=normals, free=renderer.free_share(points, normals, distances),
             near_points=near, near_normals=near_normals,
             near_free=renderer.free_share(near, near_normals, distances),
@@ -78,13 +66,13 @@ def _stages(scene: Scene) -> dict[str, Callable[[], Arrays]]:
             points, normals, SETTINGS["mitsuba_samples"],
             passes=SETTINGS["mitsuba_passes"], seed=SETTINGS["mitsuba_seed"],
         )  # fmt: skip
-        return _arrays(**{f"mitsuba_{state}": found.mean, f"mitsuba_{state}_error": found.standard_error})
+        return compact(**{f"mitsuba_{state}": found.mean, f"mitsuba_{state}_error": found.standard_error})
 
     def by_radiance(state: str) -> Arrays:
         settings = radiance_reference.Settings(**SETTINGS["radiance"])
         renderer = radiance_reference.Renderer(states[state])
         found = renderer.irradiance(points, normals, settings, passes=SETTINGS["radiance_passes"])
-        return _arrays(**{f"radiance_{state}": found.mean, f"radiance_{state}_error": found.standard_error})
+        return compact(**{f"radiance_{state}": found.mean, f"radiance_{state}_error": found.standard_error})
 
     def near_chair() -> Arrays:
         renderers = [mitsuba_reference.Renderer(state) for state in states.values()]
@@ -96,7 +84,7 @@ def _stages(scene: Scene) -> dict[str, Callable[[], Arrays]]:
             for renderer in renderers
         )  # fmt: skip
         old, change = world.estimate(before, 0), world.estimate(after - before, 0)
-        return _arrays(
+        return compact(
             near_before=old.mean, near_before_error=old.standard_error,
             near_change=change.mean, near_change_error=change.standard_error,
         )  # fmt: skip
@@ -108,14 +96,6 @@ def _stages(scene: Scene) -> dict[str, Callable[[], Arrays]]:
         "radiance_before": lambda: by_radiance("before"),
         "mitsuba_after": lambda: by_mitsuba("after"),
         "radiance_after": lambda: by_radiance("after"),
-    }
-
-
-def _arrays(**arrays: NDArray) -> Arrays:
-    """In single precision, errors in half."""
-    return {
-        name: np.asarray(array, np.float16 if name.endswith("_error") else np.float32)
-        for name, array in arrays.items()
     }
 
 

@@ -30,6 +30,12 @@ def relative_error(found: NDArray, reference: NDArray, reference_error: NDArray)
     return _rms_without_noise((found - reference) / scale, reference_error / scale)
 
 
+def bias(found: NDArray, reference: NDArray) -> float:
+    """Mean of the relative difference, with the floor of `relative_error`."""
+    scale = np.maximum(reference, DARK * reference.mean(axis=0))
+    return float(((found - reference) / scale).mean())
+
+
 def change_error(found: NDArray, change: NDArray, change_error: NDArray) -> float:
     """RMS of found - change over the RMS of the change; its noise is taken off as above."""
     return _rms_without_noise(found - change, change_error) / _rms_without_noise(change, change_error)

@@ -149,9 +149,13 @@ class Renderer:
         here.p = dr.gather(mi.Point3f, mi.Point3f(points.T.astype(np.float32)), index)
         here.n = dr.gather(mi.Normal3f, mi.Normal3f(normals.T.astype(np.float32)), index)
         here.sh_frame = mi.Frame3f(here.n)
-        total = self._sample_emitter(sampler, here) + self._sample_direction(sampler, here)
+        total = self._estimate(sampler, here)
         per_point = [dr.block_sum(channel, count) / count for channel in (total.x, total.y, total.z)]
         return np.stack([np.asarray(channel, np.float64) for channel in per_point], axis=1)
+
+    def _estimate(self, sampler: Any, here: Any) -> Any:
+        """Irradiance by one path from each place."""
+        return self._sample_emitter(sampler, here) + self._sample_direction(sampler, here)
 
     def _sample_emitter(self, sampler: Any, here: Any) -> Any:
         """Light from a sampled point of a lamp, with its balance-heuristic weight."""

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from . import world
 
 PATH = Path(__file__).parents[2] / "benchmarks" / "peers" / "reference_office.npz"
+MAKE = "benchmarks/peers/make_reference.py"
 
 MOVED = "chair"
 TRANSLATION = (0.6, 0.0, 0.4)  # metres
@@ -89,18 +90,23 @@ def load(scene: Scene, path: Path = PATH, needed: Iterable[str] = ()) -> dict[st
     `near_points`, `near_normals` (m, 3), `near_before`, `near_change` (m, 3), with `..._error`;
     `free`, `near_free` (n, 2), (m, 2) share of rays that meet no static surface for FREE_DISTANCES.
     """
+    return load_file(path, key_of(scene), needed, MAKE)
+
+
+def load_file(path: Path, key: str, needed: Iterable[str], make: str) -> dict[str, NDArray]:
+    """The arrays of a file that is for `key` and has those `needed`; `Stale` otherwise."""
     if not path.exists():
-        raise Stale(f"{path}: not found; run benchmarks/peers/make_reference.py")
+        raise Stale(f"{path}: not found; run {make}")
     with np.load(path) as data:
         arrays = {name: data[name] for name in data.files}
-    if str(arrays["key"]) != key_of(scene):
+    if str(arrays["key"]) != key:
         raise Stale(
-            f"{path}: found key {arrays['key']}, expected {key_of(scene)}: the office or the settings "
-            "changed; run benchmarks/peers/make_reference.py again"
+            f"{path}: found key {arrays['key']}, expected {key}: the scene or the settings changed; "
+            f"run {make} again"
         )
     missing = sorted(set(needed) - arrays.keys())
     if missing:
-        raise Stale(f"{path}: has no {missing}; run benchmarks/peers/make_reference.py to its end")
+        raise Stale(f"{path}: has no {missing}; run {make} to its end")
     return arrays
 
 

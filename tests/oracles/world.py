@@ -87,9 +87,12 @@ def _in_world(light: Light, scene: Scene) -> Light:
     return SunLight(light.name, rotation @ light.direction, light.irradiance)
 
 
-def moved(scene: Scene, name: str, translation: tuple[float, float, float]) -> Scene:
-    """A copy of `scene` with the movable `name` shifted by `translation`, metres."""
+def moved(scene: Scene, name: str, translation: tuple[float, float, float], degrees: float = 0.0) -> Scene:
+    """A copy of `scene` with the movable `name` shifted, metres, and turned about its own +y."""
     pose = scene.mesh(name).pose.copy()
+    if degrees:
+        cos, sin = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+        pose[:3, :3] = pose[:3, :3] @ np.array([(cos, 0, sin), (0, 1, 0), (-sin, 0, cos)])
     pose[:3, 3] += translation
     meshes = [replace(mesh, pose=pose) if mesh.name == name else mesh for mesh in scene.meshes]
     return replace_scene(scene, meshes=meshes)
