@@ -9,7 +9,7 @@
 
 namespace deltalux::gather {
 
-BodyCells::BodyCells(std::span<const Triangle> triangles, float edge) {
+BodyCells::BodyCells(std::span<const Triangle> triangles, float edge) : rise_(kRise * edge) {
   CellBuilder(triangles, edge).build(*this);
 }
 

@@ -29,6 +29,8 @@ class BodyCells {
   BodyCells(std::span<const Triangle> triangles, float edge);
 
   size_t size() const { return area_.size(); }
+  /// How far from their cells' plane triangles may lie.
+  float rise() const { return rise_; }
   /// The cell at `p` on `triangle`, on the side that a ray along `w` meets; kNoCell on a triangle
   /// without area. `nudge`: looked up so far back, along the surface, towards where the ray came
   /// from, but no farther than half its flight of length `t`: at the foot of a wall its side is
@@ -46,6 +48,7 @@ class BodyCells {
 
  private:
   friend class CellBuilder;
+  static constexpr float kRise = 0x1p-10f;  // of the edge
   /// Parts a square in two: a * x + b * y > c, in the patch's frame.
   struct Line {
     float a, b, c;
@@ -80,6 +83,7 @@ class BodyCells {
 
   uint32_t square_at(const Patch& patch, uint32_t column, uint32_t row) const;
 
+  float rise_ = 0;
   std::vector<Face> faces_;
   std::vector<Patch> patches_;
   std::vector<uint32_t> table_;                      // per square of a patch's rectangle

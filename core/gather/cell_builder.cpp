@@ -11,7 +11,7 @@ namespace deltalux::gather {
 namespace {
 
 constexpr double kFlatAngle = 0x1p-10;    // normals of one plane differ by less, per coordinate
-constexpr double kFlatOffset = 0x1p-6;    // of the edge: offsets of one plane
+constexpr double kFlatOffset = 0x1p-6;    // of the edge: offsets of what is compared
 constexpr double kLeastFlat = 0.5;        // of a square: what has less area is put together
 constexpr double kMostSquares = 1 << 14;  // of one plane; beyond, squares are larger
 constexpr double kLeastPart = 1e-5;       // of a square: what is cut off
@@ -67,8 +67,9 @@ std::vector<CellBuilder::Flat> CellBuilder::find_flats() {
     uint64_t hash = 0;
     for (uint64_t word : key) hash = combine(hash, word);
     auto& bucket = by_hash[hash];
-    auto found = std::find_if(bucket.begin(), bucket.end(),
-                              [&](const auto& entry) { return entry.first == key; });
+    auto found = std::find_if(bucket.begin(), bucket.end(), [&](const auto& entry) {
+      return entry.first == key && lies_in(flats[entry.second], t);
+    });
     if (found == bucket.end()) {
       found = bucket.insert(bucket.end(), {key, uint32_t(flats.size())});
       flats.push_back({{}, n});
@@ -79,6 +80,14 @@ std::vector<CellBuilder::Flat> CellBuilder::find_flats() {
     flat.area += 0.5 * twice;
   }
   return flats;
+}
+
+bool CellBuilder::lies_in(const Flat& flat, uint32_t triangle) const {
+  const Vec3d base = corner(flat.triangles[0], 0);
+  for (int k = 0; k < 3; ++k)
+    if (!(std::fabs(dot(flat.normal, corner(triangle, k) - base)) < BodyCells::kRise * edge_))
+      return false;
+  return true;
 }
 
 CellBuilder::Frame CellBuilder::frame_along(const Flat& flat, Vec3d along) const {

@@ -41,6 +41,7 @@ class CellBuilder {
   };
 
   std::vector<Flat> find_flats();
+  bool lies_in(const Flat& flat, uint32_t triangle) const;
   Frame frame_along(const Flat& flat, Vec3d along) const;
   Frame tightest_frame(const Flat& flat) const;
   void make_patch(BodyCells& out, const Flat& flat);

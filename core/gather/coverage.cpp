@@ -101,7 +101,7 @@ void Coverage::update(const scene::Scene& scene, const trace::RayCaster& caster,
         Box reach;
         for (uint32_t k = 0; k < BodyCells::kProbes; ++k) {
           const Vec3f p = pose.point(body.probe(own, k));
-          at[k] = p + n * (4 * position_slack(p));
+          at[k] = p + n * (4 * position_slack(p) + body.rise());
           reach.grow(at[k]), reach.grow(at[k] + n * prober.contact());
         }
         const bool fresh = (moves && changed[object]) || cell >= known;

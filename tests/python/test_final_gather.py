@@ -124,6 +124,28 @@ def test_any_point_can_be_asked(session):
     assert there.mean() == pytest.approx(own.mean(), rel=0.05)
 
 
+@pytest.mark.parametrize("step", [0.0003, 0.0006, 0.0012, 0.0024])
+def test_faces_that_are_almost_in_one_plane_are_not_taken_for_covered(step):
+    """Two boxes side by side on a wall, one front `step` metres before the other: 1.42 in both, not 3.15."""
+
+    def scene(ahead):
+        boxes = [
+            dl.Mesh(name, *box((0.4, 0.4, 0.05), (x, 1.2, -1.9 + move)), "paint")
+            for name, x, move in (("left", -0.25, 0), ("right", 0.25, ahead))
+        ]
+        lamp = dl.PointLight("lamp", (0, 2.5, 0.5), (40, 40, 40))
+        walls = dl.Mesh("walls", *box((5.6, 2.7, 4.1), (0, 1.35, 0), inward=True), "paint")
+        return dl.Scene([walls, *boxes], [dl.Material("paint", (0.6,) * 3)], [lamp])
+
+    before = dl.Samples([(-0.25, 1.2, -1.6), (0.25, 1.2, -1.6)], [(0, 0, -1)])
+    light = []
+    for ahead in (0, step):
+        with dl.Session(scene(ahead), before, paths=50_000, gather=512) as session:
+            session.bake()
+            light.append(session.irradiance)
+    np.testing.assert_allclose(light[1], light[0], rtol=0.06)
+
+
 @pytest.mark.parametrize("gather", ["on", 4, 1_000_000, -1, 0, None, 12.5])
 def test_what_is_no_number_of_rays_is_refused(gather):
     with pytest.raises(dl.OptionError, match="gather: found"):
