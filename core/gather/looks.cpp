@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "direct/block.h"
 
@@ -12,6 +13,8 @@ namespace {
 
 constexpr size_t kGrain = 64;      // samples
 constexpr size_t kPortion = 2048;  // samples
+constexpr size_t kStep = 16;       // blocks of samples between two looks at the clock
+constexpr size_t kMostPassed = 6;  // boxes of an object; more are put together
 
 }  // namespace
 
@@ -58,22 +61,27 @@ class Looks::Suspects {
  public:
   Suspects(const Looks& looks, const Present& present, const Change& change)
       : looks_(looks), change_(change) {
-    for (uint32_t object : change.objects) own_.push_back(present.cells.of_object(object));
+    for (const MovedObject& moved : change.objects) {
+      own_.push_back(present.cells.of_object(moved.object));
+      boxes_.insert(boxes_.end(), moved.passed.begin(), moved.passed.end());
+    }
     const float slack = direct::slack(present.caster);
     for (const trace::Light& light : present.lights)
-      for (const Box& box : change.boxes) shadows_.emplace_back(light, box, slack);
+      for (const Box& box : boxes_) shadows_.emplace_back(light, box, slack);
   }
 
   /// again[ray] = 1 where what the ray met may be gone, or something may be in its way now.
   void mark(const SampleRays& rays, std::span<const uint32_t> targets,
             std::vector<uint8_t>& again) const {
     for (size_t ray = 0; ray < targets.size(); ++ray) again[ray] = gone(targets[ray]);
-    for (const Box& box : change_.after)
-      rays.each_towards(box.centre(), 0.5001f * box.diagonal(), [&](uint32_t ray) {
+    for (const MovedObject& moved : change_.objects) {
+      if (moved.now.empty()) continue;
+      rays.each_towards(moved.now.centre(), 0.5001f * moved.now.diagonal(), [&](uint32_t ray) {
         if (again[ray]) return;
         const Vec3f w = rays.direction(ray);
-        again[ray] = !(w == Vec3f{}) && SlabRay(rays.origin(), w).entry(box, kFar) < kFar;
+        again[ray] = !(w == Vec3f{}) && SlabRay(rays.origin(), w).entry(moved.now, kFar) < kFar;
       });
+    }
   }
 
  private:
@@ -90,9 +98,9 @@ class Looks::Suspects {
     if (change_.lights) return true;
     const Passage& passage = chains.passage(number);
     const SlabRay last(passage.origin, passage.last - passage.origin);
-    for (const Box& box : change_.boxes)
+    for (const Box& box : boxes_)
       if (box.overlaps(passage.near) || last.entry(box, 1) < kFar) return true;
-    const size_t boxes = change_.boxes.size();
+    const size_t boxes = boxes_.size();
     for (const Vertex& vertex : chains.vertices(number))
       for (size_t k = 0; vertex.light != scene::kNone && k < boxes; ++k)
         if (!shadows_[vertex.light * boxes + k].misses(passage.near)) return true;
@@ -102,7 +110,8 @@ class Looks::Suspects {
   const Looks& looks_;
   const Change& change_;
   std::vector<std::pair<uint32_t, uint32_t>> own_;  // cells of the changed objects
-  std::vector<direct::ShadowVolume> shadows_;       // per light and box
+  std::vector<Box> boxes_;
+  std::vector<direct::ShadowVolume> shadows_;  // per light and box
 };
 
 Looks::Looks(size_t samples, uint32_t rays, uint64_t seed)
@@ -128,6 +137,7 @@ void Looks::set(const Found& found) {
 
 void Looks::cast(const Present& present, const Workers& workers, Progress& progress) {
   const Caster caster(*this, present);
+  pending_.reset();
   chains_.clear();
   targets_.assign(samples_ * rays(), kDark);
   progress.begin("look around", samples_);
@@ -146,49 +156,109 @@ void Looks::cast(const Present& present, const Workers& workers, Progress& progr
     });
     for (const Found& block : found) set(block);
   }
-  weigh(present, nullptr, workers);
+  weigh_all(present, workers);
 }
 
-void Looks::weigh(const Present& present, const std::vector<uint8_t>* changed,
-                  const Workers& workers) {
+void Looks::weigh(const Present& present, size_t sample) {
   if (present.guiding.shares.empty()) return;
-  weights_.resize(targets_.size(), 1.0f);
+  const SampleRays own(directions_, present.guiding, uint32_t(sample), present.receivers[sample]);
+  for (uint32_t ray = 0; ray < rays(); ++ray) weights_[sample * rays() + ray] = own.weight(ray);
+}
+
+void Looks::weigh_all(const Present& present, const Workers& workers) {
+  if (present.guiding.shares.empty()) return;
+  weights_.assign(targets_.size(), 1.0f);
   workers.for_blocks(samples_, kGrain, [&](size_t begin, size_t end) {
-    for (size_t sample = begin; sample < end; ++sample) {
-      if (changed && !(*changed)[sample]) continue;
-      const SampleRays own(directions_, present.guiding, uint32_t(sample),
-                           present.receivers[sample]);
-      for (uint32_t ray = 0; ray < rays(); ++ray) weights_[sample * rays() + ray] = own.weight(ray);
-    }
+    for (size_t sample = begin; sample < end; ++sample) weigh(present, sample);
   });
 }
 
-uint64_t Looks::update(const Present& present, const Change& change, const Workers& workers,
-                       Progress& progress) {
-  const Caster caster(*this, present);
-  const Suspects suspects(*this, present, change);
-  std::vector<Found> found((samples_ + kGrain - 1) / kGrain);
-  progress.begin("look around", samples_);
-  workers.for_blocks(samples_, kGrain, [&](size_t begin, size_t end) {
-    Found& out = found[begin / kGrain];
-    for (size_t sample = begin; sample < end; ++sample) {
-      const bool all = change.samples[sample] != 0;
-      if (!all && caster.blind(sample)) continue;
-      thread_local std::vector<uint8_t> again;
-      again.assign(rays(), all);
-      const SampleRays own = caster.rays(sample);
-      if (!all) suspects.mark(own, targets(sample), again);
-      for (uint32_t ray = 0; ray < rays(); ++ray)
-        if (again[ray]) caster.look(own, sample, ray, out);
+void Change::merge(const Change& later) {
+  for (const MovedObject& moved : later.objects) {
+    const auto same = std::find_if(objects.begin(), objects.end(), [&](const MovedObject& own) {
+      return own.object == moved.object;
+    });
+    if (same == objects.end()) {
+      objects.push_back(moved);
+      continue;
     }
-    progress.advance(end - begin);
-  });
-  weigh(present, &change.samples, workers);
-  uint64_t count = 0;
-  for (const Found& block : found) {
-    count += block.plain.size() + block.chained.size();
-    set(block);
+    same->passed.insert(same->passed.end(), moved.passed.begin(), moved.passed.end());
+    same->now = moved.now;
+    if (same->passed.size() <= kMostPassed) continue;
+    Box all;
+    for (const Box& box : same->passed) all.grow(box);
+    same->passed = {all};
   }
+  lights |= later.lights;
+  for (size_t i = 0; i < samples.size(); ++i) samples[i] |= later.samples[i];
+}
+
+void Looks::note(const Present& present, const Change& change) {
+  if (!pending_) {
+    pending_.emplace();
+    pending_->change = change;
+  } else {
+    pending_->change.merge(change);
+  }
+  pending_->done = 0;
+  // Samples of a block lie close together.
+  std::vector<float> distance((samples_ + kGrain - 1) / kGrain, std::numeric_limits<float>::max());
+  for (size_t block = 0; block < distance.size(); ++block) {
+    const Vec3f p = present.receivers[std::min(samples_ - 1, (block + 1) * kGrain - 1)].point;
+    for (const MovedObject& moved : pending_->change.objects)
+      for (const Box& box : moved.passed) {
+        const Vec3f off = max(max(box.low - p, p - box.high), Vec3f{});
+        distance[block] = std::min(distance[block], dot(off, off));
+      }
+  }
+  std::vector<uint32_t>& order = pending_->order;
+  order.resize(distance.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](uint32_t a, uint32_t b) { return distance[a] < distance[b]; });
+}
+
+double Looks::pending_share() const {
+  return pending_ ? 1 - double(pending_->done) / double(pending_->order.size()) : 0.0;
+}
+
+uint64_t Looks::follow(const Present& present, const Workers& workers, Progress& progress,
+                       const std::function<bool()>& more) {
+  if (!pending_) return 0;
+  const Caster caster(*this, present);
+  const Suspects suspects(*this, present, pending_->change);
+  const std::vector<uint32_t>& order = pending_->order;
+  const std::vector<uint8_t>& fresh = pending_->change.samples;
+  uint64_t count = 0;
+  progress.announce("look around", order.size() - pending_->done);
+  do {
+    const size_t first = pending_->done, step = std::min(kStep, order.size() - first);
+    std::vector<Found> found(step);
+    workers.for_blocks(step, 1, [&](size_t begin, size_t end) {
+      std::vector<uint8_t> again(rays());
+      for (size_t k = begin; k < end; ++k) {
+        const size_t block = order[first + k];
+        for (size_t i = block * kGrain; i < std::min(samples_, (block + 1) * kGrain); ++i) {
+          if (!fresh[i] && caster.blind(i)) continue;
+          again.assign(rays(), fresh[i]);
+          const SampleRays own = caster.rays(i);
+          if (fresh[i])
+            weigh(present, i);
+          else
+            suspects.mark(own, targets(i), again);
+          for (uint32_t ray = 0; ray < rays(); ++ray)
+            if (again[ray]) caster.look(own, i, ray, found[k]);
+        }
+      }
+      progress.advance(end - begin);
+    });
+    for (const Found& block : found) {
+      count += block.plain.size() + block.chained.size();
+      set(block);
+    }
+    pending_->done += step;
+  } while (pending_->done < order.size() && more());
+  if (pending_->done == order.size()) pending_.reset();
   return count;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What each sample sees in its fixed directions: cells, chains, or nothing.
 #pragma once
+#include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -12,13 +14,20 @@
 
 namespace deltalux::gather {
 
+/// A movable that moved, appeared or vanished: RayCaster::object_bounds.
+struct MovedObject {
+  uint32_t object;
+  std::vector<Box> passed;  ///< where it was or is
+  Box now;                  ///< empty: it is gone
+};
+
 /// What differs between two states of the scene.
 struct Change {
-  std::vector<uint32_t> objects;  ///< movables that moved, appeared or vanished
-  std::vector<Box> boxes;         ///< RayCaster::object_bounds, before and after
-  std::vector<Box> after;         ///< those of them that are there now
-  bool lights = false;            ///< a light moved, came, or was switched
-  std::vector<uint8_t> samples;   ///< per sample: 1 = its receiver changed
+  std::vector<MovedObject> objects;
+  bool lights = false;           ///< a light moved, came, or was switched
+  std::vector<uint8_t> samples;  ///< per sample: 1 = its receiver changed
+  /// Adds what happened after it.
+  void merge(const Change& later);
 };
 
 class Looks {
@@ -29,10 +38,14 @@ class Looks {
   size_t samples() const { return samples_; }
   /// All rays from scratch. Throws Cancelled: then this object is of no use.
   void cast(const Present& present, const Workers& workers, Progress& progress);
-  /// Casts again what may differ: afterwards everything is as cast() would have it. Returns how
-  /// many rays that were.
-  uint64_t update(const Present& present, const Change& change, const Workers& workers,
-                  Progress& progress);
+  /// Notes what follow() has to take in.
+  void note(const Present& present, const Change& change);
+  /// Casts again what may differ, nearest to what moved first, until all is as cast() would have it
+  /// or `more` says no; it is asked every few milliseconds. Returns how many rays that were.
+  uint64_t follow(const Present& present, const Workers& workers, Progress& progress,
+                  const std::function<bool()>& more);
+  /// Share of the samples that wait.
+  double pending_share() const;
 
   /// Of ray `ray` of a sample: a cell, kDark, or kChain + index into chains().
   static constexpr uint32_t kChain = 0x80000000u;
@@ -52,12 +65,20 @@ class Looks {
 
   /// Arrays named "gather.…".
   void save(ArchiveView& archive) const;
-  /// What save() wrote, in the same state. Throws FormatError: then this object is of no use.
-  void restore(ArchiveSource& archive, const Present& present, const Workers& workers);
+  /// What save() wrote, in the same state. Throws FormatError or Cancelled: then this object is of
+  /// no use.
+  void restore(ArchiveSource& archive, const Present& present, const Workers& workers,
+               Progress& progress);
 
  private:
   class Caster;
   class Suspects;
+  /// Changes that are taken in block by block of kGrain samples.
+  struct Pending {
+    Change change;
+    std::vector<uint32_t> order;  ///< of blocks
+    size_t done = 0;
+  };
   /// What was cast again.
   struct Found {
     struct Chained {
@@ -71,8 +92,8 @@ class Looks {
     std::vector<Vertex> vertices;  ///< of all of these, one after the other
   };
   void set(const Found& found);
-  /// Of the samples whose receivers changed, or of all.
-  void weigh(const Present& present, const std::vector<uint8_t>* changed, const Workers& workers);
+  void weigh(const Present& present, size_t sample);
+  void weigh_all(const Present& present, const Workers& workers);
 
   size_t samples_;
   uint64_t seed_;
@@ -80,6 +101,7 @@ class Looks {
   std::vector<uint32_t> targets_;
   std::vector<float> weights_;  // per target; empty without guides
   ChainPool chains_;
+  std::optional<Pending> pending_;
 };
 
 }  // namespace deltalux::gather

@@ -9,6 +9,7 @@
 namespace deltalux::gather {
 namespace {
 
+constexpr const char* kComplete = "gather.complete";
 constexpr const char* kTargets = "gather.targets";
 constexpr const char* kChains = "gather.chains";
 constexpr const char* kVertices = "gather.vertices";
@@ -52,6 +53,9 @@ void check(const Vertex& vertex, const Present& present) {
 }  // namespace
 
 void Looks::save(ArchiveView& archive) const {
+  // What waits is cast again as a whole: it is soon done.
+  archive.keep(kComplete, std::vector<uint8_t>{!pending_});
+  if (pending_) return;
   std::vector<uint32_t> targets = targets_;
   std::vector<Record> records;
   std::vector<Vertex> vertices;
@@ -69,7 +73,9 @@ void Looks::save(ArchiveView& archive) const {
   archive.keep(kVertices, vertices);
 }
 
-void Looks::restore(ArchiveSource& archive, const Present& present, const Workers& workers) {
+void Looks::restore(ArchiveSource& archive, const Present& present, const Workers& workers,
+                    Progress& progress) {
+  if (!archive.read_all<uint8_t>(kComplete, 1)[0]) return cast(present, workers, progress);
   targets_ = archive.read_all<uint32_t>(kTargets, samples_ * rays());
   const auto records = archive.read_all<Record>(kChains, archive.count<Record>(kChains));
   const auto vertices = archive.read_all<Vertex>(kVertices, archive.count<Vertex>(kVertices));
@@ -94,7 +100,7 @@ void Looks::restore(ArchiveSource& archive, const Present& present, const Worker
   }
   if (chains_.size() != records.size()) refuse(kChains, "holds chains that no ray has");
   if (next != vertices.size()) refuse(kVertices, "is too long");
-  weigh(present, nullptr, workers);
+  weigh_all(present, workers);
 }
 
 }  // namespace deltalux::gather

@@ -302,7 +302,8 @@ size_t Session::bytes() const {
 double Session::pending_share() const {
   const size_t paths = state_->cut.size();
   const double lights = direct_ ? 1 - direct_->current_share() : 0.0;
-  return std::max(lights, paths ? double(pending_.size()) / double(paths) : 0.0);
+  const double looks = state_->gather ? state_->gather->looks.pending_share() : 0.0;
+  return std::max({lights, looks, paths ? double(pending_.size()) / double(paths) : 0.0});
 }
 
 }  // namespace deltalux::update

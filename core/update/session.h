@@ -139,8 +139,8 @@ class Session {
   gather::Present present(std::span<const direct::Receiver> receivers,
                           const gather::Guiding& guiding) const;
   std::vector<gather::RayShares> shares_of(std::span<const direct::Receiver> receivers) const;
-  void update_looks(std::span<const ObjectChange> changes, bool lights, Progress& progress,
-                    Report& report);
+  /// Lets what samples see wait for Looks::follow().
+  void note_looks(std::span<const ObjectChange> changes, bool lights);
   void refresh_areas(const std::vector<ObjectChange>* changes);
   /// Renews receivers_: all of them, or those of changed objects (per object: 1).
   void place_receivers(const std::vector<uint8_t>* changed);
@@ -158,7 +158,7 @@ class Session {
   void restore_segments(ArchiveSource& archive, uint64_t paths, Progress& progress);
   void restore_pending(ArchiveSource& archive);
   void restore_direct(ArchiveSource& archive);
-  void restore_looks(ArchiveSource& archive);
+  void restore_looks(ArchiveSource& archive, Progress& progress);
   /// Cuts and traces again what `log` and the search after it found, and what waited before.
   /// Returns what run_pending() does.
   size_t replace_paths(const EditLog& log, const Affected& affected, double budget_ms,

@@ -135,7 +135,7 @@ void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> no
   }
 }
 
-void Session::restore_looks(ArchiveSource& archive) {
+void Session::restore_looks(ArchiveSource& archive, Progress& progress) {
   State& s = *state_;
   if (!s.gather) return;
   const Landings landings(s);
@@ -147,27 +147,25 @@ void Session::restore_looks(ArchiveSource& archive) {
   }
   s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
   s.guiding.restore(archive, s.samples.size(), s.options.gather_rays);
-  s.gather->looks.restore(archive, present(receivers_, s.guiding), s.workers);
+  s.gather->looks.restore(archive, present(receivers_, s.guiding), s.workers, progress);
 }
 
-void Session::update_looks(std::span<const ObjectChange> changes, bool lights, Progress& progress,
-                           Report& report) {
+void Session::note_looks(std::span<const ObjectChange> changes, bool lights) {
   State& s = *state_;
   if (!s.gather || (changes.empty() && !lights)) return;
   gather::Change change;
   change.lights = lights;
   change.samples.assign(s.samples.size(), 0);
+  std::vector<uint32_t> objects;
   for (const ObjectChange& c : changes) {
-    change.objects.push_back(c.object);
-    if (!c.after.empty()) change.after.push_back(c.after);
+    objects.push_back(c.object);
+    change.objects.push_back({c.object, boxes_of({&c, 1}), c.after});
     for (const trace::Light& light : s.lights) change.lights |= light.object == c.object;
   }
-  change.boxes = boxes_of(changes);
   for (uint32_t id : moved_samples(s, changes)) change.samples[id] = 1;
-  s.gather->coverage.update(s.scene, *s.caster, s.gather->cells, change.objects, change.boxes,
+  s.gather->coverage.update(s.scene, *s.caster, s.gather->cells, objects, boxes_of(changes),
                             s.workers);
-  report.gathered_rays =
-      s.gather->looks.update(present(receivers_, s.guiding), change, s.workers, progress);
+  s.gather->looks.note(present(receivers_, s.guiding), change);
 }
 
 }  // namespace deltalux::update

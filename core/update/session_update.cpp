@@ -194,7 +194,11 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
     refused = replace_paths(log, affected, budget_ms > 0 ? budget_ms - since(begin) : budget_ms,
                             progress, report);
     lap = Clock::now();
-    update_looks(log.changes(), s.lights.size() > log.old_lights(), progress, report);
+    note_looks(log.changes(), s.lights.size() > log.old_lights());
+    if (s.gather)
+      report.gathered_rays = s.gather->looks.follow(
+          present(receivers_, s.guiding), s.workers, progress,
+          [&] { return !progress.cancelled() && (budget_ms == 0 || since(begin) < budget_ms); });
     stage("gather");
     if (!log.changes().empty()) refresh_areas(&log.changes());
     stage("areas");
@@ -207,7 +211,8 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
     throw OptionError("memory: with longer paths the session needs more than its limit of " +
                       mebibytes(double(s.options.memory_limit)) + "; " + std::to_string(refused) +
                       " paths wait as they were. Take the edit back, or raise the memory limit");
-  if (!pending_.empty() && progress.cancelled()) throw Cancelled();
+  if (s.gather) report.done = std::min(report.done, 1 - s.gather->looks.pending_share());
+  if (pending_share() > 0 && progress.cancelled()) throw Cancelled();
   return report;
 }
 

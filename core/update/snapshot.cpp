@@ -127,7 +127,7 @@ void Session::restore(ArchiveSource& archive, Progress& progress) {
     part.current = true;
   }
   restore_direct(archive);
-  restore_looks(archive);
+  restore_looks(archive, progress);
   baked_ = true;
 }
 

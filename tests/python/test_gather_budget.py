@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Rays that wait: updates with a time budget, edits on top of them, cancellation, files."""
+
+from __future__ import annotations
+
+import deltalux as dl
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rooms import room, translation, turn
+
+
+@pytest.fixture(scope="module")
+def baked():
+    """Some twenty blocks of samples: more than one step of rays between two looks at the clock."""
+    scene = room()
+    samples = dl.Samples.on_vertices(scene, spacing=0.13)
+    with dl.Session(scene, samples, paths=2000, gather=16, threads=2, direct="sampled") as session:
+        session.bake()
+        yield session
+
+
+def exact(session: dl.Session) -> None:
+    digest, light = session.digest(), session.irradiance
+    session.recompute()
+    assert session.digest() == digest
+    np.testing.assert_array_equal(session.irradiance, light)
+
+
+def test_a_budget_leaves_rays_waiting(baked):
+    baked.move("block", translation(0.2, 0.5, 0.3))
+    frame = baked.update(budget_ms=1e-3)
+    assert frame.done < 1
+    assert baked.unfinished
+    shares, rays = [frame.done], [frame.gathered_rays]
+    while baked.unfinished:
+        frame = baked.update(budget_ms=1e-3)
+        shares.append(frame.done)
+        rays.append(frame.gathered_rays)
+    assert shares == sorted(shares)
+    assert sum(count > 0 for count in rays) > 1
+    exact(baked)
+
+
+def test_what_is_near_comes_first(baked):
+    """The first step of many casts the rays of most samples on the moved object."""
+    baked.move("block", translation(-0.6, 0.7, -0.2) @ turn(0.5))
+    frame = baked.update(budget_ms=1e-3)
+    own = np.count_nonzero(baked.samples.attached == "block")
+    assert baked.unfinished
+    assert frame.gathered_rays >= 0.75 * 16 * own
+    exact(baked)
+
+
+NAMES = st.sampled_from(["block", "lamp"])
+EDITS = st.one_of(
+    st.tuples(NAMES, st.floats(-1.2, 1.2), st.floats(0.4, 1.4), st.floats(-0.8, 0.8)),
+    st.tuples(NAMES, st.sampled_from(["remove", "add"])),
+    st.tuples(st.just("paint"), st.floats(0, 0.9)),
+)
+
+
+@settings(max_examples=15, deadline=None)
+@given(edits=st.lists(st.tuples(EDITS, st.sampled_from([None, 1e-3, 2.0])), min_size=1, max_size=6))
+def test_edits_on_top_of_waiting_rays_are_exact(baked, edits):
+    for (name, *values), budget in edits:
+        if values[0] in ("remove", "add"):
+            if (baked.poses[name] is None) == (values[0] == "add"):
+                getattr(baked, values[0])(name)
+        elif name == "paint":
+            baked.set_reflectance("wall", (values[0],) * 3)
+        elif baked.poses[name] is not None:
+            baked.move(name, translation(*values))
+        baked.update(budget_ms=budget)
+    exact(baked)
+
+
+def test_files_of_waiting_rays_are_whole(baked, tmp_path):
+    for name in ("block", "lamp"):
+        if baked.poses[name] is None:
+            baked.add(name)
+    baked.update()
+    baked.move("block", translation(0.5, 0.8, -0.3))
+    baked.update(budget_ms=1e-3)
+    assert baked.unfinished
+    baked.save(tmp_path / "waiting.dlx")
+    with dl.Session.open(tmp_path / "waiting.dlx") as opened:
+        exact(opened)
+        exact(baked)
+        np.testing.assert_array_equal(opened.irradiance, baked.irradiance)
+
+
+def test_cancelled_rays_are_cast_by_the_next_update(baked):
+    def stop(stage: str, fraction: float) -> bool:
+        return stage != "look around"
+
+    if baked.poses["block"] is None:
+        baked.add("block")
+    baked.move("block", translation(-0.4, 0.5, 0.4))
+    baked.progress = stop
+    try:
+        baked.update()
+    except dl.Cancelled:
+        pass
+    finally:
+        baked.progress = None
+    exact(baked)
