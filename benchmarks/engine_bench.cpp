@@ -2,38 +2,21 @@
 // The engine on a real scene, every figure a ratio of CPU times within this process:
 //   engine_bench DUMP PATHS THREADS STEP -> one JSON object on stdout
 // STEP: how far the movable goes, metres.
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <functional>
 
 #include "base/direction.h"
 #include "scene_dump.h"
+#include "timing.h"
 #include "update/scan.h"
 #include "update/session.h"
 
 using namespace deltalux;
+using namespace deltalux::benchmarks;
 
 namespace {
-
-double cpu_seconds() {
-  timespec t;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
-}
-
-double wall_seconds() {
-  timespec t;
-  clock_gettime(CLOCK_MONOTONIC, &t);
-  return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
-}
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
 
 struct Rays {
   std::vector<Vec3f> origin, direction;
@@ -62,14 +45,6 @@ double raw_ray_ns(const update::State& state, const Rays& rays, size_t begin, si
   return ns;
 }
 
-/// Wall-clock milliseconds of a stage, scaled to CPU time by what the whole call used of each.
-double stage(const update::Report& report, const char* name, double cpu_per_wall) {
-  double sum = 0;
-  for (const auto& [key, ms] : report.milliseconds)
-    if (key == name) sum += ms;
-  return sum * cpu_per_wall;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -77,7 +52,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: engine_bench DUMP PATHS THREADS STEP\n");
     return 2;
   }
-  benchmarks::Dump dump = benchmarks::read_dump(argv[1]);
+  Dump dump = read_dump(argv[1]);
   update::Options options;
   options.paths = std::strtoull(argv[2], nullptr, 10);
   options.threads = std::atoi(argv[3]);

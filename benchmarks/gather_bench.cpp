@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+// The final gather on a real scene, every figure a ratio of CPU times within this process:
+//   gather_bench DUMP PATHS RAYS STEP -> one JSON object on stdout
+// STEP: how far the movable goes, metres.
+#include <cstdio>
+#include <cstdlib>
+
+#include "gather/directions.h"
+#include "scene_dump.h"
+#include "timing.h"
+
+using namespace deltalux;
+using namespace deltalux::benchmarks;
+
+namespace {
+
+/// Embree alone, along rays like those of the samples.
+double raw_ray_ns(const update::State& state, uint32_t rays, size_t samples) {
+  const gather::Directions directions(rays, 7);
+  const double start = cpu_seconds();
+  float sink = 0;
+  for (size_t i = 0; i < samples; ++i) {
+    const Vec3f n = state.samples.normal[i], from = state.samples.point[i] + n * 1e-3f;
+    for (uint32_t ray = 0; ray < rays; ++ray)
+      sink +=
+          state.caster->closest_static(from, directions(uint32_t(i), ray, n)).t < 1 ? 1.0f : 0.0f;
+  }
+  const double ns = 1e9 * (cpu_seconds() - start) / (double(samples) * rays);
+  if (sink < 0) std::puts("");
+  return ns;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 5) {
+    std::fprintf(stderr, "usage: gather_bench DUMP PATHS RAYS STEP\n");
+    return 2;
+  }
+  Dump dump = read_dump(argv[1]);
+  update::Options options;
+  options.paths = std::strtoull(argv[2], nullptr, 10);
+  options.gather_rays = uint32_t(std::strtoul(argv[3], nullptr, 10));
+  options.threads = 1;
+  const double step = std::atof(argv[4]);
+  const size_t samples = dump.samples.size();
+  uint32_t object = 0;
+  while (object < dump.scene.objects.size() && !dump.scene.objects[object].movable) ++object;
+  update::Session session(std::move(dump.scene), std::move(dump.samples), options);
+  Progress progress;
+  session.bake(progress);
+  const update::State& state = session.state();
+  const double rays = double(samples) * options.gather_rays;
+
+  std::vector<double> raw, cast, look_up, full;
+  std::vector<double> irradiance(3 * samples), error(3 * samples);
+  for (int turn = 0; turn < 3; ++turn) {
+    raw.push_back(raw_ray_ns(state, options.gather_rays, samples / 4));
+    double cpu = cpu_seconds(), wall = wall_seconds();
+    const update::Report report = session.recompute(progress);
+    full.push_back(1e3 * (cpu_seconds() - cpu));
+    cast.push_back(1e6 * stage(report, "gather", (cpu_seconds() - cpu) / (wall_seconds() - wall)) /
+                   rays);
+    cpu = cpu_seconds();
+    session.read(irradiance.data(), error.data());
+    look_up.push_back(1e9 * (cpu_seconds() - cpu) / rays);
+  }
+
+  // Frames: there and back again; the exactness of the last one is checked.
+  const Pose home = state.scene.objects[object].pose;
+  Pose away = home;
+  away.translation.x += step;
+  std::vector<double> frame, share, again;
+  for (int turn = 0; turn < 8; ++turn) {
+    const scene::Edit edit = scene::Move{object, turn % 2 ? home : away};
+    const double cpu = cpu_seconds(), wall = wall_seconds();
+    const update::Report report = session.update({&edit, 1}, 0, progress);
+    if (turn < 2) continue;  // warm up
+    const double used = cpu_seconds() - cpu;
+    frame.push_back(1e3 * used);
+    share.push_back(stage(report, "gather", used / (wall_seconds() - wall)) / frame.back());
+    again.push_back(double(report.gathered_rays) / rays);
+  }
+  const auto updated = session.digest();
+  session.recompute(progress);
+  const bool equal = session.digest() == updated;
+  const gather::Looks& looks = state.gather->looks;
+  std::printf(
+      "{\"paths\": %zu, \"rays\": %u, \"samples\": %zu, \"raw_ray_ns\": %.1f, "
+      "\"ray_over_raw\": %.2f, \"look_up_ns\": %.2f, \"bytes_per_sample\": %.1f, "
+      "\"bytes_per_ray\": %.2f, \"chains\": %.3f, \"guides\": %zu, \"recompute_ms\": %.1f, "
+      "\"frame_ms\": %.2f, \"frame_share\": %.3f, \"rays_again\": %.4f, \"speedup\": %.1f, "
+      "\"exact\": %s}\n",
+      size_t(options.paths), options.gather_rays, samples, median(raw), median(cast) / median(raw),
+      median(look_up), double(looks.bytes()) / double(samples), double(looks.bytes()) / rays,
+      double(looks.chains().size()) / rays, state.guiding.guides.size(), median(full),
+      median(frame), median(share), median(again), median(full) / median(frame),
+      equal ? "true" : "false");
+  return equal ? 0 : 1;
+}
