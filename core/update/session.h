@@ -133,12 +133,13 @@ class Session {
   /// Forgets those that an edit that failed brought.
   void shrink_cell_sums() noexcept;
   void look_around(Progress& progress);
-  void choose_guides();
+  void choose_guides(Progress& progress);
   /// Of the present sums; nullopt in sessions that do not gather.
   std::optional<gather::Evaluation> evaluation() const;
   gather::Present present(std::span<const direct::Receiver> receivers,
                           const gather::Guiding& guiding) const;
-  std::vector<gather::RayShares> shares_of(std::span<const direct::Receiver> receivers) const;
+  std::vector<gather::RayShares> shares_of(std::span<const direct::Receiver> receivers,
+                                           Progress& progress) const;
   /// Lets what samples see wait for Looks::follow().
   void note_looks(std::span<const ObjectChange> changes, bool lights);
   void refresh_areas(const std::vector<ObjectChange>* changes);

@@ -47,25 +47,28 @@ void Session::shrink_cell_sums() noexcept {
   s.gather->sums.quanta.resize(s.gather->sums.at(s.gather->cells.size(), 0, 0));
 }
 
-void Session::choose_guides() {
+void Session::choose_guides(Progress& progress) {
   State& s = *state_;
   s.guiding = {};
   if (!s.gather) return;
   s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
   s.guiding.guides = gather::find_guides(present(receivers_, s.guiding), *evaluation(),
                                          s.gather->cells.metre(), s.options.seed, s.workers);
-  s.guiding.shares = shares_of(receivers_);
+  progress.begin("find bright places", receivers_.size());
+  s.guiding.shares = shares_of(receivers_, progress);
 }
 
-std::vector<gather::RayShares> Session::shares_of(
-    std::span<const direct::Receiver> receivers) const {
+std::vector<gather::RayShares> Session::shares_of(std::span<const direct::Receiver> receivers,
+                                                  Progress& progress) const {
   const State& s = *state_;
   if (s.guiding.guides.empty()) return {};
   std::vector<gather::RayShares> shares(receivers.size());
   s.workers.for_blocks(shares.size(), kGrain, [&](size_t begin, size_t end) {
+    progress.check();
     for (size_t i = begin; i < end; ++i)
       shares[i] = gather::share_rays(s.guiding.guides, receivers[i], s.options.gather_rays,
                                      *s.caster, combine(s.options.seed, i));
+    progress.advance(end - begin);
   });
   return shares;
 }
@@ -114,7 +117,7 @@ void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> no
     direct::DirectLight direct(count, s.scene.group_count, direct_->irradiance_quantum(),
                                s.options.seed);
     direct.compute({*s.caster, s.lights, all, receivers}, s.workers, part);
-    const gather::Guiding guiding{s.guiding.guides, shares_of(receivers)};
+    const gather::Guiding guiding{s.guiding.guides, shares_of(receivers, part)};
     gather::Looks looks(count, s.options.gather_rays, s.options.seed);
     looks.cast(present(receivers, guiding), s.workers, part);
     s.workers.for_blocks(count, kGrain, [&](size_t begin, size_t end) {
