@@ -138,7 +138,13 @@ def run(args: argparse.Namespace) -> int:
     """The marathon; returns the exit code."""
     scene = getattr(scenes, args.scene)()
     samples = uniform_on_surfaces(scene, args.samples, seed=1, radius=None)
-    options = {"direct": args.direct, "segment_end": args.segment_end, "threads": args.threads}
+    gather = int(args.gather) if args.gather.isdigit() else args.gather
+    options = {
+        "direct": args.direct,
+        "segment_end": args.segment_end,
+        "threads": args.threads,
+        "gather": gather,
+    }
     with dl.Session(scene, samples, paths=args.paths, seed=args.seed, **options) as session:
         session.bake()
         marathon = Marathon(session, args.seed)
@@ -184,6 +190,7 @@ def main() -> int:
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--direct", default="auto", choices=("auto", "paths", "sampled"))
     parser.add_argument("--segment-end", default="first", choices=("first", "second", "bounded"))
+    parser.add_argument("--gather", default="off", help='"off", "auto" or rays per sample')
     return run(parser.parse_args())
 
 
