@@ -31,7 +31,9 @@ struct Guide {
 class Target {
  public:
   Target() = default;
+  /// Refers to the guide.
   Target(const Guide& guide, Vec3f from);
+  Target(const Guide&&, Vec3f) = delete;
   /// Towards texels by their chances. `u`, `v`: random, in [0, 1).
   Vec3f direction(float u, float v) const;
   /// Chance per solid angle of direction(), times pi.

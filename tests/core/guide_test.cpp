@@ -36,7 +36,8 @@ Vec3f random_direction(uint32_t i, uint64_t seed) {
 
 TEST(Guide, ChancesOfDirectionsAddUpToOne) {
   for (const Vec3f from : {Vec3f{0, 1, 0}, Vec3f{1.5f, 0.3f, 0.5f}, Vec3f{0.4f, 0.1f, -0.2f}}) {
-    const Target target(ramp(), from);
+    const Guide guide = ramp();
+    const Target target(guide, from);
     double sum = 0;
     constexpr uint32_t kCount = 1 << 20;
     for (uint32_t i = 0; i < kCount; ++i) sum += double(target.density(random_direction(i, 3)));
