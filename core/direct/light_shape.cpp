@@ -16,9 +16,9 @@ constexpr float kSmall = 4e-4f;
 // Thirty-six rays are too few where one of them stands for more than an eighth of the light, or
 // where the light is large (irradiance over radiance; the whole sky is pi): a gap between them
 // could be as bright as the rest of the room.
+constexpr float kMostPerRay = 0.125f, kLarge = 0.3f;
 constexpr float kFlat = 0.9999f;  // cosine between normals of one plane
 constexpr float kClose = 3.0f;    // radii: nearer than this, a light's points differ much
-constexpr float kMostPerRay = 0.125f, kLarge = 0.3f;
 
 constexpr uint32_t mix32(uint32_t h) {  // finaliser of MurmurHash3
   h = (h ^ (h >> 16)) * 0x85ebca6bu;

@@ -32,7 +32,7 @@ inline constexpr uint32_t kDark = kNoCell;  // where a ray meets nothing
 struct Vertex {
   uint32_t material = 0;
   uint32_t light = scene::kNone;  ///< or kNone: no light shines there, whatever is between
-  std::array<float, 3> direct{};  ///< irradiance, undimmed
+  std::array<float, 3> direct{};  ///< irradiance, undimmed, times the weight of the way there
   friend bool operator==(const Vertex&, const Vertex&) = default;
 };
 

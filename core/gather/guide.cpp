@@ -60,8 +60,18 @@ float Target::density(Vec3f w) const {
   return std::numbers::pi_v<float> * chance * t * t / (std::fabs(along) * texel * texel);
 }
 
+bool Target::may_meet(Vec3f to_ball, float radius) const {
+  const float own = length(to_centre_), other = length(to_ball);
+  const float around = 1.5f * guide_->half;  // more than to its corners
+  if (!(own > around) || !(other > radius)) return true;
+  const float sine_a = around / own, sine_b = radius / other;
+  const float cosine_a = std::sqrt(1 - sine_a * sine_a), cosine_b = std::sqrt(1 - sine_b * sine_b);
+  // Of the angle between the axes, against the sum of both half angles.
+  return dot(to_centre_, to_ball) >= own * other * (cosine_a * cosine_b - sine_a * sine_b - 1e-4f);
+}
+
 float share_of_view(const Guide& guide, Vec3f from, Vec3f n) {
-  constexpr float kGrazing = 0.01f;  // cosine: a disc that is seen more aslant is left out
+  constexpr float kGrazing = 0.01f;  // cosine: what is seen more aslant is left out
   const Vec3f d = guide.centre - from;
   const float squared = dot(d, d), distance = std::sqrt(squared);
   const float above = std::min(dot(n, d) + guide.half, distance);
@@ -97,16 +107,6 @@ DrawnDirection draw_direction(std::span<const Guide> guides, Vec3f from, Vec3f n
   for (size_t g = 0; g < guides.size(); ++g)
     if (share[g] > 0) density += most * share[g] / all * Target(guides[g], from).density(w);
   return {w, cosine / density};
-}
-
-bool Target::may_meet(Vec3f to_ball, float radius) const {
-  const float own = length(to_centre_), other = length(to_ball);
-  const float around = 1.5f * guide_->half;  // more than to its corners
-  if (!(own > around) || !(other > radius)) return true;
-  const float sine_a = around / own, sine_b = radius / other;
-  const float cosine_a = std::sqrt(1 - sine_a * sine_a), cosine_b = std::sqrt(1 - sine_b * sine_b);
-  // Of the angle between the axes, against the sum of both half angles.
-  return dot(to_centre_, to_ball) >= own * other * (cosine_a * cosine_b - sine_a * sine_b - 1e-4f);
 }
 
 }  // namespace deltalux::gather

@@ -3,7 +3,6 @@
 #pragma once
 #include <array>
 #include <span>
-#include <vector>
 
 #include "base/vec.h"
 
@@ -48,8 +47,8 @@ class Target {
 
 inline constexpr uint32_t kMostGuides = 64;
 
-/// Cosine of a receiver's angle times what a guide is of its view, unshadowed: times radiosity, the
-/// guide's irradiance. 0 where it is behind, or about the receiver.
+/// What a guide is of a receiver's view, cosine included, unshadowed: times radiosity, the
+/// irradiance that it brings. 0 where one is behind the other.
 float share_of_view(const Guide& guide, Vec3f from, Vec3f n);
 
 /// One direction about the unit normal `n`, and what the light along it counts times.

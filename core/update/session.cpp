@@ -183,8 +183,7 @@ Report Session::bake(Progress& progress) {
     compute_direct(progress);
     report.milliseconds.emplace_back("direct", now_ms() - start);
     start = now_ms();
-    choose_guides(progress);
-    look_around(progress);
+    look_around(progress, true);
     report.milliseconds.emplace_back("gather", now_ms() - start);
     refresh_areas(nullptr);
     baked_ = true;

@@ -132,7 +132,8 @@ class Session {
   void grow_cell_sums();
   /// Forgets those that an edit that failed brought.
   void shrink_cell_sums() noexcept;
-  void look_around(Progress& progress);
+  /// With new guides, as a bake wants them, or those that it chose.
+  void look_around(Progress& progress, bool new_guides = false);
   void choose_guides(Progress& progress);
   /// Of the present sums; nullopt in sessions that do not gather.
   std::optional<gather::Evaluation> evaluation() const;

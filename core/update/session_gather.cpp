@@ -50,8 +50,6 @@ void Session::shrink_cell_sums() noexcept {
 void Session::choose_guides(Progress& progress) {
   State& s = *state_;
   s.guiding = {};
-  if (!s.gather) return;
-  s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
   s.guiding.guides = gather::find_guides(present(receivers_, s.guiding), *evaluation(),
                                          s.gather->cells.metre(), s.options.seed, s.workers);
   progress.begin("find bright places", receivers_.size());
@@ -73,10 +71,11 @@ std::vector<gather::RayShares> Session::shares_of(std::span<const direct::Receiv
   return shares;
 }
 
-void Session::look_around(Progress& progress) {
+void Session::look_around(Progress& progress, bool new_guides) {
   State& s = *state_;
   if (!s.gather) return;
   s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
+  if (new_guides) choose_guides(progress);
   s.gather->looks.cast(present(receivers_, s.guiding), s.workers, progress);
 }
 
