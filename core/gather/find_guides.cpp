@@ -46,9 +46,12 @@ std::vector<Vote> vote(const Present& present, const Evaluation& evaluation,
     if (!hit.valid()) continue;
     const uint32_t cell = finder.find(hit.primitive, origin, w, hit.t);
     if (cell == kNoCell || hit.t < present.cells.near(cell)) continue;
-    out.push_back(
-        {origin + w * hit.t, trace::facing_normal(hit, w), evaluation.brightness(cell), 0, 0});
-    all += out.back().radiosity;
+    const Vec3f normal = trace::facing_normal(hit, w);
+    const float radiosity = evaluation.brightness(cell);
+    // Slivers have no normal that one could trust, and such a vote could stand beside nothing.
+    if (!is_unit(normal) || !std::isfinite(radiosity)) continue;
+    out.push_back({origin + w * hit.t, normal, radiosity, 0, 0});
+    all += radiosity;
   }
   if (!(all > 0)) return {};
   for (Vote& own : out) {
@@ -164,15 +167,18 @@ void paint(Guide& guide, const Present& present, const Evaluation& evaluation,
 }  // namespace
 
 std::vector<Guide> find_guides(const Present& present, const Evaluation& evaluation, float metre,
-                               uint64_t seed, const Workers& workers) {
+                               uint64_t seed, const Workers& workers, Progress& progress) {
   const size_t n = present.receivers.size(), step = (n + kPilots - 1) / kPilots;
   if (!n) return {};
   const Directions directions(kPilotRays, seed ^ 0x6775696465212121ull);
   const CellFinder finder(present.scene, present.cells);
   std::vector<std::vector<Vote>> found((n + step - 1) / step);
+  progress.begin("find bright places", found.size());
   workers.for_blocks(found.size(), 16, [&](size_t begin, size_t end) {
+    progress.check();
     for (size_t i = begin; i < end; ++i)
       found[i] = vote(present, evaluation, finder, directions, uint32_t(i * step));
+    progress.advance(end - begin);
   });
   std::vector<Vote> votes;
   double variance = 0;
@@ -185,9 +191,10 @@ std::vector<Guide> find_guides(const Present& present, const Evaluation& evaluat
   const float margin = 0.5f * present.cells.edge();
   while (!votes.empty() && votes.front().bright() && guides.size() < kMostGuides) {
     std::optional<Guide> guide = take_place(votes, kLeastShare * variance, kReach * metre, margin);
+    progress.check();
     if (!guide) continue;
     paint(*guide, present, evaluation, finder);
-    if (guide->radiosity > 0) guides.push_back(*guide);
+    if (!guide->flaw()) guides.push_back(*guide);
   }
   return guides;
 }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "base/parallel.h"
+#include "base/progress.h"
 #include "gather/chain.h"
 #include "gather/evaluate.h"
 #include "gather/guide.h"
@@ -13,6 +14,6 @@ namespace deltalux::gather {
 /// Where some rays of a sample bring more than the others together, by a few rays of some of the
 /// samples. Whatever it finds, weighted rays bring the same light on the average.
 std::vector<Guide> find_guides(const Present& present, const Evaluation& evaluation, float metre,
-                               uint64_t seed, const Workers& workers);
+                               uint64_t seed, const Workers& workers, Progress& progress);
 
 }  // namespace deltalux::gather

@@ -31,6 +31,27 @@ Vec3f Guide::point(float u, float v) const {
   return centre + turned({half * (2 * u - 1), half * (2 * v - 1), 0}, normal);
 }
 
+const char* Guide::flaw() const {
+  constexpr float kLeastHalf = 1e-12f;    // its square is a number still
+  constexpr float kMostContrast = 1e12f;  // sums of shares stay finite, whatever else is there
+  for (int axis = 0; axis < 3; ++axis)
+    if (!(std::fabs(centre[axis]) <= kFarthest)) return "a place that is not finite";
+  if (!is_unit(normal)) return "a normal that is not of unit length";
+  if (!(half >= kLeastHalf && half <= kFarthest)) return "a size that no scene has";
+  for (float value : {radiosity, brightest, around})
+    if (!(value > 0 && std::isfinite(value))) return "light that is not positive and finite";
+  if (!(std::max(radiosity, brightest) / around <= kMostContrast))
+    return "light too bright for its surroundings";
+  const auto off = [](const std::array<float, kSide + 1>& chances) {
+    for (size_t i = 0; i < kSide; ++i)
+      if (!(chances[i] <= chances[i + 1])) return true;
+    return chances.front() != 0 || chances.back() != 1;
+  };
+  if (off(row) || std::any_of(column.begin(), column.end(), off))
+    return "chances that do not grow from 0 to 1";
+  return nullptr;
+}
+
 Target::Target(const Guide& guide, Vec3f from) : guide_(&guide), to_centre_(guide.centre - from) {
   tangent_frame(guide.normal, u_, v_);
 }

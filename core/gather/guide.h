@@ -2,6 +2,7 @@
 // A small bright place, as the pool of a spot or of the sun, and the directions towards it.
 #pragma once
 #include <array>
+#include <cmath>
 #include <span>
 
 #include "base/vec.h"
@@ -24,6 +25,8 @@ struct Guide {
 
   /// Directions of the rows' and the columns' axis follow from the normal.
   Vec3f point(float u, float v) const;
+  /// Why rays can't follow it; null where they can.
+  const char* flaw() const;
 };
 
 /// A guide as a place sees it: directions towards its points.
@@ -46,6 +49,8 @@ class Target {
 };
 
 inline constexpr uint32_t kMostGuides = 64;
+
+inline bool is_unit(Vec3f v) { return std::fabs(dot(v, v) - 1) < 1e-3f; }
 
 /// What a guide is of a receiver's view, cosine included, unshadowed: times radiosity, the
 /// irradiance that it brings. 0 where one is behind the other.

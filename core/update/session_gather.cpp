@@ -50,9 +50,10 @@ void Session::shrink_cell_sums() noexcept {
 void Session::choose_guides(Progress& progress) {
   State& s = *state_;
   s.guiding = {};
-  s.guiding.guides = gather::find_guides(present(receivers_, s.guiding), *evaluation(),
-                                         s.gather->cells.metre(), s.options.seed, s.workers);
-  progress.begin("find bright places", receivers_.size());
+  s.guiding.guides =
+      gather::find_guides(present(receivers_, s.guiding), *evaluation(), s.gather->cells.metre(),
+                          s.options.seed, s.workers, progress);
+  progress.begin("share rays", receivers_.size());
   s.guiding.shares = shares_of(receivers_, progress);
 }
 
