@@ -70,6 +70,19 @@ void chain_looks(Lanes& lanes, const gather::Looks& looks) {
     }
 }
 
+void chain_guiding(Lanes& lanes, const gather::Guiding& guiding) {
+  static_assert(sizeof(gather::Guide) % 4 == 0 && sizeof(gather::RayShares) % 4 == 0);
+  const auto chain = [&lanes](const void* bytes, size_t size) {
+    uint32_t word;
+    for (size_t at = 0; at < size; at += sizeof word) {
+      std::memcpy(&word, static_cast<const char*>(bytes) + at, sizeof word);
+      lanes.chain(word);
+    }
+  };
+  chain(guiding.guides.data(), guiding.guides.size() * sizeof(gather::Guide));
+  chain(guiding.shares.data(), guiding.shares.size() * sizeof(gather::RayShares));
+}
+
 /// double(x) in operations that AVX2 has: the halves of `x` become mantissas, rounding happens
 /// once. Reading took 1.4 times as long with conversions one by one.
 double to_double(int64_t x) {
@@ -233,6 +246,7 @@ std::array<uint64_t, 4> Session::digest() const {
     for (int64_t value : s.gather->sums.quanta) ordered.chain(uint64_t(value));
     for (uint16_t covered : s.gather->coverage.covered()) ordered.chain(covered);
     chain_looks(ordered, s.gather->looks);
+    chain_guiding(ordered, s.guiding);
   }
   for (const scene::Object& object : s.scene.objects) {
     if (!object.movable) continue;
