@@ -17,8 +17,8 @@ constexpr float kSmall = 4e-4f;
 // where the light is large (irradiance over radiance; the whole sky is pi): a gap between them
 // could be as bright as the rest of the room.
 constexpr float kMostPerRay = 0.125f, kLarge = 0.3f;
-constexpr float kFlat = 0.9999f;  // cosine between normals of one plane
-constexpr float kClose = 3.0f;    // radii: nearer than this, a light's points differ much
+constexpr float kFlat = 0.999999f;  // cosine between normals of one plane
+constexpr float kClose = 3.0f;      // radii: nearer than this, a light's points differ much
 
 constexpr uint32_t mix32(uint32_t h) {  // finaliser of MurmurHash3
   h = (h ^ (h >> 16)) * 0x85ebca6bu;
@@ -194,7 +194,7 @@ double LightShape::about(const Receiver& receiver) const {
   float front = 0.5f * distance;
   if (!(facing_ == Vec3f{})) {
     // What its own rounding hides is not taken for behind.
-    const float side = -dot(facing_, d), least = 1e-3f * distance;
+    const float side = -dot(facing_, d), least = 2e-3f * distance;
     front = two_sided_ ? std::max(std::fabs(side), least) : side + least;
     if (!(front > 0)) return 0;
   }
