@@ -8,6 +8,7 @@
 #include <functional>
 
 #include "base/direction.h"
+#include "raw_rays.h"
 #include "scene_dump.h"
 #include "timing.h"
 #include "update/scan.h"
@@ -17,10 +18,6 @@ using namespace deltalux;
 using namespace deltalux::benchmarks;
 
 namespace {
-
-struct Rays {
-  std::vector<Vec3f> origin, direction;
-};
 
 /// Every `stride`-th stored segment, in storage order: as incoherent as the tracer's own rays.
 Rays stored_rays(const update::State& state, size_t stride) {
@@ -33,16 +30,6 @@ Rays stored_rays(const update::State& state, size_t stride) {
         rays.direction.push_back(decode_direction(level.at(slot).direction));
       }
   return rays;
-}
-
-double raw_ray_ns(const update::State& state, const Rays& rays, size_t begin, size_t end) {
-  const double start = cpu_seconds();
-  float sink = 0;
-  for (size_t i = begin; i < end; ++i)
-    sink += state.caster->closest_static(rays.origin[i], rays.direction[i]).t < 1 ? 1.0f : 0.0f;
-  const double ns = 1e9 * (cpu_seconds() - start) / double(end - begin);
-  if (sink < 0) std::puts("");
-  return ns;
 }
 
 }  // namespace
@@ -59,8 +46,7 @@ int main(int argc, char** argv) {
   options.direct = update::DirectMode::paths;
   const double step = std::atof(argv[4]);
   const size_t samples = dump.samples.size();
-  uint32_t object = 0;
-  while (object < dump.scene.objects.size() && !dump.scene.objects[object].movable) ++object;
+  const uint32_t object = first_movable(dump.scene);
   update::Session session(std::move(dump.scene), std::move(dump.samples), options);
   Progress progress;
   const double bake_start = cpu_seconds();
@@ -73,7 +59,7 @@ int main(int argc, char** argv) {
   const Rays rays = stored_rays(state, 4);
   std::vector<double> raw, trace, deposit, full, full_wall;
   for (int turn = 0; turn < 3; ++turn) {
-    raw.push_back(raw_ray_ns(state, rays, 0, rays.origin.size()));
+    raw.push_back(raw_ray_ns(*state.caster, rays));
     const double cpu = cpu_seconds(), wall = wall_seconds();
     const update::Report report = session.recompute(progress);
     full.push_back(1e3 * (cpu_seconds() - cpu));

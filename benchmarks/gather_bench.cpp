@@ -6,6 +6,7 @@
 #include <cstdlib>
 
 #include "gather/directions.h"
+#include "raw_rays.h"
 #include "scene_dump.h"
 #include "timing.h"
 
@@ -14,20 +15,17 @@ using namespace deltalux::benchmarks;
 
 namespace {
 
-/// Embree alone, along rays like those of the samples.
-double raw_ray_ns(const update::State& state, uint32_t rays, size_t samples) {
-  const gather::Directions directions(rays, 7);
-  const double start = cpu_seconds();
-  float sink = 0;
-  for (size_t i = 0; i < samples; ++i) {
-    const Vec3f n = state.samples.normal[i], from = state.samples.point[i] + n * 1e-3f;
-    for (uint32_t ray = 0; ray < rays; ++ray)
-      sink +=
-          state.caster->closest_static(from, directions(uint32_t(i), ray, n)).t < 1 ? 1.0f : 0.0f;
-  }
-  const double ns = 1e9 * (cpu_seconds() - start) / (double(samples) * rays);
-  if (sink < 0) std::puts("");
-  return ns;
+/// Of every fourth sample.
+Rays sample_rays(const update::State& state, uint32_t count) {
+  const gather::Directions directions(count, 7);
+  Rays rays;
+  for (size_t i = 0; i < state.samples.size(); i += 4)
+    for (uint32_t ray = 0; ray < count; ++ray) {
+      const Vec3f n = state.samples.normal[i];
+      rays.origin.push_back(state.samples.point[i] + n * 1e-3f);
+      rays.direction.push_back(directions(uint32_t(i), ray, n));
+    }
+  return rays;
 }
 
 }  // namespace
@@ -44,18 +42,18 @@ int main(int argc, char** argv) {
   options.threads = 1;
   const double step = std::atof(argv[4]);
   const size_t samples = dump.samples.size();
-  uint32_t object = 0;
-  while (object < dump.scene.objects.size() && !dump.scene.objects[object].movable) ++object;
+  const uint32_t object = first_movable(dump.scene);
   update::Session session(std::move(dump.scene), std::move(dump.samples), options);
   Progress progress;
   session.bake(progress);
   const update::State& state = session.state();
   const double rays = double(samples) * options.gather_rays;
 
+  const Rays raw_rays = sample_rays(state, options.gather_rays);
   std::vector<double> raw, cast, look_up, full;
   std::vector<double> irradiance(3 * samples), error(3 * samples);
   for (int turn = 0; turn < 3; ++turn) {
-    raw.push_back(raw_ray_ns(state, options.gather_rays, samples / 4));
+    raw.push_back(raw_ray_ns(*state.caster, raw_rays));
     double cpu = cpu_seconds(), wall = wall_seconds();
     const update::Report report = session.recompute(progress);
     full.push_back(1e3 * (cpu_seconds() - cpu));

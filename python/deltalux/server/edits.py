@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from typing import Literal
 
@@ -93,7 +94,7 @@ def _points_of(session: Session, name: str) -> np.ndarray:
     lights = [light.position for light in session.scene.lights
               if light.attached_to == name and hasattr(light, "position")]  # fmt: skip
     samples = session.samples.points[session.samples.attached == name]
-    box = [samples.min(axis=0), samples.max(axis=0)] if len(samples) else []
-    corners = [np.where(upper, box[1], box[0]) for upper in np.ndindex(2, 2, 2)] if box else []
+    axes = zip(samples.min(axis=0), samples.max(axis=0), strict=True) if len(samples) else []
+    corners = list(itertools.product(*axes)) if len(samples) else []
     rows = [session.scene.mesh(name).vertices, *(np.reshape(own, (-1, 3)) for own in (lights, corners))]
     return np.concatenate(rows)
