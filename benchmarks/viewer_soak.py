@@ -68,6 +68,7 @@ async def soak(address: str, pid: int, args: argparse.Namespace) -> list[dict[st
     rows, begin = [], time.monotonic()
     try:
         for number in range(max(1, round(60 * args.minutes / args.every))):
+            shared.go.set()
             end = begin + (number + 1) * args.every
             while time.monotonic() < end:
                 await asyncio.sleep(min(1.0, max(0.0, end - time.monotonic())))
@@ -90,9 +91,6 @@ async def soak(address: str, pid: int, args: argparse.Namespace) -> list[dict[st
             )
             shared.latencies.clear()
             print_row(rows[-1])
-            shared.go.set()
-        await shared.pause(CLIENTS)
-        await clients[0].checked()
         await clients[0].export("last.dlx")
     finally:
         for task in tasks:

@@ -30,12 +30,6 @@ uint64_t pair_bits(float a, float b) {
   return uint64_t(std::bit_cast<uint32_t>(a)) << 32 | std::bit_cast<uint32_t>(b);
 }
 
-/// Of the receiver's position and normal, never of its index: another sample changes nothing.
-uint64_t receiver_key(const Receiver& r) {
-  return combine(combine(pair_bits(r.point.x, r.point.y), pair_bits(r.point.z, r.normal.x)),
-                 pair_bits(r.normal.y, r.normal.z));
-}
-
 /// The most rows that still leave strata about as wide as high with `triangles` of them in line.
 uint32_t rows_for(size_t triangles, uint32_t rays, std::initializer_list<uint32_t> divisors) {
   for (uint32_t rows : divisors)
@@ -74,6 +68,10 @@ float sum_of(const float* values, size_t count) {
 }
 
 }  // namespace
+
+uint64_t place_key(Vec3f p, Vec3f n) {
+  return combine(combine(pair_bits(p.x, p.y), pair_bits(p.z, n.x)), pair_bits(n.y, n.z));
+}
 
 double Strata::share(const trace::RayBits& seen) const {
   if (seen == countable) return 1;
@@ -257,7 +255,7 @@ const LightShape::Triangle& LightShape::triangle_at(float position) const {
 void LightShape::cast_area(const Receiver& receiver, Level level, Strata& out) const {
   const size_t count = level == Level::coarse ? kCoarseRays : kFineRays;
   const Grid& strata = grid(level, rows_[int(level)]);
-  const uint64_t key = combine(key_, receiver_key(receiver));
+  const uint64_t key = combine(key_, place_key(receiver.point, receiver.normal));
   const uint32_t stream = level == Level::coarse ? uint32_t(key) : uint32_t(key >> 32);
   // Points keep off the borders of their strata: a light may end at another surface.
   constexpr float kMostJitter = 0x1ffffp-17f;

@@ -16,8 +16,12 @@ struct Receiver {
   Vec3f point, normal;
   uint32_t object = scene::kNone;  ///< the movable that it lies on
   float plane = 0;                 ///< scene::Scene::slack_of what it lies on
+  uint64_t key = 0;                ///< of random numbers that stay while it moves
   float slack() const { return position_slack(point) + plane; }
 };
+
+/// Of a place, never of its number: other samples change nothing.
+uint64_t place_key(Vec3f point, Vec3f normal);
 
 /// How finely a light is looked at; point, spot and sun have one ray at either level.
 enum class Level : uint8_t { coarse, fine };

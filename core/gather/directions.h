@@ -16,20 +16,20 @@ class Directions {
  public:
   Directions(uint32_t count, uint64_t seed);
   uint32_t count() const { return uint32_t(points_.size()); }
-  /// Of ray `ray` of `sample`, about the unit normal `n`.
-  Vec3f operator()(uint32_t sample, uint32_t ray, Vec3f n) const {
+  /// Of ray `ray` of the sample with that key, about the unit normal `n`.
+  Vec3f operator()(uint64_t sample, uint32_t ray, Vec3f n) const {
     const auto [u, v] = shifted(ray, combine(key_, sample));
     return trace::cosine_direction(n, u, v);
   }
   /// Point `number` of another sequence of the sample's, `stream` > 0, in the unit square.
-  std::array<float, 2> point(uint32_t sample, uint32_t stream, uint32_t number) const {
+  std::array<float, 2> point(uint64_t sample, uint32_t stream, uint32_t number) const {
     return shifted(number, combine(combine(key_, sample), stream));
   }
 
   /// Calls visit(ray) for all rays of `sample` about `n` that may meet the ball, and for few
   /// others.
   template <class Visit>
-  void each_towards(uint32_t sample, Vec3f n, Vec3f to_centre, float radius,
+  void each_towards(uint64_t sample, Vec3f n, Vec3f to_centre, float radius,
                     const Visit& visit) const {
     const float distance = length(to_centre);
     const bool inside = !(distance > radius);

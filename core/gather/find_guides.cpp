@@ -3,6 +3,7 @@
 #include "gather/find_guides.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <optional>
 
@@ -12,9 +13,9 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr size_t kPilots = 1024;       // samples at most
+constexpr size_t kPilots = 1024;       // at most
 constexpr uint32_t kPilotRays = 64;    // of each
-constexpr float kBright = 3;           // times the mean of a sample's rays
+constexpr float kBright = 3;           // times the mean of a pilot's rays
 constexpr float kReach = 1.5f;         // metres: what is farther from the brightest is apart
 constexpr double kMost = 0.9;          // of what is bright in reach: what lies farther is left over
 constexpr float kBeyond = 1.3f;        // of the distance of that: how far the guide goes
@@ -25,23 +26,46 @@ constexpr size_t kLeastVotes = 3;      // for a guide
 constexpr double kLeastShare = 0.003;  // of the pilots' variance, for a place to be worth one
 constexpr double kLeastChance = 0.05;  // of a texel, of the mean: cells are not all that is there
 
-/// What a ray of a sample met.
+/// What a ray of a pilot met.
 struct Vote {
   Vec3f at, normal;
   float radiosity, around;
-  double weight;  // share of its sample's variance
+  double weight;  // share of its pilot's variance
   bool bright() const { return radiosity > kBright * around; }
 };
 
+/// Where light falls, in the middle of things: samples do not tell, so that another one changes
+/// nothing.
+std::vector<direct::Receiver> choose_pilots(const Present& present, const Evaluation& evaluation,
+                                            std::span<const uint16_t> covered) {
+  std::vector<direct::Receiver> lit;
+  present.cells.each_body([&](uint32_t first, uint32_t object, const BodyCells& body) {
+    const bool moves = object != scene::kNone;
+    if (moves && !present.scene.objects[object].present) return;
+    const Pose pose = moves ? present.scene.objects[object].pose : Pose{};
+    for (uint32_t own = 0; own < body.size(); ++own) {
+      if (!body.has_probes(own) || !(evaluation.brightness(first + own) > 0)) continue;
+      const int bare = std::countr_one(covered[first + own]);
+      if (bare >= int(BodyCells::kProbes)) continue;
+      const Vec3f p = body.probe(own, uint32_t(bare)), n = body.normal(own);
+      lit.push_back(
+          {pose.point(p), pose.direction(n), object, body.rise(), direct::place_key(p, n)});
+    }
+  });
+  const size_t step = (lit.size() + kPilots - 1) / kPilots;
+  for (size_t i = 0; i * step < lit.size(); ++i) lit[i] = lit[i * step];
+  if (step > 1) lit.resize((lit.size() + step - 1) / step);
+  return lit;
+}
+
 std::vector<Vote> vote(const Present& present, const Evaluation& evaluation,
-                       const CellFinder& finder, const Directions& directions, uint32_t sample) {
+                       const CellFinder& finder, const Directions& directions,
+                       const direct::Receiver& receiver) {
   std::vector<Vote> out;
-  const direct::Receiver& receiver = present.receivers[sample];
-  if (receiver.normal == Vec3f{}) return out;
   const Vec3f origin = receiver.point + receiver.normal * receiver.slack();
   float all = 0;
   for (uint32_t ray = 0; ray < kPilotRays; ++ray) {
-    const Vec3f w = directions(sample, ray, receiver.normal);
+    const Vec3f w = directions(receiver.key, ray, receiver.normal);
     const trace::Hit hit = present.caster.closest(origin, w);
     if (!hit.valid()) continue;
     const uint32_t cell = finder.find(hit.primitive, origin, w, hit.t);
@@ -166,18 +190,18 @@ void paint(Guide& guide, const Present& present, const Evaluation& evaluation,
 
 }  // namespace
 
-std::vector<Guide> find_guides(const Present& present, const Evaluation& evaluation, float metre,
-                               uint64_t seed, const Workers& workers, Progress& progress) {
-  const size_t n = present.receivers.size(), step = (n + kPilots - 1) / kPilots;
-  if (!n) return {};
+std::vector<Guide> find_guides(const Present& present, const Evaluation& evaluation,
+                               std::span<const uint16_t> covered, uint64_t seed,
+                               const Workers& workers, Progress& progress) {
+  const std::vector<direct::Receiver> pilots = choose_pilots(present, evaluation, covered);
   const Directions directions(kPilotRays, seed ^ 0x6775696465212121ull);
   const CellFinder finder(present.scene, present.cells);
-  std::vector<std::vector<Vote>> found((n + step - 1) / step);
+  std::vector<std::vector<Vote>> found(pilots.size());
   progress.begin("find bright places", found.size());
   workers.for_blocks(found.size(), 16, [&](size_t begin, size_t end) {
     progress.check();
     for (size_t i = begin; i < end; ++i)
-      found[i] = vote(present, evaluation, finder, directions, uint32_t(i * step));
+      found[i] = vote(present, evaluation, finder, directions, pilots[i]);
     progress.advance(end - begin);
   });
   std::vector<Vote> votes;
@@ -190,7 +214,8 @@ std::vector<Guide> find_guides(const Present& present, const Evaluation& evaluat
   std::vector<Guide> guides;
   const float margin = 0.5f * present.cells.edge();
   while (!votes.empty() && votes.front().bright() && guides.size() < kMostGuides) {
-    std::optional<Guide> guide = take_place(votes, kLeastShare * variance, kReach * metre, margin);
+    std::optional<Guide> guide =
+        take_place(votes, kLeastShare * variance, kReach * present.cells.metre(), margin);
     progress.check();
     if (!guide) continue;
     paint(*guide, present, evaluation, finder);

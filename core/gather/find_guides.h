@@ -11,9 +11,11 @@
 
 namespace deltalux::gather {
 
-/// Where some rays of a sample bring more than the others together, by a few rays of some of the
-/// samples. Whatever it finds, weighted rays bring the same light on the average.
-std::vector<Guide> find_guides(const Present& present, const Evaluation& evaluation, float metre,
-                               uint64_t seed, const Workers& workers, Progress& progress);
+/// Where some rays of a place bring more than the others together, by a few rays of some of the lit
+/// cells. `covered`: of Coverage. Whatever it finds, weighted rays bring the same light on the
+/// average.
+std::vector<Guide> find_guides(const Present& present, const Evaluation& evaluation,
+                               std::span<const uint16_t> covered, uint64_t seed,
+                               const Workers& workers, Progress& progress);
 
 }  // namespace deltalux::gather

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/random.h"
 #include "direct/block.h"
 
 namespace deltalux::gather {
@@ -39,7 +40,7 @@ class Looks::Caster {
       const trace::Hit hit = present_.caster.closest(o, w);
       if (hit.valid()) target = finder_.find(hit.primitive, o, w, hit.t);
       if (target != kNoCell && hit.t < present_.cells.near(target)) {
-        const Chain chain = chains_.trace(uint64_t(place), o, w, hit);
+        const Chain chain = chains_.trace(combine(present_.receivers[sample].key, ray), o, w, hit);
         out.chained.push_back({place, chain.count, chain.end, chain.weight, chain.passage});
         out.vertices.insert(out.vertices.end(), chain.vertex.begin(),
                             chain.vertex.begin() + chain.count);

@@ -17,7 +17,7 @@ constexpr uint32_t kLooks = 8;   // rays that tell whether a guide is seen
 }  // namespace
 
 RayShares share_rays(std::span<const Guide> guides, const direct::Receiver& receiver, uint32_t rays,
-                     const trace::RayCaster& caster, uint64_t key) {
+                     const trace::RayCaster& caster, uint64_t seed) {
   RayShares out;
   if (receiver.normal == Vec3f{}) return out;
   const Vec3f origin = receiver.point + receiver.normal * receiver.slack();
@@ -39,7 +39,7 @@ RayShares share_rays(std::span<const Guide> guides, const direct::Receiver& rece
   for (Candidate& candidate : candidates) {
     const Guide& guide = guides[candidate.guide];
     const Target target(guide, origin);
-    const PathRandom random(key, candidate.guide);
+    const PathRandom random(combine(seed, receiver.key), candidate.guide);
     uint32_t hits = 0;
     for (uint32_t k = 0; k < kLooks; ++k) {
       const Vec3f w = target.direction(random(k, 0), random(k, 1));
@@ -68,7 +68,7 @@ RayShares share_rays(std::span<const Guide> guides, const direct::Receiver& rece
 SampleRays::SampleRays(const Directions& directions, const Guiding& guiding, uint32_t sample,
                        const direct::Receiver& receiver)
     : directions_(directions),
-      sample_(sample),
+      key_(receiver.key),
       origin_(receiver.point + receiver.normal * receiver.slack()),
       normal_(receiver.normal) {
   if (guiding.shares.empty()) return;
@@ -94,10 +94,10 @@ std::pair<uint32_t, uint32_t> SampleRays::slot_of(uint32_t ray) const {
 }
 
 Vec3f SampleRays::direction(uint32_t ray) const {
-  if (!guided_) return directions_(sample_, ray, normal_);
+  if (!guided_) return directions_(key_, ray, normal_);
   const auto [slot, number] = slot_of(ray);
-  if (slot == kMostUsed) return directions_(sample_, number, normal_);
-  const auto [u, v] = directions_.point(sample_, slot + 1, number);
+  if (slot == kMostUsed) return directions_(key_, number, normal_);
+  const auto [u, v] = directions_.point(key_, slot + 1, number);
   const Vec3f w = targets_[slot].direction(u, v);
   return dot(w, normal_) > 0 ? w : Vec3f{};
 }

@@ -43,7 +43,7 @@ struct Guiding {
 
 /// Shares of a receiver that is about to cast `rays`, by what of the guides it sees now.
 RayShares share_rays(std::span<const Guide> guides, const direct::Receiver& receiver, uint32_t rays,
-                     const trace::RayCaster& caster, uint64_t key);
+                     const trace::RayCaster& caster, uint64_t seed);
 
 class SampleRays {
  public:
@@ -61,7 +61,7 @@ class SampleRays {
   void each_towards(Vec3f centre, float radius, const Visit& visit) const {
     const Vec3f to_centre = centre - origin_;
     const uint32_t even = directions_.count() - kParts * guided_;
-    directions_.each_towards(sample_, normal_, to_centre, radius, [&](uint32_t number) {
+    directions_.each_towards(key_, normal_, to_centre, radius, [&](uint32_t number) {
       if (number < even) visit(ray_of_even(number));
     });
     uint32_t before = 0;
@@ -83,7 +83,7 @@ class SampleRays {
   std::pair<uint32_t, uint32_t> slot_of(uint32_t ray) const;
 
   const Directions& directions_;
-  uint32_t sample_;
+  uint64_t key_;  // the receiver's
   Vec3f origin_, normal_;
   uint32_t guided_ = 0;  // of each part
   RayShares shares_;

@@ -103,7 +103,9 @@ void Deposit::for_slabs(uint32_t bounce, std::span<const uint32_t> slots,
 bool Deposit::counts(uint32_t bounce, const Segment& segment, uint16_t& slab) const {
   if (segment.length < 0) return false;
   const size_t light = state_.light_of(segment.path);
-  if (bounce == 0 ? state_.light_sampled[light] != 0 : state_.gather != nullptr) return false;
+  // Slopes come from discs in sessions that gather, too.
+  const bool gathered = state_.gather && !sums_.moments;
+  if (bounce == 0 ? state_.light_sampled[light] != 0 : gathered) return false;
   const trace::Light& source = state_.lights[light];
   slab = uint16_t(state_.sum_group(source.group) * kBatches +
                   trace::batch_of(source, segment.path - source.first_path, kBatches));

@@ -66,7 +66,8 @@ void Session::place_receivers(const std::vector<uint8_t>* changed) {
     // Not the discs' centres: their lift would bring a sample nearer to its lights.
     for (size_t i = 0; i < discs.size(); ++i)
       receivers_[discs.id[i]] = {pose.point(s.samples.point[discs.id[i]]),
-                                 pose.direction(discs.normal[i]), object, discs.slack[i]};
+                                 pose.direction(discs.normal[i]), object, discs.slack[i],
+                                 direct::place_key(s.samples.point[discs.id[i]], discs.normal[i])};
   };
   if (!changed) place(s.static_index->discs(), {}, scene::kNone);
   for (const MovingPart& part : s.moving)

@@ -51,8 +51,8 @@ void Session::choose_guides(Progress& progress) {
   State& s = *state_;
   s.guiding = {};
   s.guiding.guides =
-      gather::find_guides(present(receivers_, s.guiding), *evaluation(), s.gather->cells.metre(),
-                          s.options.seed, s.workers, progress);
+      gather::find_guides(present(receivers_, s.guiding), *evaluation(),
+                          s.gather->coverage.covered(), s.options.seed, s.workers, progress);
   progress.begin("share rays", receivers_.size());
   s.guiding.shares = shares_of(receivers_, progress);
 }
@@ -66,7 +66,7 @@ std::vector<gather::RayShares> Session::shares_of(std::span<const direct::Receiv
     progress.check();
     for (size_t i = begin; i < end; ++i)
       shares[i] = gather::share_rays(s.guiding.guides, receivers[i], s.options.gather_rays,
-                                     *s.caster, combine(s.options.seed, i));
+                                     *s.caster, s.options.seed);
     progress.advance(end - begin);
   });
   return shares;
@@ -108,10 +108,11 @@ void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> no
     const size_t count = std::min(kTogether, points.size() - first);
     std::vector<direct::Receiver> receivers;
     for (size_t i = first; i < first + count; ++i) {
-      const trace::Hit under =
-          s.caster->closest(points[i] + normals[i] * within, -normals[i], 0, 2 * within);
-      receivers.push_back({points[i], normals[i], scene::kNone,
-                           under.valid() ? s.scene.slack_of(under.primitive) : 0.0f});
+      const Vec3f n = normalize(normals[i]);  // as samples are
+      const trace::Hit under = s.caster->closest(points[i] + n * within, -n, 0, 2 * within);
+      receivers.push_back({points[i], n, scene::kNone,
+                           under.valid() ? s.scene.slack_of(under.primitive) : 0.0f,
+                           direct::place_key(points[i], n)});
     }
     Progress part;
     direct::DirectLight direct(count, s.scene.group_count, direct_->irradiance_quantum(),

@@ -140,6 +140,34 @@ class BlockSums {
 
 }  // namespace
 
+namespace {
+
+/// Whether a ray of the sample meets what a path reached, or what a light shines on.
+bool sees_light(const Gather& gather, size_t sample) {
+  const auto lit = [&](uint32_t cell) {
+    if (cell == gather::kDark) return false;
+    for (uint32_t g = 0; g < gather.sums.groups; ++g)
+      for (uint32_t k = 0; k < gather.sums.batches; ++k)
+        for (size_t c = 0; c < 3; ++c)
+          if (gather.sums.quanta[gather.sums.at(cell, g, k) + c]) return true;
+    return false;
+  };
+  const gather::ChainPool& chains = gather.looks.chains();
+  for (const uint32_t target : gather.looks.targets(sample)) {
+    if (!gather::Looks::is_chain(target)) {
+      if (lit(target)) return true;
+      continue;
+    }
+    const uint32_t number = gather::Looks::chain_of(target);
+    if (lit(chains.end(number))) return true;
+    for (const gather::Vertex& vertex : chains.vertices(number))
+      if (vertex.direct != std::array<float, 3>{}) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
 size_t Session::unreached() const {
   check_whole();
   const State& s = *state_;
@@ -150,7 +178,7 @@ size_t Session::unreached() const {
     bool dark = object == scene::kNone || s.scene.objects[object].present;
     for (size_t slab = 0; dark && slab < slabs; ++slab)
       for (size_t c = 0; c < 3; ++c) dark = dark && s.sums[3 * (slab * n + i) + c] == 0;
-    count += dark;
+    count += dark && !(s.gather && sees_light(*s.gather, i));
   }
   return count;
 }

@@ -20,7 +20,8 @@ from .segments import check_bounces, check_integer, check_paths, check_seed, che
 DIRECT_MODES = ("auto", "paths", "sampled")
 DISC_AREAS = ("reachable", "whole")
 METHODS = ("auto", *_core.METHODS)
-GATHER_RAYS = 128
+MOST_RAYS, LEAST_RAYS = 256, 32  # of a sample, where nobody says how many
+RAYS_TOGETHER = 1 << 24  # of all samples, down to the least of each
 AT_REST = 0xFFFFFFFF  # object of samples that move with nothing
 
 
@@ -65,6 +66,23 @@ def checked_options(options: SessionOptions) -> SessionOptions:
     return good
 
 
+def resolved_gather(gather: str | int, samples: int, segment_end: str, disc_area: str) -> str | int:
+    """What "auto" stands for; anything else as it is."""
+    if gather != "auto":
+        return gather
+    if (segment_end, disc_area) != (SEGMENT_ENDS[0], DISC_AREAS[0]):
+        return "off"
+    rays = MOST_RAYS
+    while rays > LEAST_RAYS and rays * samples > RAYS_TOGETHER:
+        rays //= 2
+    return rays
+
+
+def default_paths(gather: str | int) -> int:
+    """Paths where nobody says how many: discs need each of them, cells little of that."""
+    return 1_000_000 if gather == "off" else 200_000
+
+
 def gather_rays(gather: str | int) -> int:
     """Rays of each sample; 0: all light by discs.
 
@@ -74,8 +92,6 @@ def gather_rays(gather: str | int) -> int:
     """
     if gather == "off":
         return 0
-    if gather == "auto":
-        return GATHER_RAYS
     check_integer("gather", gather, 8, 65536)
     return int(gather)
 

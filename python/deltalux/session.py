@@ -32,7 +32,8 @@ class Session(SessionFacts):
     scene : Scene
     samples : Samples or None
         None: on the vertices of the scene's display mesh.
-    paths : light particles, shared among the lights by power
+    paths : light particles, shared among the lights by use, or None = 200,000 where samples look around,
+        a million where they don't
     seed : same seed, same bits, for every number of threads
     threads : None = all processors
     segment_end : "first", "second" or "bounded"
@@ -46,9 +47,11 @@ class Session(SessionFacts):
         bits; "auto" lets a pilot choose at every bake (see `plan`). The paper's hybrid is
         "disc_index" with "sphere_cache".
     memory_limit : bytes, or None = what is free; a bake that would need more is refused
-    gather : "off", "auto" or a number of rays
+    gather : "auto", "off" or a number of rays
         Each sample looks around along so many rays and reads the light of what it sees, which is
-        right beside things, too; "off": all light that was reflected comes from discs.
+        right beside things, too; "off": all light that was reflected comes from discs. "auto": 256
+        rays, down to 32 where there are more than 65,536 samples (sixteen million rays); "off" where
+        `segment_end` or `disc_area` ask for discs of another kind.
     progress : callable (stage, fraction) -> keep going, or None
         Called from the calling thread about 50 times a second; False cancels.
 
@@ -62,7 +65,7 @@ class Session(SessionFacts):
         scene: Scene,
         samples: Samples | None = None,
         *,
-        paths: int = 1_000_000,
+        paths: int | None = None,
         seed: int = 1,
         threads: int | None = None,
         segment_end: str = "first",
@@ -72,11 +75,13 @@ class Session(SessionFacts):
         moving_method: str = "auto",
         max_bounces: int = MAX_BOUNCES,
         memory_limit: int | None = None,
-        gather: str | int = "off",
+        gather: str | int = "auto",
         progress: Progress | None = None,
     ) -> None:
+        own = Samples.on_vertices(scene) if samples is None else samples
+        gather = core_session.resolved_gather(gather, len(own), segment_end, disc_area)
         given = SessionOptions(
-            paths=paths,
+            paths=core_session.default_paths(gather) if paths is None else paths,
             seed=seed,
             threads=threads,
             segment_end=segment_end,
@@ -90,7 +95,7 @@ class Session(SessionFacts):
         )
         self._options = core_session.checked_options(given)
         self.scene = scene
-        self.samples = Samples.on_vertices(scene) if samples is None else samples
+        self.samples = own
         self.progress = progress
         self._flat = flatten(scene)
         self._core = core_session.make_core_session(scene, self._flat, self.samples, self._options)
@@ -330,12 +335,13 @@ class Session(SessionFacts):
     @property
     @long_call
     def gradient(self) -> np.ndarray:
-        """(n, 3, 3) float64: surface gradient per channel (sample, channel, axis), per metre."""
+        """(n, 3, 3) float64: surface gradient per channel (sample, channel, axis), per metre.
+
+        From the crossings of the samples' discs, also where the session gathers.
+        """
         return self._gradient()
 
     def _gradient(self) -> np.ndarray:
-        if self._options["gather"] != "off":
-            raise OptionError('gradient: it comes from crossings of discs; bake with gather="off"')
         return self._baked_session().gradient(self.progress)
 
     @long_call

@@ -126,7 +126,7 @@ TEST_P(GuidedRays, EachPartBringsTheSameLight) {
     even += light(from_, trace::cosine_direction(n_, r[0], r[1])) / (1u << 18);
   }
   for (uint32_t sample = 0; sample < 500; ++sample) {
-    const SampleRays own(directions, guiding_, sample, {from_, n_});
+    const SampleRays own(directions, guiding_, sample, {from_, n_, scene::kNone, 0, sample});
     for (uint32_t ray = 0; ray < rays; ++ray) {
       const Vec3f w = own.direction(ray);
       if (!(w == Vec3f{})) part[part_of(ray)] += double(own.weight(ray)) * light(from_, w) / 500;
@@ -144,7 +144,7 @@ TEST_P(GuidedRays, TowardsABallAreAllFoundOnce) {
   const uint32_t rays = GetParam();
   const Directions directions(rays, 3);
   for (uint32_t sample = 0; sample < 500; ++sample) {
-    const SampleRays own(directions, guiding_, sample, {from_, n_});
+    const SampleRays own(directions, guiding_, sample, {from_, n_, scene::kNone, 0, sample});
     const Vec3f centre = from_ + random_direction(sample, 6) * (3 * sobol::sample(sample, 8)[0]);
     const float radius = 0.02f + 0.5f * sobol::sample(sample, 8)[1];
     std::vector<uint8_t> found(rays);

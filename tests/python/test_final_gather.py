@@ -6,6 +6,7 @@ from __future__ import annotations
 import deltalux as dl
 import numpy as np
 import pytest
+from deltalux import core_session
 from oracles import office_reference as reference
 from oracles.metrics import change_error, relative_error
 from rooms import box, room, samples_in, translation
@@ -105,18 +106,12 @@ def test_dimming_casts_no_ray(session):
 
 
 def test_any_point_can_be_asked(session):
-    """Within the noise of 32 rays of what samples there have, far from any sample, too.
-
-    The claimed errors of the samples' mean, which leave out that all read the same cells: beyond four of
-    them with probability 6e-5, were the paths' noise not shared.
-    """
+    """What samples have there, but for the order of sums; and within the noise of 32 rays far from any sample."""
     samples = session.samples
     still = samples.attached == None  # noqa: E711
     found = session.at(samples.points[still], samples.normals[still])
     own = session.irradiance[still]
-    error = np.sqrt((session.standard_error[still].mean(axis=1) ** 2).sum()) / np.count_nonzero(still)
-    assert error < 0.02 * own.mean()
-    assert abs(found.mean() - own.mean()) <= 4 * np.sqrt(2) * error
+    np.testing.assert_allclose(found, own, rtol=1e-12)
     lonely = dl.Samples([[0.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
     with dl.Session(session.scene, lonely, paths=5000, gather=32) as other:
         other.bake()
@@ -161,6 +156,28 @@ def test_memory_is_counted_before_it_is_taken():
         session.bake()
 
 
-def test_gradients_say_that_they_want_discs(session):
-    with pytest.raises(dl.OptionError, match='gather="off"'):
-        _ = session.gradient
+def test_gradients_are_those_of_discs(session):
+    """Slopes come from the crossings of all flights, whichever way the light itself is found."""
+    options = session.options | {"gather": "off"}
+    with dl.Session(session.scene, session.samples, **options) as discs:
+        discs.bake()
+        slopes = [own.gradient for own in (session, discs)]
+    assert np.abs(slopes[1]).max() > 0
+    np.testing.assert_array_equal(*slopes)
+
+
+@pytest.mark.parametrize(
+    ("samples", "rays", "paths"), [(65_536, 256, 200_000), (65_537, 128, 200_000), (10**6, 32, 200_000)]
+)
+def test_defaults_keep_to_sixteen_million_rays(samples, rays, paths):
+    asked = core_session.resolved_gather("auto", samples, "first", "reachable")
+    assert (asked, core_session.default_paths(asked)) == (rays, paths)
+
+
+def test_discs_of_another_kind_are_not_gathered():
+    """Who asks for other discs wants to see what those give."""
+    for options in ({"segment_end": "bounded"}, {"disc_area": "whole"}):
+        with dl.Session(room(), **options) as session:
+            assert (session.options["gather"], session.options["paths"]) == ("off", 1_000_000)
+    with dl.Session(room(), disc_area="whole", gather=64) as session:
+        assert (session.options["gather"], session.options["paths"]) == (64, 200_000)

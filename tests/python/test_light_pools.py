@@ -57,8 +57,8 @@ def baked():
 def test_pools_are_found_and_their_light_is_right():
     """Against 4,096 rays a point: within 7 % RMS, half the points within 2.5 %.
 
-    Over eight seeds the errors were 3.0 to 5.8 % and 1.7 to 1.9 %, the bias -0.2 to 0.2 %; without guides 49 to
-    66 %, 24 to 26 % and -4 to 1 %.
+    Over eight seeds the errors were 3.0 to 5.8 % and 1.7 to 1.9 %, the bias -0.2 to 0.2 %; without guides 49
+    to 66 %, 24 to 26 % and -4 to 1 %.
     """
     scene = pools()
     samples = dl.Samples(*world.area_points(scene, 500, seed=7))

@@ -10,6 +10,7 @@ from .console import Terminal
 from .inputs import open_scene
 from .options import (
     FalseColourOption,
+    GatherOption,
     GridOption,
     JsonOption,
     LightUnitsOption,
@@ -35,7 +36,8 @@ def run(
     more: MoreOutputsArgument = None,
     output: OutputsOption = None,
     movable: MovableOption = None,
-    paths: PathsOption = 1_000_000,
+    paths: PathsOption = None,
+    gather: GatherOption = "auto",
     target_error: TargetErrorOption = None,
     spacing: SpacingOption = None,
     grid: GridOption = None,
@@ -73,6 +75,7 @@ def run(
             samples,
             target_error,
             paths=paths,
+            gather=gather,
             seed=seed,
             threads=threads,
             memory_limit=memory_limit,

@@ -51,18 +51,24 @@ def _plane(grid: Grid, radius: float | None) -> dl.Samples:
 
 
 def bake_scene(
-    scene: dl.Scene, samples: dl.Samples, target_error: float | None, *, paths: int, **options: Any
+    scene: dl.Scene,
+    samples: dl.Samples,
+    target_error: float | None,
+    *,
+    paths: int | None,
+    gather: str | int,
+    **options: Any,
 ) -> tuple[dl.Session, dl.Frame]:
-    """Bake with `paths` light paths, then with more until the error is below `target_error`.
+    """Bake, then with more paths and rays until the error is below `target_error`.
 
-    A bake with more paths is a new one, so the result is that of a plain bake with the final
-    number of paths, and its digest too.
+    A bake with more of them is a new one, so the result is that of a plain bake with the final
+    numbers, and its digest too.
 
     Parameters
     ----------
     scene, samples : what to light
     target_error : mean standard error over mean irradiance; None = one bake
-    paths : of the first bake
+    paths, gather : of the first bake
     options : of `deltalux.Session`
 
     Returns
@@ -71,12 +77,12 @@ def bake_scene(
 
     Raises
     ------
-    OptionError : the target asks for more paths than there can be, or than fit into memory
+    OptionError : the target asks for more than there can be, or than fits into memory
     """
     reached = ""
     while True:
         try:
-            session = dl.Session(scene, samples, paths=paths, **options)
+            session = dl.Session(scene, samples, paths=paths, gather=gather, **options)
             frame = session.bake()
         except dl.OptionError as problem:
             raise dl.OptionError(f"{reached}{problem}") from None
@@ -85,12 +91,16 @@ def bake_scene(
         error = relative_error(session.irradiance, session.standard_error)
         if error <= target_error:
             return session, frame
+        used = session.options
         session.close()
         reached = (
             f"target error: found {target_error:g}, expected one within reach, such as the {error:.2g} of "
-            f"{paths:,} paths; with more of them: "
+            f"{used['paths']:,} paths and gather={used['gather']}; with more of them: "
         )
-        paths = math.ceil(paths * max(1.25, min(error / (AIM * target_error), MOST) ** 2))
+        more = max(1.25, min(error / (AIM * target_error), MOST) ** 2)
+        paths = math.ceil(used["paths"] * more)
+        if used["gather"] != "off":
+            gather = math.ceil(int(used["gather"]) * more)
 
 
 def total_milliseconds(frame: dl.Frame) -> float:

@@ -53,7 +53,7 @@ class Times:
 def run(
     context: typer.Context,
     output: FolderOption = Path("demo-output"),
-    paths: PathsOption = 1_000_000,
+    paths: PathsOption = None,
     seed: SeedOption = 1,
     threads: ThreadsOption = None,
     as_json: JsonOption = False,

@@ -19,13 +19,13 @@ from .options import (
     JsonOption,
     LightUnitsOption,
     MovableOption,
-    PathsOption,
     QuietOption,
     RadiusOption,
     SceneArgument,
     SeedOption,
     SpacingOption,
     ThreadsOption,
+    parse_count,
 )
 
 PolicyOption = Annotated[
@@ -48,6 +48,12 @@ FramesOption = Annotated[
 ]
 RebuildOption = Annotated[
     bool, typer.Option("--rebuild", help="As if every frame built its index again, as in the paper.")
+]
+
+
+PathsOption = Annotated[
+    int,
+    typer.Option("--paths", parser=parse_count, metavar="N", help="Light paths, all of which discs see."),
 ]
 
 

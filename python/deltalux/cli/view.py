@@ -14,6 +14,7 @@ from deltalux.server import is_loopback
 from .console import Terminal
 from .inputs import foreign_light, open_scene
 from .options import (
+    GatherOption,
     LightUnitsOption,
     MemoryLimitOption,
     MovableOption,
@@ -26,7 +27,7 @@ from .options import (
 )
 from .targets import SESSION
 
-OF_THE_BAKE = ("movable", "paths", "spacing", "radius", "seed", "memory_limit", "light_units")
+OF_THE_BAKE = ("movable", "paths", "gather", "spacing", "radius", "seed", "memory_limit", "light_units")
 
 SourceArgument = Annotated[
     str,
@@ -66,7 +67,8 @@ def run(
     context: typer.Context,
     source: SourceArgument,
     movable: MovableOption = None,
-    paths: PathsOption = 1_000_000,
+    paths: PathsOption = None,
+    gather: GatherOption = "auto",
     spacing: SpacingOption = None,
     radius: RadiusOption = None,
     seed: SeedOption = 1,
@@ -105,7 +107,7 @@ def run(
         scene = open_scene(source, movable, light_units)
         samples = dl.Samples.on_vertices(scene, spacing=spacing, radius=radius)
         session = dl.Session(
-            scene, samples, paths=paths, seed=seed, threads=threads, memory_limit=memory_limit
+            scene, samples, paths=paths, gather=gather, seed=seed, threads=threads, memory_limit=memory_limit
         )
     terminal.warn(session.scene.warnings)
     if not session.poses:

@@ -19,7 +19,7 @@ from .edits import differences, queue_edit, state_of
 from .events import Event, Phase, Refused, Wanted
 from .figures import Figures
 from .previews import previews
-from .progress import BAKE, RECOMPUTE, TaskProgress
+from .progress import TaskProgress, shares_of
 from .values import Encoder, fill_of
 
 BUDGET = 50.0  # milliseconds of one update while dragging, until a page sets another
@@ -270,7 +270,7 @@ class Engine:
         """Compute everything; where there is no light yet, coarse bakes come first."""
         self._set_phase("baking")
         wanted, _ = self._hand_over()
-        progress.part(0.0, 1.0, BAKE)
+        progress.part(0.0, 1.0, shares_of("bake", self._session.options))
         if not self._session.baked:
             for coarse in previews(self._session, wanted.state, progress):
                 self._publish(wanted.revision, coarse)
@@ -287,7 +287,7 @@ class Engine:
         """Recompute everything and compare the digests."""
         self._set_phase("checking")
         self._hand_over()
-        progress.part(0.0, 1.0, RECOMPUTE)
+        progress.part(0.0, 1.0, shares_of("check", self._session.options))
         self._session.progress = progress
         digest = self._session.digest()
         start = time.perf_counter()

@@ -10,9 +10,27 @@ from typing import Any
 INTERVAL = 0.1  # seconds between two messages
 FORESEEABLE = 0.02  # of the task; before that, nobody knows how long it takes
 
-# Share of each stage in the time of the whole, as measured on the bundled scenes at a million paths.
-BAKE = {"disc radii": 0.02, "discs": 0.52, "trace paths": 0.38, "direct light": 0.08}
-RECOMPUTE = {"trace paths": 0.87, "direct light": 0.13}
+# Share of each stage in the time of the whole, as measured on the bundled scenes at default settings.
+_OF_DISCS = {
+    "bake": {"disc radii": 0.02, "discs": 0.52, "trace paths": 0.38, "direct light": 0.08},
+    "check": {"trace paths": 0.87, "direct light": 0.13},
+}
+_OF_RAYS = {
+    "bake": {
+        "disc radii": 0.04,
+        "discs": 0.04,
+        "trace paths": 0.03,
+        "direct light": 0.15,
+        "share rays": 0.01,
+        "look around": 0.73,
+    },
+    "check": {"trace paths": 0.04, "direct light": 0.16, "look around": 0.8},
+}
+
+
+def shares_of(task: str, options: Mapping[str, Any]) -> Mapping[str, float]:
+    """Share of each stage in the time of a "bake" or a "check" of a session with these options."""
+    return (_OF_DISCS if options["gather"] == "off" else _OF_RAYS)[task]
 
 
 class TaskProgress:
