@@ -140,7 +140,7 @@ def test_edit_and_inverse_restore_every_bit(edit, direct):
 
 
 def test_history_does_not_matter():
-    """A session baked in a state and one edited to it have one digest; which rays go where is fixed at the bake."""
+    """A session baked in a state and one edited to it have one digest; where rays go, the bake fixes."""
     scene = room()
     target = translation(-0.5, 0.5, 0.3) @ turn(0.7)
     moved = dl.Scene(

@@ -106,7 +106,7 @@ def test_dimming_casts_no_ray(session):
 
 
 def test_any_point_can_be_asked(session):
-    """What samples have there, but for the order of sums; and within the noise of 32 rays far from any sample."""
+    """What samples have there, but for the order of sums; within 32 rays' noise far from any sample."""
     samples = session.samples
     still = samples.attached == None  # noqa: E711
     found = session.at(samples.points[still], samples.normals[still])
