@@ -209,16 +209,16 @@ void bind_session(nb::module_& m) {
            })
       .def(
           "read_packed",
-          [](const Session& s, const std::array<double, 3>& weights) {
+          [](const Session& s, const std::array<double, 3>& weights, bool errors) {
             const size_t n = s.state().samples.size();
             std::vector<float> values(4 * n);
             {
               nb::gil_scoped_release release;
-              s.read_packed(weights, values.data());
+              s.read_packed(weights, errors, values.data());
             }
             return make_array(std::move(values), {n, 4});
           },
-          nb::arg("weights"))
+          nb::arg("weights"), nb::arg("errors"))
       .def(
           "gradient",
           [](Session& s, nb::object callback) {

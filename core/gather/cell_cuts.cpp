@@ -3,6 +3,7 @@
 // other.
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <tuple>
 #include <utility>
 
@@ -64,7 +65,8 @@ Range voxels_of(std::span<const Vec3d> points, double padding, double edge) {
 
 void CellBuilder::find_cuts(const BodyCells& out) {
   cuts_.resize(squares_.size());
-  Voxels voxels;
+  // By size of squares in powers of two: a landscape's large ones take few voxels, too.
+  std::map<int, Voxels> by_size;
   for (uint32_t i = 0; i < squares_.size(); ++i) {
     const Square& square = squares_[i];
     const BodyCells::Patch& patch = out.patches_[square.patch];
@@ -72,8 +74,10 @@ void CellBuilder::find_cuts(const BodyCells& out) {
     for (int k = 0; k < 4; ++k)
       corners[k] = Vec3d(patch.origin) + Vec3d(patch.u) * (k & 1 ? square.high[0] : square.low[0]) +
                    Vec3d(patch.v) * (k & 2 ? square.high[1] : square.low[1]);
-    voxels_of(corners, kHeight * edge_, edge_).each([&](const auto& voxel) {
-      voxels[voxel].push_back(i);
+    const double longest = std::max(square.high[0] - square.low[0], square.high[1] - square.low[1]);
+    const int size = std::max(0, std::ilogb(longest / edge_));
+    voxels_of(corners, kHeight * edge_, std::ldexp(edge_, size)).each([&](const auto& voxel) {
+      by_size[size][voxel].push_back(i);
     });
   }
   std::vector<uint32_t> seen(squares_.size(), kNoCell);
@@ -84,14 +88,16 @@ void CellBuilder::find_cuts(const BodyCells& out) {
         if (std::exchange(seen[square], t) != t) try_cut(out, t, square);
     };
     const Vec3d corners[3] = {corner(t, 0), corner(t, 1), corner(t, 2)};
-    const Range range = voxels_of(corners, 0, edge_);
-    if (range.count() > double(voxels.size())) {
-      for (const auto& [voxel, near] : voxels)
-        if (range.holds(voxel)) visit(near);
-    } else {
-      range.each([&](const auto& voxel) {
-        if (const auto found = voxels.find(voxel); found != voxels.end()) visit(found->second);
-      });
+    for (const auto& [size, voxels] : by_size) {
+      const Range range = voxels_of(corners, 0, std::ldexp(edge_, size));
+      if (range.count() > double(voxels.size())) {
+        for (const auto& [voxel, near] : voxels)
+          if (range.holds(voxel)) visit(near);
+      } else {
+        range.each([&](const auto& voxel) {
+          if (const auto found = voxels.find(voxel); found != voxels.end()) visit(found->second);
+        });
+      }
     }
   }
   for (auto& sides : cuts_)

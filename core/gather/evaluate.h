@@ -29,24 +29,39 @@ struct Scales {
 
 class Evaluation {
  public:
+  /// Without errors half of the time is enough.
   Evaluation(const scene::Scene& scene, std::span<const trace::Light> lights, const Cells& cells,
-             const Coverage& coverage, const CellSums& sums, const Scales& scales,
+             const Coverage& coverage, const CellSums& sums, const Scales& scales, bool errors,
              const Workers& workers);
   /// Sum of a cell's radiosity in all channels.
   float brightness(uint32_t cell) const;
-  /// Irradiance of a sample and its standard error, 3 each.
+  /// Irradiance of a sample and, of an evaluation with errors, its standard error, 3 each.
   void read(const Looks& looks, size_t sample, double* irradiance, double* error) const;
 
  private:
-  /// Adds `weight` times what `target` sends, per batch and in all: (kParts + 1) x 4. There are as
-  /// many batches of paths as parts of the rays.
-  void add(const ChainPool& chains, uint32_t target, float weight, float* sums) const;
+  /// Radiosity of a cell. `step`: of its batches.
+  struct Whole {
+    float channel[3];
+    float step;
+  };
+  /// The same by each batch of paths, times their number, in steps: rounding is the least of the
+  /// noise, and one look-up meets one line of the cache.
+  struct alignas(64) Batches {
+    uint16_t steps[3][kParts];
+  };
+  /// What a chain sends: from its own lights, and how much of its end's radiosity.
+  struct Carried {
+    float direct[3], through[3];
+  };
+  Carried carried(const ChainPool& chains, uint32_t number, float weight) const;
+  template <bool kErrors>
+  void add(const Looks& looks, size_t sample, double* irradiance, double* error) const;
 
-  const scene::Scene& scene_;
-  std::span<const trace::Light> lights_;
-  Scales scales_;
+  std::vector<Vec3f> reflectance_;          // per material
+  std::vector<float> dim_;                  // per light; the last one is of none
   std::array<double, 3> mean_radiosity_{};  // by area
-  std::vector<float> radiosity_;            // per cell: (kParts + 1) x 4; part k is 8 times batch k
+  std::vector<Whole> whole_;                // per cell
+  std::vector<Batches> batches_;            // per cell
 };
 
 }  // namespace deltalux::gather

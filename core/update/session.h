@@ -79,8 +79,8 @@ class Session {
   /// Irradiance and standard error, both samples x 3.
   void read(double* irradiance, double* standard_error) const;
   /// For displays, samples x 4: irradiance, and the standard error of its weighted sum, the
-  /// channels' errors taken as correlated.
-  void read_packed(const std::array<double, 3>& weights, float* values) const;
+  /// channels' errors taken as correlated, or 0 without `errors`, which takes half of the time.
+  void read_packed(const std::array<double, 3>& weights, bool errors, float* values) const;
   /// Irradiance at any points, each x 3, gathered anew: of sessions that gather.
   void gather_at(std::span<const Vec3f> points, std::span<const Vec3f> normals, double* irradiance,
                  Progress& progress) const;
@@ -113,7 +113,7 @@ class Session {
  private:
   /// Calls write(sample as given, its irradiance, its standard error) for all, in parallel.
   template <class Write>
-  void read_samples(const Write& write) const;
+  void read_samples(bool errors, const Write& write) const;
   std::vector<float> as_given(const std::vector<float>& own) const;
   void forecast_memory(const PilotPaths& paths);
   /// Adds direct light to the forecast. Throws OptionError where it exceeds the limit.
@@ -136,7 +136,7 @@ class Session {
   void look_around(Progress& progress, bool new_guides = false);
   void choose_guides(Progress& progress);
   /// Of the present sums; nullopt in sessions that do not gather.
-  std::optional<gather::Evaluation> evaluation() const;
+  std::optional<gather::Evaluation> evaluation(bool errors) const;
   gather::Present present(std::span<const direct::Receiver> receivers,
                           const gather::Guiding& guiding) const;
   std::vector<gather::RayShares> shares_of(std::span<const direct::Receiver> receivers,

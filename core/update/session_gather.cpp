@@ -51,7 +51,7 @@ void Session::choose_guides(Progress& progress) {
   State& s = *state_;
   s.guiding = {};
   s.guiding.guides =
-      gather::find_guides(present(receivers_, s.guiding), *evaluation(),
+      gather::find_guides(present(receivers_, s.guiding), *evaluation(false),
                           s.gather->coverage.covered(), s.options.seed, s.workers, progress);
   progress.begin("share rays", receivers_.size());
   s.guiding.shares = shares_of(receivers_, progress);
@@ -86,13 +86,13 @@ gather::Present Session::present(std::span<const direct::Receiver> receivers,
   return {s.scene, *s.caster, s.lights, receivers, s.gather->cells, guiding};
 }
 
-std::optional<gather::Evaluation> Session::evaluation() const {
+std::optional<gather::Evaluation> Session::evaluation(bool errors) const {
   const State& s = *state_;
   if (!s.gather) return std::nullopt;
   std::vector<double> factor;
   for (uint32_t g = 0; g < s.sum_groups(); ++g) factor.push_back(s.sum_factor(g));
   return gather::Evaluation(s.scene, s.lights, s.gather->cells, s.gather->coverage, s.gather->sums,
-                            {s.scale.quantum, factor, s.group_factor}, s.workers);
+                            {s.scale.quantum, factor, s.group_factor}, errors, s.workers);
 }
 
 void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> normals,
@@ -100,7 +100,7 @@ void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> no
   check_whole();
   const State& s = *state_;
   if (!s.gather) throw OptionError("at: this session does not gather");
-  const gather::Evaluation evaluation = *this->evaluation();
+  const gather::Evaluation now = *evaluation(false);
   const std::vector<uint8_t> all(s.lights.size(), 1);
   const float within = kUnder * s.gather->cells.metre();
   progress.announce("gather", points.size());
@@ -124,7 +124,7 @@ void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> no
     s.workers.for_blocks(count, kGrain, [&](size_t begin, size_t end) {
       for (size_t i = begin; i < end; ++i) {
         double around[3], error[3];
-        evaluation.read(looks, i, around, error);
+        now.read(looks, i, around, error);
         for (size_t c = 0; c < 3; ++c) {
           double sum = around[c];
           for (uint32_t g = 0; g < s.scene.group_count; ++g)

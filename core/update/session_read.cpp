@@ -184,17 +184,20 @@ size_t Session::unreached() const {
 }
 
 template <class Write>
-void Session::read_samples(const Write& write) const {
+void Session::read_samples(bool errors, const Write& write) const {
   const State& s = *state_;
   const size_t n = s.samples.size();
   check_whole();
   const std::span<const int64_t> direct = direct_->sums();
   const UnreachedError unreached(s);
-  const std::optional<gather::Evaluation> gathered = evaluation();
+  const std::optional<gather::Evaluation> gathered = evaluation(errors);
+  const auto sampled = [](uint8_t yes) { return yes != 0; };
+  const bool discs =
+      !gathered || !std::all_of(s.light_sampled.begin(), s.light_sampled.end(), sampled);
   s.workers.for_blocks(n, BlockSums::kSamples, [&](size_t begin, size_t end) {
     BlockSums block;
     const size_t values = 3 * (end - begin);
-    for (uint32_t g = 0; g < s.sum_groups(); ++g) {
+    for (uint32_t g = 0; discs && g < s.sum_groups(); ++g) {
       block.add_energy(&s.sums[3 * (size_t(g) * kBatches * n + begin)], 3 * n, values,
                        s.sum_factor(g));
       if (!gathered) block.add_unreached(unreached, g, &s.area[begin], end - begin);
@@ -222,17 +225,18 @@ void Session::read_samples(const Write& write) const {
 }
 
 void Session::read(double* irradiance, double* standard_error) const {
-  read_samples([&](size_t i, const double* value, const double* error) {
+  read_samples(true, [&](size_t i, const double* value, const double* error) {
     std::copy_n(value, 3, irradiance + 3 * i);
     std::copy_n(error, 3, standard_error + 3 * i);
   });
 }
 
-void Session::read_packed(const std::array<double, 3>& weights, float* values) const {
-  read_samples([&](size_t i, const double* value, const double* error) {
+void Session::read_packed(const std::array<double, 3>& weights, bool errors, float* values) const {
+  read_samples(errors, [&](size_t i, const double* value, const double* error) {
     for (int c = 0; c < 3; ++c) values[4 * i + c] = float(value[c]);
-    values[4 * i + 3] =
-        float(weights[0] * error[0] + weights[1] * error[1] + weights[2] * error[2]);
+    if (errors)
+      values[4 * i + 3] =
+          float(weights[0] * error[0] + weights[1] * error[1] + weights[2] * error[2]);
   });
 }
 

@@ -318,9 +318,12 @@ class Session(SessionFacts):
         return self._result
 
     @long_call
-    def read_packed(self) -> np.ndarray:
-        """(n, 4) float32, for displays: irradiance and its photopic standard error, channels correlated."""
-        return self._baked_session().read_packed(PHOTOPIC_WEIGHTS.tolist())
+    def read_packed(self, *, errors: bool = True) -> np.ndarray:
+        """(n, 4) float32, for displays: irradiance and its photopic standard error, channels correlated.
+
+        Without `errors` those are 0, and the time is half.
+        """
+        return self._baked_session().read_packed(PHOTOPIC_WEIGHTS.tolist(), errors)
 
     @property
     def irradiance(self) -> np.ndarray:
@@ -366,7 +369,8 @@ class Session(SessionFacts):
         Raises
         ------
         OptionError
-            Where a number is not finite or beyond 1e15 m, a normal is zero, or no sample is present.
+            Where a number is not finite or beyond 1e15 m, or a normal is zero; with gather="off" also
+            where no sample is present.
         """
         asked = Samples(points, normals, radius=1.0)
         self._finish()

@@ -130,7 +130,15 @@ def test_target_error_is_reached_and_equals_a_plain_bake(cli: Cli, room: Path) -
     data = cli(*start, "--paths", "2000", "--target-error", str(target)).data
     assert data["relative_error"] <= target
     assert data["paths"] > first["paths"]
-    assert cli(*start, "--paths", str(data["paths"])).data["digest"] == data["digest"]
+    assert data["gather"] > first["gather"] == 256
+    again = cli(*start, "--paths", str(data["paths"]), "--gather", str(data["gather"])).data
+    assert again["digest"] == data["digest"]
+
+
+def test_gather_off_takes_discs_and_a_million_paths(cli: Cli, room: Path) -> None:
+    data = cli("bake", room, "--spacing", "1", "--gather", "off", "--json").data
+    assert (data["gather"], data["paths"]) == ("off", 1_000_000)
+    assert "expected a whole number" in cli("bake", room, "--gather", "many").err
 
 
 def test_radius_is_heard(cli: Cli, room: Path, tmp_path: Path) -> None:

@@ -41,9 +41,10 @@ MODES = ("paths", "sampled", "gather")
 
 def bake(scene: dl.Scene, samples: dl.Samples, **options) -> dl.Session:
     """A baked session; `direct` may be any of MODES."""
+    gather: str | int = "off"
     if options.get("direct") == "gather":
-        options = {**options, "direct": "sampled", "gather": 128}
-    session = dl.Session(scene, samples, threads=1, **options)
+        options, gather = {**options, "direct": "sampled"}, 128
+    session = dl.Session(scene, samples, threads=1, gather=gather, **options)
     session.bake()
     return session
 

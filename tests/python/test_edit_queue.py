@@ -20,7 +20,7 @@ TARGET = translation(0.4, 0.7, -0.2) @ turn(0.4)
 @pytest.fixture
 def baked():
     scene = room(groups=3)
-    with dl.Session(scene, samples_in(scene), paths=4000, threads=1) as session:
+    with dl.Session(scene, samples_in(scene), paths=4000, threads=1, gather="off") as session:
         session.bake()
         yield session
 

@@ -267,7 +267,7 @@ def test_a_budget_spreads_the_error_over_the_scene():
     scene = dl.Scene([walls, block], [dl.Material("wall", (0.6, 0.6, 0.6))], bulbs)
     points = [(x, 0, z) for x in (-3.0, 3.0) for z in (-0.5, 0.0, 0.5)]
     samples = dl.Samples(points, (0, 1, 0), radius=0.4)
-    with dl.Session(scene, samples, paths=100_000, threads=1, direct="paths") as session:
+    with dl.Session(scene, samples, paths=100_000, threads=1, direct="paths", gather="off") as session:
         session.bake()
         old = session.irradiance[:, 0]
         session.set_reflectance("wall", (0.2, 0.2, 0.2))
@@ -310,8 +310,10 @@ def test_memory_does_not_grow_with_the_number_of_edits():
             session.move("lamp", translation(*rng.uniform((-1.5, 0.5, -1), (1.5, 1.5, 1))))
             session.update()
             sizes.append(session.statistics["bytes"])
-        # Each update replaces about 1000 segments of 60 bytes; storage comes in pieces of 123 kB.
-        assert max(sizes[300:]) <= max(sizes[:300]) + 4 * 123_000
+        # Each update replaces about 1000 segments of 60 bytes; storage comes in pieces of 123 kB. What rays
+        # see doubles at a time.
+        doubled = session.statistics["gather"]["ray_bytes"] / 2
+        assert max(sizes[300:]) <= max(sizes[:300]) + 4 * 123_000 + doubled
         equals_recompute(session)
 
 
@@ -319,7 +321,7 @@ def test_openness_comes_from_the_file(tmp_path):
     """Beside the boxes of the Cornell box it differs from 1; a recompute divides by the areas anew."""
     scene = dl.scenes.cornell_box()
     samples = dl.Samples.on_vertices(scene, spacing=0.5)
-    with dl.Session(scene, samples, paths=2000, direct="paths") as session:
+    with dl.Session(scene, samples, paths=2000, direct="paths", gather="off") as session:
         session.bake()
         session.save(tmp_path / "box.dlx")
         with dl.Session.open(tmp_path / "box.dlx") as opened:

@@ -80,7 +80,7 @@ def test_light_does_not_come_through_a_thin_wall():
     )
     x, z = np.meshgrid(np.linspace(-1.9, 1.9, 20), np.linspace(-0.9, 0.9, 10))
     points = np.stack([x.ravel(), np.zeros(x.size), z.ravel()], axis=1)
-    with dl.Session(scene, dl.Samples(points, UP, radius=0.1), paths=20_000) as session:
+    with dl.Session(scene, dl.Samples(points, UP, radius=0.1), paths=20_000, gather="off") as session:
         session.bake()
         asked = np.array([(0.02, 0, 0.03), (0.04, 0, -0.5), (-0.02, 0, 0.03)])
         found = session.at(asked, np.tile(UP, (3, 1)))
@@ -91,7 +91,7 @@ def test_light_does_not_come_through_a_thin_wall():
 def test_samples_stand_at_the_poses_of_their_movables():
     at, normal = (0.1, 0.3, -0.05), (0.6, 0.0, 0.8)
     samples = dl.Samples([at] * 3, [normal] * 3, 0.1, ["block", None, "lamp"])
-    with dl.Session(room(), samples, paths=1000) as session:
+    with dl.Session(room(), samples, paths=1000, gather="off") as session:
         session.move("block", translation(-0.5, 0.5, 0.2) @ turn(np.pi / 2))  # (x, y, z) to (z, y, -x)
         points, normals = session.world()
     np.testing.assert_allclose(points, [(-0.55, 0.8, 0.1), at, (-0.9, 0.9, -0.55)], atol=1e-12)
@@ -102,7 +102,7 @@ def test_it_follows_moved_and_removed_objects():
     scene = room()
     attached = dl.Samples([(x, 0.3, z) for x in (-0.2, 0, 0.2) for z in (-0.1, 0.1)], UP, 0.1, "block")
     floor = dl.Samples([(x, 0.0, z) for x in np.linspace(-1.8, 1.8, 9) for z in (-1, 0, 1.0)], UP, radius=0.2)
-    with dl.Session(scene, dl.Samples.concatenate([floor, attached]), paths=20_000) as session:
+    with dl.Session(scene, dl.Samples.concatenate([floor, attached]), paths=20_000, gather="off") as session:
         session.bake()
         top = np.array([[0.7, 0.61, 0.4]])
         before = session.at(top, UP)
@@ -118,7 +118,7 @@ def test_it_follows_moved_and_removed_objects():
 
 
 def test_wrong_input_is_refused():
-    with dl.Session(room(), dl.Samples([(0, 0.3, 0)], UP, 0.1, "block"), paths=500) as session:
+    with dl.Session(room(), dl.Samples([(0, 0.3, 0)], UP, 0.1, "block"), paths=500, gather="off") as session:
         with pytest.raises(dl.OptionError, match="bake"):
             session.at([(0, 0, 0)], UP)
         session.bake()

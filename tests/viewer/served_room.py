@@ -9,7 +9,8 @@ from rooms import room
 PATHS = 4000
 
 
-def make_session(paths: int = PATHS) -> dl.Session:
-    """A session of the room, not baked."""
+def make_session(paths: int = PATHS, gather: str | int = "off") -> dl.Session:
+    """A session of the room, not baked. With discs of given radii its history does not matter."""
     scene = room()
-    return dl.Session(scene, dl.Samples.on_vertices(scene, spacing=0.6, radius=0.15), paths=paths, threads=2)
+    samples = dl.Samples.on_vertices(scene, spacing=0.6, radius=0.15)
+    return dl.Session(scene, samples, paths=paths, threads=2, gather=gather)

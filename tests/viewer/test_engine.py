@@ -95,6 +95,18 @@ def test_samples_that_no_path_reached_are_counted_at_rest():
         assert sum(is_message(e, "unreached") for e in followed.seen) == 2
 
 
+def test_gathered_light_follows_a_drag_exactly():
+    with make_session(gather=32) as session, Followed(session) as followed:
+        followed.until_phase("ready")
+        for pose in path_of_the_block(8):
+            followed.want(dragging=True, block=pose)
+        followed.want(block=pose)
+        followed.rest()
+        followed.engine.check()
+        assert followed.until(lambda e: is_message(e, "checked"))["same"]
+        assert_shown(session, followed.of(Values)[-1])
+
+
 def test_what_the_session_refuses_is_told_and_the_rest_is_done(followed):
     followed.state["factor", "desk"] = 0.25
     followed.want(block=translation(1e6, 0, 0))
@@ -161,7 +173,7 @@ def test_a_cancelled_check_leaves_the_light_as_it_was():
 def test_an_update_that_failed_is_told_and_whatever_comes_next_tries_again(
     followed, monkeypatch, method, way_on
 ):
-    def fail(*_):
+    def fail(*_, **__):
         raise MemoryError("none left")
 
     before, there = followed.session.pose("block"), translation(0.5, 0.4, 0.4)

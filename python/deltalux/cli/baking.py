@@ -138,6 +138,7 @@ def figures(
         "unit": session.scene.unit,
         "samples": len(irradiance),
         "paths": statistics["paths"],
+        "gather": session.options["gather"],
         "segments": statistics["segments"],
         "bytes": statistics["bytes"],
         "milliseconds": dict(frame.milliseconds),

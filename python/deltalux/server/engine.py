@@ -11,6 +11,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 
+import numpy as np
+
 from deltalux.errors import Cancelled, Error, OptionError
 from deltalux.memory import return_free_memory
 from deltalux.session import Session
@@ -63,6 +65,7 @@ class Engine:
         self._counted = -1  # revision of which it was told what no path reached
         self._figures = Figures()
         self._encoder: Encoder | None = None
+        self._errors: np.ndarray | None = None  # standard errors that the pages see
         self._thread = threading.Thread(target=self._run, name="deltalux-engine", daemon=True)
 
     # ---- for other threads --------------------------------------------------------------------
@@ -204,11 +207,19 @@ class Engine:
         task = self._at_work.name if self._at_work else "update"
         self._tell({"type": "notice", "message": f"{task} failed: {text}"})
 
-    def _publish(self, revision: int, session: Session | None = None) -> None:
-        """Send the values of `session`, a throw-away one of a preview, or of the real one."""
+    def _publish(self, revision: int, session: Session | None = None, *, errors: bool = True) -> None:
+        """Send the values of `session`, a throw-away one of a preview, or of the real one.
+
+        Without `errors` the standard errors of the last values go along.
+        """
         if self._encoder is None:
             self._encoder = Encoder(fill_of(self._session))
-        values = (session or self._session).read_packed()
+        errors = errors or self._errors is None
+        values = (session or self._session).read_packed(errors=errors)
+        if errors:
+            self._errors = values[:, 3].copy()
+        else:
+            values[:, 3] = self._errors
         self._tell(self._encoder.encode(values, revision, preview=session is not None))
         self._failed = False
 
@@ -244,7 +255,7 @@ class Engine:
         frame = self._session.update(self._budget if wanted.dragging else REST_BUDGET)
         self._unfinished = frame.done < 1
         start = time.perf_counter()
-        self._publish(wanted.revision)
+        self._publish(wanted.revision, errors=not wanted.dragging)
         end = time.perf_counter()
         self._tell(
             self._figures.of_update(

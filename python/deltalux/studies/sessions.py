@@ -55,6 +55,7 @@ class VertexSessions:
             seed=seed,
             threads=self.threads,
             direct=direct,
+            gather="off",
             progress=progress,
         )
         session.bake()

@@ -111,7 +111,7 @@ def _session_times(scene: Any, paths: int, settings: Mapping[str, Any]) -> dict[
     first, updates, full, tracing = [], [], [], []
     for _ in range(settings["sessions"]):
         with Session(
-            scene, samples, paths=paths, seed=settings["seeds"][0], threads=1, direct="paths"
+            scene, samples, paths=paths, seed=settings["seeds"][0], threads=1, direct="paths", gather="off"
         ) as session:
             first.append(measured(session.bake).cpu_seconds)
             for _ in range(settings["repetitions"]):

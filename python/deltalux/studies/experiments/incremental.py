@@ -114,7 +114,7 @@ def _frames(scene: Scene, groups: Sequence[Sequence[str]], settings: Mapping[str
     runs: list[list[_Run]] = [[] for _ in groups]
     for seed in settings["seeds"]:
         options: dict[str, Any] = {"paths": settings["paths"], "seed": seed, "direct": "paths", "threads": 1}
-        with Session(scene, samples, **options) as session:
+        with Session(scene, samples, **options, gather="off") as session:
             session.bake()
             for group, own in zip(groups, runs, strict=True):
                 own.append(_animate(session, group, settings["frames"]))
