@@ -100,7 +100,7 @@ def test_what_no_path_reached_has_an_error_and_is_counted():
     safe = dl.Mesh("safe", *box((0.4, 0.4, 0.4), (-1.5, 0.5, 1)), "wall")
     scene = dl.Scene([*room.meshes, safe], room.materials, room.lights)
     samples = dl.Samples([(-1.5, 0.31, 1), (0.5, 0, 0)], [(0, 1, 0)], radius=0.05)
-    with dl.Session(scene, samples, paths=50_000, direct="paths") as session:
+    with dl.Session(scene, samples, paths=50_000, direct="paths", gather="off") as session:
         session.bake()
         assert (session.irradiance[0] == 0).all()
         emitted = np.asarray(session.energy["emitted"]) * session.energy["quantum"]
