@@ -34,7 +34,7 @@ REPETITIONS = 3
 def seconds(scene: dl.Scene, samples: dl.Samples, paths: int, pair: tuple[str, str]) -> dict[str, float]:
     """Processor seconds of a bake and of the frames after it."""
     with dl.Session(
-        scene, samples, paths=paths, threads=1, static_method=pair[0], moving_method=pair[1]
+        scene, samples, paths=paths, threads=1, gather="off", static_method=pair[0], moving_method=pair[1]
     ) as session:
         start = time.process_time()
         session.bake()

@@ -34,7 +34,7 @@ RULES = [
 
 def irradiance(scene: dl.Scene, samples: dl.Samples, **options) -> np.ndarray:
     """(n,) first channel of a bake."""
-    with dl.Session(scene, samples, **options) as session:
+    with dl.Session(scene, samples, gather="off", **options) as session:
         session.bake()
         return session.irradiance[:, 0]
 

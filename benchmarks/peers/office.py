@@ -127,7 +127,7 @@ def run_deltalux(bench: Bench) -> dict[str, Any]:
         name = f"{paths} paths"
         samples = dl.Samples(bench.points, bench.normals)
         start = time.process_time()
-        session = dl.Session(bench.scenes["before"], samples, paths=paths, seed=1, threads=1)
+        session = dl.Session(bench.scenes["before"], samples, paths=paths, seed=1, threads=1, gather="off")
         session.bake()
         before = session.irradiance
         runs["before"].append(_run(name, time.process_time() - start, bench.error(before, "before")))

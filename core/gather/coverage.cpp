@@ -2,6 +2,7 @@
 // A few probes per cell look along its normal.
 #include "gather/coverage.h"
 
+#include <algorithm>
 #include <bit>
 #include <mutex>
 #include <optional>
@@ -67,7 +68,7 @@ float Coverage::bare(uint32_t cell) const {
 
 void Coverage::compute(const scene::Scene& scene, const trace::RayCaster& caster,
                        const Cells& cells, const Workers& workers) {
-  fixed_.clear(), covered_.clear();
+  fixed_.clear(), covered_.clear(), reach_.clear();
   std::vector<uint32_t> objects;
   for (uint32_t i = 0; i < scene.objects.size(); ++i)
     if (scene.objects[i].movable) objects.push_back(i);
@@ -81,6 +82,7 @@ void Coverage::update(const scene::Scene& scene, const trace::RayCaster& caster,
                       const Workers& workers) {
   const size_t known = fixed_.size();
   fixed_.resize(cells.size(), 0), covered_.resize(cells.size(), 0);
+  reach_.resize(cells.size());
   Prober prober(scene, caster, cells);
   std::vector<uint8_t> changed(scene.objects.size());
   for (uint32_t object : objects) changed[object] = 1;
@@ -96,6 +98,8 @@ void Coverage::update(const scene::Scene& scene, const trace::RayCaster& caster,
           covered_[cell] = 0;
           continue;
         }
+        const auto meets = [&](const Box& box) { return box.overlaps(reach_[cell]); };
+        if (!moves && cell < known && std::none_of(boxes.begin(), boxes.end(), meets)) continue;
         const Vec3f n = pose.direction(body.normal(own));
         Vec3f at[BodyCells::kProbes];
         Box reach;
@@ -104,15 +108,14 @@ void Coverage::update(const scene::Scene& scene, const trace::RayCaster& caster,
           at[k] = p + n * (4 * position_slack(p) + body.rise());
           reach.grow(at[k]), reach.grow(at[k] + n * prober.contact());
         }
+        reach_[cell] = reach;
         const bool fresh = (moves && changed[object]) || cell >= known;
         if (fresh) {
           fixed_[cell] = 0;
           for (uint32_t k = 0; k < BodyCells::kProbes; ++k)
             fixed_[cell] |= uint16_t(uint16_t(prober.by_static(at[k], n)) << k);
         }
-        bool near = fresh;
-        for (size_t b = 0; b < boxes.size() && !near; ++b) near = boxes[b].overlaps(reach);
-        if (!near) continue;
+        if (!fresh && std::none_of(boxes.begin(), boxes.end(), meets)) continue;
         covered_[cell] = fixed_[cell];
         for (uint32_t other : caster.present()) {
           if (!caster.object_bounds(other).overlaps(reach)) continue;

@@ -24,12 +24,16 @@ class Coverage {
   /// Share of a cell's area, at least a part of one probe.
   float bare(uint32_t cell) const;
   std::span<const uint16_t> covered() const { return covered_; }
-  size_t bytes() const { return (fixed_.capacity() + covered_.capacity()) * sizeof(uint16_t); }
+  size_t bytes() const {
+    return (fixed_.capacity() + covered_.capacity()) * sizeof(uint16_t) +
+           reach_.capacity() * sizeof(Box);
+  }
 
  private:
   // One bit per probe. Static cells: by the static scene, which never changes.
   std::vector<uint16_t> fixed_;
   std::vector<uint16_t> covered_;  // by whatever is there now
+  std::vector<Box> reach_;         // of static cells' probes: what comes into it may cover them
 };
 
 }  // namespace deltalux::gather

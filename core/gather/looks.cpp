@@ -71,10 +71,23 @@ class Looks::Suspects {
       for (const Box& box : boxes_) shadows_.emplace_back(light, box, slack);
   }
 
+  /// Whether all but the last flight of these chains, and their shadow rays, pass the change by.
+  bool passes_by(std::span<const uint32_t> targets) const {
+    Box near;
+    for (uint32_t target : targets)
+      if (is_chain(target)) near.grow(looks_.chains_.passage(chain_of(target)).near);
+    if (near.empty()) return true;
+    for (const Box& box : boxes_)
+      if (box.overlaps(near)) return false;
+    return std::all_of(shadows_.begin(), shadows_.end(),
+                       [&](const direct::ShadowVolume& shadow) { return shadow.misses(near); });
+  }
+
   /// again[ray] = 1 where what the ray met may be gone, or something may be in its way now.
-  void mark(const SampleRays& rays, std::span<const uint32_t> targets,
+  /// `apart`: passes_by() of these targets, or of more.
+  void mark(const SampleRays& rays, std::span<const uint32_t> targets, bool apart,
             std::vector<uint8_t>& again) const {
-    for (size_t ray = 0; ray < targets.size(); ++ray) again[ray] = gone(targets[ray]);
+    for (size_t ray = 0; ray < targets.size(); ++ray) again[ray] = gone(targets[ray], apart);
     for (const MovedObject& moved : change_.objects) {
       if (moved.now.empty()) continue;
       rays.each_towards(moved.now.centre(), 0.5001f * moved.now.diagonal(), [&](uint32_t ray) {
@@ -88,19 +101,22 @@ class Looks::Suspects {
  private:
   static constexpr float kFar = std::numeric_limits<float>::infinity();
 
-  bool gone(uint32_t target) const {
+  bool gone(uint32_t target, bool apart) const {
     if (target == kDark) return false;
-    if (is_chain(target)) return touches(looks_.chains_, chain_of(target));
+    if (is_chain(target)) return touches(looks_.chains_, chain_of(target), apart);
     for (const auto& [first, last] : own_)
       if (target >= first && target < last) return true;
     return false;
   }
-  bool touches(const ChainPool& chains, uint32_t number) const {
+  bool touches(const ChainPool& chains, uint32_t number, bool apart) const {
     if (change_.lights) return true;
     const Passage& passage = chains.passage(number);
     const SlabRay last(passage.origin, passage.last - passage.origin);
     for (const Box& box : boxes_)
-      if (box.overlaps(passage.near) || last.entry(box, 1) < kFar) return true;
+      if (last.entry(box, 1) < kFar) return true;
+    if (apart) return false;
+    for (const Box& box : boxes_)
+      if (box.overlaps(passage.near)) return true;
     const size_t boxes = boxes_.size();
     for (const Vertex& vertex : chains.vertices(number))
       for (size_t k = 0; vertex.light != scene::kNone && k < boxes; ++k)
@@ -238,15 +254,18 @@ uint64_t Looks::follow(const Present& present, const Workers& workers, Progress&
     workers.for_blocks(step, 1, [&](size_t begin, size_t end) {
       std::vector<uint8_t> again(rays());
       for (size_t k = begin; k < end; ++k) {
-        const size_t block = order[first + k];
-        for (size_t i = block * kGrain; i < std::min(samples_, (block + 1) * kGrain); ++i) {
+        const size_t from = order[first + k] * kGrain, to = std::min(samples_, from + kGrain);
+        // Of a block at once, since most lie far away.
+        const bool apart =
+            suspects.passes_by(std::span(targets_).subspan(from * rays(), (to - from) * rays()));
+        for (size_t i = from; i < to; ++i) {
           if (!fresh[i] && caster.blind(i)) continue;
           again.assign(rays(), fresh[i]);
           const SampleRays own = caster.rays(i);
           if (fresh[i])
             weigh(present, i);
           else
-            suspects.mark(own, targets(i), again);
+            suspects.mark(own, targets(i), apart, again);
           for (uint32_t ray = 0; ray < rays(); ++ray)
             if (again[ray]) caster.look(own, i, ray, found[k]);
         }

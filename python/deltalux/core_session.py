@@ -20,8 +20,8 @@ from .segments import check_bounces, check_integer, check_paths, check_seed, che
 DIRECT_MODES = ("auto", "paths", "sampled")
 DISC_AREAS = ("reachable", "whole")
 METHODS = ("auto", *_core.METHODS)
-MOST_RAYS, LEAST_RAYS = 256, 32  # of a sample, where nobody says how many
-RAYS_TOGETHER = 1 << 24  # of all samples, down to the least of each
+MOST_RAYS, LEAST_RAYS = 256, 128  # of a sample, where nobody says how many: fewer are noisier than discs
+RAYS_TOGETHER = 1 << 24  # of all samples
 AT_REST = 0xFFFFFFFF  # object of samples that move with nothing
 
 
@@ -73,9 +73,9 @@ def resolved_gather(gather: str | int, samples: int, segment_end: str, disc_area
     if (segment_end, disc_area) != (SEGMENT_ENDS[0], DISC_AREAS[0]):
         return "off"
     rays = MOST_RAYS
-    while rays > LEAST_RAYS and rays * samples > RAYS_TOGETHER:
+    while rays * samples > RAYS_TOGETHER:
         rays //= 2
-    return rays
+    return rays if rays >= LEAST_RAYS else "off"
 
 
 def default_paths(gather: str | int) -> int:

@@ -50,8 +50,8 @@ class Session(SessionFacts):
     gather : "auto", "off" or a number of rays
         Each sample looks around along so many rays and reads the light of what it sees, which is
         right beside things, too; "off": all light that was reflected comes from discs. "auto": 256
-        rays, down to 32 where there are more than 65,536 samples (sixteen million rays); "off" where
-        `segment_end` or `disc_area` ask for discs of another kind.
+        rays, 128 where there are more than 65,536 samples; "off" beyond 131,072 (sixteen million rays),
+        and where `segment_end` or `disc_area` ask for discs of another kind.
     progress : callable (stage, fraction) -> keep going, or None
         Called from the calling thread about 50 times a second; False cancels.
 

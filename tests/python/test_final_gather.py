@@ -167,7 +167,8 @@ def test_gradients_are_those_of_discs(session):
 
 
 @pytest.mark.parametrize(
-    ("samples", "rays", "paths"), [(65_536, 256, 200_000), (65_537, 128, 200_000), (10**6, 32, 200_000)]
+    ("samples", "rays", "paths"),
+    [(65_536, 256, 200_000), (65_537, 128, 200_000), (131_072, 128, 200_000), (131_073, "off", 1_000_000)],
 )
 def test_defaults_keep_to_sixteen_million_rays(samples, rays, paths):
     asked = core_session.resolved_gather("auto", samples, "first", "reachable")
