@@ -14,15 +14,24 @@ constexpr float kContact = 0.05f;  // of a square's edge: what is nearer covers
 constexpr size_t kGrain = 256;
 constexpr float kFar = std::numeric_limits<float>::infinity();
 
-/// Whether static objects are closed, found when it matters.
-class ClosedObjects {
+/// Whether static objects are closed, and boxes around objects, found when it matters.
+class Bodies {
  public:
-  explicit ClosedObjects(const scene::Scene& scene)
-      : scene_(scene), closed_(scene.objects.size()) {}
-  bool operator[](uint32_t object) {
+  explicit Bodies(const scene::Scene& scene)
+      : scene_(scene), closed_(scene.objects.size()), bounds_(scene.objects.size()) {}
+  bool closed(uint32_t object) {
     const std::lock_guard lock(mutex_);
     std::optional<bool>& own = closed_[object];
     if (!own) own = scene::is_closed(scene_.objects[object]);
+    return *own;
+  }
+  Box bounds(uint32_t object) {
+    const std::lock_guard lock(mutex_);
+    std::optional<Box>& own = bounds_[object];
+    if (own) return *own;
+    own.emplace();
+    for (const Vec3f& v : scene_.objects[object].vertices)
+      own->grow(scene_.objects[object].pose.point(v));
     return *own;
   }
 
@@ -30,18 +39,30 @@ class ClosedObjects {
   const scene::Scene& scene_;
   std::mutex mutex_;
   std::vector<std::optional<bool>> closed_;
+  std::vector<std::optional<Box>> bounds_;
 };
 
 class Prober {
  public:
   Prober(const scene::Scene& scene, const trace::RayCaster& caster, const Cells& cells)
-      : scene_(scene), caster_(caster), closed_(scene), contact_(kContact * cells.edge()) {}
+      : scene_(scene), caster_(caster), bodies_(scene), contact_(kContact * cells.edge()) {}
 
-  /// By the static scene: something touches, or the probe is inside of a closed object.
-  bool by_static(Vec3f o, Vec3f n) {
+  /// By the static scene: something touches, or the probe is inside of a closed object that its own
+  /// one, `object` or what lies `lift` below, sticks out of. Closed objects around whole others are
+  /// rooms that are wound outward, or nobody sees what they hold.
+  bool by_static(Vec3f o, Vec3f n, uint32_t object, float lift) {
     const trace::Hit hit = caster_.closest_static(o, n);
     if (!hit.valid()) return false;
-    return hit.t < contact_ || (dot(hit.normal, n) > 0 && closed_[scene_.object_of(hit.primitive)]);
+    if (hit.t < contact_) return true;
+    const uint32_t around = scene_.object_of(hit.primitive);
+    if (!(dot(hit.normal, n) > 0) || !bodies_.closed(around)) return false;
+    if (object == scene::kNone) {
+      const trace::Hit under = caster_.closest_static(o, -n, 0, 2 * lift);
+      if (!under.valid()) return true;
+      object = scene_.object_of(under.primitive);
+    }
+    if (object == around) return false;
+    return !bodies_.bounds(around).padded(contact_).contains(bodies_.bounds(object));
   }
   bool by_object(uint32_t object, Vec3f o, Vec3f n) const {
     if (caster_.closest_object(object, o, n, 0, contact_).valid()) return true;
@@ -55,7 +76,7 @@ class Prober {
  private:
   const scene::Scene& scene_;
   const trace::RayCaster& caster_;
-  ClosedObjects closed_;
+  Bodies bodies_;
   float contact_;
 };
 
@@ -102,10 +123,11 @@ void Coverage::update(const scene::Scene& scene, const trace::RayCaster& caster,
         if (!moves && cell < known && std::none_of(boxes.begin(), boxes.end(), meets)) continue;
         const Vec3f n = pose.direction(body.normal(own));
         Vec3f at[BodyCells::kProbes];
+        float lift = 0;
         Box reach;
         for (uint32_t k = 0; k < BodyCells::kProbes; ++k) {
           const Vec3f p = pose.point(body.probe(own, k));
-          at[k] = p + n * (4 * position_slack(p) + body.rise());
+          at[k] = p + n * (lift = 4 * position_slack(p) + body.rise());
           reach.grow(at[k]), reach.grow(at[k] + n * prober.contact());
         }
         reach_[cell] = reach;
@@ -113,7 +135,7 @@ void Coverage::update(const scene::Scene& scene, const trace::RayCaster& caster,
         if (fresh) {
           fixed_[cell] = 0;
           for (uint32_t k = 0; k < BodyCells::kProbes; ++k)
-            fixed_[cell] |= uint16_t(uint16_t(prober.by_static(at[k], n)) << k);
+            fixed_[cell] |= uint16_t(uint16_t(prober.by_static(at[k], n, object, lift)) << k);
         }
         if (!fresh && std::none_of(boxes.begin(), boxes.end(), meets)) continue;
         covered_[cell] = fixed_[cell];

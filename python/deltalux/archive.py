@@ -10,6 +10,7 @@ from __future__ import annotations
 import io
 import json
 import math
+import stat
 import tokenize
 import zipfile
 from collections.abc import Iterable, Sequence
@@ -237,6 +238,9 @@ class _Directory(io.FileIO):
     """The file, which refuses to read a list of entries that is out of proportion."""
 
     def __init__(self, path: Path) -> None:
+        kind = path.stat().st_mode
+        if not stat.S_ISREG(kind) and not stat.S_ISDIR(kind):  # it may never end, nor begin
+            raise FormatError("found a device or a pipe, expected a regular file")
         super().__init__(path)
 
     def read(self, size: int | None = -1, /) -> bytes:

@@ -182,3 +182,20 @@ def test_discs_of_another_kind_are_not_gathered():
             assert (session.options["gather"], session.options["paths"]) == ("off", 1_000_000)
     with dl.Session(room(), disc_area="whole", gather=64) as session:
         assert (session.options["gather"], session.options["paths"]) == (64, 200_000)
+
+
+def test_what_stands_in_a_room_wound_outward_is_lit_as_in_one_wound_inward():
+    """A closed room around whole objects is no solid that covers them: else 4 times as bright."""
+    scene, light = room(), []
+    walls = scene.mesh("walls")
+    for triangles in (walls.triangles, walls.triangles[:, ::-1]):
+        shell = dl.Mesh("walls", walls.vertices, triangles, walls.material)
+        plinth = dl.Mesh("plinth", *box((0.5, 0.4, 0.5), (-1, 0.2, 0.8)), walls.material)
+        own = dl.Scene(
+            [shell, plinth, *(m for m in scene.meshes if m is not walls)], scene.materials, scene.lights
+        )
+        samples = dl.Samples([(x, 0, z) for x in (-0.7, 0, 0.7) for z in (-1, 0.4, 1)], (0, 1, 0))
+        with dl.Session(own, samples, paths=100_000) as session:
+            session.bake()
+            light.append(session.irradiance.mean())
+    assert light[1] == pytest.approx(light[0], rel=0.01)

@@ -147,6 +147,12 @@ def test_foreign_and_missing_files_are_refused(tmp_path):
         dl.Session.open(tmp_path / "absent.dlx")
 
 
+def test_devices_and_pipes_are_refused():
+    for path in ("/dev/full", "/dev/zero"):
+        with pytest.raises(dl.FormatError, match="a device or a pipe, expected a regular file"):
+            dl.Session.open(path)
+
+
 def test_another_version_is_refused(baked, tmp_path):
     path = tmp_path / "old.dlx"
     baked.save(path)
