@@ -71,6 +71,7 @@ Evaluation::Evaluation(const scene::Scene& scene, std::span<const trace::Light> 
           batches_[cell].steps[c][k] = uint16_t(kSteps * (batch[k][c] / most) + 0.5);
     }
   });
+  if (!errors) return;
   double area = 0;
   for (uint32_t cell = 0; cell < cells.size(); ++cell) {
     const double own = cells.area(cell);

@@ -59,7 +59,7 @@ class Evaluation {
 
   std::vector<Vec3f> reflectance_;          // per material
   std::vector<float> dim_;                  // per light; the last one is of none
-  std::array<double, 3> mean_radiosity_{};  // by area
+  std::array<double, 3> mean_radiosity_{};  // by area, for errors
   std::vector<Whole> whole_;                // per cell
   std::vector<Batches> batches_;            // per cell
 };

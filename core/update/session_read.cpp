@@ -138,22 +138,18 @@ class BlockSums {
   double mean_[3 * kSamples], spread_[3 * kSamples];
 };
 
-}  // namespace
-
-namespace {
-
 /// Whether a ray of the sample meets what a path reached, or what a light shines on.
-bool sees_light(const Gather& gather, size_t sample) {
+bool sees_light(const Gather& own, size_t sample) {
   const auto lit = [&](uint32_t cell) {
     if (cell == gather::kDark) return false;
-    for (uint32_t g = 0; g < gather.sums.groups; ++g)
-      for (uint32_t k = 0; k < gather.sums.batches; ++k)
+    for (uint32_t g = 0; g < own.sums.groups; ++g)
+      for (uint32_t k = 0; k < own.sums.batches; ++k)
         for (size_t c = 0; c < 3; ++c)
-          if (gather.sums.quanta[gather.sums.at(cell, g, k) + c]) return true;
+          if (own.sums.quanta[own.sums.at(cell, g, k) + c]) return true;
     return false;
   };
-  const gather::ChainPool& chains = gather.looks.chains();
-  for (const uint32_t target : gather.looks.targets(sample)) {
+  const gather::ChainPool& chains = own.looks.chains();
+  for (const uint32_t target : own.looks.targets(sample)) {
     if (!gather::Looks::is_chain(target)) {
       if (lit(target)) return true;
       continue;

@@ -70,7 +70,7 @@ def resolved_gather(gather: str | int, samples: int, segment_end: str, disc_area
     """What "auto" stands for; anything else as it is."""
     if gather != "auto":
         return gather
-    if (segment_end, disc_area) != (SEGMENT_ENDS[0], DISC_AREAS[0]):
+    if (segment_end, disc_area) != ("first", "reachable"):
         return "off"
     rays = MOST_RAYS
     while rays * samples > RAYS_TOGETHER:

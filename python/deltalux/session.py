@@ -403,7 +403,8 @@ class Session(SessionFacts):
     def digest(self) -> str:
         """Hex string over sums, segments, poses, dim factors and reflectances; finishes pending work.
 
-        Equal for two sessions in the same state, whatever their history or number of threads.
+        Equal for two sessions in the same state, whatever their number of threads and, where they
+        were baked in one state, their history: a bake fixes which rays go where.
         """
         self._finish()
         return self._session().digest()

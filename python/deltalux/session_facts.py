@@ -79,7 +79,10 @@ class SessionFacts:
     @property
     @short_call
     def unreached(self) -> int:
-        """How many samples no path reached in the present state (a closed cupboard, or too few paths)."""
+        """How many samples are without any light of paths (a closed cupboard, or too few paths).
+
+        Where the session gathers: from whose rays nothing is seen that a path reached or a lamp lights.
+        """
         return self._baked_session().unreached
 
     def world(self) -> tuple[np.ndarray, np.ndarray]:

@@ -95,6 +95,16 @@ def test_an_update_casts_few_rays_again(session):
     assert own <= frame.gathered_rays < own + 0.3 * 32 * (len(session.samples) - own / 32)
 
 
+def test_unreached_are_those_who_see_nothing_lit():
+    """A sample within the closed block; the others see light, though no path crossed a disc."""
+    samples = dl.Samples([(0, 0, 1), (0.3, 0, 0.4), (0, 0, 0)], (0, 1, 0), attached_to=[None, None, "block"])
+    with dl.Session(room(), samples, paths=5000, gather=32) as own:
+        own.bake()
+        assert own.unreached == 1
+        assert (own.irradiance[2] == 0).all()
+        assert (own.irradiance[:2] > 0).all()
+
+
 def test_dimming_casts_no_ray(session):
     before = session.irradiance
     session.dim("ceiling", 0.5)

@@ -198,7 +198,8 @@ def peak_of(work):
 scene = room()
 if sys.argv[1] == "save":
     samples = dl.Samples.on_vertices(scene, spacing=0.3, radius=0.1)
-    s = dl.Session(scene, samples, paths=400_000, threads=1, direct="paths", gather={gather!r})
+    s = dl.Session(scene, samples, paths=400_000, threads=1, direct="paths", static_method="disc_index",
+                   gather={gather!r})
     s.bake()
     print(s.statistics["bytes"] / 2**20, peak_of(lambda: s.save(sys.argv[2])))
 else:
