@@ -322,6 +322,7 @@ void bind_session(nb::module_& m) {
                gather["rays"] = uint64_t(looks.rays()) * looks.samples();
                gather["chains"] = looks.chains().size();
                gather["guides"] = state.guiding.guides.size();
+               gather["beams"] = state.guiding.beams.size();
                gather["cells"] = state.gather->cells.size();
                gather["ray_bytes"] = looks.bytes();
                out["gather"] = gather;

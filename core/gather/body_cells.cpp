@@ -69,6 +69,17 @@ Vec3f BodyCells::normal(uint32_t cell) const {
   return spot.back ? -n : n;
 }
 
+BodyCells::Ball BodyCells::ball(uint32_t cell) const {
+  constexpr float kRounding = 1.01f;  // what is told by a square may lie a little off it
+  const Spot& spot = spot_[cell];
+  if (spot.patch == kNoCell)
+    return {spot.box.centre(), 0.5f * kRounding * spot.box.diagonal() + rise_};
+  const Patch& patch = patches_[spot.patch];
+  const float half[2] = {0.5f * (spot.high[0] - spot.low[0]), 0.5f * (spot.high[1] - spot.low[1])};
+  return {patch.origin + patch.u * (spot.low[0] + half[0]) + patch.v * (spot.low[1] + half[1]),
+          kRounding * std::sqrt(half[0] * half[0] + half[1] * half[1]) + rise_};
+}
+
 size_t BodyCells::bytes() const {
   return faces_.capacity() * sizeof(Face) + patches_.capacity() * sizeof(Patch) +
          table_.capacity() * sizeof(uint32_t) + keys_.capacity() * sizeof(keys_[0]) +

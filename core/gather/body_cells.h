@@ -44,6 +44,12 @@ class BodyCells {
   Vec3f probe(uint32_t cell, uint32_t number) const;
   /// Unit normal on the cell's side.
   Vec3f normal(uint32_t cell) const;
+  /// All of the cell lies in it.
+  struct Ball {
+    Vec3f centre;
+    float radius;
+  };
+  Ball ball(uint32_t cell) const;
   size_t bytes() const;
 
  private:
@@ -79,6 +85,7 @@ class BodyCells {
     float low[2]{}, high[2]{};  ///< of its square, in the patch's frame
     bool back = false;
     std::array<uint8_t, 2 * kProbes> probe{};  ///< in 256ths of the square
+    Box box{};                                 ///< of small triangles
   };
 
   uint32_t square_at(const Patch& patch, uint32_t column, uint32_t row) const;

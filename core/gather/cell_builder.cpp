@@ -215,7 +215,10 @@ void CellBuilder::merge_small(BodyCells& out, std::vector<uint32_t> triangles) {
     const double area = 0.5 * length(c);
     if (fresh)
       for (int side = 0; side < 2; ++side) add_cell(out, 0, triangles_[t].material);
-    for (uint32_t side = 0; side < 2; ++side) out.area_[entry->second + side] += float(area);
+    for (uint32_t side = 0; side < 2; ++side) {
+      out.area_[entry->second + side] += float(area);
+      for (const Vec3f& p : triangles_[t].corner) out.spot_[entry->second + side].box.grow(p);
+    }
     out.faces_[t] = {Vec3f(n), kNoCell, entry->second};
   }
 }

@@ -11,10 +11,8 @@ namespace deltalux::gather {
 namespace {
 
 enum : uint32_t {
-  kLight,
-  kPlaceU,
-  kPlaceV,
-  kTurn,
+  kLightU,
+  kLightV,
   kTurnU,
   kTurnV,
   kStays
@@ -48,11 +46,12 @@ direct::LightShape::Glance close_glance(const direct::LightShape& shape,
 
 }  // namespace
 
-OneLight::OneLight(std::span<const trace::Light> lights, uint32_t groups, uint64_t seed)
+OneLight::OneLight(std::span<const trace::Light> lights, std::span<const uint8_t> wanted,
+                   uint32_t groups, uint64_t seed)
     : lights_(lights), groups_(groups) {
   for (uint32_t i = 0; i < lights.size(); ++i) {
     shapes_.emplace_back();
-    if (lights[i].on) shapes_.back().emplace(lights[i], i, seed);
+    if (lights[i].on && (wanted.empty() || wanted[i])) shapes_.back().emplace(lights[i], i, seed);
   }
 }
 
@@ -73,7 +72,7 @@ void OneLight::ask(const trace::RayCaster& caster, const direct::Receiver& recei
   const auto chance = [&](size_t l) {
     return 0.5 * weight[l] / all + 0.5 * weight[l] / (groups * of_group[lights_[l].group]);
   };
-  double left = draw.light;
+  double left = double(draw[0]);
   size_t chosen = lights_.size();
   for (size_t l = 0; l < lights_.size() && left >= 0; ++l) {
     if (!(weight[l] > 0)) continue;
@@ -81,9 +80,11 @@ void OneLight::ask(const trace::RayCaster& caster, const direct::Receiver& recei
     left -= chance(l);
   }
   out.light = uint32_t(chosen);
+  // What chose is used again: stretched over its interval it is as random.
+  const float u = float(std::clamp((left + chance(chosen)) / chance(chosen), 0.0, 1 - 0x1p-24));
   const direct::LightShape::Glance ray = shapes_[chosen]->is_small(receiver)
-                                             ? shapes_[chosen]->glance(receiver, draw.u, draw.v)
-                                             : close_glance(*shapes_[chosen], receiver, draw.u);
+                                             ? shapes_[chosen]->glance(receiver, u, draw[1])
+                                             : close_glance(*shapes_[chosen], receiver, u);
   if (!(ray.irradiance > 0) || caster.occluded_static(ray.origin, ray.direction, ray.to) ||
       caster.occluded_movable(ray.origin, ray.direction, ray.to))
     return;
@@ -96,33 +97,33 @@ void OneLight::ask(const trace::RayCaster& caster, const direct::Receiver& recei
 ChainTracer::ChainTracer(const Present& present, const CellFinder& finder, uint64_t seed)
     : present_(present),
       finder_(finder),
-      one_light_(present.lights, present.scene.group_count, seed),
+      one_light_(present.lights, {}, present.scene.group_count, seed),
+      one_beam_(present.lights, present.beams.lights(), present.scene.group_count, seed),
       seed_(mix64(seed ^ 0x636861696e212121ull)) {}
 
-Chain ChainTracer::trace(uint64_t key, Vec3f origin, Vec3f w, const trace::Hit& first) const {
+Chain ChainTracer::trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w,
+                         const trace::Hit& met) const {
   const scene::Scene& scene = present_.scene;
   const PathRandom random(seed_, key);
   const float beyond = 2 * scene.world().diagonal();
   Chain chain;
   chain.passage.near.grow(origin);
-  trace::Hit hit = first;
+  trace::Hit hit = met;
   for (;;) {
     Vertex& vertex = chain.vertex[chain.count];
-    const Vec3f n = trace::facing_normal(hit, w), at = origin + w * hit.t;
-    const float plane = scene.slack_of(hit.primitive);
-    const uint32_t object = scene.object_of(hit.primitive);
-    chain.passage.near.grow(at);
+    const direct::Receiver at = present_.landing(origin, w, hit);
+    chain.passage.near.grow(at.point);
     vertex.material = scene.material_index(hit.primitive);
-    one_light_.ask(
-        present_.caster, {at, n, scene.objects[object].movable ? object : scene::kNone, plane},
-        {random(chain.count, kLight), random(chain.count, kPlaceU), random(chain.count, kPlaceV)},
-        vertex);
+    const auto draw = [&](uint32_t u, uint32_t v) {
+      return chain.count ? Draw{random(chain.count, u), random(chain.count, v)} : first;
+    };
+    one_light_.ask(present_.caster, at, draw(kLightU, kLightV), vertex);
     for (float& value : vertex.direct) value *= chain.weight;
-    origin = trace::leave_surface(origin, w, hit, n, plane);
-    const DrawnDirection next =
-        draw_direction(present_.guiding.guides, origin, n, random(chain.count, kTurn),
-                       random(chain.count, kTurnU), random(chain.count, kTurnV));
-    w = next.w, chain.weight *= next.weight;
+    origin = trace::leave_surface(origin, w, hit, at.normal, at.plane);
+    const Turn turn(present_.guiding, present_.beams, origin, at.normal);
+    const Draw turned = draw(kTurnU, kTurnV);
+    const Aim aim = turn.draw(turned[0], turned[1], chain.in_beam);
+    w = aim.w;
     chain.passage.origin = chain.passage.last = origin;
     ++chain.count;
     if (chain.count == kMostVertices ||
@@ -130,14 +131,39 @@ Chain ChainTracer::trace(uint64_t key, Vec3f origin, Vec3f w, const trace::Hit& 
       return chain;
     hit = present_.caster.closest(origin, w);
     chain.passage.last = origin + w * (hit.valid() ? hit.t : beyond);
-    if (!hit.valid()) return chain;
+    if (!hit.valid() || (aim.point && !aim.point->is_met(origin, w, hit))) return chain;
+    const direct::Receiver next = present_.landing(origin, w, hit);
+    chain.weight *= turn.weight(aim, hit.t, next, present_.caster, chain.in_beam);
     const uint32_t cell = finder_.find(hit.primitive, origin, w, hit.t);
     if (cell == kNoCell) return chain;
     if (hit.t >= present_.cells.near(cell)) {
-      chain.end = cell;
+      finish(draw(kLightU, kLightV), next, scene.material_index(hit.primitive), cell, chain);
       return chain;
     }
   }
+}
+
+void ChainTracer::finish(const Draw& draw, const direct::Receiver& at, uint32_t material,
+                         uint32_t cell, Chain& chain) const {
+  chain.end = cell;
+  if (!present_.beams.reach(cell)) return;
+  Vertex& vertex = chain.vertex[chain.count];
+  one_beam_.ask(present_.caster, at, draw, vertex);
+  chain.in_beam |= vertex.light != scene::kNone;
+  if (vertex.direct == std::array<float, 3>{}) return;
+  vertex.material = material | Vertex::kEnd;
+  for (float& value : vertex.direct) value *= chain.weight;
+  ++chain.count;
+}
+
+Chain ChainTracer::end(const Draw& first, Vec3f origin, Vec3f w, const trace::Hit& hit,
+                       uint32_t cell) const {
+  Chain chain;
+  chain.passage.near.grow(origin);
+  chain.passage.origin = origin, chain.passage.last = origin + w * hit.t;
+  finish(first, present_.landing(origin, w, hit), present_.scene.material_index(hit.primitive),
+         cell, chain);
+  return chain;
 }
 
 }  // namespace deltalux::gather

@@ -9,9 +9,10 @@
 
 #include "direct/light_shape.h"
 #include "gather/cells.h"
-#include "gather/sample_rays.h"
+#include "gather/turn.h"
 #include "trace/lights.h"
 #include "trace/ray_caster.h"
+#include "trace/scatter.h"
 
 namespace deltalux::gather {
 
@@ -23,6 +24,13 @@ struct Present {
   std::span<const direct::Receiver> receivers;  ///< per sample, world
   const Cells& cells;
   const Guiding& guiding;
+  const Beams& beams;
+  /// Where a ray lands, on the side that it meets.
+  direct::Receiver landing(Vec3f origin, Vec3f w, const trace::Hit& hit) const {
+    const uint32_t object = scene.object_of(hit.primitive);
+    return {origin + w * hit.t, trace::facing_normal(hit, w),
+            scene.objects[object].movable ? object : scene::kNone, scene.slack_of(hit.primitive)};
+  }
 };
 
 inline constexpr uint32_t kMostVertices = 16;
@@ -30,6 +38,7 @@ inline constexpr uint32_t kDark = kNoCell;  // where a ray meets nothing
 
 /// Surface that a chain touches: direct light there of one light that stands for all.
 struct Vertex {
+  static constexpr uint32_t kEnd = 0x80000000u;  ///< in `material`: it is the chain's end itself
   uint32_t material = 0;
   uint32_t light = scene::kNone;  ///< or kNone: no light shines there, whatever is between
   std::array<float, 3> direct{};  ///< irradiance, undimmed, times the weight of the way there
@@ -45,24 +54,26 @@ struct Passage {
   Vec3f origin, last;  ///< the last flight, if any: to its end, or far beyond the world
 };
 
-/// A path that begins at a near hit; beyond its last vertex is `end`, a cell or nothing.
+/// A path that begins at a near hit; beyond its last vertex is `end`, a cell or nothing. Cells hold
+/// no light that comes straight from a beam's lamp: the end may have a vertex of its own for it.
 struct Chain {
   std::array<Vertex, kMostVertices> vertex;
   uint32_t count = 0;
   uint32_t end = kDark;
-  float weight = 1;  ///< of the end; the vertices' light is weighted
+  float weight = 1;      ///< of the end; the vertices' light is weighted
+  bool in_beam = false;  ///< it depends on where a beam lands
   Passage passage;
 };
 
-/// Three random numbers in [0, 1).
-struct Draw {
-  float light, u, v;
-};
+/// Two random numbers in [0, 1).
+using Draw = std::array<float, 2>;
 
 /// Direct light at a point by one shadow ray.
 class OneLight {
  public:
-  OneLight(std::span<const trace::Light> lights, uint32_t groups, uint64_t seed);
+  /// `wanted`: per light, 1 = it takes part; empty: all do.
+  OneLight(std::span<const trace::Light> lights, std::span<const uint8_t> wanted, uint32_t groups,
+           uint64_t seed);
   /// A light by about its unshadowed share, half of all lights' and half within its group, so that
   /// no group is left out where others are dimmed.
   void ask(const trace::RayCaster& caster, const direct::Receiver& receiver, const Draw& draw,
@@ -77,13 +88,18 @@ class OneLight {
 class ChainTracer {
  public:
   ChainTracer(const Present& present, const CellFinder& finder, uint64_t seed);
-  /// Goes on from the first hit, which is near. `key`: of the ray.
-  Chain trace(uint64_t key, Vec3f origin, Vec3f w, const trace::Hit& hit) const;
+  /// Goes on from the first hit, which is near. `key`: of the ray; `first`: for that hit.
+  Chain trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w, const trace::Hit& hit) const;
+  /// Ends at the first hit, in `cell`, which is far.
+  Chain end(const Draw& first, Vec3f origin, Vec3f w, const trace::Hit& hit, uint32_t cell) const;
 
  private:
+  void finish(const Draw& draw, const direct::Receiver& at, uint32_t material, uint32_t cell,
+              Chain& chain) const;
+
   const Present& present_;
   const CellFinder& finder_;
-  OneLight one_light_;
+  OneLight one_light_, one_beam_;
   uint64_t seed_;
 };
 

@@ -8,7 +8,9 @@
 namespace deltalux::gather {
 
 Directions::Directions(uint32_t count, uint64_t seed) : key_(mix64(seed ^ 0x6761746865722121ull)) {
-  for (uint32_t i = 0; i < count; ++i) points_.push_back({sobol::point(i, 0), sobol::point(i, 1)});
+  for (uint32_t i = 0; i < count; ++i)
+    points_.push_back(
+        {sobol::point(i, 0), sobol::point(i, 1), sobol::point(i, 2), sobol::point(i, 3)});
   const auto stratum = [&](uint32_t ray) {
     return (points_[ray][1] >> (32 - kBits)) * kSide + (points_[ray][0] >> (32 - kBits));
   };

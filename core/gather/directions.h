@@ -26,6 +26,14 @@ class Directions {
     return shifted(number, combine(combine(key_, sample), stream));
   }
 
+  /// Two more dimensions of either sequence (0: of the rays), for what happens where a ray lands.
+  std::array<float, 2> beyond(uint64_t sample, uint32_t stream, uint32_t number) const {
+    const uint64_t shift = combine(combine(key_, sample), ~uint64_t(stream));
+    const auto& p = points_[number];
+    return {unit_float32(sobol::owen_scramble(p[2], uint32_t(shift))),
+            unit_float32(sobol::owen_scramble(p[3], uint32_t(shift >> 32)))};
+  }
+
   /// Calls visit(ray) for all rays of `sample` about `n` that may meet the ball, and for few
   /// others.
   template <class Visit>
@@ -66,7 +74,7 @@ class Directions {
   }
 
   uint64_t key_;
-  std::vector<std::array<uint32_t, 2>> points_;
+  std::vector<std::array<uint32_t, 4>> points_;
   std::array<Cone, kSide * kSide> cones_;
   std::vector<uint32_t> rays_;                       // by stratum of their points
   std::array<uint32_t, kSide * kSide + 1> first_{};  // in rays_

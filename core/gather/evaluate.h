@@ -35,6 +35,8 @@ class Evaluation {
              const Workers& workers);
   /// Sum of a cell's radiosity in all channels.
   float brightness(uint32_t cell) const;
+  /// What the light's power is multiplied by.
+  float dim(uint32_t light) const { return dim_[light]; }
   /// Irradiance of a sample and, of an evaluation with errors, its standard error, 3 each.
   void read(const Looks& looks, size_t sample, double* irradiance, double* error) const;
 

@@ -3,87 +3,19 @@
 #include "gather/find_guides.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <optional>
-
-#include "base/random.h"
-#include "gather/directions.h"
 
 namespace deltalux::gather {
 namespace {
 
-constexpr size_t kPilots = 1024;       // at most
-constexpr uint32_t kPilotRays = 64;    // of each
-constexpr float kBright = 3;           // times the mean of a pilot's rays
 constexpr float kReach = 1.5f;         // metres: what is farther from the brightest is apart
 constexpr double kMost = 0.9;          // of what is bright in reach: what lies farther is left over
 constexpr float kBeyond = 1.3f;        // of the distance of that: how far the guide goes
 constexpr float kAlike = 0.9f;         // cosine between normals of one place
 constexpr float kFlat = 0.3f;          // of half a cell's edge: how much a place may rise
 constexpr float kFalloff = 0.3f;       // between two that are about as bright
-constexpr size_t kLeastVotes = 3;      // for a guide
-constexpr double kLeastShare = 0.003;  // of the pilots' variance, for a place to be worth one
 constexpr double kLeastChance = 0.05;  // of a texel, of the mean: cells are not all that is there
-
-/// What a ray of a pilot met.
-struct Vote {
-  Vec3f at, normal;
-  float radiosity, around;
-  double weight;  // share of its pilot's variance
-  bool bright() const { return radiosity > kBright * around; }
-};
-
-/// Where light falls, in the middle of things: samples do not tell, so that another one changes
-/// nothing.
-std::vector<direct::Receiver> choose_pilots(const Present& present, const Evaluation& evaluation,
-                                            std::span<const uint16_t> covered) {
-  std::vector<direct::Receiver> lit;
-  present.cells.each_body([&](uint32_t first, uint32_t object, const BodyCells& body) {
-    const bool moves = object != scene::kNone;
-    if (moves && !present.scene.objects[object].present) return;
-    const Pose pose = moves ? present.scene.objects[object].pose : Pose{};
-    for (uint32_t own = 0; own < body.size(); ++own) {
-      if (!body.has_probes(own) || !(evaluation.brightness(first + own) > 0)) continue;
-      const int bare = std::countr_one(covered[first + own]);
-      if (bare >= int(BodyCells::kProbes)) continue;
-      const Vec3f p = body.probe(own, uint32_t(bare)), n = body.normal(own);
-      lit.push_back(
-          {pose.point(p), pose.direction(n), object, body.rise(), direct::place_key(p, n)});
-    }
-  });
-  const size_t step = (lit.size() + kPilots - 1) / kPilots;
-  for (size_t i = 0; i * step < lit.size(); ++i) lit[i] = lit[i * step];
-  if (step > 1) lit.resize((lit.size() + step - 1) / step);
-  return lit;
-}
-
-std::vector<Vote> vote(const Present& present, const Evaluation& evaluation,
-                       const CellFinder& finder, const Directions& directions,
-                       const direct::Receiver& receiver) {
-  std::vector<Vote> out;
-  const Vec3f origin = receiver.point + receiver.normal * receiver.slack();
-  float all = 0;
-  for (uint32_t ray = 0; ray < kPilotRays; ++ray) {
-    const Vec3f w = directions(receiver.key, ray, receiver.normal);
-    const trace::Hit hit = present.caster.closest(origin, w);
-    if (!hit.valid()) continue;
-    const uint32_t cell = finder.find(hit.primitive, origin, w, hit.t);
-    if (cell == kNoCell || hit.t < present.cells.near(cell)) continue;
-    const Vec3f normal = trace::facing_normal(hit, w);
-    const float radiosity = evaluation.brightness(cell);
-    // Slivers have no normal that one could trust, and such a vote could stand beside nothing.
-    if (!is_unit(normal) || !std::isfinite(radiosity)) continue;
-    out.push_back({origin + w * hit.t, normal, radiosity, 0, 0});
-    all += radiosity;
-  }
-  if (!(all > 0)) return {};
-  for (Vote& own : out) {
-    own.weight = double(own.radiosity / all) * double(own.radiosity / all);
-    own.around = all / kPilotRays;
-  }
-  return out;
-}
 
 /// How far from the first vote most of the bright ones beside it lie, and a little more.
 template <class Beside>
@@ -104,7 +36,8 @@ float extent(const std::vector<Vote>& votes, const Beside& beside, float margin)
 
 /// Takes out the first vote and others around it. A guide, if the place is bright to most who see
 /// it: a wall is, to those who see it through a gap alone.
-std::optional<Guide> take_place(std::vector<Vote>& votes, double least, float reach, float margin) {
+std::optional<Guide> take_place(const Votes& before, std::vector<Vote>& votes, float reach,
+                                float margin) {
   const Vote first = votes.front();
   const auto beside = [&](const Vote& other) {
     const Vec3f d = other.at - first.at;
@@ -131,14 +64,13 @@ std::optional<Guide> take_place(std::vector<Vote>& votes, double least, float re
     normal = normal + Vec3d(vote.normal) * vote.weight;
     weight += vote.weight;
   }
-  if (bright < kLeastVotes || 2 * bright < as_bright || !(weight > least)) {
+  if (!before.suffice(bright, as_bright, weight)) {
     std::erase_if(votes, alike);
     return std::nullopt;
   }
-  std::nth_element(around.begin(), around.begin() + long(around.size() / 2), around.end());
   Guide guide{};
   guide.centre = box.centre(), guide.normal = normalize(Vec3f(normal));
-  guide.around = around[around.size() / 2];
+  guide.around = median(around);
   for (const Vote& vote : votes)
     if (vote.bright() && beside(vote))
       guide.half = std::max(guide.half, length(vote.at - guide.centre) + margin);
@@ -191,31 +123,13 @@ void paint(Guide& guide, const Present& present, const Evaluation& evaluation,
 }  // namespace
 
 std::vector<Guide> find_guides(const Present& present, const Evaluation& evaluation,
-                               std::span<const uint16_t> covered, uint64_t seed,
-                               const Workers& workers, Progress& progress) {
-  const std::vector<direct::Receiver> pilots = choose_pilots(present, evaluation, covered);
-  const Directions directions(kPilotRays, seed ^ 0x6775696465212121ull);
+                               const Votes& votes, Progress& progress) {
   const CellFinder finder(present.scene, present.cells);
-  std::vector<std::vector<Vote>> found(pilots.size());
-  progress.begin("find bright places", found.size());
-  workers.for_blocks(found.size(), 16, [&](size_t begin, size_t end) {
-    progress.check();
-    for (size_t i = begin; i < end; ++i)
-      found[i] = vote(present, evaluation, finder, directions, pilots[i]);
-    progress.advance(end - begin);
-  });
-  std::vector<Vote> votes;
-  double variance = 0;
-  for (const std::vector<Vote>& own : found)
-    for (const Vote& vote : own) votes.push_back(vote), variance += vote.weight;
-  // Bright ones come first: who is bright follows from the weight.
-  std::stable_sort(votes.begin(), votes.end(),
-                   [](const Vote& a, const Vote& b) { return a.weight > b.weight; });
+  std::vector<Vote> left = votes.all;
   std::vector<Guide> guides;
   const float margin = 0.5f * present.cells.edge();
-  while (!votes.empty() && votes.front().bright() && guides.size() < kMostGuides) {
-    std::optional<Guide> guide =
-        take_place(votes, kLeastShare * variance, kReach * present.cells.metre(), margin);
+  while (!left.empty() && left.front().bright() && guides.size() < kMostGuides) {
+    std::optional<Guide> guide = take_place(votes, left, kReach * present.cells.metre(), margin);
     progress.check();
     if (!guide) continue;
     paint(*guide, present, evaluation, finder);

@@ -102,32 +102,4 @@ float share_of_view(const Guide& guide, Vec3f from, Vec3f n) {
   return std::min(1.0f, above * front * area / (squared * squared));
 }
 
-DrawnDirection draw_direction(std::span<const Guide> guides, Vec3f from, Vec3f n, float choice,
-                              float u, float v) {
-  std::array<float, kMostGuides> share;
-  float all = 0;
-  for (size_t g = 0; g < guides.size(); ++g) {
-    share[g] = guides[g].radiosity / guides[g].around * share_of_view(guides[g], from, n);
-    all += share[g];
-  }
-  if (!(all > 0)) return {trace::cosine_direction(n, u, v), 1};
-  const float most = all / std::max(2 * all, all + 1);  // chance of the guides together
-  Vec3f w;
-  if (choice >= most) {
-    w = trace::cosine_direction(n, u, v);
-  } else {
-    float left = choice / most * all;
-    size_t chosen = 0;
-    for (size_t g = 0; g < guides.size() && left >= 0; ++g)
-      if (share[g] > 0) chosen = g, left -= share[g];
-    w = Target(guides[chosen], from).direction(u, v);
-  }
-  const float cosine = dot(w, n);
-  if (!(cosine > 0)) return {};
-  float density = cosine * (1 - most);
-  for (size_t g = 0; g < guides.size(); ++g)
-    if (share[g] > 0) density += most * share[g] / all * Target(guides[g], from).density(w);
-  return {w, cosine / density};
-}
-
 }  // namespace deltalux::gather

@@ -3,7 +3,6 @@
 #pragma once
 #include <array>
 #include <cmath>
-#include <span>
 
 #include "base/vec.h"
 
@@ -55,15 +54,5 @@ inline bool is_unit(Vec3f v) { return std::fabs(dot(v, v) - 1) < 1e-3f; }
 /// What a guide is of a receiver's view, cosine included, unshadowed: times radiosity, the
 /// irradiance that it brings. 0 where one is behind the other.
 float share_of_view(const Guide& guide, Vec3f from, Vec3f n);
-
-/// One direction about the unit normal `n`, and what the light along it counts times.
-struct DrawnDirection {
-  Vec3f w;
-  float weight;
-};
-/// Cosine-distributed, or towards one of the guides by what it may bring (at most half of them).
-/// `choice`, `u`, `v`: random, in [0, 1).
-DrawnDirection draw_direction(std::span<const Guide> guides, Vec3f from, Vec3f n, float choice,
-                              float u, float v);
 
 }  // namespace deltalux::gather

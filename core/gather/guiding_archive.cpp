@@ -9,36 +9,31 @@ namespace deltalux::gather {
 namespace {
 
 constexpr const char* kGuides = "gather.guides";
-constexpr const char* kShares = "gather.shares";
+constexpr const char* kBeams = "gather.beams";
 
-static_assert(sizeof(Guide) == 4 * (10 + 33 * 33) && sizeof(RayShares) == 4 * kMostUsed);
+static_assert(sizeof(Guide) == 4 * (10 + 33 * 33) && sizeof(BeamGuide) == 12);
 
 [[noreturn]] void refuse(const char* array, const std::string& what) {
   throw FormatError("\"" + std::string(array) + "\": found " + what);
-}
-
-void check(const RayShares& shares, uint32_t rays, size_t guides) {
-  for (uint32_t slot = 0; slot < kMostUsed; ++slot)
-    if (shares.eighth[slot] && shares.guide[slot] >= guides)
-      refuse(kShares, "a guide that is not there");
-  if (2 * kParts * shares.guided() > rays) refuse(kShares, "more rays than a sample has");
 }
 
 }  // namespace
 
 void Guiding::save(ArchiveView& archive) const {
   archive.keep(kGuides, guides);
-  archive.keep(kShares, shares);
+  archive.keep(kBeams, beams);
 }
 
-void Guiding::restore(ArchiveSource& archive, size_t samples, uint32_t rays) {
-  const size_t count = archive.count<Guide>(kGuides);
+void Guiding::restore(ArchiveSource& archive, std::span<const trace::Light> lights) {
+  const size_t count = archive.count<Guide>(kGuides), narrow = archive.count<BeamGuide>(kBeams);
   if (count > kMostGuides) refuse(kGuides, "more than " + std::to_string(kMostGuides));
+  if (narrow > kMostBeams) refuse(kBeams, "more than " + std::to_string(kMostBeams));
   guides = archive.read_all<Guide>(kGuides, count);
-  shares = archive.read_all<RayShares>(kShares, count ? samples : 0);
+  beams = archive.read_all<BeamGuide>(kBeams, narrow);
   for (const Guide& guide : guides)
     if (const char* flaw = guide.flaw()) refuse(kGuides, flaw);
-  for (const RayShares& own : shares) check(own, rays, count);
+  for (const BeamGuide& beam : beams)
+    if (const char* flaw = beam.flaw(lights)) refuse(kBeams, flaw);
 }
 
 }  // namespace deltalux::gather

@@ -30,27 +30,45 @@ class Looks::Caster {
 
   bool blind(size_t sample) const { return present_.receivers[sample].normal == Vec3f{}; }
   SampleRays rays(size_t sample) const {
-    return {looks_.directions_, present_.guiding, uint32_t(sample), present_.receivers[sample]};
+    return {looks_.directions_, present_.guiding, present_.beams, uint32_t(sample),
+            present_.receivers[sample]};
   }
   void look(const SampleRays& rays, size_t sample, uint32_t ray, Found& out) const {
-    const size_t place = sample * looks_.rays() + ray;
-    const Vec3f o = rays.origin(), w = blind(sample) ? Vec3f{} : rays.direction(ray);
-    uint32_t target = kDark;
-    if (!(w == Vec3f{})) {
-      const trace::Hit hit = present_.caster.closest(o, w);
-      if (hit.valid()) target = finder_.find(hit.primitive, o, w, hit.t);
-      if (target != kNoCell && hit.t < present_.cells.near(target)) {
-        const Chain chain = chains_.trace(combine(present_.receivers[sample].key, ray), o, w, hit);
-        out.chained.push_back({place, chain.count, chain.end, chain.weight, chain.passage});
-        out.vertices.insert(out.vertices.end(), chain.vertex.begin(),
-                            chain.vertex.begin() + chain.count);
-        return;
-      }
+    Found::Ray own{sample * looks_.rays() + ray, kDark, 0, false};
+    const Vec3f o = rays.origin();
+    const Aim aim = blind(sample) ? Aim{} : rays.aim(ray);
+    const trace::Hit hit = aim.w == Vec3f{} ? trace::Hit{} : present_.caster.closest(o, aim.w);
+    if (hit.valid()) {
+      own.target = finder_.find(hit.primitive, o, aim.w, hit.t);
+      // What hides a point is kept: it may move.
+      if (own.target != kNoCell && (!aim.point || aim.point->is_met(o, aim.w, hit)))
+        weigh(rays, sample, ray, aim.w, hit, own, out);
     }
-    out.plain.emplace_back(place, target);
+    out.rays.push_back(own);
   }
 
  private:
+  void weigh(const SampleRays& rays, size_t sample, uint32_t ray, Vec3f w, const trace::Hit& hit,
+             Found::Ray& own, Found& out) const {
+    const Vec3f o = rays.origin();
+    own.weight = 1;
+    if (rays.has_guides())
+      own.weight =
+          rays.weight(ray, w, hit.t, present_.landing(o, w, hit), present_.caster, own.in_beam);
+    const bool far = hit.t >= present_.cells.near(own.target);
+    if (far && !present_.beams.reach(own.target)) return;
+    const Draw first = rays.beyond(ray);
+    const Chain chain =
+        far ? chains_.end(first, o, w, hit, own.target)
+            : chains_.trace(combine(present_.receivers[sample].key, ray), first, o, w, hit);
+    own.in_beam |= chain.in_beam;
+    if (!chain.count) return;
+    own.target = kChain;
+    out.chained.push_back({chain.count, chain.end, chain.weight, chain.passage});
+    out.vertices.insert(out.vertices.end(), chain.vertex.begin(),
+                        chain.vertex.begin() + chain.count);
+  }
+
   const Looks& looks_;
   const Present& present_;
   CellFinder finder_;
@@ -61,7 +79,7 @@ class Looks::Caster {
 class Looks::Suspects {
  public:
   Suspects(const Looks& looks, const Present& present, const Change& change)
-      : looks_(looks), change_(change) {
+      : looks_(looks), present_(present), change_(change) {
     for (const MovedObject& moved : change.objects) {
       own_.push_back(present.cells.of_object(moved.object));
       boxes_.insert(boxes_.end(), moved.passed.begin(), moved.passed.end());
@@ -85,14 +103,19 @@ class Looks::Suspects {
 
   /// again[ray] = 1 where what the ray met may be gone, or something may be in its way now.
   /// `apart`: passes_by() of these targets, or of more.
-  void mark(const SampleRays& rays, std::span<const uint32_t> targets, bool apart,
-            std::vector<uint8_t>& again) const {
-    for (size_t ray = 0; ray < targets.size(); ++ray) again[ray] = gone(targets[ray], apart);
+  void mark(const SampleRays& rays, size_t sample, bool apart, std::vector<uint8_t>& again) const {
+    const std::span<const uint32_t> targets = looks_.targets(sample);
+    const size_t first = sample * looks_.rays();
+    for (size_t ray = 0; ray < targets.size(); ++ray)
+      again[ray] =
+          gone(targets[ray], apart) || (change_.beams.touched && looks_.in_beam(first + ray));
+    if (change_.beams.touched)
+      rays.each_moved(change_.beams.points, [&](uint32_t ray) { again[ray] = 1; });
     for (const MovedObject& moved : change_.objects) {
       if (moved.now.empty()) continue;
       rays.each_towards(moved.now.centre(), 0.5001f * moved.now.diagonal(), [&](uint32_t ray) {
         if (again[ray]) return;
-        const Vec3f w = rays.direction(ray);
+        const Vec3f w = rays.aim(ray).w;
         again[ray] = !(w == Vec3f{}) && SlabRay(rays.origin(), w).entry(moved.now, kFar) < kFar;
       });
     }
@@ -106,7 +129,7 @@ class Looks::Suspects {
     if (is_chain(target)) return touches(looks_.chains_, chain_of(target), apart);
     for (const auto& [first, last] : own_)
       if (target >= first && target < last) return true;
-    return false;
+    return present_.beams.reach(target) & change_.beams.placed;
   }
   bool touches(const ChainPool& chains, uint32_t number, bool apart) const {
     if (change_.lights) return true;
@@ -119,12 +142,14 @@ class Looks::Suspects {
       if (box.overlaps(passage.near)) return true;
     const size_t boxes = boxes_.size();
     for (const Vertex& vertex : chains.vertices(number))
-      for (size_t k = 0; vertex.light != scene::kNone && k < boxes; ++k)
+      for (size_t k = 0;
+           vertex.light != scene::kNone && !(vertex.material & Vertex::kEnd) && k < boxes; ++k)
         if (!shadows_[vertex.light * boxes + k].misses(passage.near)) return true;
     return false;
   }
 
   const Looks& looks_;
+  const Present& present_;
   const Change& change_;
   std::vector<std::pair<uint32_t, uint32_t>> own_;  // cells of the changed objects
   std::vector<Box> boxes_;
@@ -139,16 +164,22 @@ void Looks::set(const Found& found) {
     if (is_chain(target)) chains_.remove(chain_of(target));
     target = kDark;
   };
-  for (const auto& [place, target] : found.plain) {
-    release(targets_[place]);
-    targets_[place] = target;
-  }
   std::span<const Vertex> rest = found.vertices;
-  for (const Found::Chained& chain : found.chained) {
-    release(targets_[chain.place]);
-    targets_[chain.place] =
-        kChain + chains_.add(rest.first(chain.count), chain.end, chain.weight, chain.passage);
-    rest = rest.subspan(chain.count);
+  size_t next = 0;
+  for (const Found::Ray& ray : found.rays) {
+    release(targets_[ray.place]);
+    targets_[ray.place] = ray.target;
+    if (is_chain(ray.target)) {
+      const Found::Chained& chain = found.chained[next++];
+      targets_[ray.place] +=
+          chains_.add(rest.first(chain.count), chain.end, chain.weight, chain.passage);
+      rest = rest.subspan(chain.count);
+    }
+    if (!weights_.empty()) weights_[ray.place] = ray.weight;
+    if (in_beam_.empty()) continue;
+    uint64_t& word = in_beam_[ray.place / 64];
+    const uint64_t bit = uint64_t(1) << (ray.place % 64);
+    word = ray.in_beam ? word | bit : word & ~bit;
   }
 }
 
@@ -157,6 +188,8 @@ void Looks::cast(const Present& present, const Workers& workers, Progress& progr
   pending_.reset();
   chains_.clear();
   targets_.assign(samples_ * rays(), kDark);
+  weights_.assign(present.guiding.empty() ? 0 : targets_.size(), 0.0f);
+  in_beam_.assign(present.guiding.beams.empty() ? 0 : (targets_.size() + 63) / 64, 0);
   progress.begin("look around", samples_);
   // In portions: chains are small once they are stored.
   for (size_t first = 0; first < samples_; first += kPortion) {
@@ -173,21 +206,6 @@ void Looks::cast(const Present& present, const Workers& workers, Progress& progr
     });
     for (const Found& block : found) set(block);
   }
-  weigh_all(present, workers);
-}
-
-void Looks::weigh(const Present& present, size_t sample) {
-  if (present.guiding.shares.empty()) return;
-  const SampleRays own(directions_, present.guiding, uint32_t(sample), present.receivers[sample]);
-  for (uint32_t ray = 0; ray < rays(); ++ray) weights_[sample * rays() + ray] = own.weight(ray);
-}
-
-void Looks::weigh_all(const Present& present, const Workers& workers) {
-  if (present.guiding.shares.empty()) return;
-  weights_.assign(targets_.size(), 1.0f);
-  workers.for_blocks(samples_, kGrain, [&](size_t begin, size_t end) {
-    for (size_t sample = begin; sample < end; ++sample) weigh(present, sample);
-  });
 }
 
 void Change::merge(const Change& later) {
@@ -208,6 +226,7 @@ void Change::merge(const Change& later) {
   }
   lights |= later.lights;
   for (size_t i = 0; i < samples.size(); ++i) samples[i] |= later.samples[i];
+  beams.merge(later.beams);
 }
 
 void Looks::note(const Present& present, const Change& change) {
@@ -262,10 +281,7 @@ uint64_t Looks::follow(const Present& present, const Workers& workers, Progress&
           if (!fresh[i] && caster.blind(i)) continue;
           again.assign(rays(), fresh[i]);
           const SampleRays own = caster.rays(i);
-          if (fresh[i])
-            weigh(present, i);
-          else
-            suspects.mark(own, targets(i), apart, again);
+          if (!fresh[i]) suspects.mark(own, i, apart, again);
           for (uint32_t ray = 0; ray < rays(); ++ray)
             if (again[ray]) caster.look(own, i, ray, found[k]);
         }
@@ -273,7 +289,7 @@ uint64_t Looks::follow(const Present& present, const Workers& workers, Progress&
       progress.advance(end - begin);
     });
     for (const Found& block : found) {
-      count += block.plain.size() + block.chained.size();
+      count += block.rays.size();
       set(block);
     }
     pending_->done += step;
@@ -290,7 +306,7 @@ double Looks::forecast_bytes(size_t samples, uint32_t rays) {
 
 size_t Looks::bytes() const {
   return targets_.capacity() * sizeof(uint32_t) + weights_.capacity() * sizeof(float) +
-         chains_.bytes();
+         in_beam_.capacity() * sizeof(uint64_t) + chains_.bytes();
 }
 
 }  // namespace deltalux::gather

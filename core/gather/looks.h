@@ -25,7 +25,8 @@ struct MovedObject {
 struct Change {
   std::vector<MovedObject> objects;
   bool lights = false;           ///< a light moved, came, or was switched
-  std::vector<uint8_t> samples;  ///< per sample: 1 = its receiver changed
+  std::vector<uint8_t> samples;  ///< per sample: 1 = its receiver changed, or its shares did
+  BeamChange beams;
   /// Adds what happened after it.
   void merge(const Change& later);
 };
@@ -81,25 +82,32 @@ class Looks {
   };
   /// What was cast again.
   struct Found {
+    struct Ray {
+      size_t place;  ///< in targets_
+      uint32_t target;
+      float weight;
+      bool in_beam;
+    };
     struct Chained {
-      size_t place;
       uint32_t count, end;
       float weight;
       Passage passage;
     };
-    std::vector<std::pair<size_t, uint32_t>> plain;  ///< place in targets_, target
-    std::vector<Chained> chained;
+    std::vector<Ray> rays;         ///< targets of chains: kChain
+    std::vector<Chained> chained;  ///< of those, in their order
     std::vector<Vertex> vertices;  ///< of all of these, one after the other
   };
   void set(const Found& found);
-  void weigh(const Present& present, size_t sample);
-  void weigh_all(const Present& present, const Workers& workers);
+  bool in_beam(size_t place) const {
+    return !in_beam_.empty() && in_beam_[place / 64] >> (place % 64) & 1;
+  }
 
   size_t samples_;
   uint64_t seed_;
   Directions directions_;
   std::vector<uint32_t> targets_;
-  std::vector<float> weights_;  // per target; empty without guides
+  std::vector<float> weights_;     // per target; empty without guides
+  std::vector<uint64_t> in_beam_;  // a bit per target; empty without beams
   ChainPool chains_;
   std::optional<Pending> pending_;
 };

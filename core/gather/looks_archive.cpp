@@ -11,6 +11,8 @@ namespace {
 
 constexpr const char* kComplete = "gather.complete";
 constexpr const char* kTargets = "gather.targets";
+constexpr const char* kWeights = "gather.weights";
+constexpr const char* kInBeam = "gather.in_beam";
 constexpr const char* kChains = "gather.chains";
 constexpr const char* kVertices = "gather.vertices";
 
@@ -40,7 +42,7 @@ void check(const Record& record, uint32_t cells) {
 }
 
 void check(const Vertex& vertex, const Present& present) {
-  if (vertex.material >= present.scene.materials.size())
+  if ((vertex.material & ~Vertex::kEnd) >= present.scene.materials.size())
     refuse(kVertices, "found a material that is not there");
   const bool lit = vertex.light != scene::kNone;
   if (lit && vertex.light >= present.lights.size())
@@ -69,6 +71,8 @@ void Looks::save(ArchiveView& archive) const {
     vertices.insert(vertices.end(), own.begin(), own.end());
   }
   archive.keep(kTargets, targets);
+  archive.keep(kWeights, weights_);
+  archive.keep(kInBeam, in_beam_);
   archive.keep(kChains, records);
   archive.keep(kVertices, vertices);
 }
@@ -77,6 +81,12 @@ void Looks::restore(ArchiveSource& archive, const Present& present, const Worker
                     Progress& progress) {
   if (!archive.read_all<uint8_t>(kComplete, 1)[0]) return cast(present, workers, progress);
   targets_ = archive.read_all<uint32_t>(kTargets, samples_ * rays());
+  const bool weighted = !present.guiding.empty(), beams = !present.guiding.beams.empty();
+  weights_ = archive.read_all<float>(kWeights, weighted ? targets_.size() : 0);
+  in_beam_ = archive.read_all<uint64_t>(kInBeam, beams ? (targets_.size() + 63) / 64 : 0);
+  for (float weight : weights_)
+    if (!(weight >= 0 && std::isfinite(weight)))
+      refuse(kWeights, "found a weight that is not finite or negative");
   const auto records = archive.read_all<Record>(kChains, archive.count<Record>(kChains));
   const auto vertices = archive.read_all<Vertex>(kVertices, archive.count<Vertex>(kVertices));
   const uint32_t cells = present.cells.size();
@@ -100,7 +110,6 @@ void Looks::restore(ArchiveSource& archive, const Present& present, const Worker
   }
   if (chains_.size() != records.size()) refuse(kChains, "holds chains that no ray has");
   if (next != vertices.size()) refuse(kVertices, "is too long");
-  weigh_all(present, workers);
 }
 
 }  // namespace deltalux::gather

@@ -10,63 +10,79 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr float kWorth = 0.03f;  // of a sample's irradiance: less noise than this is let be
+constexpr float kWorth = 0.01f;  // of a sample's irradiance: less noise than this is let be
 constexpr float kRest = 0.25f;   // what all other light weighs beside guides, of a sample's
 constexpr uint32_t kLooks = 8;   // rays that tell whether a guide is seen
 
 }  // namespace
 
-RayShares share_rays(std::span<const Guide> guides, const direct::Receiver& receiver, uint32_t rays,
+RayShares share_rays(std::span<const Guide> guides, const Beams& beams,
+                     const direct::Receiver& receiver, uint32_t rays,
                      const trace::RayCaster& caster, uint64_t seed) {
   RayShares out;
   if (receiver.normal == Vec3f{}) return out;
   const Vec3f origin = receiver.point + receiver.normal * receiver.slack();
   struct Candidate {
-    float noise, irradiance;
-    uint32_t guide;
+    float noise, share;
+    uint16_t guide;
   };
   std::vector<Candidate> candidates;
-  for (uint32_t g = 0; g < guides.size(); ++g) {
+  const auto consider = [&](float square, float irradiance, float around, size_t guide) {
+    const float noise = std::sqrt(square / float(rays)) / around;
+    if (noise > kWorth) candidates.push_back({noise, irradiance / around, uint16_t(guide)});
+  };
+  for (size_t g = 0; g < guides.size(); ++g) {
     const Guide& guide = guides[g];
     const float seen = share_of_view(guide, origin, receiver.normal);
-    const float noise = guide.brightest * std::sqrt(seen / float(rays));
-    if (noise > kWorth * guide.around) candidates.push_back({noise, guide.radiosity * seen, g});
+    consider(guide.brightest * guide.brightest * seen, guide.radiosity * seen, guide.around, g);
+  }
+  for (size_t b = 0; b < beams.size(); ++b) {
+    const Beam::Brought brought = beams[b].brought(origin, receiver.normal);
+    const float peak = beams[b].brightest();
+    consider(brought.square + peak * brought.perhaps, brought.irradiance + brought.perhaps,
+             beams[b].guide().around, RayShares::kFirstBeam + b);
   }
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Candidate& a, const Candidate& b) { return a.noise > b.noise; });
   if (candidates.size() > kMostUsed) candidates.resize(kMostUsed);
   float all = 0;
   for (Candidate& candidate : candidates) {
-    const Guide& guide = guides[candidate.guide];
-    const Target target(guide, origin);
     const PathRandom random(combine(seed, receiver.key), candidate.guide);
-    uint32_t hits = 0;
-    for (uint32_t k = 0; k < kLooks; ++k) {
-      const Vec3f w = target.direction(random(k, 0), random(k, 1));
-      if (!(dot(w, receiver.normal) > 0)) continue;
-      const trace::Hit hit = caster.closest(origin, w);
-      hits += hit.valid() && length(origin + w * hit.t - guide.centre) < 2 * guide.half;
+    if (candidate.guide < guides.size()) {
+      const Guide& guide = guides[candidate.guide];
+      const Target target(guide, origin);
+      uint32_t hits = 0;
+      for (uint32_t k = 0; k < kLooks; ++k) {
+        const Vec3f w = target.direction(random(k, 0), random(k, 1));
+        if (!(dot(w, receiver.normal) > 0)) continue;
+        const trace::Hit hit = caster.closest_static(origin, w);
+        hits += hit.valid() && length(origin + w * hit.t - guide.centre) < 2 * guide.half;
+      }
+      candidate.share *= float(hits) / kLooks;
+    } else {
+      const Beam& beam = beams[candidate.guide - RayShares::kFirstBeam];
+      candidate.share *=
+          float(beam.seen(caster, origin, receiver.normal, random)) / float(Beam::kSeen);
     }
-    candidate.irradiance *= float(hits) / kLooks;
-    all += candidate.irradiance / guide.around;
+    all += candidate.share;
   }
   // One eighth each, then in proportion to what they bring; at least half of the rays stay even.
   const uint32_t most = rays / (2 * kParts);
   const float more = float(most - std::min(most, uint32_t(candidates.size())));
   uint32_t left = most;
   for (size_t i = 0; i < candidates.size() && left > 0; ++i) {
-    const float own = candidates[i].irradiance / guides[candidates[i].guide].around;
+    const float own = candidates[i].share;
     if (!(own > 0)) continue;
     const uint32_t eighths = std::min(left, 1 + uint32_t(more * own / (all + kRest)));
-    out.guide[i] = uint16_t(candidates[i].guide);
+    out.guide[i] = candidates[i].guide;
     out.eighth[i] = uint16_t(eighths);
     left -= eighths;
   }
   return out;
 }
 
-SampleRays::SampleRays(const Directions& directions, const Guiding& guiding, uint32_t sample,
-                       const direct::Receiver& receiver)
+SampleRays::SampleRays(const Directions& directions, const Guiding& guiding, const Beams& beams,
+                       uint32_t sample, const direct::Receiver& receiver)
     : directions_(directions),
       key_(receiver.key),
       origin_(receiver.point + receiver.normal * receiver.slack()),
@@ -74,8 +90,14 @@ SampleRays::SampleRays(const Directions& directions, const Guiding& guiding, uin
   if (guiding.shares.empty()) return;
   shares_ = guiding.shares[sample];
   guided_ = shares_.guided();
-  for (uint32_t slot = 0; slot < kMostUsed; ++slot)
-    if (shares_.eighth[slot]) targets_[slot] = Target(guiding.guides[shares_.guide[slot]], origin_);
+  for (uint32_t slot = 0; slot < kMostUsed; ++slot) {
+    if (!shares_.eighth[slot]) continue;
+    const uint32_t guide = shares_.guide[slot];
+    if (guide < RayShares::kFirstBeam)
+      targets_[slot] = Target(guiding.guides[guide], origin_);
+    else
+      beam_[slot] = &beams[guide - RayShares::kFirstBeam];
+  }
 }
 
 uint32_t SampleRays::ray_of_even(uint32_t number) const {
@@ -93,26 +115,46 @@ std::pair<uint32_t, uint32_t> SampleRays::slot_of(uint32_t ray) const {
   return {slot, part * shares_.eighth[slot] + number};
 }
 
-Vec3f SampleRays::direction(uint32_t ray) const {
-  if (!guided_) return directions_(key_, ray, normal_);
+Aim SampleRays::aim(uint32_t ray) const {
+  if (!guided_) return {directions_(key_, ray, normal_)};
   const auto [slot, number] = slot_of(ray);
-  if (slot == kMostUsed) return directions_(key_, number, normal_);
-  const auto [u, v] = directions_.point(key_, slot + 1, number);
-  const Vec3f w = targets_[slot].direction(u, v);
-  return dot(w, normal_) > 0 ? w : Vec3f{};
+  if (slot == kMostUsed) return {directions_(key_, number, normal_)};
+  Aim aim;
+  if (beam_[slot]) {
+    aim.point = &beam_[slot]->point(point_of(slot, number));
+    aim.w = aim.point->seen_from(origin_);
+  } else {
+    const auto [u, v] = directions_.point(key_, slot + 1, number);
+    aim.w = targets_[slot].direction(u, v);
+  }
+  if (!(dot(aim.w, normal_) > 0)) aim.w = {};
+  return aim;
 }
 
-float SampleRays::weight(uint32_t ray) const {
+std::array<float, 2> SampleRays::beyond(uint32_t ray) const {
+  if (!guided_) return directions_.beyond(key_, 0, ray);
+  const auto [slot, number] = slot_of(ray);
+  return directions_.beyond(key_, slot == kMostUsed ? 0 : slot + 1, number);
+}
+
+float SampleRays::weight(uint32_t ray, Vec3f w, float t, const direct::Receiver& at,
+                         const trace::RayCaster& caster, bool& in_beam) const {
   if (!guided_) return 1;
-  const Vec3f w = direction(ray);
   const float cosine = dot(w, normal_);
   if (!(cosine > 0)) return 0;
+  const uint32_t own_slot = slot_of(ray).first;
   const float all = float(directions_.count());
-  float density = cosine * (all - float(kParts * guided_));
-  for (uint32_t slot = 0; slot < kMostUsed; ++slot)
-    if (shares_.eighth[slot])
-      density += float(kParts * shares_.eighth[slot]) * targets_[slot].density(w);
-  return cosine * all / density;
+  const float even = cosine * (all - float(kParts * guided_));
+  float own = even, squares = even * even;
+  for (uint32_t slot = 0; slot < kMostUsed; ++slot) {
+    if (!shares_.eighth[slot]) continue;
+    const float density =
+        float(kParts * shares_.eighth[slot]) *
+        (beam_[slot] ? beam_[slot]->density(w, t, at, caster, in_beam) : targets_[slot].density(w));
+    if (slot == own_slot) own = density;
+    squares += density * density;
+  }
+  return cosine * all * own / squares;
 }
 
 }  // namespace deltalux::gather

@@ -7,6 +7,7 @@
 
 #include "base/archive.h"
 #include "direct/light_shape.h"
+#include "gather/beams.h"
 #include "gather/directions.h"
 #include "gather/guide.h"
 #include "trace/ray_caster.h"
@@ -14,11 +15,12 @@
 namespace deltalux::gather {
 
 inline constexpr uint32_t kParts = 8;     // of the rays, each an estimate by itself
-inline constexpr uint32_t kMostUsed = 4;  // guides of one sample
+inline constexpr uint32_t kMostUsed = 8;  // guides of one sample, beams included
 
 /// How many of a sample's rays go towards guides. In eighths: each part of the rays has the same
 /// share of them.
 struct RayShares {
+  static constexpr uint16_t kFirstBeam = kMostGuides;  ///< in `guide`
   std::array<uint16_t, kMostUsed> guide{}, eighth{};
   /// In one part of the rays.
   uint32_t guided() const {
@@ -26,35 +28,63 @@ struct RayShares {
     for (uint16_t own : eighth) sum += own;
     return sum;
   }
+  friend bool operator==(const RayShares&, const RayShares&) = default;
 };
 
-/// Chosen once, at the bake; without guides both are empty.
+/// Guides are chosen once, at the bake.
 struct Guiding {
   std::vector<Guide> guides;
-  std::vector<RayShares> shares;  ///< per sample
+  std::vector<BeamGuide> beams;
+  std::vector<RayShares> shares;  ///< per sample; empty without guides
+  bool empty() const { return guides.empty() && beams.empty(); }
   size_t bytes() const {
     return guides.capacity() * sizeof(Guide) + shares.capacity() * sizeof(RayShares);
   }
-  /// Arrays named "gather.…".
+  /// Arrays named "gather.…", without shares.
   void save(ArchiveView& archive) const;
   /// Throws FormatError: then this object is of no use.
-  void restore(ArchiveSource& archive, size_t samples, uint32_t rays);
+  void restore(ArchiveSource& archive, std::span<const trace::Light> lights);
 };
 
-/// Shares of a receiver that is about to cast `rays`, by what of the guides it sees now.
-RayShares share_rays(std::span<const Guide> guides, const direct::Receiver& receiver, uint32_t rays,
+/// Shares of a receiver that casts `rays`, by what it sees of guides; follows from the receiver,
+/// the lamps and what does not move, so that few edits change it.
+RayShares share_rays(std::span<const Guide> guides, const Beams& beams,
+                     const direct::Receiver& receiver, uint32_t rays,
                      const trace::RayCaster& caster, uint64_t seed);
+
+/// Where a ray goes.
+struct Aim {
+  Vec3f w{};                           ///< unit; zero: nowhere, it brings nothing
+  const Beam::Point* point = nullptr;  ///< what it has to meet, or it brings nothing
+  uint32_t guide = scene::kNone;       ///< of a Turn: whose it is; kNone: nobody's
+};
 
 class SampleRays {
  public:
-  SampleRays(const Directions& directions, const Guiding& guiding, uint32_t sample,
-             const direct::Receiver& receiver);
+  SampleRays(const Directions& directions, const Guiding& guiding, const Beams& beams,
+             uint32_t sample, const direct::Receiver& receiver);
   Vec3f origin() const { return origin_; }
-  /// Unit; zero where the ray would begin below the surface.
-  Vec3f direction(uint32_t ray) const;
-  /// What the light along the ray counts times; 1 without guides. The balance heuristic of
-  /// multiple importance sampling (Veach & Guibas 1995).
-  float weight(uint32_t ray) const;
+  bool has_guides() const { return guided_ > 0; }
+  Aim aim(uint32_t ray) const;
+  /// Two random numbers for what happens where the ray lands, evenly spread over the rays.
+  std::array<float, 2> beyond(uint32_t ray) const;
+  /// What the light along a ray that lands at distance `t` counts times; 1 without guides. The
+  /// power heuristic of multiple importance sampling (Veach & Guibas 1995): with the balance
+  /// heuristic the few even rays that meet a pool bring as much noise as all others together.
+  /// `at`: where it lands, facing it. Sets `in_beam` where what stands before a lamp decides.
+  float weight(uint32_t ray, Vec3f w, float t, const direct::Receiver& at,
+               const trace::RayCaster& caster, bool& in_beam) const;
+  /// Calls visit(ray) for rays towards points that differ, all of each beam: 1 = differs.
+  template <class Visit>
+  void each_moved(std::span<const uint8_t> moved_points, const Visit& visit) const {
+    for (uint32_t slot = 0; slot < kMostUsed; ++slot) {
+      if (!beam_[slot]) continue;
+      const size_t beam = shares_.guide[slot] - RayShares::kFirstBeam;
+      each_of_slot(slot, [&](uint32_t ray, uint32_t number) {
+        if (moved_points[beam * Beam::kPoints + point_of(slot, number)]) visit(ray);
+      });
+    }
+  }
 
   /// Calls visit(ray) for all rays that may meet the ball, and for few others.
   template <class Visit>
@@ -64,19 +94,29 @@ class SampleRays {
     directions_.each_towards(key_, normal_, to_centre, radius, [&](uint32_t number) {
       if (number < even) visit(ray_of_even(number));
     });
-    uint32_t before = 0;
-    for (uint32_t slot = 0; slot < kMostUsed; before += shares_.eighth[slot++]) {
-      if (!shares_.eighth[slot] || !targets_[slot].may_meet(to_centre, radius)) continue;
-      for (uint32_t part = 0; part < kParts; ++part)
-        for (uint32_t k = 0; k < shares_.eighth[slot]; ++k)
-          visit(end_of(part) - guided_ + before + k);
-    }
+    for (uint32_t slot = 0; slot < kMostUsed; ++slot)
+      if (shares_.eighth[slot] && (beam_[slot] || targets_[slot].may_meet(to_centre, radius)))
+        each_of_slot(slot, [&](uint32_t ray, uint32_t) { visit(ray); });
   }
 
  private:
   /// Of a part, behind its last ray.
   uint32_t end_of(uint32_t part) const {
     return uint32_t(uint64_t(directions_.count()) * (part + 1) / kParts);
+  }
+  /// Calls visit(ray, its number in the slot).
+  template <class Visit>
+  void each_of_slot(uint32_t slot, const Visit& visit) const {
+    uint32_t before = 0;
+    for (uint32_t k = 0; k < slot; ++k) before += shares_.eighth[k];
+    for (uint32_t part = 0; part < kParts; ++part)
+      for (uint32_t k = 0; k < shares_.eighth[slot]; ++k)
+        visit(end_of(part) - guided_ + before + k, part * shares_.eighth[slot] + k);
+  }
+  /// Of a beam's slot.
+  uint32_t point_of(uint32_t slot, uint32_t number) const {
+    const auto [u, v] = directions_.point(key_, slot + 1, number);
+    return Beam::number(u, v);
   }
   uint32_t ray_of_even(uint32_t number) const;
   /// Which guide's ray it is, and its number among those; slot kMostUsed: evenly spread.
@@ -88,6 +128,7 @@ class SampleRays {
   uint32_t guided_ = 0;  // of each part
   RayShares shares_;
   std::array<Target, kMostUsed> targets_;
+  std::array<const Beam*, kMostUsed> beam_{};  // of a slot; null: it has a target
 };
 
 }  // namespace deltalux::gather

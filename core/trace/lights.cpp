@@ -148,16 +148,6 @@ Emission emit_from_area(const Light& light, const std::array<float, 4>& r) {
   return {p + n * t.slack, around(n, cosine, sine_of(cosine), r[3])};
 }
 
-Emission emit_from_spot(const Light& light, const std::array<float, 4>& r) {
-  const float inner = light.inner_versine, outer = light.outer_versine, ring = (outer - inner) / 3;
-  const float x = r[0] * (inner + ring);
-  float versine = x;
-  if (x >= inner && ring > 0)
-    versine = std::max(0.0f, outer - (outer - inner) * std::cbrt((inner + ring - x) / ring));
-  const float sine = std::sqrt(versine * (2.0f - versine));
-  return {light.position, around(light.direction, 1.0f - versine, sine, r[1])};
-}
-
 }  // namespace
 
 std::vector<Light> find_lights(const scene::Scene& scene, uint32_t only_object) {
@@ -174,10 +164,8 @@ std::vector<Light> find_lights(const scene::Scene& scene, uint32_t only_object) 
     light.outer_versine = source.outer_versine;
     place_light(scene, light);
     if (source.kind == scene::LightKind::point) light.power = Vec3d(source.intensity) * (4 * kPi);
-    if (source.kind == scene::LightKind::spot) {
-      const double inner = source.inner_versine, outer = source.outer_versine;
-      light.power = Vec3d(source.intensity) * (2 * kPi * (inner + (outer - inner) / 3));
-    }
+    if (source.kind == scene::LightKind::spot)
+      light.power = Vec3d(source.intensity) * spot_solid_angle(light);
     if (luminance(light.power) > 0) lights.push_back(std::move(light));
   }
   for (uint32_t i = 0; i < scene.objects.size(); ++i)
@@ -217,6 +205,21 @@ void place_light(const scene::Scene& scene, Light& light) {
     place_sun(scene, light);
   else
     light.bounds.grow(light.position);
+}
+
+double spot_solid_angle(const Light& light) {
+  const double inner = light.inner_versine, outer = light.outer_versine;
+  return 2 * kPi * (inner + (outer - inner) / 3);
+}
+
+Vec3f spot_direction(const Light& light, float u, float v) {
+  const float inner = light.inner_versine, outer = light.outer_versine, ring = (outer - inner) / 3;
+  const float x = u * (inner + ring);
+  float versine = x;
+  if (x >= inner && ring > 0)
+    versine = std::max(0.0f, outer - (outer - inner) * std::cbrt((inner + ring - x) / ring));
+  const float sine = std::sqrt(versine * (2.0f - versine));
+  return around(light.direction, 1.0f - versine, sine, v);
 }
 
 std::vector<double> shares_by_power(std::span<const Light> lights) {
@@ -309,7 +312,7 @@ Emission emit(const Light& light, uint64_t seed, uint64_t index, uint32_t batche
       return {light.position,
               around({0, 0, 1}, 1.0f - 2.0f * r[0], sine_of(1.0f - 2.0f * r[0]), r[1])};
     case scene::LightKind::spot:
-      return emit_from_spot(light, r);
+      return {light.position, spot_direction(light, r[0], r[1])};
     case scene::LightKind::sun:
       break;
   }

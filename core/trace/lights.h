@@ -54,6 +54,11 @@ inline double spot_falloff(const Light& light, double versine) {
   return x * x;
 }
 
+/// Of a spot, its falloff as a weight: power per intensity.
+double spot_solid_angle(const Light& light);
+/// A direction of a spot's light, by its intensity. `u`, `v`: random, in [0, 1).
+Vec3f spot_direction(const Light& light, float u, float v);
+
 /// Finds the lights of a scene (kNone = all objects, else only that object's): punctual ones first,
 /// then object by object, so that those of an object that is added come last. Throws SceneError.
 std::vector<Light> find_lights(const scene::Scene& scene, uint32_t only_object = scene::kNone);

@@ -14,7 +14,10 @@ constexpr size_t kGrain = 1024;
 }  // namespace
 
 Landings::Landings(State& state) : state_(state) {
-  if (state.gather) finder_.emplace(state.scene, state.gather->cells);
+  if (!state.gather) return;
+  finder_.emplace(state.scene, state.gather->cells);
+  has_beam_.resize(state.lights.size());
+  for (const gather::BeamGuide& beam : state.guiding.beams) has_beam_[beam.light] = 1;
 }
 
 void Landings::note(segments::Level& level, uint32_t slot) const {
@@ -35,7 +38,9 @@ void Landings::add(uint32_t bounce, std::span<const uint32_t> slots, int sign) c
       const segments::Segment& segment = level.at(slots[i]);
       const uint32_t cell = segment.length < 0 ? gather::kNoCell : level.landing(slots[i]);
       if (cell == gather::kNoCell) continue;
-      const trace::Light& light = state_.lights[state_.light_of(segment.path)];
+      const size_t number = state_.light_of(segment.path);
+      if (bounce == 0 && has_beam_[number]) continue;
+      const trace::Light& light = state_.lights[number];
       const size_t at = sums.at(cell, state_.sum_group(light.group),
                                 trace::batch_of(light, segment.path - light.first_path, kBatches));
       for (size_t c = 0; c < 3; ++c)

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counts light where it lands: adds stored segments to the sums of cells, and takes them away.
+// Counts light where it lands: adds stored segments to the sums of cells, and takes them away. But
+// for what comes straight from a beam's lamp, which is asked for where it is looked at.
 #pragma once
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "gather/cells.h"
 #include "update/state.h"
@@ -21,6 +23,7 @@ class Landings {
  private:
   State& state_;
   std::optional<gather::CellFinder> finder_;
+  std::vector<uint8_t> has_beam_;  // per light
 };
 
 }  // namespace deltalux::update

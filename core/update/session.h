@@ -135,6 +135,9 @@ class Session {
   /// With new guides, as a bake wants them, or those that it chose.
   void look_around(Progress& progress, bool new_guides = false);
   void choose_guides(Progress& progress);
+  void place_beams();
+  /// Beams as they are now, and each sample's shares of rays.
+  void aim(Progress& progress);
   /// Of the present sums; nullopt in sessions that do not gather.
   std::optional<gather::Evaluation> evaluation(bool errors) const;
   gather::Present present(std::span<const direct::Receiver> receivers,
@@ -143,6 +146,8 @@ class Session {
                                            Progress& progress) const;
   /// Lets what samples see wait for Looks::follow().
   void note_looks(std::span<const ObjectChange> changes, bool lights);
+  void note_beams(std::span<const uint32_t> objects, std::span<const Box> boxes,
+                  gather::Change& change);
   void refresh_areas(const std::vector<ObjectChange>* changes);
   /// Renews receivers_: all of them, or those of changed objects (per object: 1).
   void place_receivers(const std::vector<uint8_t>* changed);

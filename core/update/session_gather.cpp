@@ -3,6 +3,7 @@
 #include <numeric>
 
 #include "base/random.h"
+#include "gather/find_beams.h"
 #include "gather/find_guides.h"
 #include "samples/placement.h"
 #include "update/landings.h"
@@ -25,7 +26,8 @@ void Session::make_cells() {
       Gather{gather::Cells(s.scene, samples::scene_metre(s.scene, *s.caster)),
              {},
              {},
-             gather::Looks(s.samples.size(), s.options.gather_rays, s.options.seed)});
+             gather::Looks(s.samples.size(), s.options.gather_rays, s.options.seed),
+             {}});
   grow_cell_sums();
 }
 
@@ -49,24 +51,44 @@ void Session::shrink_cell_sums() noexcept {
 
 void Session::choose_guides(Progress& progress) {
   State& s = *state_;
-  s.guiding = {};
-  s.guiding.guides =
-      gather::find_guides(present(receivers_, s.guiding), *evaluation(false),
-                          s.gather->coverage.covered(), s.options.seed, s.workers, progress);
-  progress.begin("share rays", receivers_.size());
-  s.guiding.shares = shares_of(receivers_, progress);
+  const auto votes = [&](const gather::Evaluation& now) {
+    return gather::Votes(present(receivers_, s.guiding), now, s.gather->coverage.covered(),
+                         s.options.seed, s.workers, progress);
+  };
+  gather::Evaluation now = *evaluation(false);
+  gather::Votes found = votes(now);
+  const Landings all(s);
+  s.guiding.beams = gather::find_beams(present(receivers_, s.guiding), now, found, s.options.seed);
+  if (!s.guiding.beams.empty()) {
+    // What comes straight from their lamps was counted to find them; places are found by the rest.
+    const Landings others(s);
+    std::vector<uint32_t> slots(s.store.level(0).size());
+    std::iota(slots.begin(), slots.end(), 0u);
+    all.add(0, slots, -1);
+    others.add(0, slots, +1);
+    place_beams();
+    now = *evaluation(false);
+    found = votes(now);
+  }
+  s.guiding.guides = gather::find_guides(present(receivers_, s.guiding), now, found, progress);
+}
+
+void Session::place_beams() {
+  State& s = *state_;
+  s.gather->beams =
+      gather::Beams(s.guiding.beams, s.scene, s.lights, *s.caster, s.gather->cells, s.options.seed);
 }
 
 std::vector<gather::RayShares> Session::shares_of(std::span<const direct::Receiver> receivers,
                                                   Progress& progress) const {
   const State& s = *state_;
-  if (s.guiding.guides.empty()) return {};
+  if (s.guiding.empty()) return {};
   std::vector<gather::RayShares> shares(receivers.size());
   s.workers.for_blocks(shares.size(), kGrain, [&](size_t begin, size_t end) {
     progress.check();
     for (size_t i = begin; i < end; ++i)
-      shares[i] = gather::share_rays(s.guiding.guides, receivers[i], s.options.gather_rays,
-                                     *s.caster, s.options.seed);
+      shares[i] = gather::share_rays(s.guiding.guides, s.gather->beams, receivers[i],
+                                     s.options.gather_rays, *s.caster, s.options.seed);
     progress.advance(end - begin);
   });
   return shares;
@@ -77,13 +99,21 @@ void Session::look_around(Progress& progress, bool new_guides) {
   if (!s.gather) return;
   s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
   if (new_guides) choose_guides(progress);
+  aim(progress);
   s.gather->looks.cast(present(receivers_, s.guiding), s.workers, progress);
+}
+
+void Session::aim(Progress& progress) {
+  State& s = *state_;
+  place_beams();
+  if (!s.guiding.empty()) progress.begin("share rays", receivers_.size());
+  s.guiding.shares = shares_of(receivers_, progress);
 }
 
 gather::Present Session::present(std::span<const direct::Receiver> receivers,
                                  const gather::Guiding& guiding) const {
   const State& s = *state_;
-  return {s.scene, *s.caster, s.lights, receivers, s.gather->cells, guiding};
+  return {s.scene, *s.caster, s.lights, receivers, s.gather->cells, guiding, s.gather->beams};
 }
 
 std::optional<gather::Evaluation> Session::evaluation(bool errors) const {
@@ -118,7 +148,7 @@ void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> no
     direct::DirectLight direct(count, s.scene.group_count, direct_->irradiance_quantum(),
                                s.options.seed);
     direct.compute({*s.caster, s.lights, all, receivers}, s.workers, part);
-    const gather::Guiding guiding{s.guiding.guides, shares_of(receivers, part)};
+    const gather::Guiding guiding{s.guiding.guides, s.guiding.beams, shares_of(receivers, part)};
     gather::Looks looks(count, s.options.gather_rays, s.options.seed);
     looks.cast(present(receivers, guiding), s.workers, part);
     s.workers.for_blocks(count, kGrain, [&](size_t begin, size_t end) {
@@ -142,6 +172,7 @@ void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> no
 void Session::restore_looks(ArchiveSource& archive, Progress& progress) {
   State& s = *state_;
   if (!s.gather) return;
+  s.guiding.restore(archive, s.lights);
   const Landings landings(s);
   std::vector<uint32_t> slots;
   for (uint32_t b = 0; b < s.store.levels().size(); ++b) {
@@ -150,8 +181,26 @@ void Session::restore_looks(ArchiveSource& archive, Progress& progress) {
     landings.add(b, slots, +1);
   }
   s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
-  s.guiding.restore(archive, s.samples.size(), s.options.gather_rays);
+  aim(progress);
   s.gather->looks.restore(archive, present(receivers_, s.guiding), s.workers, progress);
+}
+
+void Session::note_beams(std::span<const uint32_t> objects, std::span<const Box> boxes,
+                         gather::Change& change) {
+  State& s = *state_;
+  if (s.guiding.empty()) return;
+  change.beams =
+      s.gather->beams.update(s.scene, s.lights, *s.caster, s.gather->cells, objects, boxes);
+  s.workers.for_blocks(s.samples.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      if (!change.samples[i] && !change.beams.placed) continue;
+      const gather::RayShares now =
+          gather::share_rays(s.guiding.guides, s.gather->beams, receivers_[i],
+                             s.options.gather_rays, *s.caster, s.options.seed);
+      if (now == s.guiding.shares[i]) continue;
+      s.guiding.shares[i] = now, change.samples[i] = 1;
+    }
+  });
 }
 
 void Session::note_looks(std::span<const ObjectChange> changes, bool lights) {
@@ -167,8 +216,9 @@ void Session::note_looks(std::span<const ObjectChange> changes, bool lights) {
     for (const trace::Light& light : s.lights) change.lights |= light.object == c.object;
   }
   for (uint32_t id : moved_samples(s, changes)) change.samples[id] = 1;
-  s.gather->coverage.update(s.scene, *s.caster, s.gather->cells, objects, boxes_of(changes),
-                            s.workers);
+  const std::vector<Box> boxes = boxes_of(changes);
+  s.gather->coverage.update(s.scene, *s.caster, s.gather->cells, objects, boxes, s.workers);
+  note_beams(objects, boxes, change);
   s.gather->looks.note(present(receivers_, s.guiding), change);
 }
 

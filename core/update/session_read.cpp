@@ -54,7 +54,8 @@ Lanes of_segment(const State& s, const segments::Segment& g, float extended, uin
 }
 
 void chain_looks(Lanes& lanes, const gather::Looks& looks) {
-  for (size_t sample = 0; sample < looks.samples(); ++sample)
+  for (size_t sample = 0; sample < looks.samples(); ++sample) {
+    for (float weight : looks.weights(sample)) lanes.chain(bits(weight));
     for (uint32_t target : looks.targets(sample)) {
       if (!gather::Looks::is_chain(target)) {
         lanes.chain(target);
@@ -68,10 +69,11 @@ void chain_looks(Lanes& lanes, const gather::Looks& looks) {
         for (float value : vertex.direct) lanes.chain(bits(value));
       }
     }
+  }
 }
 
 void chain_guiding(Lanes& lanes, const gather::Guiding& guiding) {
-  static_assert(sizeof(gather::Guide) % 4 == 0 && sizeof(gather::RayShares) % 4 == 0);
+  static_assert(sizeof(gather::Guide) % 4 == 0 && sizeof(gather::BeamGuide) % 4 == 0);
   const auto chain = [&lanes](const void* bytes, size_t size) {
     uint32_t word;
     for (size_t at = 0; at < size; at += sizeof word) {
@@ -80,7 +82,7 @@ void chain_guiding(Lanes& lanes, const gather::Guiding& guiding) {
     }
   };
   chain(guiding.guides.data(), guiding.guides.size() * sizeof(gather::Guide));
-  chain(guiding.shares.data(), guiding.shares.size() * sizeof(gather::RayShares));
+  chain(guiding.beams.data(), guiding.beams.size() * sizeof(gather::BeamGuide));
 }
 
 /// double(x) in operations that AVX2 has: the halves of `x` become mantissas, rounding happens

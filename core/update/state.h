@@ -62,6 +62,7 @@ struct Gather {
   gather::CellSums sums;
   gather::Coverage coverage;
   gather::Looks looks;
+  gather::Beams beams;
 };
 
 struct State {

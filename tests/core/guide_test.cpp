@@ -7,7 +7,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "gather/sample_rays.h"
+#include "direct_world.h"
+#include "gather/turn.h"
 
 namespace deltalux::gather {
 namespace {
@@ -73,6 +74,15 @@ TEST(Guide, DirectionsComeByTheirChances) {
     }
 }
 
+/// Where no ray asks what stands before a lamp.
+struct Nowhere : direct::World {
+  Nowhere() {
+    scene.objects.emplace_back();
+    direct::add_quad(scene.objects[0], {0, 0, 0}, {1, 0, 0}, {0, 0, 1});
+    finish();
+  }
+};
+
 /// Light from above a plane: a bright place, and a little from everywhere.
 double light(Vec3f from, Vec3f w) {
   const double t = w.y < 0 ? double(-from.y / w.y) : 0.0;
@@ -82,15 +92,23 @@ double light(Vec3f from, Vec3f w) {
 }
 
 TEST(Guide, DrawnDirectionsBringTheSameLightWithLessNoise) {
-  const Guide guides[] = {ramp(), ramp({-3, 0, 0}, 0.2f)};
+  const Nowhere world;
+  Guiding guiding;
+  guiding.guides = {ramp(), ramp({-3, 0, 0}, 0.2f)};
   const Vec3f from{-1, 1.2f, 0.7f}, n = normalize(Vec3f{0.5f, -0.7f, -0.1f});
   constexpr uint32_t kCount = 1 << 18;
   double even = 0, even_squares = 0, drawn = 0, drawn_squares = 0;
+  const Beams none;
+  const Turn turn(guiding, none, from, n);
   for (uint32_t i = 0; i < kCount; ++i) {
     const auto r = sobol::sample(i, 5);
     const double a = light(from, trace::cosine_direction(n, r[0], r[1]));
-    const DrawnDirection next = draw_direction(guides, from, n, r[2], r[0], r[1]);
-    const double b = next.weight > 0 ? double(next.weight) * light(from, next.w) : 0.0;
+    bool in_beam = false;
+    const Aim next = turn.draw(r[2], r[1], in_beam);
+    const double b = next.w == Vec3f{} ? 0.0
+                                       : double(turn.weight(next, 1, {}, *world.caster, in_beam)) *
+                                             light(from, next.w);
+    ASSERT_FALSE(in_beam);
     even += a / kCount, even_squares += a * a / kCount;
     drawn += b / kCount, drawn_squares += b * b / kCount;
   }
@@ -111,6 +129,8 @@ class GuidedRays : public testing::TestWithParam<uint32_t> {
     }
   }
   Guiding guiding_;
+  const Beams none_;
+  const Nowhere world_;
   Vec3f from_{-1, 1.2f, 0.7f}, n_ = normalize(Vec3f{0.5f, -0.7f, -0.1f});
 };
 
@@ -126,10 +146,13 @@ TEST_P(GuidedRays, EachPartBringsTheSameLight) {
     even += light(from_, trace::cosine_direction(n_, r[0], r[1])) / (1u << 18);
   }
   for (uint32_t sample = 0; sample < 500; ++sample) {
-    const SampleRays own(directions, guiding_, sample, {from_, n_, scene::kNone, 0, sample});
+    const SampleRays own(directions, guiding_, none_, sample, {from_, n_, scene::kNone, 0, sample});
     for (uint32_t ray = 0; ray < rays; ++ray) {
-      const Vec3f w = own.direction(ray);
-      if (!(w == Vec3f{})) part[part_of(ray)] += double(own.weight(ray)) * light(from_, w) / 500;
+      const Vec3f w = own.aim(ray).w;
+      bool in_beam = false;
+      if (w == Vec3f{}) continue;
+      const double weight = double(own.weight(ray, w, 1, {}, *world_.caster, in_beam));
+      part[part_of(ray)] += weight * light(from_, w) / 500;
     }
   }
   // Where eight does not divide the rays, guides have a little more of some parts than of others.
@@ -144,7 +167,7 @@ TEST_P(GuidedRays, TowardsABallAreAllFoundOnce) {
   const uint32_t rays = GetParam();
   const Directions directions(rays, 3);
   for (uint32_t sample = 0; sample < 500; ++sample) {
-    const SampleRays own(directions, guiding_, sample, {from_, n_, scene::kNone, 0, sample});
+    const SampleRays own(directions, guiding_, none_, sample, {from_, n_, scene::kNone, 0, sample});
     const Vec3f centre = from_ + random_direction(sample, 6) * (3 * sobol::sample(sample, 8)[0]);
     const float radius = 0.02f + 0.5f * sobol::sample(sample, 8)[1];
     std::vector<uint8_t> found(rays);
@@ -153,7 +176,7 @@ TEST_P(GuidedRays, TowardsABallAreAllFoundOnce) {
       found[ray] = 1;
     });
     for (uint32_t ray = 0; ray < rays; ++ray) {
-      const Vec3f w = own.direction(ray), to_centre = centre - from_;
+      const Vec3f w = own.aim(ray).w, to_centre = centre - from_;
       const float along = dot(to_centre, w);
       const float nearest = dot(to_centre, to_centre) - along * along;
       const bool inside = length(to_centre) <= radius;

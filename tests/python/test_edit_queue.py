@@ -128,7 +128,8 @@ def test_what_a_cancelled_update_was_asked_for_comes_with_the_next(stage, paths,
     """At whatever stage it stopped: poses, dims, new meshes, irradiance, all of it."""
     scene = room()
     samples = dl.Samples.on_vertices(scene, spacing=spacing, radius=0.1)
-    with dl.Session(scene, samples, paths=paths, direct="sampled", threads=1) as session:
+    options = {"paths": paths, "direct": "sampled", "gather": 16}
+    with dl.Session(scene, samples, **options, threads=1) as session:
         session.bake()
         session.move("block", TARGET)
         session.dim("desk", 0.5)
@@ -142,7 +143,7 @@ def test_what_a_cancelled_update_was_asked_for_comes_with_the_next(stage, paths,
         np.testing.assert_array_equal(session.pose("block"), TARGET)
         equals_recompute(session)
         digest = session.digest()
-    with dl.Session(scene, samples, paths=paths, direct="sampled") as other:
+    with dl.Session(scene, samples, **options) as other:
         other.bake()
         other.move("block", TARGET)
         other.dim("desk", 0.5)
@@ -222,7 +223,7 @@ def test_calls_during_a_call_are_refused():
             outcomes.append(str(error))
 
     scene = dl.scenes.office()
-    with dl.Session(scene, dl.Samples.on_vertices(scene, spacing=0.5), paths=200_000) as session:
+    with dl.Session(scene, dl.Samples.on_vertices(scene, spacing=0.5), paths=200_000, gather=8) as session:
 
         def call(stage, fraction):
             for use in (session.update, session.digest, session.recompute, session.bake):

@@ -78,8 +78,8 @@ OPTIONS = [
     {"direct": "paths"},
     {"direct": "sampled"},
     {"direct": "auto", "threads": 2},
-    {"direct": "paths", "segment_end": "bounded"},
-    {"direct": "sampled", "segment_end": "second", "disc_area": "whole"},
+    {"direct": "paths", "segment_end": "bounded", "gather": "off"},
+    {"direct": "sampled", "segment_end": "second", "disc_area": "whole", "gather": "off"},
     {"direct": "auto", "gather": 16},
     {"direct": "paths", "gather": 8, "threads": 3, "segment_end": "bounded"},
 ]
@@ -91,7 +91,7 @@ OPTIONS = [
 def test_update_equals_recompute(options, sequence):
     """45 sequences for each set of options, a check after every update."""
     scene = room()
-    with dl.Session(scene, samples_in(scene), paths=600, **{"threads": 1, **options}) as session:
+    with dl.Session(scene, samples_in(scene), paths=600, **{"threads": 1, "gather": 32} | options) as session:
         session.bake()
         for edits in sequence:
             for edit in edits:
@@ -220,7 +220,7 @@ def test_shadow_rays_keep_to_the_budget_and_end_exactly():
     """Lights take turns: while one drags, what they light lags behind; in the end nothing is missing."""
     scene = dl.scenes.office()
     samples = dl.Samples.on_vertices(scene, spacing=0.5, radius=0.2)
-    with dl.Session(scene, samples, paths=1000, direct="sampled") as session:
+    with dl.Session(scene, samples, paths=1000, direct="sampled", gather=32) as session:
         session.bake()
         start = session.pose("chair")
         shares = []

@@ -299,7 +299,7 @@ def test_a_new_lamp_keeps_to_the_budget():
         equals_recompute(session)
 
 
-@pytest.mark.parametrize("gather", ["off", 256])
+@pytest.mark.parametrize("gather", ["off", 64])
 def test_memory_does_not_grow_with_the_number_of_edits(gather):
     scene, options = room(), {"threads": 1, "direct": "sampled", "gather": gather}
     with dl.Session(scene, samples_in(scene), paths=4000, **options) as session:

@@ -185,11 +185,11 @@ class Stopper:
         return False
 
 
-@settings(max_examples=8)
+@settings(max_examples=5)
 @given(calls=st.integers(0, 12))
 def test_cancelled_bake_leaves_the_session_as_before(calls):
     scene = dl.scenes.office()
-    with dl.Session(scene, dl.Samples.on_vertices(scene, spacing=0.5), paths=100_000) as session:
+    with dl.Session(scene, dl.Samples.on_vertices(scene, spacing=0.5), paths=100_000, gather=16) as session:
         session.progress = stopper = Stopper(calls)
         try:
             session.bake()

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+// Points of a spot's light, and the chance that one lies at a place.
+#include "gather/beam.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/random.h"
+#include "gather/guide.h"
+#include "trace/scatter.h"
+
+namespace deltalux::gather {
+namespace {
+
+constexpr float kWidest = 0.3f;  // versine of a narrow spot's half angle: 45 degrees
+constexpr float kSame = 1e-4f;   // of a flight: hits so close to each other are one
+constexpr uint32_t kStride = 8;  // along each side; points so far apart stand for all
+constexpr float kFewest = kStride * kStride / float(Beam::kPoints);
+constexpr float kPerhaps = 0.03f;  // what light may bring if something stood in its way
+constexpr float kFar = std::numeric_limits<float>::infinity();
+constexpr float kPi = std::numbers::pi_v<float>;
+
+template <class Visit>
+void each_of_few(const Visit& visit) {
+  for (uint32_t k = kStride / 2; k < Beam::kSide; k += kStride)
+    for (uint32_t i = kStride / 2; i < Beam::kSide; i += kStride) visit(k * Beam::kSide + i);
+}
+
+}  // namespace
+
+const char* BeamGuide::flaw(std::span<const trace::Light> lights) const {
+  constexpr float kMostContrast = 1e12f;  // sums of shares stay finite, whatever else is there
+  if (light >= lights.size() || !Beam::is_narrow(lights[light])) return "a beam of no narrow spot";
+  for (float value : {power, around})
+    if (!(value > 0 && std::isfinite(value))) return "a beam's light that is not positive, finite";
+  return power / around <= kMostContrast ? nullptr : "a beam too bright for its surroundings";
+}
+
+Vec3f Beam::Point::seen_from(Vec3f origin) const {
+  const Vec3f d = at - origin;
+  if (!valid() || !(dot(normal, d) < 0)) return {};
+  return normalize(d);
+}
+
+bool Beam::Point::is_met(Vec3f origin, Vec3f w, const trace::Hit& hit) const {
+  if (hit.primitive == primitive) return true;
+  const Vec3f off = origin + w * hit.t - at;
+  return dot(off, off) <= kSame * kSame * hit.t * hit.t;
+}
+
+bool Beam::is_narrow(const trace::Light& light) {
+  return light.kind == scene::LightKind::spot && light.outer_versine <= kWidest;
+}
+
+Beam::Beam(const trace::Light& light, const BeamGuide& guide, uint64_t seed)
+    : light_(light),
+      shape_(light, guide.light, seed),
+      guide_(guide),
+      per_solid_(float(1 / trace::spot_solid_angle(light))),
+      key_(combine(mix64(seed ^ 0x6265616d21212121ull), guide.light)) {}
+
+bool Beam::differs(const trace::Light& light) const {
+  return light.on != light_.on || !(light.position == light_.position) ||
+         !(light.direction == light_.direction);
+}
+
+Vec3f Beam::direction(uint32_t k) const {
+  const PathRandom random(key_, k);
+  return trace::spot_direction(light_, (float(k % kSide) + random(0, 0)) / kSide,
+                               (float(k / kSide) + random(0, 1)) / kSide);
+}
+
+Beam::Point Beam::cast(const trace::RayCaster& caster, uint32_t k) const {
+  const Vec3f w = direction(k);
+  const trace::Hit hit = light_.on ? caster.closest(light_.position, w) : trace::Hit{};
+  if (!hit.valid()) return {};
+  const Vec3f n = trace::facing_normal(hit, w);
+  return is_unit(n) ? Point{light_.position + w * hit.t, n, hit.primitive} : Point{};
+}
+
+void Beam::compute(const trace::RayCaster& caster) {
+  points_.resize(kPoints);
+  for (uint32_t k = 0; k < kPoints; ++k) points_[k] = cast(caster, k);
+  find_bounds();
+  find_middle(caster);
+}
+
+void Beam::find_bounds() {
+  bounds_ = {};
+  for (const Point& point : points_)
+    if (point.valid()) bounds_.grow(point.at);
+}
+
+void Beam::find_middle(const trace::RayCaster& caster) {
+  few_.clear(), radiosity_.clear();
+  each_of_few([&](uint32_t k) {
+    const Vec3f w = direction(k);
+    const trace::Hit hit = light_.on ? caster.closest_static(light_.position, w) : trace::Hit{};
+    if (!hit.valid()) return;
+    const Vec3f n = trace::facing_normal(hit, w);
+    if (is_unit(n)) few_.push_back({light_.position + w * hit.t, n, hit.primitive});
+  });
+  middle_ = normal_ = {}, extent_ = -1, rise_ = brightest_ = 0;
+  if (few_.empty()) return;
+  const float each = 1 / float(few_.size());
+  for (const Point& point : few_) {
+    const direct::Receiver there{point.at, point.normal, scene::kNone, 0, 0};
+    radiosity_.push_back(guide_.power * per_solid_ * float(shape_.open(there)));
+    brightest_ = std::max(brightest_, radiosity_.back());
+    middle_ = middle_ + point.at * each, normal_ = normal_ + point.normal * each;
+  }
+  float squared = 0, along = 0;
+  for (const Point& point : few_) {
+    const Vec3f off = point.at - middle_;
+    squared += dot(off, off) * each, along += dot(off, normal_) * dot(off, normal_) * each;
+  }
+  extent_ = std::sqrt(squared), rise_ = std::sqrt(along);
+}
+
+bool Beam::may_meet(Vec3f centre, float radius) const {
+  const Vec3f to_centre = centre - light_.position;
+  const float distance = length(to_centre);
+  if (!(distance > radius)) return true;
+  const float sine = radius / distance, cosine = std::sqrt(1 - sine * sine);
+  const float own = 1 - light_.outer_versine, own_sine = std::sqrt(std::max(0.0f, 1 - own * own));
+  // Of the angle between the axes, against the sum of both half angles.
+  return dot(to_centre, light_.direction) >= distance * (cosine * own - sine * own_sine - 1e-4f);
+}
+
+bool Beam::update(const trace::RayCaster& caster, std::span<const Box> boxes,
+                  std::span<uint8_t> changed) {
+  std::vector<Box> met;
+  for (const Box& box : boxes)
+    if (!box.empty() && may_meet(box.centre(), 0.5001f * box.diagonal())) met.push_back(box);
+  if (met.empty()) return false;
+  for (uint32_t k = 0; k < kPoints; ++k) {
+    const SlabRay ray(light_.position, direction(k));
+    if (std::none_of(met.begin(), met.end(),
+                     [&](const Box& box) { return ray.entry(box, kFar) < kFar; }))
+      continue;
+    const Point now = cast(caster, k);
+    if (now == points_[k]) continue;
+    points_[k] = now, changed[k] = 1;
+  }
+  find_bounds();
+  return true;
+}
+
+float Beam::density(Vec3f w, float t, const direct::Receiver& at, const trace::RayCaster& caster,
+                    bool& in_beam) const {
+  const float cosine = -dot(at.normal, w);
+  if (!(cosine > 0) || !is_unit(at.normal)) return 0;
+  const direct::LightShape::Glance ray = shape_.glance(at, 0, 0);
+  if (!(ray.irradiance > 0)) return 0;
+  in_beam = true;
+  if (caster.occluded_static(ray.origin, ray.direction, ray.to) ||
+      caster.occluded_movable(ray.origin, ray.direction, ray.to))
+    return 0;
+  return kPi * per_solid_ * float(ray.irradiance) * t * t / cosine;
+}
+
+float Beam::share(Vec3f from, Vec3f n) const {
+  if (!(extent_ >= 0)) return 0;
+  const Vec3f d = middle_ - from;
+  const float squared = std::max(dot(d, d), extent_ * extent_);
+  if (!(squared > 0)) return 0;
+  const float distance = std::sqrt(squared);
+  const float above = std::clamp(dot(n, d) + extent_, 0.0f, distance);
+  const float front = std::clamp(rise_ - dot(normal_, d), 0.0f, distance);
+  const float brought = guide_.power * above * front / (kPi * squared * squared);
+  return std::max(brought, kPerhaps * perhaps(from, n)) / guide_.around;
+}
+
+float Beam::perhaps(Vec3f from, Vec3f n) const {
+  float most = 0;
+  if (!(extent_ >= 0)) return most;
+  for (const float along : {0.3f, 0.6f, 0.85f}) {
+    const Vec3f d = light_.position + (middle_ - light_.position) * along - from;
+    const float extent = along * extent_, squared = std::max(dot(d, d), extent * extent);
+    const float distance = std::sqrt(squared);
+    const float above = std::min(dot(n, d) + extent, distance);
+    if (above > 0) most = std::max(most, 0.5f * above / (distance * squared));
+  }
+  return guide_.power * most / kPi;
+}
+
+Beam::Brought Beam::brought(Vec3f from, Vec3f n) const {
+  Brought out;
+  for (size_t i = 0; i < few_.size(); ++i) {
+    const Vec3f d = few_[i].at - from;
+    const float above = dot(n, d), front = -dot(few_[i].normal, d), squared = dot(d, d);
+    if (!(above > 0) || !(front > 0)) continue;
+    const float irradiance =
+        std::min(radiosity_[i], guide_.power * kFewest * above * front / (kPi * squared * squared));
+    out.irradiance += irradiance, out.square += radiosity_[i] * irradiance;
+  }
+  out.perhaps = kPerhaps * perhaps(from, n);
+  return out;
+}
+
+uint32_t Beam::seen(const trace::RayCaster& caster, Vec3f from, Vec3f n,
+                    const PathRandom& random) const {
+  uint32_t count = 0;
+  for (uint32_t k = 0; k < kSeen && !few_.empty(); ++k) {
+    const Point& point = few_[size_t(random(k, 0) * float(few_.size()))];
+    if (k % 2) {
+      // On the way there.
+      const Vec3f d = light_.position + (point.at - light_.position) * random(k, 1) - from;
+      count += dot(d, n) > 0 && !caster.occluded_static(from, d, 1);
+    } else {
+      const Vec3f w = point.seen_from(from);
+      if (!(dot(w, n) > 0)) continue;
+      const trace::Hit hit = caster.closest_static(from, w);
+      count += hit.valid() && point.is_met(from, w, hit);
+    }
+  }
+  return count;
+}
+
+}  // namespace deltalux::gather

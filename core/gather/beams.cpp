@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// Beams after edits, and which cells they may reach.
+#include "gather/beams.h"
+
+#include <algorithm>
+
+namespace deltalux::gather {
+
+void BeamChange::merge(const BeamChange& later) {
+  touched |= later.touched, placed |= later.placed;
+  points.resize(later.points.size());
+  for (size_t i = 0; i < points.size(); ++i) points[i] |= later.points[i];
+}
+
+Beams::Beams(std::span<const BeamGuide> guides, const scene::Scene& scene,
+             std::span<const trace::Light> lights, const trace::RayCaster& caster,
+             const Cells& cells, uint64_t seed)
+    : seed_(seed) {
+  if (guides.empty()) return;
+  for (const BeamGuide& guide : guides)
+    beams_.emplace_back(lights[guide.light], guide, seed).compute(caster);
+  find_lights(lights.size());
+  find_reach(scene, cells, {});
+}
+
+void Beams::find_lights(size_t count) {
+  lights_.assign(count, 0);
+  for (const Beam& beam : beams_) lights_[beam.guide().light] = 1;
+}
+
+void Beams::find_reach(const scene::Scene& scene, const Cells& cells,
+                       std::span<const uint32_t> objects) {
+  reach_.resize(cells.size(), 0);
+  cells.each_body([&](uint32_t first, uint32_t object, const BodyCells& body) {
+    if (!objects.empty() && std::find(objects.begin(), objects.end(), object) == objects.end())
+      return;
+    const Pose pose = object != scene::kNone ? scene.objects[object].pose : Pose{};
+    for (uint32_t own = 0; own < body.size(); ++own) {
+      const BodyCells::Ball ball = body.ball(own);
+      const Vec3f centre = pose.point(ball.centre);
+      const float radius = ball.radius + position_slack(centre);
+      uint64_t reach = 0;
+      for (size_t b = 0; b < beams_.size(); ++b)
+        reach |= uint64_t(beams_[b].may_meet(centre, radius)) << b;
+      reach_[first + own] = reach;
+    }
+  });
+}
+
+BeamChange Beams::update(const scene::Scene& scene, std::span<const trace::Light> lights,
+                         const trace::RayCaster& caster, const Cells& cells,
+                         std::span<const uint32_t> objects, std::span<const Box> boxes) {
+  BeamChange change;
+  if (beams_.empty()) return change;
+  change.points.assign(beams_.size() * Beam::kPoints, 0);
+  for (size_t b = 0; b < beams_.size(); ++b) {
+    const trace::Light& light = lights[beams_[b].guide().light];
+    const auto points = std::span(change.points).subspan(b * Beam::kPoints, Beam::kPoints);
+    if (!beams_[b].differs(light)) {
+      change.touched |= beams_[b].update(caster, boxes, points);
+      continue;
+    }
+    Beam placed(light, beams_[b].guide(), seed_);
+    placed.compute(caster);
+    beams_[b] = std::move(placed);
+    std::fill(points.begin(), points.end(), uint8_t(1));
+    change.placed |= uint64_t(1) << b;
+  }
+  change.touched |= change.placed != 0;
+  find_lights(lights.size());
+  find_reach(scene, cells, change.placed ? std::span<const uint32_t>{} : objects);
+  return change;
+}
+
+}  // namespace deltalux::gather
