@@ -12,25 +12,34 @@ namespace {
 
 constexpr double kSteps = 65535;
 
-/// Variance of the mean of all entries, rows and columns both drawn at random: what rows share,
-/// what columns share, and the rest, which both estimates count (two-way analysis of variance).
+constexpr size_t kPupils = 2048;        // samples that tell how evenly rays are spread
+constexpr double kMostRelative = 0.04;  // variance: beyond, a single ray may have met a lot
+
+/// Variances of the mean of all entries, rows and columns both drawn at random (two-way analysis of
+/// variance): what rows share and what columns share, the rest counted in both, and the rest.
+struct Variances {
+  double rows = 0, columns = 0, rest = 0;
+  double halves = 0;  ///< that of the rows, by the difference of two halves of them
+};
 template <size_t N>
-double crossed_variance(const double (&x)[N][N]) {
-  double row[N] = {}, column[N] = {}, all = 0;
+Variances crossed_variances(const double (&x)[N][N]) {
+  double row[N] = {}, column[N] = {}, all = 0, half[2] = {};
   for (size_t i = 0; i < N; ++i)
     for (size_t k = 0; k < N; ++k) row[i] += x[i][k] / N, column[k] += x[i][k] / N;
-  for (size_t i = 0; i < N; ++i) all += row[i] / N;
-  double rows = 0, columns = 0, rest = 0;
+  for (size_t i = 0; i < N; ++i) all += row[i] / N, half[2 * i / N] += row[i] / (0.5 * N);
+  Variances out;
   for (size_t i = 0; i < N; ++i) {
-    rows += (row[i] - all) * (row[i] - all);
-    columns += (column[i] - all) * (column[i] - all);
+    out.rows += (row[i] - all) * (row[i] - all);
+    out.columns += (column[i] - all) * (column[i] - all);
     for (size_t k = 0; k < N; ++k) {
       const double off = x[i][k] - row[i] - column[k] + all;
-      rest += off * off;
+      out.rest += off * off;
     }
   }
-  rows /= N * (N - 1.0), columns /= N * (N - 1.0), rest /= N * N * (N - 1.0) * (N - 1.0);
-  return std::max(rows + columns - rest, 0.25 * std::max(rows, columns));
+  out.rows /= N * (N - 1.0), out.columns /= N * (N - 1.0);
+  out.rest /= N * N * (N - 1.0) * (N - 1.0);
+  out.halves = 0.25 * (half[0] - half[1]) * (half[0] - half[1]);
+  return out;
 }
 
 }  // namespace
@@ -106,26 +115,69 @@ Evaluation::Carried Evaluation::carried(const ChainPool& chains, uint32_t number
   return out;
 }
 
+void Evaluation::Table::means(size_t channel, double (&out)[kParts][kParts]) const {
+  for (size_t part = 0; part < kParts; ++part)
+    for (size_t k = 0; k < kParts; ++k)
+      out[part][k] = double(sums[part][channel][k]) / double(rays[part]);
+}
+
+size_t Evaluation::kind_of(const Table& table, size_t rays) {
+  return 20 * table.chains < rays ? 0 : 2 * table.chains < rays ? 1 : 2;
+}
+
+void Evaluation::learn_spread(const Looks& looks) {
+  std::array<double, kKinds> parts{}, halves{};
+  const size_t step = (looks.samples() + kPupils - 1) / kPupils;
+  for (size_t sample = 0; sample < looks.samples(); sample += step) {
+    Table table;
+    add<true>(looks, sample, table);
+    const size_t kind = kind_of(table, looks.rays());
+    for (size_t c = 0; c < 3; ++c) {
+      const double mean = table.whole[c] / double(looks.rays());
+      double means[kParts][kParts];
+      table.means(c, means);
+      const Variances own = crossed_variances(means);
+      if (!(mean > 0) || own.rows > kMostRelative * mean * mean) continue;
+      parts[kind] += (own.rows - own.rest) / (mean * mean);
+      halves[kind] += (own.halves - own.rest) / (mean * mean);
+    }
+  }
+  // From eight parts to two halves the number of rays doubles twice, to the whole three times.
+  for (size_t kind = 0; kind < kKinds; ++kind)
+    if (parts[kind] > 0)
+      evenness_[kind] = std::pow(std::clamp(halves[kind] / parts[kind], 0.1, 1.0), 1.5);
+}
+
 void Evaluation::read(const Looks& looks, size_t sample, double* irradiance, double* error) const {
+  const size_t n = looks.rays();
+  Table table;
   if (batches_.empty())
-    add<false>(looks, sample, irradiance, error);
+    add<false>(looks, sample, table);
   else
-    add<true>(looks, sample, irradiance, error);
+    add<true>(looks, sample, table);
+  for (size_t c = 0; c < 3; ++c) irradiance[c] = table.whole[c] / double(n);
+  if (batches_.empty()) return;
+  const double evenness = evenness_[kind_of(table, n)];
+  for (size_t c = 0; c < 3; ++c) {
+    double means[kParts][kParts];
+    table.means(c, means);
+    const Variances own = crossed_variances(means);
+    const double variance = evenness * (own.rows - own.rest) + own.columns;
+    const double least = 0.25 * std::max(evenness * own.rows, own.columns);
+    // Dark: as if one more ray had met a surface of mean brightness.
+    error[c] =
+        irradiance[c] > 0 ? std::sqrt(std::max(variance, least)) : mean_radiosity_[c] / double(n);
+  }
 }
 
 template <bool kErrors>
-void Evaluation::add(const Looks& looks, size_t sample, double* irradiance, double* error) const {
+void Evaluation::add(const Looks& looks, size_t sample, Table& table) const {
   const std::span<const uint32_t> targets = looks.targets(sample);
   const std::span<const float> weights = looks.weights(sample);
   const size_t n = targets.size();
-  // By part of the rays and batch of the paths. Each part is a run of the Sobol' sequence, evenly
-  // spread by itself; there are as many batches as parts.
-  float sums[kParts][3][kParts] = {};
-  double whole[3] = {};
-  size_t rays[kParts];
   for (size_t part = 0; part < kParts; ++part) {
     const size_t first = n * part / kParts, last = n * (part + 1) / kParts;
-    rays[part] = std::max<size_t>(1, last - first);
+    table.rays[part] = std::max<size_t>(1, last - first);
     float of_part[3] = {};
     for (size_t ray = first; ray < last; ++ray) {
       const uint32_t target = targets[ray];
@@ -135,11 +187,12 @@ void Evaluation::add(const Looks& looks, size_t sample, double* irradiance, doub
       uint32_t cell = target;
       if (Looks::is_chain(target)) {
         const uint32_t number = Looks::chain_of(target);
+        ++table.chains;
         cell = looks.chains().end(number);
         own = carried(looks.chains(), number, weight);
         for (size_t c = 0; c < 3; ++c) {
           of_part[c] += own.direct[c];
-          for (size_t k = 0; kErrors && k < kParts; ++k) sums[part][c][k] += own.direct[c];
+          for (size_t k = 0; kErrors && k < kParts; ++k) table.sums[part][c][k] += own.direct[c];
         }
         if (cell == kDark) continue;
       }
@@ -149,22 +202,10 @@ void Evaluation::add(const Looks& looks, size_t sample, double* irradiance, doub
         if (!kErrors) continue;
         const float step = own.through[c] * radiosity.step;
         for (size_t k = 0; k < kParts; ++k)
-          sums[part][c][k] += step * float(int(batches_[cell].steps[c][k]));
+          table.sums[part][c][k] += step * float(int(batches_[cell].steps[c][k]));
       }
     }
-    for (size_t c = 0; c < 3; ++c) whole[c] += double(of_part[c]);
-  }
-  for (size_t c = 0; c < 3; ++c) irradiance[c] = whole[c] / double(n);
-  if (!kErrors) return;
-  for (size_t c = 0; c < 3; ++c) {
-    double all = 0, mean[kParts][kParts];
-    for (size_t part = 0; part < kParts; ++part)
-      for (size_t k = 0; k < kParts; ++k) {
-        mean[part][k] = double(sums[part][c][k]) / double(rays[part]);
-        all += mean[part][k];
-      }
-    // Dark: as if one more ray had met a surface of mean brightness.
-    error[c] = all > 0 ? std::sqrt(crossed_variance(mean)) : mean_radiosity_[c] / double(n);
+    for (size_t c = 0; c < 3; ++c) table.whole[c] += double(of_part[c]);
   }
 }
 

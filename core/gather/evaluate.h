@@ -37,6 +37,9 @@ class Evaluation {
   float brightness(uint32_t cell) const;
   /// What the light's power is multiplied by.
   float dim(uint32_t light) const { return dim_[light]; }
+  /// Learns from some of the samples how much more evenly their rays are spread than parts of them
+  /// are, which would claim too much error.
+  void learn_spread(const Looks& looks);
   /// Irradiance of a sample and, of an evaluation with errors, its standard error, 3 each.
   void read(const Looks& looks, size_t sample, double* irradiance, double* error) const;
 
@@ -56,14 +59,28 @@ class Evaluation {
     float direct[3], through[3];
   };
   Carried carried(const ChainPool& chains, uint32_t number, float weight) const;
+  /// A sample by part of its rays and batch of the paths. Each part is a run of the Sobol'
+  /// sequence, evenly spread by itself; there are as many batches as parts.
+  struct Table {
+    float sums[kParts][3][kParts] = {};
+    double whole[3] = {};
+    size_t rays[kParts];
+    size_t chains = 0;
+    /// Means of a channel by part and batch.
+    void means(size_t channel, double (&out)[kParts][kParts]) const;
+  };
   template <bool kErrors>
-  void add(const Looks& looks, size_t sample, double* irradiance, double* error) const;
+  void add(const Looks& looks, size_t sample, Table& table) const;
+  /// Chains are drawn at random, rays evenly: by their share.
+  static constexpr size_t kKinds = 3;
+  static size_t kind_of(const Table& table, size_t rays);
 
-  std::vector<Vec3f> reflectance_;          // per material
-  std::vector<float> dim_;                  // per light; the last one is of none
-  std::array<double, 3> mean_radiosity_{};  // by area, for errors
-  std::vector<Whole> whole_;                // per cell
-  std::vector<Batches> batches_;            // per cell
+  std::vector<Vec3f> reflectance_;                // per material
+  std::vector<float> dim_;                        // per light; the last one is of none
+  std::array<double, 3> mean_radiosity_{};        // by area, for errors
+  std::array<double, kKinds> evenness_{1, 1, 1};  // variance of rays, of that of their parts
+  std::vector<Whole> whole_;                      // per cell
+  std::vector<Batches> batches_;                  // per cell
 };
 
 }  // namespace deltalux::gather

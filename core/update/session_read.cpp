@@ -188,7 +188,8 @@ void Session::read_samples(bool errors, const Write& write) const {
   check_whole();
   const std::span<const int64_t> direct = direct_->sums();
   const UnreachedError unreached(s);
-  const std::optional<gather::Evaluation> gathered = evaluation(errors);
+  std::optional<gather::Evaluation> gathered = evaluation(errors);
+  if (gathered && errors) gathered->learn_spread(s.gather->looks);
   const auto sampled = [](uint8_t yes) { return yes != 0; };
   const bool discs =
       !gathered || !std::all_of(s.light_sampled.begin(), s.light_sampled.end(), sampled);

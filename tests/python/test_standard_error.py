@@ -6,8 +6,11 @@ from __future__ import annotations
 import deltalux as dl
 import numpy as np
 import pytest
+from oracles import world
 from scenes_for_tests import furnace
+from scipy import stats
 from statistics_for_tests import MODES, Runs, runs
+from test_light_pools import pools_and_sconce
 
 SEEDS = range(1, 33)
 
@@ -36,11 +39,33 @@ def test_standard_error_is_honest(scene, direct):
     """Null hypothesis: reported and observed variance agree; the test asks for 25 %, of a gather's error.
 
     Samples share few paths, so that the observed mean variance is known to some 3 %; rate below 1e-6.
-    A gather's rays are spread more evenly than eight parts of them can tell.
     """
     found = runs(*scene(), SEEDS, paths=50_000, direct=direct)
     ratio = reported_over_observed(found)
     assert (np.sqrt(ratio) if direct == "gather" else ratio) == pytest.approx(1, abs=0.25)
+    if direct == "gather":
+        assert_student(found)
+
+
+def assert_student(found: Runs) -> None:
+    """Null hypothesis: deviations by their own errors are Student's t with 7 degrees of freedom.
+
+    Within a quarter at each quantile, of some 30,000 deviations: quantiles are known to 2 %.
+    """
+    lit = found.mean > 0.02 * found.mean.mean()
+    deviation = np.abs(found.irradiance - found.mean)[:, lit] / found.standard_error[:, lit]
+    count = len(found.irradiance)
+    quantiles = np.quantile(deviation * np.sqrt(count / (count - 1)), [0.5, 0.9])
+    np.testing.assert_allclose(quantiles, stats.t.ppf([0.75, 0.95], 7), rtol=0.25)
+
+
+def test_standard_error_is_honest_where_rays_are_guided():
+    """As above, in a room of narrow spots and a strip lamp behind a shade."""
+    scene = pools_and_sconce()
+    samples = dl.Samples(*world.area_points(scene, 1000, seed=5))
+    found = runs(scene, samples, SEEDS, paths=50_000, direct="gather")
+    assert np.sqrt(reported_over_observed(found)) == pytest.approx(1, abs=0.25)
+    assert_student(found)
 
 
 def test_standard_error_falls_with_the_paths():
