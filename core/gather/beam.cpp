@@ -21,6 +21,9 @@ constexpr float kPerhaps = 0.03f;  // what light may bring if something stood in
 constexpr float kFar = std::numeric_limits<float>::infinity();
 constexpr float kPi = std::numbers::pi_v<float>;
 
+/// Finite whatever lies at one point: chances need not be right, only positive.
+float bounded(float x) { return x < 1e20f ? x : 1e20f; }
+
 template <class Visit>
 void each_of_few(const Visit& visit) {
   for (uint32_t k = kStride / 2; k < Beam::kSide; k += kStride)
@@ -106,7 +109,7 @@ void Beam::find_middle(const trace::RayCaster& caster) {
   const float each = 1 / float(few_.size());
   for (const Point& point : few_) {
     const direct::Receiver there{point.at, point.normal, scene::kNone, 0, 0};
-    radiosity_.push_back(guide_.power * per_solid_ * float(shape_.open(there)));
+    radiosity_.push_back(bounded(guide_.power * per_solid_ * float(shape_.open(there))));
     brightest_ = std::max(brightest_, radiosity_.back());
     middle_ = middle_ + point.at * each, normal_ = normal_ + point.normal * each;
   }
@@ -169,7 +172,7 @@ float Beam::share(Vec3f from, Vec3f n) const {
   const float above = std::clamp(dot(n, d) + extent_, 0.0f, distance);
   const float front = std::clamp(rise_ - dot(normal_, d), 0.0f, distance);
   const float brought = guide_.power * above * front / (kPi * squared * squared);
-  return std::max(brought, kPerhaps * perhaps(from, n)) / guide_.around;
+  return bounded(std::max(brought, kPerhaps * perhaps(from, n)) / guide_.around);
 }
 
 float Beam::perhaps(Vec3f from, Vec3f n) const {
@@ -182,7 +185,7 @@ float Beam::perhaps(Vec3f from, Vec3f n) const {
     const float above = std::min(dot(n, d) + extent, distance);
     if (above > 0) most = std::max(most, 0.5f * above / (distance * squared));
   }
-  return guide_.power * most / kPi;
+  return bounded(guide_.power * most / kPi);
 }
 
 Beam::Brought Beam::brought(Vec3f from, Vec3f n) const {
@@ -195,6 +198,7 @@ Beam::Brought Beam::brought(Vec3f from, Vec3f n) const {
         std::min(radiosity_[i], guide_.power * kFewest * above * front / (kPi * squared * squared));
     out.irradiance += irradiance, out.square += radiosity_[i] * irradiance;
   }
+  out.irradiance = bounded(out.irradiance), out.square = bounded(out.square);
   out.perhaps = kPerhaps * perhaps(from, n);
   return out;
 }

@@ -3,6 +3,7 @@
 #include "gather/find_beams.h"
 
 #include <optional>
+#include <unordered_map>
 
 namespace deltalux::gather {
 namespace {
@@ -10,35 +11,40 @@ namespace {
 constexpr float kLitByIt = 2;  // times what a spot gives there is more than all light
 
 std::optional<BeamGuide> find_beam(const Present& present, const Evaluation& evaluation,
-                                   const Votes& votes, uint32_t light, uint64_t seed) {
+                                   const CellFinder& finder, const Votes& votes, uint32_t light,
+                                   uint64_t seed) {
   const trace::Light& lamp = present.lights[light];
-  const direct::LightShape shape(lamp, light, seed);
-  const auto power = [&](uint32_t primitive) {
-    const Vec3f reflectance =
-        present.scene.materials[present.scene.material_index(primitive)].reflectance;
-    return evaluation.dim(light) * dot(lamp.intensity, reflectance);
-  };
-  const auto lit_by_it = [&](const Vote& vote) {
-    const direct::Receiver at{vote.at, vote.normal, scene::kNone,
-                              present.scene.slack_of(vote.primitive)};
-    const direct::LightShape::Glance ray = shape.glance(at, 0, 0);
-    return kLitByIt * float(ray.irradiance) * power(vote.primitive) > vote.radiosity &&
-           !present.caster.occluded_static(ray.origin, ray.direction, ray.to) &&
-           !present.caster.occluded_movable(ray.origin, ray.direction, ray.to);
-  };
+  Beam beam(lamp, {light, 1, 1}, seed);
+  beam.compute(present.caster);
+  // By cell: a pool may be smaller than the one that counts its light.
+  std::unordered_map<uint32_t, float> power;
+  double sent = 0;
+  size_t landed = 0;
+  const double each = trace::spot_solid_angle(lamp) / Beam::kPoints;
+  for (uint32_t k = 0; k < Beam::kPoints; ++k) {
+    const Beam::Point& point = beam.point(k);
+    if (!point.valid()) continue;
+    const Vec3f d = point.at - lamp.position;
+    const float distance = length(d);
+    const uint32_t cell = finder.find(point.primitive, lamp.position, d * (1 / distance), distance);
+    if (cell == kNoCell) continue;
+    const Vec3f reflectance = present.scene.materials[present.cells.material(cell)].reflectance;
+    const float own = evaluation.dim(light) * dot(lamp.intensity, reflectance) * float(each);
+    power[cell] += own, sent += double(own), ++landed;
+  }
   std::vector<float> around;
   size_t bright = 0;
-  double weight = 0, sent = 0;
+  double weight = 0;
   for (const Vote& vote : votes.all) {
-    if (!lit_by_it(vote)) continue;
+    const auto own = power.find(vote.cell);
+    if (own == power.end() ||
+        !(kLitByIt * own->second > vote.radiosity * present.cells.area(vote.cell)))
+      continue;
     around.push_back(vote.around);
-    if (!vote.bright()) continue;
-    ++bright;
-    weight += vote.weight, sent += double(power(vote.primitive));
+    if (vote.bright()) ++bright, weight += vote.weight;
   }
   if (!votes.suffice(bright, around.size(), weight)) return std::nullopt;
-  const BeamGuide guide{light, float(sent / double(bright) * trace::spot_solid_angle(lamp)),
-                        median(around)};
+  const BeamGuide guide{light, float(sent * Beam::kPoints / double(landed)), median(around)};
   return guide.flaw(present.lights) ? std::nullopt : std::optional(guide);
 }
 
@@ -46,11 +52,12 @@ std::optional<BeamGuide> find_beam(const Present& present, const Evaluation& eva
 
 std::vector<BeamGuide> find_beams(const Present& present, const Evaluation& evaluation,
                                   const Votes& votes, uint64_t seed) {
+  const CellFinder finder(present.scene, present.cells);
   std::vector<BeamGuide> beams;
   for (uint32_t light = 0; light < present.lights.size(); ++light) {
     const trace::Light& lamp = present.lights[light];
     if (beams.size() == kMostBeams || !lamp.on || !Beam::is_narrow(lamp)) continue;
-    if (const auto beam = find_beam(present, evaluation, votes, light, seed))
+    if (const auto beam = find_beam(present, evaluation, finder, votes, light, seed))
       beams.push_back(*beam);
   }
   return beams;

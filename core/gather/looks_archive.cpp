@@ -56,7 +56,7 @@ void check(const Vertex& vertex, const Present& present) {
 
 void Looks::save(ArchiveView& archive) const {
   // What waits is cast again as a whole: it is soon done.
-  archive.keep(kComplete, std::vector<uint8_t>{!pending_});
+  archive.keep(kComplete, std::vector<uint32_t>{!pending_});
   if (pending_) return;
   std::vector<uint32_t> targets = targets_;
   std::vector<Record> records;
@@ -79,7 +79,7 @@ void Looks::save(ArchiveView& archive) const {
 
 void Looks::restore(ArchiveSource& archive, const Present& present, const Workers& workers,
                     Progress& progress) {
-  if (!archive.read_all<uint8_t>(kComplete, 1)[0]) return cast(present, workers, progress);
+  if (!archive.read_all<uint32_t>(kComplete, 1)[0]) return cast(present, workers, progress);
   targets_ = archive.read_all<uint32_t>(kTargets, samples_ * rays());
   const bool weighted = !present.guiding.empty(), beams = !present.guiding.beams.empty();
   weights_ = archive.read_all<float>(kWeights, weighted ? targets_.size() : 0);

@@ -144,17 +144,14 @@ float SampleRays::weight(uint32_t ray, Vec3f w, float t, const direct::Receiver&
   if (!(cosine > 0)) return 0;
   const uint32_t own_slot = slot_of(ray).first;
   const float all = float(directions_.count());
-  const float even = cosine * (all - float(kParts * guided_));
-  float own = even, squares = even * even;
+  PowerHeuristic heuristic(double(cosine * (all - float(kParts * guided_))), own_slot == kMostUsed);
   for (uint32_t slot = 0; slot < kMostUsed; ++slot) {
     if (!shares_.eighth[slot]) continue;
     const float density =
-        float(kParts * shares_.eighth[slot]) *
-        (beam_[slot] ? beam_[slot]->density(w, t, at, caster, in_beam) : targets_[slot].density(w));
-    if (slot == own_slot) own = density;
-    squares += density * density;
+        beam_[slot] ? beam_[slot]->density(w, t, at, caster, in_beam) : targets_[slot].density(w);
+    heuristic.add(double(kParts * shares_.eighth[slot]) * double(density), slot == own_slot);
   }
-  return cosine * all * own / squares;
+  return heuristic.weight(double(cosine * all));
 }
 
 }  // namespace deltalux::gather

@@ -2,6 +2,7 @@
 // The rays of one sample: most spread evenly, some towards guides, and what each weighs.
 #pragma once
 #include <array>
+#include <cmath>
 #include <span>
 #include <vector>
 
@@ -59,6 +60,26 @@ struct Aim {
   uint32_t guide = scene::kNone;       ///< of a Turn: whose it is; kNone: nobody's
 };
 
+/// Weights of multiple importance sampling (Veach & Guibas 1995). With the balance heuristic the
+/// few even rays that meet a pool bring as much noise as all others together.
+class PowerHeuristic {
+ public:
+  /// `expected`: how many rays one way of drawing them sends per solid angle; `own`: it drew this.
+  PowerHeuristic(double expected, bool own) { add(expected, own); }
+  void add(double expected, bool own) {
+    if (own) own_ = expected;
+    squares_ += expected * expected;
+  }
+  /// `wanted`: what rays whose light counts once would be. 0 where that is no number.
+  float weight(double wanted) const {
+    const float weight = float(wanted * own_ / squares_);
+    return std::isfinite(weight) ? weight : 0.0f;
+  }
+
+ private:
+  double own_ = 0, squares_ = 0;
+};
+
 class SampleRays {
  public:
   SampleRays(const Directions& directions, const Guiding& guiding, const Beams& beams,
@@ -68,10 +89,8 @@ class SampleRays {
   Aim aim(uint32_t ray) const;
   /// Two random numbers for what happens where the ray lands, evenly spread over the rays.
   std::array<float, 2> beyond(uint32_t ray) const;
-  /// What the light along a ray that lands at distance `t` counts times; 1 without guides. The
-  /// power heuristic of multiple importance sampling (Veach & Guibas 1995): with the balance
-  /// heuristic the few even rays that meet a pool bring as much noise as all others together.
-  /// `at`: where it lands, facing it. Sets `in_beam` where what stands before a lamp decides.
+  /// What the light along a ray that lands at distance `t` counts times; 1 without guides. `at`:
+  /// where it lands, facing it. Sets `in_beam` where what stands before a lamp decides.
   float weight(uint32_t ray, Vec3f w, float t, const direct::Receiver& at,
                const trace::RayCaster& caster, bool& in_beam) const;
   /// Calls visit(ray) for rays towards points that differ, all of each beam: 1 = differs.

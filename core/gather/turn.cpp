@@ -51,18 +51,16 @@ float Turn::weight(const Aim& aim, float t, const direct::Receiver& at,
   if (!(guided_ > 0)) return 1;
   const float cosine = dot(aim.w, normal_);
   if (!(cosine > 0)) return 0;
-  const float even = cosine * (1 - guided_), each = guided_ / all_;
-  float own = even, squares = even * even;
+  const bool by_guide = aim.guide != scene::kNone;
+  PowerHeuristic heuristic(double(cosine * (1 - guided_)), !by_guide);
   for (size_t g = 0; g < guides_.size() + beams_.size(); ++g) {
     if (!(share_[g] > 0)) continue;
-    const float density =
-        share_[g] * each *
-        (g < guides_.size() ? Target(guides_[g], from_).density(aim.w)
-                            : beams_[g - guides_.size()].density(aim.w, t, at, caster, in_beam));
-    if (g == aim.guide) own = density;
-    squares += density * density;
+    const float density = g < guides_.size()
+                              ? Target(guides_[g], from_).density(aim.w)
+                              : beams_[g - guides_.size()].density(aim.w, t, at, caster, in_beam);
+    heuristic.add(double(share_[g] * (guided_ / all_)) * double(density), g == aim.guide);
   }
-  return cosine * own / squares;
+  return heuristic.weight(double(cosine));
 }
 
 }  // namespace deltalux::gather

@@ -55,7 +55,7 @@ std::vector<Vote> vote(const Present& present, const Evaluation& evaluation,
     const float radiosity = evaluation.brightness(cell);
     // Slivers have no normal that one could trust, and such a vote could stand beside nothing.
     if (!is_unit(normal) || !std::isfinite(radiosity)) continue;
-    out.push_back({origin + w * hit.t, normal, hit.primitive, radiosity, 0, 0});
+    out.push_back({origin + w * hit.t, normal, cell, radiosity, 0, 0});
     all += radiosity;
   }
   // Of beams whose light cells do not hold.

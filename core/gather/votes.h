@@ -15,7 +15,7 @@ namespace deltalux::gather {
 struct Vote {
   static constexpr float kBright = 3;  ///< times the mean of a pilot's rays
   Vec3f at, normal;
-  uint32_t primitive;
+  uint32_t cell;
   float radiosity, around;
   double weight;  ///< share of its pilot's variance
   bool bright() const { return radiosity > kBright * around; }

@@ -215,3 +215,27 @@ def test_hostile_guides_are_refused(baked, tmp_path, hostile, words):
     rewrite(path, arrays=hostile)
     with pytest.raises(dl.FormatError, match=words):
         dl.Session.open(path)
+
+
+@pytest.mark.parametrize("angle", [1e-4, 0.01])
+def test_a_beam_narrower_than_a_cell_follows_what_moves(angle):
+    """Its pool is a point of the floor, then of a block: 256 rays against 4,096."""
+    found = []
+    for rays in (4096, 256):
+        lamp = dl.SpotLight(
+            "s", (0, 1.9, 0), (0.01, -1, 0.02), (1000 / angle**2,) * 3, outer_angle=angle, inner_angle=0.0
+        )
+        block = dl.Mesh("block", *box((0.3, 0.3, 0.3)), "wall", pose=translation(0.5, 0.16, 0), movable=True)
+        walls = dl.Mesh("walls", *box((4, 2, 3), (0, 1, 0), inward=True), "wall")
+        scene = dl.Scene([walls, block], [dl.Material("wall", (0.6, 0.6, 0.6))], [lamp])
+        with dl.Session(
+            scene, dl.Samples.on_vertices(scene, spacing=0.5), paths=50_000, gather=rays
+        ) as session:
+            session.bake()
+            assert session.statistics["gather"]["beams"] == 1
+            session.move("block", translation(0.03, 0.2, 0.02))
+            session.update()
+            found.append(session.irradiance.mean(axis=1))
+    error = (found[1] - found[0]) / np.maximum(found[0], 0.1 * np.median(found[0]))
+    assert np.sqrt((error**2).mean()) <= 0.04
+    assert abs(np.median(error)) <= 0.01
