@@ -8,7 +8,8 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr float kLitByIt = 2;  // times what a spot gives there is more than all light
+constexpr float kFalloff = 0.3f;  // between cells that are about as bright
+constexpr float kLitByIt = 2;     // times what a spot gives there is more than all light
 
 std::optional<BeamGuide> find_beam(const Present& present, const Evaluation& evaluation,
                                    const CellFinder& finder, const Votes& votes, uint32_t light,
@@ -32,18 +33,26 @@ std::optional<BeamGuide> find_beam(const Present& present, const Evaluation& eva
     const float own = evaluation.dim(light) * dot(lamp.intensity, reflectance) * float(each);
     power[cell] += own, sent += double(own), ++landed;
   }
-  std::vector<float> around;
-  size_t bright = 0;
-  double weight = 0;
+  std::vector<const Vote*> lit;
+  float brightest = 0;
   for (const Vote& vote : votes.all) {
     const auto own = power.find(vote.cell);
     if (own == power.end() ||
         !(kLitByIt * own->second > vote.radiosity * present.cells.area(vote.cell)))
       continue;
-    around.push_back(vote.around);
-    if (vote.bright()) ++bright, weight += vote.weight;
+    lit.push_back(&vote);
+    brightest = std::max(brightest, vote.radiosity);
   }
-  if (!votes.suffice(bright, around.size(), weight)) return std::nullopt;
+  std::vector<float> around;
+  size_t bright = 0, as_bright = 0;
+  double weight = 0;
+  for (const Vote* vote : lit) {
+    around.push_back(vote->around);
+    // Cells at the rim hold little of its light.
+    as_bright += vote->radiosity > kFalloff * brightest;
+    if (vote->bright()) ++bright, weight += vote->weight;
+  }
+  if (!votes.suffice(bright, as_bright, weight)) return std::nullopt;
   const BeamGuide guide{light, float(sent * Beam::kPoints / double(landed)), median(around)};
   return guide.flaw(present.lights) ? std::nullopt : std::optional(guide);
 }
