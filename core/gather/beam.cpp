@@ -76,7 +76,7 @@ Vec3f Beam::direction(uint32_t k) const {
 
 Beam::Point Beam::cast(const trace::RayCaster& caster, uint32_t k) const {
   const Vec3f w = direction(k);
-  const trace::Hit hit = light_.on ? caster.closest(light_.position, w) : trace::Hit{};
+  const trace::Hit hit = light_.on ? caster.closest(light_.position, w, nearest()) : trace::Hit{};
   if (!hit.valid()) return {};
   const Vec3f n = trace::facing_normal(hit, w);
   return is_unit(n) ? Point{light_.position + w * hit.t, n, hit.primitive} : Point{};
@@ -99,7 +99,8 @@ void Beam::find_middle(const trace::RayCaster& caster) {
   few_.clear(), radiosity_.clear();
   each_of_few([&](uint32_t k) {
     const Vec3f w = direction(k);
-    const trace::Hit hit = light_.on ? caster.closest_static(light_.position, w) : trace::Hit{};
+    const trace::Hit hit =
+        light_.on ? caster.closest_static(light_.position, w, nearest()) : trace::Hit{};
     if (!hit.valid()) return;
     const Vec3f n = trace::facing_normal(hit, w);
     if (is_unit(n)) few_.push_back({light_.position + w * hit.t, n, hit.primitive});

@@ -14,7 +14,7 @@ namespace deltalux::gather {
 /// A spot whose light is worth rays of its own, as the bake found it.
 struct BeamGuide {
   uint32_t light;
-  float power;   ///< that its first landings send on, all channels
+  float power;   ///< that its first landings send on, all channels; as if all of it landed
   float around;  ///< irradiance of those samples that see them
   /// Why rays can't follow it; null where they can. `lights`: of the scene.
   const char* flaw(std::span<const trace::Light> lights) const;
@@ -83,6 +83,8 @@ class Beam {
 
  private:
   Vec3f direction(uint32_t k) const;
+  /// As far as shadow rays end before the lamp, which may lie on a surface.
+  float nearest() const { return 2 * position_slack(light_.position); }
   Point cast(const trace::RayCaster& caster, uint32_t k) const;
   void find_bounds();
   void find_middle(const trace::RayCaster& caster);

@@ -5,6 +5,11 @@
 #include <algorithm>
 
 namespace deltalux::gather {
+namespace {
+
+constexpr float kAside = 5;  // slacks: a place may be told by a cell that it lies so far beside
+
+}  // namespace
 
 void BeamChange::merge(const BeamChange& later) {
   touched |= later.touched, placed |= later.placed;
@@ -38,7 +43,7 @@ void Beams::find_reach(const scene::Scene& scene, const Cells& cells,
     for (uint32_t own = 0; own < body.size(); ++own) {
       const BodyCells::Ball ball = body.ball(own);
       const Vec3f centre = pose.point(ball.centre);
-      const float radius = ball.radius + position_slack(centre);
+      const float radius = ball.radius + kAside * position_slack(centre);
       uint64_t reach = 0;
       for (size_t b = 0; b < beams_.size(); ++b)
         reach |= uint64_t(beams_[b].may_meet(centre, radius)) << b;

@@ -45,7 +45,7 @@ struct Vertex {
   friend bool operator==(const Vertex&, const Vertex&) = default;
 };
 
-/// Beyond the second vertex chains go on by chance: fixed, for reflectances may change.
+/// Behind the fifth vertex chains go on by chance: fixed, for reflectances may change.
 inline constexpr uint32_t kSurely = 4;
 inline constexpr float kGoesOn = 0.7f;
 /// Where a chain passes, for whoever looks for what an edit touches.
@@ -54,8 +54,9 @@ struct Passage {
   Vec3f origin, last;  ///< the last flight, if any: to its end, or far beyond the world
 };
 
-/// A path that begins at a near hit; beyond its last vertex is `end`, a cell or nothing. Cells hold
-/// no light that comes straight from a beam's lamp: the end may have a vertex of its own for it.
+/// A path that begins at a near hit, or ends at a far one; beyond its last vertex is `end`, a cell
+/// or nothing. Cells hold no light that comes straight from a beam's lamp: the end may have a
+/// vertex of its own for it.
 struct Chain {
   std::array<Vertex, kMostVertices> vertex;
   uint32_t count = 0;

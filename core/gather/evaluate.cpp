@@ -102,13 +102,14 @@ Evaluation::Carried Evaluation::carried(const ChainPool& chains, uint32_t number
   for (size_t i = 0; i < vertices.size(); ++i) {
     const Vertex& vertex = vertices[i];
     const bool is_end = vertex.material & Vertex::kEnd;
-    const Vec3f reflectance = reflectance_[vertex.material & ~Vertex::kEnd] *
-                              (i < kSurely || is_end ? 1.0f : 1 / kGoesOn);
+    const Vec3f reflectance = reflectance_[vertex.material & ~Vertex::kEnd];
+    // Chance decides behind a vertex, not about its own light.
+    const float goes_on = i < kSurely ? 1.0f : 1 / kGoesOn;
     const float dim = dim_[std::min<size_t>(vertex.light, dim_.size() - 1)];
     for (size_t c = 0; c < 3; ++c) {
       const float sent = out.through[c] * reflectance[int(c)];
       out.direct[c] += sent * vertex.direct[c] * dim;
-      if (!is_end) out.through[c] = sent;
+      if (!is_end) out.through[c] = sent * goes_on;
     }
   }
   for (float& own : out.through) own *= chains.weight(number);

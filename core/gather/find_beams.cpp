@@ -24,9 +24,9 @@ std::optional<BeamGuide> find_beam(const Present& present, const Evaluation& eva
   const double each = trace::spot_solid_angle(lamp) / Beam::kPoints;
   for (uint32_t k = 0; k < Beam::kPoints; ++k) {
     const Beam::Point& point = beam.point(k);
-    if (!point.valid()) continue;
     const Vec3f d = point.at - lamp.position;
     const float distance = length(d);
+    if (!point.valid() || !(distance > 0)) continue;
     const uint32_t cell = finder.find(point.primitive, lamp.position, d * (1 / distance), distance);
     if (cell == kNoCell) continue;
     const Vec3f reflectance = present.scene.materials[present.cells.material(cell)].reflectance;

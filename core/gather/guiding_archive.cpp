@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Guides and shares of rays on their way to a session file and back.
+// Guides on their way to a session file and back.
 #include <string>
 
 #include "base/error.h"

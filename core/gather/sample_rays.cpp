@@ -10,9 +10,10 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr float kWorth = 0.01f;  // of a sample's irradiance: less noise than this is let be
-constexpr float kRest = 0.25f;   // what all other light weighs beside guides, of a sample's
-constexpr uint32_t kLooks = 8;   // rays that tell whether a guide is seen
+constexpr float kWorth = 0.01f;      // of a sample's irradiance: less noise than this is let be
+constexpr float kRest = 0.25f;       // what all other light weighs beside guides, of a sample's
+constexpr float kMostShare = 1e20f;  // more is no number
+constexpr uint32_t kLooks = 8;       // rays that tell whether a guide is seen
 
 }  // namespace
 
@@ -29,7 +30,9 @@ RayShares share_rays(std::span<const Guide> guides, const Beams& beams,
   std::vector<Candidate> candidates;
   const auto consider = [&](float square, float irradiance, float around, size_t guide) {
     const float noise = std::sqrt(square / float(rays)) / around;
-    if (noise > kWorth) candidates.push_back({noise, irradiance / around, uint16_t(guide)});
+    const float share = irradiance / around;
+    if (noise > kWorth)
+      candidates.push_back({noise, share < kMostShare ? share : kMostShare, uint16_t(guide)});
   };
   for (size_t g = 0; g < guides.size(); ++g) {
     const Guide& guide = guides[g];

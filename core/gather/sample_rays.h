@@ -39,7 +39,8 @@ struct Guiding {
   std::vector<RayShares> shares;  ///< per sample; empty without guides
   bool empty() const { return guides.empty() && beams.empty(); }
   size_t bytes() const {
-    return guides.capacity() * sizeof(Guide) + shares.capacity() * sizeof(RayShares);
+    return guides.capacity() * sizeof(Guide) + beams.capacity() * sizeof(BeamGuide) +
+           shares.capacity() * sizeof(RayShares);
   }
   /// Arrays named "gather.…", without shares.
   void save(ArchiveView& archive) const;
@@ -93,7 +94,7 @@ class SampleRays {
   /// where it lands, facing it. Sets `in_beam` where what stands before a lamp decides.
   float weight(uint32_t ray, Vec3f w, float t, const direct::Receiver& at,
                const trace::RayCaster& caster, bool& in_beam) const;
-  /// Calls visit(ray) for rays towards points that differ, all of each beam: 1 = differs.
+  /// Calls visit(ray) for rays towards points that differ. `moved_points`: BeamChange::points.
   template <class Visit>
   void each_moved(std::span<const uint8_t> moved_points, const Visit& visit) const {
     for (uint32_t slot = 0; slot < kMostUsed; ++slot) {

@@ -95,7 +95,7 @@ struct State {
   std::vector<uint8_t> cut;        // per path: pending re-trace from this bounce, or kNotCut
   std::vector<int64_t> sums;       // EnergySums, slab = group * kBatches + batch
   std::unique_ptr<Gather> gather;  // of sessions that gather
-  gather::Guiding guiding;         // of those, fixed at the bake
+  gather::Guiding guiding;         // of those; its guides are fixed at the bake
 
   /// What `object` with its lights and samples takes up at `pose`.
   Box bounds_at(uint32_t object, const Pose& pose) const {

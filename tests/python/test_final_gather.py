@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from deltalux import core_session
 from oracles import office_reference as reference
+from oracles import world
 from oracles.metrics import change_error, relative_error
 from rooms import box, room, samples_in, translation
 
@@ -209,3 +210,16 @@ def test_what_stands_in_a_room_wound_outward_is_lit_as_in_one_wound_inward():
             session.bake()
             light.append(session.irradiance.mean())
     assert light[1] == pytest.approx(light[0], rel=0.01)
+
+
+def test_long_chains_bring_what_they_should():
+    """In a furnace so flat that chains hardly end: pi L / (1 - reflectance). Once they gave 3.4 % more."""
+    scene = dl.Scene(
+        [dl.Mesh("walls", *box((1, 0.005, 1), (0, 0, 0), inward=True), "wall")],
+        [dl.Material("wall", (0.7,) * 3, (1.0,) * 3)],
+    )
+    samples = dl.Samples(*world.area_points(scene, 1000, seed=3))
+    with dl.Session(scene, samples, paths=20_000, gather=128) as session:
+        session.bake()
+        assert session.statistics["gather"]["chains"] > 0.5 * 128_000
+        assert session.irradiance.mean() == pytest.approx(np.pi / 0.3, rel=0.005)

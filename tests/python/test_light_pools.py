@@ -115,10 +115,12 @@ EDITS = st.one_of(
     st.tuples(st.just("lamp"), st.floats(-2.5, 2.5), st.floats(1.5, 2.6), st.floats(-2, 2)),
     st.tuples(st.just("dim"), st.sampled_from(["a", "b", "c", "strip"]), st.sampled_from([0.0, 0.5, 2.0])),
     st.tuples(st.just("paint"), st.sampled_from(["wall", "wood"]), st.floats(0, 0.9)),
+    st.tuples(st.just("toggle"), st.sampled_from(["block", "lamp"])),
+    st.tuples(st.just("budget"), st.sampled_from(["block", "lamp"]), st.floats(-2.5, 2.5)),
 )
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(edits=st.lists(EDITS, min_size=1, max_size=5))
 def test_updates_equal_recomputes(baked, edits):
     for kind, *values in edits:
@@ -126,9 +128,16 @@ def test_updates_equal_recomputes(baked, edits):
             baked.dim(*values)
         elif kind == "paint":
             baked.set_reflectance(values[0], (values[1],) * 3)
+        elif kind == "toggle":
+            (baked.add if baked.poses[values[0]] is None else baked.remove)(values[0])
+        elif kind == "budget":
+            baked.move(values[0], translation(values[1], 1.2, 0.4))
+            baked.update(budget_ms=0.01)
+            continue
         else:
             baked.move(kind, translation(*values))
         baked.update()
+    baked.update()
     digest, light = baked.digest(), baked.irradiance
     baked.recompute()
     assert baked.digest() == digest
