@@ -13,6 +13,7 @@ namespace {
 constexpr double kSteps = 65535;
 
 constexpr size_t kPupils = 2048;        // samples that tell how evenly rays are spread
+constexpr size_t kLeastPupils = 64;     // of a kind; fewer tell nothing
 constexpr double kMostRelative = 0.04;  // variance: beyond, a single ray may have met a lot
 
 /// Variances of the mean of all entries, rows and columns both drawn at random (two-way analysis of
@@ -128,11 +129,13 @@ size_t Evaluation::kind_of(const Table& table, size_t rays) {
 
 void Evaluation::learn_spread(const Looks& looks) {
   std::array<double, kKinds> parts{}, halves{};
+  std::array<size_t, kKinds> count{};
   const size_t step = (looks.samples() + kPupils - 1) / kPupils;
   for (size_t sample = 0; sample < looks.samples(); sample += step) {
     Table table;
     add<true>(looks, sample, table);
     const size_t kind = kind_of(table, looks.rays());
+    ++count[kind];
     for (size_t c = 0; c < 3; ++c) {
       const double mean = table.whole[c] / double(looks.rays());
       double means[kParts][kParts];
@@ -145,7 +148,7 @@ void Evaluation::learn_spread(const Looks& looks) {
   }
   // From eight parts to two halves the number of rays doubles twice, to the whole three times.
   for (size_t kind = 0; kind < kKinds; ++kind)
-    if (parts[kind] > 0)
+    if (count[kind] >= kLeastPupils && parts[kind] > 0)
       evenness_[kind] = std::pow(std::clamp(halves[kind] / parts[kind], 0.1, 1.0), 1.5);
 }
 

@@ -16,6 +16,9 @@ constexpr const char* kInBeam = "gather.in_beam";
 constexpr const char* kChains = "gather.chains";
 constexpr const char* kVertices = "gather.vertices";
 
+/// At least half of the rays are even, so none counts more than twice, but for rounding.
+constexpr float kMostWeight = 2.01f;
+
 /// A chain without its vertices.
 struct Record {
   uint32_t count, end;
@@ -34,8 +37,8 @@ void check(const Record& record, uint32_t cells) {
   if (record.count < 1 || record.count > kMostVertices)
     refuse(kChains, "found a chain of " + std::to_string(record.count) + " vertices");
   if (record.end != kDark && record.end >= cells) refuse(kChains, "found a cell that is not there");
-  if (!(record.weight >= 0 && std::isfinite(record.weight)))
-    refuse(kChains, "found a weight that is not finite or negative");
+  if (!(record.weight >= 0 && record.weight <= float(std::pow(kMostWeight, kMostVertices))))
+    refuse(kChains, "found a weight no chain has");
   const Passage& passage = record.passage;
   for (Vec3f p : {passage.near.low, passage.near.high, passage.origin, passage.last})
     if (!is_finite(p)) refuse(kChains, "found a place that is not finite");
@@ -85,8 +88,7 @@ void Looks::restore(ArchiveSource& archive, const Present& present, const Worker
   weights_ = archive.read_all<float>(kWeights, weighted ? targets_.size() : 0);
   in_beam_ = archive.read_all<uint64_t>(kInBeam, beams ? (targets_.size() + 63) / 64 : 0);
   for (float weight : weights_)
-    if (!(weight >= 0 && std::isfinite(weight)))
-      refuse(kWeights, "found a weight that is not finite or negative");
+    if (!(weight >= 0 && weight <= kMostWeight)) refuse(kWeights, "found a weight no ray has");
   const auto records = archive.read_all<Record>(kChains, archive.count<Record>(kChains));
   const auto vertices = archive.read_all<Vertex>(kVertices, archive.count<Vertex>(kVertices));
   const uint32_t cells = present.cells.size();
