@@ -74,36 +74,33 @@ Vec3f Beam::direction(uint32_t k) const {
                                (float(k / kSide) + random(0, 1)) / kSide);
 }
 
-Beam::Point Beam::cast(const trace::RayCaster& caster, uint32_t k) const {
+template <class Caster>
+Beam::Point Beam::cast(uint32_t k, const Caster& closest) const {
+  // As far off as shadow rays end before the lamp, which may lie on a surface.
+  const float from = 2 * position_slack(light_.position);
   const Vec3f w = direction(k);
-  const trace::Hit hit = light_.on ? caster.closest(light_.position, w, nearest()) : trace::Hit{};
+  const trace::Hit hit = light_.on ? closest(light_.position, w, from) : trace::Hit{};
   if (!hit.valid()) return {};
   const Vec3f n = trace::facing_normal(hit, w);
   return is_unit(n) ? Point{light_.position + w * hit.t, n, hit.primitive} : Point{};
 }
 
+Beam::Point Beam::cast(const trace::RayCaster& caster, uint32_t k) const {
+  return cast(k, [&](Vec3f o, Vec3f w, float from) { return caster.closest(o, w, from); });
+}
+
 void Beam::compute(const trace::RayCaster& caster) {
   points_.resize(kPoints);
   for (uint32_t k = 0; k < kPoints; ++k) points_[k] = cast(caster, k);
-  find_bounds();
   find_middle(caster);
-}
-
-void Beam::find_bounds() {
-  bounds_ = {};
-  for (const Point& point : points_)
-    if (point.valid()) bounds_.grow(point.at);
 }
 
 void Beam::find_middle(const trace::RayCaster& caster) {
   few_.clear(), radiosity_.clear();
   each_of_few([&](uint32_t k) {
-    const Vec3f w = direction(k);
-    const trace::Hit hit =
-        light_.on ? caster.closest_static(light_.position, w, nearest()) : trace::Hit{};
-    if (!hit.valid()) return;
-    const Vec3f n = trace::facing_normal(hit, w);
-    if (is_unit(n)) few_.push_back({light_.position + w * hit.t, n, hit.primitive});
+    const Point point =
+        cast(k, [&](Vec3f o, Vec3f w, float from) { return caster.closest_static(o, w, from); });
+    if (point.valid()) few_.push_back(point);
   });
   middle_ = normal_ = {}, extent_ = -1, rise_ = brightest_ = 0;
   if (few_.empty()) return;
@@ -147,7 +144,6 @@ bool Beam::update(const trace::RayCaster& caster, std::span<const Box> boxes,
     if (now == points_[k]) continue;
     points_[k] = now, changed[k] = 1;
   }
-  find_bounds();
   return true;
 }
 
@@ -158,9 +154,7 @@ float Beam::density(Vec3f w, float t, const direct::Receiver& at, const trace::R
   const direct::LightShape::Glance ray = shape_.glance(at, 0, 0);
   if (!(ray.irradiance > 0)) return 0;
   in_beam = true;
-  if (caster.occluded_static(ray.origin, ray.direction, ray.to) ||
-      caster.occluded_movable(ray.origin, ray.direction, ray.to))
-    return 0;
+  if (caster.occluded(ray.origin, ray.direction, ray.to)) return 0;
   return kPi * per_solid_ * float(ray.irradiance) * t * t / cosine;
 }
 

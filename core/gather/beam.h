@@ -53,8 +53,6 @@ class Beam {
   static uint32_t number(float u, float v) {
     return uint32_t(v * kSide) * kSide + uint32_t(u * kSide);
   }
-  /// Around all points.
-  const Box& bounds() const { return bounds_; }
   /// Of a ray along `w` that lands `t` away: chance per solid angle that a point lies there, times
   /// pi. `at`: the place, facing the ray. Sets `in_beam` where what stands before the lamp decides.
   float density(Vec3f w, float t, const direct::Receiver& at, const trace::RayCaster& caster,
@@ -83,10 +81,10 @@ class Beam {
 
  private:
   Vec3f direction(uint32_t k) const;
-  /// As far as shadow rays end before the lamp, which may lie on a surface.
-  float nearest() const { return 2 * position_slack(light_.position); }
+  /// `closest`: (origin, direction, from) -> Hit.
+  template <class Caster>
+  Point cast(uint32_t k, const Caster& closest) const;
   Point cast(const trace::RayCaster& caster, uint32_t k) const;
-  void find_bounds();
   void find_middle(const trace::RayCaster& caster);
   float perhaps(Vec3f from, Vec3f n) const;
 
@@ -96,7 +94,6 @@ class Beam {
   float per_solid_;  // chance per solid angle where the spot is brightest
   uint64_t key_;
   std::vector<Point> points_;
-  Box bounds_;
   // As if nothing that moves were there; a negative extent: nothing is.
   std::vector<Point> few_;
   std::vector<float> radiosity_;  // of those

@@ -22,15 +22,12 @@ Beams::Beams(std::span<const BeamGuide> guides, const scene::Scene& scene,
              const Cells& cells, uint64_t seed)
     : seed_(seed) {
   if (guides.empty()) return;
-  for (const BeamGuide& guide : guides)
+  for (const BeamGuide& guide : guides) {
     beams_.emplace_back(lights[guide.light], guide, seed).compute(caster);
-  find_lights(lights.size());
+    lights_.resize(std::max(lights_.size(), size_t(guide.light) + 1));
+    lights_[guide.light] = 1;
+  }
   find_reach(scene, cells, {});
-}
-
-void Beams::find_lights(size_t count) {
-  lights_.assign(count, 0);
-  for (const Beam& beam : beams_) lights_[beam.guide().light] = 1;
 }
 
 void Beams::find_reach(const scene::Scene& scene, const Cells& cells,
@@ -72,7 +69,6 @@ BeamChange Beams::update(const scene::Scene& scene, std::span<const trace::Light
     change.placed |= uint64_t(1) << b;
   }
   change.touched |= change.placed != 0;
-  find_lights(lights.size());
   find_reach(scene, cells, change.placed ? std::span<const uint32_t>{} : objects);
   return change;
 }

@@ -32,25 +32,23 @@ class Beams {
                     const trace::RayCaster& caster, const Cells& cells,
                     std::span<const uint32_t> objects, std::span<const Box> boxes);
 
-  bool empty() const { return beams_.empty(); }
   size_t size() const { return beams_.size(); }
   size_t bytes() const {
     return beams_.size() * (sizeof(Beam) + Beam::kPoints * sizeof(Beam::Point)) +
            reach_.capacity() * sizeof(uint64_t);
   }
   const Beam& operator[](size_t beam) const { return beams_[beam]; }
-  /// Per light: 1 = it has a beam.
-  std::span<const uint8_t> lights() const { return lights_; }
+  /// Whether the light has a beam.
+  bool has(uint32_t light) const { return light < lights_.size() && lights_[light]; }
   /// A bit per beam whose light may reach the cell, if nothing is between.
   uint64_t reach(uint32_t cell) const { return reach_.empty() ? 0 : reach_[cell]; }
 
  private:
-  void find_lights(size_t count);
   void find_reach(const scene::Scene& scene, const Cells& cells, std::span<const uint32_t> objects);
 
   uint64_t seed_ = 0;
   std::vector<Beam> beams_;
-  std::vector<uint8_t> lights_;
+  std::vector<uint8_t> lights_;  // up to the last that has one: 1 = it does
   std::vector<uint64_t> reach_;  // per cell; empty without beams
 };
 

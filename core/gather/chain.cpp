@@ -46,12 +46,12 @@ direct::LightShape::Glance close_glance(const direct::LightShape& shape,
 
 }  // namespace
 
-OneLight::OneLight(std::span<const trace::Light> lights, std::span<const uint8_t> wanted,
-                   uint32_t groups, uint64_t seed)
+OneLight::OneLight(std::span<const trace::Light> lights,
+                   const std::function<bool(uint32_t)>& takes_part, uint32_t groups, uint64_t seed)
     : lights_(lights), groups_(groups) {
   for (uint32_t i = 0; i < lights.size(); ++i) {
     shapes_.emplace_back();
-    if (lights[i].on && (wanted.empty() || wanted[i])) shapes_.back().emplace(lights[i], i, seed);
+    if (lights[i].on && takes_part(i)) shapes_.back().emplace(lights[i], i, seed);
   }
 }
 
@@ -85,9 +85,7 @@ void OneLight::ask(const trace::RayCaster& caster, const direct::Receiver& recei
   const direct::LightShape::Glance ray = shapes_[chosen]->is_small(receiver)
                                              ? shapes_[chosen]->glance(receiver, u, draw[1])
                                              : close_glance(*shapes_[chosen], receiver, u);
-  if (!(ray.irradiance > 0) || caster.occluded_static(ray.origin, ray.direction, ray.to) ||
-      caster.occluded_movable(ray.origin, ray.direction, ray.to))
-    return;
+  if (!(ray.irradiance > 0) || caster.occluded(ray.origin, ray.direction, ray.to)) return;
   const trace::Light& light = lights_[chosen];
   const Vec3f power = light.kind == scene::LightKind::area ? light.radiance : light.intensity;
   const double factor = ray.irradiance / chance(chosen);
@@ -97,8 +95,11 @@ void OneLight::ask(const trace::RayCaster& caster, const direct::Receiver& recei
 ChainTracer::ChainTracer(const Present& present, const CellFinder& finder, uint64_t seed)
     : present_(present),
       finder_(finder),
-      one_light_(present.lights, {}, present.scene.group_count, seed),
-      one_beam_(present.lights, present.beams.lights(), present.scene.group_count, seed),
+      one_light_(
+          present.lights, [](uint32_t) { return true; }, present.scene.group_count, seed),
+      one_beam_(
+          present.lights, [&](uint32_t light) { return present.beams.has(light); },
+          present.scene.group_count, seed),
       seed_(mix64(seed ^ 0x636861696e212121ull)) {}
 
 Chain ChainTracer::trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w,

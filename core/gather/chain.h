@@ -3,6 +3,7 @@
 // apart, contact shadows, so the ray goes on as a path does.
 #pragma once
 #include <array>
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -72,9 +73,9 @@ using Draw = std::array<float, 2>;
 /// Direct light at a point by one shadow ray.
 class OneLight {
  public:
-  /// `wanted`: per light, 1 = it takes part; empty: all do.
-  OneLight(std::span<const trace::Light> lights, std::span<const uint8_t> wanted, uint32_t groups,
-           uint64_t seed);
+  /// Of those of the lights, by number, that take part.
+  OneLight(std::span<const trace::Light> lights, const std::function<bool(uint32_t)>& takes_part,
+           uint32_t groups, uint64_t seed);
   /// A light by about its unshadowed share, half of all lights' and half within its group, so that
   /// no group is left out where others are dimmed.
   void ask(const trace::RayCaster& caster, const direct::Receiver& receiver, const Draw& draw,

@@ -2,7 +2,6 @@
 // Where a chain goes on from a surface: anywhere, or towards a guide.
 #pragma once
 #include <array>
-#include <optional>
 
 #include "gather/sample_rays.h"
 

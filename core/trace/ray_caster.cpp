@@ -115,7 +115,8 @@ bool RayCaster::occluded_object(uint32_t object, Vec3f o, Vec3f d, float to) con
   return movable.scene && reaches(movable, o, d, to) && movable.scene.occluded(o, d, to);
 }
 
-bool RayCaster::occluded_movable(Vec3f o, Vec3f d, float to) const {
+bool RayCaster::occluded(Vec3f o, Vec3f d, float to) const {
+  if (occluded_static(o, d, to)) return true;
   for (uint32_t object : present_)
     if (occluded_object(object, o, d, to)) return true;
   return false;

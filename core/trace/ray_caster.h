@@ -54,7 +54,8 @@ class RayCaster {
 
   bool occluded_static(Vec3f origin, Vec3f direction, float to) const;
   bool occluded_object(uint32_t object, Vec3f origin, Vec3f direction, float to) const;
-  bool occluded_movable(Vec3f origin, Vec3f direction, float to) const;
+  /// By anything.
+  bool occluded(Vec3f origin, Vec3f direction, float to) const;
   /// The rays in `wanted` that the static scene (an object) blocks; three times faster than single
   /// rays. The answers belong to the fan as a whole: rays that begin on a triangle, lie in its
   /// plane or pass through its edge (3e-5 of them, no others) are answered otherwise in other

@@ -299,8 +299,7 @@ std::vector<uint8_t> Session::visible(std::span<const Vec3f> from,
   state_->workers.for_blocks(out.size(), 1024, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const Vec3f way = to[i] - from[i];
-      out[i] = !caster.occluded_static(from[i], way, 1.0f) &&
-               !caster.occluded_movable(from[i], way, 1.0f);
+      out[i] = !caster.occluded(from[i], way, 1.0f);
     }
   });
   return out;
