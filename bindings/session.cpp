@@ -319,7 +319,7 @@ void bind_session(nb::module_& m) {
              if (state.gather) {
                const gather::Looks& looks = state.gather->looks;
                nb::dict gather;
-               gather["rays"] = uint64_t(looks.rays()) * looks.samples();
+               gather["rays"] = looks.rays().all();
                gather["chains"] = looks.chains().size();
                gather["guides"] = state.guiding.guides.size();
                gather["beams"] = state.guiding.beams.size();

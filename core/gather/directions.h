@@ -14,8 +14,8 @@ namespace deltalux::gather {
 /// of the strata holds as many for every sample.
 class Directions {
  public:
+  /// Of samples that cast at most `count` rays each.
   Directions(uint32_t count, uint64_t seed);
-  uint32_t count() const { return uint32_t(points_.size()); }
   /// Of ray `ray` of the sample with that key, about the unit normal `n`.
   Vec3f operator()(uint64_t sample, uint32_t ray, Vec3f n) const {
     const auto [u, v] = shifted(ray, combine(key_, sample));
@@ -34,10 +34,10 @@ class Directions {
             unit_float32(sobol::owen_scramble(p[3], uint32_t(shift >> 32)))};
   }
 
-  /// Calls visit(ray) for all rays of `sample` about `n` that may meet the ball, and for few
-  /// others.
+  /// Calls visit(ray) for all of the first `count` rays of `sample` about `n` that may meet the
+  /// ball, and for few others.
   template <class Visit>
-  void each_towards(uint64_t sample, Vec3f n, Vec3f to_centre, float radius,
+  void each_towards(uint64_t sample, uint32_t count, Vec3f n, Vec3f to_centre, float radius,
                     const Visit& visit) const {
     const float distance = length(to_centre);
     const bool inside = !(distance > radius);
@@ -56,8 +56,11 @@ class Directions {
       if (!inside && dot(cone.axis, local) < cone.cosine * cosine - cone.sine * sine - 1e-4f)
         continue;
       const uint32_t own = ((i / kSide) ^ turned_v) * kSide + ((i % kSide) ^ turned_u);
-      for (uint32_t ray : std::span(rays_).subspan(first_[own], first_[own + 1] - first_[own]))
+      // Ascending.
+      for (uint32_t ray : std::span(rays_).subspan(first_[own], first_[own + 1] - first_[own])) {
+        if (ray >= count) break;
         visit(ray);
+      }
     }
   }
 

@@ -134,10 +134,10 @@ void Evaluation::learn_spread(const Looks& looks) {
   for (size_t sample = 0; sample < looks.samples(); sample += step) {
     Table table;
     add<true>(looks, sample, table);
-    const size_t kind = kind_of(table, looks.rays());
+    const size_t kind = kind_of(table, looks.rays().count(sample));
     ++count[kind];
     for (size_t c = 0; c < 3; ++c) {
-      const double mean = table.whole[c] / double(looks.rays());
+      const double mean = table.whole[c] / double(looks.rays().count(sample));
       double means[kParts][kParts];
       table.means(c, means);
       const Variances own = crossed_variances(means);
@@ -153,7 +153,7 @@ void Evaluation::learn_spread(const Looks& looks) {
 }
 
 void Evaluation::read(const Looks& looks, size_t sample, double* irradiance, double* error) const {
-  const size_t n = looks.rays();
+  const size_t n = looks.rays().count(sample);
   Table table;
   if (batches_.empty())
     add<false>(looks, sample, table);
@@ -172,6 +172,21 @@ void Evaluation::read(const Looks& looks, size_t sample, double* irradiance, dou
     error[c] =
         irradiance[c] > 0 ? std::sqrt(std::max(variance, least)) : mean_radiosity_[c] / double(n);
   }
+}
+
+PilotLook Evaluation::pilot(const Looks& looks, size_t sample) const {
+  Table table;
+  add<false>(looks, sample, table);
+  double sum = 0, squares = 0;
+  for (size_t part = 0; part < kParts; ++part) {
+    const auto& own = table.parts[part];
+    const double mean =
+        (double(own[0]) + double(own[1]) + double(own[2])) / double(table.rays[part]);
+    sum += mean, squares += mean * mean;
+  }
+  const double mean = sum / kParts;
+  const double variance = std::max(0.0, squares / kParts - mean * mean) / (kParts - 1.0);
+  return {float(mean), float(variance)};
 }
 
 template <bool kErrors>
@@ -209,7 +224,7 @@ void Evaluation::add(const Looks& looks, size_t sample, Table& table) const {
           table.sums[part][c][k] += step * float(int(batches_[cell].steps[c][k]));
       }
     }
-    for (size_t c = 0; c < 3; ++c) table.whole[c] += double(of_part[c]);
+    for (size_t c = 0; c < 3; ++c) table.whole[c] += double(table.parts[part][c] = of_part[c]);
   }
 }
 

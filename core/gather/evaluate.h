@@ -42,6 +42,8 @@ class Evaluation {
   void learn_spread(const Looks& looks);
   /// Irradiance of a sample and, of an evaluation with errors, its standard error, 3 each.
   void read(const Looks& looks, size_t sample, double* irradiance, double* error) const;
+  /// What the rays of a sample tell about it, without direct light.
+  PilotLook pilot(const Looks& looks, size_t sample) const;
 
  private:
   /// Radiosity of a cell. `step`: of its batches.
@@ -63,6 +65,7 @@ class Evaluation {
   /// sequence, evenly spread by itself; there are as many batches as parts.
   struct Table {
     float sums[kParts][3][kParts] = {};
+    float parts[kParts][3];  ///< of the rays, all batches
     double whole[3] = {};
     size_t rays[kParts];
     size_t chains = 0;

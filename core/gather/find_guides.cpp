@@ -70,7 +70,7 @@ std::optional<Guide> take_place(const Votes& before, std::vector<Vote>& votes, f
   }
   Guide guide{};
   guide.centre = box.centre(), guide.normal = normalize(Vec3f(normal));
-  guide.around = median(around);
+  guide.around = median(around), guide.rise = margin;
   for (const Vote& vote : votes)
     if (vote.bright() && beside(vote))
       guide.half = std::max(guide.half, length(vote.at - guide.centre) + margin);
@@ -86,9 +86,10 @@ void paint(Guide& guide, const Present& present, const Evaluation& evaluation,
   double sum = 0, squares = 0;
   for (size_t k = 0; k < kSide; ++k)
     for (size_t i = 0; i < kSide; ++i) {
+      // From close by: a shade may stand before it.
       const Vec3f above = guide.point((float(i) + 0.5f) / kSide, (float(k) + 0.5f) / kSide) +
-                          guide.normal * (0.5f * guide.half);
-      const trace::Hit hit = present.caster.closest(above, -guide.normal, 0, guide.half);
+                          guide.normal * guide.rise;
+      const trace::Hit hit = present.caster.closest(above, -guide.normal, 0, 2 * guide.rise);
       const uint32_t cell =
           hit.valid() ? finder.find(hit.primitive, above, -guide.normal, hit.t) : kNoCell;
       if (cell != kNoCell) texel[k][i] = evaluation.brightness(cell);

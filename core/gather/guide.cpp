@@ -38,6 +38,7 @@ const char* Guide::flaw() const {
     if (!(std::fabs(centre[axis]) <= kFarthest)) return "a place that is not finite";
   if (!is_unit(normal)) return "a normal that is not of unit length";
   if (!(half >= kLeastHalf && half <= kFarthest)) return "a size that no scene has";
+  if (!(rise > 0 && rise <= half)) return "a rise beyond its size";
   for (float value : {radiosity, brightest, around})
     if (!(value > 0 && std::isfinite(value))) return "light that is not positive and finite";
   if (!(std::max(radiosity, brightest) / around <= kMostContrast))

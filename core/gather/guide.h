@@ -15,6 +15,7 @@ struct Guide {
 
   Vec3f centre, normal;
   float half;       ///< of its side
+  float rise;       ///< how far from its plane what is bright may lie
   float radiosity;  ///< mean
   float brightest;  ///< root mean square: of what a ray that meets it by chance brings
   float around;     ///< irradiance of those samples that see it
@@ -22,6 +23,8 @@ struct Guide {
   std::array<float, kSide + 1> row;
   std::array<std::array<float, kSide + 1>, kSide> column;
 
+  /// Whether a place where a ray towards it lands is of it, not before or behind it.
+  bool holds(Vec3f place) const { return std::fabs(dot(place - centre, normal)) <= rise; }
   /// Directions of the rows' and the columns' axis follow from the normal.
   Vec3f point(float u, float v) const;
   /// Why rays can't follow it; null where they can.

@@ -30,11 +30,11 @@ class Looks::Caster {
 
   bool blind(size_t sample) const { return present_.receivers[sample].normal == Vec3f{}; }
   SampleRays rays(size_t sample) const {
-    return {looks_.directions_, present_.guiding, present_.beams, uint32_t(sample),
-            present_.receivers[sample]};
+    return {looks_.directions_, present_.guiding,           present_.beams,
+            uint32_t(sample),   looks_.rays_.count(sample), present_.receivers[sample]};
   }
   void look(const SampleRays& rays, size_t sample, uint32_t ray, Found& out) const {
-    Found::Ray own{sample * looks_.rays() + ray, kDark, 0, false};
+    Found::Ray own{looks_.rays_.first(sample) + ray, kDark, 0, false};
     const Vec3f o = rays.origin();
     const Aim aim = blind(sample) ? Aim{} : rays.aim(ray);
     const trace::Hit hit = aim.w == Vec3f{} ? trace::Hit{} : present_.caster.closest(o, aim.w);
@@ -105,7 +105,7 @@ class Looks::Suspects {
   /// `apart`: passes_by() of these targets, or of more.
   void mark(const SampleRays& rays, size_t sample, bool apart, std::vector<uint8_t>& again) const {
     const std::span<const uint32_t> targets = looks_.targets(sample);
-    const size_t first = sample * looks_.rays();
+    const size_t first = looks_.rays_.first(sample);
     for (size_t ray = 0; ray < targets.size(); ++ray)
       again[ray] =
           gone(targets[ray], apart) || (change_.beams.touched && looks_.in_beam(first + ray));
@@ -156,8 +156,8 @@ class Looks::Suspects {
   std::vector<direct::ShadowVolume> shadows_;  // per light and box
 };
 
-Looks::Looks(size_t samples, uint32_t rays, uint64_t seed)
-    : samples_(samples), seed_(seed), directions_(rays, seed) {}
+Looks::Looks(RayCounts rays, uint64_t seed)
+    : rays_(std::move(rays)), seed_(seed), directions_(rays_.most(), seed) {}
 
 void Looks::set(const Found& found) {
   const auto release = [&](uint32_t& target) {
@@ -187,22 +187,22 @@ void Looks::cast(const Present& present, const Workers& workers, Progress& progr
   const Caster caster(*this, present);
   pending_.reset();
   chains_.clear();
-  targets_.assign(samples_ * rays(), kDark);
+  targets_.assign(rays_.all(), kDark);
   weights_.assign(present.guiding.empty() ? 0 : targets_.size(), 0.0f);
   in_beam_.assign(present.guiding.beams.empty() ? 0 : (targets_.size() + 63) / 64, 0);
-  progress.begin("look around", samples_);
+  progress.begin("look around", rays_.all());
   // In portions: chains are small once they are stored.
-  for (size_t first = 0; first < samples_; first += kPortion) {
-    const size_t portion = std::min(kPortion, samples_ - first);
+  for (size_t first = 0; first < samples(); first += kPortion) {
+    const size_t portion = std::min(kPortion, samples() - first);
     std::vector<Found> found((portion + kGrain - 1) / kGrain);
     workers.for_blocks(portion, kGrain, [&](size_t begin, size_t end) {
       for (size_t sample = first + begin; sample < first + end; ++sample) {
         progress.check();
         const SampleRays own = caster.rays(sample);
-        for (uint32_t ray = 0; ray < rays(); ++ray)
+        for (uint32_t ray = 0; ray < own.count(); ++ray)
           caster.look(own, sample, ray, found[begin / kGrain]);
       }
-      progress.advance(end - begin);
+      progress.advance(rays_.first(first + end) - rays_.first(first + begin));
     });
     for (const Found& block : found) set(block);
   }
@@ -238,9 +238,9 @@ void Looks::note(const Present& present, const Change& change) {
   }
   pending_->done = 0;
   // Samples of a block lie close together.
-  std::vector<float> distance((samples_ + kGrain - 1) / kGrain, std::numeric_limits<float>::max());
+  std::vector<float> distance((samples() + kGrain - 1) / kGrain, std::numeric_limits<float>::max());
   for (size_t block = 0; block < distance.size(); ++block) {
-    const Vec3f p = present.receivers[std::min(samples_ - 1, (block + 1) * kGrain - 1)].point;
+    const Vec3f p = present.receivers[std::min(samples() - 1, (block + 1) * kGrain - 1)].point;
     for (const MovedObject& moved : pending_->change.objects)
       for (const Box& box : moved.passed) {
         const Vec3f off = max(max(box.low - p, p - box.high), Vec3f{});
@@ -271,19 +271,20 @@ uint64_t Looks::follow(const Present& present, const Workers& workers, Progress&
     const size_t first = pending_->done, step = std::min(kStep, order.size() - first);
     std::vector<Found> found(step);
     workers.for_blocks(step, 1, [&](size_t begin, size_t end) {
-      std::vector<uint8_t> again(rays());
+      std::vector<uint8_t> again;
       for (size_t k = begin; k < end; ++k) {
-        const size_t from = order[first + k] * kGrain, to = std::min(samples_, from + kGrain);
+        const size_t from = order[first + k] * kGrain, to = std::min(samples(), from + kGrain);
+        const size_t ray = rays_.first(from);
         // Of a block at once, since most lie far away.
         const bool apart =
-            suspects.passes_by(std::span(targets_).subspan(from * rays(), (to - from) * rays()));
+            suspects.passes_by(std::span(targets_).subspan(ray, rays_.first(to) - ray));
         for (size_t i = from; i < to; ++i) {
           if (!fresh[i] && caster.blind(i)) continue;
-          again.assign(rays(), fresh[i]);
           const SampleRays own = caster.rays(i);
+          again.assign(own.count(), fresh[i]);
           if (!fresh[i]) suspects.mark(own, i, apart, again);
-          for (uint32_t ray = 0; ray < rays(); ++ray)
-            if (again[ray]) caster.look(own, i, ray, found[k]);
+          for (uint32_t r = 0; r < own.count(); ++r)
+            if (again[r]) caster.look(own, i, r, found[k]);
         }
       }
       progress.advance(end - begin);
@@ -298,10 +299,10 @@ uint64_t Looks::follow(const Present& present, const Workers& workers, Progress&
   return count;
 }
 
-double Looks::forecast_bytes(size_t samples, uint32_t rays) {
+double Looks::forecast_bytes(double rays) {
   // A tenth to a third of the rays begin a chain, of two vertices or three.
   constexpr double kPerRay = sizeof(uint32_t) + sizeof(float) + 0.2 * (72 + 2.5 * sizeof(Vertex));
-  return double(samples) * double(rays) * kPerRay;
+  return rays * kPerRay;
 }
 
 size_t Looks::bytes() const {

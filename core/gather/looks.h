@@ -33,10 +33,10 @@ struct Change {
 
 class Looks {
  public:
-  Looks(size_t samples, uint32_t rays, uint64_t seed);
+  Looks(RayCounts counts, uint64_t seed);
 
-  uint32_t rays() const { return directions_.count(); }
-  size_t samples() const { return samples_; }
+  const RayCounts& rays() const { return rays_; }
+  size_t samples() const { return rays_.receivers(); }
   /// All rays from scratch. Throws Cancelled: then this object is of no use.
   void cast(const Present& present, const Workers& workers, Progress& progress);
   /// Notes what follow() has to take in.
@@ -51,18 +51,18 @@ class Looks {
   /// Of ray `ray` of a sample: a cell, kDark, or kChain + index into chains().
   static constexpr uint32_t kChain = 0x80000000u;
   std::span<const uint32_t> targets(size_t sample) const {
-    return std::span(targets_).subspan(sample * rays(), rays());
+    return std::span(targets_).subspan(rays_.first(sample), rays_.count(sample));
   }
   /// What the light along each ray of a sample counts times; empty: once.
   std::span<const float> weights(size_t sample) const {
     return weights_.empty() ? std::span<const float>{}
-                            : std::span(weights_).subspan(sample * rays(), rays());
+                            : std::span(weights_).subspan(rays_.first(sample), rays_.count(sample));
   }
   static bool is_chain(uint32_t target) { return target >= kChain && target != kDark; }
   static uint32_t chain_of(uint32_t target) { return target - kChain; }
   const ChainPool& chains() const { return chains_; }
   size_t bytes() const;
-  static double forecast_bytes(size_t samples, uint32_t rays);
+  static double forecast_bytes(double rays);
 
   /// Arrays named "gather.…".
   void save(ArchiveView& archive) const;
@@ -102,7 +102,7 @@ class Looks {
     return !in_beam_.empty() && in_beam_[place / 64] >> (place % 64) & 1;
   }
 
-  size_t samples_;
+  RayCounts rays_;
   uint64_t seed_;
   Directions directions_;
   std::vector<uint32_t> targets_;

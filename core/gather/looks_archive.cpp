@@ -83,7 +83,7 @@ void Looks::save(ArchiveView& archive) const {
 void Looks::restore(ArchiveSource& archive, const Present& present, const Workers& workers,
                     Progress& progress) {
   if (!archive.read_all<uint32_t>(kComplete, 1)[0]) return cast(present, workers, progress);
-  targets_ = archive.read_all<uint32_t>(kTargets, samples_ * rays());
+  targets_ = archive.read_all<uint32_t>(kTargets, rays_.all());
   const bool weighted = !present.guiding.empty(), beams = !present.guiding.beams.empty();
   weights_ = archive.read_all<float>(kWeights, weighted ? targets_.size() : 0);
   in_beam_ = archive.read_all<uint64_t>(kInBeam, beams ? (targets_.size() + 63) / 64 : 0);

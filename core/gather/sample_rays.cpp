@@ -14,6 +14,8 @@ constexpr float kWorth = 0.01f;      // of a sample's irradiance: less noise tha
 constexpr float kRest = 0.25f;       // what all other light weighs beside guides, of a sample's
 constexpr float kMostShare = 1e20f;  // more is no number
 constexpr uint32_t kLooks = 8;       // rays that tell whether a guide is seen
+constexpr uint32_t kMostLooks = 64;  // where it may be seen through a gap
+constexpr float kHidden = 0.03f;     // noise of what is seen so little that no look met it: let be
 
 }  // namespace
 
@@ -54,14 +56,16 @@ RayShares share_rays(std::span<const Guide> guides, const Beams& beams,
     if (candidate.guide < guides.size()) {
       const Guide& guide = guides[candidate.guide];
       const Target target(guide, origin);
-      uint32_t hits = 0;
-      for (uint32_t k = 0; k < kLooks; ++k) {
+      uint32_t hits = 0, looks = 0;
+      while (looks < kLooks ||
+             (!hits && looks < kMostLooks && candidate.noise > kHidden * std::sqrt(float(looks)))) {
+        const uint32_t k = looks++;
         const Vec3f w = target.direction(random(k, 0), random(k, 1));
         if (!(dot(w, receiver.normal) > 0)) continue;
         const trace::Hit hit = caster.closest_static(origin, w);
-        hits += hit.valid() && length(origin + w * hit.t - guide.centre) < 2 * guide.half;
+        hits += hit.valid() && guide.holds(origin + w * hit.t);
       }
-      candidate.share *= float(hits) / kLooks;
+      candidate.share *= float(hits) / float(looks);
     } else {
       const Beam& beam = beams[candidate.guide - RayShares::kFirstBeam];
       candidate.share *=
@@ -85,9 +89,10 @@ RayShares share_rays(std::span<const Guide> guides, const Beams& beams,
 }
 
 SampleRays::SampleRays(const Directions& directions, const Guiding& guiding, const Beams& beams,
-                       uint32_t sample, const direct::Receiver& receiver)
+                       uint32_t sample, uint32_t rays, const direct::Receiver& receiver)
     : directions_(directions),
       key_(receiver.key),
+      count_(rays),
       origin_(receiver.point + receiver.normal * receiver.slack()),
       normal_(receiver.normal) {
   if (guiding.shares.empty()) return;
@@ -110,7 +115,7 @@ uint32_t SampleRays::ray_of_even(uint32_t number) const {
 }
 
 std::pair<uint32_t, uint32_t> SampleRays::slot_of(uint32_t ray) const {
-  const uint32_t part = uint32_t((uint64_t(ray) * kParts + kParts - 1) / directions_.count());
+  const uint32_t part = uint32_t((uint64_t(ray) * kParts + kParts - 1) / count_);
   const uint32_t even = end_of(part) - guided_;
   if (ray < even) return {kMostUsed, ray - part * guided_};
   uint32_t number = ray - even, slot = 0;
@@ -146,7 +151,7 @@ float SampleRays::weight(uint32_t ray, Vec3f w, float t, const direct::Receiver&
   const float cosine = dot(w, normal_);
   if (!(cosine > 0)) return 0;
   const uint32_t own_slot = slot_of(ray).first;
-  const float all = float(directions_.count());
+  const float all = float(count_);
   PowerHeuristic heuristic(double(cosine * (all - float(kParts * guided_))), own_slot == kMostUsed);
   for (uint32_t slot = 0; slot < kMostUsed; ++slot) {
     if (!shares_.eighth[slot]) continue;

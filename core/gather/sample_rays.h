@@ -11,6 +11,7 @@
 #include "gather/beams.h"
 #include "gather/directions.h"
 #include "gather/guide.h"
+#include "gather/ray_counts.h"
 #include "trace/ray_caster.h"
 
 namespace deltalux::gather {
@@ -36,16 +37,19 @@ struct RayShares {
 struct Guiding {
   std::vector<Guide> guides;
   std::vector<BeamGuide> beams;
+  RayNeed need;
+  std::vector<int8_t> doublings;  ///< of the standard number of rays, per sample
   std::vector<RayShares> shares;  ///< per sample; empty without guides
+  /// Whether all rays are even ones.
   bool empty() const { return guides.empty() && beams.empty(); }
   size_t bytes() const {
     return guides.capacity() * sizeof(Guide) + beams.capacity() * sizeof(BeamGuide) +
-           shares.capacity() * sizeof(RayShares);
+           shares.capacity() * sizeof(RayShares) + doublings.capacity();
   }
   /// Arrays named "gather.…", without shares.
   void save(ArchiveView& archive) const;
   /// Throws FormatError: then this object is of no use.
-  void restore(ArchiveSource& archive, std::span<const trace::Light> lights);
+  void restore(ArchiveSource& archive, std::span<const trace::Light> lights, size_t samples);
 };
 
 /// Shares of a receiver that casts `rays`, by what it sees of guides; follows from the receiver,
@@ -84,7 +88,8 @@ class PowerHeuristic {
 class SampleRays {
  public:
   SampleRays(const Directions& directions, const Guiding& guiding, const Beams& beams,
-             uint32_t sample, const direct::Receiver& receiver);
+             uint32_t sample, uint32_t rays, const direct::Receiver& receiver);
+  uint32_t count() const { return count_; }
   Vec3f origin() const { return origin_; }
   bool has_guides() const { return guided_ > 0; }
   Aim aim(uint32_t ray) const;
@@ -110,10 +115,9 @@ class SampleRays {
   template <class Visit>
   void each_towards(Vec3f centre, float radius, const Visit& visit) const {
     const Vec3f to_centre = centre - origin_;
-    const uint32_t even = directions_.count() - kParts * guided_;
-    directions_.each_towards(key_, normal_, to_centre, radius, [&](uint32_t number) {
-      if (number < even) visit(ray_of_even(number));
-    });
+    const uint32_t even = count_ - kParts * guided_;
+    directions_.each_towards(key_, even, normal_, to_centre, radius,
+                             [&](uint32_t number) { visit(ray_of_even(number)); });
     for (uint32_t slot = 0; slot < kMostUsed; ++slot)
       if (shares_.eighth[slot] && (beam_[slot] || targets_[slot].may_meet(to_centre, radius)))
         each_of_slot(slot, [&](uint32_t ray, uint32_t) { visit(ray); });
@@ -121,9 +125,7 @@ class SampleRays {
 
  private:
   /// Of a part, behind its last ray.
-  uint32_t end_of(uint32_t part) const {
-    return uint32_t(uint64_t(directions_.count()) * (part + 1) / kParts);
-  }
+  uint32_t end_of(uint32_t part) const { return uint32_t(uint64_t(count_) * (part + 1) / kParts); }
   /// Calls visit(ray, its number in the slot).
   template <class Visit>
   void each_of_slot(uint32_t slot, const Visit& visit) const {
@@ -144,6 +146,7 @@ class SampleRays {
 
   const Directions& directions_;
   uint64_t key_;  // the receiver's
+  uint32_t count_;
   Vec3f origin_, normal_;
   uint32_t guided_ = 0;  // of each part
   RayShares shares_;

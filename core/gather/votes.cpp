@@ -15,30 +15,6 @@ namespace {
 constexpr size_t kPilots = 1024;     // at most
 constexpr uint32_t kPilotRays = 64;  // of each
 
-/// Where light falls, in the middle of things: samples do not tell, so that another one changes
-/// nothing.
-std::vector<direct::Receiver> choose_pilots(const Present& present, const Evaluation& evaluation,
-                                            std::span<const uint16_t> covered) {
-  std::vector<direct::Receiver> lit;
-  present.cells.each_body([&](uint32_t first, uint32_t object, const BodyCells& body) {
-    const bool moves = object != scene::kNone;
-    if (moves && !present.scene.objects[object].present) return;
-    const Pose pose = moves ? present.scene.objects[object].pose : Pose{};
-    for (uint32_t own = 0; own < body.size(); ++own) {
-      if (!body.has_probes(own) || !(evaluation.brightness(first + own) > 0)) continue;
-      const int bare = std::countr_one(covered[first + own]);
-      if (bare >= int(BodyCells::kProbes)) continue;
-      const Vec3f p = body.probe(own, uint32_t(bare)), n = body.normal(own);
-      lit.push_back(
-          {pose.point(p), pose.direction(n), object, body.rise(), direct::place_key(p, n)});
-    }
-  });
-  const size_t step = (lit.size() + kPilots - 1) / kPilots;
-  for (size_t i = 0; i * step < lit.size(); ++i) lit[i] = lit[i * step];
-  if (step > 1) lit.resize((lit.size() + step - 1) / step);
-  return lit;
-}
-
 std::vector<Vote> vote(const Present& present, const Evaluation& evaluation,
                        const CellFinder& finder, const Directions& directions,
                        const direct::Receiver& receiver) {
@@ -71,10 +47,32 @@ std::vector<Vote> vote(const Present& present, const Evaluation& evaluation,
 
 }  // namespace
 
+std::vector<direct::Receiver> lit_places(const Present& present, const Evaluation& evaluation,
+                                         std::span<const uint16_t> covered) {
+  std::vector<direct::Receiver> lit;
+  present.cells.each_body([&](uint32_t first, uint32_t object, const BodyCells& body) {
+    const bool moves = object != scene::kNone;
+    if (moves && !present.scene.objects[object].present) return;
+    const Pose pose = moves ? present.scene.objects[object].pose : Pose{};
+    for (uint32_t own = 0; own < body.size(); ++own) {
+      if (!body.has_probes(own) || !(evaluation.brightness(first + own) > 0)) continue;
+      const int bare = std::countr_one(covered[first + own]);
+      if (bare >= int(BodyCells::kProbes)) continue;
+      const Vec3f p = body.probe(own, uint32_t(bare)), n = body.normal(own);
+      lit.push_back(
+          {pose.point(p), pose.direction(n), object, body.rise(), direct::place_key(p, n)});
+    }
+  });
+  const size_t step = (lit.size() + kPilots - 1) / kPilots;
+  for (size_t i = 0; i * step < lit.size(); ++i) lit[i] = lit[i * step];
+  if (step > 1) lit.resize((lit.size() + step - 1) / step);
+  return lit;
+}
+
 Votes::Votes(const Present& present, const Evaluation& evaluation,
              std::span<const uint16_t> covered, uint64_t seed, const Workers& workers,
              Progress& progress) {
-  const std::vector<direct::Receiver> pilots = choose_pilots(present, evaluation, covered);
+  const std::vector<direct::Receiver> pilots = lit_places(present, evaluation, covered);
   const Directions directions(kPilotRays, seed ^ 0x6775696465212121ull);
   const CellFinder finder(present.scene, present.cells);
   std::vector<std::vector<Vote>> found(pilots.size());

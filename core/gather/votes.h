@@ -37,6 +37,10 @@ struct Votes {
   double variance = 0;    ///< sum of their weights
 };
 
+/// Some of the places where light falls, in the middle of things, wherever samples are.
+std::vector<direct::Receiver> lit_places(const Present& present, const Evaluation& evaluation,
+                                         std::span<const uint16_t> covered);
+
 float median(std::vector<float>& values);
 
 }  // namespace deltalux::gather

@@ -118,6 +118,8 @@ class Session {
   void forecast_memory(const PilotPaths& paths);
   /// Adds direct light to the forecast. Throws OptionError where it exceeds the limit.
   void refuse_beyond_limit();
+  /// Once it is known how many rays samples cast.
+  void refuse_rays_beyond_limit(size_t rays);
   void check_insert(const scene::Object& object, std::span<const scene::Edit> before) const;
   void choose_direct();
   void trace_all(Progress& progress, Report& report);
@@ -135,15 +137,28 @@ class Session {
   /// With new guides, as a bake wants them, or those that it chose.
   void look_around(Progress& progress, bool new_guides = false);
   void choose_guides(Progress& progress);
+  /// How many rays each sample casts.
+  void choose_rays(Progress& progress);
+  /// What a few rays tell about receivers whose direct light is that of `direct` from number
+  /// `first` on.
+  std::vector<gather::PilotLook> pilot(std::span<const direct::Receiver> receivers,
+                                       const direct::DirectLight& direct, size_t first,
+                                       const gather::Evaluation& now) const;
+  std::vector<int8_t> doublings_of(std::span<const direct::Receiver> receivers,
+                                   const direct::DirectLight& direct, size_t first,
+                                   const gather::Evaluation& now) const;
+  /// Of all lights, by shadow rays.
+  std::unique_ptr<direct::DirectLight> direct_at(std::span<const direct::Receiver> receivers) const;
+  Vec3d direct_irradiance(const direct::DirectLight& direct, size_t receiver) const;
   void place_beams();
-  /// Beams as they are now, and each sample's shares of rays.
+  /// Each sample's rays, and their shares.
   void aim(Progress& progress);
   /// Of the present sums; nullopt in sessions that do not gather.
   std::optional<gather::Evaluation> evaluation(bool errors) const;
   gather::Present present(std::span<const direct::Receiver> receivers,
                           const gather::Guiding& guiding) const;
   std::vector<gather::RayShares> shares_of(std::span<const direct::Receiver> receivers,
-                                           Progress& progress) const;
+                                           const gather::RayCounts& rays, Progress& progress) const;
   /// Lets what samples see wait for Looks::follow().
   void note_looks(std::span<const ObjectChange> changes, bool lights);
   void note_beams(std::span<const uint32_t> objects, std::span<const Box> boxes,

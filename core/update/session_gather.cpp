@@ -5,6 +5,7 @@
 #include "base/random.h"
 #include "gather/find_beams.h"
 #include "gather/find_guides.h"
+#include "gather/slit.h"
 #include "samples/placement.h"
 #include "update/landings.h"
 #include "update/session.h"
@@ -14,6 +15,7 @@ namespace {
 
 constexpr size_t kTogether = 4096;  // points between two looks at the cancel flag
 constexpr size_t kGrain = 64;
+constexpr uint64_t kPilotSeed = 0x70696c6f74212121ull;
 constexpr float kUnder = 1e-3f;  // metres: the surface of a point is within
 
 }  // namespace
@@ -26,7 +28,7 @@ void Session::make_cells() {
       Gather{gather::Cells(s.scene, samples::scene_metre(s.scene, *s.caster)),
              {},
              {},
-             gather::Looks(s.samples.size(), s.options.gather_rays, s.options.seed),
+             gather::Looks({}, s.options.seed),
              {}});
   grow_cell_sums();
 }
@@ -80,6 +82,7 @@ void Session::place_beams() {
 }
 
 std::vector<gather::RayShares> Session::shares_of(std::span<const direct::Receiver> receivers,
+                                                  const gather::RayCounts& rays,
                                                   Progress& progress) const {
   const State& s = *state_;
   if (s.guiding.empty()) return {};
@@ -87,8 +90,8 @@ std::vector<gather::RayShares> Session::shares_of(std::span<const direct::Receiv
   s.workers.for_blocks(shares.size(), kGrain, [&](size_t begin, size_t end) {
     progress.check();
     for (size_t i = begin; i < end; ++i)
-      shares[i] = gather::share_rays(s.guiding.guides, s.gather->beams, receivers[i],
-                                     s.options.gather_rays, *s.caster, s.options.seed);
+      shares[i] = gather::share_rays(s.guiding.guides, s.gather->beams, receivers[i], rays.count(i),
+                                     *s.caster, s.options.seed);
     progress.advance(end - begin);
   });
   return shares;
@@ -99,15 +102,102 @@ void Session::look_around(Progress& progress, bool new_guides) {
   if (!s.gather) return;
   s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
   if (new_guides) choose_guides(progress);
+  place_beams();
+  if (new_guides) choose_rays(progress);
   aim(progress);
   s.gather->looks.cast(present(receivers_, s.guiding), s.workers, progress);
 }
 
+void Session::choose_rays(Progress& progress) {
+  State& s = *state_;
+  const gather::Evaluation now = *evaluation(false);
+  const std::vector<direct::Receiver> places =
+      gather::lit_places(present(receivers_, s.guiding), now, s.gather->coverage.covered());
+  s.guiding.need = {};
+  s.guiding.doublings.assign(receivers_.size(), 0);
+  if (places.empty()) return;
+  s.guiding.need =
+      gather::RayNeed(pilot(places, *direct_at(places), 0, now), s.options.gather_rays);
+  progress.begin("find noisy places", receivers_.size());
+  for (size_t first = 0; first < receivers_.size(); first += kTogether) {
+    const size_t count = std::min(kTogether, receivers_.size() - first);
+    const std::vector<int8_t> own =
+        doublings_of(std::span(receivers_).subspan(first, count), *direct_, first, now);
+    std::copy(own.begin(), own.end(), s.guiding.doublings.begin() + long(first));
+    progress.advance(count);
+    progress.check();
+  }
+  refuse_rays_beyond_limit(gather::RayCounts(s.guiding.doublings, s.options.gather_rays).all());
+}
+
+std::vector<gather::PilotLook> Session::pilot(std::span<const direct::Receiver> receivers,
+                                              const direct::DirectLight& direct, size_t first,
+                                              const gather::Evaluation& now) const {
+  const State& s = *state_;
+  Progress part;
+  const std::vector<int8_t> few(receivers.size(), int8_t(gather::RayCounts::kLeast));
+  gather::Looks looks({few, s.options.gather_rays}, s.options.seed ^ kPilotSeed);
+  const gather::Guiding guiding{
+      s.guiding.guides, s.guiding.beams, {}, {}, shares_of(receivers, looks.rays(), part)};
+  looks.cast(present(receivers, guiding), s.workers, part);
+  std::vector<gather::PilotLook> out(receivers.size());
+  s.workers.for_blocks(out.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      out[i] = now.pilot(looks, i);
+      const Vec3d straight = direct_irradiance(direct, first + i);
+      out[i].irradiance += float(straight.x + straight.y + straight.z);
+    }
+  });
+  return out;
+}
+
+std::vector<int8_t> Session::doublings_of(std::span<const direct::Receiver> receivers,
+                                          const direct::DirectLight& direct, size_t first,
+                                          const gather::Evaluation& now) const {
+  const State& s = *state_;
+  std::vector<int8_t> doublings(receivers.size());
+  if (!(s.guiding.need.noise > 0)) return doublings;
+  const std::vector<gather::PilotLook> pilots = pilot(receivers, direct, first, now);
+  const gather::Present here = present(receivers, s.guiding);
+  const gather::SlitFinder in_slit(here, s.options.seed);
+  s.workers.for_blocks(doublings.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      int own =
+          s.guiding.need.doublings(pilots[i], s.options.gather_rays, gather::RayCounts::kLeast);
+      if (own < 0 && !in_slit(receivers[i])) own = 0;
+      doublings[i] = int8_t(own);
+    }
+  });
+  return doublings;
+}
+
 void Session::aim(Progress& progress) {
   State& s = *state_;
-  place_beams();
+  s.gather->looks = gather::Looks({s.guiding.doublings, s.options.gather_rays}, s.options.seed);
   if (!s.guiding.empty()) progress.begin("share rays", receivers_.size());
-  s.guiding.shares = shares_of(receivers_, progress);
+  s.guiding.shares = shares_of(receivers_, s.gather->looks.rays(), progress);
+}
+
+std::unique_ptr<direct::DirectLight> Session::direct_at(
+    std::span<const direct::Receiver> receivers) const {
+  const State& s = *state_;
+  Progress part;
+  const std::vector<uint8_t> all(s.lights.size(), 1);
+  auto direct = std::make_unique<direct::DirectLight>(
+      receivers.size(), s.scene.group_count, direct_->irradiance_quantum(), s.options.seed);
+  direct->compute({*s.caster, s.lights, all, receivers}, s.workers, part);
+  return direct;
+}
+
+Vec3d Session::direct_irradiance(const direct::DirectLight& direct, size_t receiver) const {
+  const State& s = *state_;
+  const size_t count = direct.sums().size() / (3 * size_t(s.scene.group_count));
+  Vec3d sum{};
+  for (uint32_t g = 0; g < s.scene.group_count; ++g)
+    for (int c = 0; c < 3; ++c)
+      sum[c] += s.group_factor[g] * direct.irradiance_quantum() *
+                double(direct.sums()[3 * (size_t(g) * count + receiver) + size_t(c)]);
+  return sum;
 }
 
 gather::Present Session::present(std::span<const direct::Receiver> receivers,
@@ -131,7 +221,6 @@ void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> no
   const State& s = *state_;
   if (!s.gather) throw OptionError("at: this session does not gather");
   const gather::Evaluation now = *evaluation(false);
-  const std::vector<uint8_t> all(s.lights.size(), 1);
   const float within = kUnder * s.gather->cells.metre();
   progress.announce("gather", points.size());
   for (size_t first = 0; first < points.size(); first += kTogether) {
@@ -145,23 +234,19 @@ void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> no
                            direct::place_key(points[i], n)});
     }
     Progress part;
-    direct::DirectLight direct(count, s.scene.group_count, direct_->irradiance_quantum(),
-                               s.options.seed);
-    direct.compute({*s.caster, s.lights, all, receivers}, s.workers, part);
-    const gather::Guiding guiding{s.guiding.guides, s.guiding.beams, shares_of(receivers, part)};
-    gather::Looks looks(count, s.options.gather_rays, s.options.seed);
+    const std::unique_ptr<direct::DirectLight> direct = direct_at(receivers);
+    gather::Looks looks({doublings_of(receivers, *direct, 0, now), s.options.gather_rays},
+                        s.options.seed);
+    const gather::Guiding guiding{
+        s.guiding.guides, s.guiding.beams, {}, {}, shares_of(receivers, looks.rays(), part)};
     looks.cast(present(receivers, guiding), s.workers, part);
     s.workers.for_blocks(count, kGrain, [&](size_t begin, size_t end) {
       for (size_t i = begin; i < end; ++i) {
         double around[3], error[3];
         now.read(looks, i, around, error);
-        for (size_t c = 0; c < 3; ++c) {
-          double sum = around[c];
-          for (uint32_t g = 0; g < s.scene.group_count; ++g)
-            sum += s.group_factor[g] * direct.irradiance_quantum() *
-                   double(direct.sums()[3 * (size_t(g) * count + i) + c]);
-          irradiance[3 * (first + i) + c] = sum;
-        }
+        const Vec3d straight = direct_irradiance(*direct, i);
+        for (int c = 0; c < 3; ++c)
+          irradiance[3 * (first + i) + size_t(c)] = around[c] + straight[c];
       }
     });
     progress.advance(count);
@@ -172,7 +257,7 @@ void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> no
 void Session::restore_looks(ArchiveSource& archive, Progress& progress) {
   State& s = *state_;
   if (!s.gather) return;
-  s.guiding.restore(archive, s.lights);
+  s.guiding.restore(archive, s.lights, s.samples.size());
   const Landings landings(s);
   std::vector<uint32_t> slots;
   for (uint32_t b = 0; b < s.store.levels().size(); ++b) {
@@ -181,6 +266,7 @@ void Session::restore_looks(ArchiveSource& archive, Progress& progress) {
     landings.add(b, slots, +1);
   }
   s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
+  place_beams();
   aim(progress);
   s.gather->looks.restore(archive, present(receivers_, s.guiding), s.workers, progress);
 }
@@ -196,7 +282,7 @@ void Session::note_beams(std::span<const uint32_t> objects, std::span<const Box>
       if (!change.samples[i] && !change.beams.placed) continue;
       const gather::RayShares now =
           gather::share_rays(s.guiding.guides, s.gather->beams, receivers_[i],
-                             s.options.gather_rays, *s.caster, s.options.seed);
+                             s.gather->looks.rays().count(i), *s.caster, s.options.seed);
       if (now == s.guiding.shares[i]) continue;
       s.guiding.shares[i] = now, change.samples[i] = 1;
     }

@@ -16,7 +16,12 @@ namespace deltalux::update {
 namespace {
 
 constexpr float kFar = std::numeric_limits<float>::infinity();
+constexpr double kMoreRays = 1.5;  // than the standard number: where light is noisy
 constexpr Box kEverywhere{{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
+
+double expected_rays(const State& s) {
+  return kMoreRays * double(s.samples.size()) * double(s.options.gather_rays);
+}
 
 /// A caster over one object's own triangles, in its own space: outlines that do not depend on the
 /// pose, not even by rounding.
@@ -114,9 +119,8 @@ void Session::refuse_beyond_limit() {
   forecast_.bytes += direct::DirectLight::forecast_bytes(s.samples.size(), s.scene.group_count,
                                                          s.lights, s.light_sampled);
   if (s.gather)
-    forecast_.bytes +=
-        size_t(gather::Looks::forecast_bytes(s.samples.size(), s.options.gather_rays)) +
-        s.gather->cells.bytes() + s.gather->sums.quanta.size() * sizeof(int64_t);
+    forecast_.bytes += size_t(gather::Looks::forecast_bytes(expected_rays(s))) +
+                       s.gather->cells.bytes() + s.gather->sums.quanta.size() * sizeof(int64_t);
   const double fixed = double(forecast_.bytes) - forecast_.bytes_per_path * double(paths);
   const double room = double(s.options.memory_limit) - fixed;
   // A little less than that: another number of paths sees another pilot.
@@ -127,6 +131,20 @@ void Session::refuse_beyond_limit() {
                       std::to_string(s.options.memory_limit >> 20) + " MiB; about " +
                       std::to_string(forecast_.paths_that_fit) +
                       " paths would fit, or raise the memory limit");
+}
+
+void Session::refuse_rays_beyond_limit(size_t rays) {
+  const State& s = *state_;
+  const double before = gather::Looks::forecast_bytes(expected_rays(s));
+  forecast_.bytes =
+      size_t(double(forecast_.bytes) - before + gather::Looks::forecast_bytes(double(rays)));
+  if (s.options.memory_limit && forecast_.bytes > s.options.memory_limit)
+    throw OptionError("memory: " + std::to_string(rays) +
+                      " rays, more of them where light is noisy, would "
+                      "take the session to about " +
+                      std::to_string(forecast_.bytes >> 20) + " MiB, the limit is " +
+                      std::to_string(s.options.memory_limit >> 20) +
+                      " MiB; gather with fewer rays, or raise the memory limit");
 }
 
 }  // namespace deltalux::update

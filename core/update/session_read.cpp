@@ -83,6 +83,8 @@ void chain_guiding(Lanes& lanes, const gather::Guiding& guiding) {
   };
   chain(guiding.guides.data(), guiding.guides.size() * sizeof(gather::Guide));
   chain(guiding.beams.data(), guiding.beams.size() * sizeof(gather::BeamGuide));
+  chain(&guiding.need, sizeof guiding.need);
+  for (int8_t own : guiding.doublings) lanes.chain(uint64_t(own));
 }
 
 /// double(x) in operations that AVX2 has: the halves of `x` become mantissas, rounding happens

@@ -43,7 +43,7 @@ TEST(Directions, TowardsABallAreAllFoundAndFewOthers) {
       const Vec3f to_centre = random_direction(sample, 6) * distance;
       const float radius = 0.02f + sobol::sample(sample, 8)[1];
       std::vector<uint8_t> found(count);
-      directions.each_towards(sample, n, to_centre, radius, [&](uint32_t ray) {
+      directions.each_towards(sample, count, n, to_centre, radius, [&](uint32_t ray) {
         EXPECT_FALSE(found[ray]) << "twice";
         found[ray] = 1;
       });

@@ -18,7 +18,7 @@ constexpr size_t kSide = Guide::kSide, kQuarter = kSide / 4;
 /// A square in the plane y = 0 whose chances grow along both axes.
 Guide ramp(Vec3f centre = {0.4f, 0, -0.2f}, float half = 0.3f) {
   Guide guide{};
-  guide.centre = centre, guide.normal = {0, 1, 0}, guide.half = half;
+  guide.centre = centre, guide.normal = {0, 1, 0}, guide.half = guide.rise = half;
   guide.radiosity = guide.brightest = 50, guide.around = 1;
   for (size_t k = 0; k <= kSide; ++k) {
     const float x = float(k) / kSide;
@@ -146,7 +146,8 @@ TEST_P(GuidedRays, EachPartBringsTheSameLight) {
     even += light(from_, trace::cosine_direction(n_, r[0], r[1])) / (1u << 18);
   }
   for (uint32_t sample = 0; sample < 500; ++sample) {
-    const SampleRays own(directions, guiding_, none_, sample, {from_, n_, scene::kNone, 0, sample});
+    const SampleRays own(directions, guiding_, none_, sample, rays,
+                         {from_, n_, scene::kNone, 0, sample});
     for (uint32_t ray = 0; ray < rays; ++ray) {
       const Vec3f w = own.aim(ray).w;
       bool in_beam = false;
@@ -167,7 +168,8 @@ TEST_P(GuidedRays, TowardsABallAreAllFoundOnce) {
   const uint32_t rays = GetParam();
   const Directions directions(rays, 3);
   for (uint32_t sample = 0; sample < 500; ++sample) {
-    const SampleRays own(directions, guiding_, none_, sample, {from_, n_, scene::kNone, 0, sample});
+    const SampleRays own(directions, guiding_, none_, sample, rays,
+                         {from_, n_, scene::kNone, 0, sample});
     const Vec3f centre = from_ + random_direction(sample, 6) * (3 * sobol::sample(sample, 8)[0]);
     const float radius = 0.02f + 0.5f * sobol::sample(sample, 8)[1];
     std::vector<uint8_t> found(rays);

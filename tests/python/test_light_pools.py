@@ -159,6 +159,23 @@ def test_samples_on_what_moves_keep_their_guides():
             np.testing.assert_array_equal(session.irradiance, light)
 
 
+def test_a_strip_that_a_shade_hides_is_found_where_it_shows():
+    """A few rays of some places meet a strip of wall that is 200 times as bright as the rest.
+
+    Over 32 seeds 2 to 5 % RMS; 7 to 16 % where the guide's texels were asked from before the shade.
+    """
+    scene = pools_and_sconce()
+    samples = dl.Samples(*world.area_points(scene, 1000, seed=5))
+    found = []
+    for seed in (1, 2, 3):
+        with dl.Session(scene, samples, paths=50_000, seed=seed) as session:
+            session.bake()
+            found.append(session.irradiance.mean(axis=1))
+    middle = np.median(found, axis=0)
+    error = np.sqrt(((np.array(found) / middle - 1) ** 2).mean(axis=1))
+    assert np.median(error) <= 0.04
+
+
 def test_files_keep_guides(baked, tmp_path):
     path = tmp_path / "pools.dlx"
     baked.save(path)
@@ -187,11 +204,11 @@ def resize(name, times):
     return lambda arrays: arrays.update({name: np.tile(arrays[name], times)})
 
 
-@pytest.mark.parametrize("array", ["guides", "beams"])
+@pytest.mark.parametrize("array", ["guides", "beams", "need"])
 def test_digests_cover_guides(baked, tmp_path, array):
     path = tmp_path / "pools.dlx"
     baked.save(path)
-    entry = {"guides": 9, "beams": 2}[array]  # irradiance around
+    entry = {"guides": 10, "beams": 2, "need": 0}[array]  # irradiance around
     rewrite(path, arrays=change(array, np.float32, entry, 1))
     with dl.Session.open(path) as opened:
         assert opened.digest() != baked.digest()
@@ -203,16 +220,23 @@ def test_digests_cover_guides(baked, tmp_path, array):
         (change("guides", np.float32, 0, np.nan), "place that is not finite"),
         (change("guides", np.float32, slice(3, 6), 0), "normal that is not of unit length"),
         (change("guides", np.float32, 6, 1e-30), "size that no scene has"),
-        (change("guides", np.float32, 7, -1), "light that is not positive"),
-        (change("guides", np.float32, 9, 1e-30), "light too bright for its surroundings"),
-        (change("guides", np.float32, 12, 2), "chances that do not grow"),
-        (change("guides", np.float32, 10, 0.001), "chances that do not grow from 0 to 1"),
+        (change("guides", np.float32, 7, 1e30), "rise beyond its size"),
+        (change("guides", np.float32, 8, -1), "light that is not positive"),
+        (change("guides", np.float32, 10, 1e-30), "light too bright for its surroundings"),
+        (change("guides", np.float32, 13, 2), "chances that do not grow"),
+        (change("guides", np.float32, 11, 0.001), "chances that do not grow from 0 to 1"),
         (change("beams", np.uint32, 0, 99), "beam of no narrow spot"),
         (change("beams", np.float32, 1, np.inf), "beam's light that is not positive"),
         (change("beams", np.float32, 2, 1e-30), "beam too bright for its surroundings"),
         (change("weights", np.float32, 3, np.nan), "weight no ray has"),
         (change("weights", np.float32, 3, 3e38), "weight no ray has"),
         (change("chains", np.float32, 2, -1), "weight no chain has"),
+        (change("need", np.float32, 0, np.nan), "need for rays that is not finite"),
+        (change("need", np.float32, 1, 0), "need for rays in the dark"),
+        (change("doublings", np.int8, 5, 4), "number of rays no sample has"),
+        (change("doublings", np.int8, 5, -3), "number of rays no sample has"),
+        (change("doublings", np.int8, 5, 3), "gather.targets"),
+        (resize("doublings", 2), "gather.doublings"),
         (resize("guides", 65), "more than 64"),
         (resize("beams", 65), "more than 64"),
         (resize("weights", 0), "gather.weights"),

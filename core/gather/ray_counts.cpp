@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where rays are needed.
+#include "gather/ray_counts.h"
+
+#include <cmath>
+
+namespace deltalux::gather {
+namespace {
+
+constexpr double kMoreRays = 0.5;  // of all, at most, for those that need them
+constexpr float kApart = 1.5f;     // times the mean noise: less than this stands out nowhere
+constexpr float kQuiet = 0.1f;     // of the variance at which rays double: half of them would do
+constexpr float kFiner = 0.8409f;  // the fourth root of a half
+constexpr float kDark = 0.1f;      // of the mean irradiance
+
+}  // namespace
+
+float RayNeed::relative_noise(const PilotLook& pilot, uint32_t standard) const {
+  const float few = float(RayCounts::rays(standard, RayCounts::kLeast));
+  const float noise =
+      std::sqrt(pilot.variance * few / float(standard)) / std::max(pilot.irradiance, dark);
+  return std::isfinite(noise) ? noise : 0.0f;
+}
+
+RayNeed::RayNeed(std::span<const PilotLook> pilots, uint32_t standard) {
+  double sum = 0;
+  for (const PilotLook& pilot : pilots) sum += double(pilot.irradiance);
+  dark = kDark * float(sum / double(pilots.size()));
+  if (!(dark > 0) || !std::isfinite(dark)) {
+    dark = 0;
+    return;
+  }
+  float most = 0, mean = 0;
+  for (const PilotLook& pilot : pilots) {
+    const float own = relative_noise(pilot, standard);
+    most = std::max(most, own), mean += own / float(pilots.size());
+  }
+  if (!(mean > 0)) return;
+  const auto more = [&](float limit) {
+    double all = 0;
+    RayNeed tried;
+    tried.noise = limit, tried.dark = dark;
+    for (const PilotLook& pilot : pilots)
+      all += double((1 << tried.doublings(pilot, standard, 0)) - 1);
+    return all / double(pilots.size());
+  };
+  noise = most;
+  while (noise * kFiner > kApart * mean && more(noise * kFiner) <= kMoreRays) noise *= kFiner;
+}
+
+int RayNeed::doublings(const PilotLook& pilot, uint32_t standard, int least) const {
+  if (!(noise > 0)) return 0;
+  const float own = relative_noise(pilot, standard);
+  // Twice the rays leave half of the variance.
+  int doublings = 0;
+  while (doublings < RayCounts::kMost && own * own > std::ldexp(noise * noise, doublings))
+    ++doublings;
+  while (doublings <= 0 && doublings > least &&
+         own * own <= std::ldexp(kQuiet * noise * noise, doublings - 1))
+    --doublings;
+  return doublings;
+}
+
+const char* RayNeed::flaw() const {
+  for (float value : {noise, dark})
+    if (!(value >= 0) || !std::isfinite(value)) return "a need for rays that is not finite";
+  return noise > 0 && !(dark > 0) ? "a need for rays in the dark" : nullptr;
+}
+
+}  // namespace deltalux::gather

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// How many rays each receiver casts: more where light is noisy, fewer in slits that nothing opens.
+#pragma once
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace deltalux::gather {
+
+/// Rays of many receivers, one after the other.
+class RayCounts {
+ public:
+  static constexpr int kLeast = -2, kMost = 3;  ///< doublings of the standard number
+  static constexpr uint32_t kFewest = 32;       ///< halving ends here
+  static uint32_t rays(uint32_t standard, int doublings) {
+    if (doublings >= 0) return standard << doublings;
+    return std::max(standard >> -doublings, std::min(standard, kFewest));
+  }
+
+  RayCounts() : RayCounts(std::span<const int8_t>{}, 0) {}
+  RayCounts(std::span<const int8_t> doublings, uint32_t standard) : first_{0} {
+    first_.reserve(doublings.size() + 1);
+    for (int8_t own : doublings) first_.push_back(first_.back() + rays(standard, own));
+    for (size_t i = 0; i < receivers(); ++i) most_ = std::max(most_, count(i));
+  }
+  size_t receivers() const { return first_.size() - 1; }
+  size_t first(size_t receiver) const { return first_[receiver]; }
+  uint32_t count(size_t receiver) const {
+    return uint32_t(first_[receiver + 1] - first_[receiver]);
+  }
+  size_t all() const { return first_.back(); }
+  /// Of one receiver.
+  uint32_t most() const { return most_; }
+
+ private:
+  std::vector<size_t> first_;
+  uint32_t most_ = 0;
+};
+
+/// What a pilot of a few rays tells about a receiver, all channels together.
+struct PilotLook {
+  float irradiance;  ///< direct light included
+  float variance;    ///< of it, by the rays of the pilot
+};
+
+/// What decides about numbers of rays; fixed at the bake, in the light of then.
+struct RayNeed {
+  float noise = 0;  ///< relative standard error at which rays double; 0: nowhere
+  float dark = 0;   ///< irradiance below which errors count as if it were that
+
+  RayNeed() = default;
+  /// So that at receivers like these at most half as many rays again are cast for the noisy ones. A
+  /// receiver's number depends on no other receiver then.
+  explicit RayNeed(std::span<const PilotLook> pilots, uint32_t standard);
+  /// Of a receiver, between `least` and RayCounts::kMost.
+  int doublings(const PilotLook& pilot, uint32_t standard, int least) const;
+  const char* flaw() const;
+
+ private:
+  float relative_noise(const PilotLook& pilot, uint32_t standard) const;
+};
+
+}  // namespace deltalux::gather

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// A few rays tell.
+#include "gather/slit.h"
+
+namespace deltalux::gather {
+namespace {
+
+constexpr uint32_t kRays = 32, kMostFar = 4;
+
+}  // namespace
+
+SlitFinder::SlitFinder(const Present& present, uint64_t seed)
+    : present_(present),
+      finder_(present.scene, present.cells),
+      directions_(kRays, seed ^ 0x736c697421212121ull) {}
+
+bool SlitFinder::operator()(const direct::Receiver& receiver) const {
+  if (receiver.object != scene::kNone || receiver.normal == Vec3f{}) return false;
+  const Vec3f origin = receiver.point + receiver.normal * receiver.slack();
+  uint32_t far = 0;
+  for (uint32_t ray = 0; ray < kRays && far <= kMostFar; ++ray) {
+    const Vec3f w = directions_(receiver.key, ray, receiver.normal);
+    const trace::Hit hit = present_.caster.closest_static(origin, w);
+    const uint32_t cell = hit.valid() ? finder_.find(hit.primitive, origin, w, hit.t) : kNoCell;
+    far += cell == kNoCell || hit.t >= present_.cells.near(cell);
+  }
+  return far <= kMostFar;
+}
+
+}  // namespace deltalux::gather
