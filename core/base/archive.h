@@ -4,12 +4,13 @@
 #pragma once
 #include <cstddef>
 #include <cstring>
-#include <deque>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "base/error.h"
@@ -34,10 +35,10 @@ class ArchiveView {
   }
   /// The same for values made for the purpose, which are kept here.
   template <class T>
-  void keep(const std::string& name, const std::vector<T>& values) {
-    static_assert(std::is_trivially_copyable_v<T>);
-    const std::span<const std::byte> bytes = std::as_bytes(std::span<const T>(values));
-    append_bytes(name, kept_.emplace_back(bytes.begin(), bytes.end()));
+  void keep(const std::string& name, std::vector<T> values) {
+    const auto own = std::make_shared<const std::vector<T>>(std::move(values));
+    kept_.push_back(own);
+    append(name, *own);
   }
 
   std::vector<std::string> names() const;
@@ -56,7 +57,7 @@ class ArchiveView {
   const Array& array(const std::string& name) const;
 
   std::map<std::string, Array> arrays_;
-  std::deque<std::vector<std::byte>> kept_;
+  std::vector<std::shared_ptr<const void>> kept_;
 };
 
 /// Where a session gets its arrays from, each from its beginning on.

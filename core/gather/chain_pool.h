@@ -22,8 +22,10 @@ class ChainPool {
   }
   uint32_t end(uint32_t number) const { return chains_[number].end; }
   float weight(uint32_t number) const { return chains_[number].weight; }
-  const Passage& passage(uint32_t number) const { return chains_[number].passage; }
+  const Passage& passage(uint32_t number) const { return passages_[number]; }
   size_t size() const { return chains_.size() - free_.size(); }
+  /// Of all chains, and some that are gone.
+  size_t vertex_count() const { return vertices_.size(); }
   size_t bytes() const;
 
  private:
@@ -31,9 +33,9 @@ class ChainPool {
     size_t first = 0;
     uint32_t count = 0, end = kDark;
     float weight = 1;
-    Passage passage;
   };
   std::vector<Stored> chains_;
+  std::vector<Passage> passages_;  // of each; apart, since evaluation does not read them
   std::vector<uint32_t> free_;
   std::vector<Vertex> vertices_;
   std::array<std::vector<size_t>, kMostVertices + 1> gaps_;  // in vertices_, by length

@@ -23,10 +23,10 @@ static_assert(sizeof(Guide) == 4 * (11 + 33 * 33) && sizeof(BeamGuide) == 12 &&
 }  // namespace
 
 void Guiding::save(ArchiveView& archive) const {
-  archive.keep(kGuides, guides);
-  archive.keep(kBeams, beams);
+  archive.append(kGuides, guides);
+  archive.append(kBeams, beams);
   archive.keep(kNeed, std::vector<RayNeed>{need});
-  archive.keep(kDoublings, doublings);
+  archive.append(kDoublings, doublings);
 }
 
 void Guiding::restore(ArchiveSource& archive, std::span<const trace::Light> lights,

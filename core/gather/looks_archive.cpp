@@ -64,6 +64,8 @@ void Looks::save(ArchiveView& archive) const {
   std::vector<uint32_t> targets = targets_;
   std::vector<Record> records;
   std::vector<Vertex> vertices;
+  records.reserve(chains_.size());
+  vertices.reserve(chains_.vertex_count());
   for (uint32_t& target : targets) {
     if (!is_chain(target)) continue;
     const uint32_t number = chain_of(target);
@@ -73,11 +75,11 @@ void Looks::save(ArchiveView& archive) const {
                        chains_.passage(number)});
     vertices.insert(vertices.end(), own.begin(), own.end());
   }
-  archive.keep(kTargets, targets);
-  archive.keep(kWeights, weights_);
-  archive.keep(kInBeam, in_beam_);
-  archive.keep(kChains, records);
-  archive.keep(kVertices, vertices);
+  archive.keep(kTargets, std::move(targets));
+  archive.append(kWeights, weights_);
+  archive.append(kInBeam, in_beam_);
+  archive.keep(kChains, std::move(records));
+  archive.keep(kVertices, std::move(vertices));
 }
 
 void Looks::restore(ArchiveSource& archive, const Present& present, const Workers& workers,

@@ -9,6 +9,11 @@
 #include "update/snapshot_check.h"
 
 namespace deltalux::update {
+namespace {
+
+constexpr double kWorthRays = 64;  // of each sample
+
+}  // namespace
 
 /// A tiny share of what the brightest light could give at a metre. Poses do not matter. A spot
 /// counts as if it shone all around: the power of a narrow one says little of how bright its beam
@@ -38,9 +43,11 @@ void Session::choose_direct() {
   s.light_sampled.assign(s.lights.size(), s.options.direct == DirectMode::sampled);
   if (s.options.direct != DirectMode::automatic) return;
   // A shadow ray costs a tenth to a thirtieth of a segment that is traced, stored and deposited.
-  // Shadow rays may cost as much as the paths; lights with most power per ray come first.
-  double budget = std::max(15.0 * double(forecast_.segments),
-                           10.0 * double(s.options.gather_rays) * double(s.samples.size()));
+  // Shadow rays may cost as much as the paths; lights with most power per ray come first. Where
+  // samples gather, discs would be most of the error: some rays are worth a light's shadows.
+  const double gathered = s.gather ? std::max(kWorthRays, double(s.options.gather_rays)) : 0.0;
+  double budget =
+      std::max(15.0 * double(forecast_.segments), 10.0 * gathered * double(s.samples.size()));
   std::vector<size_t> order(s.lights.size());
   std::iota(order.begin(), order.end(), size_t(0));
   const auto rays = [&](size_t i) {
