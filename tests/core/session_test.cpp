@@ -49,6 +49,32 @@ TEST(Session, ThreadsDoNotMatter) {
   EXPECT_EQ(digests[0], digests[2]);
 }
 
+TEST(Session, GathersTheSameByAnyNumberOfThreads) {
+  const std::vector<std::vector<scene::Edit>> steps = {
+      {scene::Move{1, at(2.2, 2.1)}},  // into the beam
+      {scene::SetPresent{1, false}, scene::Dim{0, 0.5}},
+      {scene::SetPresent{1, true}, scene::SetReflectance{0, {0.3f, 0.4f, 0.5f}}},
+      {scene::Insert{second_lamp()}},
+      {scene::Move{2, at(1, 3)}, scene::Move{1, at(3, 1)}}};
+  std::vector<std::array<uint64_t, 4>> digests[4];
+  for (const int threads : {1, 2, 3, 4}) {
+    Progress progress;
+    Session session(room_with_spot(), some_samples(), gathering(threads));
+    session.bake(progress);
+    EXPECT_EQ(session.state().guiding.beams.size(), 1u);
+    for (const auto& edits : steps) {
+      // Some rays wait for the next call.
+      session.update(edits, 0.05, progress);
+      while (session.update({}, 0.05, progress).done < 1) continue;
+      digests[threads - 1].push_back(session.digest());
+      if (threads > 2) continue;
+      session.recompute(progress);
+      EXPECT_EQ(session.digest(), digests[threads - 1].back());
+    }
+    EXPECT_EQ(digests[threads - 1], digests[0]);
+  }
+}
+
 TEST(Session, ComesBackFromItsArchive) {
   Progress progress;
   const Options chosen = options(1, DirectMode::sampled, segments::SegmentEnd::first);

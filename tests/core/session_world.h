@@ -23,6 +23,20 @@ inline scene::Scene room() {
   return scene;
 }
 
+/// The room with a narrow spot above the box, which sessions that gather send rays after.
+inline scene::Scene room_with_spot() {
+  scene::Scene scene = room();
+  scene::PunctualLight spot{};
+  spot.kind = scene::LightKind::spot;
+  spot.position = {2, 2.8f, 2};
+  spot.direction = {0.1f, -1, 0.05f};
+  spot.intensity = {4000, 3000, 2000};
+  spot.inner_versine = 0.001f, spot.outer_versine = 0.003f;
+  scene.lights = {spot};
+  scene.finish();
+  return scene;
+}
+
 inline samples::SampleSet some_samples() {
   samples::SampleSet set;
   for (int i = 0; i < 64; ++i) {
@@ -45,6 +59,12 @@ inline Options options(int threads, DirectMode direct, segments::SegmentEnd end)
   out.threads = threads;
   out.direct = direct;
   out.segment_end = end;
+  return out;
+}
+
+inline Options gathering(int threads) {
+  Options out = options(threads, DirectMode::automatic, segments::SegmentEnd::first);
+  out.gather_rays = 64;
   return out;
 }
 

@@ -2,8 +2,8 @@
 """The office with default settings against Mitsuba 3 and Radiance: bias, error, and the change by a move.
 
 The references and their own standard errors are stored (benchmarks/peers/make_reference.py); the
-session's seed is fixed, so that nothing here is random. Over six seeds the RMS error was 5.4 to 5.9 %
-against Mitsuba, 5.6 to 6.1 % against Radiance.
+session's seed is fixed, so that nothing here is random. Over three seeds the RMS error was 1.7 to 1.8 %
+against either of them, where they agree; that of the change 2.2 to 2.3 %.
 """
 
 from __future__ import annotations
@@ -14,13 +14,11 @@ import pytest
 from oracles import office_reference as reference
 from oracles.metrics import change_error, relative_error
 
-POINTS = 5000  # of the reference's
-
 
 @pytest.fixture(scope="module")
 def office():
     """The stored arrays, and irradiance before and after the move at all points and near the chair."""
-    return reference.before_and_after(dl.scenes.office(), paths=1_000_000, seed=1)
+    return reference.before_and_after(dl.scenes.office(), seed=1)
 
 
 def bias(found, expected):
@@ -42,20 +40,21 @@ def test_bias(office, renderer, state):
 @pytest.mark.parametrize("state", ["before", "after"])
 @pytest.mark.parametrize("renderer", ["mitsuba", "radiance"])
 def test_error(office, renderer, state):
-    """At most 6 % RMS, relative to the irradiance there (not below a tenth of the mean), slits included.
+    """At most 2 % RMS, relative to the irradiance there (not below a tenth of the mean), slits included.
 
-    A fifth of the office's area lies in slits between touching things; elsewhere the error is less.
+    A fifth of the office's area lies in slits between touching things. The last figure counts also the
+    points at the mouths of slits on which the two renderers contradict each other.
     """
     data, found = office
-    names = f"{renderer}_{state}", f"{renderer}_{state}_error"
-    arrays = found[state][:POINTS], *(data[name][:POINTS] for name in names)
-    assert relative_error(*arrays) <= 0.06
-    is_open = reference.is_open(data["free"][:POINTS])
+    arrays = found[state], data[f"{renderer}_{state}"], data[f"{renderer}_{state}_error"]
+    certain, is_open = reference.is_certain(data), reference.is_open(data["free"])
     assert 0.75 < is_open.mean() < 0.8
-    assert relative_error(*(array[is_open] for array in arrays)) <= 0.052
+    assert certain.mean() > 0.99
+    for where, most in ((certain, 0.02), (certain & is_open, 0.018), (slice(None), 0.024)):
+        assert relative_error(*(array[where] for array in arrays)) <= most
 
 
 def test_change_near_the_chair(office):
-    """At most 12 % of the RMS change, over all points within 0.6 m of the chair."""
+    """At most 3 % of the RMS change, over all points within 0.6 m of the chair."""
     data, found = office
-    assert change_error(found["change"], data["near_change"], data["near_change_error"]) <= 0.12
+    assert change_error(found["change"], data["near_change"], data["near_change_error"]) <= 0.03
