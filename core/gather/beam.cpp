@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/cone.h"
 #include "base/random.h"
 #include "gather/guide.h"
 #include "trace/scatter.h"
@@ -120,13 +121,9 @@ void Beam::find_middle(const trace::RayCaster& caster) {
 }
 
 bool Beam::may_meet(Vec3f centre, float radius) const {
-  const Vec3f to_centre = centre - light_.position;
-  const float distance = length(to_centre);
-  if (!(distance > radius)) return true;
-  const float sine = radius / distance, cosine = std::sqrt(1 - sine * sine);
-  const float own = 1 - light_.outer_versine, own_sine = std::sqrt(std::max(0.0f, 1 - own * own));
-  // Of the angle between the axes, against the sum of both half angles.
-  return dot(to_centre, light_.direction) >= distance * (cosine * own - sine * own_sine - 1e-4f);
+  const float cosine = 1 - light_.outer_versine;
+  const Cone cone{light_.direction, cosine, std::sqrt(std::max(0.0f, 1 - cosine * cosine))};
+  return cone.may_meet(centre - light_.position, radius);
 }
 
 bool Beam::update(const trace::RayCaster& caster, std::span<const Box> boxes,

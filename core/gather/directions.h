@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "base/cone.h"
 #include "base/random.h"
 #include "trace/scatter.h"
 
@@ -52,9 +53,7 @@ class Directions {
     const uint32_t turned_v = uint32_t(shift >> 32) >> (32 - kBits);
     for (uint32_t i = 0; i < kSide * kSide; ++i) {
       const Cone& cone = cones_[i];
-      // Of the angle between the axes, against the sum of both half angles.
-      if (!inside && dot(cone.axis, local) < cone.cosine * cosine - cone.sine * sine - 1e-4f)
-        continue;
+      if (!inside && dot(cone.axis, local) < cone.limit(cosine, sine)) continue;
       const uint32_t own = ((i / kSide) ^ turned_v) * kSide + ((i % kSide) ^ turned_u);
       // Ascending.
       for (uint32_t ray : std::span(rays_).subspan(first_[own], first_[own + 1] - first_[own])) {
@@ -66,11 +65,6 @@ class Directions {
 
  private:
   static constexpr uint32_t kBits = 3, kSide = 1u << kBits;  // strata along the unit square
-  /// Around all directions of a stratum, about +z.
-  struct Cone {
-    Vec3f axis;
-    float cosine, sine;
-  };
   std::array<float, 2> shifted(uint32_t number, uint64_t shift) const {
     const auto& p = points_[number];
     return {unit_float32(p[0] ^ uint32_t(shift)), unit_float32(p[1] ^ uint32_t(shift >> 32))};
@@ -78,7 +72,7 @@ class Directions {
 
   uint64_t key_;
   std::vector<std::array<uint32_t, 4>> points_;
-  std::array<Cone, kSide * kSide> cones_;
+  std::array<Cone, kSide * kSide> cones_;            // around all directions of a stratum, about +z
   std::vector<uint32_t> rays_;                       // by stratum of their points
   std::array<uint32_t, kSide * kSide + 1> first_{};  // in rays_
 };

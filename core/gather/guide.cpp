@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/cone.h"
 #include "trace/scatter.h"
 
 namespace deltalux::gather {
@@ -83,13 +84,12 @@ float Target::density(Vec3f w) const {
 }
 
 bool Target::may_meet(Vec3f to_ball, float radius) const {
-  const float own = length(to_centre_), other = length(to_ball);
-  const float around = 1.5f * guide_->half;  // more than to its corners
-  if (!(own > around) || !(other > radius)) return true;
-  const float sine_a = around / own, sine_b = radius / other;
-  const float cosine_a = std::sqrt(1 - sine_a * sine_a), cosine_b = std::sqrt(1 - sine_b * sine_b);
-  // Of the angle between the axes, against the sum of both half angles.
-  return dot(to_centre_, to_ball) >= own * other * (cosine_a * cosine_b - sine_a * sine_b - 1e-4f);
+  const float distance = length(to_centre_),
+              around = 1.5f * guide_->half;  // more than to its corners
+  if (!(distance > around)) return true;
+  const float sine = around / distance;
+  const Cone cone{to_centre_ * (1 / distance), std::sqrt(1 - sine * sine), sine};
+  return cone.may_meet(to_ball, radius);
 }
 
 float share_of_view(const Guide& guide, Vec3f from, Vec3f n) {

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// Cones of directions.
+#pragma once
+#include <algorithm>
+#include <cmath>
+
+#include "base/vec.h"
+
+namespace deltalux {
+
+/// All directions within an angle of at most 90 degrees about a unit axis.
+struct Cone {
+  Vec3f axis;
+  float cosine, sine;  ///< of that angle
+
+  /// False only where no direction meets the ball.
+  bool may_meet(Vec3f to_centre, float radius) const {
+    const float distance = length(to_centre);
+    if (!(distance > radius)) return true;
+    const float ball_sine = radius / distance;
+    const float ball_cosine = std::sqrt(std::max(0.0f, 1 - ball_sine * ball_sine));
+    return dot(axis, to_centre) >= distance * limit(ball_cosine, ball_sine);
+  }
+  /// Cosine of the angle between the axes of two cones that touch, and a little less.
+  float limit(float other_cosine, float other_sine) const {
+    return cosine * other_cosine - sine * other_sine - 1e-4f;
+  }
+};
+
+}  // namespace deltalux
