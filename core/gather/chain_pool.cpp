@@ -14,7 +14,6 @@ uint32_t ChainPool::add(std::span<const Vertex> vertices, uint32_t end, float we
   if (free_.empty()) {
     if (chains_.size() >= kMost - 1)
       throw OptionError("gather: more than 2e9 rays meet something near, expected fewer rays");
-    // Removal never allocates.
     if (free_.capacity() <= chains_.size()) free_.reserve(chains_.size() + chains_.size() / 2 + 1);
     passages_.emplace_back();
     chains_.emplace_back();
@@ -22,8 +21,8 @@ uint32_t ChainPool::add(std::span<const Vertex> vertices, uint32_t end, float we
   }
   std::vector<size_t>& gaps = gaps_[vertices.size()];
   if (gaps.empty()) {
-    gaps.push_back(vertices_.size());
     vertices_.resize(vertices_.size() + vertices.size());
+    gaps.push_back(vertices_.size() - vertices.size());
   }
   const uint32_t number = free_.back();
   Stored& stored = chains_[number];

@@ -19,6 +19,10 @@ Directions::Directions(uint32_t count, uint64_t seed) : key_(mix64(seed ^ 0x6761
   for (uint32_t i = 0; i < kSide * kSide; ++i) first_[i + 1] += first_[i];
   std::stable_sort(rays_.begin(), rays_.end(),
                    [&](uint32_t a, uint32_t b) { return stratum(a) < stratum(b); });
+}
+
+std::array<Cone, Directions::kSide * Directions::kSide> Directions::make_cones() {
+  std::array<Cone, kSide * kSide> cones;
   constexpr uint32_t kSteps = 16;  // along a stratum's side
   const auto at = [&](uint32_t i, uint32_t a, uint32_t b) {
     const float step = 1.0f / (kSide * kSteps);
@@ -39,8 +43,9 @@ Directions::Directions(uint32_t count, uint64_t seed) : key_(mix64(seed ^ 0x6761
       }
     // What lies between two of these points is no farther from them than they from each other.
     const double half = widest + step;
-    cones_[i] = {axis, float(std::cos(half)), float(std::sin(half))};
+    cones[i] = {axis, float(std::cos(half)), float(std::sin(half))};
   }
+  return cones;
 }
 
 }  // namespace deltalux::gather

@@ -52,7 +52,7 @@ class Directions {
     const uint32_t turned_u = uint32_t(shift) >> (32 - kBits);
     const uint32_t turned_v = uint32_t(shift >> 32) >> (32 - kBits);
     for (uint32_t i = 0; i < kSide * kSide; ++i) {
-      const Cone& cone = cones_[i];
+      const Cone& cone = cones()[i];
       if (!inside && dot(cone.axis, local) < cone.limit(cosine, sine)) continue;
       const uint32_t own = ((i / kSide) ^ turned_v) * kSide + ((i % kSide) ^ turned_u);
       // Ascending.
@@ -65,6 +65,12 @@ class Directions {
 
  private:
   static constexpr uint32_t kBits = 3, kSide = 1u << kBits;  // strata along the unit square
+  /// Around all directions of each stratum, about +z.
+  static std::array<Cone, kSide * kSide> make_cones();
+  static const std::array<Cone, kSide * kSide>& cones() {
+    static const std::array<Cone, kSide * kSide> all = make_cones();
+    return all;
+  }
   std::array<float, 2> shifted(uint32_t number, uint64_t shift) const {
     const auto& p = points_[number];
     return {unit_float32(p[0] ^ uint32_t(shift)), unit_float32(p[1] ^ uint32_t(shift >> 32))};
@@ -72,7 +78,6 @@ class Directions {
 
   uint64_t key_;
   std::vector<std::array<uint32_t, 4>> points_;
-  std::array<Cone, kSide * kSide> cones_;            // around all directions of a stratum, about +z
   std::vector<uint32_t> rays_;                       // by stratum of their points
   std::array<uint32_t, kSide * kSide + 1> first_{};  // in rays_
 };

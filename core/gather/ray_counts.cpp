@@ -3,6 +3,7 @@
 #include "gather/ray_counts.h"
 
 #include <cmath>
+#include <limits>
 
 namespace deltalux::gather {
 namespace {
@@ -19,7 +20,7 @@ float RayNeed::relative_noise(const PilotLook& pilot, uint32_t standard) const {
   const float few = float(RayCounts::rays(standard, RayCounts::kLeast));
   const float noise =
       std::sqrt(pilot.variance * few / float(standard)) / std::max(pilot.irradiance, dark);
-  return std::isfinite(noise) ? noise : 0.0f;
+  return noise;
 }
 
 RayNeed::RayNeed(std::span<const PilotLook> pilots, uint32_t standard) {
@@ -33,9 +34,9 @@ RayNeed::RayNeed(std::span<const PilotLook> pilots, uint32_t standard) {
   float most = 0, mean = 0;
   for (const PilotLook& pilot : pilots) {
     const float own = relative_noise(pilot, standard);
-    most = std::max(most, own), mean += own / float(pilots.size());
+    if (std::isfinite(own)) most = std::max(most, own), mean += own / float(pilots.size());
   }
-  if (!(mean > 0)) return;
+  if (!(mean > std::numeric_limits<float>::min())) return;
   const auto more = [&](float limit) {
     double all = 0;
     RayNeed tried;
@@ -49,8 +50,8 @@ RayNeed::RayNeed(std::span<const PilotLook> pilots, uint32_t standard) {
 }
 
 int RayNeed::doublings(const PilotLook& pilot, uint32_t standard, int least) const {
-  if (!(noise > 0)) return 0;
   const float own = relative_noise(pilot, standard);
+  if (!(noise > 0) || !std::isfinite(own)) return 0;
   // Twice the rays leave half of the variance.
   int doublings = 0;
   while (doublings < RayCounts::kMost && own * own > std::ldexp(noise * noise, doublings))

@@ -118,8 +118,8 @@ class Session {
   void forecast_memory(const PilotPaths& paths);
   /// Adds direct light to the forecast. Throws OptionError where it exceeds the limit.
   void refuse_beyond_limit();
-  /// Once it is known how many rays samples cast.
-  void refuse_rays_beyond_limit(size_t rays);
+  /// Whether the session may hold so many rays; then they are in its forecast.
+  bool fits(const gather::RayCounts& rays);
   void check_insert(const scene::Object& object, std::span<const scene::Edit> before) const;
   void choose_direct();
   void trace_all(Progress& progress, Report& report);
@@ -147,8 +147,9 @@ class Session {
   std::vector<int8_t> doublings_of(std::span<const direct::Receiver> receivers,
                                    const direct::DirectLight& direct, size_t first,
                                    const gather::Evaluation& now) const;
-  /// Of all lights, by shadow rays.
-  std::unique_ptr<direct::DirectLight> direct_at(std::span<const direct::Receiver> receivers) const;
+  /// Of those lights (per light: 1), by shadow rays.
+  std::unique_ptr<direct::DirectLight> direct_at(std::span<const direct::Receiver> receivers,
+                                                 std::span<const uint8_t> lights) const;
   Vec3d direct_irradiance(const direct::DirectLight& direct, size_t receiver) const;
   void place_beams();
   /// Each sample's rays, and their shares.

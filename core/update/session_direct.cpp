@@ -45,7 +45,8 @@ void Session::choose_direct() {
   // A shadow ray costs a tenth to a thirtieth of a segment that is traced, stored and deposited.
   // Shadow rays may cost as much as the paths; lights with most power per ray come first. Where
   // samples gather, discs would be most of the error: some rays are worth a light's shadows.
-  const double gathered = s.gather ? std::max(kWorthRays, double(s.options.gather_rays)) : 0.0;
+  const double gathered =
+      s.options.gather_rays ? std::max(kWorthRays, double(s.options.gather_rays)) : 0.0;
   double budget =
       std::max(15.0 * double(forecast_.segments), 10.0 * gathered * double(s.samples.size()));
   std::vector<size_t> order(s.lights.size());

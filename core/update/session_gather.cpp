@@ -13,10 +13,13 @@
 namespace deltalux::update {
 namespace {
 
-constexpr size_t kTogether = 4096;  // points between two looks at the cancel flag
+constexpr size_t kTogether = size_t(1) << 22;  // rays between two looks at the cancel flag
 constexpr size_t kGrain = 64;
 constexpr uint64_t kPilotSeed = 0x70696c6f74212121ull;
 constexpr float kUnder = 1e-3f;  // metres: the surface of a point is within
+
+/// How many receivers of so many rays each are looked at together.
+size_t portion(uint32_t rays) { return std::clamp(kTogether / rays, kGrain, size_t(4096)); }
 
 }  // namespace
 
@@ -116,18 +119,22 @@ void Session::choose_rays(Progress& progress) {
   s.guiding.need = {};
   s.guiding.doublings.assign(receivers_.size(), 0);
   if (places.empty()) return;
-  s.guiding.need =
-      gather::RayNeed(pilot(places, *direct_at(places), 0, now), s.options.gather_rays);
+  const std::unique_ptr<direct::DirectLight> direct = direct_at(places, s.light_sampled);
+  s.guiding.need = gather::RayNeed(pilot(places, *direct, 0, now), s.options.gather_rays);
   progress.begin("find noisy places", receivers_.size());
-  for (size_t first = 0; first < receivers_.size(); first += kTogether) {
-    const size_t count = std::min(kTogether, receivers_.size() - first);
+  const size_t together = portion(s.options.gather_rays);
+  for (size_t first = 0; first < receivers_.size(); first += together) {
+    const size_t count = std::min(together, receivers_.size() - first);
     const std::vector<int8_t> own =
         doublings_of(std::span(receivers_).subspan(first, count), *direct_, first, now);
     std::copy(own.begin(), own.end(), s.guiding.doublings.begin() + long(first));
     progress.advance(count);
     progress.check();
   }
-  refuse_rays_beyond_limit(gather::RayCounts(s.guiding.doublings, s.options.gather_rays).all());
+  // Where memory is short all samples cast the standard number, as was forecast.
+  if (fits({s.guiding.doublings, s.options.gather_rays})) return;
+  s.guiding.need = {};
+  s.guiding.doublings.assign(receivers_.size(), 0);
 }
 
 std::vector<gather::PilotLook> Session::pilot(std::span<const direct::Receiver> receivers,
@@ -160,10 +167,13 @@ std::vector<int8_t> Session::doublings_of(std::span<const direct::Receiver> rece
   const std::vector<gather::PilotLook> pilots = pilot(receivers, direct, first, now);
   const gather::Present here = present(receivers, s.guiding);
   const gather::SlitFinder in_slit(here, s.options.seed);
+  // What is dark under some of the lamps alone may be noisy under others.
+  bool all_lit = true;
+  for (const trace::Light& light : s.lights) all_lit &= light.on && s.group_factor[light.group] > 0;
+  const int least = all_lit ? gather::RayCounts::kLeast : 0;
   s.workers.for_blocks(doublings.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      int own =
-          s.guiding.need.doublings(pilots[i], s.options.gather_rays, gather::RayCounts::kLeast);
+      int own = s.guiding.need.doublings(pilots[i], s.options.gather_rays, least);
       if (own < 0 && !in_slit(receivers[i])) own = 0;
       doublings[i] = int8_t(own);
     }
@@ -178,14 +188,13 @@ void Session::aim(Progress& progress) {
   s.guiding.shares = shares_of(receivers_, s.gather->looks.rays(), progress);
 }
 
-std::unique_ptr<direct::DirectLight> Session::direct_at(
-    std::span<const direct::Receiver> receivers) const {
+std::unique_ptr<direct::DirectLight> Session::direct_at(std::span<const direct::Receiver> receivers,
+                                                        std::span<const uint8_t> lights) const {
   const State& s = *state_;
   Progress part;
-  const std::vector<uint8_t> all(s.lights.size(), 1);
   auto direct = std::make_unique<direct::DirectLight>(
       receivers.size(), s.scene.group_count, direct_->irradiance_quantum(), s.options.seed);
-  direct->compute({*s.caster, s.lights, all, receivers}, s.workers, part);
+  direct->compute({*s.caster, s.lights, lights, receivers}, s.workers, part);
   return direct;
 }
 
@@ -221,20 +230,25 @@ void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> no
   const State& s = *state_;
   if (!s.gather) throw OptionError("at: this session does not gather");
   const gather::Evaluation now = *evaluation(false);
+  const std::vector<uint8_t> all(s.lights.size(), 1);
   const float within = kUnder * s.gather->cells.metre();
+  const size_t together =
+      portion(gather::RayCounts::rays(s.options.gather_rays, gather::RayCounts::kMost));
   progress.announce("gather", points.size());
-  for (size_t first = 0; first < points.size(); first += kTogether) {
-    const size_t count = std::min(kTogether, points.size() - first);
+  for (size_t first = 0; first < points.size(); first += together) {
+    const size_t count = std::min(together, points.size() - first);
     std::vector<direct::Receiver> receivers;
     for (size_t i = first; i < first + count; ++i) {
       const Vec3f n = normalize(normals[i]);  // as samples are
       const trace::Hit under = s.caster->closest(points[i] + n * within, -n, 0, 2 * within);
-      receivers.push_back({points[i], n, scene::kNone,
+      const uint32_t object = under.valid() ? s.scene.object_of(under.primitive) : scene::kNone;
+      const bool moves = under.valid() && s.scene.objects[object].movable;
+      receivers.push_back({points[i], n, moves ? object : scene::kNone,
                            under.valid() ? s.scene.slack_of(under.primitive) : 0.0f,
                            direct::place_key(points[i], n)});
     }
     Progress part;
-    const std::unique_ptr<direct::DirectLight> direct = direct_at(receivers);
+    const std::unique_ptr<direct::DirectLight> direct = direct_at(receivers, all);
     gather::Looks looks({doublings_of(receivers, *direct, 0, now), s.options.gather_rays},
                         s.options.seed);
     const gather::Guiding guiding{
@@ -258,6 +272,11 @@ void Session::restore_looks(ArchiveSource& archive, Progress& progress) {
   State& s = *state_;
   if (!s.gather) return;
   s.guiding.restore(archive, s.lights, s.samples.size());
+  const double rays = double(gather::RayCounts(s.guiding.doublings, s.options.gather_rays).all());
+  if (s.options.memory_limit &&
+      gather::Looks::forecast_bytes(rays) > double(s.options.memory_limit))
+    throw FormatError(
+        "\"gather.doublings\": found more rays than the memory limit holds; raise it");
   const Landings landings(s);
   std::vector<uint32_t> slots;
   for (uint32_t b = 0; b < s.store.levels().size(); ++b) {

@@ -133,18 +133,14 @@ void Session::refuse_beyond_limit() {
                       " paths would fit, or raise the memory limit");
 }
 
-void Session::refuse_rays_beyond_limit(size_t rays) {
+bool Session::fits(const gather::RayCounts& rays) {
   const State& s = *state_;
-  const double before = gather::Looks::forecast_bytes(expected_rays(s));
-  forecast_.bytes =
-      size_t(double(forecast_.bytes) - before + gather::Looks::forecast_bytes(double(rays)));
-  if (s.options.memory_limit && forecast_.bytes > s.options.memory_limit)
-    throw OptionError("memory: " + std::to_string(rays) +
-                      " rays, more of them where light is noisy, would "
-                      "take the session to about " +
-                      std::to_string(forecast_.bytes >> 20) + " MiB, the limit is " +
-                      std::to_string(s.options.memory_limit >> 20) +
-                      " MiB; gather with fewer rays, or raise the memory limit");
+  const size_t bytes =
+      size_t(double(forecast_.bytes) - gather::Looks::forecast_bytes(expected_rays(s)) +
+             gather::Looks::forecast_bytes(double(rays.all())));
+  if (s.options.memory_limit && bytes > s.options.memory_limit) return false;
+  forecast_.bytes = bytes;
+  return true;
 }
 
 }  // namespace deltalux::update

@@ -351,6 +351,9 @@ class Session(SessionFacts):
     def at(self, points: ArrayLike, normals: ArrayLike, *, gradients: bool = False) -> np.ndarray:
         """Irradiance at other surface points: gathered there, or interpolated from the samples nearby.
 
+        A session that gathers casts as many rays from a point as its noise now asks for. A sample keeps
+        the number of the bake, so after edits the two may differ by the noise of their rays.
+
         Parameters
         ----------
         points, normals : (m, 3), world space, metres

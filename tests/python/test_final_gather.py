@@ -234,17 +234,31 @@ def test_few_rays_keep_shadows_sharp():
         assert all(light["sampled"] for light in session.statistics["lights"])
 
 
-@pytest.mark.parametrize("movable", [False, True])
-def test_slits_are_spared_where_nothing_can_open_them(movable):
-    """Below a slab, 1 mm over the floor: a quarter of the rays tells that it is dark, if the slab stays."""
+def test_light_by_paths_does_not_look_noisy():
+    """What discs hold of a sample's light counts neither there nor where it is said what stands out."""
+    scene = room()
+    samples = samples_in(scene)
+    with dl.Session(scene, samples, paths=5000, gather=64, direct="paths") as session:
+        session.bake()
+        assert session.statistics["gather"]["rays"] < 1.5 * 64 * len(samples)
+
+
+@pytest.mark.parametrize(("movable", "off"), [(False, False), (True, False), (False, True)])
+def test_slits_are_spared_where_nothing_can_open_them(movable, off):
+    """Below a slab, 1 mm over the floor: a quarter of the rays tells that it is dark, if the slab stays.
+
+    Not where a lamp is off, which may shine there.
+    """
     walls = dl.Mesh("walls", *box((3, 2, 3), (0, 1, 0), inward=True), "wall")
     slab = dl.Mesh("slab", *box((1, 0.2, 1)), "wall", pose=translation(0, 0.101, 0), movable=movable)
-    lamp = dl.PointLight("lamp", (0.9, 1.8, 0.7), (100, 100, 100))
-    scene = dl.Scene([walls, slab], [dl.Material("wall", (0.6, 0.6, 0.6))], [lamp])
+    lamps = [dl.PointLight(name, (0.9, 1.8, 0.7), (100, 100, 100), group=name) for name in ("a", "b")]
+    scene = dl.Scene([walls, slab], [dl.Material("wall", (0.6, 0.6, 0.6))], lamps)
     points = np.random.default_rng(1).uniform((-0.4, 0, -0.4), (0.4, 0, 0.4), (64, 3))
     with dl.Session(scene, dl.Samples(points, [(0, 1, 0)] * 64), paths=20_000, gather=256) as session:
+        if off:
+            session.dim("b", 0)
         session.bake()
-        assert session.statistics["gather"]["rays"] == 64 * (256 if movable else 64)
+        assert session.statistics["gather"]["rays"] == 64 * (256 if movable or off else 64)
         if movable:
             session.move("slab", translation(0, 1, 0))
             session.update()
