@@ -84,8 +84,8 @@ float Target::density(Vec3f w) const {
 }
 
 bool Target::may_meet(Vec3f to_ball, float radius) const {
-  const float distance = length(to_centre_),
-              around = 1.5f * guide_->half;  // more than to its corners
+  const float distance = length(to_centre_);
+  const float around = 1.5f * guide_->half;  // more than to its corners
   if (!(distance > around)) return true;
   const float sine = around / distance;
   const Cone cone{to_centre_ * (1 / distance), std::sqrt(1 - sine * sine), sine};

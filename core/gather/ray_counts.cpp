@@ -8,7 +8,6 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr double kMoreRays = 0.5;  // of all, at most, for those that need them
 constexpr float kApart = 1.5f;     // times the mean noise: less than this stands out nowhere
 constexpr float kQuiet = 0.1f;     // of the variance at which rays double: half of them would do
 constexpr float kFiner = 0.8409f;  // the fourth root of a half

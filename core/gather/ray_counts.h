@@ -46,12 +46,13 @@ struct PilotLook {
 
 /// What decides about numbers of rays; fixed at the bake, in the light of then.
 struct RayNeed {
+  static constexpr double kMoreRays = 0.5;  ///< of all, at most, for those that need them
   float noise = 0;  ///< relative standard error at which rays double; 0: nowhere
   float dark = 0;   ///< irradiance below which errors count as if it were that
 
   RayNeed() = default;
-  /// So that at receivers like these at most half as many rays again are cast for the noisy ones. A
-  /// receiver's number depends on no other receiver then.
+  /// So that at receivers like these at most kMoreRays are cast for the noisy ones. A receiver's
+  /// number depends on no other receiver then.
   explicit RayNeed(std::span<const PilotLook> pilots, uint32_t standard);
   /// Of a receiver, between `least` and RayCounts::kMost.
   int doublings(const PilotLook& pilot, uint32_t standard, int least) const;

@@ -136,9 +136,10 @@ class Session {
   void shrink_cell_sums() noexcept;
   /// With new guides, as a bake wants them, or those that it chose.
   void look_around(Progress& progress, bool new_guides = false);
-  void choose_guides(Progress& progress);
+  /// Beams in their places and guides; what cells send then.
+  gather::Evaluation choose_guides(Progress& progress);
   /// How many rays each sample casts.
-  void choose_rays(Progress& progress);
+  void choose_rays(const gather::Evaluation& now, Progress& progress);
   /// What a few rays tell about receivers whose direct light is that of `direct` from number
   /// `first` on.
   std::vector<gather::PilotLook> pilot(std::span<const direct::Receiver> receivers,
@@ -158,8 +159,11 @@ class Session {
   std::optional<gather::Evaluation> evaluation(bool errors) const;
   gather::Present present(std::span<const direct::Receiver> receivers,
                           const gather::Guiding& guiding) const;
+  gather::RayShares share(const direct::Receiver& receiver, uint32_t rays) const;
   std::vector<gather::RayShares> shares_of(std::span<const direct::Receiver> receivers,
                                            const gather::RayCounts& rays, Progress& progress) const;
+  gather::Looks looks_of(std::span<const direct::Receiver> receivers,
+                         std::span<const int8_t> doublings, uint64_t seed) const;
   /// Lets what samples see wait for Looks::follow().
   void note_looks(std::span<const ObjectChange> changes, bool lights);
   void note_beams(std::span<const uint32_t> objects, std::span<const Box> boxes,

@@ -54,7 +54,7 @@ void Session::shrink_cell_sums() noexcept {
   s.gather->sums.quanta.resize(s.gather->sums.at(s.gather->cells.size(), 0, 0));
 }
 
-void Session::choose_guides(Progress& progress) {
+gather::Evaluation Session::choose_guides(Progress& progress) {
   State& s = *state_;
   const auto votes = [&](const gather::Evaluation& now) {
     return gather::Votes(present(receivers_, s.guiding), now, s.gather->coverage.covered(),
@@ -64,6 +64,7 @@ void Session::choose_guides(Progress& progress) {
   gather::Votes found = votes(now);
   const Landings all(s);
   s.guiding.beams = gather::find_beams(present(receivers_, s.guiding), now, found, s.options.seed);
+  place_beams();
   if (!s.guiding.beams.empty()) {
     // What comes straight from their lamps was counted to find them; places are found by the rest.
     const Landings others(s);
@@ -71,17 +72,23 @@ void Session::choose_guides(Progress& progress) {
     std::iota(slots.begin(), slots.end(), 0u);
     all.add(0, slots, -1);
     others.add(0, slots, +1);
-    place_beams();
     now = *evaluation(false);
     found = votes(now);
   }
   s.guiding.guides = gather::find_guides(present(receivers_, s.guiding), now, found, progress);
+  return now;
 }
 
 void Session::place_beams() {
   State& s = *state_;
   s.gather->beams =
       gather::Beams(s.guiding.beams, s.scene, s.lights, *s.caster, s.gather->cells, s.options.seed);
+}
+
+gather::RayShares Session::share(const direct::Receiver& receiver, uint32_t rays) const {
+  const State& s = *state_;
+  return gather::share_rays(s.guiding.guides, s.gather->beams, receiver, rays, *s.caster,
+                            s.options.seed);
 }
 
 std::vector<gather::RayShares> Session::shares_of(std::span<const direct::Receiver> receivers,
@@ -92,9 +99,7 @@ std::vector<gather::RayShares> Session::shares_of(std::span<const direct::Receiv
   std::vector<gather::RayShares> shares(receivers.size());
   s.workers.for_blocks(shares.size(), kGrain, [&](size_t begin, size_t end) {
     progress.check();
-    for (size_t i = begin; i < end; ++i)
-      shares[i] = gather::share_rays(s.guiding.guides, s.gather->beams, receivers[i], rays.count(i),
-                                     *s.caster, s.options.seed);
+    for (size_t i = begin; i < end; ++i) shares[i] = share(receivers[i], rays.count(i));
     progress.advance(end - begin);
   });
   return shares;
@@ -104,16 +109,16 @@ void Session::look_around(Progress& progress, bool new_guides) {
   State& s = *state_;
   if (!s.gather) return;
   s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
-  if (new_guides) choose_guides(progress);
-  place_beams();
-  if (new_guides) choose_rays(progress);
+  if (new_guides)
+    choose_rays(choose_guides(progress), progress);
+  else
+    place_beams();
   aim(progress);
   s.gather->looks.cast(present(receivers_, s.guiding), s.workers, progress);
 }
 
-void Session::choose_rays(Progress& progress) {
+void Session::choose_rays(const gather::Evaluation& now, Progress& progress) {
   State& s = *state_;
-  const gather::Evaluation now = *evaluation(false);
   const std::vector<direct::Receiver> places =
       gather::lit_places(present(receivers_, s.guiding), now, s.gather->coverage.covered());
   s.guiding.need = {};
@@ -137,16 +142,23 @@ void Session::choose_rays(Progress& progress) {
   s.guiding.doublings.assign(receivers_.size(), 0);
 }
 
+gather::Looks Session::looks_of(std::span<const direct::Receiver> receivers,
+                                std::span<const int8_t> doublings, uint64_t seed) const {
+  const State& s = *state_;
+  Progress part;
+  gather::Looks looks({doublings, s.options.gather_rays}, seed);
+  const gather::Guiding guiding{
+      s.guiding.guides, s.guiding.beams, {}, {}, shares_of(receivers, looks.rays(), part)};
+  looks.cast(present(receivers, guiding), s.workers, part);
+  return looks;
+}
+
 std::vector<gather::PilotLook> Session::pilot(std::span<const direct::Receiver> receivers,
                                               const direct::DirectLight& direct, size_t first,
                                               const gather::Evaluation& now) const {
   const State& s = *state_;
-  Progress part;
   const std::vector<int8_t> few(receivers.size(), int8_t(gather::RayCounts::kLeast));
-  gather::Looks looks({few, s.options.gather_rays}, s.options.seed ^ kPilotSeed);
-  const gather::Guiding guiding{
-      s.guiding.guides, s.guiding.beams, {}, {}, shares_of(receivers, looks.rays(), part)};
-  looks.cast(present(receivers, guiding), s.workers, part);
+  const gather::Looks looks = looks_of(receivers, few, s.options.seed ^ kPilotSeed);
   std::vector<gather::PilotLook> out(receivers.size());
   s.workers.for_blocks(out.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
@@ -247,13 +259,9 @@ void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> no
                            under.valid() ? s.scene.slack_of(under.primitive) : 0.0f,
                            direct::place_key(points[i], n)});
     }
-    Progress part;
     const std::unique_ptr<direct::DirectLight> direct = direct_at(receivers, all);
-    gather::Looks looks({doublings_of(receivers, *direct, 0, now), s.options.gather_rays},
-                        s.options.seed);
-    const gather::Guiding guiding{
-        s.guiding.guides, s.guiding.beams, {}, {}, shares_of(receivers, looks.rays(), part)};
-    looks.cast(present(receivers, guiding), s.workers, part);
+    const gather::Looks looks =
+        looks_of(receivers, doublings_of(receivers, *direct, 0, now), s.options.seed);
     s.workers.for_blocks(count, kGrain, [&](size_t begin, size_t end) {
       for (size_t i = begin; i < end; ++i) {
         double around[3], error[3];
@@ -273,10 +281,12 @@ void Session::restore_looks(ArchiveSource& archive, Progress& progress) {
   if (!s.gather) return;
   s.guiding.restore(archive, s.lights, s.samples.size());
   const double rays = double(gather::RayCounts(s.guiding.doublings, s.options.gather_rays).all());
-  if (s.options.memory_limit &&
-      gather::Looks::forecast_bytes(rays) > double(s.options.memory_limit))
+  const double bytes = gather::Looks::forecast_bytes(rays);
+  if (s.options.memory_limit && bytes > double(s.options.memory_limit))
     throw FormatError(
-        "\"gather.doublings\": found more rays than the memory limit holds; raise it");
+        std::string("\"gather.doublings\": its rays would need about ")
+            .append(std::to_string(uint64_t(bytes) >> 20) + " MiB, the limit is ")
+            .append(std::to_string(s.options.memory_limit >> 20) + " MiB; raise memory_limit"));
   const Landings landings(s);
   std::vector<uint32_t> slots;
   for (uint32_t b = 0; b < s.store.levels().size(); ++b) {
@@ -299,9 +309,7 @@ void Session::note_beams(std::span<const uint32_t> objects, std::span<const Box>
   s.workers.for_blocks(s.samples.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       if (!change.samples[i] && !change.beams.placed) continue;
-      const gather::RayShares now =
-          gather::share_rays(s.guiding.guides, s.gather->beams, receivers_[i],
-                             s.gather->looks.rays().count(i), *s.caster, s.options.seed);
+      const gather::RayShares now = share(receivers_[i], s.gather->looks.rays().count(i));
       if (now == s.guiding.shares[i]) continue;
       s.guiding.shares[i] = now, change.samples[i] = 1;
     }

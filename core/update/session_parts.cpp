@@ -16,11 +16,11 @@ namespace deltalux::update {
 namespace {
 
 constexpr float kFar = std::numeric_limits<float>::infinity();
-constexpr double kMoreRays = 1.5;  // than the standard number: where light is noisy
 constexpr Box kEverywhere{{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
 
 double expected_rays(const State& s) {
-  return kMoreRays * double(s.samples.size()) * double(s.options.gather_rays);
+  return (1 + gather::RayNeed::kMoreRays) * double(s.samples.size()) *
+         double(s.options.gather_rays);
 }
 
 /// A caster over one object's own triangles, in its own space: outlines that do not depend on the
