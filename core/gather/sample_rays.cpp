@@ -14,8 +14,6 @@ constexpr float kWorth = 0.01f;      // of a sample's irradiance: less noise tha
 constexpr float kRest = 0.25f;       // what all other light weighs beside guides, of a sample's
 constexpr float kMostShare = 1e20f;  // more is no number
 constexpr uint32_t kLooks = 8;       // rays that tell whether a guide is seen
-constexpr uint32_t kMostLooks = 64;  // where it may be seen through a gap
-constexpr float kHidden = 0.03f;     // noise of what is seen so little that no look met it: let be
 
 }  // namespace
 
@@ -56,16 +54,14 @@ RayShares share_rays(std::span<const Guide> guides, const Beams& beams,
     if (candidate.guide < guides.size()) {
       const Guide& guide = guides[candidate.guide];
       const Target target(guide, origin);
-      uint32_t hits = 0, looks = 0;
-      while (looks < kLooks ||
-             (!hits && looks < kMostLooks && candidate.noise > kHidden * std::sqrt(float(looks)))) {
-        const uint32_t k = looks++;
+      uint32_t hits = 0;
+      for (uint32_t k = 0; k < kLooks; ++k) {
         const Vec3f w = target.direction(random(k, 0), random(k, 1));
         if (!(dot(w, receiver.normal) > 0)) continue;
         const trace::Hit hit = caster.closest_static(origin, w);
         hits += hit.valid() && guide.holds(origin + w * hit.t);
       }
-      candidate.share *= float(hits) / float(looks);
+      candidate.share *= float(hits) / float(kLooks);
     } else {
       const Beam& beam = beams[candidate.guide - RayShares::kFirstBeam];
       candidate.share *=
