@@ -194,7 +194,7 @@ void CellBuilder::add_squares(const BodyCells::Patch& patch, uint32_t triangle,
       const uint64_t key = uint64_t(row) * patch.columns + column;
       const auto [entry, fresh] = found.try_emplace(key, uint32_t(squares_.size()));
       if (fresh) squares_.push_back({0, triangles_[triangle].material, {x0, y0}, {x1, y1}, {}});
-      squares_[entry->second].pieces.push_back(std::move(piece));
+      squares_[entry->second].pieces.push_back(piece);
     }
   }
 }
@@ -240,7 +240,7 @@ void CellBuilder::make_side(BodyCells& out, BodyCells::Square& own, bool back, c
   double all = 0, largest = 0;
   for (const Polygon& piece : square.pieces) all += area_of(piece);
   for (uint32_t part = 0; part < 1u << side.lines; ++part) {
-    std::vector<Polygon> pieces;
+    parts_.clear();
     double area = 0;
     for (Polygon piece : square.pieces) {
       for (uint32_t k = 0; k < side.lines && piece.size() >= 3; ++k) {
@@ -250,7 +250,7 @@ void CellBuilder::make_side(BodyCells& out, BodyCells::Square& own, bool back, c
                         [&](const Point& p) { return sign * (cut.a * p.x + cut.b * p.y - cut.c); });
       }
       area += area_of(piece);
-      if (piece.size() >= 3) pieces.push_back(std::move(piece));
+      if (piece.size() >= 3) parts_.push_back(piece);
     }
     uint32_t cell = kNoCell;
     if (area > kLeastPart * all) {
@@ -261,31 +261,27 @@ void CellBuilder::make_side(BodyCells& out, BodyCells::Square& own, bool back, c
       spot.back = back;
       for (size_t axis = 0; axis < 2; ++axis)
         spot.low[axis] = float(square.low[axis]), spot.high[axis] = float(square.high[axis]);
-      place_probes(spot, pieces);
+      place_probes(spot, parts_);
     }
     out.parts_.push_back(cell);
   }
 }
 
 void CellBuilder::place_probes(BodyCells::Spot& spot, const std::vector<Polygon>& pieces) {
-  struct Fan {
-    Point a, b, c;
-    double area;
-  };
-  std::vector<Fan> fans;
+  fans_.clear();
   double all = 0;
   for (const Polygon& piece : pieces)
     for (size_t i = 2; i < piece.size(); ++i) {
       const Fan fan{piece[0], piece[i - 1], piece[i], area_of({piece[0], piece[i - 1], piece[i]})};
-      if (fan.area > 0) all += fan.area, fans.push_back(fan);
+      if (fan.area > 0) all += fan.area, fans_.push_back(fan);
     }
   size_t number = 0;
   double before = 0;
   for (uint32_t k = 0; k < BodyCells::kProbes; ++k) {
     const double wanted = (k + 0.5) / BodyCells::kProbes * all;
-    while (number + 1 < fans.size() && before + fans[number].area < wanted)
-      before += fans[number++].area;
-    const Fan& fan = fans[number];
+    while (number + 1 < fans_.size() && before + fans_[number].area < wanted)
+      before += fans_[number++].area;
+    const Fan& fan = fans_[number];
     // Its share of the area, and a radical inverse across it.
     const double along = std::sqrt(std::clamp((wanted - before) / fan.area, 0.0, 1.0));
     const double aside = double(sobol::reverse_bits(k)) * 0x1p-32 + 0.5 / BodyCells::kProbes;

@@ -33,6 +33,10 @@ class CellBuilder {
   struct Cut {
     double a, b, c, weight;
   };
+  struct Fan {
+    Point a, b, c;
+    double area;
+  };
 
   /// A rectangle around a plane's triangles.
   struct Frame {
@@ -53,7 +57,7 @@ class CellBuilder {
   void make_cells(BodyCells& out);
   void make_side(BodyCells& out, BodyCells::Square& own, bool back, const Square& square,
                  const std::vector<Cut>& cuts);
-  static void place_probes(BodyCells::Spot& spot, const std::vector<Polygon>& pieces);
+  void place_probes(BodyCells::Spot& spot, const std::vector<Polygon>& pieces);
   Vec3d corner(uint32_t triangle, int k) const { return Vec3d(triangles_[triangle].corner[k]); }
   Vec3d across(uint32_t triangle) const {
     return cross(corner(triangle, 1) - corner(triangle, 0),
@@ -66,6 +70,8 @@ class CellBuilder {
   double edge_;
   std::vector<Square> squares_;
   std::vector<std::array<std::vector<Cut>, 2>> cuts_;  // per square and side
+  std::vector<Polygon> parts_;                         // of one cell, as long as it is made
+  std::vector<Fan> fans_;                              // likewise
 };
 
 }  // namespace deltalux::gather

@@ -118,12 +118,20 @@ void CellBuilder::try_cut(const BodyCells& out, uint32_t triangle, uint32_t numb
   const double across_u = dot(normal, u), across_v = dot(normal, v);
   const double sine = std::sqrt(across_u * across_u + across_v * across_v);
   if (sine < kUpright) return;
-  Polygon stands;
+  const double height = kHeight * edge_;
+  Point corners[3];
   for (int k = 0; k < 3; ++k) {
     const Vec3d d = corner(triangle, k) - Vec3d(patch.origin);
-    stands.push_back({dot(d, u), dot(d, v), dot(d, up)});
+    corners[k] = {dot(d, u), dot(d, v), dot(d, up)};
   }
-  const double height = kHeight * edge_;
+  const auto outside = [&](double Point::* axis, double low, double high) {
+    const auto [least, most] = std::minmax({corners[0].*axis, corners[1].*axis, corners[2].*axis});
+    return most < low || least > high;
+  };
+  if (outside(&Point::x, square.low[0], square.high[0]) ||
+      outside(&Point::y, square.low[1], square.high[1]) || outside(&Point::z, -height, height))
+    return;
+  Polygon stands{corners[0], corners[1], corners[2]};
   stands = clipped(stands, [&](const Point& p) { return p.x - square.low[0]; });
   stands = clipped(stands, [&](const Point& p) { return square.high[0] - p.x; });
   stands = clipped(stands, [&](const Point& p) { return p.y - square.low[1]; });

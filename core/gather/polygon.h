@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Convex polygons in a plane: what triangles leave of a square.
 #pragma once
+#include <algorithm>
+#include <array>
 #include <cmath>
-#include <vector>
+#include <cstddef>
+#include <initializer_list>
 
 namespace deltalux::gather {
 
@@ -10,7 +13,35 @@ namespace deltalux::gather {
 struct Point {
   double x, y, z = 0;
 };
-using Polygon = std::vector<Point>;
+/// A triangle gains one corner from each line that cuts it; room for all that cut here.
+class Polygon {
+ public:
+  Polygon() {}
+  // Most hold far less than they have room for.
+  Polygon(const Polygon& other) : count_(other.count_) {
+    std::copy(other.begin(), other.end(), points_.begin());
+  }
+  Polygon& operator=(const Polygon& other) {
+    count_ = other.count_;
+    std::copy(other.begin(), other.end(), points_.begin());
+    return *this;
+  }
+  Polygon(std::initializer_list<Point> points) {
+    for (const Point& p : points) push_back(p);
+  }
+  /// Rounding may bend slivers so that they would gain more: those lose it.
+  void push_back(const Point& p) {
+    if (count_ < points_.size()) points_[count_++] = p;
+  }
+  size_t size() const { return count_; }
+  const Point& operator[](size_t i) const { return points_[i]; }
+  const Point* begin() const { return points_.data(); }
+  const Point* end() const { return points_.data() + count_; }
+
+ private:
+  std::array<Point, 14> points_;
+  size_t count_ = 0;
+};
 
 /// What of `polygon` lies where `height`(point), a linear function, is not negative.
 template <class Height>

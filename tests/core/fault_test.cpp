@@ -2,7 +2,8 @@
 // The k-th allocation, acceleration structure or look at the cancel flag fails, for every k of each
 // operation of a session: afterwards it is as before or after, and the next update is right.
 //
-// DELTALUX_FAULT_STEP=1 tries every k (minutes); otherwise some of them.
+// With DELTALUX_FAULT_ALL in the environment every k up to 2,000 is tried (half an hour), otherwise
+// some.
 #include "base/fault.h"
 
 #include <gtest/gtest.h>
@@ -75,33 +76,32 @@ const std::vector<Operation>& operations() {
   return all;
 }
 
-/// A kind of failure: how to have the k-th, and whether it has come.
+/// A kind of failure: how to have the k-th, and how many were left before it; <= 0: it has come.
 struct Fault {
   const char* name;
   std::function<void(int64_t)> arm;  // 0 = none
-  std::function<bool()> came;
+  std::function<int64_t()> left;
 };
 
 const std::vector<Fault>& faults() {
   using fault::Kind;
   const auto counted = [](const char* name, Kind kind) {
     return Fault{name, [kind](int64_t k) { fault::arm(kind, k); },
-                 [kind] { return fault::countdown[size_t(kind)].load() <= 0; }};
+                 [kind] { return fault::countdown[size_t(kind)].load(); }};
   };
   static const std::vector<Fault> all = {
 #ifdef DELTALUX_FAULTY_NEW
       {"allocation", [](int64_t k) { allocations_left = k; },
-       [] { return allocations_left.load() <= 0; }},
+       [] { return allocations_left.load(); }},
 #endif
       counted("acceleration structure", Kind::commit),
       counted("cancelled", Kind::cancel)};
   return all;
 }
 
-int64_t step() {
-  const char* text = std::getenv("DELTALUX_FAULT_STEP");
-  return text ? std::max(1, std::atoi(text)) : 41;
-}
+bool all_of_them() { return std::getenv("DELTALUX_FAULT_ALL"); }
+/// How many k are tried of more: a session that gathers makes its cells of some 50,000 pieces.
+int64_t most_tried() { return all_of_them() ? 2000 : 16; }
 
 Options small(int threads, uint32_t gather_rays) {
   Options out = options(threads, DirectMode::automatic, segments::SegmentEnd::first);
@@ -110,18 +110,28 @@ Options small(int threads, uint32_t gather_rays) {
   return out;
 }
 
-/// Tries k = 1, 1 + step, ... until the operation needs fewer. Returns how many were tried.
+/// How many times the fault could come: to tell which of them to try.
+int64_t count(const Operation& operation, const Fault& fault, Session& session) {
+  constexpr int64_t kNever = int64_t(1) << 60;
+  Progress progress;
+  fault.arm(kNever);
+  operation.run(session, progress);
+  const int64_t count = kNever - fault.left();
+  fault.arm(0);
+  return count;
+}
+
+/// Tries k = 1 and on until the operation needs fewer. Returns how many were tried.
 int64_t try_all(const Operation& operation, const Fault& fault, const Options& options) {
   Progress progress;
   Session first(room(), some_samples(), options);
   first.bake(progress);
   const MemoryArchive baked(first.save());
   const Digest before = first.digest();
-  operation.run(first, progress);
+  const int64_t all = count(operation, fault, first);
   const Digest after = first.digest();
   int64_t tried = 0;
-  // Cells are made of many small pieces.
-  const int64_t stride = step() > 1 && options.gather_rays ? 240 * step() : step();
+  const int64_t stride = 1 + all / most_tried();
   for (int64_t k = 1;; k += stride) {
     Session session(room(), some_samples(), options);
     MemoryArchive archive(baked);
@@ -135,7 +145,7 @@ int64_t try_all(const Operation& operation, const Fault& fault, const Options& o
     } catch (const Error&) {
       failed = true;
     }
-    const bool came = fault.came();
+    const bool came = fault.left() <= 0;
     fault.arm(0);
     if (!came) return tried;
     ++tried;
@@ -161,7 +171,7 @@ TEST(Faults, LeaveTheStateBeforeOrAfter) {
     for (const Fault& fault : faults())
       for (const Operation& operation : operations()) {
         const int64_t tried = try_all(operation, fault, options);
-        if (step() == 1)
+        if (all_of_them())
           printf("%-16s %-24s %d threads, %u rays: %6lld\n", operation.name, fault.name,
                  options.threads, options.gather_rays, static_cast<long long>(tried));
         ASSERT_FALSE(HasFailure());
