@@ -60,12 +60,14 @@ void Cells::add(uint32_t object, uint32_t first_primitive,
   BodyCells cells(triangles, edge > 0 ? edge : 1.0f);
   if (uint64_t(size()) + cells.size() >= kNoCell / 2)
     throw SceneError("gather: more than 2e9 cells; bake with gather=\"off\"");
-  for (size_t i = 0; i < cells.size(); ++i) {
-    area_.push_back(cells.areas()[i]);
-    near_.push_back(kNear * std::sqrt(cells.areas()[i]));
-    material_.push_back(cells.materials()[i]);
+  // The body first: where memory ends behind it, drop_objects() knows what to take back.
+  bodies_.push_back({object, uint32_t(size()), first_primitive, std::move(cells)});
+  const BodyCells& own = bodies_.back().cells;
+  for (size_t i = 0; i < own.size(); ++i) {
+    area_.push_back(own.areas()[i]);
+    near_.push_back(kNear * std::sqrt(own.areas()[i]));
+    material_.push_back(own.materials()[i]);
   }
-  bodies_.push_back({object, uint32_t(size() - cells.size()), first_primitive, std::move(cells)});
 }
 
 void Cells::drop_objects(size_t count) {

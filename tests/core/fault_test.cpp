@@ -178,5 +178,33 @@ TEST(Faults, LeaveTheStateBeforeOrAfter) {
       }
 }
 
+#ifdef DELTALUX_FAULTY_NEW
+TEST(Faults, CellsOfAnObjectAreTakenBackWhole) {
+  scene::Scene scene = room();
+  gather::Cells cells(scene, 1);
+  const uint32_t size = cells.size();
+  scene.objects.push_back(scene.objects[1]);
+  scene.finish();
+  bool came = true;
+  for (int64_t k = 1; came; ++k) {
+    bool failed = false;
+    allocations_left = k;
+    try {
+      cells.add_object(scene, 2);
+    } catch (const std::bad_alloc&) {
+      failed = true;
+    }
+    came = allocations_left <= 0;
+    allocations_left = 0;
+    if (!failed) {
+      EXPECT_GT(cells.size(), size) << k;
+    }
+    cells.drop_objects(2);
+    ASSERT_EQ(cells.size(), size) << k;
+    ASSERT_EQ(cells.objects(), 2u) << k;
+  }
+}
+#endif
+
 }  // namespace
 }  // namespace deltalux::update
