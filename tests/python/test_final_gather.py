@@ -229,7 +229,7 @@ def test_few_rays_keep_shadows_sharp():
     """Direct light by discs would be most of the error (office: 21 % for 6 at 32 rays)."""
     scene = dl.scenes.office()
     points = dl.Samples(*world.area_points(scene, 300, seed=1))
-    with dl.Session(scene, points, paths=5000, gather=16) as session:
+    with dl.Session(scene, points, paths=200, gather=16) as session:
         session.bake()
         assert all(light["sampled"] for light in session.statistics["lights"])
 
