@@ -31,14 +31,15 @@ using QueryContext = RTCIntersectContext;
 
 RTCScene handle(const std::shared_ptr<void>& scene) { return static_cast<RTCScene>(scene.get()); }
 
-/// Embree may end the process at other rays.
-bool can_be_traced(Vec3f o, Vec3f d) {
-  constexpr float kLeast = 1e-18f;
-  const float far = std::max({std::fabs(o.x), std::fabs(o.y), std::fabs(o.z)});
-  const float fast = std::max({std::fabs(d.x), std::fabs(d.y), std::fabs(d.z)});
-  // Sums catch what std::max lets pass: NaN.
-  return far <= kFarthest && fast >= kLeast && fast <= 4 * kFarthest &&
-         !std::isnan((o.x + o.y + o.z) + (d.x + d.y + d.z));
+/// Embree may end the process at other rays. NaN fails every comparison; without branches, as this
+/// is asked for each ray.
+inline bool can_be_traced(Vec3f o, Vec3f d) {
+  constexpr float kLeast = 1e-18f, kMost = 4 * kFarthest;
+  const float x = std::fabs(d.x), y = std::fabs(d.y), z = std::fabs(d.z);
+  const bool near =
+      (std::fabs(o.x) <= kFarthest) & (std::fabs(o.y) <= kFarthest) & (std::fabs(o.z) <= kFarthest);
+  return near & (x <= kMost) & (y <= kMost) & (z <= kMost) &
+         ((x >= kLeast) | (y >= kLeast) | (z >= kLeast));
 }
 
 RTCRay make_ray(Vec3f o, Vec3f d, float from, float to) {
