@@ -3,6 +3,7 @@
 #include "gather/looks.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <numeric>
 
@@ -14,8 +15,25 @@ namespace {
 
 constexpr size_t kGrain = 64;      // samples
 constexpr size_t kPortion = 2048;  // samples
-constexpr size_t kStep = 16;       // blocks of samples between two looks at the clock
 constexpr size_t kMostPassed = 6;  // boxes of an object; more are put together
+
+// What follows an edit. Samples on what moved cast all their rays, most others none.
+constexpr size_t kBlock = 16;                                  // samples
+constexpr size_t kMostBlocks = 256;                            // between two looks at the clock
+constexpr std::chrono::duration<double, std::milli> kSoon{4};  // between those, about
+
+class Step {
+ public:
+  /// Blocks to take next.
+  size_t size() const { return size_; }
+  void took(std::chrono::steady_clock::duration time) {
+    if (2 * time < kSoon) size_ = std::min(2 * size_, kMostBlocks);
+    if (time > 2 * kSoon) size_ = std::max(size_ / 2, size_t(1));
+  }
+
+ private:
+  size_t size_ = 2;
+};
 
 }  // namespace
 
@@ -238,12 +256,15 @@ void Looks::note(const Present& present, const Change& change) {
   }
   pending_->done = 0;
   // Samples of a block lie close together.
-  std::vector<float> distance((samples() + kGrain - 1) / kGrain, std::numeric_limits<float>::max());
+  std::vector<float> distance((samples() + kBlock - 1) / kBlock, std::numeric_limits<float>::max());
   for (size_t block = 0; block < distance.size(); ++block) {
-    const Vec3f p = present.receivers[std::min(samples() - 1, (block + 1) * kGrain - 1)].point;
+    const direct::Receiver& one = present.receivers[std::min(samples(), (block + 1) * kBlock) - 1];
+    const Vec3f p = one.point;
     for (const MovedObject& moved : pending_->change.objects)
       for (const Box& box : moved.passed) {
-        const Vec3f off = max(max(box.low - p, p - box.high), Vec3f{});
+        // What it carries along keeps its light for a moment; its shadow may not lag behind.
+        const Vec3f off = one.object == moved.object ? box.extent()
+                                                     : max(max(box.low - p, p - box.high), Vec3f{});
         distance[block] = std::min(distance[block], dot(off, off));
       }
   }
@@ -267,13 +288,15 @@ uint64_t Looks::follow(const Present& present, const Workers& workers, Progress&
   const std::vector<uint8_t>& fresh = pending_->change.samples;
   uint64_t count = 0;
   progress.announce("look around", order.size() - pending_->done);
+  Step next;
   do {
-    const size_t first = pending_->done, step = std::min(kStep, order.size() - first);
+    const auto begun = std::chrono::steady_clock::now();
+    const size_t first = pending_->done, step = std::min(next.size(), order.size() - first);
     std::vector<Found> found(step);
     workers.for_blocks(step, 1, [&](size_t begin, size_t end) {
       std::vector<uint8_t> again;
       for (size_t k = begin; k < end; ++k) {
-        const size_t from = order[first + k] * kGrain, to = std::min(samples(), from + kGrain);
+        const size_t from = order[first + k] * kBlock, to = std::min(samples(), from + kBlock);
         const size_t ray = rays_.first(from);
         // Of a block at once, since most lie far away.
         const bool apart =
@@ -294,6 +317,7 @@ uint64_t Looks::follow(const Present& present, const Workers& workers, Progress&
       set(block);
     }
     pending_->done += step;
+    next.took(std::chrono::steady_clock::now() - begun);
   } while (pending_->done < order.size() && more());
   if (pending_->done == order.size()) pending_.reset();
   return count;

@@ -74,7 +74,7 @@ class Looks {
  private:
   class Caster;
   class Suspects;
-  /// Changes that are taken in block by block of kGrain samples.
+  /// Changes that are taken in block by block of kBlock samples.
   struct Pending {
     Change change;
     std::vector<uint32_t> order;  ///< of blocks
