@@ -280,6 +280,7 @@ double Looks::pending_share() const {
 }
 
 uint64_t Looks::follow(const Present& present, const Workers& workers, Progress& progress,
+                       const std::function<void(size_t)>& renew,
                        const std::function<bool()>& more) {
   if (!pending_) return 0;
   const Caster caster(*this, present);
@@ -302,6 +303,7 @@ uint64_t Looks::follow(const Present& present, const Workers& workers, Progress&
         const bool apart =
             suspects.passes_by(std::span(targets_).subspan(ray, rays_.first(to) - ray));
         for (size_t i = from; i < to; ++i) {
+          if (fresh[i]) renew(i);
           if (!fresh[i] && caster.blind(i)) continue;
           const SampleRays own = caster.rays(i);
           again.assign(own.count(), fresh[i]);

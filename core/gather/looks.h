@@ -42,9 +42,11 @@ class Looks {
   /// Notes what follow() has to take in.
   void note(const Present& present, const Change& change);
   /// Casts again what may differ, nearest to what moved first, until all is as cast() would have it
-  /// or `more` says no; it is asked every few milliseconds. Returns how many rays that were.
+  /// or `more` says no; it is asked every few milliseconds. Calls renew(sample), by many threads,
+  /// where all rays of a sample are cast: its shares may follow it then. Returns how many rays that
+  /// were.
   uint64_t follow(const Present& present, const Workers& workers, Progress& progress,
-                  const std::function<bool()>& more);
+                  const std::function<void(size_t)>& renew, const std::function<bool()>& more);
   /// Share of the samples that wait.
   double pending_share() const;
 

@@ -159,6 +159,7 @@ class Session {
   std::optional<gather::Evaluation> evaluation(bool errors) const;
   gather::Present present(std::span<const direct::Receiver> receivers,
                           const gather::Guiding& guiding) const;
+  void renew_share(size_t sample);
   gather::RayShares share(const direct::Receiver& receiver, uint32_t rays) const;
   std::vector<gather::RayShares> shares_of(std::span<const direct::Receiver> receivers,
                                            const gather::RayCounts& rays, Progress& progress) const;

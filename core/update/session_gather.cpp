@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where the session meets the final gather: cells, what samples see, and what an edit changes.
 #include <numeric>
+#include <utility>
 
 #include "base/random.h"
 #include "gather/find_beams.h"
@@ -89,6 +90,12 @@ gather::RayShares Session::share(const direct::Receiver& receiver, uint32_t rays
   const State& s = *state_;
   return gather::share_rays(s.guiding.guides, s.gather->beams, receiver, rays, *s.caster,
                             s.options.seed);
+}
+
+void Session::renew_share(size_t sample) {
+  State& s = *state_;
+  if (s.guiding.empty()) return;
+  s.guiding.shares[sample] = share(receivers_[sample], s.gather->looks.rays().count(sample));
 }
 
 std::vector<gather::RayShares> Session::shares_of(std::span<const direct::Receiver> receivers,
@@ -306,12 +313,13 @@ void Session::note_beams(std::span<const uint32_t> objects, std::span<const Box>
   if (s.guiding.empty()) return;
   change.beams =
       s.gather->beams.update(s.scene, s.lights, *s.caster, s.gather->cells, objects, boxes);
+  if (!change.beams.placed) return;
   s.workers.for_blocks(s.samples.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      if (!change.samples[i] && !change.beams.placed) continue;
-      const gather::RayShares now = share(receivers_[i], s.gather->looks.rays().count(i));
-      if (now == s.guiding.shares[i]) continue;
-      s.guiding.shares[i] = now, change.samples[i] = 1;
+      if (change.samples[i]) continue;  // follow() renews these
+      const gather::RayShares before = std::exchange(s.guiding.shares[i], {});
+      renew_share(i);
+      change.samples[i] = !(s.guiding.shares[i] == before);
     }
   });
 }

@@ -197,7 +197,7 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
     note_looks(log.changes(), s.lights.size() > log.old_lights());
     if (s.gather)
       report.gathered_rays = s.gather->looks.follow(
-          present(receivers_, s.guiding), s.workers, progress,
+          present(receivers_, s.guiding), s.workers, progress, [&](size_t i) { renew_share(i); },
           [&] { return !progress.cancelled() && (budget_ms == 0 || since(begin) < budget_ms); });
     stage("gather");
     if (!log.changes().empty()) refresh_areas(&log.changes());

@@ -44,12 +44,19 @@ def test_a_budget_leaves_rays_waiting(baked):
 
 
 def test_what_is_near_comes_first(baked):
-    """The first step of many casts the rays of most samples on the moved object."""
+    """First what lies beside the block, which sees most of it, soon what lies on it, then the rest."""
     baked.move("block", translation(-0.6, 0.7, -0.2) @ turn(0.5))
-    frame = baked.update(budget_ms=1e-3)
-    own = np.count_nonzero(baked.samples.attached == "block")
-    assert baked.unfinished
-    assert frame.gathered_rays >= 0.75 * 16 * own
+    rays, done = [], []
+    while not done or baked.unfinished:
+        frame = baked.update(budget_ms=1e-3)
+        rays.append(frame.gathered_rays)
+        done.append(frame.done)
+    first, soon, late = (
+        np.array(rays)[part] for part in (slice(0, 16), np.array(done) < 0.25, np.array(done) > 0.5)
+    )
+    assert len(first) == 16
+    assert first.mean() > 2 * late.mean()
+    assert soon.sum() > 16 * np.count_nonzero(baked.samples.attached == "block")
     exact(baked)
 
 
