@@ -219,6 +219,16 @@ void bind_session(nb::module_& m) {
             return make_array(std::move(values), {n, 4});
           },
           nb::arg("weights"), nb::arg("errors"))
+      .def("glance",
+           [](Session& s) {
+             const size_t n = s.state().samples.size();
+             std::vector<float> values(4 * n);
+             {
+               nb::gil_scoped_release release;
+               s.glance(values.data());
+             }
+             return make_array(std::move(values), {n, 4});
+           })
       .def(
           "gradient",
           [](Session& s, nb::object callback) {

@@ -175,7 +175,10 @@ class Looks::Suspects {
 };
 
 Looks::Looks(RayCounts rays, uint64_t seed)
-    : rays_(std::move(rays)), seed_(seed), directions_(rays_.most(), seed) {}
+    : rays_(std::move(rays)),
+      seed_(seed),
+      directions_(rays_.most(), seed),
+      changed_(rays_.receivers(), 1) {}
 
 void Looks::set(const Found& found) {
   const auto release = [&](uint32_t& target) {
@@ -309,7 +312,7 @@ uint64_t Looks::follow(const Present& present, const Workers& workers, Progress&
           again.assign(own.count(), fresh[i]);
           if (!fresh[i]) suspects.mark(own, i, apart, again);
           for (uint32_t r = 0; r < own.count(); ++r)
-            if (again[r]) caster.look(own, i, r, found[k]);
+            if (again[r]) caster.look(own, i, r, found[k]), changed_[i] = 1;
         }
       }
       progress.advance(end - begin);
@@ -333,7 +336,7 @@ double Looks::forecast_bytes(double rays) {
 
 size_t Looks::bytes() const {
   return targets_.capacity() * sizeof(uint32_t) + weights_.capacity() * sizeof(float) +
-         in_beam_.capacity() * sizeof(uint64_t) + chains_.bytes();
+         in_beam_.capacity() * sizeof(uint64_t) + changed_.capacity() + chains_.bytes();
 }
 
 }  // namespace deltalux::gather

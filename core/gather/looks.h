@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What each sample sees in its fixed directions: cells, chains, or nothing.
 #pragma once
+#include <algorithm>
 #include <functional>
 #include <optional>
 #include <span>
@@ -49,6 +50,9 @@ class Looks {
                   const std::function<void(size_t)>& renew, const std::function<bool()>& more);
   /// Share of the samples that wait.
   double pending_share() const;
+  /// Whether a ray of the sample was cast since forget_changes().
+  bool changed(size_t sample) const { return changed_[sample]; }
+  void forget_changes() { std::fill(changed_.begin(), changed_.end(), uint8_t(0)); }
 
   /// Of ray `ray` of a sample: a cell, kDark, or kChain + index into chains().
   static constexpr uint32_t kChain = 0x80000000u;
@@ -110,6 +114,7 @@ class Looks {
   std::vector<uint32_t> targets_;
   std::vector<float> weights_;     // per target; empty without guides
   std::vector<uint64_t> in_beam_;  // a bit per target; empty without beams
+  std::vector<uint8_t> changed_;   // per sample
   ChainPool chains_;
   std::optional<Pending> pending_;
 };

@@ -81,6 +81,10 @@ class Session {
   /// For displays, samples x 4: irradiance, and the standard error of its weighted sum, the
   /// channels' errors taken as correlated, or 0 without `errors`, which takes half of the time.
   void read_packed(const std::array<double, 3>& weights, bool errors, float* values) const;
+  /// read_packed() without errors for what moves while one looks on: after an update that moved
+  /// something, gathered light is read of samples whose rays were cast again and of an eighth of
+  /// the others, in turn; the rest keep theirs.
+  void glance(float* values);
   /// Irradiance at any points, each x 3, gathered anew: of sessions that gather.
   void gather_at(std::span<const Vec3f> points, std::span<const Vec3f> normals, double* irradiance,
                  Progress& progress) const;
@@ -111,9 +115,12 @@ class Session {
   void restore(ArchiveSource& archive, Progress& progress);
 
  private:
-  /// Calls write(sample as given, its irradiance, its standard error) for all, in parallel.
-  template <class Write>
-  void read_samples(bool errors, const Write& write) const;
+  /// What read_samples() gathers where all is asked for.
+  auto all_gathered() const;
+  /// Calls write(sample as given, its irradiance, its standard error) for all, in parallel;
+  /// gathered(evaluation, sample, irradiance, standard error) for those of sessions that gather.
+  template <class Gathered, class Write>
+  void read_samples(bool errors, const Gathered& gathered, const Write& write) const;
   std::vector<float> as_given(const std::vector<float>& own) const;
   void forecast_memory(const PilotPaths& paths);
   /// Adds direct light to the forecast. Throws OptionError where it exceeds the limit.

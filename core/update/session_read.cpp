@@ -183,25 +183,24 @@ size_t Session::unreached() const {
   return count;
 }
 
-template <class Write>
-void Session::read_samples(bool errors, const Write& write) const {
+template <class Gathered, class Write>
+void Session::read_samples(bool errors, const Gathered& gathered, const Write& write) const {
   const State& s = *state_;
   const size_t n = s.samples.size();
   check_whole();
   const std::span<const int64_t> direct = direct_->sums();
   const UnreachedError unreached(s);
-  std::optional<gather::Evaluation> gathered = evaluation(errors);
-  if (gathered && errors) gathered->learn_spread(s.gather->looks);
+  std::optional<gather::Evaluation> now = evaluation(errors);
+  if (now && errors) now->learn_spread(s.gather->looks);
   const auto sampled = [](uint8_t yes) { return yes != 0; };
-  const bool discs =
-      !gathered || !std::all_of(s.light_sampled.begin(), s.light_sampled.end(), sampled);
+  const bool discs = !now || !std::all_of(s.light_sampled.begin(), s.light_sampled.end(), sampled);
   s.workers.for_blocks(n, BlockSums::kSamples, [&](size_t begin, size_t end) {
     BlockSums block;
     const size_t values = 3 * (end - begin);
     for (uint32_t g = 0; discs && g < s.sum_groups(); ++g) {
       block.add_energy(&s.sums[3 * (size_t(g) * kBatches * n + begin)], 3 * n, values,
                        s.sum_factor(g));
-      if (!gathered) block.add_unreached(unreached, g, &s.area[begin], end - begin);
+      if (!now) block.add_unreached(unreached, g, &s.area[begin], end - begin);
     }
     for (uint32_t g = 0; g < s.scene.group_count; ++g)
       block.add_direct(&direct[3 * (size_t(g) * n + begin)], values,
@@ -213,7 +212,7 @@ void Session::read_samples(bool errors, const Write& write) const {
       const double per_area = area > 0 ? s.scale.quantum / area : 0.0;
       double irradiance[3] = {}, error[3] = {};
       double around[3] = {}, around_error[3] = {};
-      if (present && gathered) gathered->read(s.gather->looks, i, around, around_error);
+      if (present && now) gathered(*now, i, around, around_error);
       for (size_t c = 0; present && c < 3; ++c) {
         const size_t j = 3 * (i - begin) + c;
         irradiance[c] = block.energy[j] * per_area + block.direct[j] + around[c];
@@ -225,20 +224,46 @@ void Session::read_samples(bool errors, const Write& write) const {
   });
 }
 
+auto Session::all_gathered() const {
+  return [&looks = state_->gather](const gather::Evaluation& now, size_t i, double* irradiance,
+                                   double* error) { now.read(looks->looks, i, irradiance, error); };
+}
+
 void Session::read(double* irradiance, double* standard_error) const {
-  read_samples(true, [&](size_t i, const double* value, const double* error) {
+  read_samples(true, all_gathered(), [&](size_t i, const double* value, const double* error) {
     std::copy_n(value, 3, irradiance + 3 * i);
     std::copy_n(error, 3, standard_error + 3 * i);
   });
 }
 
 void Session::read_packed(const std::array<double, 3>& weights, bool errors, float* values) const {
-  read_samples(errors, [&](size_t i, const double* value, const double* error) {
+  read_samples(errors, all_gathered(), [&](size_t i, const double* value, const double* error) {
     for (int c = 0; c < 3; ++c) values[4 * i + c] = float(value[c]);
     if (errors)
       values[4 * i + 3] =
           float(weights[0] * error[0] + weights[1] * error[1] + weights[2] * error[2]);
   });
+}
+
+void Session::glance(float* values) {
+  constexpr size_t kTurns = 8;
+  if (!state_->gather) return read_packed({}, false, values);
+  gather::Looks& looks = state_->gather->looks;
+  Glance& glance = state_->gather->glance;
+  const bool all = glance.irradiance.empty();
+  glance.irradiance.resize(state_->samples.size());
+  const auto gathered = [&](const gather::Evaluation& now, size_t i, double* irradiance, double*) {
+    double error[3];
+    // Scattered, so that no patch of a surface lags behind its surroundings.
+    if (all || looks.changed(i) || i % kTurns == glance.turn)
+      now.read(looks, i, glance.irradiance[i].data(), error);
+    std::copy_n(glance.irradiance[i].data(), 3, irradiance);
+  };
+  read_samples(false, gathered, [&](size_t i, const double* value, const double*) {
+    for (int c = 0; c < 3; ++c) values[4 * i + c] = float(value[c]);
+  });
+  looks.forget_changes();
+  glance.turn = (glance.turn + 1) % kTurns;
 }
 
 void Session::read_sums(int64_t* sums) const {

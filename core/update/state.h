@@ -57,12 +57,19 @@ struct MovingPart {
 };
 
 /// What a session that gathers holds besides: see gather/.
+/// What a display shows of gathered light; nothing else depends on it.
+struct Glance {
+  std::vector<std::array<double, 3>> irradiance;  ///< per sample; empty: all have to be read
+  size_t turn = 0;
+};
+
 struct Gather {
   gather::Cells cells;
   gather::CellSums sums;
   gather::Coverage coverage;
   gather::Looks looks;
   gather::Beams beams;
+  Glance glance{};
 };
 
 struct State {

@@ -325,6 +325,15 @@ class Session(SessionFacts):
         """
         return self._baked_session().read_packed(PHOTOPIC_WEIGHTS.tolist(), errors)
 
+    @long_call
+    def glance(self) -> np.ndarray:
+        """(n, 4) float32, for displays while something is dragged: `read_packed` without errors, sooner.
+
+        After an update that moved something, gathered light is read where rays were cast again and at an
+        eighth of the other samples, in turn; the rest keep what the last glance gave them.
+        """
+        return self._baked_session().glance()
+
     @property
     def irradiance(self) -> np.ndarray:
         """(n, 3) float64, unit of the scene, as of the last bake or update."""

@@ -60,6 +60,24 @@ def test_what_is_near_comes_first(baked):
     exact(baked)
 
 
+def test_glances_catch_up(baked):
+    """What a display is shown first where rays were cast again, then everywhere, to the bit."""
+    fresh = baked.glance()
+    assert np.array_equal(fresh, baked.read_packed(errors=False))
+    baked.move("block", translation(0.3, 0.6, 0.1))
+    assert baked.update().gathered_rays
+    first, exactly = baked.glance(), baked.read_packed(errors=False)
+    assert np.array_equal(*(values[baked.samples.attached == "block"] for values in (first, exactly)))
+    assert 0 < np.mean(np.any(first != exactly, axis=1)) < 7 / 8
+    for _ in range(7):
+        shown = baked.glance()
+    assert np.array_equal(shown, exactly)
+    baked.set_reflectance("wall", (0.3, 0.4, 0.5))
+    baked.update()
+    assert np.array_equal(baked.glance(), baked.read_packed(errors=False))
+    exact(baked)
+
+
 NAMES = st.sampled_from(["block", "lamp"])
 EDITS = st.one_of(
     st.tuples(NAMES, st.floats(-1.2, 1.2), st.floats(0.4, 1.4), st.floats(-0.8, 0.8)),

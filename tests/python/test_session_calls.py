@@ -94,6 +94,7 @@ CALLS = {
     "bake": lambda s: s.bake(),
     "read": lambda s: s.irradiance,
     "read_packed": lambda s: s.read_packed(),
+    "glance": lambda s: s.glance(),
     "gradient": lambda s: s.gradient,
     "at": lambda s: s.at([(0, 0.5, 0)], [(0, 1, 0)]),
     "result": lambda s: s.result,

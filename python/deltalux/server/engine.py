@@ -215,7 +215,8 @@ class Engine:
         if self._encoder is None:
             self._encoder = Encoder(fill_of(self._session))
         errors = errors or self._errors is None
-        values = (session or self._session).read_packed(errors=errors)
+        shown = session or self._session
+        values = shown.read_packed() if errors else shown.glance()
         if errors:
             self._errors = values[:, 3].copy()
         else:
