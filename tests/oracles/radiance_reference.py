@@ -24,7 +24,7 @@ from . import world
 
 Array = NDArray[np.float64]
 
-SPHERE_RADIUS = 1e-3  # metres, of the small sphere that stands for a point or spot light
+SPHERE_RADIUS = 1e-4  # metres, of the small sphere that stands for a point or spot light
 SUN_ANGLE = 0.05  # degrees, full angle of the disc that stands for a sun
 LAMP_POINTS = 64  # per lamp, where the light that it would reflect is asked for
 LAMP_ROUNDS = 2  # of that question, as lamps light each other and themselves

@@ -233,7 +233,7 @@ both = pytest.mark.parametrize("renderer", [mitsuba, radiance])
 
 @both
 def test_renderers_on_lights_without_extent(renderer):
-    """Radiance has a sphere of 1 mm for a point at 1.5 m: its distance varies by 0.13 % in the square."""
+    """Radiance has a sphere of 0.1 mm for a point: seen from 1.5 m its place varies by 0.013 %."""
     spot = SpotLight("spot", (0.3, 1.5, 0), (0.2, -1, 0.1), (1, 2, 3), 0.2, 0.8)
     bulb = PointLight("bulb", (-0.4, 2.0, 0.7), (3, 2, 1))
     sun = SunLight("sun", (0.3, -1.5, 0), (1, 2, 3))
