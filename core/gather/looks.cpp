@@ -134,7 +134,8 @@ class Looks::Suspects {
       rays.each_towards(moved.now.centre(), 0.5001f * moved.now.diagonal(), [&](uint32_t ray) {
         if (again[ray]) return;
         const Vec3f w = rays.aim(ray).w;
-        again[ray] = !(w == Vec3f{}) && SlabRay(rays.origin(), w).entry(moved.now, kFar) < kFar;
+        again[ray] = !(w == Vec3f{}) && SlabRay(rays.origin(), w).entry(moved.now, kFar) < kFar &&
+                     present_.caster.closest_object(moved.object, rays.origin(), w).valid();
       });
     }
   }

@@ -56,13 +56,13 @@ struct MovingPart {
   bool current = false;  ///< sums are those of the present pose
 };
 
-/// What a session that gathers holds besides: see gather/.
 /// What a display shows of gathered light; nothing else depends on it.
 struct Glance {
   std::vector<std::array<double, 3>> irradiance;  ///< per sample; empty: all have to be read
   size_t turn = 0;
 };
 
+/// What a session that gathers holds besides: see gather/.
 struct Gather {
   gather::Cells cells;
   gather::CellSums sums;
