@@ -31,6 +31,18 @@ nb::dict to_dict(const update::Report& report) {
   return out;
 }
 
+/// Rows of `width` numbers, one for each sample, that read(pointer) fills while others may run.
+template <class T, class Read>
+auto read_array(const Session& session, size_t width, const Read& read) {
+  const size_t n = session.state().samples.size();
+  std::vector<T> values(width * n);
+  {
+    nb::gil_scoped_release release;
+    read(values.data());
+  }
+  return make_array(std::move(values), {n, width});
+}
+
 /// The Python side's list of edits, in core's terms.
 class EditList {
  public:
@@ -207,28 +219,19 @@ void bind_session(nb::module_& m) {
              return nb::make_tuple(make_array(std::move(irradiance), {n, 3}),
                                    make_array(std::move(error), {n, 3}));
            })
+      .def("read_irradiance",
+           [](const Session& s) {
+             return read_array<double>(s, 3, [&](double* out) { s.read_irradiance(out); });
+           })
       .def(
           "read_packed",
           [](const Session& s, const std::array<double, 3>& weights, bool errors) {
-            const size_t n = s.state().samples.size();
-            std::vector<float> values(4 * n);
-            {
-              nb::gil_scoped_release release;
-              s.read_packed(weights, errors, values.data());
-            }
-            return make_array(std::move(values), {n, 4});
+            return read_array<float>(s, 4,
+                                     [&](float* out) { s.read_packed(weights, errors, out); });
           },
           nb::arg("weights"), nb::arg("errors"))
       .def("glance",
-           [](Session& s) {
-             const size_t n = s.state().samples.size();
-             std::vector<float> values(4 * n);
-             {
-               nb::gil_scoped_release release;
-               s.glance(values.data());
-             }
-             return make_array(std::move(values), {n, 4});
-           })
+           [](Session& s) { return read_array<float>(s, 4, [&](float* out) { s.glance(out); }); })
       .def(
           "gradient",
           [](Session& s, nb::object callback) {

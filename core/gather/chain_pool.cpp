@@ -3,6 +3,8 @@
 #include "gather/chain_pool.h"
 
 #include <algorithm>
+#include <limits>
+#include <utility>
 
 #include "base/error.h"
 
@@ -16,19 +18,23 @@ uint32_t ChainPool::add(std::span<const Vertex> vertices, uint32_t end, float we
       throw OptionError("gather: more than 2e9 rays meet something near, expected fewer rays");
     if (free_.capacity() <= chains_.size()) free_.reserve(chains_.size() + chains_.size() / 2 + 1);
     passages_.emplace_back();
+    sent_.emplace_back();
     chains_.emplace_back();
     free_.push_back(uint32_t(chains_.size() - 1));
   }
-  std::vector<size_t>& gaps = gaps_[vertices.size()];
+  std::vector<uint32_t>& gaps = gaps_[vertices.size()];
   if (gaps.empty()) {
+    if (vertices_.size() + vertices.size() > std::numeric_limits<uint32_t>::max())
+      throw OptionError("gather: chains of rays have more than 4e9 vertices, expected fewer rays");
     vertices_.resize(vertices_.size() + vertices.size());
-    gaps.push_back(vertices_.size() - vertices.size());
+    gaps.push_back(uint32_t(vertices_.size() - vertices.size()));
   }
   const uint32_t number = free_.back();
-  Stored& stored = chains_[number];
-  stored = {gaps.back(), uint32_t(vertices.size()), end, weight};
+  chains_[number] = {gaps.back(), uint32_t(vertices.size())};
   passages_[number] = passage;
-  std::copy(vertices.begin(), vertices.end(), vertices_.begin() + long(stored.first));
+  std::copy(vertices.begin(), vertices.end(), vertices_.begin() + long(gaps.back()));
+  sent_[number] = {{}, {}, end, weight};
+  if (!paint_.reflectance.empty()) send(number, paint_);
   gaps.pop_back();
   free_.pop_back();
   return number;
@@ -40,19 +46,50 @@ void ChainPool::remove(uint32_t number) {
 }
 
 void ChainPool::clear() {
-  chains_.clear(), passages_.clear(), free_.clear(), vertices_.clear();
+  chains_.clear(), sent_.clear(), passages_.clear(), free_.clear(), vertices_.clear();
   for (auto& gaps : gaps_) gaps.clear();
 }
 
 void ChainPool::reserve(size_t chains, size_t vertices) {
-  chains_.reserve(chains), passages_.reserve(chains);
+  chains_.reserve(chains), sent_.reserve(chains), passages_.reserve(chains);
   vertices_.reserve(vertices);
 }
 
+void ChainPool::paint(const Paint& paint, const Workers& workers) {
+  if (paint == paint_) return;
+  Paint own = paint;
+  paint_ = {};  // should something fail below
+  workers.for_blocks(chains_.size(), 1024, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) send(uint32_t(i), own);
+  });
+  paint_ = std::move(own);
+}
+
+void ChainPool::send(uint32_t number, const Paint& paint) {
+  Sent& out = sent_[number];
+  out.direct = {0, 0, 0}, out.through = {1, 1, 1};
+  const std::span<const Vertex> own = vertices(number);
+  for (size_t i = 0; i < own.size(); ++i) {
+    const Vertex& vertex = own[i];
+    const bool is_end = vertex.material & Vertex::kEnd;
+    const Vec3f reflectance = paint.reflectance[vertex.material & ~Vertex::kEnd];
+    // Chance decides behind a vertex, not about its own light.
+    const float goes_on = i < kSurely ? 1.0f : 1 / kGoesOn;
+    const float dim = paint.dim[std::min<size_t>(vertex.light, paint.dim.size() - 1)];
+    for (size_t c = 0; c < 3; ++c) {
+      const float sent = out.through[c] * reflectance[int(c)];
+      out.direct[c] += sent * vertex.direct[c] * dim;
+      if (!is_end) out.through[c] = sent * goes_on;
+    }
+  }
+  for (float& through : out.through) through *= out.weight;
+}
+
 size_t ChainPool::bytes() const {
-  size_t sum = chains_.capacity() * sizeof(Stored) + passages_.capacity() * sizeof(Passage) +
-               free_.capacity() * sizeof(uint32_t) + vertices_.capacity() * sizeof(Vertex);
-  for (const auto& gaps : gaps_) sum += gaps.capacity() * sizeof(size_t);
+  size_t sum = chains_.capacity() * sizeof(Place) + sent_.capacity() * sizeof(Sent) +
+               passages_.capacity() * sizeof(Passage) + free_.capacity() * sizeof(uint32_t) +
+               vertices_.capacity() * sizeof(Vertex);
+  for (const auto& gaps : gaps_) sum += gaps.capacity() * sizeof(uint32_t);
   return sum;
 }
 

@@ -1,12 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 // Chains of all samples, stored tightly; freed places are used again.
 #pragma once
+#include <array>
 #include <span>
 #include <vector>
 
+#include "base/parallel.h"
 #include "gather/chain.h"
 
 namespace deltalux::gather {
+
+/// What chains are seen by: it changes without any of them.
+struct Paint {
+  std::vector<Vec3f> reflectance;  ///< per material
+  std::vector<float> dim;          ///< per light; one more, 0, for none
+  friend bool operator==(const Paint&, const Paint&) = default;
+};
 
 class ChainPool {
  public:
@@ -20,8 +29,17 @@ class ChainPool {
   std::span<const Vertex> vertices(uint32_t number) const {
     return {vertices_.data() + chains_[number].first, chains_[number].count};
   }
-  uint32_t end(uint32_t number) const { return chains_[number].end; }
-  float weight(uint32_t number) const { return chains_[number].weight; }
+  uint32_t end(uint32_t number) const { return sent_[number].end; }
+  float weight(uint32_t number) const { return sent_[number].weight; }
+  /// What a chain sends: from its own lights, and how much of its end's radiosity.
+  struct Sent {
+    std::array<float, 3> direct{}, through{};
+    uint32_t end = kDark;
+    float weight = 1;
+  };
+  /// As painted last.
+  const Sent& sent(uint32_t number) const { return sent_[number]; }
+  void paint(const Paint& paint, const Workers& workers);
   const Passage& passage(uint32_t number) const { return passages_[number]; }
   size_t size() const { return chains_.size() - free_.size(); }
   /// Of all chains, and some that are gone.
@@ -29,16 +47,18 @@ class ChainPool {
   size_t bytes() const;
 
  private:
-  struct Stored {
-    size_t first = 0;
-    uint32_t count = 0, end = kDark;
-    float weight = 1;
+  void send(uint32_t number, const Paint& paint);
+
+  struct Place {
+    uint32_t first = 0, count = 0;
   };
-  std::vector<Stored> chains_;
-  std::vector<Passage> passages_;  // of each; apart, since evaluation does not read them
+  Paint paint_;                    // without materials: not painted yet
+  std::vector<Place> chains_;      // in vertices_
+  std::vector<Sent> sent_;         // of each; apart, since evaluation reads nothing else
+  std::vector<Passage> passages_;  // of each
   std::vector<uint32_t> free_;
   std::vector<Vertex> vertices_;
-  std::array<std::vector<size_t>, kMostVertices + 1> gaps_;  // in vertices_, by length
+  std::array<std::vector<uint32_t>, kMostVertices + 1> gaps_;  // in vertices_, by length
 };
 
 }  // namespace deltalux::gather

@@ -10,8 +10,6 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr double kSteps = 65535;
-
 constexpr size_t kPupils = 2048;        // samples that tell how evenly rays are spread
 constexpr size_t kLeastPupils = 64;     // of a kind; fewer tell nothing
 constexpr double kMostRelative = 0.04;  // variance: beyond, a single ray may have met a lot
@@ -45,76 +43,24 @@ Variances crossed_variances(const double (&x)[N][N]) {
 
 }  // namespace
 
-Evaluation::Evaluation(const scene::Scene& scene, std::span<const trace::Light> lights,
-                       const Cells& cells, const Coverage& coverage, const CellSums& sums,
-                       const Scales& scales, bool errors, const Workers& workers) {
-  if (sums.batches != kParts) throw Error("gather: batches and parts of rays differ");
-  for (const scene::Material& material : scene.materials)
-    reflectance_.push_back(material.reflectance);
-  for (const trace::Light& light : lights) dim_.push_back(float(scales.dim_factor[light.group]));
-  dim_.push_back(0);
-  whole_.assign(cells.size(), {});
-  if (errors) batches_.assign(cells.size(), {});
-  workers.for_blocks(cells.size(), 1024, [&](size_t begin, size_t end) {
-    for (size_t cell = begin; cell < end; ++cell) {
-      const double area = double(cells.area(uint32_t(cell))) * coverage.bare(uint32_t(cell));
-      if (!(area > 0)) continue;
-      const Vec3f reflectance = scene.materials[cells.material(uint32_t(cell))].reflectance;
-      double batch[kParts][3] = {}, most = 0;
-      for (size_t c = 0; c < 3; ++c) {
-        const double unit = scales.quantum * double(reflectance[int(c)]) / area;
-        double all = 0;
-        for (uint32_t k = 0; k < kParts; ++k) {
-          double own = 0;
-          for (uint32_t g = 0; g < sums.groups; ++g)
-            own += scales.sum_factor[g] * double(sums.quanta[sums.at(uint32_t(cell), g, k) + c]);
-          batch[k][c] = own * unit * kParts;
-          most = std::max(most, batch[k][c]);
-          all += own;
-        }
-        whole_[cell].channel[c] = float(all * unit);
-      }
-      if (!errors || !(most > 0) || !std::isfinite(most)) continue;
-      whole_[cell].step = float(most / kSteps);
-      for (size_t k = 0; k < kParts; ++k)
-        for (size_t c = 0; c < 3; ++c)
-          batches_[cell].steps[c][k] = uint16_t(kSteps * (batch[k][c] / most) + 0.5);
-    }
-  });
+Evaluation::Evaluation(const CellState& state, const CellLight& light, Paint paint, bool errors,
+                       const Workers& workers)
+    : light_(&light), paint_(std::move(paint)) {
+  if (state.sums.batches != kParts) throw Error("gather: batches and parts of rays differ");
   if (!errors) return;
+  batches_ = batches_of(state, workers);
   double area = 0;
-  for (uint32_t cell = 0; cell < cells.size(); ++cell) {
-    const double own = cells.area(cell);
+  for (uint32_t cell = 0; cell < state.cells.size(); ++cell) {
+    const double own = state.cells.area(cell);
     area += own;
-    for (size_t c = 0; c < 3; ++c) mean_radiosity_[c] += own * double(whole_[cell].channel[c]);
+    for (size_t c = 0; c < 3; ++c) mean_radiosity_[c] += own * double(light[cell][c]);
   }
   for (double& value : mean_radiosity_) value = area > 0 ? value / area : 0.0;
 }
 
 float Evaluation::brightness(uint32_t cell) const {
-  const Whole& own = whole_[cell];
-  return own.channel[0] + own.channel[1] + own.channel[2];
-}
-
-Evaluation::Carried Evaluation::carried(const ChainPool& chains, uint32_t number,
-                                        float weight) const {
-  Carried out{{0, 0, 0}, {weight, weight, weight}};
-  const std::span<const Vertex> vertices = chains.vertices(number);
-  for (size_t i = 0; i < vertices.size(); ++i) {
-    const Vertex& vertex = vertices[i];
-    const bool is_end = vertex.material & Vertex::kEnd;
-    const Vec3f reflectance = reflectance_[vertex.material & ~Vertex::kEnd];
-    // Chance decides behind a vertex, not about its own light.
-    const float goes_on = i < kSurely ? 1.0f : 1 / kGoesOn;
-    const float dim = dim_[std::min<size_t>(vertex.light, dim_.size() - 1)];
-    for (size_t c = 0; c < 3; ++c) {
-      const float sent = out.through[c] * reflectance[int(c)];
-      out.direct[c] += sent * vertex.direct[c] * dim;
-      if (!is_end) out.through[c] = sent * goes_on;
-    }
-  }
-  for (float& own : out.through) own *= chains.weight(number);
-  return out;
+  const CellLight::Radiosity& own = (*light_)[cell];
+  return own[0] + own[1] + own[2];
 }
 
 void Evaluation::Table::means(size_t channel, double (&out)[kParts][kParts]) const {
@@ -198,30 +144,32 @@ void Evaluation::add(const Looks& looks, size_t sample, Table& table) const {
     const size_t first = n * part / kParts, last = n * (part + 1) / kParts;
     table.rays[part] = std::max<size_t>(1, last - first);
     float of_part[3] = {};
+    auto& by_batch = table.sums[part];
     for (size_t ray = first; ray < last; ++ray) {
       const uint32_t target = targets[ray];
       if (target == kDark) continue;
       const float weight = weights.empty() ? 1.0f : weights[ray];
-      Carried own{{0, 0, 0}, {weight, weight, weight}};
+      std::array<float, 3> through{weight, weight, weight};
       uint32_t cell = target;
       if (Looks::is_chain(target)) {
-        const uint32_t number = Looks::chain_of(target);
+        const ChainPool::Sent& sent = looks.chains().sent(Looks::chain_of(target));
         ++table.chains;
-        cell = looks.chains().end(number);
-        own = carried(looks.chains(), number, weight);
+        cell = sent.end;
         for (size_t c = 0; c < 3; ++c) {
-          of_part[c] += own.direct[c];
-          for (size_t k = 0; kErrors && k < kParts; ++k) table.sums[part][c][k] += own.direct[c];
+          through[c] = weight * sent.through[c];
+          const float direct = weight * sent.direct[c];
+          of_part[c] += direct;
+          for (size_t k = 0; kErrors && k < kParts; ++k) by_batch[c][k] += direct;
         }
         if (cell == kDark) continue;
       }
-      const Whole& radiosity = whole_[cell];
+      const CellLight::Radiosity& radiosity = (*light_)[cell];
       for (size_t c = 0; c < 3; ++c) {
-        of_part[c] += own.through[c] * radiosity.channel[c];
+        of_part[c] += through[c] * radiosity[c];
         if (!kErrors) continue;
-        const float step = own.through[c] * radiosity.step;
-        for (size_t k = 0; k < kParts; ++k)
-          table.sums[part][c][k] += step * float(int(batches_[cell].steps[c][k]));
+        const CellBatches& own = batches_[cell];
+        const float step = through[c] * own.step;
+        for (size_t k = 0; k < kParts; ++k) by_batch[c][k] += step * float(int(own.steps[c][k]));
       }
     }
     for (size_t c = 0; c < 3; ++c) table.whole[c] += double(table.parts[part][c] = of_part[c]);

@@ -67,6 +67,8 @@ class Looks {
   static bool is_chain(uint32_t target) { return target >= kChain && target != kDark; }
   static uint32_t chain_of(uint32_t target) { return target - kChain; }
   const ChainPool& chains() const { return chains_; }
+  /// Before an Evaluation reads them.
+  void paint(const Paint& paint, const Workers& workers) { chains_.paint(paint, workers); }
   size_t bytes() const;
   static double forecast_bytes(double rays);
 

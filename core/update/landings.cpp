@@ -46,6 +46,7 @@ void Landings::add(uint32_t bounce, std::span<const uint32_t> slots, int sign) c
       for (size_t c = 0; c < 3; ++c)
         std::atomic_ref(sums.quanta[at + c])
             .fetch_add(sign * int64_t(segment.power[c]), std::memory_order_relaxed);
+      std::atomic_ref(sums.touched[cell]).store(1, std::memory_order_relaxed);
     }
   });
 }

@@ -292,8 +292,8 @@ size_t Session::bytes() const {
   if (direct_) sum += direct_->bytes();
   if (s.gather)
     sum += s.gather->cells.bytes() + s.gather->looks.bytes() + s.gather->coverage.bytes() +
-           s.gather->beams.bytes() + s.gather->sums.quanta.capacity() * sizeof(int64_t) +
-           s.guiding.bytes();
+           s.gather->beams.bytes() + s.gather->sums.bytes() + s.gather->light.bytes() +
+           s.gather->glance.bytes() + s.guiding.bytes();
   if (s.static_index) sum += s.static_index->bytes();
   for (const MovingPart& part : s.moving) sum += part.index->bytes();
   return sum;

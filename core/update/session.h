@@ -78,6 +78,8 @@ class Session {
   double pending_share() const;
   /// Irradiance and standard error, both samples x 3.
   void read(double* irradiance, double* standard_error) const;
+  /// The same without errors, sooner.
+  void read_irradiance(double* irradiance) const;
   /// For displays, samples x 4: irradiance, and the standard error of its weighted sum, the
   /// channels' errors taken as correlated, or 0 without `errors`, which takes half of the time.
   void read_packed(const std::array<double, 3>& weights, bool errors, float* values) const;
@@ -171,7 +173,8 @@ class Session {
   std::vector<gather::RayShares> shares_of(std::span<const direct::Receiver> receivers,
                                            const gather::RayCounts& rays, Progress& progress) const;
   gather::Looks looks_of(std::span<const direct::Receiver> receivers,
-                         std::span<const int8_t> doublings, uint64_t seed) const;
+                         std::span<const int8_t> doublings, uint64_t seed,
+                         const gather::Evaluation& now) const;
   /// Lets what samples see wait for Looks::follow().
   void note_looks(std::span<const ObjectChange> changes, bool lights);
   void note_beams(std::span<const uint32_t> objects, std::span<const Box> boxes,

@@ -32,6 +32,7 @@ void Session::make_cells() {
       Gather{gather::Cells(s.scene, samples::scene_metre(s.scene, *s.caster)),
              {},
              {},
+             {},
              gather::Looks({}, s.options.seed),
              {}});
   grow_cell_sums();
@@ -46,13 +47,16 @@ void Session::grow_cell_sums() {
   sums.groups = s.sum_groups();
   sums.batches = kBatches;
   sums.quanta.resize(sums.at(s.gather->cells.size(), 0, 0), 0);
+  sums.touched.resize(s.gather->cells.size(), 1);
 }
 
 void Session::shrink_cell_sums() noexcept {
   State& s = *state_;
   if (!s.gather) return;
   s.gather->cells.drop_objects(s.scene.objects.size());
-  s.gather->sums.quanta.resize(s.gather->sums.at(s.gather->cells.size(), 0, 0));
+  gather::CellSums& sums = s.gather->sums;
+  sums.quanta.resize(sums.at(s.gather->cells.size(), 0, 0));
+  sums.touched.resize(s.gather->cells.size());
 }
 
 gather::Evaluation Session::choose_guides(Progress& progress) {
@@ -150,13 +154,15 @@ void Session::choose_rays(const gather::Evaluation& now, Progress& progress) {
 }
 
 gather::Looks Session::looks_of(std::span<const direct::Receiver> receivers,
-                                std::span<const int8_t> doublings, uint64_t seed) const {
+                                std::span<const int8_t> doublings, uint64_t seed,
+                                const gather::Evaluation& now) const {
   const State& s = *state_;
   Progress part;
   gather::Looks looks({doublings, s.options.gather_rays}, seed);
   const gather::Guiding guiding{
       s.guiding.guides, s.guiding.beams, {}, {}, shares_of(receivers, looks.rays(), part)};
   looks.cast(present(receivers, guiding), s.workers, part);
+  looks.paint(now.paint(), s.workers);
   return looks;
 }
 
@@ -165,7 +171,7 @@ std::vector<gather::PilotLook> Session::pilot(std::span<const direct::Receiver> 
                                               const gather::Evaluation& now) const {
   const State& s = *state_;
   const std::vector<int8_t> few(receivers.size(), int8_t(gather::RayCounts::kLeast));
-  const gather::Looks looks = looks_of(receivers, few, s.options.seed ^ kPilotSeed);
+  const gather::Looks looks = looks_of(receivers, few, s.options.seed ^ kPilotSeed, now);
   std::vector<gather::PilotLook> out(receivers.size());
   s.workers.for_blocks(out.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
@@ -239,8 +245,18 @@ std::optional<gather::Evaluation> Session::evaluation(bool errors) const {
   if (!s.gather) return std::nullopt;
   std::vector<double> factor;
   for (uint32_t g = 0; g < s.sum_groups(); ++g) factor.push_back(s.sum_factor(g));
-  return gather::Evaluation(s.scene, s.lights, s.gather->cells, s.gather->coverage, s.gather->sums,
-                            {s.scale.quantum, factor, s.group_factor}, errors, s.workers);
+  Gather& own = *s.gather;
+  const gather::Scales scales{s.scale.quantum, factor};
+  const gather::CellState state{s.scene, own.cells, own.coverage, own.sums, scales};
+  gather::Paint paint;
+  for (const scene::Material& material : s.scene.materials)
+    paint.reflectance.push_back(material.reflectance);
+  for (const trace::Light& light : s.lights)
+    paint.dim.push_back(float(s.group_factor[light.group]));
+  paint.dim.push_back(0);
+  own.light.renew(state, s.workers);
+  own.looks.paint(paint, s.workers);
+  return gather::Evaluation(state, own.light, std::move(paint), errors, s.workers);
 }
 
 void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> normals,
@@ -268,7 +284,7 @@ void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> no
     }
     const std::unique_ptr<direct::DirectLight> direct = direct_at(receivers, all);
     const gather::Looks looks =
-        looks_of(receivers, doublings_of(receivers, *direct, 0, now), s.options.seed);
+        looks_of(receivers, doublings_of(receivers, *direct, 0, now), s.options.seed, now);
     s.workers.for_blocks(count, kGrain, [&](size_t begin, size_t end) {
       for (size_t i = begin; i < end; ++i) {
         double around[3], error[3];

@@ -120,7 +120,8 @@ void Session::refuse_beyond_limit() {
                                                          s.lights, s.light_sampled);
   if (s.gather)
     forecast_.bytes += size_t(gather::Looks::forecast_bytes(expected_rays(s))) +
-                       s.gather->cells.bytes() + s.gather->sums.quanta.size() * sizeof(int64_t);
+                       s.gather->cells.bytes() + s.gather->sums.bytes() +
+                       gather::CellLight::forecast_bytes(s.gather->cells.size());
   const double fixed = double(forecast_.bytes) - forecast_.bytes_per_path * double(paths);
   const double room = double(s.options.memory_limit) - fixed;
   // A little less than that: another number of paths sees another pilot.

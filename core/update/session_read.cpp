@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <optional>
+#include <utility>
 
 #include "base/direction.h"
 #include "base/random.h"
@@ -236,6 +237,12 @@ void Session::read(double* irradiance, double* standard_error) const {
   });
 }
 
+void Session::read_irradiance(double* irradiance) const {
+  read_samples(false, all_gathered(), [&](size_t i, const double* value, const double*) {
+    std::copy_n(value, 3, irradiance + 3 * i);
+  });
+}
+
 void Session::read_packed(const std::array<double, 3>& weights, bool errors, float* values) const {
   read_samples(errors, all_gathered(), [&](size_t i, const double* value, const double* error) {
     for (int c = 0; c < 3; ++c) values[4 * i + c] = float(value[c]);
@@ -250,19 +257,21 @@ void Session::glance(float* values) {
   if (!state_->gather) return read_packed({}, false, values);
   gather::Looks& looks = state_->gather->looks;
   Glance& glance = state_->gather->glance;
-  const bool all = glance.irradiance.empty();
+  const bool all = std::exchange(glance.stale, true);  // until it is done
   glance.irradiance.resize(state_->samples.size());
-  const auto gathered = [&](const gather::Evaluation& now, size_t i, double* irradiance, double*) {
-    double error[3];
+  const auto gathered = [&](const gather::Evaluation& now, size_t i, double* irradiance,
+                            double* error) {
+    std::array<double, 3>& shown = glance.irradiance[i];
     // Scattered, so that no patch of a surface lags behind its surroundings.
     if (all || looks.changed(i) || i % kTurns == glance.turn)
-      now.read(looks, i, glance.irradiance[i].data(), error);
-    std::copy_n(glance.irradiance[i].data(), 3, irradiance);
+      now.read(looks, i, shown.data(), error);
+    std::copy(shown.begin(), shown.end(), irradiance);
   };
   read_samples(false, gathered, [&](size_t i, const double* value, const double*) {
     for (int c = 0; c < 3; ++c) values[4 * i + c] = float(value[c]);
   });
   looks.forget_changes();
+  glance.stale = false;
   glance.turn = (glance.turn + 1) % kTurns;
 }
 

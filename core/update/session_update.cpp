@@ -196,7 +196,7 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
     lap = Clock::now();
     note_looks(log.changes(), s.lights.size() > log.old_lights());
     // Dimmed lamps and new colours show everywhere at once.
-    if (s.gather && log.changes().empty()) s.gather->glance.irradiance.clear();
+    if (s.gather && log.changes().empty()) s.gather->glance.stale = true;
     if (s.gather)
       report.gathered_rays = s.gather->looks.follow(
           present(receivers_, s.guiding), s.workers, progress, [&](size_t i) { renew_share(i); },

@@ -58,14 +58,17 @@ struct MovingPart {
 
 /// What a display shows of gathered light; nothing else depends on it.
 struct Glance {
-  std::vector<std::array<double, 3>> irradiance;  ///< per sample; empty: all have to be read
+  std::vector<std::array<double, 3>> irradiance;  ///< per sample
+  bool stale = true;                              ///< all have to be read
   size_t turn = 0;
+  size_t bytes() const { return irradiance.capacity() * sizeof(std::array<double, 3>); }
 };
 
 /// What a session that gathers holds besides: see gather/.
 struct Gather {
   gather::Cells cells;
   gather::CellSums sums;
+  gather::CellLight light;  ///< as of the last reading
   gather::Coverage coverage;
   gather::Looks looks;
   gather::Beams beams;

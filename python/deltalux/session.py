@@ -108,7 +108,8 @@ class Session(SessionFacts):
         self._calls = Calls()
         self._built_by: str | None = None  # the build that computed the light
         self.foreign_build: str | None = None  # a file's build where it differs from this one
-        self._result: tuple[np.ndarray, np.ndarray] | None = None
+        self._irradiance: np.ndarray | None = None
+        self._result: tuple[np.ndarray, np.ndarray] | None = None  # with the standard error
         self._interpolators = Interpolators()
 
     def __enter__(self) -> Session:
@@ -223,7 +224,7 @@ class Session(SessionFacts):
 
     def _bake(self) -> Frame:
         self._apply_at_once()
-        self._result = None
+        self._forget_results()
         self._prepare_choice()
         session = self._session()
         had_light = session.baked
@@ -260,7 +261,7 @@ class Session(SessionFacts):
 
     def _apply(self, session: Any, budget_ms: float, progress: Progress | None) -> dict[str, Any]:
         """Hand over what is queued. Stopped before it took effect, it waits for the next update."""
-        self._result = None
+        self._forget_results()
         try:
             return session.update(self._edits, budget_ms, progress)
         finally:
@@ -294,7 +295,7 @@ class Session(SessionFacts):
         if self.foreign_build is not None:
             return self._bake()
         self._finish()
-        self._result = None
+        self._forget_results()
         return Frame(**self._session().recompute(self.progress))
 
     def _finish(self) -> None:
@@ -315,7 +316,16 @@ class Session(SessionFacts):
             self._result = self._baked_session().read()
             for array in self._result:
                 array.setflags(write=False)
+            self._irradiance = self._result[0]
         return self._result
+
+    def _read_irradiance(self) -> np.ndarray:
+        if self._irradiance is None:
+            self._irradiance = self._baked_session().read_irradiance()
+        return self._irradiance
+
+    def _forget_results(self) -> None:
+        self._irradiance = self._result = None
 
     @long_call
     def read_packed(self, *, errors: bool = True) -> np.ndarray:
@@ -335,9 +345,13 @@ class Session(SessionFacts):
         return self._baked_session().glance()
 
     @property
+    @long_call
     def irradiance(self) -> np.ndarray:
-        """(n, 3) float64, unit of the scene, as of the last bake or update."""
-        return self.read()[0].copy()
+        """(n, 3) float64, unit of the scene, as of the last bake or update.
+
+        Sooner than `standard_error` and `read`: for sessions that gather a sixth of the time.
+        """
+        return self._read_irradiance().copy()
 
     @property
     def standard_error(self) -> np.ndarray:
@@ -397,7 +411,7 @@ class Session(SessionFacts):
             return session.visible(self._flat.points(a), self._flat.points(b)).astype(bool)
 
         slopes = self._gradient()[present] if gradients else None
-        values = self._read()[0][present]
+        values = self._read_irradiance()[present]
         return interpolator(asked.points, asked.normals, values, slopes, visible)
 
     def _interpolation(self) -> tuple[np.ndarray, Interpolator]:

@@ -63,6 +63,7 @@ def equals_recompute(session: dl.Session) -> None:
     """The digest and every read value are those of a computation from scratch."""
     digest, irradiance = session.digest(), session.irradiance
     error, sums = session.standard_error, session.sums
+    np.testing.assert_array_equal(session.read()[0], irradiance)
     session.recompute()
     assert session.digest() == digest
     np.testing.assert_array_equal(session.irradiance, irradiance)
@@ -98,6 +99,23 @@ def test_update_equals_recompute(options, sequence):
                 apply(session, edit)
             session.update()
             equals_recompute(session)
+
+
+@settings(max_examples=30)
+@given(sequence=SEQUENCES, direct=st.sampled_from(["paths", "sampled"]))
+def test_what_is_kept_between_readings_is_right(sequence, direct):
+    """Readings renew what changed since the last one; only the last one is checked here."""
+    scene = room()
+    with dl.Session(scene, samples_in(scene), paths=600, threads=2, gather=16, direct=direct) as session:
+        session.bake()
+        for edits in sequence:
+            for edit in edits:
+                apply(session, edit)
+                if edit[0] != "paint":
+                    session.update()
+                    assert np.isfinite(session.irradiance).all()
+            session.update()
+        equals_recompute(session)
 
 
 @settings(max_examples=15)

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// One division a cell and channel.
+#include "gather/cell_light.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace deltalux::gather {
+namespace {
+
+constexpr size_t kGrain = 1024;
+constexpr double kSteps = 65535;
+
+/// Power that landed, in quanta, dimmed as it is now.
+double landed(const CellState& state, uint32_t cell, uint32_t batch, size_t channel) {
+  double sum = 0;
+  for (uint32_t g = 0; g < state.sums.groups; ++g)
+    sum += state.scales.sum_factor[g] *
+           double(state.sums.quanta[state.sums.at(cell, g, batch) + channel]);
+  return sum;
+}
+
+/// Radiosity per quantum; 0: the cell has no area.
+Vec3d unit_of(const CellState& state, uint32_t cell, float bare) {
+  const double area = double(state.cells.area(cell)) * double(bare);
+  if (!(area > 0)) return {};
+  const Vec3f reflectance = state.scene.materials[state.cells.material(cell)].reflectance;
+  Vec3d unit;
+  for (int c = 0; c < 3; ++c) unit[c] = state.scales.quantum * double(reflectance[c]) / area;
+  return unit;
+}
+
+}  // namespace
+
+void CellLight::renew(const CellState& state, const Workers& workers) {
+  const size_t count = state.cells.size();
+  std::vector<Vec3f> reflectance;
+  for (const scene::Material& material : state.scene.materials)
+    reflectance.push_back(material.reflectance);
+  std::vector<double> factor = state.scales.sum_factor;
+  factor.push_back(state.scales.quantum);
+  const bool all = reflectance != reflectance_ || factor != factor_;
+  if (all) reflectance_.clear();  // should memory end below, all are made next time
+  radiosity_.resize(count);
+  bare_.resize(count);
+  workers.for_blocks(count, kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const uint32_t cell = uint32_t(i);
+      const float bare = state.coverage.bare(cell);
+      if (!all && !state.sums.touched[i] && bare == bare_[i]) continue;
+      const Vec3d unit = unit_of(state, cell, bare);
+      for (size_t c = 0; c < 3; ++c) {
+        double sum = 0;
+        for (uint32_t k = 0; k < kParts; ++k) sum += landed(state, cell, k, c);
+        radiosity_[i][c] = float(sum * unit[int(c)]);
+      }
+      bare_[i] = bare;
+      state.sums.touched[i] = 0;
+    }
+  });
+  reflectance_ = std::move(reflectance);
+  factor_ = std::move(factor);
+}
+
+std::vector<CellBatches> batches_of(const CellState& state, const Workers& workers) {
+  std::vector<CellBatches> out(state.cells.size());
+  workers.for_blocks(out.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const uint32_t cell = uint32_t(i);
+      const Vec3d unit = unit_of(state, cell, state.coverage.bare(cell));
+      double batch[3][kParts], most = 0;
+      for (size_t c = 0; c < 3; ++c)
+        for (uint32_t k = 0; k < kParts; ++k)
+          most = std::max(most, batch[c][k] = landed(state, cell, k, c) * unit[int(c)] * kParts);
+      if (!(most > 0) || !std::isfinite(most)) continue;
+      out[i].step = float(most / kSteps);
+      for (size_t c = 0; c < 3; ++c)
+        for (size_t k = 0; k < kParts; ++k)
+          out[i].steps[c][k] = uint16_t(kSteps * (batch[c][k] / most) + 0.5);
+    }
+  });
+  return out;
+}
+
+}  // namespace deltalux::gather
