@@ -333,9 +333,9 @@ void Session::note_beams(std::span<const uint32_t> objects, std::span<const Box>
   s.workers.for_blocks(s.samples.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       if (change.samples[i]) continue;  // follow() renews these
-      const gather::RayShares before = std::exchange(s.guiding.shares[i], {});
-      renew_share(i);
-      change.samples[i] = !(s.guiding.shares[i] == before);
+      const gather::RayShares own = share(receivers_[i], s.gather->looks.rays().count(i));
+      change.samples[i] = !(own == s.guiding.shares[i]);
+      s.guiding.shares[i] = own;
     }
   });
 }
