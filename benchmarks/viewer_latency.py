@@ -5,8 +5,9 @@
 
 The client sends poses, applies the frames that come to an array and acknowledges them at once; what a
 browser needs to draw comes on top. Latency is the time from sending a pose to having applied values that
-include it. "lock step" sends a pose when a frame arrives, "30 a second" whatever happens. The object's
-diagonal is 3 % of the scene's. Writes benchmarks/out/viewer_latency.json.
+include it. "lock step" sends a pose when a frame arrives, "30 a second" whatever happens. After the last
+pose: how long until what is shown is near to the light that it comes to, where the drag has left more than
+2 % to do. The object's diagonal is 3 % of the scene's. Writes benchmarks/out/viewer_latency.json.
 """
 
 from __future__ import annotations
@@ -34,6 +35,8 @@ TROLLEY = "trolley"
 WAY = (4.0, 0.0, -1.5)  # metres there and back
 STEP = 0.03  # metres between two poses: a metre a second at 30 poses a second
 RATE = 30.0  # poses a second
+NOTED = 0.02  # relative: what is farther from where it comes to counts as behind
+NEAR = (0.05, 0.02, 0.01)  # RMS of those
 SAMPLES = 100_000  # of the smaller case; no mesh of the atrium has as few vertices
 VERTEX_ARRAYS = ("points", "sample_points", "normals", "vertex_mesh", "attached")
 TRIANGLE_ARRAYS = ("triangles", "triangle_material", "triangle_mesh", "source_triangle", "reversed")
@@ -88,11 +91,33 @@ class Client:
             await self.take()
         self.first_revision = self.state["revision"]
 
-    async def move(self, pose: list[float]) -> None:
-        """Send the next pose of a drag."""
+    async def settle(self, pose: list[float]) -> dict[str, Any]:
+        """Let go at a pose, and see the light come to rest: seconds until it is near to what it comes to."""
+        start, shown = time.perf_counter(), [self.values.copy()]
+        times = [0.0]
+        await self.move(pose, dragging=False)
+        while self.sent or self.state.get("phase") != "ready":
+            if await self.take():
+                shown.append(self.values.copy())
+                times.append(time.perf_counter() - start)
+        final = shown[-1][:, :3].sum(axis=1)
+        floor = 1e-3 * final.mean()
+        off = [np.abs(values[:, :3].sum(axis=1) - final) / np.maximum(final, floor) for values in shown]
+        behind = off[0] > NOTED
+        left = [float(np.sqrt(np.mean(own[behind] ** 2))) if behind.any() else 0.0 for own in off]
+        last = {n: max((i + 1 for i, own in enumerate(left) if own > n), default=0) for n in NEAR}
+        return {
+            "samples_behind": int(behind.sum()),
+            "behind_at_first": left[0],
+            "seconds_until": {f"{n:.0%}": times[i] for n, i in last.items()},
+            "seconds_until_exact": times[-1],
+        }
+
+    async def move(self, pose: list[float], *, dragging: bool = True) -> None:
+        """Send the next pose of a drag, or the last one."""
         self.moves += 1
         self.sent[self.first_revision + self.moves] = time.perf_counter()
-        message = {"type": "move", "id": self.moves, "name": TROLLEY, "pose": pose, "dragging": True}
+        message = {"type": "move", "id": self.moves, "name": TROLLEY, "pose": pose, "dragging": dragging}
         await self.connection.send(json.dumps(message))
 
 
@@ -140,6 +165,7 @@ async def run_client(address: str, mode: str, seconds: float) -> dict[str, Any]:
         start = time.perf_counter()
         await MODES[mode](client, way, start + seconds)
         elapsed = client.frames[-1][0] - start
+        at_rest = await client.settle(next(way))
         stages = sorted({stage for figure in client.figures for stage in figure["milliseconds"]})
         return {
             "mode": mode,
@@ -148,6 +174,7 @@ async def run_client(address: str, mode: str, seconds: float) -> dict[str, Any]:
             "frames_per_second": len(client.frames) / elapsed,
             "p50_milliseconds": float(np.percentile(client.latencies, 50)),
             "p95_milliseconds": float(np.percentile(client.latencies, 95)),
+            "at_rest": at_rest,
             "median_bytes": float(np.median([size for _, size in client.frames])),
             "median_done": float(np.median([figure["done"] for figure in client.figures])),
             "median_affected_paths": float(
@@ -180,6 +207,12 @@ def print_result(result: dict[str, Any]) -> None:
         f"{result['median_bytes'] / 1e3:.0f} kB a frame, done {result['median_done']:.0%}"
     )
     stages = sorted(result["median_stage_milliseconds"].items(), key=lambda item: -item[1])
+    rest = result["at_rest"]
+    until = ", ".join(f"{near} after {seconds:.1f} s" for near, seconds in rest["seconds_until"].items())
+    print(
+        f"    let go: {rest['samples_behind']} samples are {rest['behind_at_first']:.0%} off, {until}, "
+        f"exact after {rest['seconds_until_exact']:.1f} s"
+    )
     print("    " + ", ".join(f"{stage} {ms:.1f} ms" for stage, ms in stages if ms >= 0.05), flush=True)
 
 

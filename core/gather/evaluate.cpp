@@ -80,10 +80,10 @@ void Evaluation::learn_spread(const Looks& looks) {
   for (size_t sample = 0; sample < looks.samples(); sample += step) {
     Table table;
     add<true>(looks, sample, table);
-    const size_t kind = kind_of(table, looks.rays().count(sample));
+    const size_t n = looks.targets(sample).size(), kind = kind_of(table, n);
     ++count[kind];
     for (size_t c = 0; c < 3; ++c) {
-      const double mean = table.whole[c] / double(looks.rays().count(sample));
+      const double mean = table.whole[c] / double(n);
       double means[kParts][kParts];
       table.means(c, means);
       const Variances own = crossed_variances(means);
@@ -99,7 +99,7 @@ void Evaluation::learn_spread(const Looks& looks) {
 }
 
 void Evaluation::read(const Looks& looks, size_t sample, double* irradiance, double* error) const {
-  const size_t n = looks.rays().count(sample);
+  const size_t n = looks.targets(sample).size();
   Table table;
   if (batches_.empty())
     add<false>(looks, sample, table);

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <numeric>
+#include <functional>
 
 #include "base/random.h"
 #include "direct/block.h"
@@ -179,7 +179,8 @@ Looks::Looks(RayCounts rays, uint64_t seed)
     : rays_(std::move(rays)),
       seed_(seed),
       directions_(rays_.most(), seed),
-      changed_(rays_.receivers(), 1) {}
+      changed_(rays_.receivers(), 1),
+      coarse_(rays_.receivers(), 0) {}
 
 void Looks::set(const Found& found) {
   const auto release = [&](uint32_t& target) {
@@ -208,6 +209,7 @@ void Looks::set(const Found& found) {
 void Looks::cast(const Present& present, const Workers& workers, Progress& progress) {
   const Caster caster(*this, present);
   pending_.reset();
+  coarse_.assign(samples(), 0);
   chains_.clear();
   targets_.assign(rays_.all(), kDark);
   weights_.assign(present.guiding.empty() ? 0 : targets_.size(), 0.0f);
@@ -260,23 +262,29 @@ void Looks::note(const Present& present, const Change& change) {
   }
   pending_->done = 0;
   // Samples of a block lie close together.
-  std::vector<float> distance((samples() + kBlock - 1) / kBlock, std::numeric_limits<float>::max());
-  for (size_t block = 0; block < distance.size(); ++block) {
-    const direct::Receiver& one = present.receivers[std::min(samples(), (block + 1) * kBlock) - 1];
+  constexpr float kLast = std::numeric_limits<float>::infinity();
+  const std::vector<uint8_t>& fresh = pending_->change.samples;
+  std::vector<Task>& order = pending_->order;
+  order.clear();
+  for (size_t first = 0; first < samples(); first += kBlock) {
+    const size_t end = std::min(samples(), first + kBlock);
+    const direct::Receiver& one = present.receivers[end - 1];
     const Vec3f p = one.point;
+    float distance = std::numeric_limits<float>::max();
     for (const MovedObject& moved : pending_->change.objects)
       for (const Box& box : moved.passed) {
         // What it carries along keeps its light for a moment; its shadow may not lag behind.
         const Vec3f off = one.object == moved.object ? box.extent()
                                                      : max(max(box.low - p, p - box.high), Vec3f{});
-        distance[block] = std::min(distance[block], dot(off, off));
+        distance = std::min(distance, dot(off, off));
       }
+    const auto begin = fresh.begin();
+    const bool coarse = std::any_of(begin + long(first), begin + long(end), std::identity{});
+    order.push_back({uint32_t(first / kBlock), coarse, distance});
+    if (coarse) order.push_back({uint32_t(first / kBlock), false, kLast});
   }
-  std::vector<uint32_t>& order = pending_->order;
-  order.resize(distance.size());
-  std::iota(order.begin(), order.end(), 0u);
   std::stable_sort(order.begin(), order.end(),
-                   [&](uint32_t a, uint32_t b) { return distance[a] < distance[b]; });
+                   [](const Task& a, const Task& b) { return a.distance < b.distance; });
 }
 
 double Looks::pending_share() const {
@@ -289,7 +297,7 @@ uint64_t Looks::follow(const Present& present, const Workers& workers, Progress&
   if (!pending_) return 0;
   const Caster caster(*this, present);
   const Suspects suspects(*this, present, pending_->change);
-  const std::vector<uint32_t>& order = pending_->order;
+  const std::vector<Task>& order = pending_->order;
   const std::vector<uint8_t>& fresh = pending_->change.samples;
   uint64_t count = 0;
   progress.announce("look around", order.size() - pending_->done);
@@ -301,18 +309,21 @@ uint64_t Looks::follow(const Present& present, const Workers& workers, Progress&
     workers.for_blocks(step, 1, [&](size_t begin, size_t end) {
       std::vector<uint8_t> again;
       for (size_t k = begin; k < end; ++k) {
-        const size_t from = order[first + k] * kBlock, to = std::min(samples(), from + kBlock);
+        const Task& task = order[first + k];
+        const size_t from = task.block * kBlock, to = std::min(samples(), from + kBlock);
         const size_t ray = rays_.first(from);
         // Of a block at once, since most lie far away.
         const bool apart =
             suspects.passes_by(std::span(targets_).subspan(ray, rays_.first(to) - ray));
         for (size_t i = from; i < to; ++i) {
-          if (fresh[i]) renew(i);
-          if (!fresh[i] && caster.blind(i)) continue;
+          // What casts some of its rays only waits for its block's own turn.
+          if (!fresh[i] && (task.coarse || caster.blind(i))) continue;
+          if (task.coarse) renew(i);
+          coarse_[i] = task.coarse;
           const SampleRays own = caster.rays(i);
-          again.assign(own.count(), fresh[i]);
+          again.assign(task.coarse ? first_part(i) : own.count(), fresh[i]);
           if (!fresh[i]) suspects.mark(own, i, apart, again);
-          for (uint32_t r = 0; r < own.count(); ++r)
+          for (uint32_t r = 0; r < again.size(); ++r)
             if (again[r]) caster.look(own, i, r, found[k]), changed_[i] = 1;
         }
       }
@@ -337,7 +348,8 @@ double Looks::forecast_bytes(double rays) {
 
 size_t Looks::bytes() const {
   return targets_.capacity() * sizeof(uint32_t) + weights_.capacity() * sizeof(float) +
-         in_beam_.capacity() * sizeof(uint64_t) + changed_.capacity() + chains_.bytes();
+         in_beam_.capacity() * sizeof(uint64_t) + changed_.capacity() + coarse_.capacity() +
+         chains_.bytes();
 }
 
 }  // namespace deltalux::gather

@@ -43,9 +43,9 @@ class Looks {
   /// Notes what follow() has to take in.
   void note(const Present& present, const Change& change);
   /// Casts again what may differ, nearest to what moved first, until all is as cast() would have it
-  /// or `more` says no; it is asked every few milliseconds. Calls renew(sample), by many threads,
-  /// where all rays of a sample are cast: its shares may follow it then. Returns how many rays that
-  /// were.
+  /// or `more` says no; it is asked every few milliseconds. Samples that cast all their rays begin
+  /// with a part of them and go on when the rest is done. Calls renew(sample), by many threads,
+  /// before: its shares may follow it then. Returns how many rays were cast.
   uint64_t follow(const Present& present, const Workers& workers, Progress& progress,
                   const std::function<void(size_t)>& renew, const std::function<bool()>& more);
   /// Share of the samples that wait.
@@ -54,15 +54,16 @@ class Looks {
   bool changed(size_t sample) const { return changed_[sample]; }
   void forget_changes() { std::fill(changed_.begin(), changed_.end(), uint8_t(0)); }
 
-  /// Of ray `ray` of a sample: a cell, kDark, or kChain + index into chains().
+  /// Of ray `ray` of a sample: a cell, kDark, or kChain + index into chains(). As long as only the
+  /// first part of its rays is of the present state, of that.
   static constexpr uint32_t kChain = 0x80000000u;
   std::span<const uint32_t> targets(size_t sample) const {
-    return std::span(targets_).subspan(rays_.first(sample), rays_.count(sample));
+    return std::span(targets_).subspan(rays_.first(sample), shown(sample));
   }
   /// What the light along each ray of a sample counts times; empty: once.
   std::span<const float> weights(size_t sample) const {
     return weights_.empty() ? std::span<const float>{}
-                            : std::span(weights_).subspan(rays_.first(sample), rays_.count(sample));
+                            : std::span(weights_).subspan(rays_.first(sample), shown(sample));
   }
   static bool is_chain(uint32_t target) { return target >= kChain && target != kDark; }
   static uint32_t chain_of(uint32_t target) { return target - kChain; }
@@ -83,9 +84,14 @@ class Looks {
   class Caster;
   class Suspects;
   /// Changes that are taken in block by block of kBlock samples.
+  struct Task {
+    uint32_t block;
+    bool coarse;  ///< the first part of the rays of samples that cast all of them
+    float distance;
+  };
   struct Pending {
     Change change;
-    std::vector<uint32_t> order;  ///< of blocks
+    std::vector<Task> order;
     size_t done = 0;
   };
   /// What was cast again.
@@ -105,6 +111,14 @@ class Looks {
     std::vector<Chained> chained;  ///< of those, in their order
     std::vector<Vertex> vertices;  ///< of all of these, one after the other
   };
+  /// Rays of the part that comes first.
+  uint32_t first_part(size_t sample) const {
+    const uint32_t all = rays_.count(sample);
+    return all < kParts ? all : all / kParts;
+  }
+  uint32_t shown(size_t sample) const {
+    return coarse_[sample] ? first_part(sample) : rays_.count(sample);
+  }
   void set(const Found& found);
   bool in_beam(size_t place) const {
     return !in_beam_.empty() && in_beam_[place / 64] >> (place % 64) & 1;
@@ -117,6 +131,7 @@ class Looks {
   std::vector<float> weights_;     // per target; empty without guides
   std::vector<uint64_t> in_beam_;  // a bit per target; empty without beams
   std::vector<uint8_t> changed_;   // per sample
+  std::vector<uint8_t> coarse_;    // per sample: the first part alone is of the present state
   ChainPool chains_;
   std::optional<Pending> pending_;
 };

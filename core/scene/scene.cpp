@@ -176,14 +176,6 @@ uint32_t Scene::object_of(uint32_t primitive) const {
   return low;
 }
 
-uint32_t Scene::material_index(uint32_t primitive) const { return primitive_[primitive].material; }
-
-float Scene::slack_of(uint32_t primitive) const { return primitive_[primitive].slack; }
-
-const Material& Scene::material_of(uint32_t primitive) const {
-  return materials[primitive_[primitive].material];
-}
-
 Box Scene::measure_world() const {
   Box box;
   for (const Object& object : objects)

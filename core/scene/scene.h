@@ -74,11 +74,13 @@ class Scene {
   uint32_t static_primitives() const { return static_primitives_; }
   uint32_t primitives() const { return primitives_; }
   uint32_t object_of(uint32_t primitive) const;
-  const Material& material_of(uint32_t primitive) const;
-  uint32_t material_index(uint32_t primitive) const;
+  const Material& material_of(uint32_t primitive) const {
+    return materials[material_index(primitive)];
+  }
+  uint32_t material_index(uint32_t primitive) const { return primitive_[primitive].material; }
   /// Distance by which rounding may put the plane of `primitive` off, as rays meet it: of large
   /// tilted triangles and slivers more than position_slack() of a point on them. In any pose.
-  float slack_of(uint32_t primitive) const;
+  float slack_of(uint32_t primitive) const { return primitive_[primitive].slack; }
   /// The box that light paths live in: fixed when the scene is finished, from static geometry
   /// alone where that encloses the movables, so that it does not depend on where they stand.
   const Box& world() const { return world_; }

@@ -43,21 +43,43 @@ def test_a_budget_leaves_rays_waiting(baked):
     exact(baked)
 
 
-def test_what_is_near_comes_first(baked):
-    """First what lies beside the block, which sees most of it, soon what lies on it, then the rest."""
-    baked.move("block", translation(-0.6, 0.7, -0.2) @ turn(0.5))
-    rays, done = [], []
-    while not done or baked.unfinished:
-        frame = baked.update(budget_ms=1e-3)
-        rays.append(frame.gathered_rays)
-        done.append(frame.done)
-    first, soon, late = (
-        np.array(rays)[part] for part in (slice(0, 16), np.array(done) < 0.25, np.array(done) > 0.5)
-    )
-    assert len(first) == 16
-    assert first.mean() > 2 * late.mean()
-    assert soon.sum() > 16 * np.count_nonzero(baked.samples.attached == "block")
-    exact(baked)
+def test_what_is_near_comes_first():
+    """What lies beside the block sees most of it. All rays of what lies on it are for the end."""
+    scene = room()
+    samples = dl.Samples.on_vertices(scene, spacing=0.13)
+    with dl.Session(scene, samples, paths=2000, gather=64, threads=2, direct="sampled") as session:
+        session.bake()
+        pose = session.pose("block")
+        pose[0, 3] += 0.05
+        session.move("block", pose)
+        rays, unfinished = [], True
+        while unfinished:
+            rays.append(session.update(budget_ms=1e-3).gathered_rays)
+            unfinished = session.unfinished
+        own = 64 * np.count_nonzero(samples.attached == "block")
+        last = np.flatnonzero(np.cumsum(rays[::-1]) >= own)[0] + 1
+        assert last < len(rays) / 2
+        near, far = np.array_split(rays[:-last], [32])
+        assert near.mean() > 2 * far.mean()
+        exact(session)
+
+
+def test_what_moved_is_shown_by_few_rays_first():
+    """Long before the end all that lies on the block is near to what it comes to."""
+    scene = room()
+    samples = dl.Samples.on_vertices(scene, spacing=0.13)
+    own = samples.attached == "block"
+    with dl.Session(scene, samples, paths=2000, gather=256, threads=2, direct="sampled") as session:
+        session.bake()
+        light, done = [session.irradiance[own]], [0.0]
+        session.move("block", translation(-0.6, 0.7, -0.2) @ turn(0.5))
+        while done[-1] < 1:
+            done.append(session.update(budget_ms=1e-3).done)
+            light.append(session.irradiance[own])
+        off = [np.sqrt(np.mean((each - light[-1]) ** 2)) / light[-1].mean() for each in light]
+        half = next(i for i, each in enumerate(done) if each > 0.5)
+        assert 0 < off[half] < 0.2 * off[0]
+        exact(session)
 
 
 def test_glances_catch_up(baked):

@@ -256,7 +256,7 @@ class Engine:
         frame = self._session.update(self._budget if wanted.dragging else REST_BUDGET)
         self._unfinished = frame.done < 1
         start = time.perf_counter()
-        self._publish(wanted.revision, errors=not wanted.dragging)
+        self._publish(wanted.revision, errors=not wanted.dragging and not self._unfinished)
         end = time.perf_counter()
         self._tell(
             self._figures.of_update(
