@@ -100,9 +100,10 @@ class Client:
             if await self.take():
                 shown.append(self.values.copy())
                 times.append(time.perf_counter() - start)
-        final = shown[-1][:, :3].sum(axis=1)
+        light = [rows.view(np.float16).reshape(-1, 4)[:, :3].astype(float).sum(axis=1) for rows in shown]
+        final = light[-1]
         floor = 1e-3 * final.mean()
-        off = [np.abs(values[:, :3].sum(axis=1) - final) / np.maximum(final, floor) for values in shown]
+        off = [np.abs(own - final) / np.maximum(final, floor) for own in light]
         behind = off[0] > NOTED
         left = [float(np.sqrt(np.mean(own[behind] ** 2))) if behind.any() else 0.0 for own in off]
         last = {n: max((i + 1 for i, own in enumerate(left) if own > n), default=0) for n in NEAR}
