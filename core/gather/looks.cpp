@@ -180,7 +180,7 @@ Looks::Looks(RayCounts rays, uint64_t seed)
       seed_(seed),
       directions_(rays_.most(), seed),
       changed_(rays_.receivers(), 1),
-      coarse_(rays_.receivers(), 0) {}
+      parts_(rays_.receivers(), kParts) {}
 
 void Looks::set(const Found& found) {
   const auto release = [&](uint32_t& target) {
@@ -209,7 +209,7 @@ void Looks::set(const Found& found) {
 void Looks::cast(const Present& present, const Workers& workers, Progress& progress) {
   const Caster caster(*this, present);
   pending_.reset();
-  coarse_.assign(samples(), 0);
+  parts_.assign(samples(), kParts);
   chains_.clear();
   targets_.assign(rays_.all(), kDark);
   weights_.assign(present.guiding.empty() ? 0 : targets_.size(), 0.0f);
@@ -279,10 +279,13 @@ void Looks::note(const Present& present, const Change& change) {
         distance = std::min(distance, dot(off, off));
       }
     const auto begin = fresh.begin();
-    const bool coarse = std::any_of(begin + long(first), begin + long(end), std::identity{});
-    order.push_back({uint32_t(first / kBlock), coarse, distance});
-    if (coarse) order.push_back({uint32_t(first / kBlock), false, kLast});
+    const bool all = std::any_of(begin + long(first), begin + long(end), std::identity{});
+    order.push_back({uint32_t(first / kBlock), 0, all ? 1 : kParts, distance});
   }
+  const size_t blocks = order.size();
+  for (uint32_t part = 1; part < kParts; part *= 2)
+    for (size_t i = 0; i < blocks; ++i)
+      if (order[i].end < kParts) order.push_back({order[i].block, part, 2 * part, kLast});
   std::stable_sort(order.begin(), order.end(),
                    [](const Task& a, const Task& b) { return a.distance < b.distance; });
 }
@@ -316,14 +319,16 @@ uint64_t Looks::follow(const Present& present, const Workers& workers, Progress&
         const bool apart =
             suspects.passes_by(std::span(targets_).subspan(ray, rays_.first(to) - ray));
         for (size_t i = from; i < to; ++i) {
-          // What casts some of its rays only waits for its block's own turn.
-          if (!fresh[i] && (task.coarse || caster.blind(i))) continue;
-          if (task.coarse) renew(i);
-          coarse_[i] = task.coarse;
+          // What casts some of its rays only has its turn with the last part of the others'.
+          if (!fresh[i] && (task.end < kParts || caster.blind(i))) continue;
+          if (fresh[i] && task.part == 0) renew(i);
           const SampleRays own = caster.rays(i);
-          again.assign(task.coarse ? first_part(i) : own.count(), fresh[i]);
+          const uint32_t begun = fresh[i] ? rays_of(i, task.part) : 0;
+          const uint32_t end = rays_of(i, task.end);
+          again.assign(end, fresh[i]);
           if (!fresh[i]) suspects.mark(own, i, apart, again);
-          for (uint32_t r = 0; r < again.size(); ++r)
+          parts_[i] = uint8_t(task.end);
+          for (uint32_t r = begun; r < end; ++r)
             if (again[r]) caster.look(own, i, r, found[k]), changed_[i] = 1;
         }
       }
@@ -348,7 +353,7 @@ double Looks::forecast_bytes(double rays) {
 
 size_t Looks::bytes() const {
   return targets_.capacity() * sizeof(uint32_t) + weights_.capacity() * sizeof(float) +
-         in_beam_.capacity() * sizeof(uint64_t) + changed_.capacity() + coarse_.capacity() +
+         in_beam_.capacity() * sizeof(uint64_t) + changed_.capacity() + parts_.capacity() +
          chains_.bytes();
 }
 

@@ -44,8 +44,9 @@ class Looks {
   void note(const Present& present, const Change& change);
   /// Casts again what may differ, nearest to what moved first, until all is as cast() would have it
   /// or `more` says no; it is asked every few milliseconds. Samples that cast all their rays begin
-  /// with a part of them and go on when the rest is done. Calls renew(sample), by many threads,
-  /// before: its shares may follow it then. Returns how many rays were cast.
+  /// with one part of them and go on, twice as many at a time, when the rest is done. Calls
+  /// renew(sample), by many threads, before: its shares may follow it then. Returns how many rays
+  /// were cast.
   uint64_t follow(const Present& present, const Workers& workers, Progress& progress,
                   const std::function<void(size_t)>& renew, const std::function<bool()>& more);
   /// Share of the samples that wait.
@@ -55,7 +56,7 @@ class Looks {
   void forget_changes() { std::fill(changed_.begin(), changed_.end(), uint8_t(0)); }
 
   /// Of ray `ray` of a sample: a cell, kDark, or kChain + index into chains(). As long as only the
-  /// first part of its rays is of the present state, of that.
+  /// first parts of its rays are of the present state, of those.
   static constexpr uint32_t kChain = 0x80000000u;
   std::span<const uint32_t> targets(size_t sample) const {
     return std::span(targets_).subspan(rays_.first(sample), shown(sample));
@@ -86,7 +87,7 @@ class Looks {
   /// Changes that are taken in block by block of kBlock samples.
   struct Task {
     uint32_t block;
-    bool coarse;  ///< the first part of the rays of samples that cast all of them
+    uint32_t part, end;  ///< of the rays of samples that cast all of them
     float distance;
   };
   struct Pending {
@@ -111,14 +112,12 @@ class Looks {
     std::vector<Chained> chained;  ///< of those, in their order
     std::vector<Vertex> vertices;  ///< of all of these, one after the other
   };
-  /// Rays of the part that comes first.
-  uint32_t first_part(size_t sample) const {
+  /// Rays of the first parts; of the first one at least one.
+  uint32_t rays_of(size_t sample, uint32_t parts) const {
     const uint32_t all = rays_.count(sample);
-    return all < kParts ? all : all / kParts;
+    return parts ? std::max(1u, all * parts / kParts) : 0;
   }
-  uint32_t shown(size_t sample) const {
-    return coarse_[sample] ? first_part(sample) : rays_.count(sample);
-  }
+  uint32_t shown(size_t sample) const { return rays_of(sample, parts_[sample]); }
   void set(const Found& found);
   bool in_beam(size_t place) const {
     return !in_beam_.empty() && in_beam_[place / 64] >> (place % 64) & 1;
@@ -131,7 +130,7 @@ class Looks {
   std::vector<float> weights_;     // per target; empty without guides
   std::vector<uint64_t> in_beam_;  // a bit per target; empty without beams
   std::vector<uint8_t> changed_;   // per sample
-  std::vector<uint8_t> coarse_;    // per sample: the first part alone is of the present state
+  std::vector<uint8_t> parts_;     // per sample: so many of its rays are of the present state
   ChainPool chains_;
   std::optional<Pending> pending_;
 };
