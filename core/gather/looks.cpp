@@ -20,6 +20,7 @@ constexpr size_t kMostPassed = 6;  // boxes of an object; more are put together
 // What follows an edit. Samples on what moved cast all their rays, most others none.
 constexpr size_t kBlock = 16;                                  // samples
 constexpr size_t kMostBlocks = 256;                            // between two looks at the clock
+constexpr size_t kFew = 16;                                    // blocks
 constexpr std::chrono::duration<double, std::milli> kSoon{4};  // between those, about
 
 class Step {
@@ -307,33 +308,39 @@ uint64_t Looks::follow(const Present& present, const Workers& workers, Progress&
   Step next;
   do {
     const auto begun = std::chrono::steady_clock::now();
-    const size_t first = pending_->done, step = std::min(next.size(), order.size() - first);
-    std::vector<Found> found(step);
-    workers.for_blocks(step, 1, [&](size_t begin, size_t end) {
+    const size_t first = pending_->done;
+    // A block has one turn for each part of its rays, one after the other.
+    size_t step = 1;
+    while (step < next.size() && first + step < order.size() &&
+           order[first + step].part == order[first].part)
+      ++step;
+    // Few blocks are those that take long.
+    const size_t grain = step < kFew ? kBlock / 8 : kBlock;
+    std::vector<Found> found(step * kBlock / grain);
+    workers.for_blocks(step * kBlock, grain, [&](size_t begin, size_t end) {
+      const Task& task = order[first + begin / kBlock];
+      const size_t from = task.block * kBlock + begin % kBlock;
+      const size_t to = std::min(samples(), from + (end - begin));
+      if (from >= to) return;
+      const size_t ray = rays_.first(from);
+      // Of many samples at once, since most lie far away.
+      const bool apart =
+          suspects.passes_by(std::span(targets_).subspan(ray, rays_.first(to) - ray));
       std::vector<uint8_t> again;
-      for (size_t k = begin; k < end; ++k) {
-        const Task& task = order[first + k];
-        const size_t from = task.block * kBlock, to = std::min(samples(), from + kBlock);
-        const size_t ray = rays_.first(from);
-        // Of a block at once, since most lie far away.
-        const bool apart =
-            suspects.passes_by(std::span(targets_).subspan(ray, rays_.first(to) - ray));
-        for (size_t i = from; i < to; ++i) {
-          // What casts some of its rays only has its turn with the last part of the others'.
-          if (!fresh[i] && (task.end < kParts || caster.blind(i))) continue;
-          if (fresh[i] && task.part == 0) renew(i);
-          const SampleRays own = caster.rays(i);
-          const uint32_t begun = fresh[i] ? rays_of(i, task.part) : 0;
-          const uint32_t end = rays_of(i, task.end);
-          again.assign(end, fresh[i]);
-          if (!fresh[i]) suspects.mark(own, i, apart, again);
-          parts_[i] = uint8_t(task.end);
-          for (uint32_t r = begun; r < end; ++r)
-            if (again[r]) caster.look(own, i, r, found[k]), changed_[i] = 1;
-        }
+      for (size_t i = from; i < to; ++i) {
+        // What casts some of its rays only has its turn with the last part of the others'.
+        if (!fresh[i] && (task.end < kParts || caster.blind(i))) continue;
+        if (fresh[i] && task.part == 0) renew(i);
+        const SampleRays own = caster.rays(i);
+        const uint32_t last = rays_of(i, task.end);
+        again.assign(last, fresh[i]);
+        if (!fresh[i]) suspects.mark(own, i, apart, again);
+        parts_[i] = uint8_t(task.end);
+        for (uint32_t r = fresh[i] ? rays_of(i, task.part) : 0; r < last; ++r)
+          if (again[r]) caster.look(own, i, r, found[begin / grain]), changed_[i] = 1;
       }
-      progress.advance(end - begin);
     });
+    progress.advance(step);
     for (const Found& block : found) {
       count += block.rays.size();
       set(block);
