@@ -16,28 +16,34 @@ uint32_t ChainPool::add(std::span<const Vertex> vertices, uint32_t end, float we
   if (free_.empty()) {
     if (chains_.size() >= kMost - 1)
       throw OptionError("gather: more than 2e9 rays meet something near, expected fewer rays");
-    if (free_.capacity() <= chains_.size()) free_.reserve(chains_.size() + chains_.size() / 2 + 1);
-    passages_.emplace_back();
-    sent_.emplace_back();
-    chains_.emplace_back();
+    free_.reserve(1);
+    passages_.grow(1), sent_.grow(1), chains_.grow(1);
     free_.push_back(uint32_t(chains_.size() - 1));
   }
   std::vector<uint32_t>& gaps = gaps_[vertices.size()];
   if (gaps.empty()) {
-    if (vertices_.size() + vertices.size() > std::numeric_limits<uint32_t>::max())
-      throw OptionError("gather: chains of rays have more than 4e9 vertices, expected fewer rays");
-    vertices_.resize(vertices_.size() + vertices.size());
-    gaps.push_back(uint32_t(vertices_.size() - vertices.size()));
+    const size_t room = Chunks<Vertex>::kChunk - vertices_.size() % Chunks<Vertex>::kChunk;
+    if (room < vertices.size()) add_gap(room);
+    add_gap(vertices.size());
   }
   const uint32_t number = free_.back();
   chains_[number] = {gaps.back(), uint32_t(vertices.size())};
   passages_[number] = passage;
-  std::copy(vertices.begin(), vertices.end(), vertices_.begin() + long(gaps.back()));
+  std::copy(vertices.begin(), vertices.end(), &vertices_[gaps.back()]);
   sent_[number] = {{}, {}, end, weight};
   if (!paint_.reflectance.empty()) send(number, paint_);
   gaps.pop_back();
   free_.pop_back();
   return number;
+}
+
+void ChainPool::add_gap(size_t length) {
+  if (vertices_.size() + length > std::numeric_limits<uint32_t>::max())
+    throw OptionError("gather: chains of rays have more than 4e9 vertices, expected fewer rays");
+  std::vector<uint32_t>& gaps = gaps_[length];
+  gaps.reserve(gaps.size() + 1);
+  vertices_.grow(length);
+  gaps.push_back(uint32_t(vertices_.size() - length));
 }
 
 void ChainPool::remove(uint32_t number) {
@@ -48,11 +54,6 @@ void ChainPool::remove(uint32_t number) {
 void ChainPool::clear() {
   chains_.clear(), sent_.clear(), passages_.clear(), free_.clear(), vertices_.clear();
   for (auto& gaps : gaps_) gaps.clear();
-}
-
-void ChainPool::reserve(size_t chains, size_t vertices) {
-  chains_.reserve(chains), sent_.reserve(chains), passages_.reserve(chains);
-  vertices_.reserve(vertices);
 }
 
 void ChainPool::paint(const Paint& paint, const Workers& workers) {
@@ -86,9 +87,8 @@ void ChainPool::send(uint32_t number, const Paint& paint) {
 }
 
 size_t ChainPool::bytes() const {
-  size_t sum = chains_.capacity() * sizeof(Place) + sent_.capacity() * sizeof(Sent) +
-               passages_.capacity() * sizeof(Passage) + free_.capacity() * sizeof(uint32_t) +
-               vertices_.capacity() * sizeof(Vertex);
+  size_t sum = chains_.bytes() + sent_.bytes() + passages_.bytes() + vertices_.bytes() +
+               free_.capacity() * sizeof(uint32_t);
   for (const auto& gaps : gaps_) sum += gaps.capacity() * sizeof(uint32_t);
   return sum;
 }

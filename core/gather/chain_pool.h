@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "base/chunks.h"
 #include "base/parallel.h"
 #include "gather/chain.h"
 
@@ -18,16 +19,19 @@ struct Paint {
 };
 
 class ChainPool {
+  struct Place {
+    uint32_t first = 0, count = 0;
+  };
+
  public:
   /// Returns its number. `vertices`: at most kMostVertices.
   uint32_t add(std::span<const Vertex> vertices, uint32_t end, float weight,
                const Passage& passage);
   void remove(uint32_t number);
   void clear();
-  void reserve(size_t chains, size_t vertices);
 
   std::span<const Vertex> vertices(uint32_t number) const {
-    return {vertices_.data() + chains_[number].first, chains_[number].count};
+    return {&vertices_[chains_[number].first], chains_[number].count};
   }
   uint32_t end(uint32_t number) const { return sent_[number].end; }
   float weight(uint32_t number) const { return sent_[number].weight; }
@@ -37,6 +41,7 @@ class ChainPool {
     uint32_t end = kDark;
     float weight = 1;
   };
+  static constexpr size_t kBytes = sizeof(Place) + sizeof(Sent) + sizeof(Passage);  ///< of a chain
   /// As painted last.
   const Sent& sent(uint32_t number) const { return sent_[number]; }
   void paint(const Paint& paint, const Workers& workers);
@@ -48,16 +53,14 @@ class ChainPool {
 
  private:
   void send(uint32_t number, const Paint& paint);
+  void add_gap(size_t length);
 
-  struct Place {
-    uint32_t first = 0, count = 0;
-  };
-  Paint paint_;                    // without materials: not painted yet
-  std::vector<Place> chains_;      // in vertices_
-  std::vector<Sent> sent_;         // of each; apart, since evaluation reads nothing else
-  std::vector<Passage> passages_;  // of each
+  Paint paint_;               // without materials: not painted yet
+  Chunks<Place> chains_;      // in vertices_
+  Chunks<Sent> sent_;         // of each; apart, since evaluation reads nothing else
+  Chunks<Passage> passages_;  // of each
   std::vector<uint32_t> free_;
-  std::vector<Vertex> vertices_;
+  Chunks<Vertex> vertices_;                                    // those of a chain in a row
   std::array<std::vector<uint32_t>, kMostVertices + 1> gaps_;  // in vertices_, by length
 };
 

@@ -354,7 +354,8 @@ uint64_t Looks::follow(const Present& present, const Workers& workers, Progress&
 
 double Looks::forecast_bytes(double rays) {
   // A tenth to a third of the rays begin a chain, of two vertices or three.
-  constexpr double kPerRay = sizeof(uint32_t) + sizeof(float) + 0.2 * (72 + 2.5 * sizeof(Vertex));
+  constexpr double kPerRay =
+      sizeof(uint32_t) + sizeof(float) + 0.2 * (ChainPool::kBytes + 2.5 * sizeof(Vertex));
   return rays * kPerRay;
 }
 

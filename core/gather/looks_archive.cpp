@@ -95,7 +95,6 @@ void Looks::restore(ArchiveSource& archive, const Present& present, const Worker
   const auto vertices = archive.read_all<Vertex>(kVertices, archive.count<Vertex>(kVertices));
   const uint32_t cells = present.cells.size();
   chains_.clear();
-  chains_.reserve(records.size(), vertices.size());
   size_t next = 0;
   for (uint32_t& target : targets_) {
     if (!is_chain(target)) {

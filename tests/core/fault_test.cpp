@@ -166,17 +166,30 @@ int64_t try_all(const Operation& operation, const Fault& fault, const Options& o
   }
 }
 
-TEST(Faults, LeaveTheStateBeforeOrAfter) {
-  for (const Options& options : {small(1, 0), small(2, 0), small(1, 8), small(2, 8)})
-    for (const Fault& fault : faults())
-      for (const Operation& operation : operations()) {
-        const int64_t tried = try_all(operation, fault, options);
-        if (all_of_them())
-          printf("%-16s %-24s %d threads, %u rays: %6lld\n", operation.name, fault.name,
-                 options.threads, options.gather_rays, static_cast<long long>(tried));
-        ASSERT_FALSE(HasFailure());
+/// Threads, and rays of each sample.
+class EachFault : public testing::TestWithParam<std::pair<int, uint32_t>> {};
+
+TEST_P(EachFault, LeavesTheStateBeforeOrAfter) {
+  const auto [threads, rays] = GetParam();
+  for (const Fault& fault : faults())
+    for (const Operation& operation : operations()) {
+      const int64_t tried = try_all(operation, fault, small(threads, rays));
+      if (all_of_them()) {
+        printf("%-16s %-24s %d threads, %u rays: %6lld\n", operation.name, fault.name, threads,
+               rays, static_cast<long long>(tried));
+        fflush(stdout);
       }
+      ASSERT_FALSE(HasFailure());
+    }
 }
+
+INSTANTIATE_TEST_SUITE_P(Faults, EachFault,
+                         testing::Values(std::pair{1, 0u}, std::pair{2, 0u}, std::pair{1, 8u},
+                                         std::pair{2, 8u}),
+                         [](const auto& own) {
+                           return std::to_string(own.param.first) + "_threads_" +
+                                  std::to_string(own.param.second) + "_rays";
+                         });
 
 #ifdef DELTALUX_FAULTY_NEW
 TEST(Faults, CellsOfAnObjectAreTakenBackWhole) {

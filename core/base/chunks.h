@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// A vector that grows piece by piece: nothing is copied, and no more than one piece lies idle.
+#pragma once
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+namespace deltalux {
+
+template <class T>
+class Chunks {
+ public:
+  static constexpr size_t kChunk = size_t(1) << 14;  ///< elements that lie in a row
+
+  size_t size() const { return size_; }
+  T& operator[](size_t i) { return pieces_[i / kChunk][i % kChunk]; }
+  const T& operator[](size_t i) const { return pieces_[i / kChunk][i % kChunk]; }
+  /// Appends `count` elements as they are made without arguments.
+  void grow(size_t count) {
+    while (pieces_.size() * kChunk < size_ + count)
+      pieces_.push_back(std::make_unique<T[]>(kChunk));
+    size_ += count;
+  }
+  void clear() {
+    pieces_.clear();
+    size_ = 0;
+  }
+  size_t bytes() const { return pieces_.size() * kChunk * sizeof(T); }
+
+ private:
+  std::vector<std::unique_ptr<T[]>> pieces_;
+  size_t size_ = 0;
+};
+
+}  // namespace deltalux
