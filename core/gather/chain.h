@@ -46,8 +46,8 @@ struct Vertex {
   friend bool operator==(const Vertex&, const Vertex&) = default;
 };
 
-/// Behind the fifth vertex chains go on by chance: fixed, for reflectances may change.
-inline constexpr uint32_t kSurely = 4;
+/// Behind the third vertex chains go on by chance: fixed, for reflectances may change.
+inline constexpr uint32_t kSurely = 2;
 inline constexpr float kGoesOn = 0.7f;
 /// Where a chain passes, for whoever looks for what an edit touches.
 struct Passage {
