@@ -31,7 +31,8 @@ nb::dict to_dict(const update::Report& report) {
   return out;
 }
 
-/// Rows of `width` numbers, one for each sample, that read(pointer) fills while others may run.
+/// Rows of `width` numbers, one for each sample, that read(pointer) fills while Python goes on
+/// elsewhere.
 template <class T, class Read>
 auto read_array(const Session& session, size_t width, const Read& read) {
   const size_t n = session.state().samples.size();
@@ -338,6 +339,7 @@ void bind_session(nb::module_& m) {
                gather["beams"] = state.guiding.beams.size();
                gather["cells"] = state.gather->cells.size();
                gather["ray_bytes"] = looks.bytes();
+               gather["ray_bytes_in_use"] = looks.bytes_in_use();
                out["gather"] = gather;
              }
              out["samples"] = state.samples.size();

@@ -3,6 +3,7 @@
 #pragma once
 #include <cstddef>
 #include <memory>
+#include <utility>
 #include <vector>
 
 namespace deltalux {
@@ -11,6 +12,15 @@ template <class T>
 class Chunks {
  public:
   static constexpr size_t kChunk = size_t(1) << 14;  ///< elements that lie in a row
+
+  Chunks() = default;
+  Chunks(Chunks&& other) noexcept
+      : pieces_(std::move(other.pieces_)), size_(std::exchange(other.size_, 0)) {}
+  Chunks& operator=(Chunks&& other) noexcept {
+    pieces_ = std::move(other.pieces_);
+    size_ = std::exchange(other.size_, 0);
+    return *this;
+  }
 
   size_t size() const { return size_; }
   T& operator[](size_t i) { return pieces_[i / kChunk][i % kChunk]; }

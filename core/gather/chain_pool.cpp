@@ -68,6 +68,7 @@ void ChainPool::paint(const Paint& paint, const Workers& workers) {
 
 void ChainPool::send(uint32_t number, const Paint& paint) {
   Sent& out = sent_[number];
+  if (!chains_[number].count) return;  // nobody's yet
   out.direct = {0, 0, 0}, out.through = {1, 1, 1};
   const std::span<const Vertex> own = vertices(number);
   for (size_t i = 0; i < own.size(); ++i) {

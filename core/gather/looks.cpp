@@ -255,6 +255,7 @@ void Change::merge(const Change& later) {
 }
 
 void Looks::note(const Present& present, const Change& change) {
+  if (!samples()) return;
   if (!pending_) {
     pending_.emplace();
     pending_->change = change;
@@ -328,15 +329,14 @@ uint64_t Looks::follow(const Present& present, const Workers& workers, Progress&
           suspects.passes_by(std::span(targets_).subspan(ray, rays_.first(to) - ray));
       std::vector<uint8_t> again;
       for (size_t i = from; i < to; ++i) {
-        // What casts some of its rays only has its turn with the last part of the others'.
-        if (!fresh[i] && (task.end < kParts || caster.blind(i))) continue;
+        // What casts some of its rays only has its turn with the first part of the others'.
+        if (!fresh[i] && (task.part > 0 || caster.blind(i))) continue;
         if (fresh[i] && task.part == 0) renew(i);
         const SampleRays own = caster.rays(i);
-        const uint32_t last = rays_of(i, task.end);
-        again.assign(last, fresh[i]);
+        if (fresh[i]) parts_[i] = uint8_t(task.end);
+        again.assign(shown(i), fresh[i]);
         if (!fresh[i]) suspects.mark(own, i, apart, again);
-        parts_[i] = uint8_t(task.end);
-        for (uint32_t r = fresh[i] ? rays_of(i, task.part) : 0; r < last; ++r)
+        for (uint32_t r = rays_of(i, task.part); r < again.size(); ++r)
           if (again[r]) caster.look(own, i, r, found[begin / grain]), changed_[i] = 1;
       }
     });
@@ -357,6 +357,12 @@ double Looks::forecast_bytes(double rays) {
   constexpr double kPerRay =
       sizeof(uint32_t) + sizeof(float) + 0.2 * (ChainPool::kBytes + 2.5 * sizeof(Vertex));
   return rays * kPerRay;
+}
+
+size_t Looks::bytes_in_use() const {
+  return (targets_.size() + weights_.size()) * sizeof(uint32_t) +
+         in_beam_.size() * sizeof(uint64_t) + changed_.size() + parts_.size() +
+         chains_.size() * ChainPool::kBytes + chains_.vertex_count() * sizeof(Vertex);
 }
 
 size_t Looks::bytes() const {

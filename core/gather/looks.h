@@ -72,6 +72,8 @@ class Looks {
   /// Before an Evaluation reads them.
   void paint(const Paint& paint, const Workers& workers) { chains_.paint(paint, workers); }
   size_t bytes() const;
+  /// The same without what lies idle.
+  size_t bytes_in_use() const;
   static double forecast_bytes(double rays);
 
   /// Arrays named "gather.…".

@@ -76,7 +76,8 @@ class Session {
   /// Of the last update(): false when it threw before its edits took effect.
   bool edits_applied() const { return edits_applied_; }
   double pending_share() const;
-  /// Irradiance and standard error, both samples x 3.
+  /// Irradiance and standard error, both samples x 3. As of all that read: not from two threads at
+  /// a time, since what was found is kept.
   void read(double* irradiance, double* standard_error) const;
   /// The same without errors, sooner.
   void read_irradiance(double* irradiance) const;

@@ -244,6 +244,8 @@ void Session::read_irradiance(double* irradiance) const {
 }
 
 void Session::read_packed(const std::array<double, 3>& weights, bool errors, float* values) const {
+  if (state_->gather)
+    state_->gather->glance.stale = true;  // or the next one would show older light
   read_samples(errors, all_gathered(), [&](size_t i, const double* value, const double* error) {
     for (int c = 0; c < 3; ++c) values[4 * i + c] = float(value[c]);
     if (errors)

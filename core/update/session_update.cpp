@@ -63,6 +63,14 @@ void add_paths(State& s, EditMarks& marks) {
 
 std::string mebibytes(double bytes) { return std::to_string(uint64_t(bytes) >> 20) + " MiB"; }
 
+/// Dimmed lamps and new colours.
+bool shows_everywhere(std::span<const scene::Edit> edits) {
+  return std::any_of(edits.begin(), edits.end(), [](const scene::Edit& edit) {
+    return std::holds_alternative<scene::Dim>(edit) ||
+           std::holds_alternative<scene::SetReflectance>(edit);
+  });
+}
+
 }  // namespace
 
 void Session::check_insert(const scene::Object& object, std::span<const scene::Edit> before) const {
@@ -195,8 +203,7 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
                             progress, report);
     lap = Clock::now();
     note_looks(log.changes(), s.lights.size() > log.old_lights());
-    // Dimmed lamps and new colours show everywhere at once.
-    if (s.gather && log.changes().empty()) s.gather->glance.stale = true;
+    if (s.gather && shows_everywhere(edits)) s.gather->glance.stale = true;
     if (s.gather)
       report.gathered_rays = s.gather->looks.follow(
           present(receivers_, s.guiding), s.workers, progress, [&](size_t i) { renew_share(i); },

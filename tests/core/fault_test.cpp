@@ -48,6 +48,13 @@ namespace {
 
 using Digest = std::array<uint64_t, 4>;
 
+std::vector<double> light_of(const Session& session) {
+  const size_t values = 3 * session.state().samples.size();
+  std::vector<double> light(2 * values);
+  session.read(light.data(), light.data() + values);
+  return light;
+}
+
 struct Operation {
   const char* name;
   std::function<void(Session&, Progress&)> run;
@@ -68,6 +75,7 @@ const std::vector<Operation>& operations() {
       {"dim", update_with(scene::Dim{0, 0.5})},
       {"set_reflectance", update_with(scene::SetReflectance{0, {0.8f, 0.4f, 0.5f}})},
       {"insert", update_with(scene::Insert{second_lamp()})},
+      {"read", [](Session& s, Progress&) { light_of(s); }},
       {"save and open", [](Session& s, Progress& p) {
          MemoryArchive archive(s.save());
          Session opened(room(), some_samples(), s.state().options);
@@ -136,6 +144,7 @@ int64_t try_all(const Operation& operation, const Fault& fault, const Options& o
     Session session(room(), some_samples(), options);
     MemoryArchive archive(baked);
     session.restore(archive, progress);
+    light_of(session);  // what readings keep is there
     bool failed = false;
     fault.arm(k);
     try {
@@ -160,8 +169,10 @@ int64_t try_all(const Operation& operation, const Fault& fault, const Options& o
     EXPECT_TRUE(now == before || now == after) << where;
     session.update(std::vector<scene::Edit>{scene::Move{1, at(1, 3)}}, 0, progress);
     const Digest updated = session.digest();
+    const std::vector<double> light = light_of(session);
     session.recompute(progress);
     EXPECT_EQ(session.digest(), updated) << where;
+    EXPECT_EQ(light_of(session), light) << where;
     if (testing::Test::HasFailure()) return tried;
   }
 }

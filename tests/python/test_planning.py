@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import time
 
 import deltalux as dl
 import numpy as np
@@ -189,6 +190,32 @@ class TestPlan:
         assert "static" in str(plan)
         assert json.loads(json.dumps(plan.as_dict()))["parts"]["static"]["chosen"]
 
+    def test_the_gather_is_about_what_a_session_takes(self):
+        """Times within a factor of three on a machine that others use, memory within one of 1.5."""
+        scene = room()
+        samples = dl.Samples.on_vertices(scene, spacing=0.1)
+        assert len(samples) > 2000
+        plan = dl.plan(scene, samples, gather=32)
+        with dl.Session(scene, samples, gather=32, threads=1) as session:
+            start = time.process_time()
+            stages = session.bake().milliseconds
+            seconds = time.process_time() - start
+            bytes_taken = session.statistics["gather"]["ray_bytes"]
+        seconds *= (stages["prepare"] + stages["gather"]) / sum(stages.values())
+        assert plan.gather.rays == 32
+        assert plan.paths == 200_000
+        assert sorted(plan.gather.frame_seconds) == sorted(scene.movable)
+        assert all(0 < frame < plan.gather.bake_seconds for frame in plan.gather.frame_seconds.values())
+        assert 1 / 3 < plan.gather.bake_seconds / seconds < 3
+        assert 1 / 1.5 < plan.gather.bytes / bytes_taken < 1.5
+        assert "gather: 32 rays" in str(plan)
+        assert json.loads(json.dumps(plan.as_dict()))["gather"]["rays"] == 32
+
+    def test_sessions_without_a_gather_have_no_plan_of_it(self):
+        plan = dl.plan(room(), samples_in(room()), paths=2000, gather="off")
+        assert plan.gather is None
+        assert plan.as_dict()["gather"] is None
+
     def test_the_segments_of_a_part_are_those_of_a_session(self):
         """The pilot's estimates against what a session traces and finds near the object."""
         scene, samples = room(), samples_in(room())
@@ -263,6 +290,7 @@ class TestPlan:
             ({"frames": -1}, "frames: found -1"),
             ({"frames": float("nan")}, "frames: found nan"),
             ({"paths": 0}, "paths: found 0"),
+            ({"gather": 7}, "gather: found 7"),
             ({"segment_end": "third"}, "segment_end: found 'third'"),
         ],
     )

@@ -329,6 +329,8 @@ def test_one_path_and_no_samples():
     with dl.Session(scene, empty, paths=1) as session:
         session.bake()
         assert session.irradiance.shape == (0, 3)
+        session.move("block", translation(0.2, 0.5, 0.3))
+        assert session.update().done == 1
         digest = session.digest()
         session.recompute()
         assert session.digest() == digest

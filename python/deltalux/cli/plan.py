@@ -15,17 +15,18 @@ from .baking import make_samples
 from .console import Terminal
 from .inputs import open_scene
 from .options import (
+    GatherOption,
     GridOption,
     JsonOption,
     LightUnitsOption,
     MovableOption,
+    PathsOption,
     QuietOption,
     RadiusOption,
     SceneArgument,
     SeedOption,
     SpacingOption,
     ThreadsOption,
-    parse_count,
 )
 
 PolicyOption = Annotated[
@@ -51,16 +52,11 @@ RebuildOption = Annotated[
 ]
 
 
-PathsOption = Annotated[
-    int,
-    typer.Option("--paths", parser=parse_count, metavar="N", help="Light paths, all of which discs see."),
-]
-
-
 def run(
     scene: SceneArgument,
     movable: MovableOption = None,
-    paths: PathsOption = 1_000_000,
+    paths: PathsOption = None,
+    gather: GatherOption = "auto",
     spacing: SpacingOption = None,
     grid: GridOption = None,
     radius: RadiusOption = None,
@@ -73,10 +69,11 @@ def run(
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
-    """Predict what each disc method would cost in a scene, per part, and say which one is chosen and why.
+    """Predict what each disc method would cost in a scene, per part, and which one is chosen; and the gather.
 
     A pilot counts the tests of every method on a few of the paths; the first run on a machine also
-    measures what a test costs there. Times are seconds of one processor.
+    measures what a test costs there. Where sessions would gather, two small bakes tell what that costs.
+    Times are seconds of one processor.
 
     [bold]Examples[/]
 
@@ -98,15 +95,18 @@ def run(
             paths=paths,
             seed=seed,
             threads=threads,
+            gather=gather,
             policy=policy,
             frames=frames,
             rebuild=rebuild,
             progress=progress,
         )
-    data = {"scene": scene, "paths": paths, **plan.as_dict()}
+    data = {"scene": scene, **plan.as_dict()}
     tables = [
         item for part in plan.parts.values() for item in (_table(part, rebuild), _reason(part, rebuild))
     ]
+    if plan.gather:
+        tables.append(f"gather: {plan.gather}")
     terminal.result(data, *tables)
 
 

@@ -4,10 +4,11 @@
 from .arrays import MethodCost, predict
 from .hybrid import HybridEstimate, hybrid_estimate
 from .machine import machine_constants
-from .parts import MethodPlan, PartPlan, Plan, read_plan
+from .parts import GatherPlan, MethodPlan, PartPlan, Plan, read_plan
 from .planner import plan
 
 __all__ = [
+    "GatherPlan",
     "HybridEstimate",
     "MethodCost",
     "MethodPlan",

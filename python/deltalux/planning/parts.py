@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Plans: what each disc method costs in each part of a session, the choice, and the reason in words."""
+"""Plans: what each disc method and the gather cost in a session, the choice, and the reason in words."""
 
 from __future__ import annotations
 
@@ -113,6 +113,29 @@ class PartPlan:
 
 
 @dataclass(frozen=True)
+class GatherPlan:
+    """What the gather costs, processor seconds.
+
+    Attributes
+    ----------
+    rays : of each sample; where light is noisy samples cast more
+    bake_seconds : to divide surfaces into cells, to look for bright places and to cast all rays
+    frame_seconds : by movable: to cast again what its next step of a drag changes, and to read the light
+    bytes : of all rays and what they meet
+    """
+
+    rays: int
+    bake_seconds: float
+    frame_seconds: Mapping[str, float]
+    bytes: int
+
+    def __str__(self) -> str:
+        frames = "".join(f", {name} {duration(seconds)}" for name, seconds in self.frame_seconds.items())
+        bake = duration(self.bake_seconds)
+        return f"{self.rays} rays of each sample: bake {bake}{frames}, {self.bytes / 2**20:.1f} MB"
+
+
+@dataclass(frozen=True)
 class Plan:
     """What `dl.plan` found.
 
@@ -122,12 +145,16 @@ class Plan:
     policy : "measured", "paper-sphere" or "paper-box"
     rebuild : whether each frame builds the estimators of movables again
     milliseconds : that planning took, calibration apart; 0 in a session, whose bake reports its stages
+    gather : what the gather costs; None where the session does not gather, and in a session
+    paths : of the bake; 0 in a session, whose options tell
     """
 
     parts: Mapping[str, PartPlan]
     policy: str = "measured"
     rebuild: bool = False
     milliseconds: float = 0.0
+    gather: GatherPlan | None = None
+    paths: int = 0
 
     def as_dict(self) -> dict[str, Any]:
         """JSON values."""
@@ -143,7 +170,9 @@ class Plan:
             "policy": self.policy,
             "rebuild": self.rebuild,
             "milliseconds": self.milliseconds,
+            "paths": self.paths,
             "parts": parts,
+            "gather": asdict(self.gather) if self.gather else None,
         }
 
     def __str__(self) -> str:
@@ -158,6 +187,8 @@ class Plan:
                     + f"{method.bytes / 2**20:>8.1f} MB"
                 )
             lines.append(f"  {part.chosen}: {part.reason}")
+        if self.gather:
+            lines.append(f"gather: {self.gather}")
         return "\n".join(lines)
 
 

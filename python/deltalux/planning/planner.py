@@ -4,8 +4,15 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
-from deltalux.core_session import SessionOptions, checked_options, make_core_session
+from deltalux.core_session import (
+    SessionOptions,
+    checked_options,
+    default_paths,
+    make_core_session,
+    resolved_gather,
+)
 from deltalux.errors import OptionError
 from deltalux.estimate.inputs import check_choice
 from deltalux.flatten import flatten
@@ -13,6 +20,7 @@ from deltalux.samples import Samples
 from deltalux.scene import Scene
 from deltalux.segments import MAX_BOUNCES, Progress
 
+from .gather import plan_gather
 from .machine import machine_constants
 from .parts import POLICIES, Plan, read_plan
 
@@ -21,26 +29,28 @@ def plan(
     scene: Scene,
     samples: Samples | None = None,
     *,
-    paths: int = 1_000_000,
+    paths: int | None = None,
     seed: int = 1,
     threads: int | None = None,
     segment_end: str = "first",
     disc_area: str = "reachable",
     direct: str = "auto",
     max_bounces: int = MAX_BOUNCES,
+    gather: str | int = "auto",
     policy: str = "measured",
     frames: float | None = None,
     rebuild: bool = False,
     progress: Progress | None = None,
 ) -> Plan:
-    """Predict what every disc method would cost in a session, and choose one per part.
+    """Predict what every disc method would cost in a session, and choose one per part; and the gather.
 
     A pilot walks 8192 of the session's paths and brings their segments to each method at full depth;
-    counts of tests, scaled up, are multiplied by constants that were calibrated on this machine.
+    counts of tests, scaled up, are multiplied by constants that were calibrated on this machine. Where the
+    session would gather, two small bakes tell what that costs.
 
     Parameters
     ----------
-    scene, samples, paths, seed, threads, segment_end, disc_area, direct, max_bounces
+    scene, samples, paths, seed, threads, segment_end, disc_area, direct, max_bounces, gather
         As of `Session`.
     policy : "measured", "paper-sphere" or "paper-box"
         Choose by predicted seconds, or by the paper's Theorem 2: disc index for static samples, sphere
@@ -61,8 +71,10 @@ def plan(
     check_choice("policy", policy, POLICIES)
     if frames is not None and not 0 <= frames < 1e12:
         raise OptionError(f"frames: found {frames!r}, expected a number from 0, below 1e12, or None")
+    samples = Samples.on_vertices(scene) if samples is None else samples
+    gather = resolved_gather(gather, len(samples), segment_end, disc_area)
     given = SessionOptions(
-        paths=paths,
+        paths=default_paths(gather) if paths is None else paths,
         seed=seed,
         threads=threads,
         segment_end=segment_end,
@@ -72,15 +84,16 @@ def plan(
         moving_method="auto",
         max_bounces=max_bounces,
         memory_limit=None,
-        gather="off",
+        gather=gather,
     )
     options = checked_options(given)
-    samples = Samples.on_vertices(scene) if samples is None else samples
     flat = flatten(scene)
-    core = make_core_session(scene, flat, samples, options)
+    core = make_core_session(scene, flat, samples, options | {"gather": "off"})
     core.set_planning(machine_constants(progress), policy, frames, rebuild)
     start = time.perf_counter()
     parts = core.plan(progress)
     elapsed = 1e3 * (time.perf_counter() - start)
     names = {number: name for name, number in flat.objects.items()}
-    return read_plan(parts, names, {False: "auto", True: "auto"}, policy, rebuild, elapsed)
+    found = read_plan(parts, names, {False: "auto", True: "auto"}, policy, rebuild, elapsed)
+    gathered = plan_gather(scene, flat, samples, options, progress)
+    return replace(found, gather=gathered, paths=options["paths"])

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the final gather of a session would cost: two small bakes, and what lies between them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from deltalux import _core
+from deltalux.core_session import SessionOptions, make_core_session
+from deltalux.flatten import FlatScene
+from deltalux.samples import Samples
+from deltalux.scene import Mesh, Scene
+from deltalux.segments import Progress
+
+from .parts import GatherPlan
+
+PILOTS = (128, 1024)  # samples: what does not grow with them is in both
+PILOT_PATHS = 50_000  # with far fewer of them other samples look noisy, and cast more rays
+NUDGE = 1e-3  # of a movable's size: every ray that meets it is cast again, as in a drag
+BAKE, BYTES = "\0bake", "\0bytes"  # beside the names of movables
+
+
+@dataclass(frozen=True)
+class _Costs:
+    """Of one pilot: seconds and bytes by what they are for."""
+
+    samples: int
+    of: dict[str, float]
+
+    def grown(self, few: _Costs, samples: int) -> dict[str, float]:
+        """On the line through both pilots, not below this one, which is the larger."""
+        if samples <= self.samples or few.samples == self.samples:
+            return self.of
+        ahead = (samples - self.samples) / (self.samples - few.samples)
+        return {what: own + ahead * max(0.0, own - few.of[what]) for what, own in self.of.items()}
+
+
+def plan_gather(
+    scene: Scene, flat: FlatScene, samples: Samples, options: SessionOptions, progress: Progress | None
+) -> GatherPlan | None:
+    """Predict the gather of a session with these options; None where it does not gather.
+
+    Raises
+    ------
+    OptionError, SceneError, Cancelled
+    """
+    if options["gather"] == "off" or not len(samples):
+        return None
+    few, more = (_pilot(scene, flat, samples, options, count, progress) for count in PILOTS)
+    costs = more.grown(few, len(samples))
+    frames = {mesh.name: costs[mesh.name] for mesh in scene.meshes if mesh.movable}
+    return GatherPlan(int(options["gather"]), costs[BAKE], frames, int(costs[BYTES]))
+
+
+def _pilot(
+    scene: Scene,
+    flat: FlatScene,
+    samples: Samples,
+    options: SessionOptions,
+    count: int,
+    progress: Progress | None,
+) -> _Costs:
+    some = _spread(samples, count)
+    own = options.copy()
+    own["threads"], own["paths"] = 1, min(options["paths"], PILOT_PATHS)
+    core = make_core_session(scene, flat, some, own)
+    costs = {BAKE: _seconds(lambda: core.bake(progress), ("prepare", "gather"))}
+    costs[BYTES] = core.statistics()["gather"]["ray_bytes_in_use"]
+    for mesh in scene.meshes:
+        if mesh.movable:
+            costs[mesh.name] = _frame(core, flat, mesh, progress)
+    return _Costs(len(some), costs)
+
+
+def _seconds(work: Callable[[], Any], stages: tuple[str, ...]) -> float:
+    """Processor seconds of some of the stages."""
+    start = time.process_time()
+    milliseconds = work()["milliseconds"]
+    seconds = time.process_time() - start
+    whole = sum(value for stage, value in milliseconds.items() if stage != "total")
+    return seconds * sum(milliseconds[stage] for stage in stages) / whole if whole > 0 else 0.0
+
+
+def _frame(core: Any, flat: FlatScene, mesh: Mesh, progress: Progress | None) -> float:
+    """Processor seconds to follow a movable and to read the light."""
+    pose = mesh.pose.copy()
+    inwards = np.mean(core.world(), axis=0)[0] + flat.origin[0] - pose[0, 3]
+    pose[0, 3] += np.copysign(NUDGE * float(np.ptp(mesh.vertices, axis=0).max(initial=0.0)), inwards)
+    edits = _core.EditList()
+    edits.move(flat.objects[mesh.name], flat.pose(mesh.name, pose))
+    seconds = _seconds(lambda: core.update(edits, 0.0, progress), ("gather",))
+    start = time.process_time()
+    core.read_irradiance()
+    return seconds + time.process_time() - start
+
+
+def _spread(samples: Samples, count: int) -> Samples:
+    """About so many of the samples, evenly among them."""
+    chosen = np.unique(np.linspace(0, len(samples) - 1, count).astype(int))
+    radius = samples.radius[chosen]
+    return Samples(
+        samples.points[chosen],
+        samples.normals[chosen],
+        None if np.isnan(radius).any() else radius,
+        [samples.attached[i] for i in chosen],
+    )

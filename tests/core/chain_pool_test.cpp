@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+// Chains that come and go are those that were added, and send what a new pool's would.
+#include "gather/chain_pool.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "base/random.h"
+
+namespace deltalux::gather {
+namespace {
+
+struct Added {
+  std::vector<Vertex> vertices;
+  uint32_t end;
+  float weight;
+};
+
+float number(uint64_t seed, uint32_t i) { return PathRandom(seed, i)(0, 0); }
+
+Added make_chain(uint32_t i) {
+  Added out{{}, i, 0.5f + number(1, i)};
+  const uint32_t count = 1 + uint32_t(number(2, i) * kMostVertices);
+  for (uint32_t k = 0; k < count; ++k) {
+    Vertex vertex;
+    vertex.material = (i + k) % 3;
+    vertex.light = k % 2 ? scene::kNone : i % 2;
+    if (!(k % 2)) vertex.direct = {number(3, i + k), number(4, i + k), number(5, i + k)};
+    out.vertices.push_back(vertex);
+  }
+  return out;
+}
+
+Paint make_paint(float dim) {
+  return {{{0.5f, 0.4f, 0.3f}, {0.9f, 0.8f, 0.7f}, {0.1f, 0.2f, 0.6f}}, {dim, 1.0f, 0.0f}};
+}
+
+void expect_same(const ChainPool& pool, const std::map<uint32_t, Added>& chains, const Paint& paint,
+                 const Workers& workers) {
+  ASSERT_EQ(pool.size(), chains.size());
+  ChainPool fresh;
+  for (const auto& [own, added] : chains) fresh.add(added.vertices, added.end, added.weight, {});
+  fresh.paint(paint, workers);
+  uint32_t other = 0;
+  for (const auto& [own, added] : chains) {
+    const auto vertices = pool.vertices(own);
+    ASSERT_TRUE(
+        std::equal(vertices.begin(), vertices.end(), added.vertices.begin(), added.vertices.end()));
+    EXPECT_EQ(pool.sent(own).direct, fresh.sent(other).direct);
+    EXPECT_EQ(pool.sent(own).through, fresh.sent(other).through);
+    EXPECT_EQ(pool.end(own), added.end);
+    ++other;
+  }
+}
+
+TEST(ChainPool, HoldsWhatWasAddedAndNotTakenAway) {
+  const Workers workers(2);
+  ChainPool pool;
+  std::map<uint32_t, Added> chains;
+  const auto add = [&](uint32_t first, uint32_t last) {
+    for (uint32_t i = first; i < last; ++i) {
+      const Added chain = make_chain(i);
+      const uint32_t own = pool.add(chain.vertices, chain.end, chain.weight, {});
+      ASSERT_TRUE(chains.emplace(own, chain).second);
+    }
+  };
+  // More vertices than lie in a row, so that some do not fit at the end of one.
+  add(0, 6000);
+  pool.paint(make_paint(1), workers);
+  expect_same(pool, chains, make_paint(1), workers);
+  for (auto chain = chains.begin(); chain != chains.end();) {
+    if (number(6, chain->first) < 0.5f) {
+      pool.remove(chain->first);
+      chain = chains.erase(chain);
+    } else {
+      ++chain;
+    }
+  }
+  expect_same(pool, chains, make_paint(1), workers);
+  const size_t vertices = pool.vertex_count();
+  add(6000, 8000);  // painted as they come, in freed places
+  EXPECT_LT(pool.vertex_count(), vertices + vertices / 20);
+  expect_same(pool, chains, make_paint(1), workers);
+  pool.paint(make_paint(0.25f), workers);
+  expect_same(pool, chains, make_paint(0.25f), workers);
+  const ChainPool moved = std::move(pool);
+  expect_same(moved, chains, make_paint(0.25f), workers);
+}
+
+}  // namespace
+}  // namespace deltalux::gather
