@@ -130,7 +130,9 @@ class GatherPlan:
     bytes: int
 
     def __str__(self) -> str:
-        frames = "".join(f", {name} {duration(seconds)}" for name, seconds in self.frame_seconds.items())
+        frames = "".join(
+            f", a step of {name} {duration(seconds)}" for name, seconds in self.frame_seconds.items()
+        )
         bake = duration(self.bake_seconds)
         return f"{self.rays} rays of each sample: bake {bake}{frames}, {self.bytes / 2**20:.1f} MB"
 
