@@ -19,7 +19,8 @@ def test_three_clients_for_some_seconds(tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
     record = json.loads(out.read_text())
     assert [row["same"] for row in record["rows"]] == [True] * 3
-    assert len({row["digest"] for row in record["rows"]}) == 3  # the clients did something
+    # The clients did something; what one of them takes back may leave an earlier state.
+    assert len({row["digest"] for row in record["rows"]}) > 1
     assert record["digests"][0] == record["digests"][1]
     assert sum(row["poses"] for row in record["rows"]) > 20
     assert record["summary"]["actions"]["drag"] > 3
