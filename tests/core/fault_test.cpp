@@ -2,7 +2,7 @@
 // The k-th allocation, acceleration structure or look at the cancel flag fails, for every k of each
 // operation of a session: afterwards it is as before or after, and the next update is right.
 //
-// With DELTALUX_FAULT_ALL in the environment every k up to 2,000 is tried (half an hour), otherwise
+// With DELTALUX_FAULT_ALL in the environment every k up to 2,000 is tried (an hour), otherwise
 // some.
 #include "base/fault.h"
 
