@@ -42,12 +42,19 @@ inline bool can_be_traced(Vec3f o, Vec3f d) {
          ((x >= kLeast) | (y >= kLeast) | (z >= kLeast));
 }
 
-RTCRay make_ray(Vec3f o, Vec3f d, float from, float to) {
-  RTCRay ray{};
+/// In place: as a copy, the ray would wait for its own parts on their way to memory.
+inline void set_ray(RTCRay& ray, Vec3f o, Vec3f d, float from, float to) {
   ray.org_x = o.x, ray.org_y = o.y, ray.org_z = o.z, ray.tnear = from;
-  ray.dir_x = d.x, ray.dir_y = d.y, ray.dir_z = d.z, ray.tfar = to;
+  ray.dir_x = d.x, ray.dir_y = d.y, ray.dir_z = d.z, ray.time = 0;
+  ray.tfar = to;
   ray.mask = 0xffffffffu;
-  return ray;
+  ray.id = ray.flags = 0;
+}
+
+/// Without hit.
+inline void set_query(RTCRayHit& query, Vec3f o, Vec3f d, float from, float to) {
+  set_ray(query.ray, o, d, from, to);
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
 }
 
 void intersect(RTCScene scene, RTCRayHit& ray) {
@@ -161,9 +168,8 @@ EmbreeScene::EmbreeScene(const EmbreeDevice& own, std::span<const Vec3f> vertice
 
 Hit EmbreeScene::closest(uint32_t first_primitive, Vec3f o, Vec3f d, float from, float to) const {
   if (!can_be_traced(o, d) || !(from <= to)) return {};
-  RTCRayHit query{};
-  query.ray = make_ray(o, d, from, to);
-  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  RTCRayHit query;
+  set_query(query, o, d, from, to);
   intersect(handle(scene_), query);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
   return {query.ray.tfar,
@@ -173,7 +179,8 @@ Hit EmbreeScene::closest(uint32_t first_primitive, Vec3f o, Vec3f d, float from,
 
 bool EmbreeScene::occluded(Vec3f o, Vec3f d, float to) const {
   if (!can_be_traced(o, d) || !(to >= 0)) return false;
-  RTCRay ray = make_ray(o, d, 0.0f, to);
+  RTCRay ray;
+  set_ray(ray, o, d, 0.0f, to);
 #if DELTALUX_EMBREE_MAJOR >= 4
   rtcOccluded1(handle(scene_), &ray, nullptr);
 #else
@@ -223,9 +230,8 @@ RayBits EmbreeScene::occluded(const RayFan& fan, const RayBits& wanted) const {
 size_t EmbreeScene::passages(Vec3f o, Vec3f d, std::span<Passage> out) const {
   if (!can_be_traced(o, d)) return 0;
   Collector collector{{}, out};
-  RTCRayHit query{};
-  query.ray = make_ray(o, d, 0, std::numeric_limits<float>::infinity());
-  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  RTCRayHit query;
+  set_query(query, o, d, 0, std::numeric_limits<float>::infinity());
 #if DELTALUX_EMBREE_MAJOR >= 4
   rtcInitRayQueryContext(&collector.context);
   RTCIntersectArguments arguments;
