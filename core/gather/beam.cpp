@@ -195,6 +195,15 @@ Beam::Brought Beam::brought(Vec3f from, Vec3f n) const {
   return out;
 }
 
+float Beam::beside(Vec3f place) const {
+  float sum = 0;
+  for (const Point& point : few_) {
+    const Vec3f d = point.at - place;
+    sum += guide_.power * kFewest / (kPi * std::max(dot(d, d), extent_ * extent_));
+  }
+  return bounded(sum / guide_.around);
+}
+
 uint32_t Beam::seen(const trace::RayCaster& caster, Vec3f from, Vec3f n,
                     const PathRandom& random) const {
   uint32_t count = 0;

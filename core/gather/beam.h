@@ -72,6 +72,9 @@ class Beam {
     float perhaps = 0;  ///< irradiance, if something stood in its way
   };
   Brought brought(Vec3f from, Vec3f n) const;
+  /// Irradiance of a thing that stood there, by what the light's first landings send on, in that of
+  /// their surroundings: how bright it might become.
+  float beside(Vec3f place) const;
   /// Radiosity where its light lands, the most of it.
   float brightest() const { return brightest_; }
   /// Whether a receiver sees its light: of eight places where it lands, or might.

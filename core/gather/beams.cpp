@@ -30,6 +30,12 @@ Beams::Beams(std::span<const BeamGuide> guides, const scene::Scene& scene,
   find_reach(scene, cells, {});
 }
 
+float Beams::beside(Vec3f place) const {
+  float most = 0;
+  for (const Beam& beam : beams_) most = std::max(most, beam.beside(place));
+  return most;
+}
+
 void Beams::find_reach(const scene::Scene& scene, const Cells& cells,
                        std::span<const uint32_t> objects) {
   reach_.resize(cells.size(), 0);

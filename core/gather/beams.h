@@ -40,6 +40,8 @@ class Beams {
   const Beam& operator[](size_t beam) const { return beams_[beam]; }
   /// Whether the light has a beam.
   bool has(uint32_t light) const { return light < lights_.size() && lights_[light]; }
+  /// Of the beam where it is most: see Beam::beside.
+  float beside(Vec3f place) const;
   /// A bit per beam whose light may reach the cell, if nothing is between.
   uint64_t reach(uint32_t cell) const { return reach_.empty() ? 0 : reach_[cell]; }
 

@@ -14,7 +14,7 @@ constexpr const char* kNeed = "gather.need";
 constexpr const char* kDoublings = "gather.doublings";
 
 static_assert(sizeof(Guide) == 4 * (11 + 33 * 33) && sizeof(BeamGuide) == 12 &&
-              sizeof(RayNeed) == 8);
+              sizeof(RayNeed) == 12);
 
 [[noreturn]] void refuse(const char* array, const std::string& what) {
   throw FormatError("\"" + std::string(array) + "\": found " + what);

@@ -12,6 +12,10 @@ constexpr float kApart = 1.5f;     // times the mean noise: less than this stand
 constexpr float kQuiet = 0.1f;     // of the variance at which rays double: half of them would do
 constexpr float kFiner = 0.8409f;  // the fourth root of a half
 constexpr float kDark = 0.1f;      // of the mean irradiance
+// A cube that cut the pool of a 4 degree spot: error of the change 18 % without, 8.5 % from 128 on,
+// 5.5 % from 32 on, 5.0 % from 8 on.
+constexpr float kBeside = 32, kMostBeside = 1e12f;
+constexpr double kShareBeside = 0.5;  // of the additional rays, at most
 
 }  // namespace
 
@@ -30,29 +34,42 @@ RayNeed::RayNeed(std::span<const PilotLook> pilots, uint32_t standard) {
     dark = 0;
     return;
   }
+  const auto more = [&](const RayNeed& tried) {
+    double all = 0;
+    for (const PilotLook& pilot : pilots)
+      all += double((1 << tried.doublings(pilot, standard, 0)) - 1);
+    return all / double(pilots.size());
+  };
+  RayNeed tried;
+  tried.dark = dark, tried.beside = kBeside;
+  while (tried.beside < kMostBeside && more(tried) > kShareBeside * kMoreRays) tried.beside *= 2;
+  beside = tried.beside;
   float most = 0, mean = 0;
   for (const PilotLook& pilot : pilots) {
     const float own = relative_noise(pilot, standard);
     if (std::isfinite(own)) most = std::max(most, own), mean += own / float(pilots.size());
   }
   if (!(mean > std::numeric_limits<float>::min())) return;
-  const auto more = [&](float limit) {
-    double all = 0;
-    RayNeed tried;
-    tried.noise = limit, tried.dark = dark;
-    for (const PilotLook& pilot : pilots)
-      all += double((1 << tried.doublings(pilot, standard, 0)) - 1);
-    return all / double(pilots.size());
-  };
-  noise = most;
-  while (noise * kFiner > kApart * mean && more(noise * kFiner) <= kMoreRays) noise *= kFiner;
+  noise = tried.noise = most;
+  while (noise * kFiner > kApart * mean) {
+    tried.noise = noise * kFiner;
+    if (more(tried) > kMoreRays) break;
+    noise = tried.noise;
+  }
+}
+
+int RayNeed::doublings_beside(const PilotLook& pilot) const {
+  int doublings = 0;
+  while (beside > 0 && doublings < RayCounts::kMost && pilot.beside > std::ldexp(beside, doublings))
+    ++doublings;
+  return doublings;
 }
 
 int RayNeed::doublings(const PilotLook& pilot, uint32_t standard, int least) const {
   const float own = relative_noise(pilot, standard);
-  if (!(noise > 0) || !std::isfinite(own)) return 0;
+  int doublings = doublings_beside(pilot);
+  if (!(noise > 0) || !std::isfinite(own)) return doublings;
   // Twice the rays leave half of the variance.
-  int doublings = 0;
   while (doublings < RayCounts::kMost && own * own > std::ldexp(noise * noise, doublings))
     ++doublings;
   while (doublings <= 0 && doublings > least &&
@@ -62,7 +79,7 @@ int RayNeed::doublings(const PilotLook& pilot, uint32_t standard, int least) con
 }
 
 const char* RayNeed::flaw() const {
-  for (float value : {noise, dark})
+  for (float value : {noise, dark, beside})
     if (!(value >= 0) || !std::isfinite(value)) return "a need for rays that is not finite";
   return noise > 0 && !(dark > 0) ? "a need for rays in the dark" : nullptr;
 }

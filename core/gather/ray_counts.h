@@ -42,23 +42,28 @@ class RayCounts {
 struct PilotLook {
   float irradiance;  ///< direct light included
   float variance;    ///< of it, by the rays of the pilot
+  float beside = 0;  ///< see Beams::beside
 };
 
 /// What decides about numbers of rays; fixed at the bake, in the light of then.
 struct RayNeed {
-  static constexpr double kMoreRays = 0.5;  ///< of all, at most, for those that need them
+  static constexpr double kMoreRays = 0.5;  ///< of all, at most, where they are needed
   float noise = 0;  ///< relative standard error at which rays double; 0: nowhere
   float dark = 0;   ///< irradiance below which errors count as if it were that
+  /// Where a thing that came would be lit so much more brightly than its surroundings, rays double:
+  /// its light would come from a small part of what they meet. 0: nowhere.
+  float beside = 0;
 
   RayNeed() = default;
-  /// So that at receivers like these at most kMoreRays are cast for the noisy ones. A receiver's
-  /// number depends on no other receiver then.
+  /// So that at receivers like these at most kMoreRays are cast in addition. A receiver's number
+  /// depends on no other receiver then.
   explicit RayNeed(std::span<const PilotLook> pilots, uint32_t standard);
   /// Of a receiver, between `least` and RayCounts::kMost.
   int doublings(const PilotLook& pilot, uint32_t standard, int least) const;
   const char* flaw() const;
 
  private:
+  int doublings_beside(const PilotLook& pilot) const;
   float relative_noise(const PilotLook& pilot, uint32_t standard) const;
 };
 

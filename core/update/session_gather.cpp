@@ -178,6 +178,7 @@ std::vector<gather::PilotLook> Session::pilot(std::span<const direct::Receiver> 
       out[i] = now.pilot(looks, i);
       const Vec3d straight = direct_irradiance(direct, first + i);
       out[i].irradiance += float(straight.x + straight.y + straight.z);
+      out[i].beside = s.gather->beams.beside(receivers[i].point);
     }
   });
   return out;
@@ -188,7 +189,7 @@ std::vector<int8_t> Session::doublings_of(std::span<const direct::Receiver> rece
                                           const gather::Evaluation& now) const {
   const State& s = *state_;
   std::vector<int8_t> doublings(receivers.size());
-  if (!(s.guiding.need.noise > 0)) return doublings;
+  if (!(s.guiding.need.noise > 0 || s.guiding.need.beside > 0)) return doublings;
   const std::vector<gather::PilotLook> pilots = pilot(receivers, direct, first, now);
   const gather::Present here = present(receivers, s.guiding);
   const gather::SlitFinder in_slit(here, s.options.seed);

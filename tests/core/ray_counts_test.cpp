@@ -73,5 +73,19 @@ TEST(RayNeed, IsNowhereWhereAllIsAlikeOrDark) {
   }
 }
 
+TEST(RayNeed, GoesBesideBrightPoolsWithinHalfOfWhatThereIs) {
+  std::vector<PilotLook> pilots(100, {10, 0});
+  for (int i = 0; i < 4; ++i) pilots[size_t(i)].beside = 1000;
+  const RayNeed few(pilots, kStandard);
+  EXPECT_EQ(few.beside, 256);  // from 32 on it would be 28 % more rays
+  EXPECT_EQ(few.doublings(pilots[0], kStandard, RayCounts::kLeast), 2);
+  EXPECT_EQ(few.doublings({10, 0, 4000}, kStandard, RayCounts::kLeast), RayCounts::kMost);
+  EXPECT_EQ(few.doublings({10, 0, 200}, kStandard, 0), 0);
+  for (PilotLook& pilot : pilots) pilot.beside = 1000;
+  const RayNeed all(pilots, kStandard);
+  EXPECT_EQ(all.doublings(pilots[0], kStandard, 0), 0);
+  EXPECT_EQ(all.flaw(), nullptr);
+}
+
 }  // namespace
 }  // namespace deltalux::gather

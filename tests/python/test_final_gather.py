@@ -179,9 +179,19 @@ def test_gradients_are_those_of_discs(session):
 
 @pytest.mark.parametrize(
     ("samples", "rays", "paths"),
-    [(65_536, 256, 200_000), (65_537, 128, 200_000), (131_072, 128, 200_000), (131_073, "off", 1_000_000)],
+    [
+        (0, 1024, 200_000),
+        (4_096, 1024, 200_000),
+        (4_097, 512, 200_000),
+        (8_193, 256, 200_000),
+        (65_536, 256, 200_000),
+        (65_537, 128, 200_000),
+        (131_073, 64, 200_000),
+        (262_144, 64, 200_000),
+        (262_145, "off", 1_000_000),
+    ],
 )
-def test_defaults_keep_to_sixteen_million_rays(samples, rays, paths):
+def test_defaults_keep_to_so_many_rays(samples, rays, paths):
     asked = core_session.resolved_gather("auto", samples, "first", "reachable")
     assert (asked, core_session.default_paths(asked)) == (rays, paths)
 
