@@ -87,6 +87,7 @@ bench: build ## Measure the engine: prints a table, writes benchmarks/out/bench.
 bench-peers: build $(VENV)/test.stamp ## Measure against Mitsuba 3 and Radiance
 	sh tools/install_packages.sh libllvm19
 	PYTHONPATH=tests $(BIN)/python benchmarks/peers/office.py
+	PYTHONPATH=tests $(BIN)/python benchmarks/peers/rooms.py
 
 clean: ## Remove everything that earlier runs left in the tree
 	rm -rf $(VENV) build dist demo-output benchmarks/out viewer/node_modules python/deltalux/_core*.so \
