@@ -6,6 +6,8 @@ from __future__ import annotations
 import deltalux as dl
 import numpy as np
 import pytest
+from deltalux.report import claimed_error
+from deltalux.units import photopic
 from oracles import world
 from scenes_for_tests import furnace
 from scipy import stats
@@ -45,6 +47,17 @@ def test_standard_error_is_honest(scene, direct):
     assert (np.sqrt(ratio) if direct == "gather" else ratio) == pytest.approx(1, abs=0.25)
     if direct == "gather":
         assert_student(found)
+        assert_tail(found)
+
+
+def assert_tail(found: Runs) -> None:
+    """The 90th percentile over the samples, as summaries claim it, against that of the true errors."""
+    area = np.ones(found.irradiance.shape[1])
+    own = zip(found.irradiance, found.standard_error, strict=True)
+    claimed = np.mean([claimed_error(light, error, area).p90 for light, error in own])
+    spread = photopic(found.irradiance).std(axis=0, ddof=1)
+    true = claimed_error(found.mean, np.repeat(spread[:, None], 3, axis=1), area).p90
+    assert claimed == pytest.approx(true, rel=0.25)
 
 
 def assert_student(found: Runs) -> None:
@@ -71,6 +84,7 @@ def test_standard_error_is_honest_where_rays_are_guided():
     relative = Runs(found.irradiance / bright, found.standard_error / bright)
     assert np.sqrt(reported_over_observed(relative)) == pytest.approx(1, abs=0.25)
     assert_student(found)
+    assert_tail(found)
 
 
 def test_standard_error_falls_with_the_paths():

@@ -12,7 +12,7 @@ import numpy as np
 from rich.table import Table
 
 import deltalux as dl
-from deltalux.report import SetSummary, relative_error, summarise
+from deltalux.report import ClaimedError, SetSummary, advice, claimed_error, summarise
 from deltalux.units import LUX
 
 from .options import Grid
@@ -67,7 +67,7 @@ def bake_scene(
     Parameters
     ----------
     scene, samples : what to light
-    target_error : mean standard error over mean irradiance; None = one bake
+    target_error : of the 90th percentile of `claimed_error`; None = one bake
     paths, gather : of the first bake
     options : of `deltalux.Session`
 
@@ -88,7 +88,7 @@ def bake_scene(
             raise dl.OptionError(f"{reached}{problem}") from None
         if target_error is None:
             return session, frame
-        error = relative_error(session.irradiance, session.standard_error)
+        error = claimed_error(session.irradiance, session.standard_error, samples.areas).p90
         if error <= target_error:
             return session, frame
         used = session.options
@@ -133,18 +133,20 @@ def figures(
     """
     irradiance, error = session.irradiance, session.standard_error
     statistics = session.statistics
-    summaries = summarise(irradiance, error, sets or sample_sets(session))
+    sets = sets or sample_sets(session)
+    claimed = claimed_error(irradiance, error, session.samples.areas, sets)
     return {
         "unit": session.scene.unit,
         "samples": len(irradiance),
+        "spacing": session.samples.spacing,
         "paths": statistics["paths"],
         "gather": session.options["gather"],
         "segments": statistics["segments"],
         "bytes": statistics["bytes"],
         "milliseconds": dict(frame.milliseconds),
-        "relative_error": relative_error(irradiance, error),
+        "error": dataclasses.asdict(claimed),
         "unreached": session.unreached,
-        "sets": [dataclasses.asdict(summary) for summary in summaries],
+        "sets": [dataclasses.asdict(summary) for summary in summarise(irradiance, error, sets)],
         "digest": session.digest(),
         "warnings": list(session.scene.warnings),
     }
@@ -156,13 +158,29 @@ def summary_table(title: str, data: Mapping[str, Any]) -> Table:
     table = Table(title=title, title_justify="left")
     table.add_column("samples of")
     shown = "lx" if unit == LUX else unit.replace("m2", "m²")
-    for column in ("count", f"min ({shown})", "mean", "max", "uniformity", "standard error"):
+    for column in ("count", f"min ({shown})", "mean", "max", "uniformity", "error, 90 % below"):
         table.add_column(column, justify="right")
+    errors = data["error"]["sets"]
     for row in (SetSummary(**s) for s in data["sets"]):
         values = (f"{v:.4g}" for v in (row.minimum, row.mean, row.maximum))
-        share = f"{row.standard_error / row.mean:.1%}" if row.mean > 0 else "–"
+        share = f"{errors[row.name]:.1%}" if row.name in errors else "–"
         table.add_row(row.name, f"{row.samples:,}", *values, f"{row.uniformity:.2f}", share)
-    if data["unreached"]:
-        table.caption = f"{data['unreached']:,} samples: no path reached them, their error is a bound"
-        table.caption_justify = "left"
+    table.caption = "\n".join(_notes(data))
+    table.caption_justify = "left"
     return table
+
+
+def _notes(data: Mapping[str, Any]) -> list[str]:
+    """What `figures` say about all samples together, as lines of text."""
+    claimed = ClaimedError(**data["error"])
+    lines = [f"samples at most {data['spacing']:.3g} m apart"] if data["spacing"] else []
+    if claimed.p90 > 0:
+        worst = f", worst: {claimed.worst}" if len(claimed.sets) > 1 else ""
+        lines.append(
+            f"error of what is lit: median {claimed.median:.1%}, 90 % below {claimed.p90:.1%}{worst}"
+        )
+    if warning := advice(claimed, data["paths"], data["gather"]):
+        lines.append(warning)
+    if data["unreached"]:
+        lines.append(f"{data['unreached']:,} samples: no path reached them, their error is a bound")
+    return lines

@@ -197,7 +197,8 @@ TargetErrorOption = Annotated[
         "--target-error",
         parser=parse_positive,
         metavar="F",
-        help="Add paths and rays until the mean relative standard error is below F (0.02 = 2 %).",
+        help="Add paths and rays until nine tenths of the lit surface have a relative standard error below F "
+        "(0.02 = 2 %).",
     ),
 ]
 SpacingOption = Annotated[

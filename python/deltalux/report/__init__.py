@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Summaries and reports of a bake."""
 
+from .claimed_error import ClaimedError, advice, claimed_error
 from .comparison import compare
 from .page import Section, page
-from .summary import SetSummary, relative_error, summarise
+from .summary import SetSummary, summarise
 
-__all__ = ["Section", "SetSummary", "compare", "page", "relative_error", "summarise"]
+__all__ = ["ClaimedError", "Section", "SetSummary", "advice", "claimed_error", "compare", "page", "summarise"]

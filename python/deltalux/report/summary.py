@@ -64,12 +64,3 @@ def summarise(
             )
         )
     return result
-
-
-def relative_error(irradiance: np.ndarray, standard_error: np.ndarray) -> float:
-    """Mean standard error over mean irradiance, both photopic; 0 for a dark scene.
-
-    This is the figure that `--target-error` bounds.
-    """
-    mean = float(photopic(irradiance).mean()) if len(irradiance) else 0.0
-    return float(photopic(standard_error).mean()) / mean if mean > 0 else 0.0

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the standard errors of all samples together say: their distribution, by area."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from deltalux.units import photopic
+
+FLOOR = 0.05  # of the mean irradiance: errors of darker samples are of that, not of their own light
+MEDIAN, TAIL = 0.5, 0.9
+WARN_ABOVE = 0.1  # the 90th percentile
+
+
+@dataclass(frozen=True)
+class ClaimedError:
+    """Standard error over irradiance, photopic, over the lit samples by the area they stand for.
+
+    Attributes
+    ----------
+    median, p90 : half and nine tenths of the lit area claim no larger error; 0 where nothing is lit
+    sets : name of a set -> its own 90th percentile, of sets that are lit
+    """
+
+    median: float
+    p90: float
+    sets: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def worst(self) -> str | None:
+        """The set whose percentile is the largest."""
+        return max(self.sets, key=lambda name: self.sets[name], default=None)
+
+
+def claimed_error(
+    irradiance: np.ndarray,
+    standard_error: np.ndarray,
+    areas: np.ndarray,
+    sets: Mapping[str, np.ndarray] | None = None,
+) -> ClaimedError:
+    """Median and 90th percentile of the relative standard error over what is lit.
+
+    The error of a sample is relative to its irradiance, or to 5 % of the mean irradiance of what is
+    lit where that is more.
+
+    Parameters
+    ----------
+    irradiance, standard_error : (n, 3) arrays
+    areas : (n,) array, what each sample stands for, in any unit
+    sets : name of a set -> indices of its samples; None: no set is told apart
+    """
+    values, errors = photopic(irradiance), photopic(standard_error)
+    lit = (values > 0) & (areas > 0)
+    if not lit.any():
+        return ClaimedError(0.0, 0.0)
+    floor = FLOOR * float(np.average(values[lit], weights=areas[lit]))
+    relative = errors / np.maximum(values, floor)
+
+    def percentile(index: np.ndarray, share: float) -> float:
+        return weighted_quantile(relative[index], areas[index], share)
+
+    own = {name: index[lit[index]] for name, index in (sets or {}).items()}
+    tails = {name: percentile(index, TAIL) for name, index in own.items() if len(index)}
+    every = np.flatnonzero(lit)
+    return ClaimedError(percentile(every, MEDIAN), percentile(every, TAIL), tails)
+
+
+def weighted_quantile(values: np.ndarray, weights: np.ndarray, share: float) -> float:
+    """The least value that, with all below it, has at least `share` of the weight."""
+    order = np.argsort(values, kind="stable")
+    below = np.cumsum(weights[order])
+    return float(values[order][np.searchsorted(below, share * below[-1])])
+
+
+def advice(error: ClaimedError, paths: int, gather: str | int) -> str | None:
+    """A line for those whose light is noisy: how noisy, and what would help; None where it is not.
+
+    Parameters
+    ----------
+    error : of a session with these `paths` and rays (`gather`)
+    """
+    if error.p90 <= WARN_ABOVE:
+        return None
+    more = (error.p90 / WARN_ABOVE) ** 2  # noise falls with the root, or sooner
+    wanted = f"--paths {_rounded(paths * more)}"
+    if gather != "off":
+        wanted += f" --gather {_rounded(int(gather) * more)}"
+    return (
+        f"noisy: a tenth of the lit surface has a standard error of {error.p90:.0%} or more; "
+        f"{wanted} would bring that below {WARN_ABOVE:.0%}"
+    )
+
+
+def _rounded(count: float) -> int:
+    """Up to two digits."""
+    unit = 10 ** max(0, int(np.floor(np.log10(count))) - 1)
+    return int(np.ceil(count / unit)) * unit
