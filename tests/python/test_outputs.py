@@ -9,14 +9,16 @@ import subprocess
 from contextlib import suppress
 from pathlib import Path
 
+import deltalux as dl
 import numpy as np
 import pygltflib
 import pytest
 from deltalux import outputs
 from deltalux.display_mesh import BOTH, DisplayMesh, refine
 from deltalux.errors import FormatError, OptionError
+from deltalux.outputs.camera import look_at
 from deltalux.results import Result
-from deltalux.scene import Material, Mesh, Node, Scene, replace_scene
+from deltalux.scene import Camera, Material, Mesh, Node, Scene, replace_scene
 from deltalux.units import photopic
 
 SQUARE = [(0, 0, 0), (0, 0, 1), (1, 0, 1), (1, 0, 0)]  # faces up
@@ -404,7 +406,39 @@ def test_glb_of_a_dark_scene_is_black_but_valid(tmp_path: Path):
     dark = Result(given.result.points, given.result.normals, *(np.zeros((len(given.result.points), 3)),) * 2,
                   given.result.radius, "lux")  # fmt: skip
     outputs.write(tmp_path / "a.glb", outputs.Baked(dark, given.scene, given.display))
-    assert Reader(tmp_path / "a.glb").document.asset.extras["exposure"] == 1
+    assert 0 < Reader(tmp_path / "a.glb").document.asset.extras["exposure"] < np.inf
+
+
+def test_glb_is_exposed_for_what_a_picture_shows_not_for_the_lawn(tmp_path: Path):
+    """A lawn in the sun, ten times as large as what the camera sees and a thousand times as bright."""
+    lawn = Mesh("lawn", 3 * np.array(SQUARE) + (40, 0, 0), TWO, material="grey")
+    eye = Camera("desk", look_at(np.array([0.0, 1.5, 0.01]), np.zeros(3)), 0.6)
+    scene = Scene(
+        [Mesh("floor", np.array(SQUARE) - (0.5, 0, 0.5), TWO, material="grey"), lawn],
+        MATERIALS,
+        unit="lux",
+        cameras=[eye],
+    )
+    display = refine(scene, 0.5)
+    light = np.where(display.points[:, 0] > 20, 1e5, 100.0)[:, None] * np.ones(3)
+    result = Result(display.points, display.normals, light, 0.01 * light, np.ones(len(light)), "lux")
+    outputs.write(tmp_path / "a.glb", outputs.Baked(result, scene, display))
+    exposure = Reader(tmp_path / "a.glb").document.asset.extras["exposure"]
+    shown = exposure * 100 * photopic(MATERIALS[0].reflectance[None])
+    assert shown == pytest.approx(0.2, rel=0.02)  # a middle tone
+
+
+def test_glb_keeps_the_cameras(tmp_path: Path):
+    views = [
+        Camera(name, look_at(np.array([2.0, 1.5, z]), np.zeros(3)), 0.7) for name, z in (("a", 1), ("b", 3))
+    ]
+    scene = Scene([Mesh("floor", SQUARE, TWO, material="grey")], MATERIALS, unit="lux", cameras=views)
+    outputs.write(tmp_path / "a.glb", baked(scene))
+    again = dl.load(tmp_path / "a.glb").cameras
+    assert [camera.name for camera in again] == ["a", "b"]
+    for camera, found in zip(views, again, strict=True):
+        np.testing.assert_allclose(found.pose, camera.pose, atol=1e-6)
+        assert found.vertical_fov == pytest.approx(0.7)
 
 
 VALIDATE = """

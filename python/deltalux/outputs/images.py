@@ -30,6 +30,7 @@ from .view import View
 
 UNSAMPLED = 0.012  # linear grey of a side that has no samples: nothing is known of its light
 SURROUNDINGS = 0.03
+METERING_SIZE = (96, 60)
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,10 +121,33 @@ def lit_picture(view: View, values: np.ndarray, exposure: float | None = None) -
     """
     radiance, light_source = _radiance(view, values)
     if exposure is None:
-        plain = view.facing & ~light_source
-        exposure = automatic_exposure(photopic(radiance[plain]))
+        exposure = _metered(view, radiance, light_source)
     shown = np.where(view.facing[:, None], tone_map(radiance, exposure), _unsampled(view))
     return Picture(encode_srgb(view.pixels(shown)), camera=view.camera, exposure=exposure)
+
+
+def metered_exposure(
+    surfaces: Surfaces,
+    values: np.ndarray,
+    camera: Camera | None = None,
+    size: tuple[int, int] = METERING_SIZE,
+) -> float:
+    """The exposure that a lit picture of these surfaces would choose, within some per cent.
+
+    Parameters
+    ----------
+    surfaces : Surfaces
+    values : (n, 3) irradiance as shown, one for each vertex of their display
+    camera : None as in `render`
+    size : (width, height), a ray for each pixel
+    """
+    camera = _camera(surfaces, photopic(values), camera, size)
+    view = View(surfaces, camera, size, rays_per_pixel=1)
+    return _metered(view, *_radiance(view, values))
+
+
+def _metered(view: View, radiance: np.ndarray, light_source: np.ndarray) -> float:
+    return automatic_exposure(photopic(radiance[view.facing & ~light_source]))
 
 
 def difference(
@@ -234,8 +258,11 @@ def _view(
             f"picture: found size {size} and {rays_per_pixel} rays per pixel, expected at least 1"
         )
     surfaces = Surfaces(scene, display, poses, threads, caster)
-    camera = camera or scene_camera(scene) or automatic_camera(surfaces, light, size[0] / size[1])
-    return View(surfaces, camera, size, rays_per_pixel)
+    return View(surfaces, _camera(surfaces, light, camera, size), size, rays_per_pixel)
+
+
+def _camera(surfaces: Surfaces, light: np.ndarray, camera: Camera | None, size: tuple[int, int]) -> Camera:
+    return camera or scene_camera(surfaces.scene) or automatic_camera(surfaces, light, size[0] / size[1])
 
 
 def _radiance(view: View, irradiance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

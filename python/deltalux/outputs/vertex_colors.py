@@ -14,14 +14,16 @@ from deltalux.display_mesh import DisplayMesh, movable_poses
 from deltalux.files import written_aside
 from deltalux.scene import Material, Node
 from deltalux.surfaces import Surfaces
-from deltalux.units import photopic
 from deltalux.version import __version__
 
 from .baked import Baked, about_text, display_of, keep_inputs
 from .covered import shown_values
+from .images import metered_exposure
 from .node_tree import moved_matrices, world_matrices
+from .tone import KEY
 
-WHITE_PERCENTILE = 97.0
+MIDDLE = 0.2  # where the typical luminance of a picture lands; no tone curve follows
+NEAR = 0.01  # metres, of cameras
 UNLIT = "KHR_materials_unlit"
 
 
@@ -44,9 +46,11 @@ def write_glb(path: str | os.PathLike[str], baked: Baked) -> None:
     display = display_of(baked, ".glb")
     surfaces = Surfaces(baked.scene, display, baked.poses, baked.threads)
     shown = shown_values(surfaces, baked.result.irradiance)
-    exposure = baked.exposure or white_exposure(display, shown)
+    # A picture's radiance is reflectance * irradiance / pi.
+    exposure = baked.exposure or metered_exposure(surfaces, shown, baked.camera) * MIDDLE / KEY / np.pi
     writer = _Writer(baked, display, shown, exposure)
     writer.add_nodes()
+    writer.add_cameras()
     writer.document.asset.extras = {
         **about_text(baked.result),
         "exposure": exposure,
@@ -58,17 +62,6 @@ def write_glb(path: str | os.PathLike[str], baked: Baked) -> None:
     data = b"".join(writer.finished().save_to_bytes())
     with written_aside(path) as file:
         file.write(data)
-
-
-def white_exposure(display: DisplayMesh, irradiance: np.ndarray) -> float:
-    """Factor that shows a white surface as white where it is brighter than 97 % of all surfaces."""
-    corners = display.points[display.triangles]
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    value = photopic(irradiance)[display.triangles].mean(axis=1)
-    order = np.argsort(value)
-    share = np.cumsum(np.linalg.norm(cross, axis=1)[order])
-    white = value[order][np.searchsorted(share, WHITE_PERCENTILE / 100 * share[-1])]
-    return float(1 / white) if white > 0 else 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,6 +109,18 @@ class _Writer:
             here = np.arange(self._first[index], self._first[index + 1])
             parts = [] if pose is None else [_Part(here, np.eye(3), np.zeros(3), False)]
             self._add_node(mesh.name, np.eye(4) if pose is None else pose, parts)
+            self.document.scenes[0].nodes.append(len(self.document.nodes) - 1)
+
+    def add_cameras(self) -> None:
+        """Add the scene's cameras, each as a node of its own at its place in the world."""
+        for camera in self._baked.scene.cameras:
+            perspective = gl.Perspective(yfov=float(camera.vertical_fov), znear=NEAR)
+            self.document.cameras.append(
+                gl.Camera(name=camera.name, type="perspective", perspective=perspective)
+            )
+            matrix = np.asarray(camera.pose, dtype=np.float64).T.ravel().tolist()
+            number = len(self.document.cameras) - 1
+            self.document.nodes.append(gl.Node(name=camera.name, camera=number, matrix=matrix, children=[]))
             self.document.scenes[0].nodes.append(len(self.document.nodes) - 1)
 
     def finished(self) -> gl.GLTF2:
