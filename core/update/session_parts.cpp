@@ -16,6 +16,7 @@ namespace deltalux::update {
 namespace {
 
 constexpr float kFar = std::numeric_limits<float>::infinity();
+constexpr uint64_t kFewestRays = 8;  // that a session may ask for
 constexpr Box kEverywhere{{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
 
 double expected_rays(const State& s) {
@@ -118,20 +119,25 @@ void Session::refuse_beyond_limit() {
   for (const trace::Light& light : s.lights) paths += light.path_count;
   forecast_.bytes += direct::DirectLight::forecast_bytes(s.samples.size(), s.scene.group_count,
                                                          s.lights, s.light_sampled);
+  const double rays = s.gather ? gather::Looks::forecast_bytes(expected_rays(s)) : 0.0;
   if (s.gather)
-    forecast_.bytes += size_t(gather::Looks::forecast_bytes(expected_rays(s))) +
-                       s.gather->cells.bytes() + s.gather->sums.bytes() +
+    forecast_.bytes += size_t(rays) + s.gather->cells.bytes() + s.gather->sums.bytes() +
                        gather::CellLight::forecast_bytes(s.gather->cells.size());
   const double fixed = double(forecast_.bytes) - forecast_.bytes_per_path * double(paths);
   const double room = double(s.options.memory_limit) - fixed;
   // A little less than that: another number of paths sees another pilot.
   forecast_.paths_that_fit = room > 0 ? uint64_t(0.95 * room / forecast_.bytes_per_path) : 0;
-  if (s.options.memory_limit && forecast_.bytes > s.options.memory_limit)
-    throw OptionError("memory: " + std::to_string(paths) + " paths would need about " +
-                      std::to_string(forecast_.bytes >> 20) + " MiB, the limit is " +
-                      std::to_string(s.options.memory_limit >> 20) + " MiB; about " +
-                      std::to_string(forecast_.paths_that_fit) +
-                      " paths would fit, or raise the memory limit");
+  if (!s.options.memory_limit || forecast_.bytes <= s.options.memory_limit) return;
+  // Fewer rays help where they need more than all else leaves them.
+  const double left = double(s.options.memory_limit) - (double(forecast_.bytes) - rays);
+  const auto fewer = uint64_t(std::max(0.0, 0.95 * left / rays * s.options.gather_rays));
+  const bool by_rays = rays > 0 && !forecast_.paths_that_fit && fewer >= kFewestRays;
+  throw OptionError("memory: " + std::to_string(paths) + " paths would need about " +
+                    std::to_string(forecast_.bytes >> 20) + " MiB, the limit is " +
+                    std::to_string(s.options.memory_limit >> 20) + " MiB; about " +
+                    (by_rays ? std::to_string(fewer) + " rays of each sample (gather)"
+                             : std::to_string(forecast_.paths_that_fit) + " paths") +
+                    " would fit, or raise the memory limit");
 }
 
 bool Session::fits(const gather::RayCounts& rays) {

@@ -11,7 +11,9 @@ import pytest
 from rooms import box, room, samples_in, translation
 
 # Long enough for some calls, which come every 20 ms.
-OPTIONS = {"paths": 20_000, "threads": 1, "static_method": "disc_index", "moving_method": "disc_index"}
+OPTIONS = {"paths": 20_000, "gather": 64, "threads": 1} | dict.fromkeys(
+    ("static_method", "moving_method"), "disc_index"
+)
 FIRST = translation(0.7, 0.31, 0.4)  # of the block
 LAMP = translation(-1.0, 0.6, -0.5)
 NEXT = translation(-0.5, 0.7, 0.3)

@@ -93,7 +93,7 @@ def test_a_new_lamp_keeps_to_the_memory_limit():
         [*scene.materials, dl.Material("glare", emission=(2e3, 2e3, 2e3), group="desk")],
         scene.lights,
     )
-    with dl.Session(glaring, samples_in(scene), paths=4000, memory_limit=30 << 20) as session:
+    with dl.Session(glaring, samples_in(scene), paths=4000, gather=256, memory_limit=30 << 20) as session:
         session.bake()
         with pytest.raises(dl.OptionError, match="memory"):
             session.add(new_lamp(material="glare", side=0.4))

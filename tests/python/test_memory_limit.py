@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The memory limit holds for updates as it does for bakes."""
+"""The memory limit holds for updates as it does for bakes, and its refusals say what fits."""
 
 from __future__ import annotations
 
 import deltalux as dl
 import numpy as np
 import pytest
-from rooms import box, translation
+from rooms import box, room, samples_in, translation
 
 LIMIT = 40 << 20
 
@@ -53,3 +53,15 @@ def test_what_fits_is_not_refused(session):
     session.recompute()
     assert session.digest() == digest
     assert session.statistics["bytes"] < LIMIT
+
+
+def test_memory_limit_tells_how_many_rays_fit_where_those_are_too_many():
+    scene, limit = room(), 30 << 20
+    session = dl.Session(scene, samples_in(scene), paths=4000, gather=4096, memory_limit=limit)
+    with session, pytest.raises(dl.OptionError, match="rays of each sample") as refusal:
+        session.bake()
+    fits = int(str(refusal.value).split("about ")[-1].split(" rays")[0])
+    assert 256 < fits < 4096
+    with dl.Session(scene, samples_in(scene), paths=4000, gather=fits, memory_limit=limit) as session:
+        session.bake()
+        assert session.statistics["bytes"] < limit

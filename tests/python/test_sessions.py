@@ -305,12 +305,12 @@ def test_control_c_stops_a_bake():
 def test_memory_limit_refuses_with_a_number_that_fits():
     scene = room()
     limit = 30 << 20
-    session = dl.Session(scene, samples_in(scene), paths=3_000_000, memory_limit=limit)
+    session = dl.Session(scene, samples_in(scene), paths=3_000_000, gather=256, memory_limit=limit)
     with session, pytest.raises(dl.OptionError, match="would fit") as refusal:
         session.bake()
     fits = int(str(refusal.value).split("about ")[-1].split(" paths")[0])
     assert 10_000 < fits < 3_000_000
-    with dl.Session(scene, samples_in(scene), paths=int(0.98 * fits), memory_limit=limit) as session:
+    with dl.Session(scene, samples_in(scene), paths=fits, gather=256, memory_limit=limit) as session:
         session.bake()
         assert session.statistics["bytes"] < limit
 

@@ -34,4 +34,6 @@ def two_cells() -> dl.Scene:
 def make_session(paths: int = PATHS) -> dl.Session:
     """A session of the cells without light."""
     scene = two_cells()
-    return dl.Session(scene, dl.Samples.on_vertices(scene, spacing=SPACING), paths=paths, threads=2)
+    return dl.Session(
+        scene, dl.Samples.on_vertices(scene, spacing=SPACING), paths=paths, gather=256, threads=2
+    )
