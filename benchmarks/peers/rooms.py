@@ -70,7 +70,7 @@ def _shown(row: Row) -> Row:
 
 
 def run_deltalux(judge: Judge) -> dict[str, list[Row]]:
-    """Bakes of the points of PARTS alone; the moves with all points, as seconds of each tell."""
+    """Bakes of the points of PARTS; moves in sessions of the points near what moves, update alone timed."""
     runs: dict[str, list[Row]] = {"light": [], "change": []}
     for rays, paths in DELTALUX_SETTINGS:
         setting = f"{rays} rays, {paths} paths"
@@ -148,12 +148,15 @@ PROGRAMS: dict[str, Callable[[Judge], dict[str, list[Row]]]] = {
 
 def print_table(room: str, runs: dict[str, dict[str, list[Row]]]) -> None:
     """Seconds to each target; of peers, beyond their best run by the square root."""
-    print(f"\n{room}: CPU seconds to an error, one thread")
-    for part in PARTS:
+    print(f"\n{room}: CPU seconds to an error, one thread; changes: the worst move")
+    for part in (*PARTS, "change"):
         for target in TARGETS:
             cells = []
             for name, found in runs.items():
-                rows = [Run(row["setting"], row["seconds"], row[part]) for row in found["light"]]
+                rows = [
+                    Run(row["setting"], row["seconds"], float(np.max(row[part])))
+                    for row in found["change" if part == "change" else "light"]
+                ]
                 seconds = seconds_to(target, rows, extrapolate=name != "deltalux")
                 cells.append(f"{name} {'-' if seconds is None else f'{seconds:.3g}'}")
             print(f"  {part:8}{target:4.0%}   " + "   ".join(cells))

@@ -34,28 +34,29 @@ RayNeed::RayNeed(std::span<const PilotLook> pilots, uint32_t standard) {
     dark = 0;
     return;
   }
-  const auto more = [&](const RayNeed& tried) {
-    double all = 0;
-    for (const PilotLook& pilot : pilots)
-      all += double((1 << tried.doublings(pilot, standard, 0)) - 1);
-    return all / double(pilots.size());
-  };
-  RayNeed tried;
-  tried.dark = dark, tried.beside = kBeside;
-  while (tried.beside < kMostBeside && more(tried) > kShareBeside * kMoreRays) tried.beside *= 2;
-  beside = tried.beside;
+  beside = kBeside;
+  while (beside < kMostBeside && more_rays(pilots, standard) > kShareBeside * kMoreRays)
+    beside *= 2;
   float most = 0, mean = 0;
   for (const PilotLook& pilot : pilots) {
     const float own = relative_noise(pilot, standard);
     if (std::isfinite(own)) most = std::max(most, own), mean += own / float(pilots.size());
   }
   if (!(mean > std::numeric_limits<float>::min())) return;
-  noise = tried.noise = most;
+  noise = most;
   while (noise * kFiner > kApart * mean) {
-    tried.noise = noise * kFiner;
-    if (more(tried) > kMoreRays) break;
-    noise = tried.noise;
+    const float coarser = noise;
+    noise *= kFiner;
+    if (more_rays(pilots, standard) <= kMoreRays) continue;
+    noise = coarser;
+    break;
   }
+}
+
+double RayNeed::more_rays(std::span<const PilotLook> pilots, uint32_t standard) const {
+  double more = 0;
+  for (const PilotLook& pilot : pilots) more += double((1 << doublings(pilot, standard, 0)) - 1);
+  return more / double(pilots.size());
 }
 
 int RayNeed::doublings_beside(const PilotLook& pilot) const {

@@ -63,6 +63,8 @@ struct RayNeed {
   const char* flaw() const;
 
  private:
+  /// Additional rays for each of the standard ones, at receivers like these.
+  double more_rays(std::span<const PilotLook> pilots, uint32_t standard) const;
   int doublings_beside(const PilotLook& pilot) const;
   float relative_noise(const PilotLook& pilot, uint32_t standard) const;
 };

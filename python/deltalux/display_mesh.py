@@ -14,6 +14,7 @@ from .scene import Scene
 from .smoothing import Faces, insets, smooth_edges, smoothing_groups, vertex_normals
 from .subdivision import TooManyPoints, split_long_edges
 from .units import FARTHEST
+from .vectors import triangle_areas
 
 FRONT, BACK, BOTH = 1, 2, 3
 
@@ -76,6 +77,11 @@ class DisplayMesh:
         present = {i: pose for i, pose in movable_poses(scene, poses).items() if pose is not None}
         points = self.sample_points if samples else self.points
         return in_world(points, self.normals, self.attached, present)
+
+    def vertex_areas(self) -> np.ndarray:
+        """(n,) square metres: a third of the triangles around each vertex."""
+        thirds = np.repeat(triangle_areas(self.points[self.triangles]) / 3, 3)
+        return np.bincount(self.triangles.ravel(), thirds, minlength=len(self.points))
 
     def present(self, scene: Scene, poses: Poses | None = None) -> np.ndarray:
         """(m,) bool: triangles that are not part of a removed movable."""
@@ -260,8 +266,7 @@ def _degenerate(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 
 def _area(base: _Base) -> float:
-    a, b, c = (base.points[base.triangles[:, i]] for i in range(3))
-    return float(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+    return float(triangle_areas(base.points[base.triangles]).sum())
 
 
 def _automatic_spacing(base: _Base) -> float:

@@ -17,6 +17,7 @@ from .scene import Mesh, Scene, replace_scene
 from .segments import trace, uniform_lines
 from .smoothing import shared_edges, smoothing_groups
 from .surfaces import NOTHING, core_caster
+from .vectors import normals_by_area
 
 SEED = 20070612  # the pilot's own; sessions may have any
 PATHS_PER_TRIANGLE = 200
@@ -111,12 +112,8 @@ def _hits_from_outside(mesh: Mesh) -> Counts:
 def _counted(triangle: np.ndarray, direction: np.ndarray, corners: np.ndarray) -> Counts:
     hit = triangle != NOTHING
     triangle = triangle[hit].astype(np.int64)
-    back = np.einsum("ij,ij->i", direction[hit], _crosses(corners)[triangle]) > 0
+    back = np.einsum("ij,ij->i", direction[hit], normals_by_area(corners)[triangle]) > 0
     return np.bincount(2 * triangle + back, minlength=2 * len(corners)).reshape(-1, 2).astype(float)
-
-
-def _crosses(corners: np.ndarray) -> np.ndarray:
-    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
 
 
 # ---- decision --------------------------------------------------------------------------------------
@@ -165,7 +162,7 @@ def _smooth(
     scene: Scene, mesh: np.ndarray, corners: np.ndarray, one: np.ndarray, two: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Those of the neighbours that continue each other without a crease."""
-    normals = _crosses(corners)
+    normals = normals_by_area(corners)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
     angles = np.array([max(m.smooth_angle, COPLANAR_ANGLE) for m in scene.meshes])
     smooth = np.einsum("ij,ij->i", normals[one], normals[two]) >= np.cos(np.radians(angles))[mesh[one]]
@@ -183,7 +180,7 @@ def _closed(one: np.ndarray, two: np.ndarray, component: np.ndarray) -> np.ndarr
 def _inward(component: np.ndarray, corners: np.ndarray) -> np.ndarray:
     """(m,) bool: of a closed surface, the front is inside: a room, or an object that is inside out."""
     near = corners[np.unique(component, return_index=True)[1][component], 0]
-    volumes = np.einsum("ij,ij->i", corners[:, 0] - near, _crosses(corners))
+    volumes = np.einsum("ij,ij->i", corners[:, 0] - near, normals_by_area(corners))
     return np.bincount(component, volumes)[component] < 0
 
 

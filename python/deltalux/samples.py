@@ -87,13 +87,9 @@ class Samples:
 
         Samples of other kinds stand for the same area each: one square metre, or that of a grid's cell.
         """
-        if self.display is None:
-            cell = self.spacing**2 if self.grid_shape and self.spacing else 1.0
-            return np.full(len(self), cell)
-        corners = self.display.points[self.display.triangles]
-        crossed = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        thirds = np.repeat(np.linalg.norm(crossed, axis=1) / 6, 3)
-        return np.bincount(self.display.triangles.ravel(), thirds, minlength=len(self))
+        if self.display is not None:
+            return self.display.vertex_areas()
+        return np.full(len(self), self.spacing**2 if self.grid_shape and self.spacing else 1.0)
 
     @classmethod
     def on_vertices(

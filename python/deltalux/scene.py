@@ -13,7 +13,7 @@ import numpy as np
 from .errors import OptionError, SceneError
 from .frame import SceneFrame, coarse_places, scene_frame
 from .units import UNITS, photopic
-from .vectors import unit, versine
+from .vectors import triangle_areas, unit, versine
 
 MAX_GROUPS = 8  # sums are kept per group up to this many (API: "Group")
 MIN_CONE = 1e-5  # half angle of a spot, radians; single precision turns directions by 1e-7
@@ -151,8 +151,7 @@ class Mesh:
 
     def triangle_areas(self) -> np.ndarray:
         """(m,) float64 areas, square metres."""
-        a, b, c = (self.vertices[self.triangles[:, i]] for i in range(3))
-        return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        return triangle_areas(self.vertices[self.triangles])
 
 
 @dataclass(frozen=True, eq=False)

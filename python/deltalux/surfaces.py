@@ -11,6 +11,7 @@ import numpy as np
 
 from .display_mesh import DisplayMesh, Poses
 from .scene import Scene
+from .vectors import normals_by_area
 
 NOTHING = 0xFFFFFFFF
 # Front and back of one sheet are two triangles in one place; their distances differ by rounding.
@@ -72,8 +73,7 @@ class Surfaces:
         self.scene, self.display, self.poses = scene, display, poses
         self.points, _ = display.world(scene, poses)
         present = display.present(scene, poses)
-        a, b, c = (self.points[display.triangles[:, i]] for i in range(3))
-        cross = np.cross(b - a, c - a)
+        cross = normals_by_area(self.points[display.triangles])
         self.area = 0.5 * np.linalg.norm(cross, axis=1) * present
         self.normals = cross / np.maximum(np.linalg.norm(cross, axis=1, keepdims=True), 1e-300)
         used = self.points[display.triangles[present].ravel()]

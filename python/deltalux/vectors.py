@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Vectors of any length that a float64 can have, and angles down to the smallest."""
+"""Vectors of any length that a float64 can have, and angles down to the smallest; triangles."""
 
 from __future__ import annotations
 
@@ -19,6 +19,16 @@ def unit(vectors: np.ndarray) -> np.ndarray:
     lengths = np.linalg.norm(scaled, axis=-1, keepdims=True)
     rough = (lengths > 0) & (np.abs(lengths - 1) > 4 * np.finfo(np.float64).eps)
     return np.divide(scaled, lengths, out=scaled, where=rough)
+
+
+def normals_by_area(corners: np.ndarray) -> np.ndarray:
+    """(m, 3) normals of triangles (m, 3 corners, 3), twice as long as the triangle has area."""
+    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+
+
+def triangle_areas(corners: np.ndarray) -> np.ndarray:
+    """(m,) areas of triangles (m, 3 corners, 3)."""
+    return 0.5 * np.linalg.norm(normals_by_area(corners), axis=1)
 
 
 def versine(angle: float) -> float:

@@ -202,6 +202,19 @@ def test_what_stands_in_a_pool_hides_the_rest_of_it():
     assert abs(mean[0] - mean[1]) < 4 * np.hypot(*error)
 
 
+def test_more_rays_are_cast_beside_narrow_beams():
+    """A thing that came into the beam would light what stands around it."""
+    scene = pools()
+    cast = []
+    for x, z in ((-1.8, -1), (-1.8, 1.5)):  # in the pool of 4 degrees, and far from all
+        around = [(x + a, 0.0, z + b) for a in (-0.05, 0, 0.05) for b in (-0.05, 0.05)]
+        with dl.Session(scene, dl.Samples(around, [(0, 1, 0)] * 6), paths=100_000, gather=128) as session:
+            session.bake()
+            cast.append(session.statistics["gather"]["rays"] / (6 * 128))
+    assert cast[0] >= 2
+    assert cast[1] <= 1
+
+
 def test_files_keep_guides(baked, tmp_path):
     path = tmp_path / "pools.dlx"
     baked.save(path)
@@ -230,11 +243,13 @@ def resize(name, times):
     return lambda arrays: arrays.update({name: np.tile(arrays[name], times)})
 
 
-@pytest.mark.parametrize("array", ["guides", "beams", "need"])
-def test_digests_cover_guides(baked, tmp_path, array):
+@pytest.mark.parametrize(
+    ("array", "entry"),
+    [("guides", 10), ("beams", 2), ("need", 0), ("need", 2)],  # irradiance around; noise, beside
+)
+def test_digests_cover_guides(baked, tmp_path, array, entry):
     path = tmp_path / "pools.dlx"
     baked.save(path)
-    entry = {"guides": 10, "beams": 2, "need": 0}[array]  # irradiance around
     rewrite(path, arrays=change(array, np.float32, entry, 1))
     with dl.Session.open(path) as opened:
         assert opened.digest() != baked.digest()
@@ -258,6 +273,9 @@ def test_digests_cover_guides(baked, tmp_path, array):
         (change("weights", np.float32, 3, 3e38), "weight no ray has"),
         (change("chains", np.float32, 2, -1), "weight no chain has"),
         (change("need", np.float32, 0, np.nan), "need for rays that is not finite"),
+        (change("need", np.float32, 2, np.nan), "need for rays that is not finite"),
+        (change("need", np.float32, 2, np.inf), "need for rays that is not finite"),
+        (change("need", np.float32, 2, -1), "need for rays that is not finite"),
         (change("need", np.float32, 1, 0), "need for rays in the dark"),
         (change("doublings", np.int8, 5, 4), "number of rays no sample has"),
         (change("doublings", np.int8, 5, -3), "number of rays no sample has"),

@@ -15,6 +15,7 @@ from deltalux.scene import Scene
 from deltalux.segments import Segments
 from deltalux.smoothing import shared_edges, smoothing_groups
 from deltalux.surfaces import NOTHING
+from deltalux.vectors import normals_by_area
 
 
 def core_surfaces(scene: Any) -> _core.SurfaceTree:
@@ -31,7 +32,7 @@ def core_surfaces(scene: Any) -> _core.SurfaceTree:
     if not isinstance(scene, Scene):
         raise OptionError(f"scene: found {scene!r:.40}, expected the scene whose surfaces the segments hit")
     corners, welded, cosine = _triangles(scene)
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    cross = normals_by_area(corners)
     size = np.linalg.norm(cross, axis=1)
     # Corners that are welded together leave a triangle no side.
     solid = (size > 0) & (welded != welded[:, (1, 2, 0)]).all(axis=1)

@@ -14,6 +14,7 @@ from deltalux.results import Estimate
 from deltalux.samples import Samples
 from deltalux.scene import Scene
 from deltalux.segments import Progress, Segments, check_threads
+from deltalux.vectors import triangle_areas
 
 from .inputs import select_segments
 from .lit_surfaces import core_hits
@@ -122,9 +123,7 @@ class PatchSum:
         """Corners of the patches that are there, (k, 3, 3), their numbers and areas."""
         points, _ = self.display.world(self._scene, poses)
         corners = points[self.display.triangles]
-        area = 0.5 * np.linalg.norm(
-            np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
-        )
+        area = triangle_areas(corners)
         number = np.flatnonzero(self.display.present(self._scene, poses) & (area > 0))
         return np.ascontiguousarray(corners[number]), number, area
 

@@ -25,7 +25,7 @@ from .camera import automatic_camera, scene_camera
 from .colour_scale import ColourScale, scale_for, symmetric_scale
 from .covered import shown_values
 from .drawing import draw_isolines, draw_outlines, label_above, legend
-from .tone import automatic_exposure, encode_srgb, tone_map
+from .tone import KEY, automatic_exposure, encode_srgb, tone_map
 from .view import View
 
 UNSAMPLED = 0.012  # linear grey of a side that has no samples: nothing is known of its light
@@ -127,10 +127,7 @@ def lit_picture(view: View, values: np.ndarray, exposure: float | None = None) -
 
 
 def metered_exposure(
-    surfaces: Surfaces,
-    values: np.ndarray,
-    camera: Camera | None = None,
-    size: tuple[int, int] = METERING_SIZE,
+    surfaces: Surfaces, values: np.ndarray, camera: Camera | None = None, key: float = KEY
 ) -> float:
     """The exposure that a lit picture of these surfaces would choose, within some per cent.
 
@@ -139,15 +136,15 @@ def metered_exposure(
     surfaces : Surfaces
     values : (n, 3) irradiance as shown, one for each vertex of their display
     camera : None as in `render`
-    size : (width, height), a ray for each pixel
+    key : where the typical luminance lands
     """
-    camera = _camera(surfaces, photopic(values), camera, size)
-    view = View(surfaces, camera, size, rays_per_pixel=1)
-    return _metered(view, *_radiance(view, values))
+    camera = _camera(surfaces, photopic(values), camera, METERING_SIZE)
+    view = View(surfaces, camera, METERING_SIZE, rays_per_pixel=1)
+    return _metered(view, *_radiance(view, values), key)
 
 
-def _metered(view: View, radiance: np.ndarray, light_source: np.ndarray) -> float:
-    return automatic_exposure(photopic(radiance[view.facing & ~light_source]))
+def _metered(view: View, radiance: np.ndarray, light_source: np.ndarray, key: float = KEY) -> float:
+    return automatic_exposure(photopic(radiance[view.facing & ~light_source]), key)
 
 
 def difference(

@@ -11,19 +11,20 @@ KEY = 0.32  # where the typical luminance lands before the tone curve
 WHITE = 5.0  # exposed luminance that becomes white
 
 
-def automatic_exposure(luminance: np.ndarray) -> float:
+def automatic_exposure(luminance: np.ndarray, key: float = KEY) -> float:
     """Factor that brings the typical (log-average) luminance to a middle tone.
 
     Parameters
     ----------
     luminance : (n,) photopic radiance of what is seen, light sources left out
+    key : where the typical luminance lands
     """
     lit = luminance[luminance > 0]
     if lit.size == 0:
         return 1.0
     # Deep shadow must not make the rest white: it counts as a hundredth of the bright parts.
     floor = 0.01 * np.percentile(lit, 90)
-    return float(KEY / np.exp(np.log(np.maximum(luminance, floor)).mean()))
+    return float(key / np.exp(np.log(np.maximum(luminance, floor)).mean()))
 
 
 def tone_map(radiance: np.ndarray, exposure: float) -> np.ndarray:

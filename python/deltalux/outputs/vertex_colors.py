@@ -12,7 +12,7 @@ import pygltflib as gl
 
 from deltalux.display_mesh import DisplayMesh, movable_poses
 from deltalux.files import written_aside
-from deltalux.scene import Material, Node
+from deltalux.scene import Camera, Material, Node
 from deltalux.surfaces import Surfaces
 from deltalux.version import __version__
 
@@ -20,9 +20,8 @@ from .baked import Baked, about_text, display_of, keep_inputs
 from .covered import shown_values
 from .images import metered_exposure
 from .node_tree import moved_matrices, world_matrices
-from .tone import KEY
 
-MIDDLE = 0.2  # where the typical luminance of a picture lands; no tone curve follows
+KEY = 0.2  # where the typical luminance of a picture lands: below that of pictures, no tone curve follows
 NEAR = 0.01  # metres, of cameras
 UNLIT = "KHR_materials_unlit"
 
@@ -46,8 +45,7 @@ def write_glb(path: str | os.PathLike[str], baked: Baked) -> None:
     display = display_of(baked, ".glb")
     surfaces = Surfaces(baked.scene, display, baked.poses, baked.threads)
     shown = shown_values(surfaces, baked.result.irradiance)
-    # A picture's radiance is reflectance * irradiance / pi.
-    exposure = baked.exposure or metered_exposure(surfaces, shown, baked.camera) * MIDDLE / KEY / np.pi
+    exposure = baked.exposure or _exposure(surfaces, shown, baked.camera)
     writer = _Writer(baked, display, shown, exposure)
     writer.add_nodes()
     writer.add_cameras()
@@ -62,6 +60,11 @@ def write_glb(path: str | os.PathLike[str], baked: Baked) -> None:
     data = b"".join(writer.finished().save_to_bytes())
     with written_aside(path) as file:
         file.write(data)
+
+
+def _exposure(surfaces: Surfaces, shown: np.ndarray, camera: Camera | None) -> float:
+    """Factor on irradiance times reflectance; pictures meter radiance, which is that over pi."""
+    return metered_exposure(surfaces, shown, camera, KEY) / np.pi if shown.any() else 1.0
 
 
 @dataclass(frozen=True, eq=False)

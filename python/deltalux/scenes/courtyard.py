@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from deltalux.vectors import triangle_areas
+
 from .masonry import count, refine
 from .shapes import Shape, block, box, cylinder, lathe, merge, prism, rounded_rectangle, shell, sphere, tube
 
@@ -113,8 +115,7 @@ def lantern(drop: float, metal: str, globe: str) -> Shape:
 def globe_area() -> float:
     """Luminous area of a `lantern`, square metres, as tessellated."""
     ball = sphere(GLOBE_RADIUS, 14, "globe")
-    a, b, c = (ball.vertices[ball.triangles[:, i]] for i in range(3))
-    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
+    return float(triangle_areas(ball.vertices[ball.triangles]).sum())
 
 
 def stone_bench(stone: str) -> Shape:

@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 
 from deltalux.display_mesh import DisplayMesh
 from deltalux.scene import Scene
+from deltalux.vectors import triangle_areas
 
 CLASSES = ("inside", "edge", "small", "very small")
 VERY_SMALL = 0.1  # of the area that holds k hits
@@ -52,10 +53,7 @@ def classify(scene: Scene, display: DisplayMesh, k: int, hits: int) -> SampleCla
     hits : hits on all surfaces
     """
     points, _ = display.world(scene)
-    corners = points[display.triangles]
-    area = 0.5 * np.linalg.norm(
-        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
-    )
+    area = triangle_areas(points[display.triangles])
     edges = np.sort(display.triangles[:, [(0, 1), (1, 2), (2, 0)]].reshape(-1, 2), axis=1)
     graph = coo_matrix((np.ones(len(edges)), edges.T), shape=(len(points),) * 2)
     count, surface = connected_components(graph, directed=False)
