@@ -245,15 +245,21 @@ void bind_session(nb::module_& m) {
       .def(
           "gather_at",
           [](const Session& s, const Rows<float, 3>& points, const Rows<float, 3>& normals,
-             nb::object callback) {
+             uint32_t rays, bool by_need, bool direct, bool indirect, nb::object callback) {
             const std::vector<Vec3f> p = to_vectors(points), n = to_vectors(normals);
             if (p.size() != n.size()) throw OptionError("at: points and normals differ in length");
-            std::vector<double> irradiance(3 * p.size());
-            run(callback,
-                [&](Progress& progress) { s.gather_at(p, n, irradiance.data(), progress); });
-            return make_array(std::move(irradiance), {p.size(), 3});
+            std::vector<double> straight(direct ? 3 * p.size() : 0),
+                around(indirect ? 3 * p.size() : 0);
+            run(callback, [&](Progress& progress) {
+              s.gather_at(p, n, rays, by_need, direct ? straight.data() : nullptr,
+                          indirect ? around.data() : nullptr, progress);
+            });
+            if (direct && indirect)
+              for (size_t i = 0; i < around.size(); ++i) straight[i] += around[i];
+            return make_array(direct ? std::move(straight) : std::move(around), {p.size(), 3});
           },
-          nb::arg("points"), nb::arg("normals"), nb::arg("progress").none())
+          nb::arg("points"), nb::arg("normals"), nb::arg("rays"), nb::arg("by_need"),
+          nb::arg("direct"), nb::arg("indirect"), nb::arg("progress").none())
       .def("visible",
            [](const Session& s, const Rows<float, 3>& from, const Rows<float, 3>& to) {
              const std::vector<Vec3f> a = to_vectors(from), b = to_vectors(to);

@@ -88,9 +88,11 @@ class Session {
   /// something, gathered light is read of samples whose rays were cast again and of an eighth of
   /// the others, in turn; the rest keep theirs.
   void glance(float* values);
-  /// Irradiance at any points, each x 3, gathered anew: of sessions that gather.
-  void gather_at(std::span<const Vec3f> points, std::span<const Vec3f> normals, double* irradiance,
-                 Progress& progress) const;
+  /// Direct and indirect irradiance at any points, each x 3, gathered anew along `rays` where that
+  /// is not 0: of sessions that gather. What is null is not asked for. `by_need`: see
+  /// direct::light_by_need.
+  void gather_at(std::span<const Vec3f> points, std::span<const Vec3f> normals, uint32_t rays,
+                 bool by_need, double* direct, double* indirect, Progress& progress) const;
   /// Surface gradient, samples x 3 channels x 3 axes (world), from all stored segments.
   void read_gradient(double* gradient, Progress& progress);
   /// Sums of all batches and groups in quanta, samples x 3, without direct light by shadow rays.
@@ -150,18 +152,22 @@ class Session {
   gather::Evaluation choose_guides(Progress& progress);
   /// How many rays each sample casts.
   void choose_rays(const gather::Evaluation& now, Progress& progress);
-  /// What a few rays tell about receivers whose direct light is that of `direct` from number
-  /// `first` on.
-  std::vector<gather::PilotLook> pilot(std::span<const direct::Receiver> receivers,
-                                       const direct::DirectLight& direct, size_t first,
+  /// What a few of `rays` tell about receivers whose direct light is `direct`.
+  std::vector<gather::PilotLook> pilot(std::span<const direct::Receiver> receivers, uint32_t rays,
+                                       std::span<const Vec3d> direct,
                                        const gather::Evaluation& now) const;
-  std::vector<int8_t> doublings_of(std::span<const direct::Receiver> receivers,
-                                   const direct::DirectLight& direct, size_t first,
+  /// How often the number of `rays` doubles at each.
+  std::vector<int8_t> doublings_of(std::span<const direct::Receiver> receivers, uint32_t rays,
+                                   std::span<const Vec3d> direct,
                                    const gather::Evaluation& now) const;
+  std::vector<direct::Receiver> receivers_at(std::span<const Vec3f> points,
+                                             std::span<const Vec3f> normals) const;
   /// Of those lights (per light: 1), by shadow rays.
   std::unique_ptr<direct::DirectLight> direct_at(std::span<const direct::Receiver> receivers,
                                                  std::span<const uint8_t> lights) const;
-  Vec3d direct_irradiance(const direct::DirectLight& direct, size_t receiver) const;
+  /// Of `count` receivers from number `first` on.
+  std::vector<Vec3d> irradiance_of(const direct::DirectLight& direct, size_t first,
+                                   size_t count) const;
   void place_beams();
   /// Each sample's rays, and their shares.
   void aim(Progress& progress);
@@ -173,9 +179,8 @@ class Session {
   gather::RayShares share(const direct::Receiver& receiver, uint32_t rays) const;
   std::vector<gather::RayShares> shares_of(std::span<const direct::Receiver> receivers,
                                            const gather::RayCounts& rays, Progress& progress) const;
-  gather::Looks looks_of(std::span<const direct::Receiver> receivers,
-                         std::span<const int8_t> doublings, uint64_t seed,
-                         const gather::Evaluation& now) const;
+  gather::Looks looks_of(std::span<const direct::Receiver> receivers, const gather::RayCounts& rays,
+                         uint64_t seed, const gather::Evaluation& now) const;
   /// Lets what samples see wait for Looks::follow().
   void note_looks(std::span<const ObjectChange> changes, bool lights);
   void note_beams(std::span<const uint32_t> objects, std::span<const Box> boxes,

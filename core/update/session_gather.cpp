@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "base/random.h"
+#include "direct/light_by_need.h"
 #include "gather/find_beams.h"
 #include "gather/find_guides.h"
 #include "gather/slit.h"
@@ -16,11 +17,13 @@ namespace {
 
 constexpr size_t kTogether = size_t(1) << 22;  // rays between two looks at the cancel flag
 constexpr size_t kGrain = 64;
+constexpr size_t kBatch = size_t(1) << 16;  // points between two steps of progress
+constexpr size_t kReceivers = 4096;         // receivers that are looked at together, at most
 constexpr uint64_t kPilotSeed = 0x70696c6f74212121ull;
 constexpr float kUnder = 1e-3f;  // metres: the surface of a point is within
 
 /// How many receivers of so many rays each are looked at together.
-size_t portion(uint32_t rays) { return std::clamp(kTogether / rays, kGrain, size_t(4096)); }
+size_t portion(uint32_t rays) { return std::clamp(kTogether / rays, kGrain, kReceivers); }
 
 }  // namespace
 
@@ -135,30 +138,32 @@ void Session::choose_rays(const gather::Evaluation& now, Progress& progress) {
   s.guiding.need = {};
   s.guiding.doublings.assign(receivers_.size(), 0);
   if (places.empty()) return;
-  const std::unique_ptr<direct::DirectLight> direct = direct_at(places, s.light_sampled);
-  s.guiding.need = gather::RayNeed(pilot(places, *direct, 0, now), s.options.gather_rays);
+  const uint32_t rays = s.options.gather_rays;
+  const std::vector<Vec3d> direct =
+      irradiance_of(*direct_at(places, s.light_sampled), 0, places.size());
+  s.guiding.need = gather::RayNeed(pilot(places, rays, direct, now), rays);
   progress.begin("find noisy places", receivers_.size());
-  const size_t together = portion(s.options.gather_rays);
+  const size_t together = portion(rays);
   for (size_t first = 0; first < receivers_.size(); first += together) {
     const size_t count = std::min(together, receivers_.size() - first);
-    const std::vector<int8_t> own =
-        doublings_of(std::span(receivers_).subspan(first, count), *direct_, first, now);
+    const std::vector<int8_t> own = doublings_of(std::span(receivers_).subspan(first, count), rays,
+                                                 irradiance_of(*direct_, first, count), now);
     std::copy(own.begin(), own.end(), s.guiding.doublings.begin() + long(first));
     progress.advance(count);
     progress.check();
   }
   // Where memory is short all samples cast the standard number, as was forecast.
-  if (fits({s.guiding.doublings, s.options.gather_rays})) return;
+  if (fits({s.guiding.doublings, rays})) return;
   s.guiding.need = {};
   s.guiding.doublings.assign(receivers_.size(), 0);
 }
 
 gather::Looks Session::looks_of(std::span<const direct::Receiver> receivers,
-                                std::span<const int8_t> doublings, uint64_t seed,
+                                const gather::RayCounts& rays, uint64_t seed,
                                 const gather::Evaluation& now) const {
   const State& s = *state_;
   Progress part;
-  gather::Looks looks({doublings, s.options.gather_rays}, seed);
+  gather::Looks looks(rays, seed);
   const gather::Guiding guiding{
       s.guiding.guides, s.guiding.beams, {}, {}, shares_of(receivers, looks.rays(), part)};
   looks.cast(present(receivers, guiding), s.workers, part);
@@ -167,17 +172,16 @@ gather::Looks Session::looks_of(std::span<const direct::Receiver> receivers,
 }
 
 std::vector<gather::PilotLook> Session::pilot(std::span<const direct::Receiver> receivers,
-                                              const direct::DirectLight& direct, size_t first,
+                                              uint32_t rays, std::span<const Vec3d> direct,
                                               const gather::Evaluation& now) const {
   const State& s = *state_;
   const std::vector<int8_t> few(receivers.size(), int8_t(gather::RayCounts::kLeast));
-  const gather::Looks looks = looks_of(receivers, few, s.options.seed ^ kPilotSeed, now);
+  const gather::Looks looks = looks_of(receivers, {few, rays}, s.options.seed ^ kPilotSeed, now);
   std::vector<gather::PilotLook> out(receivers.size());
   s.workers.for_blocks(out.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       out[i] = now.pilot(looks, i);
-      const Vec3d straight = direct_irradiance(direct, first + i);
-      out[i].irradiance += float(straight.x + straight.y + straight.z);
+      out[i].irradiance += float(direct[i].x + direct[i].y + direct[i].z);
       out[i].beside = s.gather->beams.beside(receivers[i].point);
     }
   });
@@ -185,12 +189,12 @@ std::vector<gather::PilotLook> Session::pilot(std::span<const direct::Receiver> 
 }
 
 std::vector<int8_t> Session::doublings_of(std::span<const direct::Receiver> receivers,
-                                          const direct::DirectLight& direct, size_t first,
+                                          uint32_t rays, std::span<const Vec3d> direct,
                                           const gather::Evaluation& now) const {
   const State& s = *state_;
   std::vector<int8_t> doublings(receivers.size());
   if (!(s.guiding.need.noise > 0 || s.guiding.need.beside > 0)) return doublings;
-  const std::vector<gather::PilotLook> pilots = pilot(receivers, direct, first, now);
+  const std::vector<gather::PilotLook> pilots = pilot(receivers, rays, direct, now);
   const gather::Present here = present(receivers, s.guiding);
   const gather::SlitFinder in_slit(here, s.options.seed);
   // What is dark under some of the lamps alone may be noisy under others.
@@ -199,7 +203,7 @@ std::vector<int8_t> Session::doublings_of(std::span<const direct::Receiver> rece
   const int least = all_lit ? gather::RayCounts::kLeast : 0;
   s.workers.for_blocks(doublings.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      int own = s.guiding.need.doublings(pilots[i], s.options.gather_rays, least);
+      int own = s.guiding.need.doublings(pilots[i], rays, least);
       if (own < 0 && !in_slit(receivers[i])) own = 0;
       doublings[i] = int8_t(own);
     }
@@ -224,15 +228,17 @@ std::unique_ptr<direct::DirectLight> Session::direct_at(std::span<const direct::
   return direct;
 }
 
-Vec3d Session::direct_irradiance(const direct::DirectLight& direct, size_t receiver) const {
+std::vector<Vec3d> Session::irradiance_of(const direct::DirectLight& direct, size_t first,
+                                          size_t count) const {
   const State& s = *state_;
-  const size_t count = direct.sums().size() / (3 * size_t(s.scene.group_count));
-  Vec3d sum{};
-  for (uint32_t g = 0; g < s.scene.group_count; ++g)
-    for (int c = 0; c < 3; ++c)
-      sum[c] += s.group_factor[g] * direct.irradiance_quantum() *
-                double(direct.sums()[3 * (size_t(g) * count + receiver) + size_t(c)]);
-  return sum;
+  const size_t all = direct.sums().size() / (3 * size_t(s.scene.group_count));
+  std::vector<Vec3d> irradiance(count);
+  for (size_t i = 0; i < count; ++i)
+    for (uint32_t g = 0; g < s.scene.group_count; ++g)
+      for (int c = 0; c < 3; ++c)
+        irradiance[i][c] += s.group_factor[g] * direct.irradiance_quantum() *
+                            double(direct.sums()[3 * (size_t(g) * all + first + i) + size_t(c)]);
+  return irradiance;
 }
 
 gather::Present Session::present(std::span<const direct::Receiver> receivers,
@@ -260,41 +266,65 @@ std::optional<gather::Evaluation> Session::evaluation(bool errors) const {
   return gather::Evaluation(state, own.light, std::move(paint), errors, s.workers);
 }
 
-void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> normals,
-                        double* irradiance, Progress& progress) const {
-  check_whole();
+std::vector<direct::Receiver> Session::receivers_at(std::span<const Vec3f> points,
+                                                    std::span<const Vec3f> normals) const {
   const State& s = *state_;
-  if (!s.gather) throw OptionError("at: this session does not gather");
-  const gather::Evaluation now = *evaluation(false);
-  const std::vector<uint8_t> all(s.lights.size(), 1);
   const float within = kUnder * s.gather->cells.metre();
-  const size_t together =
-      portion(gather::RayCounts::rays(s.options.gather_rays, gather::RayCounts::kMost));
-  progress.announce("gather", points.size());
-  for (size_t first = 0; first < points.size(); first += together) {
-    const size_t count = std::min(together, points.size() - first);
-    std::vector<direct::Receiver> receivers;
-    for (size_t i = first; i < first + count; ++i) {
+  std::vector<direct::Receiver> receivers(points.size());
+  s.workers.for_blocks(points.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
       const Vec3f n = normalize(normals[i]);  // as samples are
       const trace::Hit under = s.caster->closest(points[i] + n * within, -n, 0, 2 * within);
       const uint32_t object = under.valid() ? s.scene.object_of(under.primitive) : scene::kNone;
       const bool moves = under.valid() && s.scene.objects[object].movable;
-      receivers.push_back({points[i], n, moves ? object : scene::kNone,
-                           under.valid() ? s.scene.slack_of(under.primitive) : 0.0f,
-                           direct::place_key(points[i], n)});
+      receivers[i] = {points[i], n, moves ? object : scene::kNone,
+                      under.valid() ? s.scene.slack_of(under.primitive) : 0.0f,
+                      direct::place_key(points[i], n)};
     }
-    const std::unique_ptr<direct::DirectLight> direct = direct_at(receivers, all);
-    const gather::Looks looks =
-        looks_of(receivers, doublings_of(receivers, *direct, 0, now), s.options.seed, now);
-    s.workers.for_blocks(count, kGrain, [&](size_t begin, size_t end) {
-      for (size_t i = begin; i < end; ++i) {
-        double around[3], error[3];
-        now.read(looks, i, around, error);
-        const Vec3d straight = direct_irradiance(*direct, i);
-        for (int c = 0; c < 3; ++c)
-          irradiance[3 * (first + i) + size_t(c)] = around[c] + straight[c];
-      }
-    });
+  });
+  return receivers;
+}
+
+void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> normals,
+                        uint32_t rays, bool by_need, double* direct, double* indirect,
+                        Progress& progress) const {
+  check_whole();
+  const State& s = *state_;
+  if (!s.gather) throw OptionError("at: this session does not gather");
+  if (!rays) rays = s.options.gather_rays;
+  const std::optional<gather::Evaluation> now = indirect ? evaluation(false) : std::nullopt;
+  const std::vector<uint8_t> all(s.lights.size(), 1);
+  std::vector<double> dim;
+  for (const trace::Light& light : s.lights) dim.push_back(s.group_factor[light.group]);
+  const size_t together =
+      indirect ? portion(gather::RayCounts::rays(rays, gather::RayCounts::kMost)) : kBatch;
+  progress.announce(indirect ? "gather" : "direct light", points.size());
+  for (size_t first = 0; first < points.size(); first += together) {
+    const size_t count = std::min(together, points.size() - first);
+    const std::vector<direct::Receiver> receivers =
+        receivers_at(points.subspan(first, count), normals.subspan(first, count));
+    std::vector<Vec3d> straight(count);
+    if (by_need)
+      direct::light_by_need({*s.caster, s.lights, all, receivers}, dim, s.options.seed, s.workers,
+                            progress, straight);
+    else
+      straight = irradiance_of(*direct_at(receivers, all), 0, count);
+    const auto write = [first](double* out, size_t i, Vec3d value) {
+      for (int c = 0; c < 3; ++c) out[3 * (first + i) + size_t(c)] = value[c];
+    };
+    if (direct)
+      for (size_t i = 0; i < count; ++i) write(direct, i, straight[i]);
+    if (indirect) {
+      const gather::Looks looks = looks_of(
+          receivers, {doublings_of(receivers, rays, straight, *now), rays}, s.options.seed, *now);
+      s.workers.for_blocks(count, kGrain, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i) {
+          double around[3], error[3];
+          now->read(looks, i, around, error);
+          write(indirect, i, {around[0], around[1], around[2]});
+        }
+      });
+    }
     progress.advance(count);
     progress.check();
   }

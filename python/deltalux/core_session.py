@@ -18,6 +18,7 @@ from .scene import Mesh, Scene
 from .segments import check_bounces, check_integer, check_paths, check_seed, check_threads
 
 DIRECT_MODES = ("auto", "paths", "sampled")
+LIGHT_PARTS = ("all", "direct", "indirect")
 DISC_AREAS = ("reachable", "whole")
 METHODS = ("auto", *_core.METHODS)
 # Of a sample, where nobody says how many, and of all samples together with so many each: what few
@@ -94,6 +95,22 @@ def gather_rays(gather: str | int) -> int:
         return 0
     check_integer("gather", gather, 8, 65536)
     return int(gather)
+
+
+def check_asked(part: str, rays: int | None, gather: str | int) -> None:
+    """Refuse what `Session.at` can't be asked for.
+
+    Raises
+    ------
+    OptionError
+    """
+    check_choice("part", part, LIGHT_PARTS)
+    if rays is not None:
+        check_integer("rays", rays, 8, 65536)
+    if gather == "off" and (part != "all" or rays is not None):
+        raise OptionError(
+            'at: found part or rays in a session of gather="off", expected neither: discs know no parts'
+        )
 
 
 def movable_index(scene: Scene, flat: FlatScene, name: str) -> int:

@@ -372,7 +372,16 @@ class Session(SessionFacts):
         return self._baked_session().gradient(self.progress)
 
     @long_call
-    def at(self, points: ArrayLike, normals: ArrayLike, *, gradients: bool = False) -> np.ndarray:
+    def at(
+        self,
+        points: ArrayLike,
+        normals: ArrayLike,
+        *,
+        gradients: bool = False,
+        part: str = "all",
+        rays: int | None = None,
+        by_need: bool = False,
+    ) -> np.ndarray:
         """Irradiance at other surface points: gathered there, or interpolated from the samples nearby.
 
         A session that gathers casts as many rays from a point as its noise now asks for. A sample keeps
@@ -384,6 +393,10 @@ class Session(SessionFacts):
         gradients : extrapolate each sample along its surface gradient (see `gradient`)
             Takes a pass over all stored segments; pays where samples are sparse and paths many.
             Of no use in a session that gathers.
+        part : "all", "direct" or "indirect"
+            Direct light, by shadow rays alone, is quickly had. Parts are those of a session that gathers.
+        rays : how many to gather along, where noise asks for no other number; None = as the session does
+        by_need : fewer shadow rays to lamps that bring little: sooner, direct light within half a per cent
 
         Returns
         -------
@@ -397,15 +410,17 @@ class Session(SessionFacts):
         ------
         OptionError
             Where a number is not finite or beyond 1e15 m, or a normal is zero; with gather="off" also
-            where no sample is present.
+            where no sample is present, or a part is asked for.
         """
         asked = Samples(points, normals, radius=1.0)
+        core_session.check_asked(part, rays, self._options["gather"])
         self._finish()
         session = self._baked_session()
         if self._options["gather"] != "off":
             return session.gather_at(
-                self._flat.points(asked.points), asked.normals.astype(np.float32), self.progress
-            )
+                self._flat.points(asked.points), asked.normals.astype(np.float32), rays or 0, by_need,
+                part != "indirect", part != "direct", self.progress,
+            )  # fmt: skip
         present, interpolator = self._interpolation()
 
         def visible(a: np.ndarray, b: np.ndarray) -> np.ndarray:

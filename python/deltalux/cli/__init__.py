@@ -14,7 +14,7 @@ import typer
 from deltalux.errors import Cancelled, Error
 from deltalux.version import __version__
 
-from . import bake, compare, compare_methods, demo, info, plan, study, update, view
+from . import bake, compare, compare_methods, demo, info, plan, render, study, update, view
 from .console import print_error
 
 EXIT_FAILURE, EXIT_USAGE, EXIT_CANCELLED = 1, 2, 130
@@ -44,7 +44,7 @@ app = typer.Typer(
     rich_markup_mode="rich",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for module in (demo, info, plan, bake, update, compare, compare_methods, study, view):
+for module in (demo, info, plan, bake, update, render, compare, compare_methods, study, view):
     app.command(module.__name__.rpartition(".")[2].replace("_", "-"))(module.run)
 
 

@@ -105,6 +105,20 @@ def parse_count(text: str) -> int:
     return int(value)
 
 
+def parse_place(text: str) -> tuple[float, float, float]:
+    """Parse X,Y,Z."""
+    x, y, z = _numbers(text, (3,), "X,Y,Z in metres")
+    return x, y, z
+
+
+def parse_size(text: str | tuple[int, int]) -> tuple[int, int]:
+    """Parse WxH."""
+    width, _, height = str(text).lower().partition("x")
+    if not (width.isdecimal() and height.isdecimal() and 1 <= int(width) <= 32768 >= int(height) >= 1):
+        raise typer.BadParameter(f"found '{text}', expected WIDTHxHEIGHT, such as 1920x1080, up to 32768")
+    return int(width), int(height)
+
+
 def parse_gather(text: str) -> str | int:
     """Parse a number of rays, or auto, or off."""
     return text if text in ("auto", "off") else parse_count(text)

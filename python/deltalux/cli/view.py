@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -99,7 +100,7 @@ def run(
     """
     terminal = Terminal(as_json=False, quiet=quiet)
     if Path(source).suffix.lower() == SESSION:
-        _refuse_options_of_the_bake(context, source)
+        refuse_options_of_the_bake(context, source, OF_THE_BAKE, "view")
         with terminal.progress() as progress:
             session = dl.Session.open(source, threads=threads, progress=progress)
         terminal.warn(foreign_light(session, source))
@@ -124,10 +125,10 @@ def run(
         shown.wait()
 
 
-def _refuse_options_of_the_bake(context: typer.Context, source: str) -> None:
-    """Raise BadParameter for options that a session brings along."""
-    for name in OF_THE_BAKE:
+def refuse_options_of_the_bake(context: typer.Context, source: str, names: Sequence[str], verb: str) -> None:
+    """Raise BadParameter for options, by `names`, that a session brings along."""
+    for name in names:
         origin = context.get_parameter_source(name)
         if origin is not None and origin.name == "COMMANDLINE":
             option = "--" + name.replace("_", "-")
-            raise typer.BadParameter(f"'{source}' was baked already; leave out {option}, or view the scene")
+            raise typer.BadParameter(f"'{source}' was baked already; leave out {option}, or {verb} the scene")

@@ -5,10 +5,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from deltalux.scene import replace_scene
+from deltalux.scene import Scene, replace_scene
 from deltalux.session import Session
 
 from .baked import Baked
+
+
+def present_scene(session: Session) -> Scene:
+    """The session's scene with the reflectances that it has now."""
+    present = session.reflectances
+    materials = [replace(m, reflectance=present[m.name]) for m in session.scene.materials]
+    return replace_scene(session.scene, materials=materials)
 
 
 def baked_of(session: Session, command: str, false_colour: bool = False) -> Baked:
@@ -21,11 +28,9 @@ def baked_of(session: Session, command: str, false_colour: bool = False) -> Bake
     false_colour : pictures show irradiance instead of the lit scene
     """
     result = session.result
-    present = session.reflectances
-    materials = [replace(m, reflectance=present[m.name]) for m in session.scene.materials]
     return Baked(
         replace(result, about={"command": command, **result.about}),
-        replace_scene(session.scene, materials=materials),
+        present_scene(session),
         session.samples.display,
         poses=session.poses,
         grid=session.samples.grid_shape,

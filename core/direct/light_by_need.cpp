@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lamps in the order of what they may bring.
+#include "direct/light_by_need.h"
+
+#include <algorithm>
+
+#include "direct/block.h"
+
+namespace deltalux::direct {
+namespace {
+
+constexpr double kMuch = 0.25, kLittle = 0.01;            // of a receiver's direct light
+constexpr trace::RayBits kSome{0x888888888ull, 0, 0, 0};  // every fourth of the coarse rays
+static_assert(kCoarseRays == 36);
+
+trace::RayBits both(const trace::RayBits& a, const trace::RayBits& b) {
+  return {a[0] & b[0], a[1] & b[1], a[2] & b[2], a[3] & b[3]};
+}
+
+/// By the coarse rays, or every fourth of them.
+double coarse_share(const trace::RayCaster& caster, const LightShape& light,
+                    const Receiver& receiver, bool few, std::span<const uint32_t> movables) {
+  Strata strata;
+  light.cast(receiver, Level::coarse, strata);
+  if (strata.fan.count > kCoarseRays) strata.fan.count = kCoarseRays;  // ends tell nothing here
+  strata.countable[0] &= (uint64_t(1) << kCoarseRays) - 1;
+  if (few && strata.fan.count > 1) strata.countable = both(strata.countable, kSome);
+  const auto blocked = [](trace::RayBits free, const trace::RayBits& by) {
+    for (size_t k = 0; k < free.size(); ++k) free[k] &= ~by[k];
+    return free;
+  };
+  trace::RayBits free = strata.countable;
+  if (receiver.object != scene::kNone)
+    free = blocked(free, caster.occluded_object(receiver.object, strata.fan, free));
+  if (free != trace::RayBits{}) free = blocked(free, caster.occluded_static(strata.fan, free));
+  for (uint32_t object : movables)
+    if (free != trace::RayBits{})
+      free = blocked(free, caster.occluded_object(object, strata.fan, free));
+  return strata.share_of(free, strata.countable);
+}
+
+}  // namespace
+
+void light_by_need(const Present& present, std::span<const double> dim, uint64_t seed,
+                   const Workers& workers, Progress& progress, std::span<Vec3d> irradiance) {
+  struct Lamp {
+    LightShape shape;
+    Vec3d radiance;
+    double brightness;
+    const trace::Light* light;
+  };
+  std::vector<Lamp> lamps;
+  for (uint32_t i = 0; i < present.lights.size(); ++i) {
+    const trace::Light& light = present.lights[i];
+    const Vec3d own =
+        Vec3d(light.kind == scene::LightKind::area ? light.radiance : light.intensity) * dim[i];
+    const double brightness = own.x + own.y + own.z;
+    if (light.on && brightness > 0)
+      lamps.push_back({LightShape(light, i, seed), own, brightness, &light});
+  }
+  workers.for_blocks(present.receivers.size(), kBlock, [&](size_t begin, size_t end) {
+    const Block block(present.receivers, begin, end);
+    std::vector<Blockers> blockers;
+    for (const Lamp& lamp : lamps) blockers.emplace_back(present.caster, *lamp.light, block);
+    std::vector<std::pair<double, uint32_t>> order;
+    for (size_t i = begin; i < end; ++i) {
+      progress.check();
+      const Receiver& receiver = present.receivers[i];
+      order.clear();
+      double left = 0, found = 0;
+      for (uint32_t k = 0; k < lamps.size(); ++k) {
+        const double most = lamps[k].shape.about(receiver) * lamps[k].brightness;
+        if (most > 0) order.emplace_back(-most, k), left += most;
+      }
+      std::sort(order.begin(), order.end());
+      Vec3d sum{};
+      for (const auto& [minus, k] : order) {
+        const Lamp& lamp = lamps[k];
+        const double of_all = -minus / (found + left);
+        left = std::max(0.0, left + minus);
+        const std::span<const uint32_t> movables = blockers[k].of(receiver);
+        const double share =
+            of_all > kMuch
+                ? visible_share(present.caster, lamp.shape, receiver,
+                                look(present.caster, lamp.shape, receiver), movables)
+                : coarse_share(present.caster, lamp.shape, receiver, of_all < kLittle, movables);
+        if (!(share > 0)) continue;
+        const double factor = share * lamp.shape.open(receiver);
+        sum = sum + lamp.radiance * factor;
+        found += factor * lamp.brightness;
+      }
+      irradiance[i] = sum;
+    }
+  });
+}
+
+}  // namespace deltalux::direct

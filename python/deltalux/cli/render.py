@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`deltalux render`: a picture of a scene or a session, with the light of each pixel found anew."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+import deltalux as dl
+from deltalux.outputs.camera import look_at
+from deltalux.rendering import false_colour_picture, lit_picture, render_session
+
+from .console import Terminal
+from .inputs import foreign_light, open_scene
+from .options import (
+    FalseColourOption,
+    JsonOption,
+    LightUnitsOption,
+    MemoryLimitOption,
+    MovableOption,
+    PathsOption,
+    QuietOption,
+    SeedOption,
+    ThreadsOption,
+    parse_gather,
+    parse_place,
+    parse_size,
+)
+from .targets import PICTURE, SESSION, check_writable, command_line, keep_inputs
+from .view import SourceArgument, refuse_options_of_the_bake
+
+OF_THE_BAKE = ("movable", "paths", "seed", "memory_limit", "light_units")
+FIELD_OF_VIEW = 0.9  # radians, of a camera that --eye places
+
+OutputOption = Annotated[
+    Path, typer.Option("-o", "--output", metavar="OUT.png", help="The picture.", show_default=False)
+]
+CameraOption = Annotated[
+    str | None,
+    typer.Option(
+        "--camera",
+        metavar="NAME",
+        help="A camera of the scene; its first one when not given, and if there is none, a good view.",
+    ),
+]
+EyeOption = Annotated[
+    Any,
+    typer.Option("--eye", parser=parse_place, metavar="X,Y,Z", help="Look from here, metres."),
+]
+TargetOption = Annotated[
+    Any,
+    typer.Option("--target", parser=parse_place, metavar="X,Y,Z", help="Look there, from --eye."),
+]
+SizeOption = Annotated[
+    Any,
+    typer.Option(
+        "--size", parser=parse_size, metavar="WxH", help="Pixels.  [dim]\\[default: 960x600][/]",
+        show_default=False,
+    ),
+]  # fmt: skip
+ExposureOption = Annotated[
+    float, typer.Option("--exposure", metavar="EV", help="Stops brighter than metering says; -1 halves.")
+]
+RaysOption = Annotated[
+    str,
+    typer.Option(
+        "--gather",
+        parser=parse_gather,
+        metavar="N|auto",
+        help="Rays with which a place looks around: four times as many halve the noise. auto: 128.",
+    ),
+]
+
+
+def run(
+    context: typer.Context,
+    source: SourceArgument,
+    output: OutputOption,
+    camera: CameraOption = None,
+    eye: EyeOption = None,
+    target: TargetOption = None,
+    size: SizeOption = "960x600",
+    exposure: ExposureOption = 0.0,
+    false_colour: FalseColourOption = False,
+    gather: RaysOption = "auto",
+    movable: MovableOption = None,
+    paths: PathsOption = None,
+    seed: SeedOption = 1,
+    threads: ThreadsOption = None,
+    memory_limit: MemoryLimitOption = None,
+    light_units: LightUnitsOption = "spec",
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Draw a picture in which every pixel has its own light: shadows are sharp, whatever the mesh.
+
+    A session's picture shows its light as it is, edits included, and is the same for the same state.
+
+    [bold]Examples[/]
+
+    A bundled scene, and a larger picture of a file's camera:
+    deltalux render office -o office.png
+    deltalux render room.glb -o room.png --camera Hall --size 1920x1080
+
+    Lux in false colours, from a place of your own, after an update:
+    deltalux render moved.dlx -o lux.png --false-colour --eye 4,1.6,3 --target 0,1,0
+    """
+    _check_options(output, camera, eye, target, gather)
+    keep_inputs([output], [source])
+    rays = None if gather == "auto" else int(gather)
+    terminal = Terminal(as_json, quiet)
+    with terminal.progress() as progress:
+        if Path(source).suffix.lower() == SESSION:
+            refuse_options_of_the_bake(context, source, OF_THE_BAKE, "render")
+            session = dl.Session.open(source, threads=threads, progress=progress)
+            terminal.warn(foreign_light(session, source))
+        else:
+            scene = open_scene(source, movable, light_units)
+            keep_inputs([output], scene.files)
+            nowhere = dl.Samples(np.zeros((0, 3)), np.zeros((0, 3)))
+            session = dl.Session(
+                scene, nowhere, paths=paths, gather=rays or 128, seed=seed, threads=threads,
+                memory_limit=memory_limit, progress=progress,
+            )  # fmt: skip
+        with session:
+            terminal.warn(session.scene.warnings)
+            chosen = _camera(session.scene, camera, eye, target)
+            if Path(source).suffix.lower() != SESSION:
+                session.bake()
+            rendering = render_session(session, camera=chosen, size=size, rays=rays)
+            picture = (
+                false_colour_picture(rendering) if false_colour else lit_picture(rendering, stops=exposure)
+            )
+            data = _facts(session, rendering.gathered, len(rendering.pixel), picture.exposure)
+        about = {"program": f"deltalux {dl.__version__}", "command": command_line(context.obj), **data}
+        replace(picture, about=about).save(output)
+    data |= {"source": source, "outputs": [str(output)]}
+    terminal.result(data, f"wrote {output}")
+
+
+def _check_options(output: Path, camera: str | None, eye: Any, target: Any, gather: str | int) -> None:
+    if output.suffix.lower() != PICTURE:
+        raise typer.BadParameter(f"output '{output}': found suffix '{output.suffix}', expected {PICTURE}")
+    if gather == "off":
+        raise typer.BadParameter("found --gather off; a picture per pixel needs rays, auto or a number")
+    if (eye is None) != (target is None):
+        raise typer.BadParameter("found one of --eye and --target, expected both or none")
+    if eye is not None and camera is not None:
+        raise typer.BadParameter("found --camera and --eye; give one of them")
+    if eye is not None and eye == target:
+        raise typer.BadParameter("found --eye and --target at one place, expected two places")
+    check_writable(output)
+
+
+def _camera(scene: dl.Scene, name: str | None, eye: Any, target: Any) -> dl.Camera | None:
+    if eye is not None:
+        return dl.Camera("eye", look_at(np.array(eye), np.array(target)), FIELD_OF_VIEW)
+    if name is None:
+        return None
+    for camera in scene.cameras:
+        if camera.name == name:
+            return camera
+    known = ", ".join(f"'{c.name}'" for c in scene.cameras) or "none; --eye and --target place one"
+    raise typer.BadParameter(f"--camera: found '{name}', expected a camera of the scene: {known}")
+
+
+def _facts(session: dl.Session, gathered: int, places: int, exposure: float | None) -> dict[str, Any]:
+    options = session.options
+    return {
+        "paths": options["paths"],
+        "seed": options["seed"],
+        "places": places,
+        "gathered": gathered,
+        "exposure": exposure,
+        "unit": session.scene.unit,
+        "digest": session.digest(),
+    }

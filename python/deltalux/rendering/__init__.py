@@ -1,0 +1,7 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures in which every pixel has its own light."""
+
+from .pictures import false_colour_picture, lit_picture
+from .render import Rendering, render_session
+
+__all__ = ["Rendering", "false_colour_picture", "lit_picture", "render_session"]

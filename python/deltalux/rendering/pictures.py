@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From light per pixel to what a screen shows: the lit scene, or irradiance in false colours."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from deltalux.outputs.colour_scale import ColourScale, scale_for
+from deltalux.outputs.drawing import draw_isolines, legend
+from deltalux.outputs.images import SURROUNDINGS, Picture
+from deltalux.outputs.tone import automatic_exposure, encode_srgb, tone_map
+from deltalux.units import photopic
+
+from .render import Rendering
+from .seen import alike
+
+
+def lit_picture(rendering: Rendering, exposure: float | None = None, stops: float = 0.0) -> Picture:
+    """The scene as a camera sees it.
+
+    Parameters
+    ----------
+    rendering : Rendering
+    exposure : factor on radiance; None = automatic
+    stops : how much brighter, in powers of two
+    """
+    seen, radiance = rendering.seen, rendering.radiance
+    if exposure is None:
+        lamp = (seen.emission > 0).any(axis=1)
+        exposure = automatic_exposure(photopic(radiance[seen.hit & ~lamp]))
+    exposure *= 2.0**stops
+    shown = np.where(seen.hit[:, None], tone_map(radiance, exposure), SURROUNDINGS)
+    return Picture(encode_srgb(rendering.pixels(shown)), camera=rendering.camera, exposure=exposure)
+
+
+def false_colour_picture(rendering: Rendering, scale: ColourScale | None = None) -> Picture:
+    """Photopic irradiance by colour, with lines at the scale's ticks and a legend."""
+    seen = rendering.seen
+    values = np.where(seen.hit, photopic(rendering.irradiance), np.nan)
+    scale = scale or scale_for(values)
+    colours = np.where(seen.hit[:, None], scale.colours(np.nan_to_num(values)), SURROUNDINGS)
+    pixels = draw_isolines(
+        encode_srgb(rendering.pixels(colours)), rendering.middles(values), scale.ticks(), _seams(rendering)
+    )
+    bar = legend(scale, rendering.scene.unit, len(pixels))
+    return Picture(np.concatenate([pixels, bar], axis=1), camera=rendering.camera, scale=scale)
+
+
+def _seams(rendering: Rendering) -> tuple[np.ndarray, np.ndarray]:
+    """Pixels whose right or lower neighbour shows another surface: (h, w - 1) and (h - 1, w) bool."""
+    width, height = rendering.size
+    number = np.arange(width * height).reshape(height, width)
+    pairs = (number[:, :-1], number[:, 1:]), (number[:-1], number[1:])
+    seams = [~alike(*(rendering.seen.at(side.ravel()) for side in pair)) for pair in pairs]
+    return seams[0].reshape(height, width - 1), seams[1].reshape(height - 1, width)

@@ -1,0 +1,227 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures of a session's present light, found anew at each pixel's surface point."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from deltalux.display_mesh import DisplayMesh, refine
+from deltalux.errors import OptionError
+from deltalux.outputs.camera import automatic_camera, scene_camera
+from deltalux.outputs.of_session import present_scene
+from deltalux.scene import Camera, Scene
+from deltalux.session import Session
+from deltalux.surfaces import Surfaces
+
+from .light import PointLight
+from .seen import Seen, alike, look
+from .spread import Fineness, padded, spread
+
+LARGEST = 2**15  # pixels along a side
+STRAIGHT = Fineness(coarsest=2, change=0.03, bend=0.02)  # shadows of thin things are thin
+AROUND = Fineness(coarsest=16, change=0.12, bend=0.04)
+MOST_RAYS = 128  # to gather along, by themselves: light between pixels evens noise out
+EDGE_RAYS = 4  # besides the one through a pixel's middle
+CONTRAST = 0.1  # of direct light between neighbours: more is an edge
+EVEN = 0.05  # of direct light around a place at an edge: then it need not be asked for
+NEIGHBOURHOOD = [(down, right) for down in (-1, 0, 1) for right in (-1, 0, 1)]
+
+
+@dataclass(frozen=True, eq=False)
+class Rendering:
+    """Light at the places that a picture shows: one for each pixel, several at edges.
+
+    Parameters
+    ----------
+    size : (width, height) in pixels
+    camera : Camera
+    scene : Scene, as it is at present
+    pixel : (k,) int, of each place; those of all pixels' middles come first, row by row
+    seen : Seen, the places
+    direct, indirect : (k, 3) irradiance in the scene's unit
+    gathered : places whose indirect light was gathered; the rest lie between them
+    """
+
+    size: tuple[int, int]
+    camera: Camera
+    scene: Scene
+    pixel: np.ndarray
+    seen: Seen
+    direct: np.ndarray
+    indirect: np.ndarray
+    gathered: int
+
+    @property
+    def irradiance(self) -> np.ndarray:
+        """(k, 3), direct and indirect."""
+        return self.direct + self.indirect
+
+    @property
+    def albedo(self) -> np.ndarray:
+        """(k, 3) reflectance."""
+        reflectance = np.array([m.reflectance for m in self.scene.materials])[self.seen.material]
+        return reflectance * self.seen.hit[:, None]
+
+    @property
+    def radiance(self) -> np.ndarray:
+        """(k, 3) towards the camera, emission included."""
+        return self.albedo * self.irradiance / np.pi + self.seen.emission * self.seen.hit[:, None]
+
+    def pixels(self, values: np.ndarray) -> np.ndarray:
+        """Mean of the places (k, c) of each pixel: (height, width, c)."""
+        width, height = self.size
+        count = np.bincount(self.pixel, minlength=width * height)
+        columns = [np.bincount(self.pixel, column, width * height) / count for column in values.T]
+        return np.stack(columns, axis=1).reshape(height, width, -1)
+
+    def middles(self, values: np.ndarray) -> np.ndarray:
+        """Values (k, …) at the middles of pixels: (height, width, …)."""
+        width, height = self.size
+        return values[: width * height].reshape(height, width, *values.shape[1:])
+
+
+def render_session(
+    session: Session,
+    *,
+    camera: Camera | None = None,
+    size: tuple[int, int] = (960, 600),
+    rays: int | None = None,
+    edge_rays: int = EDGE_RAYS,
+) -> Rendering:
+    """Find the light at each pixel's surface point: direct by shadow rays, indirect by final gather.
+
+    Indirect light is gathered where it changes, beside edges and contacts, and between such places
+    taken from around. Several places make up a pixel at edges of surfaces and shadows. A picture
+    follows from the session's state alone: that of an updated session is that of a recomputed one.
+
+    Parameters
+    ----------
+    session : baked, with a final gather; edits that wait are applied first
+    camera : None = the scene's first camera, else a good one is looked for
+    size : (width, height) in pixels
+    rays : to gather along at a place, see `Session.at`; None = as the session does, at most 128
+    edge_rays : places in a pixel at an edge, besides its middle
+
+    Raises
+    ------
+    OptionError
+        Where the session does not gather, or `size` is not positive.
+    """
+    if min(size) < 1 or max(size) > LARGEST:
+        raise OptionError(f"size: found {size[0]}x{size[1]} pixels, expected 1 to {LARGEST} along each side")
+    if session.options["gather"] == "off":
+        raise OptionError('render: found a session of gather="off", expected one that gathers')
+    scene = present_scene(session)
+    display = session.samples.display or _coarse(scene)
+    surfaces = Surfaces(scene, display, session.poses, session.options["threads"] or 0)
+    light = PointLight(session, rays or min(int(session.options["gather"]), MOST_RAYS))
+    camera = camera or scene_camera(scene) or automatic_camera(surfaces, _weights(display), size[0] / size[1])
+    return _Work(surfaces, light, camera, size).rendering(edge_rays)
+
+
+def _coarse(scene: Scene) -> DisplayMesh:
+    """The scene's own triangles with their normals."""
+    return refine(scene, spacing=1e9)
+
+
+def _weights(display: DisplayMesh) -> np.ndarray:
+    return np.ones(len(display.points))
+
+
+class _Work:
+    def __init__(self, surfaces: Surfaces, light: PointLight, camera: Camera, size: tuple[int, int]) -> None:
+        self._surfaces, self._light, self._camera, self._size = surfaces, light, camera, size
+
+    def rendering(self, edge_rays: int) -> Rendering:
+        width, height = self._size
+        wide, high = padded(self._size)
+        y, x = np.divmod(np.arange(wide * high), wide)
+        grid = self._look(x + 0.5, y + 0.5)
+        inside = ((y < height) & (x < width)).nonzero()[0]
+        found = []
+        for light, fineness in ((self._light.direct, STRAIGHT), (self._light.indirect, AROUND)):
+            values, asked = spread(grid, (wide, high), light, fineness)
+            found.append(values[inside])
+        (direct, indirect), gathered = found, int(asked.sum())
+        seen = grid.at(inside)
+        pixel = np.arange(width * height)
+        edges = np.flatnonzero(self._edges(seen, direct))
+        if edge_rays and len(edges):
+            more, number = self._inside(edges, edge_rays)
+            found, alone, uneven = self._beside(more, number, seen, direct, indirect)
+            found[1][alone] = self._light.indirect(more.at(alone))
+            found[0][uneven] = self._light.direct(more.at(uneven))
+            gathered += int(alone.sum())
+            direct, indirect = (np.concatenate(pair) for pair in zip((direct, indirect), found, strict=True))
+            pixel = np.concatenate([pixel, number])
+            seen = Seen.joined([seen, more])
+        scene = self._surfaces.scene
+        return Rendering(self._size, self._camera, scene, pixel, seen, direct, indirect, gathered)
+
+    def _look(self, x: np.ndarray, y: np.ndarray) -> Seen:
+        return look(self._surfaces, self._camera, self._size, x, y)
+
+    def _edges(self, seen: Seen, direct: np.ndarray) -> np.ndarray:
+        """(pixels,) bool: a neighbour shows another surface, or other direct light."""
+        width, height = self._size
+        pixels = np.arange(width * height).reshape(height, width)
+        bright = direct.sum(axis=1)
+        floor = 0.02 * bright[seen.hit].mean() if seen.hit.any() else 0.0
+        found = np.zeros((height, width), dtype=bool)
+        for one, two in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
+            first, second = pixels[one].ravel(), pixels[two].ravel()
+            a, b = seen.at(first), seen.at(second)
+            other = (a.hit | b.hit) & (~alike(a, b) | (a.material != b.material) | (a.mesh != b.mesh))
+            e, f = bright[first], bright[second]
+            other |= np.abs(e - f) > CONTRAST * np.maximum(0.5 * (e + f), floor)
+            found[one] |= other.reshape(pixels[one].shape)
+            found[two] |= other.reshape(pixels[one].shape)
+        return found.ravel()
+
+    def _inside(self, pixels: np.ndarray, count: int) -> tuple[Seen, np.ndarray]:
+        """More places in each of `pixels`, and their pixels' numbers."""
+        number = np.repeat(pixels, count)
+        k = np.tile(np.arange(count), len(pixels))
+        across, down = _within(count)
+        y, x = np.divmod(number, self._size[0])
+        return self._look(x + across[k], y + down[k]), number
+
+    def _beside(
+        self, more: Seen, number: np.ndarray, seen: Seen, direct: np.ndarray, indirect: np.ndarray
+    ) -> tuple[list[np.ndarray], np.ndarray, np.ndarray]:
+        """Light from the middles around places.
+
+        Returns
+        -------
+        direct and indirect light (k, 3); (k,) bool, places without middles on their surface; (k,) bool,
+        those, and others between middles of different direct light
+        """
+        width, height = self._size
+        y, x = np.divmod(number, width)
+        both, bright = np.concatenate([direct, indirect], axis=1), direct.sum(axis=1)
+        total, weight = np.zeros((len(more), 6)), np.zeros(len(more))
+        least, most = np.full(len(more), np.inf), np.zeros(len(more))
+        for down, right in NEIGHBOURHOOD:
+            i, j = y + down, x + right
+            inside = (i >= 0) & (i < height) & (j >= 0) & (j < width)
+            other = np.where(inside, i * width + j, number)
+            middle = seen.at(other)
+            use = inside & alike(more, middle)
+            apart = np.linalg.norm(more.point - middle.point, axis=1)
+            own = use / (apart + 0.1 * np.minimum(more.width, 1e9))
+            total += own[:, None] * both[other]
+            weight += own
+            least = np.where(use, np.minimum(least, bright[other]), least)
+            most = np.where(use, np.maximum(most, bright[other]), most)
+        found = total / np.where(weight > 0, weight, 1.0)[:, None]
+        alone = more.hit & (weight == 0)
+        uneven = alone | (more.hit & (most - least > EVEN * most))
+        return [found[:, :3], found[:, 3:]], alone, uneven
+
+
+def _within(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Well spread places in a pixel, without its middle (R2 sequence of Roberts, 2018)."""
+    k = np.arange(1, count + 1)
+    return (0.5 + 0.7548776662466927 * k) % 1, (0.5 + 0.5698402909980532 * k) % 1

@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Light that varies slowly, found at few pixels and spread to the rest between them.
+
+Pixels are visited from coarse to fine. One that lies between two of the same surface whose light is
+alike takes their mean; any other is asked for its own: at edges, beside contacts, where light changes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import maximum_filter
+
+from .seen import Seen, alike
+
+COARSEST = 16  # pixels, at most, between those that are always asked
+BESIDE_CONTACT = 4  # this far apart, pixels beside a contact are asked
+ONE_SIDED = 2  # this near, one neighbour is enough
+CONTACT = 3.0  # pixels' widths between surfaces that touch
+
+ACROSS = ((0, 1), (1, 0))
+DIAGONAL = ((1, 1), (1, -1))
+
+Ask = Callable[[Seen], np.ndarray]  # k places -> (k, 3) values
+
+
+def padded(size: tuple[int, int]) -> tuple[int, int]:
+    """Width and height of the grid that covers a picture of `size`."""
+    width, height = (-(-(n - 1) // COARSEST) * COARSEST + 1 for n in size)
+    return width, height
+
+
+@dataclass(frozen=True)
+class Fineness:
+    """How much light may differ before a pixel is asked.
+
+    Parameters
+    ----------
+    coarsest : pixels between those that are always asked, a power of two
+    change : between neighbours, of their mean
+    bend : between the means of two pairs of neighbours
+    """
+
+    coarsest: int
+    change: float
+    bend: float
+
+
+def spread(seen: Seen, size: tuple[int, int], ask: Ask, fineness: Fineness) -> tuple[np.ndarray, np.ndarray]:
+    """Values of all pixels of a padded grid.
+
+    Parameters
+    ----------
+    seen : of the centres of its pixels, row by row
+    size : (width, height) of the grid, see `padded`
+    ask : returns the values of places
+    fineness : Fineness
+
+    Returns
+    -------
+    (n, 3) values, 0 where nothing is hit; (n,) bool, which were asked
+    """
+    grid = _Grid(seen, size, ask, fineness)
+    grid.ask_for(grid.every(fineness.coarsest, 0, 0))
+    step = fineness.coarsest // 2
+    while step:
+        grid.fill(grid.every(2 * step, step, step), step, DIAGONAL)
+        grid.fill(grid.every(2 * step, 0, step), step, ACROSS)
+        grid.fill(grid.every(2 * step, step, 0), step, ACROSS)
+        step //= 2
+    return grid.values, grid.asked
+
+
+class _Grid:
+    def __init__(self, seen: Seen, size: tuple[int, int], ask: Ask, fineness: Fineness) -> None:
+        self._seen, self._ask, self._fineness = seen, ask, fineness
+        self._width, self._height = size
+        self.values = np.zeros((len(seen), 3))
+        self.asked = np.zeros(len(seen), dtype=bool)
+        self._contact = self._contacts()
+
+    def every(self, step: int, right: int, down: int) -> np.ndarray:
+        """Numbers of the pixels from (right, down) on, `step` apart."""
+        y, x = np.meshgrid(
+            np.arange(down, self._height, step), np.arange(right, self._width, step), indexing="ij"
+        )
+        return (y * self._width + x).ravel()
+
+    def ask_for(self, pixels: np.ndarray) -> None:
+        pixels = pixels[self._seen.hit[pixels]]
+        self.asked[pixels] = True
+        if len(pixels):
+            self.values[pixels] = self._ask(self._seen.at(pixels))
+
+    def fill(self, pixels: np.ndarray, step: int, axes: tuple[tuple[int, int], ...]) -> None:
+        pixels = pixels[self._seen.hit[pixels]]
+        count, total = np.zeros(len(pixels)), np.zeros((len(pixels), 3))
+        wanted = np.zeros(len(pixels), dtype=bool)
+        previous = np.full((len(pixels), 3), np.nan)
+        for axis in axes:
+            there = [self._neighbour(pixels, step, axis, sign) for sign in (1, -1)]
+            both = there[0][1] & there[1][1]
+            pair = [self.values[number] for number, _ in there]
+            mean = 0.5 * (pair[0] + pair[1])
+            wanted |= both & _differ(pair[0], pair[1], self._fineness.change)
+            wanted |= both & _differ(mean, previous, self._fineness.bend)
+            previous = np.where(both[:, None], mean, previous)
+            count += both
+            total += np.where(both[:, None], mean, 0.0)
+        lonely = count == 0
+        if step <= ONE_SIDED and lonely.any():
+            n, sides = self._one_sided(pixels[lonely], step, axes)
+            count[lonely], total[lonely] = n, sides
+        wanted |= count == 0
+        if step >= BESIDE_CONTACT:
+            wanted |= self._beside_contact(pixels, step)
+        given = pixels[~wanted]
+        self.values[given] = total[~wanted] / count[~wanted, None]
+        self.ask_for(pixels[wanted])
+
+    def _one_sided(
+        self, pixels: np.ndarray, step: int, axes: tuple[tuple[int, int], ...]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        count, total = np.zeros(len(pixels)), np.zeros((len(pixels), 3))
+        for axis in axes:
+            for sign in (1, -1):
+                number, usable = self._neighbour(pixels, step, axis, sign)
+                count += usable
+                total += self.values[number] * usable[:, None]
+        return count, total
+
+    def _neighbour(
+        self, pixels: np.ndarray, step: int, axis: tuple[int, int], sign: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Numbers of the pixels `sign` * `step` along `axis` (down, right), and which are of the surface."""
+        y, x = np.divmod(pixels, self._width)
+        y, x = y + sign * step * axis[0], x + sign * step * axis[1]
+        inside = (y >= 0) & (y < self._height) & (x >= 0) & (x < self._width)
+        number = np.where(inside, y * self._width + x, pixels)
+        return number, inside & alike(self._seen.at(pixels), self._seen.at(number))
+
+    def _contacts(self) -> np.ndarray:
+        """(height, width) bool: another surface begins here, near enough to touch."""
+        shape = self._height, self._width
+        pixels = np.arange(len(self._seen)).reshape(shape)
+        touched = np.zeros(shape, dtype=bool)
+        for one, two in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
+            a, b = self._seen.at(pixels[one].ravel()), self._seen.at(pixels[two].ravel())
+            near = np.linalg.norm(a.point - b.point, axis=1) <= CONTACT * np.maximum(a.width, b.width)
+            touch = (a.hit & b.hit & near & ~alike(a, b)).reshape(pixels[one].shape)
+            touched[one] |= touch
+            touched[two] |= touch
+        return touched
+
+    def _beside_contact(self, pixels: np.ndarray, step: int) -> np.ndarray:
+        return maximum_filter(self._contact, size=2 * step + 1, mode="nearest").ravel()[pixels]
+
+
+def _differ(one: np.ndarray, two: np.ndarray, share: float) -> np.ndarray:
+    """(k,) bool: values (k, 3) whose sums differ by more than a share of their mean; never where NaN."""
+    a, b = one.sum(axis=1), two.sum(axis=1)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.abs(a - b) > share * 0.5 * (a + b))

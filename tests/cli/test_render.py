@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`deltalux render`: pictures of scenes and sessions, and options that it refuses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+SMALL = ("--size", "48x30", "--gather", "16")
+
+
+def test_a_scene_and_its_session_look_alike(cli, tmp_path: Path):
+    session = tmp_path / "box.dlx"
+    assert cli("bake", "cornell_box", "-o", session, "--paths", "20000", "--spacing", "0.5").code == 0
+    pictures = [tmp_path / "scene.png", tmp_path / "session.png"]
+    first = cli("render", "cornell_box", "-o", pictures[0], "--paths", "20000", "--json", *SMALL)
+    second = cli("render", session, "-o", pictures[1], "--json", *SMALL)
+    assert (first.code, second.code) == (0, 0)
+    assert first.data["outputs"] == [str(pictures[0])]
+    for path, data in zip(pictures, (first.data, second.data), strict=True):
+        with Image.open(path) as image:
+            assert image.size == (48, 30)
+            assert data["digest"] in image.text["deltalux"]
+
+
+def test_options_choose_view_exposure_and_colours(cli, tmp_path: Path):
+    path = tmp_path / "lux.png"
+    words = ("--paths", "5000", "--json", *SMALL, "--eye", "0.278,0.278,-0.5", "--target", "0.278,0.278,0.5")
+    plain = cli("render", "cornell_box", "-o", path, *words).data
+    brighter = cli("render", "cornell_box", "-o", path, "--exposure", "1", *words).data
+    assert brighter["exposure"] == pytest.approx(2 * plain["exposure"])
+    assert cli("render", "cornell_box", "-o", path, "--false-colour", *words).data["exposure"] is None
+    with Image.open(path) as image:
+        assert image.size[0] > 48  # the legend
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("-o", "a.exr"), "expected .png"),
+        (("-o", "a.png", "--size", "0x4"), "WIDTHxHEIGHT"),
+        (("-o", "a.png", "--size", "9"), "WIDTHxHEIGHT"),
+        (("-o", "a.png", "--eye", "1,2"), "X,Y,Z"),
+        (("-o", "a.png", "--eye", "1,2,3"), "both or none"),
+        (("-o", "a.png", "--eye", "1,2,3", "--target", "1,2,3"), "two places"),
+        (("-o", "a.png", "--camera", "x", "--eye", "1,2,3", "--target", "0,0,0"), "one of them"),
+        (("-o", "a.png", "--camera", "nobody"), "expected a camera of the scene"),
+        (("-o", "a.png", "--gather", "off"), "needs rays"),
+    ],
+)
+def test_options_that_fit_nothing_are_refused(cli, words, told):
+    outcome = cli("render", "cornell_box", *words)
+    assert outcome.code == 2
+    assert told in outcome.error
+
+
+def test_sessions_bring_their_own_paths(cli, tmp_path: Path):
+    session = tmp_path / "box.dlx"
+    cli("bake", "cornell_box", "-o", session, "--paths", "2000", "--spacing", "0.5", "--gather", "8")
+    outcome = cli("render", session, "-o", tmp_path / "a.png", "--paths", "10")
+    assert outcome.code == 2
+    assert "leave out --paths, or render the scene" in outcome.error
+    assert not (tmp_path / "a.png").exists()

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// Direct light by fewer shadow rays against that of all of them.
+#include "direct/light_by_need.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "direct_world.h"
+
+namespace deltalux::direct {
+namespace {
+
+/// A large panel and forty small ones over a floor, with a shelf between; points on the floor.
+struct PanelsAndShelf : World {
+  PanelsAndShelf() {
+    scene::Object lamps;
+    lamps.name = "lamps";
+    add_quad(lamps, {-1, 3, -1}, {1, 0, 0}, {0, 0, 1}, 1);
+    for (int i = 0; i < 40; ++i)
+      add_quad(lamps, {-3 + 0.2f * float(i % 20), 2.8f, i < 20 ? -2.0f : 2.0f}, {0.05f, 0, 0},
+               {0, 0, 0.05f}, 1);
+    scene::Object shelf;
+    shelf.name = "shelf";
+    add_box(shelf, {-0.8f, 1, -0.8f}, {0.3f, 1.1f, 0.9f});
+    scene.objects = {lamps, shelf};
+    finish();
+    for (int i = 0; i < 400; ++i)
+      receivers.push_back({{-2 + 0.2f * float(i % 20), 0, -2 + 0.2f * float(i / 20)}, {0, 1, 0}});
+  }
+};
+
+std::vector<Vec3d> by_need(const World& world, std::vector<double> dim, int threads = 1) {
+  std::vector<Vec3d> out(world.receivers.size());
+  Progress progress;
+  light_by_need(world.present(), dim, 1, Workers(threads), progress, out);
+  return out;
+}
+
+TEST(LightByNeed, IsNearThatOfAllRays) {
+  PanelsAndShelf world;
+  const DirectLight full = world.compute();
+  const std::vector<Vec3d> found = by_need(world, std::vector<double>(world.lights.size(), 1));
+  double squares = 0, sum = 0, all = 0;
+  for (size_t i = 0; i < found.size(); ++i) {
+    const double expected = world.irradiance(full, i);
+    squares += std::pow(found[i].x / expected - 1, 2);
+    sum += found[i].x, all += expected;
+  }
+  EXPECT_LT(std::sqrt(squares / double(found.size())), 0.01);
+  EXPECT_NEAR(sum / all, 1, 0.001);
+}
+
+TEST(LightByNeed, IsExactInTheOpenAndDims) {
+  PanelsAndShelf world;
+  world.scene.objects.pop_back();
+  world.finish();
+  const DirectLight full = world.compute();
+  const std::vector<double> ones(world.lights.size(), 1), halves(world.lights.size(), 0.5);
+  const std::vector<Vec3d> found = by_need(world, ones), half = by_need(world, halves);
+  for (size_t i = 0; i < found.size(); ++i) {
+    EXPECT_NEAR(found[i].x / world.irradiance(full, i), 1, 1e-6);
+    EXPECT_NEAR(half[i].y / found[i].y, 0.5, 1e-12);
+    EXPECT_NEAR(found[i].z / found[i].x, 0.6, 1e-6);
+  }
+  EXPECT_EQ(by_need(world, std::vector<double>(world.lights.size(), 0))[7].x, 0);
+}
+
+TEST(LightByNeed, IsTheSameForAnyNumberOfThreads) {
+  const PanelsAndShelf world;
+  const std::vector<double> ones(world.lights.size(), 1);
+  const std::vector<Vec3d> one = by_need(world, ones), two = by_need(world, ones, 2);
+  for (size_t i = 0; i < one.size(); ++i)
+    for (int c = 0; c < 3; ++c) EXPECT_EQ(one[i][c], two[i][c]);
+}
+
+}  // namespace
+}  // namespace deltalux::direct

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures per pixel: light at each of them, exact under edits, in-between light near what is asked for."""
+
+from __future__ import annotations
+
+import deltalux as dl
+import numpy as np
+import pytest
+from deltalux.outputs.camera import look_at
+from deltalux.outputs.images import SURROUNDINGS
+from deltalux.outputs.tone import encode_srgb
+from deltalux.rendering import false_colour_picture, lit_picture, render_session
+from rooms import box, translation
+
+SIZE = (96, 60)
+
+
+def nowhere() -> dl.Samples:
+    return dl.Samples(np.zeros((0, 3)), np.zeros((0, 3)))
+
+
+def room(open_end: bool = False) -> dl.Scene:
+    """A room with a panel, a shelf on the wall and a block that moves; one camera."""
+    walls, faces = box((4, 2.6, 4), (0, 1.3, 0), inward=True)
+    if open_end:
+        ends = walls[faces][:, :, 2].min(axis=1) > 1.9
+        faces = faces[~ends]
+    panel = np.array([(-0.5, 2.59, -0.5), (0.5, 2.59, -0.5), (0.5, 2.59, 0.5), (-0.5, 2.59, 0.5)])
+    return dl.Scene(
+        [
+            dl.Mesh("walls", walls, faces, "wall"),
+            dl.Mesh("shelf", *box((1, 0.04, 0.3), (0, 1.2, -1.85)), "wood"),
+            dl.Mesh("panel", panel, [(0, 1, 2), (0, 2, 3)], "lamp"),
+            dl.Mesh("block", *box((0.5, 0.5, 0.5)), "wood", pose=translation(0.6, 0.25, -0.4), movable=True),
+        ],
+        [
+            dl.Material("wall", (0.7, 0.7, 0.7)),
+            dl.Material("wood", (0.5, 0.3, 0.2)),
+            dl.Material("lamp", (0, 0, 0), (300, 300, 300), group="lamp"),
+        ],
+        cameras=[dl.Camera("main", look_at(np.array([0.5, 1.5, 1.7]), np.array([0, 0.9, -1.0])), 1.1)],
+    )
+
+
+@pytest.fixture(scope="module")
+def session():
+    with dl.Session(room(), nowhere(), paths=50_000, gather=64) as session:
+        session.bake()
+        yield session
+
+
+def test_light_between_gathered_places_is_near_what_is_gathered_there(session):
+    rendering = render_session(session, size=SIZE)
+    count = SIZE[0] * SIZE[1]
+    assert rendering.gathered < 0.7 * count
+    seen = rendering.seen.at(np.arange(count))
+    assert seen.hit.all()
+    full = session.at(seen.point, seen.normal, part="indirect", rays=512)
+    error = rendering.indirect[:count].sum(axis=1) / full.sum(axis=1) - 1
+    assert np.median(np.abs(error)) < 0.03
+    assert np.quantile(np.abs(error), 0.95) < 0.12
+    direct = session.at(seen.point, seen.normal, part="direct")
+    wrong = np.abs(rendering.direct[:count] - direct).sum(axis=1) / direct.sum(axis=1).mean()
+    assert np.median(wrong) < 0.01
+    assert np.quantile(wrong, 0.95) < 0.05
+
+
+def test_parts_add_up_to_all_light(session):
+    points, normals = [(0.3, 0.0, 0.2), (-1.0, 0.0, 1.0)], [(0, 1, 0)] * 2
+    parts = [session.at(points, normals, part=part) for part in ("direct", "indirect")]
+    np.testing.assert_allclose(sum(parts), session.at(points, normals), rtol=1e-12)
+    near = session.at(points, normals, part="direct", by_need=True)
+    np.testing.assert_allclose(near, parts[0], rtol=0.05)
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [({"part": "both"}, "part"), ({"rays": 0}, "rays"), ({"rays": 2**20}, "rays")],
+)
+def test_what_cannot_be_asked_is_refused(session, asked, words):
+    with pytest.raises(dl.OptionError, match=words):
+        session.at([(0, 0, 0)], [(0, 1, 0)], **asked)
+
+
+def test_parts_need_a_gather():
+    with dl.Session(room(), dl.Samples([(0, 0, 0)], [(0, 1, 0)]), paths=1000, gather="off") as session:
+        session.bake()
+        with pytest.raises(dl.OptionError, match="discs know no parts"):
+            session.at([(0, 0, 0)], [(0, 1, 0)], part="direct")
+        with pytest.raises(dl.OptionError, match="expected one that gathers"):
+            render_session(session)
+
+
+def test_pictures_of_updated_sessions_are_those_of_recomputed_ones():
+    with dl.Session(room(), nowhere(), paths=20_000, gather=32, threads=1) as session:
+        session.bake()
+        before = lit_picture(render_session(session, size=SIZE), exposure=0.02)
+        session.move("block", translation(-0.7, 0.25, -0.9))
+        session.dim("lamp", 0.8)
+        session.set_reflectance("wall", (0.4, 0.5, 0.6))
+        after = render_session(session, size=SIZE)
+        session.recompute()
+        fresh = render_session(session, size=SIZE)
+        np.testing.assert_array_equal(after.irradiance, fresh.irradiance)
+        assert (lit_picture(after, exposure=0.02).pixels == lit_picture(fresh, exposure=0.02).pixels).all()
+        assert (lit_picture(after, exposure=0.02).pixels != before.pixels).any()
+        assert (after.albedo.max(axis=0) == (0.5, 0.5, 0.6)).all()
+
+
+def test_threads_change_no_pixel(session):
+    one = render_session(session, size=SIZE)
+    with dl.Session(room(), nowhere(), paths=50_000, gather=64, threads=1) as alone:
+        alone.bake()
+        np.testing.assert_array_equal(render_session(alone, size=SIZE).irradiance, one.irradiance)
+
+
+def test_several_places_make_up_pixels_at_edges_only(session):
+    rendering = render_session(session, size=SIZE, edge_rays=4)
+    middles = SIZE[0] * SIZE[1]
+    several = np.bincount(rendering.pixel) == 5
+    assert 0.01 < several.mean() < 0.5
+    assert len(rendering.pixel) == middles + 4 * several.sum()
+    assert len(render_session(session, size=SIZE, edge_rays=0).pixel) == middles
+    lamp = rendering.middles(rendering.seen.emission.sum(axis=1)) > 0
+    border = lamp[:, 1:] != lamp[:, :-1]
+    assert several.reshape(SIZE[::-1])[:, 1:][border].all()
+
+
+def test_the_void_keeps_its_colour_and_no_light():
+    with dl.Session(room(open_end=True), nowhere(), paths=5_000, gather=16) as session:
+        session.bake()
+        outside = dl.Camera("out", look_at(np.array([0, 1.3, 9.0]), np.array([0, 1.3, 0])), 0.9)
+        rendering = render_session(session, camera=outside, size=SIZE)
+        picture = lit_picture(rendering)
+        hit = rendering.middles(rendering.seen.hit)
+        assert not hit[0, 0]
+        assert (picture.pixels[0, 0] == encode_srgb(np.full(3, SURROUNDINGS))).all()
+        assert (rendering.irradiance[~rendering.seen.hit] == 0).all()
+        assert false_colour_picture(rendering).pixels.shape[0] >= SIZE[1]
+
+
+def test_exposure_counts_in_stops(session):
+    rendering = render_session(session, size=SIZE)
+    usual, brighter = lit_picture(rendering), lit_picture(rendering, stops=1)
+    assert brighter.exposure == 2 * usual.exposure
+    assert brighter.pixels.mean() > usual.pixels.mean()
+
+
+@pytest.mark.parametrize("size", [(0, 5), (5, -1), (2**16, 4)])
+def test_sizes_that_no_picture_has_are_refused(session, size):
+    with pytest.raises(dl.OptionError, match="size"):
+        render_session(session, size=size)
+
+
+@pytest.mark.parametrize("size", [(1, 1), (17, 3), (33, 16)])
+def test_any_size_goes(session, size):
+    picture = lit_picture(render_session(session, size=size))
+    assert picture.pixels.shape == (size[1], size[0], 3)
