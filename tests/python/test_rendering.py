@@ -152,6 +152,11 @@ def test_sizes_that_no_picture_has_are_refused(session, size):
         render_session(session, size=size)
 
 
+def test_pictures_beyond_the_memory_are_refused_before_any_work(session):
+    with pytest.raises(dl.OptionError, match="choose fewer pixels"):
+        render_session(session, size=(2**15, 2**15))
+
+
 @pytest.mark.parametrize("size", [(1, 1), (17, 3), (33, 16)])
 def test_any_size_goes(session, size):
     picture = lit_picture(render_session(session, size=size))

@@ -9,6 +9,7 @@ import numpy as np
 
 from deltalux.display_mesh import DisplayMesh, refine
 from deltalux.errors import OptionError
+from deltalux.memory import available_memory
 from deltalux.outputs.camera import automatic_camera, scene_camera
 from deltalux.outputs.of_session import present_scene
 from deltalux.scene import Camera, Scene
@@ -20,6 +21,7 @@ from .seen import Seen, alike, look
 from .spread import Fineness, padded, spread
 
 LARGEST = 2**15  # pixels along a side
+BYTES_PER_PIXEL = 2500  # at most, where all are edges
 STRAIGHT = Fineness(coarsest=2, change=0.03, bend=0.02)  # shadows of thin things are thin
 AROUND = Fineness(coarsest=16, change=0.12, bend=0.04)
 MOST_RAYS = 128  # to gather along, by themselves: light between pixels evens noise out
@@ -107,10 +109,9 @@ def render_session(
     Raises
     ------
     OptionError
-        Where the session does not gather, or `size` is not positive.
+        Where the session does not gather, `size` is not positive, or memory would not suffice.
     """
-    if min(size) < 1 or max(size) > LARGEST:
-        raise OptionError(f"size: found {size[0]}x{size[1]} pixels, expected 1 to {LARGEST} along each side")
+    _check_size(size, session.options["memory_limit"] or available_memory())
     if session.options["gather"] == "off":
         raise OptionError('render: found a session of gather="off", expected one that gathers')
     scene = present_scene(session)
@@ -119,6 +120,19 @@ def render_session(
     light = PointLight(session, rays or min(int(session.options["gather"]), MOST_RAYS))
     camera = camera or scene_camera(scene) or automatic_camera(surfaces, _weights(display), size[0] / size[1])
     return _Work(surfaces, light, camera, size).rendering(edge_rays)
+
+
+def _check_size(size: tuple[int, int], room: int) -> None:
+    """Refuse pictures without pixels, and those that take more than `room` bytes, 0 = unknown."""
+    width, height = size
+    if min(size) < 1 or max(size) > LARGEST:
+        raise OptionError(f"size: found {width}x{height} pixels, expected 1 to {LARGEST} along each side")
+    need = BYTES_PER_PIXEL * width * height
+    if room and need > room:
+        raise OptionError(
+            f"size: found {width}x{height} pixels, which may need {need >> 20} MiB; the limit is "
+            f"{room >> 20} MiB: choose fewer pixels, or raise memory_limit"
+        )
 
 
 def _coarse(scene: Scene) -> DisplayMesh:

@@ -23,7 +23,6 @@ class Seen:
     ----------
     hit : (k,) bool; what follows means nothing where it is False
     point, normal : (k, 3), world; the normal as smoothed, on the camera's side
-    depth : (k,) metres along the ray
     width : (k,) metres, of a pixel there
     mesh, material : (k,) int, index into the scene's lists
     emission : (k, 3) radiance that it sends towards the camera
@@ -32,7 +31,6 @@ class Seen:
     hit: np.ndarray
     point: np.ndarray
     normal: np.ndarray
-    depth: np.ndarray
     width: np.ndarray
     mesh: np.ndarray
     material: np.ndarray
@@ -80,7 +78,7 @@ def _look(
     emission = np.array([m.emission for m in materials])[material] * glows[:, None]
     depth = np.where(hits.hit, hits.distance, np.inf)
     width = 2 * np.tan(camera.vertical_fov / 2) / size[1] * depth
-    return Seen(hits.hit, point, normal, depth, width, display.triangle_mesh[triangle], material, emission)
+    return Seen(hits.hit, point, normal, width, display.triangle_mesh[triangle], material, emission)
 
 
 def alike(one: Seen, two: Seen) -> np.ndarray:
