@@ -50,19 +50,57 @@ def session():
 
 
 def test_light_between_gathered_places_is_near_what_is_gathered_there(session):
-    rendering = render_session(session, size=SIZE)
-    count = SIZE[0] * SIZE[1]
-    assert rendering.gathered < 0.7 * count
-    seen = rendering.seen.at(np.arange(count))
+    """One seed, so bounds lie between what is found and what is without a rule.
+
+    Indirect: 95th percentile 4.5 %, RMS 2.6 %; light of any surface nearby 6.8 and 3.6 %, none gathered
+    beside contacts RMS 3.0 %, none where light differs 5.8 %. Direct, of the mean: RMS 0.7 %, 2.1 % at
+    edges; none asked where it differs 1.6 %; means of uneven middles at edges 4.7 %.
+    """
+    size = (192, 120)
+    rendering = render_session(session, size=size, rays=256)
+    count = size[0] * size[1]
+    assert rendering.gathered < 0.1 * count
+    seen = rendering.seen
     assert seen.hit.all()
-    full = session.at(seen.point, seen.normal, part="indirect", rays=512)
-    error = rendering.indirect[:count].sum(axis=1) / full.sum(axis=1) - 1
-    assert np.median(np.abs(error)) < 0.03
-    assert np.quantile(np.abs(error), 0.95) < 0.12
-    direct = session.at(seen.point, seen.normal, part="direct")
-    wrong = np.abs(rendering.direct[:count] - direct).sum(axis=1) / direct.sum(axis=1).mean()
-    assert np.median(wrong) < 0.01
-    assert np.quantile(wrong, 0.95) < 0.05
+    full = session.at(seen.point, seen.normal, part="indirect", rays=256).sum(axis=1)
+    error = np.abs(rendering.indirect.sum(axis=1) / full - 1)
+    assert np.quantile(error, 0.95) < 0.052
+    assert np.sqrt((error**2).mean()) < 0.0285
+    direct = session.at(seen.point, seen.normal, part="direct", by_need=True).sum(axis=1)
+    wrong = (rendering.direct.sum(axis=1) - direct) / direct.mean()
+    assert np.sqrt((wrong[:count] ** 2).mean()) < 0.011
+    assert np.sqrt((wrong[count:] ** 2).mean()) < 0.03
+
+
+def test_a_wire_between_the_middles_of_pixels_has_its_own_light():
+    scene = room()
+    wire = dl.Mesh("wire", *box((0.002, 2.4, 0.002), (-0.31, 1.3, -0.3)), "wood")
+    scene = dl.Scene([*scene.meshes, wire], scene.materials, cameras=scene.cameras)
+    with dl.Session(scene, nowhere(), paths=20_000, gather=32) as session:
+        session.bake()
+        rendering = render_session(session, size=SIZE)
+    on_wire = [scene.meshes[i].name == "wire" for i in rendering.seen.mesh]
+    assert sum(on_wire) > 3
+    assert (rendering.indirect[on_wire] > 0).all()
+
+
+def test_a_room_wound_outward_looks_the_same():
+    """Its backs are seen; lamps that emit from their fronts alone are dark from behind."""
+    scene = room()
+    walls = scene.mesh("walls")
+    turned = dl.Mesh("walls", walls.vertices, walls.triangles[:, ::-1], "wall")
+    both = [scene, dl.Scene([turned, *scene.meshes[1:]], scene.materials, cameras=scene.cameras)]
+    above = dl.Camera("above", look_at(np.array([0, 2.595, 0.4]), np.array([0, 2.5905, 0.0])), 1.0)
+    light = []
+    for one in both:
+        with dl.Session(one, nowhere(), paths=20_000, gather=64) as session:
+            session.bake()
+            light.append(lit_picture(render_session(session, size=SIZE), exposure=0.02).pixels.mean())
+            behind = render_session(session, camera=above, size=(8, 5))
+            lamp = behind.seen.material == 2
+            assert lamp.any()
+            assert (behind.radiance[lamp] == 0).all()
+    assert light[1] == pytest.approx(light[0], rel=0.02)
 
 
 def test_parts_add_up_to_all_light(session):
