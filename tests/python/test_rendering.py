@@ -177,6 +177,30 @@ def test_the_void_keeps_its_colour_and_no_light():
         assert false_colour_picture(rendering).pixels.shape[0] >= SIZE[1]
 
 
+def test_progress_rises_by_stages_and_may_stop(session):
+    heard = []
+
+    def listen(stage, fraction):
+        heard.append((stage, fraction))
+        return True
+
+    session.progress = listen
+    try:
+        light = render_session(session, size=SIZE).irradiance
+        assert list(dict.fromkeys(stage for stage, _ in heard)) == ["direct light", "indirect light", "edges"]
+        for stage in ("direct light", "indirect light", "edges"):
+            fractions = [f for s, f in heard if s == stage]
+            assert fractions == sorted(fractions)
+            assert 0 <= fractions[0] <= fractions[-1] <= 1
+        assert session.progress is listen
+        session.progress = lambda *_: False
+        with pytest.raises(dl.Cancelled):
+            render_session(session, size=SIZE)
+    finally:
+        session.progress = None
+    np.testing.assert_array_equal(render_session(session, size=SIZE).irradiance, light)
+
+
 def test_exposure_counts_in_stops(session):
     rendering = render_session(session, size=SIZE)
     usual, brighter = lit_picture(rendering), lit_picture(rendering, stops=1)

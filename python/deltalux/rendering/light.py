@@ -1,20 +1,31 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Direct and indirect irradiance of a session at places that a camera sees."""
+"""Direct and indirect irradiance of a session at places that a camera sees, with progress of all asked."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from deltalux.errors import Cancelled
 from deltalux.session import Session
 
 from .seen import Seen
 
 
 class PointLight:
-    """Asks a session for light where something is hit; elsewhere it is dark."""
+    """Asks a session for light where something is hit; elsewhere it is dark.
+
+    The session's own callback hears of stages that many calls make up.
+    """
 
     def __init__(self, session: Session, rays: int | None) -> None:
         self._session, self._rays = session, rays
+        self._report = session.progress
+        self._stage, self._steps, self._done = "", 1, 0
+
+    def begin(self, stage: str, steps: int) -> None:
+        """What follows is a stage of at most so many calls."""
+        self._stage, self._steps, self._done = stage, steps, 0
+        self._tell(0.0)
 
     def direct(self, seen: Seen) -> np.ndarray:
         """(k, 3)."""
@@ -27,7 +38,21 @@ class PointLight:
     def _at(self, seen: Seen, part: str, rays: int | None) -> np.ndarray:
         values = np.zeros((len(seen), 3))
         if seen.hit.any():
-            values[seen.hit] = self._session.at(
-                seen.point[seen.hit], seen.normal[seen.hit], part=part, rays=rays, by_need=True
-            )
+            self._session.progress = self._heard if self._report else None
+            try:
+                values[seen.hit] = self._session.at(
+                    seen.point[seen.hit], seen.normal[seen.hit], part=part, rays=rays, by_need=True
+                )
+            finally:
+                self._session.progress = self._report
+        self._done += 1
+        self._tell(0.0)
         return values
+
+    def _heard(self, _: str, fraction: float) -> bool:
+        report = self._report
+        return report is None or report(self._stage, min(1.0, (self._done + fraction) / self._steps))
+
+    def _tell(self, fraction: float) -> None:
+        if not self._heard("", fraction):
+            raise Cancelled("render: cancelled; the session is as it was")

@@ -155,7 +155,11 @@ class _Work:
         grid = self._look(x + 0.5, y + 0.5)
         inside = ((y < height) & (x < width)).nonzero()[0]
         found = []
-        for light, fineness in ((self._light.direct, STRAIGHT), (self._light.indirect, AROUND)):
+        for name, light, fineness in (
+            ("direct light", self._light.direct, STRAIGHT),
+            ("indirect light", self._light.indirect, AROUND),
+        ):
+            self._light.begin(name, fineness.rounds)
             values, asked = spread(grid, (wide, high), light, fineness)
             found.append(values[inside])
         (direct, indirect), gathered = found, int(asked.sum())
@@ -163,6 +167,7 @@ class _Work:
         pixel = np.arange(width * height)
         edges = np.flatnonzero(self._edges(seen, direct))
         if edge_rays and len(edges):
+            self._light.begin("edges", 2)
             more, number = self._inside(edges, edge_rays)
             found, alone, uneven = self._beside(more, number, seen, direct, indirect)
             found[1][alone] = self._light.indirect(more.at(alone))

@@ -47,6 +47,11 @@ class Fineness:
     change: float
     bend: float
 
+    @property
+    def rounds(self) -> int:
+        """How often pixels are asked, at most."""
+        return 1 + 3 * (self.coarsest.bit_length() - 1)
+
 
 def spread(seen: Seen, size: tuple[int, int], ask: Ask, fineness: Fineness) -> tuple[np.ndarray, np.ndarray]:
     """Values of all pixels of a padded grid.
