@@ -24,7 +24,9 @@ double coarse_share(const trace::RayCaster& caster, const LightShape& light,
   light.cast(receiver, Level::coarse, strata);
   if (strata.fan.count > kCoarseRays) strata.fan.count = kCoarseRays;  // ends tell nothing here
   strata.countable[0] &= (uint64_t(1) << kCoarseRays) - 1;
-  if (few && strata.fan.count > 1) strata.countable = both(strata.countable, kSome);
+  const trace::RayBits some = both(strata.countable, kSome);
+  if (few && some != trace::RayBits{}) strata.countable = some;
+  if (strata.countable == trace::RayBits{}) return 0;  // a sliver of the light is in front, no more
   const auto blocked = [](trace::RayBits free, const trace::RayBits& by) {
     for (size_t k = 0; k < free.size(); ++k) free[k] &= ~by[k];
     return free;

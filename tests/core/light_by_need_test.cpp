@@ -66,6 +66,21 @@ TEST(LightByNeed, IsExactInTheOpenAndDims) {
   EXPECT_EQ(by_need(world, std::vector<double>(world.lights.size(), 0))[7].x, 0);
 }
 
+TEST(LightByNeed, IsDarkBehindAPlateAlsoWhereSliversOfLampsAreInFront) {
+  World world;
+  scene::Object lamps, plate;
+  lamps.name = "lamps", plate.name = "plate";
+  for (int i = 0; i < 40; ++i)
+    add_quad(lamps, {-1, 2.8f, -4 + 0.2f * float(i)}, {0.05f, 0, 0}, {0, 0, 0.05f}, 1);
+  add_box(plate, {-9, 2, -9}, {9, 2.1f, 9});
+  world.scene.objects = {lamps, plate};
+  world.finish();
+  for (int i = 0; i < 200; ++i)
+    world.receivers.push_back({{-0.95f - 1e-5f * float(i), 1.5f, 0.3f}, {1, 0, 0}});
+  for (const Vec3d& e : by_need(world, std::vector<double>(world.lights.size(), 1)))
+    EXPECT_EQ(e.x, 0);
+}
+
 TEST(LightByNeed, IsTheSameForAnyNumberOfThreads) {
   const PanelsAndShelf world;
   const std::vector<double> ones(world.lights.size(), 1);
