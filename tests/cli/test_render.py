@@ -48,6 +48,8 @@ def test_options_choose_view_exposure_and_colours(cli, tmp_path: Path):
         (("-o", "a.png", "--camera", "x", "--eye", "1,2,3", "--target", "0,0,0"), "one of them"),
         (("-o", "a.png", "--camera", "nobody"), "expected a camera of the scene"),
         (("-o", "a.png", "--gather", "off"), "needs rays"),
+        (("-o", "a.png", "--exposure", "nan"), "stops up to 32"),
+        (("-o", "a.png", "--exposure", "2000"), "stops up to 32"),
     ],
 )
 def test_options_that_fit_nothing_are_refused(cli, words, told):

@@ -34,6 +34,7 @@ from .targets import PICTURE, SESSION, check_writable, command_line, keep_inputs
 from .view import SourceArgument, refuse_options_of_the_bake
 
 OF_THE_BAKE = ("movable", "paths", "seed", "memory_limit", "light_units")
+MOST_STOPS = 32
 FIELD_OF_VIEW = 0.9  # radians, of a camera that --eye places
 
 OutputOption = Annotated[
@@ -109,7 +110,7 @@ def run(
     Lux in false colours, from a place of your own, after an update:
     deltalux render moved.dlx -o lux.png --false-colour --eye 4,1.6,3 --target 0,1,0
     """
-    _check_options(output, camera, eye, target, gather)
+    _check_options(output, camera, eye, target, gather, exposure)
     keep_inputs([output], [source])
     rays = None if gather == "auto" else int(gather)
     terminal = Terminal(as_json, quiet)
@@ -142,7 +143,11 @@ def run(
     terminal.result(data, f"wrote {output}")
 
 
-def _check_options(output: Path, camera: str | None, eye: Any, target: Any, gather: str | int) -> None:
+def _check_options(
+    output: Path, camera: str | None, eye: Any, target: Any, gather: str | int, exposure: float
+) -> None:
+    if not abs(exposure) <= MOST_STOPS:
+        raise typer.BadParameter(f"--exposure: found {exposure:g}, expected stops up to {MOST_STOPS}")
     if output.suffix.lower() != PICTURE:
         raise typer.BadParameter(f"output '{output}': found suffix '{output.suffix}', expected {PICTURE}")
     if gather == "off":
