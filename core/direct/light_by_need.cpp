@@ -3,43 +3,14 @@
 #include "direct/light_by_need.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "direct/block.h"
 
 namespace deltalux::direct {
 namespace {
 
-constexpr double kMuch = 0.25, kLittle = 0.01;            // of a receiver's direct light
-constexpr trace::RayBits kSome{0x888888888ull, 0, 0, 0};  // every fourth of the coarse rays
-static_assert(kCoarseRays == 36);
-
-trace::RayBits both(const trace::RayBits& a, const trace::RayBits& b) {
-  return {a[0] & b[0], a[1] & b[1], a[2] & b[2], a[3] & b[3]};
-}
-
-/// By the coarse rays, or every fourth of them.
-double coarse_share(const trace::RayCaster& caster, const LightShape& light,
-                    const Receiver& receiver, bool few, std::span<const uint32_t> movables) {
-  Strata strata;
-  light.cast(receiver, Level::coarse, strata);
-  if (strata.fan.count > kCoarseRays) strata.fan.count = kCoarseRays;  // ends tell nothing here
-  strata.countable[0] &= (uint64_t(1) << kCoarseRays) - 1;
-  const trace::RayBits some = both(strata.countable, kSome);
-  if (few && some != trace::RayBits{}) strata.countable = some;
-  if (strata.countable == trace::RayBits{}) return 0;  // a sliver of the light is in front, no more
-  const auto blocked = [](trace::RayBits free, const trace::RayBits& by) {
-    for (size_t k = 0; k < free.size(); ++k) free[k] &= ~by[k];
-    return free;
-  };
-  trace::RayBits free = strata.countable;
-  if (receiver.object != scene::kNone)
-    free = blocked(free, caster.occluded_object(receiver.object, strata.fan, free));
-  if (free != trace::RayBits{}) free = blocked(free, caster.occluded_static(strata.fan, free));
-  for (uint32_t object : movables)
-    if (free != trace::RayBits{})
-      free = blocked(free, caster.occluded_object(object, strata.fan, free));
-  return strata.share_of(free, strata.countable);
-}
+constexpr double kMuch = 0.25, kLittle = 0.01;  // of a receiver's direct light
 
 }  // namespace
 
@@ -68,6 +39,7 @@ void light_by_need(const Present& present, std::span<const double> dim, uint64_t
     for (size_t i = begin; i < end; ++i) {
       progress.check();
       const Receiver& receiver = present.receivers[i];
+      const uint64_t key = place_key(receiver.point, receiver.normal);
       order.clear();
       double left = 0, found = 0;
       for (uint32_t k = 0; k < lamps.size(); ++k) {
@@ -81,11 +53,12 @@ void light_by_need(const Present& present, std::span<const double> dim, uint64_t
         const double of_all = -minus / (found + left);
         left = std::max(0.0, left + minus);
         const std::span<const uint32_t> movables = blockers[k].of(receiver);
+        std::optional<uint32_t> third;  // another for other places and lamps: no bias
+        if (of_all < kLittle) third = uint32_t((key + k) % 3);
         const double share =
-            of_all > kMuch
-                ? visible_share(present.caster, lamp.shape, receiver,
-                                look(present.caster, lamp.shape, receiver), movables)
-                : coarse_share(present.caster, lamp.shape, receiver, of_all < kLittle, movables);
+            of_all > kMuch ? visible_share(present.caster, lamp.shape, receiver,
+                                           look(present.caster, lamp.shape, receiver), movables)
+                           : coarse_share(present.caster, lamp.shape, receiver, third, movables);
         if (!(share > 0)) continue;
         const double factor = share * lamp.shape.open(receiver);
         sum = sum + lamp.radiance * factor;

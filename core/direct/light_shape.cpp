@@ -73,16 +73,15 @@ uint64_t place_key(Vec3f p, Vec3f n) {
   return combine(combine(pair_bits(p.x, p.y), pair_bits(p.z, n.x)), pair_bits(n.y, n.z));
 }
 
-double Strata::share_of(const trace::RayBits& seen, const trace::RayBits& asked) const {
-  if (seen == asked) return 1;
+double Strata::share(const trace::RayBits& seen) const {
+  if (seen == countable) return 1;
   alignas(64) std::array<float, trace::RayFan::kMost> lit;
   const auto sum = [&](const trace::RayBits& rays) {
     for (size_t i = 0; i < fan.count; ++i)
       lit[i] = (rays[i / 64] >> (i % 64)) & 1 ? weight[i] : 0.0f;
     return double(sum_of(lit.data(), fan.count));
   };
-  // Rays without weight are not countable.
-  const double all = asked == countable ? double(sum_of(weight.data(), fan.count)) : sum(asked);
+  const double all = sum(countable);
   return all > 0 ? sum(seen) / all : 0.0;
 }
 

@@ -37,9 +37,7 @@ struct Strata {
   bool too_coarse = false;     ///< the light is near or large: look at the fine level
 
   /// Share of the light that the rays in `seen` (a subset of `countable`) stand for, in [0, 1].
-  double share(const trace::RayBits& seen) const { return share_of(seen, countable); }
-  /// The same of the part that the rays in `asked` stand for.
-  double share_of(const trace::RayBits& seen, const trace::RayBits& asked) const;
+  double share(const trace::RayBits& seen) const;
 };
 
 class LightShape {

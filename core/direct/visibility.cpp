@@ -2,12 +2,18 @@
 // Shadow rays of one receiver and one light.
 #include "direct/visibility.h"
 
+#include <algorithm>
+
 namespace deltalux::direct {
 namespace {
 
 using trace::RayBits;
 
 constexpr RayBits kNoRays{};
+// A third of the coarse rays, as many of each row and column of the strata.
+constexpr uint64_t kFew = 0x88c462311;
+static_assert(kCoarseRays == 36);
+constexpr uint64_t kCoarse = (uint64_t(1) << kCoarseRays) - 1;
 
 RayBits without(const RayBits& a, const RayBits& b) {
   return {a[0] & ~b[0], a[1] & ~b[1], a[2] & ~b[2], a[3] & ~b[3]};
@@ -74,6 +80,28 @@ double visible_share(const trace::RayCaster& caster, const LightShape& light,
   }
   light.cast(receiver, Level::fine, strata);
   return strata.share(pass(caster, strata.fan, open ? strata.countable : fixed.fine, movables));
+}
+
+double coarse_share(const trace::RayCaster& caster, const LightShape& light,
+                    const Receiver& receiver, std::optional<uint32_t> third,
+                    std::span<const uint32_t> movables) {
+  Strata strata;
+  light.cast(receiver, Level::coarse, strata);
+  // The rays to a light's ends stand for nothing.
+  strata.fan.count = std::min<size_t>(strata.fan.count, kCoarseRays);
+  uint64_t& asked = strata.countable[0];
+  asked &= kCoarse;
+  if (third) {
+    const uint32_t turn = 3 * *third;
+    const uint64_t some = asked & (kFew << turn | kFew >> (kCoarseRays - turn));
+    if (some) asked = some;
+  }
+  if (!asked) return 0;  // a sliver of the light is in front, no more
+  RayBits free = strata.countable;
+  if (receiver.object != scene::kNone)
+    free = without(free, caster.occluded_object(receiver.object, strata.fan, free));
+  if (free != kNoRays) free = without(free, caster.occluded_static(strata.fan, free));
+  return strata.share(pass(caster, strata.fan, free, movables));
 }
 
 }  // namespace deltalux::direct

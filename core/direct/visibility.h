@@ -4,6 +4,7 @@
 // of the present state.
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "direct/light_shape.h"
@@ -33,5 +34,10 @@ FixedView look(const trace::RayCaster& caster, const LightShape& light, const Re
 double visible_share(const trace::RayCaster& caster, const LightShape& light,
                      const Receiver& receiver, const FixedView& fixed,
                      std::span<const uint32_t> movables);
+
+/// The same by the coarse rays alone, or by twelve of them: `third` is which, 0 to 2.
+double coarse_share(const trace::RayCaster& caster, const LightShape& light,
+                    const Receiver& receiver, std::optional<uint32_t> third,
+                    std::span<const uint32_t> movables);
 
 }  // namespace deltalux::direct

@@ -81,6 +81,32 @@ TEST(LightByNeed, IsDarkBehindAPlateAlsoWhereSliversOfLampsAreInFront) {
     EXPECT_EQ(e.x, 0);
 }
 
+TEST(LightByNeed, CountsHalvesOfLampsThatBringLittle) {
+  World world;
+  scene::Object lamps, covers;
+  lamps.name = "lamps", covers.name = "covers";
+  add_quad(lamps, {-1, 3, -1}, {2, 0, 0}, {0, 0, 2}, 1);
+  for (int i = 0; i < 40; ++i) {
+    const float x = -3 + 0.2f * float(i % 20), z = i < 20 ? -2.0f : 2.0f;
+    add_quad(lamps, {x, 2.8f, z}, {0.05f, 0, 0}, {0, 0, 0.05f}, 1);
+    add_box(covers, {x - 0.01f, 2.798f, z - 0.01f}, {x + 0.025f, 2.799f, z + 0.06f});
+  }
+  world.scene.objects = {lamps, covers};
+  world.finish();
+  for (int i = 0; i < 400; ++i)
+    world.receivers.push_back(
+        {{-1 + 0.1f * float(i % 20), 0, -1 + 0.1f * float(i / 20)}, {0, 1, 0}});
+  std::vector<double> all(world.lights.size(), 1), large(world.lights.size());
+  for (size_t i = 0; i < all.size(); ++i) large[i] = world.lights[i].area > 1;
+  const DirectLight full = world.compute();
+  const std::vector<Vec3d> found = by_need(world, all), panel = by_need(world, large);
+  double expected = 0, small = 0;
+  for (size_t i = 0; i < found.size(); ++i)
+    expected += world.irradiance(full, i) - panel[i].x, small += found[i].x - panel[i].x;
+  // 16,000 shares of twelve rays; 0.94 where it is the same third for all.
+  EXPECT_NEAR(small / expected, 1, 0.01);
+}
+
 TEST(LightByNeed, IsTheSameForAnyNumberOfThreads) {
   const PanelsAndShelf world;
   const std::vector<double> ones(world.lights.size(), 1);
