@@ -58,6 +58,14 @@ def test_options_that_fit_nothing_are_refused(cli, words, told):
     assert told in outcome.error
 
 
+def test_pictures_beyond_the_memory_are_refused_before_the_bake(cli, tmp_path: Path):
+    outcome = cli(
+        "render", "cornell_box", "-o", tmp_path / "a.png", "--size", "9999x9999", "--memory-limit", "1M"
+    )
+    assert outcome.code == 1
+    assert "choose fewer pixels" in outcome.error
+
+
 def test_sessions_bring_their_own_paths(cli, tmp_path: Path):
     session = tmp_path / "box.dlx"
     cli("bake", "cornell_box", "-o", session, "--paths", "2000", "--spacing", "0.5", "--gather", "8")

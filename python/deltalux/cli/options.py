@@ -10,6 +10,8 @@ from typing import Annotated, Literal
 
 import typer
 
+from deltalux.rendering import LARGEST
+
 LightUnits = Literal["spec", "blender-watts", "unitless"]
 _SIZES = {"": 1, "K": 2**10, "M": 2**20, "G": 2**30, "T": 2**40}
 
@@ -111,11 +113,13 @@ def parse_place(text: str) -> tuple[float, float, float]:
     return x, y, z
 
 
-def parse_size(text: str | tuple[int, int]) -> tuple[int, int]:
+def parse_size(text: str) -> tuple[int, int]:
     """Parse WxH."""
-    width, _, height = str(text).lower().partition("x")
-    if not (width.isdecimal() and height.isdecimal() and 1 <= int(width) <= 32768 >= int(height) >= 1):
-        raise typer.BadParameter(f"found '{text}', expected WIDTHxHEIGHT, such as 1920x1080, up to 32768")
+    width, _, height = text.lower().partition("x")
+    if not (
+        width.isdecimal() and height.isdecimal() and all(1 <= int(n) <= LARGEST for n in (width, height))
+    ):
+        raise typer.BadParameter(f"found '{text}', expected WIDTHxHEIGHT, such as 1920x1080, up to {LARGEST}")
     return int(width), int(height)
 
 

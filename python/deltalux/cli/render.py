@@ -12,7 +12,7 @@ import typer
 
 import deltalux as dl
 from deltalux.outputs.camera import look_at
-from deltalux.rendering import false_colour_picture, lit_picture, render_session
+from deltalux.rendering import MOST_RAYS, check_size, false_colour_picture, lit_picture, render_session
 
 from .console import Terminal
 from .inputs import foreign_light, open_scene
@@ -112,6 +112,7 @@ def run(
     """
     _check_options(output, camera, eye, target, gather, exposure)
     keep_inputs([output], [source])
+    check_size(size, memory_limit)
     rays = None if gather == "auto" else int(gather)
     terminal = Terminal(as_json, quiet)
     with terminal.progress() as progress:
@@ -124,7 +125,7 @@ def run(
             keep_inputs([output], scene.files)
             nowhere = dl.Samples(np.zeros((0, 3)), np.zeros((0, 3)))
             session = dl.Session(
-                scene, nowhere, paths=paths, gather=rays or 128, seed=seed, threads=threads,
+                scene, nowhere, paths=paths, gather=rays or MOST_RAYS, seed=seed, threads=threads,
                 memory_limit=memory_limit, progress=progress,
             )  # fmt: skip
         with session:

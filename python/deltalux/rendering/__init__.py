@@ -2,6 +2,14 @@
 """Pictures in which every pixel has its own light."""
 
 from .pictures import false_colour_picture, lit_picture
-from .render import Rendering, render_session
+from .render import LARGEST, MOST_RAYS, Rendering, check_size, render_session
 
-__all__ = ["Rendering", "false_colour_picture", "lit_picture", "render_session"]
+__all__ = [
+    "LARGEST",
+    "MOST_RAYS",
+    "Rendering",
+    "check_size",
+    "false_colour_picture",
+    "lit_picture",
+    "render_session",
+]

@@ -25,7 +25,7 @@ class PointLight:
     def begin(self, stage: str, steps: int) -> None:
         """What follows is a stage of at most so many calls."""
         self._stage, self._steps, self._done = stage, steps, 0
-        self._tell(0.0)
+        self._tell()
 
     def direct(self, seen: Seen) -> np.ndarray:
         """(k, 3)."""
@@ -46,13 +46,13 @@ class PointLight:
             finally:
                 self._session.progress = self._report
         self._done += 1
-        self._tell(0.0)
+        self._tell()
         return values
 
     def _heard(self, _: str, fraction: float) -> bool:
         report = self._report
         return report is None or report(self._stage, min(1.0, (self._done + fraction) / self._steps))
 
-    def _tell(self, fraction: float) -> None:
-        if not self._heard("", fraction):
+    def _tell(self) -> None:
+        if not self._heard("", 0.0):
             raise Cancelled("render: cancelled; the session is as it was")

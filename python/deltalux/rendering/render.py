@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deltalux.display_mesh import DisplayMesh, refine
+from deltalux.display_mesh import refine
 from deltalux.errors import OptionError
 from deltalux.memory import available_memory
 from deltalux.outputs.camera import automatic_camera, scene_camera
@@ -21,6 +21,7 @@ from .seen import Seen, alike, look
 from .spread import Fineness, padded, spread
 
 LARGEST = 2**15  # pixels along a side
+COARSE = 1e9  # metres: the scene's own triangles
 BYTES_PER_PIXEL = 2500  # at most, where all are edges
 STRAIGHT = Fineness(coarsest=2, change=0.03, bend=0.02)  # shadows of thin things are thin
 AROUND = Fineness(coarsest=16, change=0.12, bend=0.04)
@@ -111,20 +112,27 @@ def render_session(
     OptionError
         Where the session does not gather, `size` is not positive, or memory would not suffice.
     """
-    _check_size(size, session.options["memory_limit"] or available_memory())
+    check_size(size, session.options["memory_limit"])
     if session.options["gather"] == "off":
         raise OptionError('render: found a session of gather="off", expected one that gathers')
     scene = present_scene(session)
-    display = session.samples.display or _coarse(scene)
+    display = session.samples.display or refine(scene, spacing=COARSE)
     surfaces = Surfaces(scene, display, session.poses, session.options["threads"] or 0)
     light = PointLight(session, rays or min(int(session.options["gather"]), MOST_RAYS))
-    camera = camera or scene_camera(scene) or automatic_camera(surfaces, _weights(display), size[0] / size[1])
+    everywhere = np.ones(len(display.points))  # where it is light is not known yet
+    camera = camera or scene_camera(scene) or automatic_camera(surfaces, everywhere, size[0] / size[1])
     return _Work(surfaces, light, camera, size).rendering(edge_rays)
 
 
-def _check_size(size: tuple[int, int], room: int) -> None:
-    """Refuse pictures without pixels, and those that take more than `room` bytes, 0 = unknown."""
+def check_size(size: tuple[int, int], memory_limit: int | None = None) -> None:
+    """Refuse pictures without pixels, and those that take more memory than the limit, else than is free.
+
+    Raises
+    ------
+    OptionError
+    """
     width, height = size
+    room = memory_limit or available_memory()
     if min(size) < 1 or max(size) > LARGEST:
         raise OptionError(f"size: found {width}x{height} pixels, expected 1 to {LARGEST} along each side")
     need = BYTES_PER_PIXEL * width * height
@@ -133,15 +141,6 @@ def _check_size(size: tuple[int, int], room: int) -> None:
             f"size: found {width}x{height} pixels, which may need {need >> 20} MiB; the limit is "
             f"{room >> 20} MiB: choose fewer pixels, or raise memory_limit"
         )
-
-
-def _coarse(scene: Scene) -> DisplayMesh:
-    """The scene's own triangles with their normals."""
-    return refine(scene, spacing=1e9)
-
-
-def _weights(display: DisplayMesh) -> np.ndarray:
-    return np.ones(len(display.points))
 
 
 class _Work:
@@ -229,7 +228,7 @@ class _Work:
             middle = seen.at(other)
             use = inside & alike(more, middle)
             apart = np.linalg.norm(more.point - middle.point, axis=1)
-            own = use / (apart + 0.1 * np.minimum(more.width, 1e9))
+            own = use / (apart + 0.1 * more.width)
             total += own[:, None] * both[other]
             weight += own
             least = np.where(use, np.minimum(least, bright[other]), least)
