@@ -99,6 +99,19 @@ class Surfaces:
             return Hits(*nothing, np.zeros(count, dtype=bool))
         return nearest
 
+    def emission(self, triangle: np.ndarray, facing: np.ndarray) -> np.ndarray:
+        """Radiance (k, 3) that surfaces send towards where they are seen from.
+
+        Parameters
+        ----------
+        triangle, facing : as of `Hits`
+        """
+        materials = self.scene.materials
+        material = self.display.triangle_material[triangle]
+        front = facing != self.display.reversed[triangle]
+        glows = (triangle >= 0) & (front | np.array([m.two_sided for m in materials])[material])
+        return np.array([m.emission for m in materials])[material] * glows[:, None]
+
     def _hits(self, numbers: np.ndarray, caster: Any, origins: np.ndarray, directions: np.ndarray) -> Hits:
         t, primitive, u, v = caster.intersect(
             np.ascontiguousarray(origins - self._origin, dtype=np.float32),

@@ -265,14 +265,10 @@ def _camera(surfaces: Surfaces, light: np.ndarray, camera: Camera | None, size: 
 def _radiance(view: View, irradiance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Radiance (rays, 3) towards the camera, and whether it is that of a light source."""
     materials = view.surfaces.scene.materials
-    display = view.surfaces.display
     reflectance = np.array([m.reflectance for m in materials])
-    emission = np.array([m.emission for m in materials])
-    material = display.triangle_material[view.triangle]
-    front = view.facing != display.reversed[view.triangle]
-    glows = front | np.array([m.two_sided for m in materials])[material]
+    material = view.surfaces.display.triangle_material[view.triangle]
     radiance = reflectance[material] * np.nan_to_num(view.values(irradiance)) / np.pi
-    light = np.where(glows[:, None], emission[material], 0.0)
+    light = view.surfaces.emission(view.triangle, view.facing)
     return radiance + light, np.asarray((light > 0).any(axis=1))
 
 

@@ -12,7 +12,7 @@ from deltalux.outputs.tone import automatic_exposure, encode_srgb, tone_map
 from deltalux.units import photopic
 
 from .render import Rendering
-from .seen import alike
+from .seen import alike, neighbours
 
 
 def lit_picture(rendering: Rendering, exposure: float | None = None, stops: float = 0.0) -> Picture:
@@ -48,8 +48,9 @@ def false_colour_picture(rendering: Rendering, scale: ColourScale | None = None)
 
 def _seams(rendering: Rendering) -> tuple[np.ndarray, np.ndarray]:
     """Pixels whose right or lower neighbour shows another surface: (h, w - 1) and (h - 1, w) bool."""
-    width, height = rendering.size
-    number = np.arange(width * height).reshape(height, width)
-    pairs = (number[:, :-1], number[:, 1:]), (number[:-1], number[1:])
-    seams = [~alike(*(rendering.seen.at(side.ravel()) for side in pair)) for pair in pairs]
-    return seams[0].reshape(height, width - 1), seams[1].reshape(height - 1, width)
+    seen = rendering.seen
+    right, below = (
+        ~alike(seen.at(one.ravel()), seen.at(two.ravel())).reshape(one.shape)
+        for one, two in neighbours(rendering.size)
+    )
+    return right, below

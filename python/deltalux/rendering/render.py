@@ -17,7 +17,7 @@ from deltalux.session import Session
 from deltalux.surfaces import Surfaces
 
 from .light import PointLight
-from .seen import Seen, alike, look
+from .seen import Seen, alike, look, neighbours
 from .spread import Fineness, padded, spread
 
 LARGEST = 2**15  # pixels along a side
@@ -183,20 +183,18 @@ class _Work:
 
     def _edges(self, seen: Seen, direct: np.ndarray) -> np.ndarray:
         """(pixels,) bool: a neighbour shows another surface, or other direct light."""
-        width, height = self._size
-        pixels = np.arange(width * height).reshape(height, width)
         bright = direct.sum(axis=1)
         floor = 0.02 * bright[seen.hit].mean() if seen.hit.any() else 0.0
-        found = np.zeros((height, width), dtype=bool)
-        for one, two in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
-            first, second = pixels[one].ravel(), pixels[two].ravel()
+        found = np.zeros(len(seen), dtype=bool)
+        for pairs in neighbours(self._size):
+            first, second = (side.ravel() for side in pairs)
             a, b = seen.at(first), seen.at(second)
             other = (a.hit | b.hit) & (~alike(a, b) | (a.material != b.material) | (a.mesh != b.mesh))
             e, f = bright[first], bright[second]
             other |= np.abs(e - f) > CONTRAST * np.maximum(0.5 * (e + f), floor)
-            found[one] |= other.reshape(pixels[one].shape)
-            found[two] |= other.reshape(pixels[one].shape)
-        return found.ravel()
+            found[first] |= other
+            found[second] |= other
+        return found
 
     def _inside(self, pixels: np.ndarray, count: int) -> tuple[Seen, np.ndarray]:
         """More places in each of `pixels`, and their pixels' numbers."""

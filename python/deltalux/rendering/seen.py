@@ -60,7 +60,7 @@ def _look(
     surfaces: Surfaces, vertex_normals: np.ndarray, camera: Camera, size: tuple[int, int],
     x: np.ndarray, y: np.ndarray,
 ) -> Seen:  # fmt: skip
-    display, materials = surfaces.display, surfaces.scene.materials
+    display = surfaces.display
     origins, directions = camera_rays(camera, size, x, y)
     hits = surfaces.intersect(origins, directions)
     triangle = np.maximum(hits.triangle, 0)
@@ -72,13 +72,19 @@ def _look(
     # Where normals of corners cancel each other out, that of the triangle is left.
     normal = np.where((np.einsum("kx,kx->k", normal, flat) > 0)[:, None], normal, flat)
     normal[~hits.facing] *= -1
-    material = display.triangle_material[triangle]
-    front = hits.facing != display.reversed[triangle]
-    glows = hits.hit & (front | np.array([m.two_sided for m in materials])[material])
-    emission = np.array([m.emission for m in materials])[material] * glows[:, None]
     depth = np.where(hits.hit, hits.distance, np.inf)
     width = 2 * np.tan(camera.vertical_fov / 2) / size[1] * depth
-    return Seen(hits.hit, point, normal, width, display.triangle_mesh[triangle], material, emission)
+    return Seen(
+        hits.hit, point, normal, width, display.triangle_mesh[triangle], display.triangle_material[triangle],
+        surfaces.emission(hits.triangle, hits.facing),
+    )  # fmt: skip
+
+
+def neighbours(size: tuple[int, int]) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
+    """Numbers of the pixels that lie side by side, (h, w - 1) each, and one below the other, (h - 1, w)."""
+    width, height = size
+    number = np.arange(width * height).reshape(height, width)
+    return (number[:, :-1], number[:, 1:]), (number[:-1], number[1:])
 
 
 def alike(one: Seen, two: Seen) -> np.ndarray:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import maximum_filter
 
-from .seen import Seen, alike
+from .seen import Seen, alike, neighbours
 
 COARSEST = 16  # pixels, at most, between those that are always asked
 BESIDE_CONTACT = 4  # this far apart, pixels beside a contact are asked
@@ -148,16 +148,15 @@ class _Grid:
 
     def _contacts(self) -> np.ndarray:
         """(height, width) bool: another surface begins here, near enough to touch."""
-        shape = self._height, self._width
-        pixels = np.arange(len(self._seen)).reshape(shape)
-        touched = np.zeros(shape, dtype=bool)
-        for one, two in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
-            a, b = self._seen.at(pixels[one].ravel()), self._seen.at(pixels[two].ravel())
+        touched = np.zeros(len(self._seen), dtype=bool)
+        for pairs in neighbours((self._width, self._height)):
+            one, two = (side.ravel() for side in pairs)
+            a, b = self._seen.at(one), self._seen.at(two)
             near = np.linalg.norm(a.point - b.point, axis=1) <= CONTACT * np.maximum(a.width, b.width)
-            touch = (a.hit & b.hit & near & ~alike(a, b)).reshape(pixels[one].shape)
+            touch = a.hit & b.hit & near & ~alike(a, b)
             touched[one] |= touch
             touched[two] |= touch
-        return touched
+        return touched.reshape(self._height, self._width)
 
     def _beside_contact(self, pixels: np.ndarray, step: int) -> np.ndarray:
         return maximum_filter(self._contact, size=2 * step + 1, mode="nearest").ravel()[pixels]
