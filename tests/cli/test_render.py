@@ -3,8 +3,11 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
+import numpy as np
+import OpenEXR
 import pytest
 from PIL import Image
 
@@ -36,10 +39,25 @@ def test_options_choose_view_exposure_and_colours(cli, tmp_path: Path):
         assert image.size[0] > 48  # the legend
 
 
+def test_layers_beside_a_picture(cli, tmp_path: Path):
+    paths = [tmp_path / "box.png", tmp_path / "box.exr"]
+    data = cli("render", "cornell_box", "-o", *paths, "--paths", "5000", "--json", *SMALL).data
+    assert data["outputs"] == [str(path) for path in paths]
+    with OpenEXR.File(str(paths[1]), separate_channels=True) as file:
+        assert json.loads(file.header()["comments"])["digest"] == data["digest"]
+        channels = {name: channel.pixels for name, channel in file.channels().items()}
+    assert channels["R"].shape == (30, 48)
+    assert np.allclose(channels["irradiance.G"], channels["direct.G"] + channels["indirect.G"])
+    assert {int(k) for k in np.unique(channels["object"])} >= {1, 2}
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (("-o", "a.exr"), "expected .png"),
+        (("-o", "a.tif"), "expected .png (picture), .exr"),
+        ((), "no result file"),
+        (("-o", "a.exr", "--false-colour"), "without a .png file"),
+        (("-o", "a.exr", "--exposure", "1"), "without a .png file"),
         (("-o", "a.png", "--size", "0x4"), "WIDTHxHEIGHT"),
         (("-o", "a.png", "--size", "9"), "WIDTHxHEIGHT"),
         (("-o", "a.png", "--eye", "1,2"), "X,Y,Z"),

@@ -3,13 +3,17 @@
 
 from __future__ import annotations
 
+import json
+import resource
+
 import deltalux as dl
 import numpy as np
+import OpenEXR
 import pytest
 from deltalux.outputs.camera import look_at
 from deltalux.outputs.images import SURROUNDINGS
 from deltalux.outputs.tone import encode_srgb
-from deltalux.rendering import false_colour_picture, lit_picture, render_session
+from deltalux.rendering import exr_channels, false_colour_picture, lit_picture, render_session, write_exr
 from rooms import box, translation
 
 SIZE = (96, 60)
@@ -223,3 +227,53 @@ def test_pictures_beyond_the_memory_are_refused_before_any_work(session):
 def test_any_size_goes(session, size):
     picture = lit_picture(render_session(session, size=size))
     assert picture.pixels.shape == (size[1], size[0], 3)
+
+
+def test_layers_are_of_the_pixel_and_of_what_it_shows(tmp_path):
+    scene = room(open_end=True)
+    back = dl.Camera("back", look_at(np.array([0.5, 1.5, 4.0]), np.array([0, 0.9, -1.0])), 1.1)
+    with dl.Session(scene, nowhere(), paths=20_000, gather=16) as session:
+        session.bake()
+        rendering = render_session(session, size=SIZE, camera=back)
+    channels = exr_channels(rendering)
+    width, height = SIZE
+    assert {values.shape for values in channels.values()} == {(height, width)}
+    nothing = channels["object"] == 0
+    assert nothing.any()
+    assert np.isinf(channels["depth"][nothing]).all()
+    assert not np.stack([channels[f"normal.{c}"] for c in "XYZ"])[:, nothing].any()
+    # Depth and normal lead back to the walls of the box.
+    y, x = np.nonzero(channels["object"] == 1)
+    scale = 2 * np.tan(back.vertical_fov / 2) / height
+    local = np.stack(
+        [(x + 0.5 - width / 2) * scale, (height / 2 - y - 0.5) * scale, -np.ones(len(x))], axis=1
+    )
+    point = back.pose[:3, 3] + channels["depth"][y, x, None] * (local @ back.pose[:3, :3].T)
+    low, high = np.array([-2, 0, -2]), np.array([2, 2.6, 2])
+    assert (np.minimum(np.abs(point - low), np.abs(point - high)).min(axis=1) < 1e-4).all()
+    normal = np.stack([channels[f"normal.{c}"][y, x] for c in "XYZ"], axis=1)
+    assert np.allclose(np.abs(normal).max(axis=1), 1)
+    covered = channels["A"] == 1
+    plain = np.isin(channels["object"], [1, 2, 4]) & covered
+    alone = plain & (np.bincount(rendering.pixel, minlength=width * height).reshape(height, width) == 1)
+    assert alone.any()
+    shown = channels["albedo.R"] * channels["irradiance.R"] / np.pi
+    assert np.allclose(channels["R"][alone], shown[alone], rtol=1e-6)
+    assert ((channels["A"] == 0) <= (channels["R"] == 0)).all()
+    write_exr(tmp_path / "a.exr", rendering, {"program": "x"})
+    with OpenEXR.File(str(tmp_path / "a.exr"), separate_channels=True) as file:
+        header = file.header()
+        assert json.loads(header["objects"]) == ["walls", "shelf", "panel", "block"]
+        assert (header["unit"], json.loads(header["comments"])) == ("W/m2", {"program": "x"})
+        for name, values in channels.items():
+            assert np.array_equal(file.channels()[name].pixels, values)
+            assert file.channels()[name].pixels.dtype == values.dtype
+    whole = (tmp_path / "a.exr").read_bytes()
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (len(whole) // 2, limits[1]))
+        with pytest.raises(OSError, match=r"could not be written.*what was there is as before"):
+            write_exr(tmp_path / "a.exr", rendering)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert (tmp_path / "a.exr").read_bytes() == whole

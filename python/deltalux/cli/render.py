@@ -12,7 +12,14 @@ import typer
 
 import deltalux as dl
 from deltalux.outputs.camera import look_at
-from deltalux.rendering import MOST_RAYS, check_size, false_colour_picture, lit_picture, render_session
+from deltalux.rendering import (
+    MOST_RAYS,
+    check_size,
+    false_colour_picture,
+    lit_picture,
+    render_session,
+    write_exr,
+)
 
 from .console import Terminal
 from .inputs import foreign_light, open_scene
@@ -21,6 +28,7 @@ from .options import (
     JsonOption,
     LightUnitsOption,
     MemoryLimitOption,
+    MoreOutputsArgument,
     MovableOption,
     PathsOption,
     QuietOption,
@@ -30,15 +38,25 @@ from .options import (
     parse_place,
     parse_size,
 )
-from .targets import PICTURE, SESSION, check_writable, command_line, keep_inputs
+from .targets import LAYERS, PICTURE, SESSION, check_targets, command_line, keep_inputs
 from .view import SourceArgument, refuse_options_of_the_bake
 
 OF_THE_BAKE = ("movable", "paths", "seed", "memory_limit", "light_units")
 MOST_STOPS = 32
 FIELD_OF_VIEW = 0.9  # radians, of a camera that --eye places
 
-OutputOption = Annotated[
-    Path, typer.Option("-o", "--output", metavar="OUT.png", help="The picture.", show_default=False)
+KINDS = {PICTURE: "picture", LAYERS: "light per pixel"}
+
+RenderOutputsOption = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "-o",
+        "--output",
+        metavar="OUT…",
+        help="Result file, its kind by suffix (repeatable, or several after one -o): .png picture, .exr "
+        "numbers per pixel in layers: light, direct, indirect, albedo, normal, depth, object.",
+        show_default=False,
+    ),
 ]
 CameraOption = Annotated[
     str | None,
@@ -80,7 +98,8 @@ RaysOption = Annotated[
 def run(
     context: typer.Context,
     source: SourceArgument,
-    output: OutputOption,
+    more: MoreOutputsArgument = None,
+    output: RenderOutputsOption = None,
     camera: CameraOption = None,
     eye: EyeOption = None,
     target: TargetOption = None,
@@ -109,9 +128,12 @@ def run(
 
     Lux in false colours, from a place of your own, after an update:
     deltalux render moved.dlx -o lux.png --false-colour --eye 4,1.6,3 --target 0,1,0
+
+    A picture, and its numbers for compositing:
+    deltalux render room.glb -o room.png room.exr
     """
-    _check_options(output, camera, eye, target, gather, exposure)
-    keep_inputs([output], [source])
+    targets = check_targets(output, more, [source], kinds=KINDS)
+    _check_options(targets, camera, eye, target, gather, exposure, false_colour)
     check_size(size, memory_limit)
     rays = None if gather == "auto" else int(gather)
     terminal = Terminal(as_json, quiet)
@@ -122,7 +144,7 @@ def run(
             terminal.warn(foreign_light(session, source))
         else:
             scene = open_scene(source, movable, light_units)
-            keep_inputs([output], scene.files)
+            keep_inputs(targets, scene.files)
             nowhere = dl.Samples(np.zeros((0, 3)), np.zeros((0, 3)))
             session = dl.Session(
                 scene, nowhere, paths=paths, gather=rays or MOST_RAYS, seed=seed, threads=threads,
@@ -139,18 +161,33 @@ def run(
             )
             data = _facts(session, rendering.gathered, len(rendering.pixel), picture.exposure)
         about = {"program": f"deltalux {dl.__version__}", "command": command_line(context.obj), **data}
-        replace(picture, about=about).save(output)
-    data |= {"source": source, "outputs": [str(output)]}
-    terminal.result(data, f"wrote {output}")
+        for path in targets:
+            if path.suffix.lower() == LAYERS:
+                write_exr(path, rendering, about)
+            else:
+                replace(picture, about=about).save(path)
+    data |= {"source": source, "outputs": [str(path) for path in targets]}
+    terminal.result(data, *(f"wrote {path}" for path in targets))
 
 
 def _check_options(
-    output: Path, camera: str | None, eye: Any, target: Any, gather: str | int, exposure: float
+    targets: list[Path],
+    camera: str | None,
+    eye: Any,
+    target: Any,
+    gather: str | int,
+    exposure: float,
+    false_colour: bool,
 ) -> None:
+    if not targets:
+        raise typer.BadParameter("found no result file, expected -o OUT.png or -o OUT.exr")
+    if all(path.suffix.lower() == LAYERS for path in targets) and (exposure or false_colour):
+        raise typer.BadParameter(
+            f"found {'--false-colour' if false_colour else '--exposure'} without a {PICTURE} file; "
+            f"{LAYERS} files hold light itself, leave it out"
+        )
     if not abs(exposure) <= MOST_STOPS:
         raise typer.BadParameter(f"--exposure: found {exposure:g}, expected stops up to {MOST_STOPS}")
-    if output.suffix.lower() != PICTURE:
-        raise typer.BadParameter(f"output '{output}': found suffix '{output.suffix}', expected {PICTURE}")
     if gather == "off":
         raise typer.BadParameter("found --gather off; a picture per pixel needs rays, auto or a number")
     if (eye is None) != (target is None):
@@ -159,7 +196,6 @@ def _check_options(
         raise typer.BadParameter("found --camera and --eye; give one of them")
     if eye is not None and eye == target:
         raise typer.BadParameter("found --eye and --target at one place, expected two places")
-    check_writable(output)
 
 
 def _camera(scene: dl.Scene, name: str | None, eye: Any, target: Any) -> dl.Camera | None:

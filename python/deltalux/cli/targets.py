@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import os
 import shlex
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import typer
@@ -21,6 +21,7 @@ from deltalux.outputs.vertex_colors import write_glb
 SESSION = ".dlx"
 PICTURE = ".png"
 MESH = ".glb"
+LAYERS = ".exr"
 WRITERS: dict[str, tuple[str, Callable[[Path, Baked], None]]] = {
     MESH: ("lit mesh", write_glb),
     PICTURE: ("picture", write_png),
@@ -35,6 +36,7 @@ def check_targets(
     more: Sequence[Path] | None,
     inputs: Sequence[str | Path],
     planes: int = 0,
+    kinds: Mapping[str, str] = KINDS,
 ) -> list[Path]:
     """Return the result files, certain to be of a known kind and in a writable place.
 
@@ -44,6 +46,7 @@ def check_targets(
     more : words that followed the last value of -o
     inputs : files that the command reads, as far as they are known before any of them is read
     planes : number of working planes; 0 = samples on the surfaces
+    kinds : what the command writes, by suffix
 
     Raises
     ------
@@ -55,8 +58,8 @@ def check_targets(
     targets = [*(outputs or ()), *(more or ())]
     for path in targets:
         kind = path.suffix.lower()
-        if kind not in KINDS:
-            known = ", ".join(f"{suffix} ({name})" for suffix, name in KINDS.items())
+        if kind not in kinds:
+            known = ", ".join(f"{suffix} ({name})" for suffix, name in kinds.items())
             raise typer.BadParameter(f"output '{path}': found suffix '{path.suffix}', expected {known}")
         if kind == MESH and planes:
             raise typer.BadParameter(f"output '{path}': a mesh needs samples on surfaces; leave out --grid")

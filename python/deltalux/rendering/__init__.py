@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pictures in which every pixel has its own light."""
 
+from .exr import exr_channels, write_exr
 from .pictures import false_colour_picture, lit_picture
 from .render import LARGEST, MOST_RAYS, Rendering, check_size, render_session
 
@@ -9,7 +10,9 @@ __all__ = [
     "MOST_RAYS",
     "Rendering",
     "check_size",
+    "exr_channels",
     "false_colour_picture",
     "lit_picture",
     "render_session",
+    "write_exr",
 ]
