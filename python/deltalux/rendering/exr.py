@@ -23,9 +23,9 @@ def exr_channels(rendering: Rendering) -> dict[str, np.ndarray]:
 
     `R`, `G`, `B` are radiance towards the camera, emission included, and `A` the share of a pixel that
     surfaces cover; these and the layers `irradiance`, `direct`, `indirect` and `albedo` are means over a
-    pixel's places, 0 where nothing is seen (so colours are premultiplied by `A`). `normal.X`, `.Y`, `.Z` (world,
-    towards the camera), `depth` (metres along the camera's axis, infinite where nothing is seen) and
-    `object` (0 = nothing, else 1 + the index of the scene's mesh) are of the pixel's middle. Single
+    pixel's places, 0 where nothing is seen (so colours are premultiplied by `A`). `normal.X`, `.Y`, `.Z`
+    (world, towards the camera), `depth` (metres along the camera's axis, infinite where nothing is seen)
+    and `object` (0 = nothing, else 1 + the index of the scene's mesh) are of the pixel's middle. Single
     precision but for `object`, which has 32-bit unsigned integers.
     """
     seen = rendering.seen
