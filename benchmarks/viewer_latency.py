@@ -219,7 +219,7 @@ def print_result(result: dict[str, Any]) -> None:
 
 def in_part(scene: dl.Scene, count: int) -> dl.Samples:
     """At most `count` samples: on the trolley, and on the static meshes with the fewest vertices."""
-    display = dl.Samples.on_vertices(scene).display
+    display = dl.Samples.on_vertices(scene, share=False).display
     assert display is not None
     sizes = np.bincount(display.vertex_mesh, minlength=len(scene.meshes))
     order = sorted(range(len(sizes)), key=lambda mesh: (not scene.meshes[mesh].movable, sizes[mesh]))

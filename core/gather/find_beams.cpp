@@ -52,8 +52,8 @@ std::optional<BeamGuide> find_beam(const Present& present, const Evaluation& eva
     as_bright += vote->radiosity > kFalloff * brightest;
     if (vote->bright()) ++bright, weight += vote->weight;
   }
-  if (!votes.suffice(bright, as_bright, weight)) return std::nullopt;
-  const BeamGuide guide{light, float(sent * Beam::kPoints / double(landed)), median(around)};
+  if (!Votes::suffice(bright, as_bright, weight, votes.variance)) return std::nullopt;
+  const BeamGuide guide{light, float(sent * Beam::kPoints / double(landed)), quantile(around, 0.5)};
   return guide.flaw(present.lights) ? std::nullopt : std::optional(guide);
 }
 

@@ -15,6 +15,7 @@ constexpr float kBeyond = 1.3f;        // of the distance of that: how far the g
 constexpr float kAlike = 0.9f;         // cosine between normals of one place
 constexpr float kFlat = 0.3f;          // of half a cell's edge: how much a place may rise
 constexpr float kFalloff = 0.3f;       // between two that are about as bright
+constexpr int kMostTried = 1024;       // places
 constexpr double kLeastChance = 0.05;  // of a texel, of the mean: cells are not all that is there
 
 /// How far from the first vote most of the bright ones beside it lie, and a little more.
@@ -36,8 +37,7 @@ float extent(const std::vector<Vote>& votes, const Beside& beside, float margin)
 
 /// Takes out the first vote and others around it. A guide, if the place is bright to most who see
 /// it: a wall is, to those who see it through a gap alone.
-std::optional<Guide> take_place(const Votes& before, std::vector<Vote>& votes, float reach,
-                                float margin) {
+std::optional<Guide> take_place(std::vector<Vote>& votes, float reach, float margin) {
   const Vote first = votes.front();
   const auto beside = [&](const Vote& other) {
     const Vec3f d = other.at - first.at;
@@ -50,11 +50,12 @@ std::optional<Guide> take_place(const Votes& before, std::vector<Vote>& votes, f
            kFalloff * other.radiosity < first.radiosity && beside(other);
   };
   size_t bright = 0, as_bright = 0;
-  double weight = 0;
+  double weight = 0, variance = 0;  // of the place, of all that is left
   Box box;
   Vec3d normal{};
   std::vector<float> around;
   for (const Vote& vote : votes) {
+    variance += vote.weight;
     if (!beside(vote)) continue;
     // Of all who look there: those whose ray met the brightest take it for too bright a room.
     around.push_back(vote.around);
@@ -64,13 +65,13 @@ std::optional<Guide> take_place(const Votes& before, std::vector<Vote>& votes, f
     normal = normal + Vec3d(vote.normal) * vote.weight;
     weight += vote.weight;
   }
-  if (!before.suffice(bright, as_bright, weight)) {
+  if (!Votes::suffice(bright, as_bright, weight, variance)) {
     std::erase_if(votes, alike);
     return std::nullopt;
   }
   Guide guide{};
   guide.centre = box.centre(), guide.normal = normalize(Vec3f(normal));
-  guide.around = median(around), guide.rise = margin;
+  guide.around = quantile(around, 0.5), guide.rise = margin;
   for (const Vote& vote : votes)
     if (vote.bright() && beside(vote))
       guide.half = std::max(guide.half, length(vote.at - guide.centre) + margin);
@@ -129,8 +130,9 @@ std::vector<Guide> find_guides(const Present& present, const Evaluation& evaluat
   std::vector<Vote> left = votes.all;
   std::vector<Guide> guides;
   const float margin = 0.5f * present.cells.edge();
-  while (!left.empty() && left.front().bright() && guides.size() < kMostGuides) {
-    std::optional<Guide> guide = take_place(votes, left, kReach * present.cells.metre(), margin);
+  for (int tried = 0; tried < kMostTried && guides.size() < kMostGuides; ++tried) {
+    if (left.empty() || !left.front().bright()) break;
+    std::optional<Guide> guide = take_place(left, kReach * present.cells.metre(), margin);
     progress.check();
     if (!guide) continue;
     paint(*guide, present, evaluation, finder);

@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numbers>
+#include <optional>
 
+#include "base/random.h"
 #include "gather/directions.h"
 #include "gather/guide.h"
 
@@ -14,13 +17,22 @@ namespace {
 
 constexpr size_t kPilots = 1024;     // at most
 constexpr uint32_t kPilotRays = 64;  // of each
+constexpr size_t kAsked = 4096;      // bright cells, at most, that few rays of pilots met
+constexpr uint32_t kFew = 8;         // rays; what their number tells is chance
+constexpr uint32_t kAskers = 64;     // pilots that look for each of them
+constexpr double kDim = 0.1;         // share of the pilots whose surroundings are darker
 
-std::vector<Vote> vote(const Present& present, const Evaluation& evaluation,
-                       const CellFinder& finder, const Directions& directions,
-                       const direct::Receiver& receiver) {
-  std::vector<Vote> out;
+/// What a pilot's rays met.
+struct Poll {
+  std::vector<Vote> votes;
+  float all = 0;  ///< sum of the radiosities, beams included
+};
+
+Poll vote(const Present& present, const Evaluation& evaluation, const CellFinder& finder,
+          const Directions& directions, const direct::Receiver& receiver) {
+  Poll poll;
+  auto& [out, all] = poll;
   const Vec3f origin = receiver.point + receiver.normal * receiver.slack();
-  float all = 0;
   for (uint32_t ray = 0; ray < kPilotRays; ++ray) {
     const Vec3f w = directions(receiver.key, ray, receiver.normal);
     const trace::Hit hit = present.caster.closest(origin, w);
@@ -42,6 +54,104 @@ std::vector<Vote> vote(const Present& present, const Evaluation& evaluation,
     own.weight = double(own.radiosity / all) * double(own.radiosity / all);
     own.around = all / kPilotRays;
   }
+  return poll;
+}
+
+/// A cell where light falls.
+struct LitCell {
+  uint32_t number, own;  ///< among all, of its body
+  uint32_t object;       ///< or kNone: it does not move
+  const BodyCells* body;
+  Pose pose;
+  uint16_t covered;  ///< by probe
+
+  /// On the first bare place from this probe on.
+  direct::Receiver place(uint32_t probe) const {
+    while (covered >> probe & 1) probe = (probe + 1) % BodyCells::kProbes;
+    const Vec3f p = body->probe(own, probe), n = body->normal(own);
+    return {pose.point(p), pose.direction(n), object, body->rise(), direct::place_key(p, n)};
+  }
+};
+
+/// Calls visit(LitCell) for cells that lie bare somewhere.
+template <class Visit>
+void each_lit(const Present& present, const Evaluation& evaluation,
+              std::span<const uint16_t> covered, const Visit& visit) {
+  present.cells.each_body([&](uint32_t first, uint32_t object, const BodyCells& body) {
+    const bool moves = object != scene::kNone;
+    if (moves && !present.scene.objects[object].present) return;
+    const Pose pose = moves ? present.scene.objects[object].pose : Pose{};
+    for (uint32_t own = 0; own < body.size(); ++own) {
+      const uint32_t cell = first + own;
+      if (!body.has_probes(own) || !(evaluation.brightness(cell) > 0)) continue;
+      if (std::countr_one(covered[cell]) < int(BodyCells::kProbes))
+        visit(LitCell{cell, own, object, &body, pose, covered[cell]});
+    }
+  });
+}
+
+/// A cell that some pilots look for.
+struct Asked {
+  LitCell cell;
+  double noise;  ///< that it makes where it is seen, up to a factor
+};
+
+/// Of cells brighter than `least` that few rays met, those that make most noise. `hits`: per cell.
+std::vector<Asked> rarely_met(const Present& present, const Evaluation& evaluation,
+                              std::span<const uint16_t> covered, std::span<const uint32_t> hits,
+                              float least) {
+  std::vector<Asked> out;
+  each_lit(present, evaluation, covered, [&](const LitCell& cell) {
+    const float radiosity = evaluation.brightness(cell.number);
+    if (hits[cell.number] >= kFew || !(radiosity > least) || !std::isfinite(radiosity)) return;
+    const double area = double(present.cells.area(cell.number));
+    out.push_back({cell, double(radiosity) * double(radiosity) * area});
+  });
+  std::stable_sort(out.begin(), out.end(),
+                   [](const Asked& a, const Asked& b) { return a.noise > b.noise; });
+  if (out.size() > kAsked) out.resize(kAsked);
+  return out;
+}
+
+/// The vote that a pilot's rays would cast for the cell on the average; none where it is not seen.
+std::optional<Vote> expected_vote(const Present& present, const Evaluation& evaluation,
+                                  const direct::Receiver& pilot, float all, uint32_t cell,
+                                  const direct::Receiver& place) {
+  const Vec3f origin = pilot.point + pilot.normal * pilot.slack();
+  const Vec3f to = place.point + place.normal * place.slack();
+  const Vec3f d = to - origin;
+  const float distance = length(d);
+  if (!(distance > present.cells.near(cell))) return std::nullopt;
+  const Vec3f w = d * (1 / distance);
+  const float here = dot(w, pilot.normal), there = -dot(w, place.normal);
+  if (!(here > 0) || !(there > 0) || present.caster.occluded(origin, w, distance))
+    return std::nullopt;
+  const float chance = std::min(1.0f, here * there * present.cells.area(cell) /
+                                          (std::numbers::pi_v<float> * distance * distance));
+  const float radiosity = evaluation.brightness(cell);
+  all += kPilotRays * chance * radiosity;
+  const double share = double(radiosity / all);
+  return Vote{place.point, place.normal,     cell,
+              radiosity,   all / kPilotRays, kPilotRays * double(chance) * share * share};
+}
+
+/// Of some of the pilots, for the cell; their weights stand for all pilots.
+std::vector<Vote> expected_votes(const Present& present, const Evaluation& evaluation,
+                                 std::span<const direct::Receiver> pilots,
+                                 std::span<const Poll> polls, const Asked& asked, uint64_t seed) {
+  std::vector<Vote> out;
+  const PathRandom random(seed ^ 0x61736b65642121ull, asked.cell.place(0).key);
+  for (uint32_t k = 0; k < kAskers; ++k) {
+    const auto number = size_t(random(k, 0) * float(pilots.size()));
+    const size_t pilot = std::min(number, pilots.size() - 1);
+    if (!(polls[pilot].all > 0)) continue;
+    const auto probe = uint32_t(random(k, 1) * float(BodyCells::kProbes)) % BodyCells::kProbes;
+    auto own = expected_vote(present, evaluation, pilots[pilot], polls[pilot].all,
+                             asked.cell.number, asked.cell.place(probe));
+    if (!own) continue;
+    own->weight *= double(pilots.size()) / kAskers;
+    out.push_back(*own);
+  }
   return out;
 }
 
@@ -50,19 +160,8 @@ std::vector<Vote> vote(const Present& present, const Evaluation& evaluation,
 std::vector<direct::Receiver> lit_places(const Present& present, const Evaluation& evaluation,
                                          std::span<const uint16_t> covered) {
   std::vector<direct::Receiver> lit;
-  present.cells.each_body([&](uint32_t first, uint32_t object, const BodyCells& body) {
-    const bool moves = object != scene::kNone;
-    if (moves && !present.scene.objects[object].present) return;
-    const Pose pose = moves ? present.scene.objects[object].pose : Pose{};
-    for (uint32_t own = 0; own < body.size(); ++own) {
-      if (!body.has_probes(own) || !(evaluation.brightness(first + own) > 0)) continue;
-      const int bare = std::countr_one(covered[first + own]);
-      if (bare >= int(BodyCells::kProbes)) continue;
-      const Vec3f p = body.probe(own, uint32_t(bare)), n = body.normal(own);
-      lit.push_back(
-          {pose.point(p), pose.direction(n), object, body.rise(), direct::place_key(p, n)});
-    }
-  });
+  each_lit(present, evaluation, covered,
+           [&](const LitCell& cell) { lit.push_back(cell.place(0)); });
   const size_t step = (lit.size() + kPilots - 1) / kPilots;
   for (size_t i = 0; i * step < lit.size(); ++i) lit[i] = lit[i * step];
   if (step > 1) lit.resize((lit.size() + step - 1) / step);
@@ -75,7 +174,7 @@ Votes::Votes(const Present& present, const Evaluation& evaluation,
   const std::vector<direct::Receiver> pilots = lit_places(present, evaluation, covered);
   const Directions directions(kPilotRays, seed ^ 0x6775696465212121ull);
   const CellFinder finder(present.scene, present.cells);
-  std::vector<std::vector<Vote>> found(pilots.size());
+  std::vector<Poll> found(pilots.size());
   progress.begin("find bright places", found.size());
   workers.for_blocks(found.size(), 16, [&](size_t begin, size_t end) {
     progress.check();
@@ -83,17 +182,37 @@ Votes::Votes(const Present& present, const Evaluation& evaluation,
       found[i] = vote(present, evaluation, finder, directions, pilots[i]);
     progress.advance(end - begin);
   });
-  for (const std::vector<Vote>& own : found)
-    for (const Vote& vote : own) all.push_back(vote), variance += vote.weight;
-  // Bright ones come first: who is bright follows from the weight.
-  std::stable_sort(all.begin(), all.end(),
-                   [](const Vote& a, const Vote& b) { return a.weight > b.weight; });
+  std::vector<uint32_t> hits(present.cells.size());
+  std::vector<float> around;
+  for (const Poll& poll : found) {
+    if (poll.all > 0) around.push_back(poll.all / kPilotRays);
+    for (const Vote& vote : poll.votes) ++hits[vote.cell];
+  }
+  if (around.empty()) return;
+  const float least = Vote::kBright * quantile(around, kDim);
+  const std::vector<Asked> asked = rarely_met(present, evaluation, covered, hits, least);
+  std::vector<std::vector<Vote>> expected(asked.size());
+  workers.for_blocks(asked.size(), 64, [&](size_t begin, size_t end) {
+    progress.check();
+    for (size_t i = begin; i < end; ++i)
+      expected[i] = expected_votes(present, evaluation, pilots, found, asked[i], seed);
+  });
+  std::vector<bool> is_asked(hits.size());
+  for (const Asked& own : asked) is_asked[own.cell.number] = true;
+  for (const Poll& poll : found)
+    for (const Vote& vote : poll.votes)
+      if (!is_asked[vote.cell]) all.push_back(vote);
+  for (const auto& own : expected) all.insert(all.end(), own.begin(), own.end());
+  for (const Vote& vote : all) variance += vote.weight;
+  std::stable_sort(all.begin(), all.end(), [](const Vote& a, const Vote& b) {
+    return a.bright() != b.bright() ? a.bright() : a.weight > b.weight;
+  });
 }
 
-float median(std::vector<float>& values) {
-  const auto middle = values.begin() + long(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+float quantile(std::vector<float>& values, double share) {
+  const auto at = values.begin() + long(share * double(values.size()));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
 }
 
 }  // namespace deltalux::gather

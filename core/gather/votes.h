@@ -11,29 +11,30 @@
 
 namespace deltalux::gather {
 
-/// What a ray of a pilot met.
+/// What a ray of a pilot met, or would meet by some chance.
 struct Vote {
   static constexpr float kBright = 3;  ///< times the mean of a pilot's rays
   Vec3f at, normal;
   uint32_t cell;
   float radiosity, around;
-  double weight;  ///< share of its pilot's variance
+  double weight;  ///< share of its pilot's variance, times the chance
   bool bright() const { return radiosity > kBright * around; }
 };
 
 struct Votes {
   static constexpr size_t kLeast = 3;           ///< for a guide
-  static constexpr double kLeastShare = 0.003;  ///< of the variance, for a place to be worth one
+  static constexpr double kLeastShare = 0.01;  ///< of the variance, for a place to be worth one
 
   /// `covered`: of Coverage.
   Votes(const Present& present, const Evaluation& evaluation, std::span<const uint16_t> covered,
         uint64_t seed, const Workers& workers, Progress& progress);
-  /// Whether `bright` ones of `count`, of that weight together, are bright to most who see them.
-  bool suffice(size_t bright, size_t count, double weight) const {
+  /// Whether `bright` ones of `count`, of that weight together, are bright to most who see them, and
+  /// worth a guide beside the variance that is left.
+  static bool suffice(size_t bright, size_t count, double weight, double variance) {
     return bright >= kLeast && 2 * bright >= count && weight > kLeastShare * variance;
   }
 
-  std::vector<Vote> all;  ///< the heaviest first
+  std::vector<Vote> all;  ///< bright ones first, of these and of the others the heaviest
   double variance = 0;    ///< sum of their weights
 };
 
@@ -41,6 +42,7 @@ struct Votes {
 std::vector<direct::Receiver> lit_places(const Present& present, const Evaluation& evaluation,
                                          std::span<const uint16_t> covered);
 
-float median(std::vector<float>& values);
+/// The value that this share of them lies below; reorders them.
+float quantile(std::vector<float>& values, double share);
 
 }  // namespace deltalux::gather

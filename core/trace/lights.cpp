@@ -316,7 +316,9 @@ Emission emit(const Light& light, uint64_t seed, uint64_t index, uint32_t batche
     case scene::LightKind::sun:
       break;
   }
-  return {light.corner + light.frame_u * r[0] + light.frame_v * r[1], light.direction};
+  if (!light.map) return emit_from_sun(light, r[0], r[1]);
+  const SunMap::Start place = light.map->start(r[0], r[1]);
+  return emit_from_sun(light, place.u, place.v, place.weight);
 }
 
 }  // namespace deltalux::trace

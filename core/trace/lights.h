@@ -2,12 +2,14 @@
 // Lights as sources of paths: geometry in the present pose, total power, emission of one path.
 #pragma once
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "base/random.h"
 #include "base/vec.h"
 #include "scene/scene.h"
+#include "trace/sun_map.h"
 
 namespace deltalux::trace {
 
@@ -19,7 +21,8 @@ struct LightTriangle {
 };
 
 /// An area light is one connected piece of an object's triangles of one material; a punctual light
-/// is one entry of Scene::lights. Every path of a light carries the same power at birth.
+/// is one entry of Scene::lights. Every path of a light carries the same power at birth, but for
+/// those of a sun with a map.
 struct Light {
   scene::LightKind kind = scene::LightKind::area;
   uint32_t group = 0;
@@ -39,9 +42,13 @@ struct Light {
   Vec3f intensity{};                 ///< punctual (sun: irradiance)
   float inner_versine = 0, outer_versine = 1;  ///< spot, see scene::PunctualLight
   Vec3f frame_u{}, frame_v{}, corner{};        ///< sun: its rectangle spans corner + a u + b v
+  std::shared_ptr<const SunMap> map;           ///< sun: where on it paths begin; null = evenly
   Box bounds;                                  ///< of the source; empty for a sun
 
   uint64_t first_path = 0, path_count = 0;  ///< its own range of path numbers
+
+  /// Power that a path may carry, of the mean.
+  double most_weight() const { return map ? double(map->most_weight()) : 1.0; }
 };
 
 /// KHR_lights_punctual: full inside the inner cone, zero outside the outer one. `versine` is 1 -
@@ -79,7 +86,13 @@ std::vector<double> shares_by_power(std::span<const Light> lights);
 
 struct Emission {
   Vec3f origin, direction;
+  float weight = 1;  ///< of the mean path's power
 };
+
+/// Of a sun, at a place of its rectangle, in [0, 1).
+inline Emission emit_from_sun(const Light& light, float u, float v, float weight = 1) {
+  return {light.corner + light.frame_u * u + light.frame_v * v, light.direction, weight};
+}
 
 /// Start of path `index` of `light` (0 .. path_count). `batch` selects the scrambling, so batches
 /// are independent estimates.

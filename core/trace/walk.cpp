@@ -19,7 +19,11 @@ enum : uint32_t { kScatterU, kScatterV, kSurvive };
 
 Flight Walk::birth(const Light& light, uint64_t index,
                    const std::array<uint32_t, 3>& quanta) const {
-  const Emission e = emit(light, options_.seed, index, options_.batches);
+  return birth(light, index, emit(light, options_.seed, index, options_.batches), quanta);
+}
+
+Flight Walk::birth(const Light& light, uint64_t index, const Emission& e,
+                   const std::array<uint32_t, 3>& quanta) const {
   Flight flight;
   flight.direction = encode_direction(e.direction);
   flight.origin = e.origin;
@@ -30,7 +34,9 @@ Flight Walk::birth(const Light& light, uint64_t index,
     if (entry < std::numeric_limits<float>::infinity())
       flight.origin = e.origin + decode_direction(flight.direction) * entry;
   }
-  for (int c = 0; c < 3; ++c) flight.power[c] = quanta[c];
+  for (int c = 0; c < 3; ++c)
+    flight.power[c] =
+        e.weight == 1 ? quanta[c] : uint32_t(double(quanta[c]) * double(e.weight) + 0.5);
   flight.path = uint32_t(light.first_path + index);
   return flight;
 }
@@ -81,7 +87,7 @@ EnergyScale choose_scale(std::span<const Light> lights, uint32_t max_bounces) {
   for (const Light& light : lights) {
     paths += double(light.path_count);
     for (int c = 0; c < 3; ++c)
-      most = std::max(most, light.most_power * light.power[c] /
+      most = std::max(most, light.most_weight() * light.most_power * light.power[c] /
                                 double(std::max<uint64_t>(1, light.path_count)));
   }
   if (!(most > 0)) return {1.0};
@@ -97,7 +103,7 @@ std::array<uint32_t, 3> birth_quanta(const Light& light, const EnergyScale& scal
   for (int c = 0; c < 3; ++c) {
     const double q =
         std::nearbyint(factor * light.power[c] / double(light.path_count) / scale.quantum);
-    if (!(q <= 0x1p31))
+    if (!(q * light.most_weight() <= 0x1p31))
       throw OptionError(
           "light: a path would carry more than the session's integer scale holds; "
           "start a new session with this light in the scene");

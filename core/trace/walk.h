@@ -52,6 +52,9 @@ class Walk {
 
   /// First flight of path `index` of `light`; `quanta` from birth_quanta().
   Flight birth(const Light& light, uint64_t index, const std::array<uint32_t, 3>& quanta) const;
+  /// The same of a path that begins so.
+  Flight birth(const Light& light, uint64_t index, const Emission& start,
+               const std::array<uint32_t, 3>& quanta) const;
   /// Traces `flight` and scatters it.
   Landing fly(const Flight& flight, uint32_t bounce) const;
   /// The same for a first hit that is known already.
@@ -66,7 +69,7 @@ class Walk {
 /// Scale for which no path's power at birth exceeds 31 bits, nor any sum of
 /// `paths` * `max_bounces` crossings 63 bits. Throws OptionError where that is impossible.
 EnergyScale choose_scale(std::span<const Light> lights, uint32_t max_bounces);
-/// Power of each path of `light`, times `factor`, in quanta. Throws OptionError on overflow.
+/// Mean power of the paths of `light`, times `factor`, in quanta. Throws OptionError on overflow.
 std::array<uint32_t, 3> birth_quanta(const Light& light, const EnergyScale& scale, double factor);
 
 }  // namespace deltalux::trace

@@ -350,7 +350,11 @@ EnergyAudit Session::audit() const {
   for (const trace::Light& light : s.lights) {
     if (!light.on) continue;
     const auto quanta = trace::birth_quanta(light, s.scale, s.birth_factor(light));
-    for (int c = 0; c < 3; ++c) audit.emitted[c] += int64_t(quanta[c]) * int64_t(light.path_count);
+    const trace::Walk walk = s.walk();
+    for (uint64_t i = 0; i < light.path_count; ++i) {
+      const trace::Flight flight = walk.birth(light, i, quanta);
+      for (int c = 0; c < 3; ++c) audit.emitted[c] += flight.power[c];
+    }
   }
   const auto& levels = s.store.levels();
   for (uint32_t b = 0; b < levels.size(); ++b)

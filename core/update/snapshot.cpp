@@ -43,6 +43,39 @@ void append_level(const segments::Level& level, size_t bounce, const segments::E
   }
 }
 
+static_assert(sizeof(trace::SunMap::Leaf) == 16);
+
+void save_maps(std::span<const trace::Light> lights, ArchiveView& archive) {
+  std::vector<uint32_t> leaves;
+  archive.append("sun_maps", std::span<const trace::SunMap::Leaf>());
+  for (const trace::Light& light : lights) {
+    leaves.push_back(light.map ? uint32_t(light.map->leaves.size()) : 0);
+    if (light.map) archive.append("sun_maps", light.map->leaves);
+  }
+  archive.keep("sun_map_leaves", leaves);
+}
+
+void restore_maps(ArchiveSource& archive, std::span<trace::Light> lights) {
+  const auto leaves = archive.read_all<uint32_t>("sun_map_leaves", lights.size());
+  size_t all = 0;
+  for (size_t i = 0; i < lights.size(); ++i) {
+    if (leaves[i] && lights[i].kind != scene::LightKind::sun)
+      snapshot::refuse("\"sun_map_leaves\": found leaves of a light that is no sun");
+    all += leaves[i];
+  }
+  archive.expect<trace::SunMap::Leaf>("sun_maps", all);
+  for (size_t i = 0; i < lights.size(); ++i) {
+    lights[i].map = nullptr;
+    if (!leaves[i]) continue;
+    auto map = std::make_shared<trace::SunMap>();
+    map->leaves.resize(leaves[i]);
+    archive.read("sun_maps", std::span(map->leaves));
+    if (const char* flaw = map->flaw())
+      snapshot::refuse("\"sun_maps\": found " + std::string(flaw));
+    lights[i].map = std::move(map);
+  }
+}
+
 }  // namespace
 
 ArchiveView Session::save() const {
@@ -78,6 +111,7 @@ ArchiveView Session::save() const {
   std::vector<uint64_t> light_paths, level_sizes;
   for (const trace::Light& light : s.lights) light_paths.push_back(light.path_count);
   archive.keep("light_paths", light_paths);
+  save_maps(s.lights, archive);
   archive.append("light_sampled", s.light_sampled);
   archive.keep("quantum", std::vector<double>{s.scale.quantum});
   archive.append("cut", s.cut);
@@ -179,6 +213,7 @@ uint64_t Session::restore_lights(ArchiveSource& archive) {
     s.lights[i].path_count = light_paths[i];
     paths += light_paths[i];
   }
+  restore_maps(archive, s.lights);
   if (paths > (uint64_t(1) << 32) / s.options.max_bounces)
     snapshot::refuse("\"light_paths\": found " + std::to_string(paths) + " paths, more than fit");
   archive.expect<uint8_t>("cut", paths);

@@ -20,8 +20,8 @@ TOWARDS_MIDDLE = (0.5, 1.0)  # where open places are looked for: from the vertex
 MAX_FACES = 8  # triangles around a vertex that are tried
 
 
-def cleared(scene: Scene, display: DisplayMesh, threads: int = 0) -> DisplayMesh:
-    """Move covered samples to an open place in one of their triangles, where there is one.
+class Clearance:
+    """Which vertices of a display mesh have covered samples, and open places for these.
 
     A sample under a bookcase's side says nothing of the floor that is seen beside it. Static
     samples are judged among static surfaces, those of a movable on the movable alone: where they
@@ -32,26 +32,41 @@ def cleared(scene: Scene, display: DisplayMesh, threads: int = 0) -> DisplayMesh
     scene : Scene
     display : DisplayMesh, of that scene
     threads : int, 0 = all
+
+    Attributes
+    ----------
+    covered : (n,) bool, of the vertices
     """
-    poses = movables_apart(scene)
-    surfaces = Surfaces(scene, display, poses, threads)
-    points, normals = display.world(scene, poses, samples=True)
-    vertices, _ = display.world(scene, poses)
-    samples = display.sample_points.copy()
-    covered = np.flatnonzero(_covered(surfaces, points, normals))
-    corners = display.triangles.ravel()
-    order = np.argsort(corners, kind="stable")
-    first = np.searchsorted(corners[order], np.arange(len(points) + 1))
-    for share, turn in product(TOWARDS_MIDDLE, range(MAX_FACES)):
-        tried = covered[first[covered] + turn < first[covered + 1]]
-        triangles = order[first[tried] + turn] // 3
-        places = _inside(vertices, display, tried, triangles, share)
-        is_open = ~_covered(surfaces, places, surfaces.normals[triangles])
-        moved = tried[is_open]
-        samples[moved] = _inside(display.points, display, moved, triangles[is_open], share)
-        covered = np.setdiff1d(covered, moved, assume_unique=True)
-    samples.setflags(write=False)
-    return replace(display, sample_points=samples)
+
+    def __init__(self, scene: Scene, display: DisplayMesh, threads: int = 0) -> None:
+        poses = movables_apart(scene)
+        self._surfaces = Surfaces(scene, display, poses, threads)
+        self._vertices, _ = display.world(scene, poses)
+        self.covered = covered_samples(self._surfaces)
+
+    def cleared(self, display: DisplayMesh) -> DisplayMesh:
+        """The display mesh, its covered samples moved to an open place in one of their triangles, where
+        there is one.
+
+        Parameters
+        ----------
+        display : the mesh that was given, or one that differs in which vertices have a sample
+        """
+        samples = display.sample_points.copy()
+        covered = display.sample_vertices[self.covered[display.sample_vertices]]
+        corners = display.triangles.ravel()
+        order = np.argsort(corners, kind="stable")
+        first = np.searchsorted(corners[order], np.arange(len(samples) + 1))
+        for share, turn in product(TOWARDS_MIDDLE, range(MAX_FACES)):
+            tried = covered[first[covered] + turn < first[covered + 1]]
+            triangles = order[first[tried] + turn] // 3
+            places = _inside(self._vertices, display, tried, triangles, share)
+            is_open = ~_covered(self._surfaces, places, self._surfaces.normals[triangles])
+            moved = tried[is_open]
+            samples[moved] = _inside(display.points, display, moved, triangles[is_open], share)
+            covered = np.setdiff1d(covered, moved, assume_unique=True)
+        samples.setflags(write=False)
+        return replace(display, sample_points=samples)
 
 
 def movables_apart(scene: Scene) -> dict[str, np.ndarray]:

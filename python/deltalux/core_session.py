@@ -24,7 +24,7 @@ METHODS = ("auto", *_core.METHODS)
 # Of a sample, where nobody says how many, and of all samples together with so many each: what few
 # samples gain costs them no more time than 16,384 samples of 256 rays take. With fewer than 64 rays
 # light under narrow spots is far noisier than it should be.
-RAYS = {1024: 1 << 22, 512: 1 << 22, 256: 1 << 24, 128: 1 << 24, 64: 1 << 24}
+RAYS = {1536: 1 << 22, 1024: 1 << 22, 512: 1 << 22, 256: 1 << 24, 128: 1 << 24, 64: 1 << 24}
 AT_REST = 0xFFFFFFFF  # object of samples that move with nothing
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from .errors import OptionError, SceneError
 from .scene import Scene
+from .sharing import Sharing
 from .smoothing import Faces, insets, smooth_edges, smoothing_groups, vertex_normals
 from .subdivision import TooManyPoints, split_long_edges
 from .units import FARTHEST
@@ -53,6 +54,9 @@ class DisplayMesh:
         Index of the movable mesh that a vertex moves with, -1 on static meshes.
     spacing : float
         No edge is longer than this, metres.
+    sharing : Sharing or None
+        Samples at some of the vertices only, and which of them each vertex takes its light from;
+        None: each vertex has its own sample, of the same number.
     """
 
     points: np.ndarray
@@ -66,11 +70,26 @@ class DisplayMesh:
     reversed: np.ndarray
     attached: np.ndarray
     spacing: float
+    sharing: Sharing | None = None
+
+    @property
+    def sample_vertices(self) -> np.ndarray:
+        """(s,) numbers of the vertices that have a sample, in the order of the samples."""
+        return np.arange(len(self.points)) if self.sharing is None else self.sharing.vertices
+
+    def at_vertices(self, values: np.ndarray) -> np.ndarray:
+        """Values (s,) or (s, c) of the samples as the vertices show them, (n,) or (n, c)."""
+        return values if self.sharing is None else self.sharing.at_vertices(values)
+
+    def sample_areas(self) -> np.ndarray:
+        """(s,) square metres that each sample stands for: a third of the triangles around its vertices."""
+        areas = self.vertex_areas()
+        return areas if self.sharing is None else self.sharing.of_samples(areas)
 
     def world(
         self, scene: Scene, poses: Poses | None = None, samples: bool = False
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Vertices (or sample points) and normals in world space, movables at `poses` (else as loaded).
+        """Vertices (or their sample points) and normals in world space, movables at `poses` (else as loaded).
 
         Both are (n, 3).
         """

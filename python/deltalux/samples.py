@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from .clearance import cleared
+from .clearance import Clearance
 from .display_mesh import BOTH, DisplayMesh, refine
 from .errors import OptionError
 from .lit_sides import lit_sides
 from .scene import Scene
+from .shared_samples import shared
 from .units import FARTHEST
 from .vectors import unit
 
@@ -88,7 +89,7 @@ class Samples:
         Samples of other kinds stand for the same area each: one square metre, or that of a grid's cell.
         """
         if self.display is not None:
-            return self.display.vertex_areas()
+            return self.display.sample_areas()
         return np.full(len(self), self.spacing**2 if self.grid_shape and self.spacing else 1.0)
 
     @classmethod
@@ -99,32 +100,38 @@ class Samples:
         radius: Any = None,
         display: DisplayMesh | None = None,
         sides: str = "auto",
+        share: bool = True,
     ) -> Samples:
         """Samples on the vertices of the scene's display mesh, refined to `spacing` without cracks.
+
+        Where these are more than 60,000, vertices of one smooth surface that lie much closer than `spacing`
+        share samples: `display.at_vertices` tells what each vertex shows.
 
         Parameters
         ----------
         spacing : metres; None chooses from the scene's area
         radius : as in the constructor, or "spacing": half the spacing (paper 2.1)
-        display : a mesh that was made before; then `spacing` and `sides` do not count
+        display : a mesh that was made before; then `spacing`, `sides` and `share` do not count
         sides : "auto", "front" or "both"
             Sides of the triangles that get samples. "auto" takes those that light reaches, found by
             a small pilot of static light paths with a seed of its own: both where a sheet is lit from
             both, the back where a room is wound outward. Without static lights it is the front.
             Movables get samples where they are seen from outside.
+        share : False gives each vertex a sample of its own
 
         Raises
         ------
         OptionError
             For an unknown name, or a spacing that is not positive or needs too many samples.
         """
-        mesh = _display(scene, spacing, sides) if display is None else display
+        mesh = _display(scene, spacing, sides, share) if display is None else display
         names = np.array([*(m.name for m in scene.meshes), None], dtype=object)
         if isinstance(radius, str):
             if radius != "spacing":
                 raise OptionError(f'samples: radius: found "{radius}", expected metres, None or "spacing"')
             radius = 0.5 * mesh.spacing
-        samples = cls(mesh.sample_points, mesh.normals, radius, names[mesh.attached])
+        own = mesh.sample_vertices
+        samples = cls(mesh.sample_points[own], mesh.normals[own], radius, names[mesh.attached[own]])
         samples.display = mesh
         samples.spacing = mesh.spacing
         return samples
@@ -177,7 +184,7 @@ class Samples:
         return f"Samples({len(self)}, {moving} of them on movables)"
 
 
-def _display(scene: Scene, spacing: float | None, sides: str) -> DisplayMesh:
+def _display(scene: Scene, spacing: float | None, sides: str, share: bool) -> DisplayMesh:
     if sides not in SIDES:
         raise OptionError(f"samples: sides: found {sides!r}, expected one of {SIDES}")
     chosen = None
@@ -185,7 +192,9 @@ def _display(scene: Scene, spacing: float | None, sides: str) -> DisplayMesh:
         chosen = lit_sides(scene)
     elif sides == "both":
         chosen = np.full(sum(len(m.triangles) for m in scene.meshes), BOTH)
-    return cleared(scene, refine(scene, spacing, sides=chosen))
+    mesh = refine(scene, spacing, sides=chosen)
+    clearance = Clearance(scene, mesh)
+    return clearance.cleared(shared(mesh, clearance.covered) if share else mesh)
 
 
 def _radius(radius: Any, count: int) -> np.ndarray:

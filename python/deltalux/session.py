@@ -50,8 +50,8 @@ class Session(SessionFacts):
     gather : "auto", "off" or a number of rays
         Each sample looks around along so many rays and reads the light of what it sees, which is
         right beside things, too; "off": all light that was reflected comes from discs. "auto": 256
-        rays; 1024 up to 4,096 samples and 512 up to 8,192 (four million rays), 128 beyond 65,536
-        samples, 64 beyond 131,072, "off" beyond 262,144 (sixteen million rays), and where
+        rays; 1536 up to 2,730 samples, 1024 up to 4,096 and 512 up to 8,192 (four million rays), 128
+        beyond 65,536 samples, 64 beyond 131,072, "off" beyond 262,144 (sixteen million rays), and where
         `segment_end` or `disc_area` ask for discs of another kind.
     progress : callable (stage, fraction) -> keep going, or None
         Called from the calling thread about 50 times a second; False cancels.

@@ -13,8 +13,9 @@ from .errors import FormatError
 from .fields import Fields
 from .samples import Samples
 from .scene import Scene
+from .sharing import NEIGHBOURS, Sharing
 
-FIELDS = ("attached", "grid_shape", "spacing", "display_spacing")
+FIELDS = ("attached", "grid_shape", "spacing", "display_spacing", "sharing")
 # Of the display mesh: dtype and columns.
 _VERTICES = {
     "points": ("<f8", 3),
@@ -23,6 +24,7 @@ _VERTICES = {
     "vertex_mesh": ("<i4", 0),
     "attached": ("<i4", 0),
 }
+WEIGHT_TOLERANCE = 1e-5  # of rows of weights in single precision, which add up to 1
 _TRIANGLES = {
     "triangles": ("<i8", 3),
     "triangle_material": ("<i4", 0),
@@ -39,6 +41,7 @@ def pack_samples(samples: Samples) -> dict[str, Any]:
         "grid_shape": None if samples.grid_shape is None else [int(n) for n in samples.grid_shape],
         "spacing": None if samples.spacing is None else float(samples.spacing),
         "display_spacing": None if samples.display is None else float(samples.display.spacing),
+        "sharing": samples.display is not None and samples.display.sharing is not None,
     }
 
 
@@ -57,6 +60,10 @@ def write_samples(samples: Samples, archive: ArchiveWriter) -> None:
     if samples.display is not None:
         for name, (dtype, columns) in (_VERTICES | _TRIANGLES).items():
             archive.add_array(f"display/{name}", dtype, [getattr(samples.display, name)], columns)
+        if (sharing := samples.display.sharing) is not None:
+            archive.add_array("sharing/vertices", "<i8", [sharing.vertices])
+            archive.add_array("sharing/samples", "<i4", [sharing.samples], NEIGHBOURS)
+            archive.add_array("sharing/weights", "<f4", [sharing.weights], NEIGHBOURS)
 
 
 def unpack_samples(data: Fields, scene: Scene, archive: ArchiveReader) -> Samples:
@@ -86,11 +93,29 @@ def unpack_samples(data: Fields, scene: Scene, archive: ArchiveReader) -> Sample
         samples.spacing = data.number("spacing", np.finfo(float).tiny)
     if data.any("display_spacing") is not None:
         spacing = data.number("display_spacing", np.finfo(float).tiny)
-        samples.display = _read_display(scene, count, spacing, archive)
+        sharing = _read_sharing(count, archive) if data.boolean("sharing") else None
+        vertices = count if sharing is None else len(sharing.samples)
+        if sharing is not None:
+            _check_range("sharing/vertices", sharing.vertices, 0, vertices - 1)
+        samples.display = _read_display(scene, vertices, spacing, archive, sharing)
     return samples
 
 
-def _read_display(scene: Scene, count: int, spacing: float, archive: ArchiveReader) -> DisplayMesh:
+def _read_sharing(count: int, archive: ArchiveReader) -> Sharing:
+    """Of so many samples; `vertices` are not checked, whose number is not known yet."""
+    vertices = archive.array("sharing/vertices", "<i8", count)
+    samples = archive.array("sharing/samples", "<i4", columns=NEIGHBOURS)
+    weights = archive.array("sharing/weights", "<f4", len(samples), NEIGHBOURS)
+    _check_range("sharing/samples", samples, 0, count - 1)
+    off = np.abs(weights.sum(axis=1, dtype=np.float64) - 1) > WEIGHT_TOLERANCE
+    if off.any() or not ((weights >= 0) & (weights <= 1)).all():
+        raise FormatError('"sharing/weights": found a row that does not add up to 1')
+    return Sharing(vertices, samples, weights)
+
+
+def _read_display(
+    scene: Scene, count: int, spacing: float, archive: ArchiveReader, sharing: Sharing | None
+) -> DisplayMesh:
     arrays = {
         name: archive.array(f"display/{name}", dtype, count, columns)
         for name, (dtype, columns) in _VERTICES.items()
@@ -114,7 +139,7 @@ def _read_display(scene: Scene, count: int, spacing: float, archive: ArchiveRead
     _check_range("display/attached", arrays["attached"], -1, len(meshes) - 1)
     if not moving[arrays["attached"]].all():
         raise FormatError('"display/attached": found a static mesh, expected movable ones')
-    return DisplayMesh(**arrays, spacing=spacing)
+    return DisplayMesh(**arrays, spacing=spacing, sharing=sharing)
 
 
 def _check_range(name: str, values: np.ndarray, least: int, most: Any) -> None:

@@ -130,7 +130,7 @@ def test_target_error_is_reached_and_equals_a_plain_bake(cli: Cli, room: Path) -
     data = cli(*start, "--paths", "2000", "--target-error", str(target)).data
     assert data["error"]["p90"] <= target
     assert data["paths"] > first["paths"]
-    assert data["gather"] > first["gather"] == 1024
+    assert data["gather"] > first["gather"] == 1536
     again = cli(*start, "--paths", str(data["paths"]), "--gather", str(data["gather"])).data
     assert again["digest"] == data["digest"]
 

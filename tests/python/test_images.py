@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from deltalux import outputs
-from deltalux.clearance import cleared, covered_samples
+from deltalux.clearance import Clearance, covered_samples
 from deltalux.display_mesh import BACK, BOTH, DisplayMesh, refine
 from deltalux.errors import OptionError
 from deltalux.outputs.camera import automatic_camera, look_at
@@ -216,7 +216,7 @@ def test_covered_samples_move_to_an_open_place_of_their_faces():
     plate, lid = wall(name="plate", z=5), box("lid", (-2, -2, 5.001), (2, 2, 5.1))
     scene = scene_of(panel, *frame_bars(), plate, lid)
     display = refine(scene, 1.5)
-    moved = cleared(scene, display)
+    moved = Clearance(scene, display).cleared(display)
     own = display.vertex_mesh == 0
     outer = own & (np.abs(display.points[:, :2]).max(axis=1) > 0.99)
     assert (covered_samples(Surfaces(scene, display)) & own == outer).all()
@@ -239,7 +239,7 @@ def test_covered_samples_of_a_movable_move_whatever_stands_near_it():
     def moved(*meshes):
         scene = scene_of(*meshes)
         display = refine(scene, 1.5)
-        return display, cleared(scene, display)
+        return display, Clearance(scene, display).cleared(display)
 
     alone = moved(framed("crate"))
     pose = np.eye(4)

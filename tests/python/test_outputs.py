@@ -192,7 +192,7 @@ def test_samples_off_the_display_mesh_cannot_become_a_mesh_or_picture(tmp_path: 
     with pytest.raises(OptionError, match=r"found samples that are not on the scene's display mesh"):
         outputs.write(tmp_path / f"a{suffix}", outputs.Baked(given.result, given.scene))
     other = refine(given.scene, 0.1)
-    with pytest.raises(OptionError, match=rf"expected one for each of {len(other.points)} vertices"):
+    with pytest.raises(OptionError, match=rf"expected one for each of {len(other.points)} samples"):
         outputs.write(tmp_path / f"a{suffix}", outputs.Baked(given.result, given.scene, other))
     assert not list(tmp_path.iterdir())
 

@@ -80,7 +80,7 @@ def test_samples_without_a_mesh_are_refused():
     scene = room()
     plane = dl.Session(scene, dl.Samples.on_grid((-1, 0.5, -1), (0, 0, 2), (2, 0, 0), 0.5), paths=1000)
     with pytest.raises(
-        dl.OptionError, match=r"found 16 samples that are not the vertices .* leave out --grid"
+        dl.OptionError, match=r"found 16 samples that are not on the vertices .* leave out --grid"
     ):
         geometry_of(plane)
 

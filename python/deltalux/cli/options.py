@@ -195,8 +195,8 @@ GatherOption = Annotated[
         parser=parse_gather,
         metavar="N|auto|off",
         help="Rays with which each sample looks around: four times as many halve the noise. auto: 256, "
-        "1024 up to 4,096 samples, 512 up to 8,192, 128 beyond 65,536, 64 beyond 131,072, off beyond "
-        "262,144. off: light from discs, wrong beside things.",
+        "1536 up to 2,730 samples, 1024 up to 4,096, 512 up to 8,192, 128 beyond 65,536, 64 beyond 131,072, "
+        "off beyond 262,144. off: light from discs, wrong beside things.",
     ),
 ]
 PathsOption = Annotated[

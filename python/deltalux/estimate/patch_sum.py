@@ -47,7 +47,7 @@ class PatchSum:
     ----------
     scene : Scene
     spacing : metres, longest edge of a patch; None chooses from the scene's area
-    display : the patches, in place of those of `Samples.on_vertices(scene, spacing)`
+    display : the patches, in place of those of `Samples.on_vertices(scene, spacing, share=False)`
     threads : number of threads, None = all; results do not depend on it
 
     Raises
@@ -70,7 +70,7 @@ class PatchSum:
             )
         check_threads(threads)
         self._scene, self._threads = scene, threads or 0
-        chosen = Samples.on_vertices(scene, spacing).display if display is None else display
+        chosen = Samples.on_vertices(scene, spacing, share=False).display if display is None else display
         assert chosen is not None  # on_vertices makes one
         self.display = chosen
         self._sums = np.zeros((len(chosen.triangles), 3), np.int64)
@@ -182,8 +182,8 @@ def patch_sum(
     Returns
     -------
     PatchEstimate
-        Per patch and per vertex of the display mesh that `Samples.on_vertices(scene, spacing)` has. `sums`
-        are exact: they do not depend on threads or on the order of segments.
+        Per patch and per vertex of the display mesh of `Samples.on_vertices(scene, spacing, share=False)`.
+        `sums` are exact: they do not depend on threads or on the order of segments.
 
     Raises
     ------

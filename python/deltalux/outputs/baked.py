@@ -62,7 +62,7 @@ class Baked:
     result : Result
     scene : Scene
     display : DisplayMesh or None
-        The mesh whose vertices the samples are; None for samples on a grid or from arrays.
+        The mesh on whose vertices the samples are; None for samples on a grid or from arrays.
     poses : mapping of movable's name to pose or None
         Present poses; None = removed, missing = as loaded.
     gradient : (n, 3, 3) array or None
@@ -85,17 +85,18 @@ class Baked:
 
 
 def display_of(baked: Baked, output: str) -> DisplayMesh:
-    """The display mesh; OptionError where the samples are not its vertices."""
+    """The display mesh; OptionError where the samples are not on its vertices."""
     display = baked.display
     if display is None:
         raise OptionError(
             f"{output}: found samples that are not on the scene's display mesh, expected "
             "Samples.on_vertices(scene); write .npz or .csv instead"
         )
-    if len(display.points) != len(baked.result.irradiance):
+    expected = len(display.sample_vertices)
+    if expected != len(baked.result.irradiance):
         raise OptionError(
             f"{output}: found {len(baked.result.irradiance)} values, "
-            f"expected one for each of {len(display.points)} vertices of the display mesh"
+            f"expected one for each of {expected} samples of the display mesh"
         )
     return display
 

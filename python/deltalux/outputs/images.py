@@ -86,7 +86,7 @@ def render(
     ----------
     scene : Scene
     display : DisplayMesh
-    irradiance : (n, 3) linear, one for each vertex of `display`
+    irradiance : (s, 3) linear, one for each sample of `display`
     poses : present poses of movables, see `DisplayMesh.world`
     camera : None = the scene's first camera, else a good one is looked for
     size : (width, height) in pixels; a legend comes on top of the width
@@ -237,13 +237,14 @@ def write_png(path: str | os.PathLike[str], baked: Baked) -> None:
 
 
 def _checked_values(display: DisplayMesh, irradiance: np.ndarray) -> np.ndarray:
-    values = np.asarray(irradiance, dtype=np.float64)
-    if values.shape != (len(display.points), 3):
+    """Irradiance (s, 3) of the samples as the vertices show it."""
+    values, count = np.asarray(irradiance, dtype=np.float64), len(display.sample_vertices)
+    if values.shape != (count, 3):
         raise OptionError(
             f"picture: found irradiance of shape {values.shape}, expected "
-            f"({len(display.points)}, 3): one for each vertex of the display mesh"
+            f"({count}, 3): one for each sample of the display mesh"
         )
-    return values
+    return display.at_vertices(values)
 
 
 def _view(

@@ -39,14 +39,17 @@ def write_glb(path: str | os.PathLike[str], baked: Baked) -> None:
     Raises
     ------
     OptionError
-        Where the samples are not the vertices of the display mesh, or the scene was read from `path`.
+        Where the samples are not on the vertices of the display mesh, or the scene was read from `path`.
     """
     keep_inputs(path, baked)
     display = display_of(baked, ".glb")
     surfaces = Surfaces(baked.scene, display, baked.poses, baked.threads)
-    shown = shown_values(surfaces, baked.result.irradiance)
+    irradiance = display.at_vertices(baked.result.irradiance)
+    error = display.at_vertices(baked.result.standard_error)
+    shown = shown_values(surfaces, irradiance)
     exposure = baked.exposure or _exposure(surfaces, shown, baked.camera)
-    writer = _Writer(baked, display, shown, exposure)
+    light = {"_IRRADIANCE": irradiance, "_STANDARD_ERROR": error}
+    writer = _Writer(baked, display, light, shown, exposure)
     writer.add_nodes()
     writer.add_cameras()
     writer.document.asset.extras = {
@@ -80,8 +83,19 @@ class _Part:
 class _Writer:
     """Collects accessors and nodes of one document."""
 
-    def __init__(self, baked: Baked, display: DisplayMesh, shown: np.ndarray, exposure: float) -> None:
-        self._baked, self._display, self._shown, self._exposure = baked, display, shown, exposure
+    def __init__(
+        self,
+        baked: Baked,
+        display: DisplayMesh,
+        light: dict[str, np.ndarray],
+        shown: np.ndarray,
+        exposure: float,
+    ) -> None:
+        self._baked, self._display, self._exposure = baked, display, exposure
+        self._light, self._shown = (
+            light,
+            shown,
+        )  # of each vertex: by the attribute's name, and as COLOR_0 shows it
         self._bytes = bytearray()
         self._materials: dict[int, int] = {}
         self._poses = movable_poses(baked.scene, baked.poses)
@@ -168,7 +182,7 @@ class _Writer:
             yield self._primitive(part, chosen, int(index))
 
     def _primitive(self, part: _Part, chosen: np.ndarray, material: int) -> gl.Primitive:
-        display, result = self._display, self._baked.result
+        display = self._display
         used, corners = np.unique(display.triangles[chosen], return_inverse=True)
         corners = corners.reshape(-1, 3)
         if part.mirrored:  # a viewer turns the winding of a mirrored node round
@@ -184,7 +198,7 @@ class _Writer:
             NORMAL=self._accessor(normals.astype(np.float32), "VEC3"),
             COLOR_0=self._accessor(color, "VEC4", normalized=True),
         )
-        for name, values in (("_IRRADIANCE", result.irradiance), ("_STANDARD_ERROR", result.standard_error)):
+        for name, values in self._light.items():
             setattr(attributes, name, self._accessor(values[used].astype(np.float32), "VEC3"))
         indices = self._accessor(corners.ravel().astype(np.uint32), "SCALAR", gl.ELEMENT_ARRAY_BUFFER)
         return gl.Primitive(attributes=attributes, indices=indices, material=self._material(material))

@@ -22,7 +22,7 @@ from .events import Event, Phase, Refused, Wanted
 from .figures import Figures
 from .previews import previews
 from .progress import TaskProgress, shares_of
-from .values import Encoder, fill_of
+from .values import Encoder, shown_of
 
 BUDGET = 50.0  # milliseconds of one update while dragging, until a page sets another
 REST_BUDGET = 250.0  # at rest; between two updates the pages see what is done, and newer edits get their turn
@@ -213,7 +213,7 @@ class Engine:
         Without `errors` the standard errors of the last values go along.
         """
         if self._encoder is None:
-            self._encoder = Encoder(fill_of(self._session))
+            self._encoder = Encoder(shown_of(self._session))
         errors = errors or self._errors is None
         shown = session or self._session
         values = shown.read_packed() if errors else shown.glance()

@@ -31,12 +31,12 @@ class Geometry:
 
 
 def display_of(session: Session) -> DisplayMesh:
-    """The mesh whose vertices the samples are; OptionError where there is none."""
+    """The mesh on whose vertices the samples are; OptionError where there is none."""
     display, count = session.samples.display, len(session.samples)
-    if display is None or len(display.points) != count:
+    if display is None or len(display.sample_vertices) != count:
         raise OptionError(
-            f"view: found {count} samples that are not the vertices of a display mesh (a working plane has "
-            "none), expected Samples.on_vertices(scene); leave out --grid"
+            f"view: found {count} samples that are not on the vertices of a display mesh (a working plane "
+            "has none), expected Samples.on_vertices(scene); leave out --grid"
         )
     return display
 
@@ -47,7 +47,7 @@ def geometry_of(session: Session) -> Geometry:
     Raises
     ------
     OptionError
-        Where the samples are not the vertices of a display mesh.
+        Where the samples are not on the vertices of a display mesh.
     """
     scene, display = session.scene, display_of(session)
     order = np.lexsort((display.reversed, display.triangle_material, display.triangle_mesh))

@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from deltalux.clearance import covered_samples, movables_apart
+from deltalux.display_mesh import DisplayMesh
 from deltalux.outputs.covered import RimFill, rim_fill
 from deltalux.session import Session
 from deltalux.surfaces import Surfaces
@@ -22,7 +24,7 @@ class Values:
 
     Parameters
     ----------
-    rows : (n,) uint64; each holds R, G, B and the photopic standard error as float16
+    rows : (n,) uint64, one for each vertex; it holds R, G, B and the photopic standard error as float16
     scale : a power of two that all values were multiplied by
     revision : of the wanted state that they belong to
     preview : they come from a coarse bake
@@ -34,8 +36,20 @@ class Values:
     preview: bool
 
 
-def fill_of(session: Session) -> RimFill:
-    """What samples at the rim of covered ones show, whatever the movables' poses.
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """What the vertices of a display mesh show: light of their samples, filled in at rims."""
+
+    display: DisplayMesh
+    fill: RimFill
+
+    def __call__(self, values: np.ndarray) -> np.ndarray:
+        """(n, c) of the vertices, a copy, from (s, c) of the samples."""
+        return self.fill(self.display.at_vertices(values))
+
+
+def shown_of(session: Session) -> Shown:
+    """How vertices show the light of samples; those at the rim of covered ones whatever the movables' poses.
 
     Static samples are judged among static surfaces, those of a movable on the movable alone. Pictures decide
     this anew for each pose, which takes a second on large scenes.
@@ -44,21 +58,21 @@ def fill_of(session: Session) -> RimFill:
     assert display is not None
     poses = movables_apart(session.scene)
     surfaces = Surfaces(session.scene, display, poses, session.options["threads"] or 0)
-    return rim_fill(covered_samples(surfaces), display.triangles)
+    return Shown(display, rim_fill(covered_samples(surfaces), display.triangles))
 
 
 class Encoder:
-    """Turns irradiance and standard errors into `Values`; keeps the scale while it fits."""
+    """Turns irradiance and standard errors of samples into `Values`; keeps the scale while it fits."""
 
-    def __init__(self, fill: RimFill) -> None:
-        self._fill = fill
+    def __init__(self, shown: Callable[[np.ndarray], np.ndarray]) -> None:
+        self._shown = shown
         self._scale = 1.0
 
     def encode(self, values: np.ndarray, revision: int, preview: bool) -> Values:
-        """Encode the (n, 4) values of `Session.read_packed`."""
-        values = self._fill(values)
+        """Encode the (s, 4) values of `Session.read_packed`."""
+        values = self._shown(values)
         self._choose_scale(float(values.max(initial=0.0)))
-        values *= np.float32(self._scale)  # a copy, since it was filled
+        values *= np.float32(self._scale)  # they are a copy
         rows = values.astype("<f2").view("<u8").ravel()
         rows.setflags(write=False)
         return Values(rows, self._scale, revision, preview)

@@ -62,7 +62,7 @@ class MethodStudy:
             raise OptionError(f"k: found {k}, expected at least 3")
         self.scene, self.paths, self.seed, self.k, self.threads = scene, paths, seed, k, threads
         self._count, self._reference_paths = samples, reference * paths
-        self.vertices = Samples.on_vertices(scene, spacing)
+        self.vertices = Samples.on_vertices(scene, spacing, share=False)
         assert self.vertices.display is not None  # on_vertices makes one
         self.display = self.vertices.display
         self._sessions = VertexSessions(scene, self.vertices, threads)

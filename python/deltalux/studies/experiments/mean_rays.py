@@ -47,7 +47,9 @@ Counts = dict[tuple[str, str], np.ndarray]  # scene or "lines", where samples li
 def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findings:
     """Count rays in both scenes and of uniform lines, with each seed."""
     scenes = {name: getattr(deltalux.scenes, name)() for name in SCENES}
-    vertices = {name: Samples.on_vertices(scene, settings["spacing"]) for name, scene in scenes.items()}
+    vertices = {
+        name: Samples.on_vertices(scene, settings["spacing"], share=False) for name, scene in scenes.items()
+    }
     steps = Steps(progress, len(settings["seeds"]) * (len(scenes) + 1))
     found: dict[tuple[str, str], list[list[float]]] = {}
     share, count = settings["disc_share"], settings["samples"]

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+// Paths as flights, flights into discs.
+#include "plan/light_pilot.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "base/direction.h"
+#include "base/random.h"
+#include "samples/disc_area.h"
+#include "samples/placement.h"
+
+namespace deltalux::plan {
+namespace {
+
+constexpr uint64_t kSeed = 20070129;  // its own; what it finds holds for every seed of a session
+constexpr uint32_t kPoints = 4096;
+constexpr float kRadius = 0.15f;  // scene metres
+
+double photopic(const int64_t* e) {
+  return 0.2126 * double(e[0]) + 0.7152 * double(e[1]) + 0.0722 * double(e[2]);
+}
+
+scene::Scene painted(scene::Scene scene, std::span<const Vec3f> reflectance) {
+  for (size_t m = 0; m < scene.materials.size(); ++m)
+    scene.materials[m].reflectance = reflectance[m];
+  return scene;
+}
+
+estimate::DiscIndex disc_index(const scene::Scene& scene, const trace::RayCaster& caster,
+                               const Workers& workers, Progress& progress) {
+  const samples::SampleSet points = surface_points(scene, caster, kPoints);
+  std::vector<uint32_t> ids(points.size());
+  std::iota(ids.begin(), ids.end(), 0u);
+  return {samples::make_discs(points, std::move(ids), samples::DiscArea::whole,
+                              {scene, caster, 0, scene.world()}, workers, progress),
+          segments::SegmentEnd::first, workers, &progress};
+}
+
+}  // namespace
+
+samples::SampleSet surface_points(const scene::Scene& scene, const trace::RayCaster& caster,
+                                  uint32_t count) {
+  std::vector<double> cumulative;
+  std::vector<std::array<Vec3f, 3>> corners;
+  double area = 0;
+  for (const scene::Object& object : scene.objects) {
+    if (object.movable) continue;
+    const std::vector<Vec3f> world = object.world_vertices();
+    for (const auto& t : object.triangles) {
+      const std::array<Vec3f, 3> p{world[t[0]], world[t[1]], world[t[2]]};
+      const double own = 0.5 * length(cross(Vec3d(p[1] - p[0]), Vec3d(p[2] - p[0])));
+      if (!(own > 0)) continue;
+      cumulative.push_back(area += own);
+      corners.push_back(p);
+    }
+  }
+  samples::SampleSet set;
+  const float radius = kRadius * samples::scene_metre(scene, caster);
+  const PathRandom random(kSeed, 0);
+  for (uint32_t i = 0; i < count && !corners.empty(); ++i) {
+    const double place = (i + double(random(i, 0))) / count * area;
+    const size_t k = std::min<size_t>(
+        size_t(std::upper_bound(cumulative.begin(), cumulative.end(), place) - cumulative.begin()),
+        corners.size() - 1);
+    float u = random(i, 1), v = random(i, 2);
+    if (u + v > 1) u = 1 - u, v = 1 - v;
+    const auto& p = corners[k];
+    set.point.push_back(p[0] + (p[1] - p[0]) * u + (p[2] - p[0]) * v);
+    set.normal.push_back(Vec3f(normalize(cross(Vec3d(p[1] - p[0]), Vec3d(p[2] - p[0])))));
+    set.radius.push_back(radius);
+    set.attached.push_back(scene::kNone);
+  }
+  return set;
+}
+
+/// The ends of flights, as arrays: discs that stick out of a room see those that pass by outside.
+struct LightPilot::Flights {
+  float reach;  ///< longer ones begin so far before their end
+  std::vector<float> column[7];
+  std::vector<uint32_t> power;
+  std::vector<uint16_t> slab;
+
+  explicit Flights(const LightPilot& pilot) : reach(2 * pilot.index_.discs().radius.front()) {}
+  void add(const trace::Flight& flight, float length, uint16_t path) {
+    const Vec3f w = decode_direction(flight.direction);
+    const float left = std::min(length, reach);
+    const Vec3f o = flight.origin + w * (length - left);
+    const float values[7] = {o.x, o.y, o.z, w.x, w.y, w.z, left};
+    for (int k = 0; k < 7; ++k) column[k].push_back(values[k]);
+    power.insert(power.end(), flight.power, flight.power + 3);
+    slab.push_back(path);
+  }
+  segments::SegmentSpan span() const {
+    const float* c[7];
+    for (int k = 0; k < 7; ++k) c[k] = column[k].data();
+    return {column[0].size(), c[0],       c[1], c[2], c[3], c[4], c[5], c[6], c[6],
+            power.data(),     slab.data()};
+  }
+};
+
+namespace {
+
+/// Calls visit(flight, its length, bounce) for each flight of a path that lands.
+template <class Visit>
+void follow(const trace::Walk& walk, trace::Flight flight, const Visit& visit) {
+  for (uint32_t bounce = 0;; ++bounce) {
+    const trace::Landing landing = walk.fly(flight, bounce);
+    if (landing.primitive != scene::kNone) visit(flight, landing.length, bounce);
+    if (!landing.survives) return;
+    flight = landing.next;
+  }
+}
+
+}  // namespace
+
+LightPilot::LightPilot(const scene::Scene& scene, std::span<const Vec3f> reflectance,
+                       const trace::RayCaster& caster, const Workers& workers, Progress& progress)
+    : scene_(painted(scene, reflectance)),
+      caster_(caster),
+      index_(disc_index(scene, caster, workers, progress)) {}
+
+trace::Walk LightPilot::walk(uint32_t batches) const {
+  return {scene_, caster_, {kSeed, batches, kBounces, false, 0, true}};
+}
+
+LightPilot::Given LightPilot::given(const trace::Light& light) const {
+  const trace::EnergyScale scale = trace::choose_scale({&light, 1}, kBounces);
+  const auto quanta = trace::birth_quanta(light, scale, 1.0);
+  const trace::Walk paths = walk(1);
+  const double most = light.most_weight();
+  Flights all(*this), weighed(*this);
+  for (uint64_t i = 0; i < light.path_count; ++i) {
+    const trace::Emission start = trace::emit(light, kSeed, i, 1);
+    follow(paths, paths.birth(light, i, start, quanta),
+           [&](trace::Flight flight, float length, uint32_t bounce) {
+             all.add(flight, length, 0);
+             if (bounce == 0) return;
+             // No more than the scale holds: divided by the greatest weight for now.
+             for (uint32_t& power : flight.power)
+               power = uint32_t(double(power) * (double(start.weight) / most));
+             weighed.add(flight, length, 0);
+           });
+  }
+  const auto read = [&](const Flights& flights, double factor) {
+    const size_t n = points();
+    std::vector<int64_t> sums(3 * n);
+    index_.accumulate(flights.span(), +1, {sums.data(), n, false});
+    std::vector<double> out(n);
+    for (size_t i = 0; i < n; ++i) out[i] = photopic(sums.data() + 3 * i) * factor;
+    return out;
+  };
+  return {read(all, scale.quantum), read(weighed, scale.quantum * most)};
+}
+
+void LightPilot::brought(const trace::Light& light, std::span<const trace::Emission> starts,
+                         uint64_t first, std::span<const double> weight, double* out) const {
+  const trace::EnergyScale scale = trace::choose_scale({&light, 1}, kBounces);
+  const auto quanta = trace::birth_quanta(light, scale, 1.0);
+  const trace::Walk paths = walk(1);
+  Flights flights(*this);
+  for (size_t k = 0; k < starts.size(); ++k)
+    follow(paths, paths.birth(light, first + k, starts[k], quanta),
+           [&](const trace::Flight& flight, float length, uint32_t bounce) {
+             if (bounce > 0) flights.add(flight, length, uint16_t(k));
+           });
+  const size_t n = points();
+  std::vector<int64_t> sums(3 * n * starts.size());
+  index_.accumulate(flights.span(), +1, {sums.data(), n, false});
+  for (size_t k = 0; k < starts.size(); ++k) {
+    const int64_t* own = sums.data() + 3 * n * k;
+    out[k] = 0;
+    for (size_t i = 0; i < n; ++i) out[k] += photopic(own + 3 * i) * weight[i];
+    out[k] *= scale.quantum;
+  }
+}
+
+}  // namespace deltalux::plan

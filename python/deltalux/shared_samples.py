@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Dense vertices share samples: each takes its light from a few samples nearby on its own surface."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from .display_mesh import DisplayMesh
+from .sharing import NEIGHBOURS, Sharing
+
+MOST_SAMPLES = 60_000  # where vertices may share: what refinement adds to a plain room is less
+FARTHEST = 0.5  # of the spacing, edge of the cubes whose vertices share one sample
+STEPS = 13  # of that edge that are tried, each smaller by the square root of two
+LARGEST_TURN = 0.7  # cosine between the normals of a vertex and of a sample that may serve it
+REACH = 2.0  # edges of a cube, how far a sample serves
+LEAST_BOUND = 0.05  # of the error bound (Ward, Rubinstein & Clear 1988) of a sample at the vertex itself
+OFFSET = 0.37  # of a cube's edge: walls at round coordinates would lie in two layers of cubes
+
+
+def shared(display: DisplayMesh, covered: np.ndarray, most: int = MOST_SAMPLES) -> DisplayMesh:
+    """The display mesh with samples at some of its vertices only, where it has more vertices than `most`.
+
+    Vertices of one smooth piece of surface that lie in one cube and look the same way share the sample in
+    their midst; cubes are as small as `most` allows, and no larger than half the spacing, so that plain
+    surfaces, whose vertices refinement made, keep them all.
+
+    Parameters
+    ----------
+    display : each of whose vertices has a sample
+    covered : (n,) bool, samples under something else; they share with their like alone
+    most : samples, where cubes of half the spacing suffice for it
+    """
+    if len(display.points) <= most:
+        return display
+    piece = _pieces(display)
+    edge, group = _grouped(display, piece, covered, most)
+    vertices = np.sort(_middles(display, group))
+    sharing = _weighted(display, piece, covered, group, vertices, edge)
+    for array in (sharing.vertices, sharing.samples, sharing.weights):
+        array.setflags(write=False)
+    return replace(display, sharing=sharing)
+
+
+def _pieces(display: DisplayMesh) -> np.ndarray:
+    """(n,) number of the smooth piece of surface that each vertex is part of."""
+    triangles, count = display.triangles, len(display.points)
+    one, two = triangles[:, (0, 1)].ravel(), triangles[:, (1, 2)].ravel()
+    links = coo_matrix((np.ones(len(one), dtype=bool), (one, two)), shape=(count, count))
+    return connected_components(links, directed=False)[1]
+
+
+def _grouped(
+    display: DisplayMesh, piece: np.ndarray, covered: np.ndarray, most: int
+) -> tuple[float, np.ndarray]:
+    """The smallest edge of cubes that leaves at most `most` groups, else the largest; groups (n,)."""
+    edges = FARTHEST * display.spacing * 2.0 ** (-0.5 * np.arange(STEPS))
+    axis = np.abs(display.normals).argmax(axis=1)
+    side = 2 * axis + (display.normals[np.arange(len(axis)), axis] > 0)
+    like = 12 * piece.astype(np.int64) + 2 * side + covered
+
+    def groups(step: int) -> tuple[int, np.ndarray]:
+        cube = np.floor(display.points / edges[step] + OFFSET).astype(np.int64)
+        order = np.lexsort((*cube.T, like))
+        keys = np.column_stack([like, cube])[order]
+        number = np.zeros(len(keys), dtype=np.int64)
+        number[order] = np.cumsum(np.r_[0, (keys[1:] != keys[:-1]).any(axis=1)])
+        return int(number.max()) + 1, number
+
+    low, high = 0, STEPS - 1  # the smallest that suffices lies between; few edges are tried
+    best = groups(low)[1]
+    while low < high:
+        middle = (low + high + 1) // 2
+        count, found = groups(middle)
+        if count <= most:
+            low, best = middle, found
+        else:
+            high = middle - 1
+    return float(edges[low]), best
+
+
+def _middles(display: DisplayMesh, group: np.ndarray) -> np.ndarray:
+    """The vertex of each group that is nearest to its middle."""
+    size = np.bincount(group)
+    middle = np.stack([np.bincount(group, axis) / size for axis in display.points.T], axis=1)
+    off = np.linalg.norm(display.points - middle[group], axis=1)
+    order = np.lexsort((off, group))
+    return order[np.searchsorted(group[order], np.arange(len(size)))]
+
+
+def _weighted(
+    display: DisplayMesh,
+    piece: np.ndarray,
+    covered: np.ndarray,
+    group: np.ndarray,
+    vertices: np.ndarray,
+    edge: float,
+) -> Sharing:
+    """Split-sphere weights (Ward, Rubinstein & Clear 1988) of the nearest samples of the same piece."""
+    count, width = len(display.points), min(NEIGHBOURS, len(vertices))
+    samples, weights = np.zeros((count, NEIGHBOURS), np.int32), np.zeros((count, NEIGHBOURS), np.float32)
+    samples[vertices, 0], weights[vertices, 0] = np.arange(len(vertices)), 1.0
+    others = np.setdiff1d(np.arange(count), vertices, assume_unique=True)
+    # What is of another piece, or covered where one is not, is far away.
+    apart = 16 * REACH * (2 * piece + covered)
+    place = np.column_stack([display.points / edge, display.normals, apart])
+    _, near = cKDTree(place[vertices]).query(place[others], width, workers=-1)
+    near = near.reshape(len(others), width)
+    of_group = np.zeros(group.max() + 1, dtype=np.int64)
+    of_group[group[vertices]] = np.arange(len(vertices))
+    near[:, -1] = of_group[group[others]]  # one that serves, whatever the nearest are
+    near.sort(axis=1)
+
+    there = vertices[near]
+    distance = np.linalg.norm(display.points[others][:, None] - display.points[there], axis=2) / edge
+    turn = np.einsum("ki,kji->kj", display.normals[others], display.normals[there])
+    serves = (apart[there] == apart[others][:, None]) & (turn > LARGEST_TURN) & (distance < REACH)
+    serves[:, 1:] &= near[:, 1:] != near[:, :-1]
+    bound = distance + np.sqrt(np.maximum(0.0, 1 - turn))
+    weight = np.where(serves, (bound + LEAST_BOUND) ** -2.0, 0.0)
+    alone = ~serves.any(axis=1)
+    weight[alone] = near[alone] == of_group[group[others[alone]]][:, None]
+    samples[others, :width] = near
+    weights[others, :width] = weight / weight.sum(axis=1, keepdims=True)
+    return Sharing(vertices, samples, weights)
