@@ -22,14 +22,14 @@ struct Vote {
 };
 
 struct Votes {
-  static constexpr size_t kLeast = 3;           ///< for a guide
+  static constexpr size_t kLeast = 3;          ///< for a guide
   static constexpr double kLeastShare = 0.01;  ///< of the variance, for a place to be worth one
 
   /// `covered`: of Coverage.
   Votes(const Present& present, const Evaluation& evaluation, std::span<const uint16_t> covered,
         uint64_t seed, const Workers& workers, Progress& progress);
-  /// Whether `bright` ones of `count`, of that weight together, are bright to most who see them, and
-  /// worth a guide beside the variance that is left.
+  /// Whether `bright` ones of `count`, of that weight together, are bright to most who see them,
+  /// and worth a guide beside the variance that is left.
   static bool suffice(size_t bright, size_t count, double weight, double variance) {
     return bright >= kLeast && 2 * bright >= count && weight > kLeastShare * variance;
   }

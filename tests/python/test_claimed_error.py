@@ -40,6 +40,16 @@ def test_dark_corners_count_by_a_share_of_the_mean():
     assert found.sets["corner"] == pytest.approx(1 / (FLOOR * light.mean()))
 
 
+def test_a_roof_in_the_sun_does_not_hide_the_room_s_noise():
+    light, error = np.array([1.0] * 8 + [1000.0] * 2), np.array([0.2] * 8 + [1.0] * 2)
+    found = claimed_error(grey(light), grey(error), np.ones(10))
+    assert (found.median, found.p90) == (pytest.approx(0.2), pytest.approx(0.2))
+    dim = claimed_error(
+        grey([1.0] * 9 + [1e-3]), grey([0.0] * 9 + [0.15]), np.ones(10), {"dim": np.array([9])}
+    )
+    assert dim.sets["dim"] == pytest.approx(0.15 / (FLOOR * 0.9001))  # a little below the median: the mean
+
+
 def test_the_worst_set_is_named_and_dark_ones_are_not():
     light, error = np.array([10.0, 10.0, 0.0]), np.array([0.1, 3.0, 5.0])
     sets = {"floor": np.array([0]), "chair": np.array([1]), "gone": np.array([2])}

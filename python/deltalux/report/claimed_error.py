@@ -11,6 +11,7 @@ import numpy as np
 from deltalux.units import photopic
 
 FLOOR = 0.05  # of the mean irradiance: errors of darker samples are of that, not of their own light
+MEDIANS = 3.0  # more than so many times the median is no mean: a roof in the sun above the room that is meant
 MEDIAN, TAIL = 0.5, 0.9
 WARN_ABOVE = 0.1  # the 90th percentile
 
@@ -44,7 +45,8 @@ def claimed_error(
     """Median and 90th percentile of the relative standard error over what is lit.
 
     The error of a sample is relative to its irradiance, or to 5 % of the mean irradiance of what is
-    lit where that is more.
+    lit where that is more. A mean of more than three times the median counts as that: where the sun lights a
+    roof a thousand times as brightly as a room, the room's errors would else all be next to nothing.
 
     Parameters
     ----------
@@ -56,7 +58,8 @@ def claimed_error(
     lit = (values > 0) & (areas > 0)
     if not lit.any():
         return ClaimedError(0.0, 0.0)
-    floor = FLOOR * float(np.average(values[lit], weights=areas[lit]))
+    mean = float(np.average(values[lit], weights=areas[lit]))
+    floor = FLOOR * min(mean, MEDIANS * weighted_quantile(values[lit], areas[lit], MEDIAN))
     relative = errors / np.maximum(values, floor)
 
     def percentile(index: np.ndarray, share: float) -> float:
