@@ -69,7 +69,8 @@ async def soak(address: str, pid: int, args: argparse.Namespace) -> list[dict[st
     try:
         for number in range(max(1, round(60 * args.minutes / args.every))):
             shared.go.set()
-            end = begin + (number + 1) * args.every
+            # However long the last check took: else the next one would hold up what they begin now.
+            end = max(begin + (number + 1) * args.every, time.monotonic() + args.every / 4)
             while time.monotonic() < end:
                 await asyncio.sleep(min(1.0, max(0.0, end - time.monotonic())))
                 for task in tasks:

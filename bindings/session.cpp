@@ -249,14 +249,18 @@ void bind_session(nb::module_& m) {
             const std::vector<Vec3f> p = to_vectors(points), n = to_vectors(normals);
             if (p.size() != n.size()) throw OptionError("at: points and normals differ in length");
             std::vector<double> straight(direct ? 3 * p.size() : 0),
-                around(indirect ? 3 * p.size() : 0);
+                around(indirect ? 3 * p.size() : 0), noise(indirect ? p.size() : 0);
             run(callback, [&](Progress& progress) {
               s.gather_at(p, n, rays, by_need, direct ? straight.data() : nullptr,
-                          indirect ? around.data() : nullptr, progress);
+                          indirect ? around.data() : nullptr, indirect ? noise.data() : nullptr,
+                          progress);
             });
             if (direct && indirect)
               for (size_t i = 0; i < around.size(); ++i) straight[i] += around[i];
-            return make_array(direct ? std::move(straight) : std::move(around), {p.size(), 3});
+            noise.resize(p.size());
+            return nb::make_tuple(
+                make_array(direct ? std::move(straight) : std::move(around), {p.size(), 3}),
+                make_array(std::move(noise), {p.size()}));
           },
           nb::arg("points"), nb::arg("normals"), nb::arg("rays"), nb::arg("by_need"),
           nb::arg("direct"), nb::arg("indirect"), nb::arg("progress").none())

@@ -26,7 +26,7 @@ import deltalux as dl
 import flip_evaluator
 import numpy as np
 from deltalux.outputs.tone import automatic_exposure, decode_srgb, encode_srgb, tone_map
-from deltalux.rendering import Rendering, lit_picture, render_session
+from deltalux.rendering import MOST_RAYS, PATHS, Rendering, lit_picture, render_session
 from deltalux.units import photopic
 from numpy.typing import NDArray
 from oracles import mitsuba_reference, world
@@ -183,8 +183,8 @@ def main() -> None:
     parser.add_argument("--tiles", type=int, default=6)
     parser.add_argument("--side", type=int, default=48, help="of a tile, pixels")
     parser.add_argument("--reference-paths", type=int, default=4096, help="at each pixel of a tile")
-    parser.add_argument("--paths", type=int, default=200_000)
-    parser.add_argument("--gather", type=int, default=128)
+    parser.add_argument("--paths", type=int, default=PATHS)
+    parser.add_argument("--gather", type=int, default=MOST_RAYS)
     parser.add_argument("--out", type=Path, default=Path("benchmarks/out/pictures"))
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)

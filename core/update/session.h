@@ -90,9 +90,11 @@ class Session {
   void glance(float* values);
   /// Direct and indirect irradiance at any points, each x 3, gathered anew along `rays` where that
   /// is not 0: of sessions that gather. What is null is not asked for. `by_need`: see
-  /// direct::light_by_need.
+  /// direct::light_by_need. `noise`: of indirect light, standard error of the channels' sum by the
+  /// choice of rays alone, somewhat overrated; one each.
   void gather_at(std::span<const Vec3f> points, std::span<const Vec3f> normals, uint32_t rays,
-                 bool by_need, double* direct, double* indirect, Progress& progress) const;
+                 bool by_need, double* direct, double* indirect, double* noise,
+                 Progress& progress) const;
   /// Surface gradient, samples x 3 channels x 3 axes (world), from all stored segments.
   void read_gradient(double* gradient, Progress& progress);
   /// Sums of all batches and groups in quanta, samples x 3, without direct light by shadow rays.

@@ -287,7 +287,7 @@ std::vector<direct::Receiver> Session::receivers_at(std::span<const Vec3f> point
 
 void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> normals,
                         uint32_t rays, bool by_need, double* direct, double* indirect,
-                        Progress& progress) const {
+                        double* noise, Progress& progress) const {
   check_whole();
   const State& s = *state_;
   if (!s.gather) throw OptionError("at: this session does not gather");
@@ -322,6 +322,7 @@ void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> no
           double around[3], error[3];
           now->read(looks, i, around, error);
           write(indirect, i, {around[0], around[1], around[2]});
+          if (noise) noise[first + i] = std::sqrt(double(now->pilot(looks, i).variance));
         }
       });
     }

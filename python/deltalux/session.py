@@ -417,10 +417,7 @@ class Session(SessionFacts):
         self._finish()
         session = self._baked_session()
         if self._options["gather"] != "off":
-            return session.gather_at(
-                self._flat.points(asked.points), asked.normals.astype(np.float32), rays or 0, by_need,
-                part != "indirect", part != "direct", self.progress,
-            )  # fmt: skip
+            return self._gathered(asked, part, rays, by_need)[0]
         present, interpolator = self._interpolation()
 
         def visible(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -429,6 +426,24 @@ class Session(SessionFacts):
         slopes = self._gradient()[present] if gradients else None
         values = self._read_irradiance()[present]
         return interpolator(asked.points, asked.normals, values, slopes, visible)
+
+    @long_call
+    def indirect_at(self, points: ArrayLike, normals: ArrayLike, rays: int | None = None) -> tuple:
+        """Indirect irradiance (m, 3) at other points of a session that gathers, and (m,) how noisy it is.
+
+        The second is the standard error of the channels' sum by the choice of rays alone, somewhat
+        overrated; noise of the paths, which neighbours share, is not in it. The rest is as of `at`.
+        """
+        asked = Samples(points, normals, radius=1.0)
+        core_session.check_asked("indirect", rays, self._options["gather"])
+        self._finish()
+        return self._gathered(asked, "indirect", rays, False)
+
+    def _gathered(self, asked: Samples, part: str, rays: int | None, by_need: bool) -> tuple:
+        return self._baked_session().gather_at(
+            self._flat.points(asked.points), asked.normals.astype(np.float32), rays or 0, by_need,
+            part != "indirect", part != "direct", self.progress,
+        )  # fmt: skip
 
     def _interpolation(self) -> tuple[np.ndarray, Interpolator]:
         own = self.samples

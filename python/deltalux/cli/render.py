@@ -14,6 +14,7 @@ import deltalux as dl
 from deltalux.outputs.camera import look_at
 from deltalux.rendering import (
     MOST_RAYS,
+    PATHS,
     check_size,
     false_colour_picture,
     lit_picture,
@@ -30,10 +31,10 @@ from .options import (
     MemoryLimitOption,
     MoreOutputsArgument,
     MovableOption,
-    PathsOption,
     QuietOption,
     SeedOption,
     ThreadsOption,
+    parse_count,
     parse_gather,
     parse_place,
     parse_size,
@@ -95,6 +96,15 @@ RaysOption = Annotated[
 ]
 
 
+RenderPathsOption = Annotated[
+    int | None,
+    typer.Option(
+        "--paths", parser=parse_count, metavar="N", help="Light paths to trace.  [dim]\\[default: 600000][/]",
+        show_default=False,
+    ),
+]  # fmt: skip
+
+
 def run(
     context: typer.Context,
     source: SourceArgument,
@@ -108,7 +118,7 @@ def run(
     false_colour: FalseColourOption = False,
     gather: RaysOption = "auto",
     movable: MovableOption = None,
-    paths: PathsOption = None,
+    paths: RenderPathsOption = None,
     seed: SeedOption = 1,
     threads: ThreadsOption = None,
     memory_limit: MemoryLimitOption = None,
@@ -147,7 +157,7 @@ def run(
             keep_inputs(targets, scene.files)
             nowhere = dl.Samples(np.zeros((0, 3)), np.zeros((0, 3)))
             session = dl.Session(
-                scene, nowhere, paths=paths, gather=rays or MOST_RAYS, seed=seed, threads=threads,
+                scene, nowhere, paths=paths or PATHS, gather=rays or MOST_RAYS, seed=seed, threads=threads,
                 memory_limit=memory_limit, progress=progress,
             )  # fmt: skip
         with session:

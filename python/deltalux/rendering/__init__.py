@@ -3,11 +3,12 @@
 
 from .exr import exr_channels, write_exr
 from .pictures import false_colour_picture, lit_picture
-from .render import LARGEST, MOST_RAYS, Rendering, check_size, render_session
+from .render import LARGEST, MOST_RAYS, PATHS, Rendering, check_size, render_session
 
 __all__ = [
     "LARGEST",
     "MOST_RAYS",
+    "PATHS",
     "Rendering",
     "check_size",
     "exr_channels",

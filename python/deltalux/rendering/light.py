@@ -3,12 +3,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from deltalux.errors import Cancelled
 from deltalux.session import Session
 
 from .seen import Seen
+from .spread import Found
 
 
 class PointLight:
@@ -27,27 +30,27 @@ class PointLight:
         self._stage, self._steps, self._done = stage, steps, 0
         self._tell()
 
-    def direct(self, seen: Seen) -> np.ndarray:
-        """(k, 3)."""
-        return self._at(seen, "direct", None)
+    def direct(self, seen: Seen) -> Found:
+        """Light (k, 3) without noise that is known."""
+        points, normals = seen.point[seen.hit], seen.normal[seen.hit]
+        return self._at(seen, lambda: (self._session.at(points, normals, part="direct", by_need=True), 0.0))
 
-    def indirect(self, seen: Seen) -> np.ndarray:
-        """(k, 3)."""
-        return self._at(seen, "indirect", self._rays)
+    def indirect(self, seen: Seen) -> Found:
+        """Light (k, 3), and noise of the sum of its channels."""
+        points, normals = seen.point[seen.hit], seen.normal[seen.hit]
+        return self._at(seen, lambda: self._session.indirect_at(points, normals, self._rays))
 
-    def _at(self, seen: Seen, part: str, rays: int | None) -> np.ndarray:
-        values = np.zeros((len(seen), 3))
+    def _at(self, seen: Seen, ask: Callable[[], tuple[np.ndarray, np.ndarray | float]]) -> Found:
+        values, noise = np.zeros((len(seen), 3)), np.zeros(len(seen))
         if seen.hit.any():
             self._session.progress = self._heard if self._report else None
             try:
-                values[seen.hit] = self._session.at(
-                    seen.point[seen.hit], seen.normal[seen.hit], part=part, rays=rays, by_need=True
-                )
+                values[seen.hit], noise[seen.hit] = ask()
             finally:
                 self._session.progress = self._report
         self._done += 1
         self._tell()
-        return values
+        return values, noise
 
     def _heard(self, _: str, fraction: float) -> bool:
         report = self._report

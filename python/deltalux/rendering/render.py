@@ -25,6 +25,7 @@ COARSE = 1e9  # metres: the scene's own triangles
 BYTES_PER_PIXEL = 2500  # at most, where all are edges
 STRAIGHT = Fineness(coarsest=2, change=0.03, bend=0.02)  # shadows of thin things are thin
 AROUND = Fineness(coarsest=16, change=0.12, bend=0.04)
+PATHS = 600_000  # of a scene that is baked for a picture: cheap beside the picture, and what neighbours share
 MOST_RAYS = 128  # to gather along, by themselves: light between pixels evens noise out
 EDGE_RAYS = 4  # besides the one through a pixel's middle
 CONTRAST = 0.1  # of direct light between neighbours: more is an edge
@@ -169,8 +170,8 @@ class _Work:
             self._light.begin("edges", 2)
             more, number = self._inside(edges, edge_rays)
             found, alone, uneven = self._beside(more, number, seen, direct, indirect)
-            found[1][alone] = self._light.indirect(more.at(alone))
-            found[0][uneven] = self._light.direct(more.at(uneven))
+            found[1][alone], _ = self._light.indirect(more.at(alone))
+            found[0][uneven], _ = self._light.direct(more.at(uneven))
             gathered += int(alone.sum())
             direct, indirect = (np.concatenate(pair) for pair in zip((direct, indirect), found, strict=True))
             pixel = np.concatenate([pixel, number])

@@ -2,7 +2,9 @@
 """Light that varies slowly, found at few pixels and spread to the rest between them.
 
 Pixels are visited from coarse to fine. One that lies between two of the same surface whose light is
-alike takes their mean; any other is asked for its own: at edges, beside contacts, where light changes.
+alike takes their mean; any other is asked for its own: at edges, beside contacts, where light changes by
+more than its noise. What a noisy pixel found for itself, and what those around it make likely, count by
+the inverse of their variances, as a Kalman filter has it.
 """
 
 from __future__ import annotations
@@ -23,7 +25,10 @@ CONTACT = 3.0  # pixels' widths between surfaces that touch
 ACROSS = ((0, 1), (1, 0))
 DIAGONAL = ((1, 1), (1, -1))
 
-Ask = Callable[[Seen], np.ndarray]  # k places -> (k, 3) values
+SURE = 1.5  # times the noise: light that differs by less need not differ
+
+Found = tuple[np.ndarray, np.ndarray]  # (k, 3) values, (k,) noise of the sum of their channels
+Ask = Callable[[Seen], Found]  # of k places
 
 
 def padded(size: tuple[int, int]) -> tuple[int, int]:
@@ -68,7 +73,7 @@ def spread(seen: Seen, size: tuple[int, int], ask: Ask, fineness: Fineness) -> t
     (n, 3) values, 0 where nothing is hit; (n,) bool, which were asked
     """
     grid = _Grid(seen, size, ask, fineness)
-    grid.ask_for(grid.every(fineness.coarsest, 0, 0))
+    grid.begin(grid.every(fineness.coarsest, 0, 0))
     step = fineness.coarsest // 2
     while step:
         grid.fill(grid.every(2 * step, step, step), step, DIAGONAL)
@@ -82,7 +87,7 @@ class _Grid:
     def __init__(self, seen: Seen, size: tuple[int, int], ask: Ask, fineness: Fineness) -> None:
         self._seen, self._ask, self._fineness = seen, ask, fineness
         self._width, self._height = size
-        self.values = np.zeros((len(seen), 3))
+        self.values, self._noise = np.zeros((len(seen), 3)), np.zeros(len(seen))
         self.asked = np.zeros(len(seen), dtype=bool)
         self._contact = self._contacts()
 
@@ -93,48 +98,78 @@ class _Grid:
         )
         return (y * self._width + x).ravel()
 
-    def ask_for(self, pixels: np.ndarray) -> None:
+    def begin(self, pixels: np.ndarray) -> None:
+        """Ask for these, `coarsest` apart; noisy ones lean on those around them."""
         pixels = pixels[self._seen.hit[pixels]]
+        self._ask_for(pixels, _Likely.unknown(len(pixels)))
+        likely = _Likely.unknown(len(pixels))
+        squares = np.zeros(len(pixels))
+        for axis in ACROSS:
+            for sign in (1, -1):
+                number, usable = self._neighbour(pixels, self._fineness.coarsest, axis, sign)
+                likely.add(usable, self.values[number], self._noise[number] ** 2)
+                squares += usable * self.values[number].sum(axis=1) ** 2
+        apart = squares / np.maximum(likely.count, 1) - likely.mean.sum(axis=1) ** 2
+        noise = likely.variance * likely.count  # of one of them
+        likely.doubt = np.where(likely.count > 1, np.maximum(0.0, apart - noise), np.inf)
+        self._weigh(pixels, likely)
+
+    def _ask_for(self, pixels: np.ndarray, likely: _Likely) -> None:
         self.asked[pixels] = True
         if len(pixels):
-            self.values[pixels] = self._ask(self._seen.at(pixels))
+            self.values[pixels], self._noise[pixels] = self._ask(self._seen.at(pixels))
+            self._weigh(pixels, likely)
+
+    def _weigh(self, pixels: np.ndarray, likely: _Likely) -> None:
+        """What pixels found, with what is likely there."""
+        own, other = self._noise[pixels] ** 2, likely.variance + likely.doubt
+        known = (likely.count > 0) & np.isfinite(other) & (own > 0)
+        share = np.where(known, own / np.where(known, own + other, 1.0), 0.0)
+        self.values[pixels] += share[:, None] * (likely.mean - self.values[pixels])
+        self._noise[pixels] *= np.sqrt(1 - share)
 
     def fill(self, pixels: np.ndarray, step: int, axes: tuple[tuple[int, int], ...]) -> None:
         pixels = pixels[self._seen.hit[pixels]]
-        count, total = np.zeros(len(pixels)), np.zeros((len(pixels), 3))
+        likely = _Likely.unknown(len(pixels))
         wanted = np.zeros(len(pixels), dtype=bool)
-        previous = np.full((len(pixels), 3), np.nan)
+        previous = np.full((len(pixels), 3), np.nan), np.zeros(len(pixels))
         for axis in axes:
             there = [self._neighbour(pixels, step, axis, sign) for sign in (1, -1)]
             both = there[0][1] & there[1][1]
             pair = [self.values[number] for number, _ in there]
-            mean = 0.5 * (pair[0] + pair[1])
-            wanted |= both & _differ(pair[0], pair[1], self._fineness.change)
-            wanted |= both & _differ(mean, previous, self._fineness.bend)
-            previous = np.where(both[:, None], mean, previous)
-            count += both
-            total += np.where(both[:, None], mean, 0.0)
-        lonely = count == 0
+            variances = [self._noise[number] ** 2 for number, _ in there]
+            mean, variance = 0.5 * (pair[0] + pair[1]), 0.25 * (variances[0] + variances[1])
+            wanted |= both & _differ(pair[0], pair[1], self._fineness.change, 4 * variance)
+            wanted |= both & _differ(mean, previous[0], self._fineness.bend, variance + previous[1])
+            previous = np.where(both[:, None], mean, previous[0]), np.where(both, variance, previous[1])
+            likely.add(both, mean, variance)
+            half = 0.5 * (pair[0] - pair[1]).sum(axis=1)
+            likely.doubt = np.maximum(likely.doubt, both * half**2)
+        lonely = likely.count == 0
         if step <= ONE_SIDED and lonely.any():
-            n, sides = self._one_sided(pixels[lonely], step, axes)
-            count[lonely], total[lonely] = n, sides
-        wanted |= count == 0
+            self._one_sided(pixels, lonely, step, axes, likely)
+        wanted |= likely.count == 0
         if step >= BESIDE_CONTACT:
-            wanted |= self._beside_contact(pixels, step)
+            beside = self._beside_contact(pixels, step)
+            wanted |= beside
+            likely.doubt[beside] = np.inf
         given = pixels[~wanted]
-        self.values[given] = total[~wanted] / count[~wanted, None]
-        self.ask_for(pixels[wanted])
+        self.values[given] = likely.mean[~wanted]
+        self._noise[given] = np.sqrt(likely.variance[~wanted])
+        self._ask_for(pixels[wanted], likely.at(wanted))
 
     def _one_sided(
-        self, pixels: np.ndarray, step: int, axes: tuple[tuple[int, int], ...]
-    ) -> tuple[np.ndarray, np.ndarray]:
-        count, total = np.zeros(len(pixels)), np.zeros((len(pixels), 3))
+        self,
+        pixels: np.ndarray,
+        lonely: np.ndarray,
+        step: int,
+        axes: tuple[tuple[int, int], ...],
+        likely: _Likely,
+    ) -> None:
         for axis in axes:
             for sign in (1, -1):
                 number, usable = self._neighbour(pixels, step, axis, sign)
-                count += usable
-                total += self.values[number] * usable[:, None]
-        return count, total
+                likely.add(lonely & usable, self.values[number], self._noise[number] ** 2)
 
     def _neighbour(
         self, pixels: np.ndarray, step: int, axis: tuple[int, int], sign: int
@@ -162,8 +197,36 @@ class _Grid:
         return maximum_filter(self._contact, size=2 * step + 1, mode="nearest").ravel()[pixels]
 
 
-def _differ(one: np.ndarray, two: np.ndarray, share: float) -> np.ndarray:
-    """(k,) bool: values (k, 3) whose sums differ by more than a share of their mean; never where NaN."""
+@dataclass
+class _Likely:
+    """What is likely at k pixels: means of others, their variance, and how wrong they may be."""
+
+    count: np.ndarray  # (k,)
+    mean: np.ndarray  # (k, 3)
+    variance: np.ndarray  # (k,) of the sum of the channels, by noise
+    doubt: np.ndarray  # (k,) squared, as the light there may be another
+
+    @classmethod
+    def unknown(cls, k: int) -> _Likely:
+        return cls(np.zeros(k), np.zeros((k, 3)), np.zeros(k), np.zeros(k))
+
+    def add(self, use: np.ndarray, values: np.ndarray, variance: np.ndarray) -> None:
+        """Count another (k, 3) in, where `use` (k,) says so."""
+        count = self.count + use
+        share = use / np.maximum(count, 1)
+        self.mean += share[:, None] * (values - self.mean)
+        self.variance = np.where(use, (1 - share) ** 2 * self.variance + share**2 * variance, self.variance)
+        self.count = count
+
+    def at(self, chosen: np.ndarray) -> _Likely:
+        return _Likely(self.count[chosen], self.mean[chosen], self.variance[chosen], self.doubt[chosen])
+
+
+def _differ(one: np.ndarray, two: np.ndarray, share: float, variance: np.ndarray) -> np.ndarray:
+    """(k,) bool: values (k, 3) whose sums differ by more than a share of their mean and by more than noise.
+
+    Never where NaN. `variance` (k,) is that of the difference.
+    """
     a, b = one.sum(axis=1), two.sum(axis=1)
     with np.errstate(invalid="ignore"):
-        return np.asarray(np.abs(a - b) > share * 0.5 * (a + b))
+        return np.asarray(np.abs(a - b) > share * 0.5 * (a + b) + SURE * np.sqrt(variance))
