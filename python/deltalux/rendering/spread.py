@@ -25,6 +25,7 @@ CONTACT = 3.0  # pixels' widths between surfaces that touch
 ACROSS = ((0, 1), (1, 0))
 DIAGONAL = ((1, 1), (1, -1))
 
+BESIDE_DOUBT = 0.5  # beside contacts, of what is likely: how much darker or brighter it may be
 SURE = 1.5  # times the noise: light that differs by less need not differ
 
 Found = tuple[np.ndarray, np.ndarray]  # (k, 3) values, (k,) noise of the sum of their channels
@@ -152,7 +153,8 @@ class _Grid:
         if step >= BESIDE_CONTACT:
             beside = self._beside_contact(pixels, step)
             wanted |= beside
-            likely.doubt[beside] = np.inf
+            unlike = (BESIDE_DOUBT * likely.mean.sum(axis=1)) ** 2
+            likely.doubt = np.where(beside, np.maximum(likely.doubt, unlike), likely.doubt)
         given = pixels[~wanted]
         self.values[given] = likely.mean[~wanted]
         self._noise[given] = np.sqrt(likely.variance[~wanted])
