@@ -8,6 +8,9 @@ from half a millimetre before the surface: from the very point its rays may star
 smooth things. "Equal time" is Mitsuba with as many paths at each pixel as it could cast at all pixels of
 the picture in the CPU time of Deltalux's paths and picture. Materials are diffuse for both.
 
+What Mitsuba's own noise hides is seen against Deltalux's light by many more rays and paths, unbiased as
+far as Mitsuba can tell ("itself", at pixels of the whole picture).
+
 Each tile is written side by side: Deltalux, Mitsuba in equal time, Mitsuba converged (OUT/NAME-tiles.png).
 References are kept (OUT/NAME.npz) and used again where scene, places and number of paths are the same.
 Needs the PyPI package flip-evaluator (FLIP: Andersson et al. 2020, by its authors).
@@ -36,6 +39,7 @@ FLOOR = 0.05  # of the mean: darker pixels count as that
 BEFORE = 5e-4  # metres
 PASSES = 16
 THREADS = 2
+OWN_PATHS, OWN_RAYS = 3_000_000, 2048
 MOSTLY = 0.9  # of a tile's pixels show something
 
 
@@ -109,6 +113,20 @@ def in_equal_time(scene: dl.Scene, places: tuple[NDArray, NDArray], seconds: flo
     return renderer.passes(*places, paths, passes=1, seed=5)[0]
 
 
+def by_itself(scene: dl.Scene, rendering: Rendering, count: int) -> dict[str, float]:
+    """Errors at `count` pixels that show no lamp, against what many rays and paths find there."""
+    width, height = rendering.size
+    seen = rendering.seen
+    shown = np.flatnonzero((seen.hit & ~(seen.emission > 0).any(axis=1))[: width * height])
+    chosen = np.random.default_rng(1).choice(shown, count, replace=False)
+    places = seen.point[chosen], seen.normal[chosen]
+    nowhere = dl.Samples(np.zeros((0, 3)), np.zeros((0, 3)))
+    with dl.Session(scene, nowhere, paths=OWN_PATHS, gather=OWN_RAYS // 2, seed=77) as session:
+        session.bake()
+        light = session.at(*places, part="indirect", rays=OWN_RAYS) + session.at(*places, part="direct")
+    return errors(rendering.irradiance[chosen], world.Estimate(light, np.zeros_like(light), 0.0))
+
+
 def errors(found: NDArray, true: world.Estimate) -> dict[str, float]:
     """Of irradiance: relative, quantiles of all channels together; relMSE by channels, the reference's
     own noise taken out."""
@@ -171,6 +189,7 @@ def compare(scene: dl.Scene, name: str, options: argparse.Namespace) -> dict[str
         "seconds": seconds,
         "gathered": rendering.gathered,
         "reference_noise": float(np.median(noise / floor)),
+        "itself": by_itself(scene, rendering, options.pixels),
         "deltalux": errors(rendering.irradiance[flat][hit], true) | {"flip": flip(pictures[2], pictures[0])},
         "equal_time": errors(rival, true) | {"flip": flip(pictures[2], pictures[1])},
     }
@@ -180,6 +199,7 @@ def main() -> None:
     """Draw each scene and compare."""
     parser = argparse.ArgumentParser(description="Pictures per pixel against Mitsuba 3")
     parser.add_argument("scenes", nargs="+", help="bundled scenes or files")
+    parser.add_argument("--pixels", type=int, default=1000, help="that are compared with itself")
     parser.add_argument("--tiles", type=int, default=6)
     parser.add_argument("--side", type=int, default=48, help="of a tile, pixels")
     parser.add_argument("--reference-paths", type=int, default=4096, help="at each pixel of a tile")
@@ -197,10 +217,11 @@ def main() -> None:
             f"{name}: {row['seconds']:.0f} s of CPU, {row['gathered']:,} places gathered; "
             f"noise of the reference {row['reference_noise']:.1%}"
         )
-        for who in ("deltalux", "equal_time"):
+        for who in ("itself", "deltalux", "equal_time"):
+            flipped = f"  FLIP {row[who]['flip']:.4f}" if "flip" in row[who] else ""
             print(
                 "  {who:10}  median {median:6.2%}  p90 {p90:6.2%}  bias {bias:+6.2%}  "
-                "relMSE {relmse:.5f}  FLIP {flip:.4f}".format(who=who, **row[who]),
+                "relMSE {relmse:.5f}{flipped}".format(who=who, flipped=flipped, **row[who]),
                 flush=True,
             )
     (options.out / "pictures.json").write_text(json.dumps(rows, indent=2) + "\n")
