@@ -33,6 +33,7 @@ from deltalux.rendering import MOST_RAYS, PATHS, Rendering, lit_picture, render_
 from deltalux.units import photopic
 from numpy.typing import NDArray
 from oracles import mitsuba_reference, world
+from pictured_rooms import ROOMS
 from PIL import Image
 
 FLOOR = 0.05  # of the mean: darker pixels count as that
@@ -195,10 +196,17 @@ def compare(scene: dl.Scene, name: str, options: argparse.Namespace) -> dict[str
     }
 
 
+def named_scene(source: str) -> dl.Scene:
+    """A file, a room of pictured_rooms, or a bundled scene."""
+    if "." in source:
+        return dl.load(source)
+    return ROOMS[source]() if source in ROOMS else getattr(dl.scenes, source)()
+
+
 def main() -> None:
     """Draw each scene and compare."""
     parser = argparse.ArgumentParser(description="Pictures per pixel against Mitsuba 3")
-    parser.add_argument("scenes", nargs="+", help="bundled scenes or files")
+    parser.add_argument("scenes", nargs="+", help=f"bundled scenes, {', '.join(ROOMS)}, or files")
     parser.add_argument("--pixels", type=int, default=1000, help="that are compared with itself")
     parser.add_argument("--tiles", type=int, default=6)
     parser.add_argument("--side", type=int, default=48, help="of a tile, pixels")
@@ -211,7 +219,7 @@ def main() -> None:
     rows = []
     for source in options.scenes:
         name = Path(source).stem
-        scene = dl.load(source) if "." in source else getattr(dl.scenes, source)()
+        scene = named_scene(source)
         rows.append(row := compare(scene, name, options))
         print(
             f"{name}: {row['seconds']:.0f} s of CPU, {row['gathered']:,} places gathered; "
