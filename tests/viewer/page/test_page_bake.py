@@ -92,7 +92,7 @@ def test_samples_that_no_path_reached_are_counted_where_the_light_rests(open_pag
             x, y = viewer.ask("deltalux.project('post')")
             mouse.move(x, y)
             mouse.down()
-            mouse.move(x - 20, y + 5, steps=3)
+            mouse.move(x - 40, y + 10, steps=3)
             line.wait_for(state="hidden")
             viewer.settle()
             assert line.is_hidden()  # nobody counts before the drag's end
