@@ -103,6 +103,26 @@ def test_covered_samples_share_with_their_like_alone(full: DisplayMesh):
     assert same[used].all()
 
 
+def test_lonely_covered_samples_have_their_own(full: DisplayMesh):
+    covered = np.zeros(len(full.points), dtype=bool)
+    covered[np.flatnonzero(full.vertex_mesh == 1)[::97]] = True
+    sharing = shared(full, covered, MOST).sharing
+    assert sharing is not None
+    same = covered[sharing.vertices][sharing.samples] == covered[:, None]
+    assert same[sharing.weights > 0].all()
+
+
+def test_both_sides_of_a_thin_thing_are_kept_apart():
+    points, triangles = ball(40, 0.5, (0, 0, 0))
+    plate = dl.Mesh("plate", points * (1, 0.01, 1), triangles, "grey", smooth_angle=180)
+    display = refine(dl.Scene([plate], [dl.Material("grey")], [], unit="lux"), 0.5)
+    sharing = shared(display, np.zeros(len(display.points), dtype=bool), 200).sharing
+    assert sharing is not None
+    theirs = display.normals[sharing.vertices][sharing.samples]
+    turn = np.einsum("kc,kjc->kj", display.normals, theirs)
+    assert turn[sharing.weights > 0].min() > 0.3
+
+
 def test_areas_add_up(full: DisplayMesh, few: DisplayMesh):
     assert few.sample_areas().sum() == pytest.approx(full.vertex_areas().sum(), rel=1e-6)
     assert (few.sample_areas() > 0).all()

@@ -92,10 +92,8 @@ class _Writer:
         exposure: float,
     ) -> None:
         self._baked, self._display, self._exposure = baked, display, exposure
-        self._light, self._shown = (
-            light,
-            shown,
-        )  # of each vertex: by the attribute's name, and as COLOR_0 shows it
+        # Of each vertex: by the attribute's name, and as COLOR_0 shows it.
+        self._light, self._shown = light, shown
         self._bytes = bytearray()
         self._materials: dict[int, int] = {}
         self._poses = movable_poses(baked.scene, baked.poses)
