@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The extension module: translation of errors, long calls, and the parts below.
+#include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <exception>
 #include <mutex>
@@ -10,6 +12,12 @@
 #include "common.h"
 
 namespace deltalux::python {
+namespace {
+
+/// Between two reports of progress.
+std::atomic<double> report_seconds{0.02};
+
+}  // namespace
 
 void run(nb::object callback, const std::function<void(Progress&)>& work) {
   Progress progress;
@@ -31,7 +39,8 @@ void run(nb::object callback, const std::function<void(Progress&)>& work) {
   {
     nb::gil_scoped_release release;
     std::unique_lock lock(mutex);
-    while (!finished.wait_for(lock, std::chrono::milliseconds(20), [&] { return done; })) {
+    const std::chrono::duration<double> interval(report_seconds);
+    while (!finished.wait_for(lock, interval, [&] { return done; })) {
       lock.unlock();
       {
         nb::gil_scoped_acquire acquire;
@@ -92,6 +101,8 @@ NB_MODULE(_core, m) {
       raise("Error", e);
     }
   });
+  m.def("set_report_seconds", [](double seconds) { python::report_seconds = seconds; },
+        nb::arg("seconds"), "Sets how often long calls report progress (tests report more often).");
   python::bind_scene(m);
   python::bind_trace(m);
   python::bind_estimate(m);

@@ -7,6 +7,9 @@ import numpy
 from numpy.typing import NDArray
 
 
+def set_report_seconds(seconds: float) -> None:
+    """Sets how often long calls report progress (tests report more often)."""
+
 class Object:
     def __init__(self, arg0: str, arg1: Annotated[NDArray[numpy.float32], dict(shape=(None, 3), order='C', device='cpu', writable=False)], arg2: Annotated[NDArray[numpy.uint32], dict(shape=(None, 3), order='C', device='cpu', writable=False)], arg3: Annotated[NDArray[numpy.uint32], dict(shape=(None,), order='C', device='cpu', writable=False)], arg4: Annotated[NDArray[numpy.uint32], dict(shape=(None,), order='C', device='cpu', writable=False)], arg5: bool, arg6: Annotated[NDArray[numpy.float64], dict(shape=(4, 4), order='C', device='cpu', writable=False)], /) -> None: ...
 

@@ -8,15 +8,23 @@ import itertools
 
 import deltalux as dl
 import pytest
+from deltalux import _core
 from rooms import box, room, samples_in, translation
 
-# Long enough for some calls, which come every 20 ms.
 OPTIONS = {"paths": 20_000, "gather": 64, "threads": 1} | dict.fromkeys(
     ("static_method", "moving_method"), "disc_index"
 )
 FIRST = translation(0.7, 0.31, 0.4)  # of the block
 LAMP = translation(-1.0, 0.6, -0.5)
 NEXT = translation(-0.5, 0.7, 0.3)
+
+
+@pytest.fixture(autouse=True)
+def reports():
+    """Reports often enough for some calls in each update, however fast the machine is."""
+    _core.set_report_seconds(0.002)
+    yield
+    _core.set_report_seconds(0.02)
 
 
 class Own(ValueError):
@@ -179,6 +187,7 @@ def test_an_update_that_was_done_already(file, kind):
 
 @pytest.mark.parametrize("raises", [True, False])
 def test_a_bake(raises):
+    _core.set_report_seconds(0.01)
     with make_session() as session:
         session.bake()
         baked = session.digest()
@@ -213,6 +222,7 @@ def test_a_bake_that_was_done_already(file, tmp_path):
 
 @pytest.mark.parametrize("raises", [True, False])
 def test_a_bake_over_a_bake_and_a_recompute(file, raises):
+    _core.set_report_seconds(0.01)
     with dl.Session.open(file, threads=1) as session:
         before = session.digest()
         session.move("block", NEXT)
