@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two rooms to judge by, of sizes that nothing was tuned for: a box of 1 m and a hall of 60 m; in lux."""
+"""Rooms to judge by, for which nothing was tuned: a box of 1 m, a hall of 60 m, a shop of 8 m; in lux."""
 
 from __future__ import annotations
 
 from deltalux.scene import Material, Scene
-from deltalux.scenes.placing import COOL, NEUTRAL, lamp_luminance, look_at
+from deltalux.scenes.placing import COOL, NEUTRAL, WARM, lamp_luminance, look_at
 from deltalux.scenes.shapes import GAP, box, cylinder, merge, panel_lamp, room, sheet
-from near_rooms import narrow_spot, on_legs, paints, small_things, upright
+from near_rooms import books, chair, narrow_spot, on_legs, paints, small_things, upright
 
 HALL = (60.0, 9.0, 35.0)
 DOWNLIGHT = 0.6  # metres, the side of a lamp of the hall
@@ -94,4 +94,49 @@ def hall() -> Scene:
     ]
     materials = [*paints(), Material("downlight", (0.5,) * 3, lamp_luminance(9000, lit, COOL), "downlights")]
     view = look_at("main", (-1.0, 3.2, 4.5), (3.0, 0.8, -6.0), 60)
+    return Scene(meshes, materials, lights, unit="lux", cameras=[view])
+
+
+def shop() -> Scene:
+    """8 x 6 x 3.2 m: shelves lit from under a canopy, spots of 6 to 14 degrees on a counter and a plinth.
+
+    A counter on thin legs, rows of books, a stool, a parcel that moves before a pool.
+    """
+    width, height, depth = 8.0, 3.2, 6.0
+    strip = panel_lamp(2.4, 0.05, 0.12, 0.02, "metal", "strip")
+    rack = merge(
+        [
+            *[box(0.03, 2.0, 0.35, "walnut").moved(s * 1.2) for s in (-1, 1)],
+            *[box(2.37, 0.025, 0.35, "walnut").moved(0, y) for y in (0.1, 0.6, 1.1, 1.6)],
+            *[books(10, 20 + i).moved(-1.1 + 0.8 * i, 0.125 + 0.5 * i, -0.05) for i in range(3)],
+        ]
+    )
+    static = {
+        "room": room(width, height, depth, ["oak", "ceiling", "wall", "green", "wall", "wall"]),
+        "canopy": box(3.0, 0.04, 0.9, "white").moved(-1.5, 2.5, -2.5),
+        "strip": strip.moved(-1.5, 2.44, -2.3),
+        "rack": rack.moved(-1.5, GAP, -2.78),
+        "counter": on_legs(2.0, 0.95, 0.6, 0.03, 0.04, "book_c").turned(90).moved(2.4, GAP, -0.4),
+        "plinth": box(0.35, 0.7, 0.35, "ochre").moved(-2.6, GAP, 1.2),
+        "sign": upright(0.6, 2.0, 2.2, 2.6, 2.2, "red_wall"),
+        "pole": cylinder(0.03, 3.1, 12, "metal").moved(0.2, GAP, 0.6),
+    }
+    meshes = [piece.mesh(name) for name, piece in static.items()]
+    places = [(2.3, 0.95, -1.0), (2.5, 0.95, 0.1), (-2.66, 0.7, 1.14), (-2.52, 0.7, 1.28)]
+    for i, (thing, (x, y, z)) in enumerate(
+        zip(small_things(("book_a", "white", "walnut")), places, strict=True)
+    ):
+        meshes.append(thing.moved(x, y + 2 * GAP, z).mesh(f"small_{i}"))
+    meshes += [
+        box(0.5, 0.35, 0.3, "book_c").mesh("parcel", at=(-0.9, GAP, 0.4), degrees=25, movable=True),
+        chair("metal").mesh("stool", at=(1.5, GAP, 0.1), degrees=100, movable=True),
+        box(0.16, 0.24, 0.12, "screen").mesh("till", at=(2.35, 0.95 + 2 * GAP, -0.45), movable=True),
+    ]
+    lights = [
+        narrow_spot("counter", (1.2, 3.1, -1.2), (2.3, 0.95, -0.9), 14, 700),
+        narrow_spot("plinth", (-2.0, 3.1, 2.2), (-2.6, 0.75, 1.2), 6, 500),
+        narrow_spot("floor", (0.8, 3.1, 1.6), (-0.3, 0, 0.7), 9, 800),
+    ]
+    view = look_at("main", (3.6, 1.8, 2.7), (-1.0, 0.8, -0.8), 72)
+    materials = [*paints(), Material("strip", (0.5,) * 3, lamp_luminance(1800, 2.36 * 0.08, WARM), "strip")]
     return Scene(meshes, materials, lights, unit="lux", cameras=[view])

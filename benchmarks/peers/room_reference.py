@@ -128,6 +128,17 @@ ROOMS = {
             near=1.5,
             samples=484,
         ),
+        Room(
+            "shop",
+            judging_rooms.shop,
+            (
+                Move("parcel", (0.45, 0, 0.2), 35),
+                Move("stool", (0.15, 0, -0.5), -40),
+                Move("till", (-0.05, 0, -0.35), 30),
+            ),
+            near=0.6,
+            samples=784,
+        ),
     )
 }
 

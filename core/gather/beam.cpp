@@ -204,23 +204,19 @@ float Beam::beside(Vec3f place) const {
   return bounded(sum / guide_.around);
 }
 
-uint32_t Beam::seen(const trace::RayCaster& caster, Vec3f from, Vec3f n,
-                    const PathRandom& random) const {
-  uint32_t count = 0;
-  for (uint32_t k = 0; k < kSeen && !few_.empty(); ++k) {
-    const Point& point = few_[size_t(random(k, 0) * float(few_.size()))];
-    if (k % 2) {
-      // On the way there.
-      const Vec3f d = light_.position + (point.at - light_.position) * random(k, 1) - from;
-      count += dot(d, n) > 0 && !caster.occluded_static(from, d, 1);
-    } else {
-      const Vec3f w = point.seen_from(from);
-      if (!(dot(w, n) > 0)) continue;
-      const trace::Hit hit = caster.closest_static(from, w);
-      count += hit.valid() && point.is_met(from, w, hit);
-    }
+bool Beam::sees(uint32_t k, const trace::RayCaster& caster, Vec3f from, Vec3f n,
+                const PathRandom& random) const {
+  if (few_.empty()) return false;
+  const Point& point = few_[size_t(random(k, 0) * float(few_.size()))];
+  if (k % 2) {
+    // On the way there.
+    const Vec3f d = light_.position + (point.at - light_.position) * random(k, 1) - from;
+    return dot(d, n) > 0 && !caster.occluded_static(from, d, 1);
   }
-  return count;
+  const Vec3f w = point.seen_from(from);
+  if (!(dot(w, n) > 0)) return false;
+  const trace::Hit hit = caster.closest_static(from, w);
+  return hit.valid() && point.is_met(from, w, hit);
 }
 
 }  // namespace deltalux::gather

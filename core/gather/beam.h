@@ -77,10 +77,9 @@ class Beam {
   float beside(Vec3f place) const;
   /// Radiosity where its light lands, the most of it.
   float brightest() const { return brightest_; }
-  /// Whether a receiver sees its light: of eight places where it lands, or might.
-  uint32_t seen(const trace::RayCaster& caster, Vec3f from, Vec3f n,
-                const PathRandom& random) const;
-  static constexpr uint32_t kSeen = 8;
+  /// Whether a receiver sees one of the places where its light lands, or might: the k-th look.
+  bool sees(uint32_t k, const trace::RayCaster& caster, Vec3f from, Vec3f n,
+            const PathRandom& random) const;
 
  private:
   Vec3f direction(uint32_t k) const;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "gather/cell_builder.h"
 
@@ -60,6 +61,20 @@ Vec3f BodyCells::probe(uint32_t cell, uint32_t number) const {
     at[axis] = spot.low[axis] + (spot.high[axis] - spot.low[axis]) *
                                     ((float(spot.probe[2 * number + axis]) + 0.5f) / 256);
   return patch.origin + patch.u * at[0] + patch.v * at[1];
+}
+
+void BodyCells::sort_small(std::vector<uint32_t>& triangles, std::vector<uint32_t>& begin) const {
+  begin.assign(size() + 1, 0);
+  const auto each = [&](const auto& visit) {
+    for (uint32_t t = 0; t < faces_.size(); ++t)
+      if (faces_[t].patch == kNoCell && faces_[t].cell != kNoCell)
+        for (uint32_t side = 0; side < 2; ++side) visit(t, faces_[t].cell + side);
+  };
+  each([&](uint32_t, uint32_t cell) { ++begin[cell + 1]; });
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  triangles.resize(begin.back());
+  std::vector<uint32_t> next(begin.begin(), begin.end() - 1);
+  each([&](uint32_t t, uint32_t cell) { triangles[next[cell]++] = t; });
 }
 
 Vec3f BodyCells::normal(uint32_t cell) const {

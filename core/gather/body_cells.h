@@ -42,7 +42,12 @@ class BodyCells {
   static constexpr uint32_t kProbes = 16;
   bool has_probes(uint32_t cell) const { return spot_[cell].patch != kNoCell; }
   Vec3f probe(uint32_t cell, uint32_t number) const;
-  /// Unit normal on the cell's side.
+  /// Triangles of each cell of small ones, in the order of the cells, both of a pair; begin[cell]
+  /// and begin[cell + 1] are the ends of each. Other cells have none.
+  void sort_small(std::vector<uint32_t>& triangles, std::vector<uint32_t>& begin) const;
+  /// Of a cell of small triangles: whether it is their back.
+  bool is_back(uint32_t cell) const { return spot_[cell].back; }
+  /// Unit normal on the cell's side; not of small triangles.
   Vec3f normal(uint32_t cell) const;
   /// All of the cell lies in it.
   struct Ball {

@@ -214,7 +214,8 @@ void CellBuilder::merge_small(BodyCells& out, std::vector<uint32_t> triangles) {
     const auto [entry, fresh] = found.try_emplace(key, uint32_t(out.area_.size()));
     const double area = 0.5 * length(c);
     if (fresh)
-      for (int side = 0; side < 2; ++side) add_cell(out, 0, triangles_[t].material);
+      for (const bool back : {false, true})
+        out.spot_[add_cell(out, 0, triangles_[t].material)].back = back;
     for (uint32_t side = 0; side < 2; ++side) {
       out.area_[entry->second + side] += float(area);
       for (const Vec3f& p : triangles_[t].corner) out.spot_[entry->second + side].box.grow(p);

@@ -16,6 +16,7 @@ constexpr float kAlike = 0.9f;         // cosine between normals of one place
 constexpr float kFlat = 0.3f;          // of half a cell's edge: how much a place may rise
 constexpr float kFalloff = 0.3f;       // between two that are about as bright
 constexpr int kMostTried = 1024;       // places
+constexpr int kMostLayers = 4;         // one behind the other
 constexpr double kLeastChance = 0.05;  // of a texel, of the mean: cells are not all that is there
 
 /// How far from the first vote most of the bright ones beside it lie, and a little more.
@@ -79,6 +80,23 @@ std::optional<Guide> take_place(std::vector<Vote>& votes, float reach, float mar
   return guide;
 }
 
+/// Of what lies there, seen along the guide's normal, each layer by itself: a bulb stands close
+/// before its socket.
+float brightest_layer(const Guide& guide, Vec3f at, const Present& present,
+                      const Evaluation& evaluation, const CellFinder& finder) {
+  // From close by: a shade may stand before it.
+  const Vec3f above = at + guide.normal * guide.rise;
+  float from = 0, brightest = 0;
+  for (int layer = 0; layer < kMostLayers; ++layer) {
+    const trace::Hit hit = present.caster.closest(above, -guide.normal, from, 2 * guide.rise);
+    if (!hit.valid()) break;
+    const uint32_t cell = finder.find(hit.primitive, above, -guide.normal, hit.t);
+    if (cell != kNoCell) brightest = std::max(brightest, evaluation.brightness(cell));
+    from = hit.t + position_slack(above) + present.scene.slack_of(hit.primitive);
+  }
+  return brightest;
+}
+
 /// Chances of texels by the light of what lies at them.
 void paint(Guide& guide, const Present& present, const Evaluation& evaluation,
            const CellFinder& finder) {
@@ -87,13 +105,8 @@ void paint(Guide& guide, const Present& present, const Evaluation& evaluation,
   double sum = 0, squares = 0;
   for (size_t k = 0; k < kSide; ++k)
     for (size_t i = 0; i < kSide; ++i) {
-      // From close by: a shade may stand before it.
-      const Vec3f above = guide.point((float(i) + 0.5f) / kSide, (float(k) + 0.5f) / kSide) +
-                          guide.normal * guide.rise;
-      const trace::Hit hit = present.caster.closest(above, -guide.normal, 0, 2 * guide.rise);
-      const uint32_t cell =
-          hit.valid() ? finder.find(hit.primitive, above, -guide.normal, hit.t) : kNoCell;
-      if (cell != kNoCell) texel[k][i] = evaluation.brightness(cell);
+      const Vec3f at = guide.point((float(i) + 0.5f) / kSide, (float(k) + 0.5f) / kSide);
+      texel[k][i] = brightest_layer(guide, at, present, evaluation, finder);
       sum += double(texel[k][i]), squares += double(texel[k][i]) * double(texel[k][i]);
     }
   constexpr double kTexels = double(kSide * kSide);

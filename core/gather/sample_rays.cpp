@@ -13,7 +13,17 @@ namespace {
 constexpr float kWorth = 0.01f;      // of a sample's irradiance: less noise than this is let be
 constexpr float kRest = 0.25f;       // what all other light weighs beside guides, of a sample's
 constexpr float kMostShare = 1e20f;  // more is no number
-constexpr uint32_t kLooks = 8;       // rays that tell whether a guide is seen
+constexpr uint32_t kLooks = 8;       // rays that tell how much of a guide is seen
+constexpr uint32_t kMostLooks = 64;  // where none of those sees it: a slit is enough to be bright
+
+/// How much of a guide is seen. look(k): whether the k-th ray meets it.
+template <class Look>
+float seen_share(const Look& look) {
+  uint32_t hits = 0, k = 0;
+  while (hits == 0 && k < kMostLooks)
+    for (const uint32_t end = k + kLooks; k < end; ++k) hits += look(k);
+  return float(hits) / float(k);
+}
 
 }  // namespace
 
@@ -54,18 +64,16 @@ RayShares share_rays(std::span<const Guide> guides, const Beams& beams,
     if (candidate.guide < guides.size()) {
       const Guide& guide = guides[candidate.guide];
       const Target target(guide, origin);
-      uint32_t hits = 0;
-      for (uint32_t k = 0; k < kLooks; ++k) {
+      candidate.share *= seen_share([&](uint32_t k) {
         const Vec3f w = target.direction(random(k, 0), random(k, 1));
-        if (!(dot(w, receiver.normal) > 0)) continue;
+        if (!(dot(w, receiver.normal) > 0)) return false;
         const trace::Hit hit = caster.closest_static(origin, w);
-        hits += hit.valid() && guide.holds(origin + w * hit.t);
-      }
-      candidate.share *= float(hits) / float(kLooks);
+        return hit.valid() && guide.holds(origin + w * hit.t);
+      });
     } else {
       const Beam& beam = beams[candidate.guide - RayShares::kFirstBeam];
-      candidate.share *=
-          float(beam.seen(caster, origin, receiver.normal, random)) / float(Beam::kSeen);
+      candidate.share *= seen_share(
+          [&](uint32_t k) { return beam.sees(k, caster, origin, receiver.normal, random); });
     }
     all += candidate.share;
   }

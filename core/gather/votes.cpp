@@ -15,7 +15,6 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr size_t kPilots = 1024;     // at most
 constexpr uint32_t kPilotRays = 64;  // of each
 constexpr size_t kAsked = 4096;      // bright cells, at most, that few rays of pilots met
 constexpr uint32_t kFew = 8;         // rays; what their number tells is chance
@@ -57,56 +56,23 @@ Poll vote(const Present& present, const Evaluation& evaluation, const CellFinder
   return poll;
 }
 
-/// A cell where light falls.
-struct LitCell {
-  uint32_t number, own;  ///< among all, of its body
-  uint32_t object;       ///< or kNone: it does not move
-  const BodyCells* body;
-  Pose pose;
-  uint16_t covered;  ///< by probe
-
-  /// On the first bare place from this probe on.
-  direct::Receiver place(uint32_t probe) const {
-    while (covered >> probe & 1) probe = (probe + 1) % BodyCells::kProbes;
-    const Vec3f p = body->probe(own, probe), n = body->normal(own);
-    return {pose.point(p), pose.direction(n), object, body->rise(), direct::place_key(p, n)};
-  }
-};
-
-/// Calls visit(LitCell) for cells that lie bare somewhere.
-template <class Visit>
-void each_lit(const Present& present, const Evaluation& evaluation,
-              std::span<const uint16_t> covered, const Visit& visit) {
-  present.cells.each_body([&](uint32_t first, uint32_t object, const BodyCells& body) {
-    const bool moves = object != scene::kNone;
-    if (moves && !present.scene.objects[object].present) return;
-    const Pose pose = moves ? present.scene.objects[object].pose : Pose{};
-    for (uint32_t own = 0; own < body.size(); ++own) {
-      const uint32_t cell = first + own;
-      if (!body.has_probes(own) || !(evaluation.brightness(cell) > 0)) continue;
-      if (std::countr_one(covered[cell]) < int(BodyCells::kProbes))
-        visit(LitCell{cell, own, object, &body, pose, covered[cell]});
-    }
-  });
-}
-
 /// A cell that some pilots look for.
 struct Asked {
-  LitCell cell;
+  size_t lit;    ///< number among the lit ones
   double noise;  ///< that it makes where it is seen, up to a factor
 };
 
 /// Of cells brighter than `least` that few rays met, those that make most noise. `hits`: per cell.
 std::vector<Asked> rarely_met(const Present& present, const Evaluation& evaluation,
-                              std::span<const uint16_t> covered, std::span<const uint32_t> hits,
-                              float least) {
+                              const LitCells& lit, std::span<const uint32_t> hits, float least) {
   std::vector<Asked> out;
-  each_lit(present, evaluation, covered, [&](const LitCell& cell) {
-    const float radiosity = evaluation.brightness(cell.number);
-    if (hits[cell.number] >= kFew || !(radiosity > least) || !std::isfinite(radiosity)) return;
-    const double area = double(present.cells.area(cell.number));
-    out.push_back({cell, double(radiosity) * double(radiosity) * area});
-  });
+  for (size_t i = 0; i < lit.size(); ++i) {
+    const uint32_t cell = lit.number(i);
+    const float radiosity = evaluation.brightness(cell);
+    if (hits[cell] >= kFew || !(radiosity > least) || !std::isfinite(radiosity)) continue;
+    const double area = double(present.cells.area(cell));
+    out.push_back({i, double(radiosity) * double(radiosity) * area});
+  }
   std::stable_sort(out.begin(), out.end(),
                    [](const Asked& a, const Asked& b) { return a.noise > b.noise; });
   if (out.size() > kAsked) out.resize(kAsked);
@@ -138,16 +104,17 @@ std::optional<Vote> expected_vote(const Present& present, const Evaluation& eval
 /// Of some of the pilots, for the cell; their weights stand for all pilots.
 std::vector<Vote> expected_votes(const Present& present, const Evaluation& evaluation,
                                  std::span<const direct::Receiver> pilots,
-                                 std::span<const Poll> polls, const Asked& asked, uint64_t seed) {
+                                 std::span<const Poll> polls, const LitCells& lit, size_t asked,
+                                 uint64_t seed) {
   std::vector<Vote> out;
-  const PathRandom random(seed ^ 0x61736b65642121ull, asked.cell.place(0).key);
+  const PathRandom random(seed ^ 0x61736b65642121ull, lit.place(asked, 0).key);
   for (uint32_t k = 0; k < kAskers; ++k) {
     const auto number = size_t(random(k, 0) * float(pilots.size()));
     const size_t pilot = std::min(number, pilots.size() - 1);
     if (!(polls[pilot].all > 0)) continue;
-    const auto probe = uint32_t(random(k, 1) * float(BodyCells::kProbes)) % BodyCells::kProbes;
+    const auto from = uint32_t(random(k, 1) * float(LitCells::kPlaces)) % LitCells::kPlaces;
     auto own = expected_vote(present, evaluation, pilots[pilot], polls[pilot].all,
-                             asked.cell.number, asked.cell.place(probe));
+                             lit.number(asked), lit.place(asked, from));
     if (!own) continue;
     own->weight *= double(pilots.size()) / kAskers;
     out.push_back(*own);
@@ -157,21 +124,9 @@ std::vector<Vote> expected_votes(const Present& present, const Evaluation& evalu
 
 }  // namespace
 
-std::vector<direct::Receiver> lit_places(const Present& present, const Evaluation& evaluation,
-                                         std::span<const uint16_t> covered) {
-  std::vector<direct::Receiver> lit;
-  each_lit(present, evaluation, covered,
-           [&](const LitCell& cell) { lit.push_back(cell.place(0)); });
-  const size_t step = (lit.size() + kPilots - 1) / kPilots;
-  for (size_t i = 0; i * step < lit.size(); ++i) lit[i] = lit[i * step];
-  if (step > 1) lit.resize((lit.size() + step - 1) / step);
-  return lit;
-}
-
-Votes::Votes(const Present& present, const Evaluation& evaluation,
-             std::span<const uint16_t> covered, uint64_t seed, const Workers& workers,
-             Progress& progress) {
-  const std::vector<direct::Receiver> pilots = lit_places(present, evaluation, covered);
+Votes::Votes(const Present& present, const Evaluation& evaluation, const LitCells& lit,
+             uint64_t seed, const Workers& workers, Progress& progress) {
+  const std::vector<direct::Receiver> pilots = lit_places(lit);
   const Directions directions(kPilotRays, seed ^ 0x6775696465212121ull);
   const CellFinder finder(present.scene, present.cells);
   std::vector<Poll> found(pilots.size());
@@ -190,15 +145,15 @@ Votes::Votes(const Present& present, const Evaluation& evaluation,
   }
   if (around.empty()) return;
   const float least = Vote::kBright * quantile(around, kDim);
-  const std::vector<Asked> asked = rarely_met(present, evaluation, covered, hits, least);
+  const std::vector<Asked> asked = rarely_met(present, evaluation, lit, hits, least);
   std::vector<std::vector<Vote>> expected(asked.size());
   workers.for_blocks(asked.size(), 64, [&](size_t begin, size_t end) {
     progress.check();
     for (size_t i = begin; i < end; ++i)
-      expected[i] = expected_votes(present, evaluation, pilots, found, asked[i], seed);
+      expected[i] = expected_votes(present, evaluation, pilots, found, lit, asked[i].lit, seed);
   });
   std::vector<bool> is_asked(hits.size());
-  for (const Asked& own : asked) is_asked[own.cell.number] = true;
+  for (const Asked& own : asked) is_asked[lit.number(own.lit)] = true;
   for (const Poll& poll : found)
     for (const Vote& vote : poll.votes)
       if (!is_asked[vote.cell]) all.push_back(vote);

@@ -8,6 +8,7 @@
 #include "base/progress.h"
 #include "gather/chain.h"
 #include "gather/evaluate.h"
+#include "gather/lit_cells.h"
 
 namespace deltalux::gather {
 
@@ -25,9 +26,8 @@ struct Votes {
   static constexpr size_t kLeast = 3;          ///< for a guide
   static constexpr double kLeastShare = 0.01;  ///< of the variance, for a place to be worth one
 
-  /// `covered`: of Coverage.
-  Votes(const Present& present, const Evaluation& evaluation, std::span<const uint16_t> covered,
-        uint64_t seed, const Workers& workers, Progress& progress);
+  Votes(const Present& present, const Evaluation& evaluation, const LitCells& lit, uint64_t seed,
+        const Workers& workers, Progress& progress);
   /// Whether `bright` ones of `count`, of that weight together, are bright to most who see them,
   /// and worth a guide beside the variance that is left.
   static bool suffice(size_t bright, size_t count, double weight, double variance) {
@@ -37,10 +37,6 @@ struct Votes {
   std::vector<Vote> all;  ///< bright ones first, of these and of the others the heaviest
   double variance = 0;    ///< sum of their weights
 };
-
-/// Some of the places where light falls, in the middle of things, wherever samples are.
-std::vector<direct::Receiver> lit_places(const Present& present, const Evaluation& evaluation,
-                                         std::span<const uint16_t> covered);
 
 /// The value that this share of them lies below; reorders them.
 float quantile(std::vector<float>& values, double share);

@@ -12,6 +12,7 @@
 #include "base/archive.h"
 #include "base/progress.h"
 #include "direct/direct_light.h"
+#include "gather/lit_cells.h"
 #include "scene/edit.h"
 #include "update/affected.h"
 #include "update/path_update.h"
@@ -151,6 +152,7 @@ class Session {
   /// With new guides, as a bake wants them, or those that it chose.
   void look_around(Progress& progress, bool new_guides = false);
   /// Beams in their places and guides; what cells send then.
+  gather::LitCells lit_cells(const gather::Evaluation& now) const;
   gather::Evaluation choose_guides(Progress& progress);
   /// How many rays each sample casts.
   void choose_rays(const gather::Evaluation& now, Progress& progress);

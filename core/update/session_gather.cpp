@@ -62,11 +62,16 @@ void Session::shrink_cell_sums() noexcept {
   sums.touched.resize(s.gather->cells.size());
 }
 
+gather::LitCells Session::lit_cells(const gather::Evaluation& now) const {
+  const State& s = *state_;
+  return {present(receivers_, s.guiding), now, s.gather->coverage.covered()};
+}
+
 gather::Evaluation Session::choose_guides(Progress& progress) {
   State& s = *state_;
   const auto votes = [&](const gather::Evaluation& now) {
-    return gather::Votes(present(receivers_, s.guiding), now, s.gather->coverage.covered(),
-                         s.options.seed, s.workers, progress);
+    return gather::Votes(present(receivers_, s.guiding), now, lit_cells(now), s.options.seed,
+                         s.workers, progress);
   };
   gather::Evaluation now = *evaluation(false);
   gather::Votes found = votes(now);
@@ -133,8 +138,7 @@ void Session::look_around(Progress& progress, bool new_guides) {
 
 void Session::choose_rays(const gather::Evaluation& now, Progress& progress) {
   State& s = *state_;
-  const std::vector<direct::Receiver> places =
-      gather::lit_places(present(receivers_, s.guiding), now, s.gather->coverage.covered());
+  const std::vector<direct::Receiver> places = gather::lit_places(lit_cells(now));
   s.guiding.need = {};
   s.guiding.doublings.assign(receivers_.size(), 0);
   if (places.empty()) return;

@@ -81,7 +81,7 @@ def resolved_gather(gather: str | int, samples: int, segment_end: str, disc_area
 
 def default_paths(gather: str | int) -> int:
     """Paths where nobody says how many: discs need each of them, cells little of that."""
-    return 1_000_000 if gather == "off" else 200_000
+    return 1_000_000 if gather == "off" else 300_000
 
 
 def gather_rays(gather: str | int) -> int:

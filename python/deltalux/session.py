@@ -32,7 +32,7 @@ class Session(SessionFacts):
     scene : Scene
     samples : Samples or None
         None: on the vertices of the scene's display mesh.
-    paths : light particles, shared among the lights by use, or None = 200,000 where samples look around,
+    paths : light particles, shared among the lights by use, or None = 300,000 where samples look around,
         a million where they don't
     seed : same seed, same bits, for every number of threads
     threads : None = all processors

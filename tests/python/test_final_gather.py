@@ -180,16 +180,16 @@ def test_gradients_are_those_of_discs(session):
 @pytest.mark.parametrize(
     ("samples", "rays", "paths"),
     [
-        (0, 1536, 200_000),
-        (2_730, 1536, 200_000),
-        (2_731, 1024, 200_000),
-        (4_096, 1024, 200_000),
-        (4_097, 512, 200_000),
-        (8_193, 256, 200_000),
-        (65_536, 256, 200_000),
-        (65_537, 128, 200_000),
-        (131_073, 64, 200_000),
-        (262_144, 64, 200_000),
+        (0, 1536, 300_000),
+        (2_730, 1536, 300_000),
+        (2_731, 1024, 300_000),
+        (4_096, 1024, 300_000),
+        (4_097, 512, 300_000),
+        (8_193, 256, 300_000),
+        (65_536, 256, 300_000),
+        (65_537, 128, 300_000),
+        (131_073, 64, 300_000),
+        (262_144, 64, 300_000),
         (262_145, "off", 1_000_000),
     ],
 )
@@ -204,7 +204,7 @@ def test_discs_of_another_kind_are_not_gathered():
         with dl.Session(room(), **options) as session:
             assert (session.options["gather"], session.options["paths"]) == ("off", 1_000_000)
     with dl.Session(room(), disc_area="whole", gather=64) as session:
-        assert (session.options["gather"], session.options["paths"]) == (64, 200_000)
+        assert (session.options["gather"], session.options["paths"]) == (64, 300_000)
 
 
 def test_what_stands_in_a_room_wound_outward_is_lit_as_in_one_wound_inward():
