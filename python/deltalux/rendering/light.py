@@ -20,7 +20,7 @@ class PointLight:
     The session's own callback hears of stages that many calls make up.
     """
 
-    def __init__(self, session: Session, rays: int | None) -> None:
+    def __init__(self, session: Session, rays: int) -> None:
         self._session, self._rays = session, rays
         self._report = session.progress
         self._stage, self._steps, self._done = "", 1, 0
@@ -35,10 +35,11 @@ class PointLight:
         points, normals = seen.point[seen.hit], seen.normal[seen.hit]
         return self._at(seen, lambda: (self._session.at(points, normals, part="direct", by_need=True), 0.0))
 
-    def indirect(self, seen: Seen) -> Found:
-        """Light (k, 3), and noise of the sum of its channels."""
+    def indirect(self, seen: Seen, one_of: int = 1) -> Found:
+        """Light (k, 3), and noise of the sum of its channels; by fewer rays where a place is one of several."""
         points, normals = seen.point[seen.hit], seen.normal[seen.hit]
-        return self._at(seen, lambda: self._session.indirect_at(points, normals, self._rays))
+        rays = max(1, self._rays // one_of)
+        return self._at(seen, lambda: self._session.indirect_at(points, normals, rays))
 
     def _at(self, seen: Seen, ask: Callable[[], tuple[np.ndarray, np.ndarray | float]]) -> Found:
         values, noise = np.zeros((len(seen), 3)), np.zeros(len(seen))

@@ -25,8 +25,8 @@ COARSE = 1e9  # metres: the scene's own triangles
 BYTES_PER_PIXEL = 2500  # at most, where all are edges
 STRAIGHT = Fineness(coarsest=2, change=0.03, bend=0.02)  # shadows of thin things are thin
 AROUND = Fineness(coarsest=16, change=0.12, bend=0.04)
-PATHS = 600_000  # of a scene that is baked for a picture: cheap beside the picture, and what neighbours share
-MOST_RAYS = 128  # to gather along, by themselves: light between pixels evens noise out
+PATHS = 1_200_000  # of a scene that is baked for a picture: cheap beside the picture, and what neighbours share
+MOST_RAYS = 192  # to gather along, by themselves: light between pixels evens noise out
 EDGE_RAYS = 4  # besides the one through a pixel's middle
 CONTRAST = 0.1  # of direct light between neighbours: more is an edge
 EVEN = 0.05  # of direct light around a place at an edge: then it need not be asked for
@@ -105,7 +105,7 @@ def render_session(
     session : baked, with a final gather; edits that wait are applied first
     camera : None = the scene's first camera, else a good one is looked for
     size : (width, height) in pixels
-    rays : to gather along at a place, see `Session.at`; None = as the session does, at most 128
+    rays : to gather along at a place, see `Session.at`; None = as the session does, at most 192
     edge_rays : places in a pixel at an edge, besides its middle
 
     Raises
@@ -170,7 +170,7 @@ class _Work:
             self._light.begin("edges", 2)
             more, number = self._inside(edges, edge_rays)
             found, alone, uneven = self._beside(more, number, seen, direct, indirect)
-            found[1][alone], _ = self._light.indirect(more.at(alone))
+            found[1][alone], _ = self._light.indirect(more.at(alone), one_of=2)
             found[0][uneven], _ = self._light.direct(more.at(uneven))
             gathered += int(alone.sum())
             direct, indirect = (np.concatenate(pair) for pair in zip((direct, indirect), found, strict=True))
