@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import deltalux as dl
 import numpy as np
 from deltalux.scene import Material, Scene, SpotLight, SunLight
 from deltalux.scenes.placing import look_at
@@ -76,3 +77,13 @@ def corridor() -> Scene:
 
 
 ROOMS = {"living_room": living_room, "corridor": corridor}
+
+
+ROOMS = {"living_room": living_room, "corridor": corridor}
+
+
+def named_scene(source: str) -> Scene:
+    """A file, one of these rooms, or a bundled scene."""
+    if "." in source:
+        return dl.load(source)
+    return ROOMS[source]() if source in ROOMS else getattr(dl.scenes, source)()

@@ -33,7 +33,7 @@ from deltalux.rendering import MOST_RAYS, PATHS, Rendering, lit_picture, render_
 from deltalux.units import photopic
 from numpy.typing import NDArray
 from oracles import mitsuba_reference, world
-from pictured_rooms import ROOMS
+from pictured_rooms import ROOMS, named_scene
 from PIL import Image
 
 FLOOR = 0.05  # of the mean: darker pixels count as that
@@ -194,13 +194,6 @@ def compare(scene: dl.Scene, name: str, options: argparse.Namespace) -> dict[str
         "deltalux": errors(rendering.irradiance[flat][hit], true) | {"flip": flip(pictures[2], pictures[0])},
         "equal_time": errors(rival, true) | {"flip": flip(pictures[2], pictures[1])},
     }
-
-
-def named_scene(source: str) -> dl.Scene:
-    """A file, a room of pictured_rooms, or a bundled scene."""
-    if "." in source:
-        return dl.load(source)
-    return ROOMS[source]() if source in ROOMS else getattr(dl.scenes, source)()
 
 
 def main() -> None:

@@ -19,6 +19,7 @@ from .segments import check_bounces, check_integer, check_paths, check_seed, che
 
 DIRECT_MODES = ("auto", "paths", "sampled")
 LIGHT_PARTS = ("all", "direct", "indirect")
+RAY_COUNTS = (8, 65536)  # rays of a place, at least and at most
 DISC_AREAS = ("reachable", "whole")
 METHODS = ("auto", *_core.METHODS)
 # Of a sample, where nobody says how many, and of all samples together with so many each: what few
@@ -93,7 +94,7 @@ def gather_rays(gather: str | int) -> int:
     """
     if gather == "off":
         return 0
-    check_integer("gather", gather, 8, 65536)
+    check_integer("gather", gather, *RAY_COUNTS)
     return int(gather)
 
 
@@ -106,7 +107,7 @@ def check_asked(part: str, rays: int | None, gather: str | int) -> None:
     """
     check_choice("part", part, LIGHT_PARTS)
     if rays is not None:
-        check_integer("rays", rays, 8, 65536)
+        check_integer("rays", rays, *RAY_COUNTS)
     if gather == "off" and (part != "all" or rays is not None):
         raise OptionError(
             'at: found part or rays in a session of gather="off", expected neither: discs know no parts'

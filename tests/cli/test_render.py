@@ -28,6 +28,24 @@ def test_a_scene_and_its_session_look_alike(cli, tmp_path: Path):
             assert data["digest"] in image.text["deltalux"]
 
 
+def pixels(path: Path) -> np.ndarray:
+    with Image.open(path) as image:
+        return np.asarray(image)
+
+
+def test_pictures_of_bake_and_update_are_those_of_render(cli, tmp_path: Path):
+    session, moved = tmp_path / "box.dlx", tmp_path / "moved.dlx"
+    baked, updated, drawn = (tmp_path / f"{name}.png" for name in ("baked", "updated", "drawn"))
+    words = ("--paths", "5000", "--gather", "8", "--spacing", "0.5")
+    assert cli("bake", "cornell_box", "-o", session, baked, *words).code == 0
+    assert cli("render", session, "-o", drawn).code == 0
+    assert (pixels(baked) == pixels(drawn)).all()
+    words = ("--move", "short_block=0.02,0,0,20", "--false-colour")
+    assert cli("update", session, "-o", moved, updated, *words).code == 0
+    assert cli("render", moved, "-o", drawn, "--false-colour").code == 0
+    assert (pixels(updated) == pixels(drawn)).all()
+
+
 def test_options_choose_view_exposure_and_colours(cli, tmp_path: Path):
     path = tmp_path / "lux.png"
     words = ("--paths", "5000", "--json", *SMALL, "--eye", "0.278,0.278,-0.5", "--target", "0.278,0.278,0.5")

@@ -91,7 +91,7 @@ RaysOption = Annotated[
         "--gather",
         parser=parse_gather,
         metavar="N|auto",
-        help="Rays with which a place looks around: four times as many halve the noise. auto: 128.",
+        help=f"Rays with which a place looks around: four times as many halve the noise. auto: {MOST_RAYS}.",
     ),
 ]
 
@@ -99,8 +99,8 @@ RaysOption = Annotated[
 RenderPathsOption = Annotated[
     int | None,
     typer.Option(
-        "--paths", parser=parse_count, metavar="N", help="Light paths to trace.  [dim]\\[default: 600000][/]",
-        show_default=False,
+        "--paths", parser=parse_count, metavar="N",
+        help=f"Light paths to trace.  [dim]\\[default: {PATHS}][/]", show_default=False,
     ),
 ]  # fmt: skip
 

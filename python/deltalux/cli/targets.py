@@ -6,17 +6,19 @@ from __future__ import annotations
 import os
 import shlex
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import typer
 
 import deltalux as dl
 from deltalux.files import found_among, same_file
-from deltalux.outputs.baked import Baked
+from deltalux.outputs.baked import Baked, about_text
 from deltalux.outputs.images import write_png
 from deltalux.outputs.of_session import baked_of
 from deltalux.outputs.tables import write_csv, write_npz
 from deltalux.outputs.vertex_colors import write_glb
+from deltalux.rendering import false_colour_picture, lit_picture, render_session
 
 SESSION = ".dlx"
 PICTURE = ".png"
@@ -112,9 +114,19 @@ def write_targets(
         suffix = path.suffix.lower()
         if suffix == SESSION:
             session.save(path)
+        elif suffix == PICTURE and session.samples.display and session.options["gather"] != "off":
+            _draw(session, path, words, false_colour)
         else:
             baked = baked or baked_of(session, command_line(words), false_colour)
             WRITERS[suffix][1](path, baked)
+
+
+def _draw(session: dl.Session, path: Path, words: Sequence[str], false_colour: bool) -> None:
+    """Write a picture in which each pixel has its own light; that of samples is too coarse for shadows."""
+    rendering = render_session(session)
+    picture = false_colour_picture(rendering) if false_colour else lit_picture(rendering)
+    about = about_text(session.result) | {"command": command_line(words), "gathered": rendering.gathered}
+    replace(picture, about=about).save(path)
 
 
 def command_line(words: Sequence[str]) -> str:

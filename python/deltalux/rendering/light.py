@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from deltalux.core_session import RAY_COUNTS
 from deltalux.errors import Cancelled
 from deltalux.session import Session
 
@@ -36,9 +37,9 @@ class PointLight:
         return self._at(seen, lambda: (self._session.at(points, normals, part="direct", by_need=True), 0.0))
 
     def indirect(self, seen: Seen, one_of: int = 1) -> Found:
-        """Light (k, 3), and noise of the sum of its channels; by fewer rays where a place is one of several."""
+        """Light (k, 3), and noise of the sum of its channels; by fewer rays for one of several places."""
         points, normals = seen.point[seen.hit], seen.normal[seen.hit]
-        rays = max(1, self._rays // one_of)
+        rays = max(RAY_COUNTS[0], self._rays // one_of)
         return self._at(seen, lambda: self._session.indirect_at(points, normals, rays))
 
     def _at(self, seen: Seen, ask: Callable[[], tuple[np.ndarray, np.ndarray | float]]) -> Found:

@@ -25,7 +25,9 @@ COARSE = 1e9  # metres: the scene's own triangles
 BYTES_PER_PIXEL = 2500  # at most, where all are edges
 STRAIGHT = Fineness(coarsest=2, change=0.03, bend=0.02)  # shadows of thin things are thin
 AROUND = Fineness(coarsest=16, change=0.12, bend=0.04)
-PATHS = 1_200_000  # of a scene that is baked for a picture: cheap beside the picture, and what neighbours share
+PATHS = (
+    1_200_000  # of a scene that is baked for a picture: cheap beside the picture, and what neighbours share
+)
 MOST_RAYS = 192  # to gather along, by themselves: light between pixels evens noise out
 EDGE_RAYS = 4  # besides the one through a pixel's middle
 CONTRAST = 0.1  # of direct light between neighbours: more is an edge
