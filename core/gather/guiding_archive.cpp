@@ -12,25 +12,40 @@ constexpr const char* kGuides = "gather.guides";
 constexpr const char* kBeams = "gather.beams";
 constexpr const char* kNeed = "gather.need";
 constexpr const char* kDoublings = "gather.doublings";
+constexpr const char* kShares = "gather.shares";
 
 static_assert(sizeof(Guide) == 4 * (11 + 33 * 33) && sizeof(BeamGuide) == 12 &&
-              sizeof(RayNeed) == 12);
+              sizeof(RayNeed) == 12 && sizeof(RayShares) == 32);
 
 [[noreturn]] void refuse(const char* array, const std::string& what) {
   throw FormatError("\"" + std::string(array) + "\": found " + what);
 }
 
+/// Why no sample of so many rays has these shares; null where one may.
+const char* flaw(const RayShares& shares, uint32_t rays, size_t guides, size_t beams) {
+  if (shares.guided() > rays / (2 * kParts)) return "more guided rays than a sample has";
+  for (size_t slot = 0; slot < kMostUsed; ++slot) {
+    const size_t guide = shares.guide[slot];
+    const bool is_beam = guide >= RayShares::kFirstBeam;
+    if (shares.eighth[slot] &&
+        guide - (is_beam ? RayShares::kFirstBeam : 0) >= (is_beam ? beams : guides))
+      return "a guide that is not there";
+  }
+  return nullptr;
+}
+
 }  // namespace
 
-void Guiding::save(ArchiveView& archive) const {
+void Guiding::save(ArchiveView& archive, bool current) const {
   archive.append(kGuides, guides);
   archive.append(kBeams, beams);
   archive.keep(kNeed, std::vector<RayNeed>{need});
   archive.append(kDoublings, doublings);
+  if (current) archive.append(kShares, shares);
 }
 
-void Guiding::restore(ArchiveSource& archive, std::span<const trace::Light> lights,
-                      size_t samples) {
+void Guiding::restore(ArchiveSource& archive, std::span<const trace::Light> lights, size_t samples,
+                      uint32_t rays) {
   const size_t count = archive.count<Guide>(kGuides), narrow = archive.count<BeamGuide>(kBeams);
   if (count > kMostGuides) refuse(kGuides, "more than " + std::to_string(kMostGuides));
   if (narrow > kMostBeams) refuse(kBeams, "more than " + std::to_string(kMostBeams));
@@ -46,6 +61,13 @@ void Guiding::restore(ArchiveSource& archive, std::span<const trace::Light> ligh
   for (int8_t own : doublings)
     if (own < RayCounts::kLeast || own > RayCounts::kMost)
       refuse(kDoublings, "a number of rays no sample has");
+  shares.clear();
+  if (empty() || !archive.bytes(kShares)) return;
+  shares = archive.read_all<RayShares>(kShares, samples);
+  for (size_t i = 0; i < samples; ++i)
+    if (const char* wrong =
+            flaw(shares[i], RayCounts::rays(rays, doublings[i]), guides.size(), beams.size()))
+      refuse(kShares, wrong);
 }
 
 }  // namespace deltalux::gather

@@ -46,10 +46,12 @@ struct Guiding {
     return guides.capacity() * sizeof(Guide) + beams.capacity() * sizeof(BeamGuide) +
            shares.capacity() * sizeof(RayShares) + doublings.capacity();
   }
-  /// Arrays named "gather.…", without shares.
-  void save(ArchiveView& archive) const;
-  /// Throws FormatError: then this object is of no use.
-  void restore(ArchiveSource& archive, std::span<const trace::Light> lights, size_t samples);
+  /// Arrays named "gather.…"; shares where samples have `current` ones, of the scene as it is.
+  void save(ArchiveView& archive, bool current) const;
+  /// Without shares where none were kept. `rays`: the standard number. Throws FormatError: then
+  /// this object is of no use.
+  void restore(ArchiveSource& archive, std::span<const trace::Light> lights, size_t samples,
+               uint32_t rays);
 };
 
 /// Shares of a receiver that casts `rays`, by what it sees of guides; follows from the receiver,

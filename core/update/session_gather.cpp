@@ -338,7 +338,7 @@ void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> no
 void Session::restore_looks(ArchiveSource& archive, Progress& progress) {
   State& s = *state_;
   if (!s.gather) return;
-  s.guiding.restore(archive, s.lights, s.samples.size());
+  s.guiding.restore(archive, s.lights, s.samples.size(), s.options.gather_rays);
   const double rays = double(gather::RayCounts(s.guiding.doublings, s.options.gather_rays).all());
   const double bytes = gather::Looks::forecast_bytes(rays);
   if (s.options.memory_limit && bytes > double(s.options.memory_limit))
@@ -355,7 +355,10 @@ void Session::restore_looks(ArchiveSource& archive, Progress& progress) {
   }
   s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
   place_beams();
-  aim(progress);
+  if (s.guiding.empty() || s.guiding.shares.empty())
+    aim(progress);
+  else
+    s.gather->looks = gather::Looks({s.guiding.doublings, s.options.gather_rays}, s.options.seed);
   s.gather->looks.restore(archive, present(receivers_, s.guiding), s.workers, progress);
 }
 

@@ -128,7 +128,7 @@ ArchiveView Session::save() const {
   archive.keep("direct.quantum", std::vector<double>{direct_->irradiance_quantum()});
   direct_->save(archive);
   if (s.gather) {
-    s.guiding.save(archive);
+    s.guiding.save(archive, !(s.gather->looks.pending_share() > 0));
     s.gather->looks.save(archive);
   }
   return archive;
