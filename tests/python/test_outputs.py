@@ -441,6 +441,34 @@ def test_glb_keeps_the_cameras(tmp_path: Path):
         assert found.vertical_fov == pytest.approx(0.7)
 
 
+@pytest.mark.parametrize(("unit", "factor"), [("lux", 1), ("W/m2", 683)])
+def test_glb_keeps_the_lights_where_they_are_now(tmp_path: Path, unit: str, factor: float):
+    lights = [
+        dl.PointLight("bulb", (1, 2, 3), (30, 20, 0), attached_to="cart"),
+        dl.SpotLight("spot", (0, 2, 0), (0.3, -1, 0.2), (5, 10, 20), 0.2, 0.5),
+        dl.SunLight("sun", (0, -1, 0), (3, 3, 3)),
+        dl.PointLight("off", (0, 1, 0), (0, 0, 0)),
+        dl.PointLight("gone", (0, 1, 0), (1, 1, 1), attached_to="taken away"),
+    ]
+    meshes = [
+        Mesh("floor", SQUARE, TWO, material="grey"),
+        Mesh("cart", SQUARE, TWO, material="grey", pose=shift(1, 0, 0), movable=True),
+        Mesh("taken away", SQUARE, TWO, material="grey", movable=True),
+    ]
+    scene = Scene(meshes, MATERIALS, lights, unit=unit)
+    outputs.write(tmp_path / "a.glb", baked(scene, poses={"cart": shift(1, 0, 5), "taken away": None}))
+    bulb, spot, sun, off = dl.load(tmp_path / "a.glb").lights
+    np.testing.assert_allclose(bulb.position, (1, 2, 8))
+    np.testing.assert_allclose(bulb.intensity, factor * np.array([30, 20, 0]), rtol=1e-6)
+    np.testing.assert_allclose(spot.position, (0, 2, 0))
+    np.testing.assert_allclose(spot.direction, np.array([0.3, -1, 0.2]) / np.sqrt(1.13), atol=1e-6)
+    np.testing.assert_allclose(spot.intensity, factor * np.array([5, 10, 20]), rtol=1e-6)
+    assert (spot.inner_angle, spot.outer_angle) == pytest.approx((0.2, 0.5))
+    np.testing.assert_allclose(sun.direction, (0, -1, 0), atol=1e-7)
+    np.testing.assert_allclose(sun.irradiance, factor * np.array([3, 3, 3]))
+    assert (off.intensity == 0).all()
+
+
 VALIDATE = """
 const {validateBytes} = require('gltf-validator'), {readFileSync} = require('fs');
 validateBytes(new Uint8Array(readFileSync(process.argv[1]))).then(
@@ -456,7 +484,8 @@ def has_validator() -> bool:
 
 @pytest.mark.skipif(not has_validator(), reason="Khronos' gltf-validator is not installed (npm)")
 def test_glb_passes_the_official_validator(tmp_path: Path):
-    outputs.write(tmp_path / "a.glb", baked(tree_scene(), poses={"cart": shift(1, 2, 3)}))
+    scene = replace_scene(tree_scene(), lights=[dl.SpotLight("spot", (0, 2, 0), (0, -1, 0))])
+    outputs.write(tmp_path / "a.glb", baked(scene, poses={"cart": shift(1, 2, 3)}))
     command = ["node", "-e", VALIDATE, str(tmp_path / "a.glb")]
     issues = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
     assert (issues["numErrors"], issues["numWarnings"]) == (0, 0), issues["messages"]

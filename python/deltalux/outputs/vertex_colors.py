@@ -6,14 +6,16 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pygltflib as gl
 
 from deltalux.display_mesh import DisplayMesh, movable_poses
 from deltalux.files import written_aside
-from deltalux.scene import Camera, Material, Node
+from deltalux.scene import Camera, Light, Material, Node, PointLight, SpotLight, SunLight
 from deltalux.surfaces import Surfaces
+from deltalux.units import LUX
 from deltalux.version import __version__
 
 from .baked import Baked, about_text, display_of, keep_inputs
@@ -23,7 +25,8 @@ from .node_tree import moved_matrices, world_matrices
 
 KEY = 0.2  # where the typical luminance of a picture lands: below that of pictures, no tone curve follows
 NEAR = 0.01  # metres, of cameras
-UNLIT = "KHR_materials_unlit"
+UNLIT, PUNCTUAL = "KHR_materials_unlit", "KHR_lights_punctual"
+LUMENS_PER_WATT = 683.0  # what viewers take radiometric light for
 
 
 def write_glb(path: str | os.PathLike[str], baked: Baked) -> None:
@@ -52,6 +55,7 @@ def write_glb(path: str | os.PathLike[str], baked: Baked) -> None:
     writer = _Writer(baked, display, light, shown, exposure)
     writer.add_nodes()
     writer.add_cameras()
+    writer.add_lights()
     writer.document.asset.extras = {
         **about_text(baked.result),
         "exposure": exposure,
@@ -68,6 +72,33 @@ def write_glb(path: str | os.PathLike[str], baked: Baked) -> None:
 def _exposure(surfaces: Surfaces, shown: np.ndarray, camera: Camera | None) -> float:
     """Factor on irradiance times reflectance; pictures meter radiance, which is that over pi."""
     return metered_exposure(surfaces, shown, camera, KEY) / np.pi if shown.any() else 1.0
+
+
+def _light_matrix(light: Light) -> np.ndarray:
+    """To the world from a light's own space, where it shines along -Z."""
+    matrix = np.eye(4)
+    if not isinstance(light, SunLight):
+        matrix[:3, 3] = light.position
+    if not isinstance(light, PointLight):
+        back = -np.asarray(light.direction, dtype=np.float64)
+        back /= np.linalg.norm(back)
+        right = np.cross(np.eye(3)[np.argmin(np.abs(back))], back)
+        right /= np.linalg.norm(right)
+        matrix[:3, :3] = np.stack([right, np.cross(back, right), back], axis=1)
+    return matrix
+
+
+def _light_definition(light: Light, factor: float) -> dict[str, Any]:
+    """The light as KHR_lights_punctual has it: candela or lux, `factor` times its own intensity."""
+    power = factor * np.asarray(light.irradiance if isinstance(light, SunLight) else light.intensity)
+    brightest = float(power.max())
+    kind = {PointLight: "point", SpotLight: "spot", SunLight: "directional"}[type(light)]
+    made: dict[str, Any] = {"name": light.name, "type": kind, "intensity": brightest}
+    if brightest > 0:
+        made["color"] = (power / brightest).tolist()
+    if isinstance(light, SpotLight):
+        made["spot"] = {"innerConeAngle": light.inner_angle, "outerConeAngle": light.outer_angle}
+    return made
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,6 +168,29 @@ class _Writer:
             number = len(self.document.cameras) - 1
             self.document.nodes.append(gl.Node(name=camera.name, camera=number, matrix=matrix, children=[]))
             self.document.scenes[0].nodes.append(len(self.document.nodes) - 1)
+
+    def add_lights(self) -> None:
+        """Add point, spot and sun lights where they are now, each as a node of its own."""
+        scene = self._baked.scene
+        index_of = {mesh.name: i for i, mesh in enumerate(scene.meshes)}
+        factor = 1.0 if scene.unit == LUX else LUMENS_PER_WATT
+        definitions: list[dict[str, Any]] = []
+        for light in scene.lights:
+            at = np.eye(4)
+            if light.attached_to is not None:
+                index = index_of[light.attached_to]
+                pose = self._poses.get(index, scene.meshes[index].pose)
+                if pose is None:
+                    continue
+                at = pose @ np.linalg.inv(scene.meshes[index].pose)
+            place = {PUNCTUAL: {"light": len(definitions)}}
+            matrix = (at @ _light_matrix(light)).T.ravel().tolist()
+            self.document.nodes.append(gl.Node(name=light.name, matrix=matrix, children=[], extensions=place))
+            self.document.scenes[0].nodes.append(len(self.document.nodes) - 1)
+            definitions.append(_light_definition(light, factor))
+        if definitions:
+            self.document.extensions[PUNCTUAL] = {"lights": definitions}
+            self.document.extensionsUsed.append(PUNCTUAL)
 
     def finished(self) -> gl.GLTF2:
         """The document with its binary part."""
