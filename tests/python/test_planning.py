@@ -203,7 +203,7 @@ class TestPlan:
             bytes_taken = session.statistics["gather"]["ray_bytes"]
         seconds *= (stages["prepare"] + stages["gather"]) / sum(stages.values())
         assert plan.gather.rays == 32
-        assert plan.paths == 200_000
+        assert plan.paths == 300_000
         assert sorted(plan.gather.frame_seconds) == sorted(scene.movable)
         assert all(0 < frame < plan.gather.bake_seconds for frame in plan.gather.frame_seconds.values())
         assert 1 / 3 < plan.gather.bake_seconds / seconds < 3
