@@ -2,7 +2,9 @@
 // Probes of squares, points of small triangles by their area.
 #include "gather/lit_cells.h"
 
+#include <algorithm>
 #include <bit>
+#include <cmath>
 
 #include "base/random.h"
 
@@ -20,12 +22,12 @@ LitCells::LitCells(const Present& present, const Evaluation& evaluation,
     const bool moves = object != scene::kNone;
     if (moves && !scene_.objects[object].present) return;
     const auto number = uint32_t(bodies_.size());
-    bodies_.push_back({&body,
-                       object,
-                       moves ? scene_.objects[object].first_primitive : 0,
-                       moves ? scene_.objects[object].pose : Pose{},
-                       {},
-                       {}});
+    Body& placed = bodies_.emplace_back();
+    placed.cells = &body, placed.object = object;
+    if (moves) {
+      placed.first_primitive = scene_.objects[object].first_primitive;
+      placed.pose = scene_.objects[object].pose;
+    }
     bool small = false;
     for (uint32_t own = 0; own < body.size(); ++own) {
       const uint32_t cell = first + own;
@@ -34,7 +36,7 @@ LitCells::LitCells(const Present& present, const Evaluation& evaluation,
       small |= !body.has_probes(own);
       cells_.push_back({cell, own, number, covered[cell]});
     }
-    if (small) body.sort_small(bodies_.back().triangles, bodies_.back().begin);
+    if (small) sort_small(placed);
   });
 }
 
@@ -48,41 +50,48 @@ direct::Receiver LitCells::place(size_t i, uint32_t from) const {
           direct::place_key(p, n)};
 }
 
-direct::Receiver LitCells::on_small(const Body& body, uint32_t own, uint32_t from) const {
-  // Where in the sum of the areas, and where on the triangle that is there.
-  const PathRandom random(0x706c616365ull, own);
-  const auto at = [&](uint32_t triangle, Vec3f(&corner)[3]) {
-    const uint32_t primitive = body.first_primitive + triangle;
-    const scene::Object& object = scene_.objects[scene_.object_of(primitive)];
-    const auto& indices = object.triangles[primitive - object.first_primitive];
-    for (size_t k = 0; k < 3; ++k) corner[k] = object.pose.point(object.vertices[indices[k]]);
-    return cross(corner[1] - corner[0], corner[2] - corner[0]);
+LitCells::Triangle LitCells::triangle(const Body& body, uint32_t number) const {
+  const uint32_t primitive = body.first_primitive + number;
+  const scene::Object& object = scene_.objects[scene_.object_of(primitive)];
+  const auto& indices = object.triangles[primitive - object.first_primitive];
+  const auto corner = [&](size_t k) {
+    return Vec3d(object.pose.point(object.vertices[indices[k]]));
   };
-  Vec3f corner[3];
-  const auto first = body.begin[own], end = body.begin[own + 1];
-  double all = 0;
-  for (uint32_t k = first; k < end; ++k) all += double(length(at(body.triangles[k], corner)));
-  double left = all * (double(from) + double(random(from, 0))) / kPlaces;
-  uint32_t chosen = first;
-  for (uint32_t k = first; k < end; ++k) {
-    const double area = double(length(at(body.triangles[k], corner)));
-    if (!(area > 0)) continue;
-    chosen = k;
-    if ((left -= area) < 0) break;
+  return {corner(0), corner(1) - corner(0), corner(2) - corner(0)};
+}
+
+void LitCells::sort_small(Body& body) const {
+  body.cells->sort_small(body.triangles, body.begin);
+  body.area.resize(body.triangles.size());
+  for (size_t own = 0; own + 1 < body.begin.size(); ++own) {
+    double sum = 0;
+    for (uint32_t k = body.begin[own]; k < body.begin[own + 1]; ++k)
+      body.area[k] = sum += length(triangle(body, body.triangles[k]).across());
   }
-  const Vec3f across = at(body.triangles[chosen], corner);
-  const float u = std::sqrt(random(from, 1)), v = random(from, 2);
-  const Vec3f p =
-      corner[0] + (corner[1] - corner[0]) * (u * (1 - v)) + (corner[2] - corner[0]) * (u * v);
-  const Vec3f n = normalize(body.cells->is_back(own) ? -across : across);
-  const float plane = scene_.slack_of(body.first_primitive + body.triangles[chosen]);
-  return {p, n, body.object, plane, combine(own, from)};
+}
+
+direct::Receiver LitCells::on_small(const Body& body, uint32_t own, uint32_t from) const {
+  const uint64_t key = combine(combine(0x706c616365ull, body.first_primitive), own);
+  const PathRandom random(key, from);
+  const auto begin = body.area.begin() + body.begin[own],
+             end = body.area.begin() + body.begin[own + 1];
+  const double share = (double(from) + double(random(0, 0))) / kPlaces;
+  const auto found = std::upper_bound(begin, end - 1, share * *(end - 1));
+  const uint32_t number = body.triangles[size_t(found - body.area.begin())];
+  const Triangle chosen = triangle(body, number);
+  const double u = std::sqrt(double(random(0, 1))), v = double(random(0, 2));
+  const Vec3f p(chosen.corner + chosen.edge_u * (u * (1 - v)) + chosen.edge_v * (u * v));
+  Vec3f n(normalize(chosen.across()));
+  if (!is_unit(n)) n = {};
+  return {p, body.cells->is_back(own) ? -n : n, body.object,
+          scene_.slack_of(body.first_primitive + number), combine(key, from)};
 }
 
 std::vector<direct::Receiver> lit_places(const LitCells& lit) {
   std::vector<direct::Receiver> out;
   const size_t step = (lit.size() + kPilots - 1) / kPilots;
-  for (size_t i = 0; i < lit.size(); i += step) out.push_back(lit.place(i, 0));
+  for (size_t i = 0; i < lit.size(); i += step)
+    if (const direct::Receiver place = lit.place(i, 0); is_unit(place.normal)) out.push_back(place);
   return out;
 }
 

@@ -20,7 +20,7 @@ class LitCells {
   uint32_t number(size_t i) const { return cells_[i].number; }
   static constexpr uint32_t kPlaces = BodyCells::kProbes;
   /// On the first bare place of the i-th, from place `from` of kPlaces on; of a cell of small
-  /// triangles, on one of these.
+  /// triangles, on one of these. Its normal is zero where no triangle has one.
   direct::Receiver place(size_t i, uint32_t from) const;
 
  private:
@@ -36,7 +36,15 @@ class LitCells {
     uint32_t first_primitive;
     Pose pose;
     std::vector<uint32_t> triangles, begin;  ///< `begin`: in `triangles`, per cell and one more
+    std::vector<double> area;                ///< of a triangle and those before it in its cell
   };
+  /// In the world.
+  struct Triangle {
+    Vec3d corner, edge_u, edge_v;
+    Vec3d across() const { return cross(edge_u, edge_v); }
+  };
+  Triangle triangle(const Body& body, uint32_t number) const;
+  void sort_small(Body& body) const;
   direct::Receiver on_small(const Body& body, uint32_t own, uint32_t from) const;
 
   const scene::Scene& scene_;
