@@ -41,7 +41,7 @@ void Guiding::save(ArchiveView& archive, bool current) const {
   archive.append(kBeams, beams);
   archive.keep(kNeed, std::vector<RayNeed>{need});
   archive.append(kDoublings, doublings);
-  if (current) archive.append(kShares, shares);
+  if (current && !empty()) archive.append(kShares, shares);
 }
 
 void Guiding::restore(ArchiveSource& archive, std::span<const trace::Light> lights, size_t samples,
