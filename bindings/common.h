@@ -57,8 +57,9 @@ inline Pose to_pose(const Matrix& m) {
   return pose;
 }
 
-/// Runs `work` in a thread of its own while this one, the caller's, reports progress
-/// (every 20 ms, see set_report_seconds) to `callback` (stage, fraction) -> keep going, and watches for Ctrl-C. Releases the GIL.
+/// Runs `work` in a thread of its own while this one, the caller's, reports progress (every 20 ms,
+/// see set_report_seconds) to `callback` (stage, fraction) -> keep going, and watches for Ctrl-C.
+/// Releases the GIL.
 void run(nb::object callback, const std::function<void(Progress&)>& work);
 
 void bind_scene(nb::module_& m);

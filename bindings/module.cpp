@@ -101,8 +101,9 @@ NB_MODULE(_core, m) {
       raise("Error", e);
     }
   });
-  m.def("set_report_seconds", [](double seconds) { python::report_seconds = seconds; },
-        nb::arg("seconds"), "Sets how often long calls report progress (tests report more often).");
+  m.def(
+      "set_report_seconds", [](double seconds) { python::report_seconds = seconds; },
+      nb::arg("seconds"), "Sets how often long calls report progress (tests report more often).");
   python::bind_scene(m);
   python::bind_trace(m);
   python::bind_estimate(m);

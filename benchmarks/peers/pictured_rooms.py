@@ -79,9 +79,6 @@ def corridor() -> Scene:
 ROOMS = {"living_room": living_room, "corridor": corridor}
 
 
-ROOMS = {"living_room": living_room, "corridor": corridor}
-
-
 def named_scene(source: str) -> Scene:
     """A file, one of these rooms, or a bundled scene."""
     if "." in source:

@@ -355,7 +355,7 @@ void Session::restore_looks(ArchiveSource& archive, Progress& progress) {
   }
   s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
   place_beams();
-  if (s.guiding.empty() || s.guiding.shares.empty())
+  if (s.guiding.shares.empty())
     aim(progress);
   else
     s.gather->looks = gather::Looks({s.guiding.doublings, s.options.gather_rays}, s.options.seed);

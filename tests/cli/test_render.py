@@ -6,9 +6,12 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import deltalux as dl
 import numpy as np
 import OpenEXR
 import pytest
+from deltalux import outputs
+from deltalux.outputs.of_session import baked_of
 from PIL import Image
 
 SMALL = ("--size", "48x30", "--gather", "16")
@@ -44,6 +47,16 @@ def test_pictures_of_bake_and_update_are_those_of_render(cli, tmp_path: Path):
     assert cli("update", session, "-o", moved, updated, *words).code == 0
     assert cli("render", moved, "-o", drawn, "--false-colour").code == 0
     assert (pixels(updated) == pixels(drawn)).all()
+
+
+def test_a_picture_is_drawn_from_samples_where_memory_is_short(cli, tmp_path: Path):
+    """What was baked is not lost to a picture that would not fit."""
+    session, picture, samples = tmp_path / "box.dlx", tmp_path / "box.png", tmp_path / "samples.png"
+    words = ("--paths", "5000", "--gather", "8", "--spacing", "0.5")
+    assert cli("bake", "cornell_box", "-o", picture, session, *words, "--memory-limit", "1G").code == 0
+    with dl.Session.open(session) as opened:
+        outputs.write(samples, baked_of(opened, "deltalux"))
+    assert (pixels(picture) == pixels(samples)).all()
 
 
 def test_options_choose_view_exposure_and_colours(cli, tmp_path: Path):

@@ -18,7 +18,7 @@ from deltalux.outputs.images import write_png
 from deltalux.outputs.of_session import baked_of
 from deltalux.outputs.tables import write_csv, write_npz
 from deltalux.outputs.vertex_colors import write_glb
-from deltalux.rendering import false_colour_picture, lit_picture, render_session
+from deltalux.rendering import SIZE, false_colour_picture, fits, lit_picture, render_session
 
 SESSION = ".dlx"
 PICTURE = ".png"
@@ -114,11 +114,18 @@ def write_targets(
         suffix = path.suffix.lower()
         if suffix == SESSION:
             session.save(path)
-        elif suffix == PICTURE and session.samples.display and session.options["gather"] != "off":
+        elif suffix == PICTURE and _per_pixel(session):
             _draw(session, path, words, false_colour)
         else:
             baked = baked or baked_of(session, command_line(words), false_colour)
             WRITERS[suffix][1](path, baked)
+
+
+def _per_pixel(session: dl.Session) -> bool:
+    """Whether pixels can have their own light: not of planes and discs, nor where memory is short."""
+    options = session.options
+    gathers = session.samples.display is not None and options["gather"] != "off"
+    return gathers and fits(SIZE, options["memory_limit"])
 
 
 def _draw(session: dl.Session, path: Path, words: Sequence[str], false_colour: bool) -> None:

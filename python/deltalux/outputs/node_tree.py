@@ -49,7 +49,7 @@ def moved_matrices(scene: Scene, poses: Mapping[int, np.ndarray | None]) -> list
         names = [*(name for name, _, _ in node.parts), node.name]
         mesh = next((index_of[name] for name in names if name in index_of), None)
         # An empty node and a lamp go with what they hang on.
-        moves[index] = parent_move if mesh is None else _move(scene, mesh, poses)
+        moves[index] = parent_move if mesh is None else move_since_load(scene, mesh, poses)
         if not np.array_equal(moves[index], parent_move):
             parent_world = worlds[node.parent] if node.parent >= 0 else np.eye(4)
             matrices[index] = np.linalg.inv(parent_move @ parent_world) @ moves[index] @ worlds[index]
@@ -57,7 +57,7 @@ def moved_matrices(scene: Scene, poses: Mapping[int, np.ndarray | None]) -> list
     return matrices
 
 
-def _move(scene: Scene, mesh: int, poses: Mapping[int, np.ndarray | None]) -> np.ndarray:
+def move_since_load(scene: Scene, mesh: int, poses: Mapping[int, np.ndarray | None]) -> np.ndarray:
     """Where a mesh went since it was loaded, world to world."""
     loaded, now = scene.meshes[mesh].pose, poses.get(mesh)
     if now is None or np.array_equal(now, loaded):

@@ -19,9 +19,10 @@ from deltalux.units import LUX
 from deltalux.version import __version__
 
 from .baked import Baked, about_text, display_of, keep_inputs
+from .camera import look_at
 from .covered import shown_values
 from .images import metered_exposure
-from .node_tree import moved_matrices, world_matrices
+from .node_tree import move_since_load, moved_matrices, world_matrices
 
 KEY = 0.2  # where the typical luminance of a picture lands: below that of pictures, no tone curve follows
 NEAR = 0.01  # metres, of cameras
@@ -76,15 +77,10 @@ def _exposure(surfaces: Surfaces, shown: np.ndarray, camera: Camera | None) -> f
 
 def _light_matrix(light: Light) -> np.ndarray:
     """To the world from a light's own space, where it shines along -Z."""
-    matrix = np.eye(4)
+    towards = np.array((0.0, 0.0, -1.0) if isinstance(light, PointLight) else light.direction)
+    matrix = look_at(np.zeros(3), towards)
     if not isinstance(light, SunLight):
         matrix[:3, 3] = light.position
-    if not isinstance(light, PointLight):
-        back = -np.asarray(light.direction, dtype=np.float64)
-        back /= np.linalg.norm(back)
-        right = np.cross(np.eye(3)[np.argmin(np.abs(back))], back)
-        right /= np.linalg.norm(right)
-        matrix[:3, :3] = np.stack([right, np.cross(back, right), back], axis=1)
     return matrix
 
 
@@ -128,6 +124,7 @@ class _Writer:
         self._bytes = bytearray()
         self._materials: dict[int, int] = {}
         self._poses = movable_poses(baked.scene, baked.poses)
+        self._index_of = {mesh.name: i for i, mesh in enumerate(baked.scene.meshes)}
         self._first = np.searchsorted(display.triangle_mesh, np.arange(len(baked.scene.meshes) + 1))
         self.document = gl.GLTF2(
             asset=gl.Asset(version="2.0", generator=f"deltalux {__version__}"),
@@ -172,19 +169,17 @@ class _Writer:
     def add_lights(self) -> None:
         """Add point, spot and sun lights where they are now, each as a node of its own."""
         scene = self._baked.scene
-        index_of = {mesh.name: i for i, mesh in enumerate(scene.meshes)}
         factor = 1.0 if scene.unit == LUX else LUMENS_PER_WATT
         definitions: list[dict[str, Any]] = []
         for light in scene.lights:
-            at = np.eye(4)
+            at = _light_matrix(light)
             if light.attached_to is not None:
-                index = index_of[light.attached_to]
-                pose = self._poses.get(index, scene.meshes[index].pose)
-                if pose is None:
+                index = self._index_of[light.attached_to]
+                if self._poses[index] is None:
                     continue
-                at = pose @ np.linalg.inv(scene.meshes[index].pose)
+                at = move_since_load(scene, index, self._poses) @ at
             place = {PUNCTUAL: {"light": len(definitions)}}
-            matrix = (at @ _light_matrix(light)).T.ravel().tolist()
+            matrix = at.T.ravel().tolist()
             self.document.nodes.append(gl.Node(name=light.name, matrix=matrix, children=[], extensions=place))
             self.document.scenes[0].nodes.append(len(self.document.nodes) - 1)
             definitions.append(_light_definition(light, factor))
@@ -202,9 +197,8 @@ class _Writer:
 
     def _parts(self, node: Node, world: np.ndarray) -> Iterator[_Part]:
         scene = self._baked.scene
-        index_of = {mesh.name: i for i, mesh in enumerate(scene.meshes)}
         for name, first, count in node.parts:
-            index = index_of[name]
+            index = self._index_of[name]
             if index in self._poses and self._poses[index] is None:
                 continue
             mesh_triangles = slice(self._first[index], self._first[index + 1])

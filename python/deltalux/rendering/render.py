@@ -20,14 +20,13 @@ from .light import PointLight
 from .seen import Seen, alike, look, neighbours
 from .spread import Fineness, padded, spread
 
+SIZE = (960, 600)  # pixels, across and down
 LARGEST = 2**15  # pixels along a side
 COARSE = 1e9  # metres: the scene's own triangles
 BYTES_PER_PIXEL = 2500  # at most, where all are edges
 STRAIGHT = Fineness(coarsest=2, change=0.03, bend=0.02)  # shadows of thin things are thin
 AROUND = Fineness(coarsest=16, change=0.12, bend=0.04)
-PATHS = (
-    1_200_000  # of a scene that is baked for a picture: cheap beside the picture, and what neighbours share
-)
+PATHS = 1_200_000  # of a scene that is baked for a picture: cheap beside it, and what neighbours share
 MOST_RAYS = 192  # to gather along, by themselves: light between pixels evens noise out
 EDGE_RAYS = 4  # besides the one through a pixel's middle
 CONTRAST = 0.1  # of direct light between neighbours: more is an edge
@@ -92,7 +91,7 @@ def render_session(
     session: Session,
     *,
     camera: Camera | None = None,
-    size: tuple[int, int] = (960, 600),
+    size: tuple[int, int] = SIZE,
     rays: int | None = None,
     edge_rays: int = EDGE_RAYS,
 ) -> Rendering:
@@ -135,15 +134,26 @@ def check_size(size: tuple[int, int], memory_limit: int | None = None) -> None:
     OptionError
     """
     width, height = size
-    room = memory_limit or available_memory()
     if min(size) < 1 or max(size) > LARGEST:
         raise OptionError(f"size: found {width}x{height} pixels, expected 1 to {LARGEST} along each side")
-    need = BYTES_PER_PIXEL * width * height
-    if room and need > room:
+    if not fits(size, memory_limit):
         raise OptionError(
-            f"size: found {width}x{height} pixels, which may need {need >> 20} MiB; the limit is "
-            f"{room >> 20} MiB: choose fewer pixels, or raise memory_limit"
+            f"size: found {width}x{height} pixels, which may need {_bytes(size) >> 20} MiB; the limit is "
+            f"{_room(memory_limit) >> 20} MiB: choose fewer pixels, or raise memory_limit"
         )
+
+
+def fits(size: tuple[int, int], memory_limit: int | None = None) -> bool:
+    """Whether a picture takes no more memory than the limit, else than is free."""
+    return _room(memory_limit) == 0 or _bytes(size) <= _room(memory_limit)
+
+
+def _bytes(size: tuple[int, int]) -> int:
+    return BYTES_PER_PIXEL * size[0] * size[1]
+
+
+def _room(memory_limit: int | None) -> int:
+    return memory_limit or available_memory()
 
 
 class _Work:
