@@ -74,7 +74,8 @@ void chain_looks(Lanes& lanes, const gather::Looks& looks) {
 }
 
 void chain_guiding(Lanes& lanes, const gather::Guiding& guiding) {
-  static_assert(sizeof(gather::Guide) % 4 == 0 && sizeof(gather::BeamGuide) % 4 == 0);
+  static_assert(sizeof(gather::Guide) % 4 == 0 && sizeof(gather::BeamGuide) % 4 == 0 &&
+                sizeof(gather::RayShares) % 4 == 0);
   const auto chain = [&lanes](const void* bytes, size_t size) {
     uint32_t word;
     for (size_t at = 0; at < size; at += sizeof word) {
@@ -86,6 +87,7 @@ void chain_guiding(Lanes& lanes, const gather::Guiding& guiding) {
   chain(guiding.beams.data(), guiding.beams.size() * sizeof(gather::BeamGuide));
   chain(&guiding.need, sizeof guiding.need);
   for (int8_t own : guiding.doublings) lanes.chain(uint64_t(own));
+  chain(guiding.shares.data(), guiding.shares.size() * sizeof(gather::RayShares));
 }
 
 /// double(x) in operations that AVX2 has: the halves of `x` become mantissas, rounding happens

@@ -255,6 +255,15 @@ def test_digests_cover_guides(baked, tmp_path, array, entry):
         assert opened.digest() != baked.digest()
 
 
+def test_digests_cover_shares(baked, tmp_path):
+    """They come from the file, and rays that are cast again go by them."""
+    path = tmp_path / "pools.dlx"
+    baked.save(path)
+    rewrite(path, arrays=change("shares", np.uint16, slice(8, 16), 0))
+    with dl.Session.open(path) as opened:
+        assert opened.digest() != baked.digest()
+
+
 @pytest.mark.parametrize(
     ("hostile", "words"),
     [
