@@ -347,6 +347,7 @@ void bind_session(nb::module_& m) {
                gather["chains"] = looks.chains().size();
                gather["guides"] = state.guiding.guides.size();
                gather["beams"] = state.guiding.beams.size();
+               gather["suns"] = state.guiding.suns.size();
                gather["cells"] = state.gather->cells.size();
                gather["ray_bytes"] = looks.bytes();
                gather["ray_bytes_in_use"] = looks.bytes_in_use();

@@ -59,10 +59,15 @@ void OneLight::ask(const trace::RayCaster& caster, const direct::Receiver& recei
                    const Draw& draw, Vertex& out) const {
   thread_local std::vector<double> weight, of_group;
   weight.assign(lights_.size(), 0), of_group.assign(groups_, 0);
+  const auto hidden = [&](size_t l) {
+    const direct::LightShape::Glance ray = shapes_[l]->glance(receiver, 0, 0);
+    return caster.occluded_static(ray.origin, ray.direction, ray.to);
+  };
   double all = 0;
   for (size_t l = 0; l < lights_.size(); ++l) {
     if (!shapes_[l]) continue;
     weight[l] = shapes_[l]->about(receiver) * shapes_[l]->brightest();
+    if (weight[l] > 0 && lights_[l].kind == scene::LightKind::sun && hidden(l)) weight[l] = 0;
     of_group[lights_[l].group] += weight[l], all += weight[l];
   }
   out.light = scene::kNone, out.direct = {};
@@ -100,6 +105,9 @@ ChainTracer::ChainTracer(const Present& present, const CellFinder& finder, uint6
       one_beam_(
           present.lights, [&](uint32_t light) { return present.beams.has(light); },
           present.scene.group_count, seed),
+      one_sun_(
+          present.lights, [&](uint32_t light) { return present.suns.has(light); },
+          present.scene.group_count, seed),
       seed_(mix64(seed ^ 0x636861696e212121ull)) {}
 
 Chain ChainTracer::trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w,
@@ -127,7 +135,7 @@ Chain ChainTracer::trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w,
     w = aim.w;
     chain.passage.origin = chain.passage.last = origin;
     ++chain.count;
-    if (chain.count == kMostVertices ||
+    if (chain.count == kMostTouched ||
         (chain.count > kSurely && !(random(chain.count, kStays) < kGoesOn)) || w == Vec3f{})
       return chain;
     hit = present_.caster.closest(origin, w);
@@ -147,14 +155,22 @@ Chain ChainTracer::trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w,
 void ChainTracer::finish(const Draw& draw, const direct::Receiver& at, uint32_t material,
                          uint32_t cell, Chain& chain) const {
   chain.end = cell;
-  if (!present_.beams.reach(cell)) return;
-  Vertex& vertex = chain.vertex[chain.count];
-  one_beam_.ask(present_.caster, at, draw, vertex);
-  chain.in_beam |= vertex.light != scene::kNone;
-  if (vertex.direct == std::array<float, 3>{}) return;
-  vertex.material = material | Vertex::kEnd;
-  for (float& value : vertex.direct) value *= chain.weight;
-  ++chain.count;
+  // Also where something stands in the way: it may move.
+  const auto ask = [&](const OneLight& one) {
+    Vertex& vertex = chain.vertex[chain.count];
+    one.ask(present_.caster, at, draw, vertex);
+    return vertex.light != scene::kNone;
+  };
+  const auto keep = [&] {
+    Vertex& vertex = chain.vertex[chain.count++];
+    vertex.material = material | Vertex::kEnd;
+    for (float& value : vertex.direct) value *= chain.weight;
+  };
+  if (present_.beams.reach(cell) && ask(one_beam_)) {
+    chain.in_beam = true;
+    if (chain.vertex[chain.count].direct != std::array<float, 3>{}) keep();
+  }
+  if (present_.suns.may_shine(at.normal) && ask(one_sun_)) keep();
 }
 
 Chain ChainTracer::end(const Draw& first, Vec3f origin, Vec3f w, const trace::Hit& hit,

@@ -10,6 +10,7 @@
 
 #include "direct/light_shape.h"
 #include "gather/cells.h"
+#include "gather/suns.h"
 #include "gather/turn.h"
 #include "trace/lights.h"
 #include "trace/ray_caster.h"
@@ -26,6 +27,7 @@ struct Present {
   const Cells& cells;
   const Guiding& guiding;
   const Beams& beams;
+  const Suns& suns;
   /// Where a ray lands, on the side that it meets.
   direct::Receiver landing(Vec3f origin, Vec3f w, const trace::Hit& hit) const {
     const uint32_t object = scene.object_of(hit.primitive);
@@ -34,8 +36,9 @@ struct Present {
   }
 };
 
-inline constexpr uint32_t kMostVertices = 16;
-inline constexpr uint32_t kDark = kNoCell;  // where a ray meets nothing
+inline constexpr uint32_t kMostTouched = 16;
+inline constexpr uint32_t kMostVertices = kMostTouched + 1;  ///< its end may have two, by then
+inline constexpr uint32_t kDark = kNoCell;                   // where a ray meets nothing
 
 /// Surface that a chain touches: direct light there of one light that stands for all.
 struct Vertex {
@@ -43,6 +46,7 @@ struct Vertex {
   uint32_t material = 0;
   uint32_t light = scene::kNone;  ///< or kNone: no light shines there, whatever is between
   std::array<float, 3> direct{};  ///< irradiance, undimmed, times the weight of the way there
+  bool is_of_end() const { return material & kEnd; }
   friend bool operator==(const Vertex&, const Vertex&) = default;
 };
 
@@ -56,8 +60,8 @@ struct Passage {
 };
 
 /// A path that begins at a near hit, or ends at a far one; beyond its last vertex is `end`, a cell
-/// or nothing. Cells hold no light that comes straight from a beam's lamp: the end may have a
-/// vertex of its own for it.
+/// or nothing. Cells hold no light that comes straight from a beam's lamp, or from a sun that is
+/// asked for: the end may have a vertex of its own for each of these.
 struct Chain {
   std::array<Vertex, kMostVertices> vertex;
   uint32_t count = 0;
@@ -77,7 +81,7 @@ class OneLight {
   OneLight(std::span<const trace::Light> lights, const std::function<bool(uint32_t)>& takes_part,
            uint32_t groups, uint64_t seed);
   /// A light by about its unshadowed share, half of all lights' and half within its group, so that
-  /// no group is left out where others are dimmed.
+  /// no group is left out where others are dimmed. Suns that static things hide are left out.
   void ask(const trace::RayCaster& caster, const direct::Receiver& receiver, const Draw& draw,
            Vertex& out) const;
 
@@ -101,7 +105,7 @@ class ChainTracer {
 
   const Present& present_;
   const CellFinder& finder_;
-  OneLight one_light_, one_beam_;
+  OneLight one_light_, one_beam_, one_sun_;
   uint64_t seed_;
 };
 

@@ -73,7 +73,7 @@ void ChainPool::send(uint32_t number, const Paint& paint) {
   const std::span<const Vertex> own = vertices(number);
   for (size_t i = 0; i < own.size(); ++i) {
     const Vertex& vertex = own[i];
-    const bool is_end = vertex.material & Vertex::kEnd;
+    const bool is_end = vertex.is_of_end();
     const Vec3f reflectance = paint.reflectance[vertex.material & ~Vertex::kEnd];
     // Chance decides behind a vertex, not about its own light.
     const float goes_on = i < kSurely ? 1.0f : 1 / kGoesOn;

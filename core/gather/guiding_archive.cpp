@@ -4,12 +4,14 @@
 
 #include "base/error.h"
 #include "gather/sample_rays.h"
+#include "gather/suns.h"
 
 namespace deltalux::gather {
 namespace {
 
 constexpr const char* kGuides = "gather.guides";
 constexpr const char* kBeams = "gather.beams";
+constexpr const char* kSuns = "gather.suns";
 constexpr const char* kNeed = "gather.need";
 constexpr const char* kDoublings = "gather.doublings";
 constexpr const char* kShares = "gather.shares";
@@ -39,6 +41,7 @@ const char* flaw(const RayShares& shares, uint32_t rays, size_t guides, size_t b
 void Guiding::save(ArchiveView& archive, bool current) const {
   archive.append(kGuides, guides);
   archive.append(kBeams, beams);
+  archive.append(kSuns, suns);
   archive.keep(kNeed, std::vector<RayNeed>{need});
   archive.append(kDoublings, doublings);
   if (current && !empty()) archive.append(kShares, shares);
@@ -55,6 +58,10 @@ void Guiding::restore(ArchiveSource& archive, std::span<const trace::Light> ligh
     if (const char* flaw = guide.flaw()) refuse(kGuides, flaw);
   for (const BeamGuide& beam : beams)
     if (const char* flaw = beam.flaw(lights)) refuse(kBeams, flaw);
+  const size_t shining = archive.count<uint32_t>(kSuns);
+  if (shining > lights.size()) refuse(kSuns, "more than there are lights");
+  suns = archive.read_all<uint32_t>(kSuns, shining);
+  if (const char* flaw = Suns::flaw(suns, lights)) refuse(kSuns, flaw);
   need = archive.read_all<RayNeed>(kNeed, 1)[0];
   if (const char* flaw = need.flaw()) refuse(kNeed, flaw);
   doublings = archive.read_all<int8_t>(kDoublings, samples);

@@ -75,7 +75,9 @@ class Looks::Caster {
       own.weight =
           rays.weight(ray, w, hit.t, present_.landing(o, w, hit), present_.caster, own.in_beam);
     const bool far = hit.t >= present_.cells.near(own.target);
-    if (far && !present_.beams.reach(own.target)) return;
+    if (far && !present_.beams.reach(own.target) &&
+        !present_.suns.may_shine(trace::facing_normal(hit, w)))
+      return;
     const Draw first = rays.beyond(ray);
     const Chain chain =
         far ? chains_.end(first, o, w, hit, own.target)
@@ -149,7 +151,7 @@ class Looks::Suspects {
     if (is_chain(target)) return touches(looks_.chains_, chain_of(target), apart);
     for (const auto& [first, last] : own_)
       if (target >= first && target < last) return true;
-    return present_.beams.reach(target) & change_.beams.placed;
+    return change_.suns || present_.beams.reach(target) & change_.beams.placed;
   }
   bool touches(const ChainPool& chains, uint32_t number, bool apart) const {
     if (change_.lights) return true;
@@ -157,15 +159,27 @@ class Looks::Suspects {
     const SlabRay last(passage.origin, passage.last - passage.origin);
     for (const Box& box : boxes_)
       if (last.entry(box, 1) < kFar) return true;
+    const std::span<const Vertex> vertices = chains.vertices(number);
+    if (vertices.back().is_of_end() && shines(vertices.back(), passage.last)) return true;
     if (apart) return false;
     for (const Box& box : boxes_)
       if (box.overlaps(passage.near)) return true;
-    const size_t boxes = boxes_.size();
-    for (const Vertex& vertex : chains.vertices(number))
-      for (size_t k = 0;
-           vertex.light != scene::kNone && !(vertex.material & Vertex::kEnd) && k < boxes; ++k)
-        if (!shadows_[vertex.light * boxes + k].misses(passage.near)) return true;
+    for (const Vertex& vertex : vertices)
+      if (vertex.light != scene::kNone && !vertex.is_of_end()) {
+        for (const direct::ShadowVolume& shadow : shadows_of(vertex.light))
+          if (!shadow.misses(passage.near)) return true;
+      }
     return false;
+  }
+  /// Whether light at a chain's end is of a sun that the change may hide, or may have hidden.
+  bool shines(const Vertex& vertex, Vec3f end) const {
+    if (present_.lights[vertex.light].kind != scene::LightKind::sun) return false;  // in_beam tells
+    const auto shadows = shadows_of(vertex.light);
+    return std::any_of(shadows.begin(), shadows.end(),
+                       [&](const direct::ShadowVolume& shadow) { return shadow.contains(end); });
+  }
+  std::span<const direct::ShadowVolume> shadows_of(uint32_t light) const {
+    return std::span(shadows_).subspan(light * boxes_.size(), boxes_.size());
   }
 
   const Looks& looks_;
@@ -252,6 +266,7 @@ void Change::merge(const Change& later) {
   lights |= later.lights;
   for (size_t i = 0; i < samples.size(); ++i) samples[i] |= later.samples[i];
   beams.merge(later.beams);
+  suns |= later.suns;
 }
 
 void Looks::note(const Present& present, const Change& change) {

@@ -28,6 +28,7 @@ struct Change {
   bool lights = false;           ///< a light moved, came, or was switched
   std::vector<uint8_t> samples;  ///< per sample: 1 = its receiver changed, or its shares did
   BeamChange beams;
+  bool suns = false;  ///< one that is asked for where rays land turned, or was switched
   /// Adds what happened after it.
   void merge(const Change& later);
 };

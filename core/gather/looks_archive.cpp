@@ -50,6 +50,8 @@ void check(const Vertex& vertex, const Present& present) {
   const bool lit = vertex.light != scene::kNone;
   if (lit && vertex.light >= present.lights.size())
     refuse(kVertices, "found a light that is not there");
+  if (vertex.is_of_end() && !lit)
+    refuse(kVertices, "found light at a ray's end that is of no lamp");
   for (float value : vertex.direct)
     if (!(value >= 0) || !std::isfinite(value) || (value > 0 && !lit))
       refuse(kVertices, "found light that is not finite, negative, or of no lamp");

@@ -13,16 +13,38 @@ namespace {
 constexpr float kWorth = 0.01f;      // of a sample's irradiance: less noise than this is let be
 constexpr float kRest = 0.25f;       // what all other light weighs beside guides, of a sample's
 constexpr float kMostShare = 1e20f;  // more is no number
+constexpr size_t kMostAsked = 32;    // guides that a sample looks for, the noisiest first
 constexpr uint32_t kLooks = 8;       // rays that tell how much of a guide is seen
 constexpr uint32_t kMostLooks = 64;  // where none of those sees it: a slit is enough to be bright
+constexpr uint32_t kAllLooks = 512;  // of a sample, about
 
-/// How much of a guide is seen. look(k): whether the k-th ray meets it.
+/// What a sample may cast rays to.
+struct Candidate {
+  float noise, share;  ///< if all of it were seen
+  uint16_t guide;
+  uint32_t looks = 0, hits = 0;
+  float seen() const { return float(hits) / float(looks); }
+};
+
+/// Looks for the noisiest, a little for each, then more for those not yet seen; leaves the noisiest
+/// that are. look(candidate, k): whether the k-th ray meets it.
 template <class Look>
-float seen_share(const Look& look) {
-  uint32_t hits = 0, k = 0;
-  while (hits == 0 && k < kMostLooks)
-    for (const uint32_t end = k + kLooks; k < end; ++k) hits += look(k);
-  return float(hits) / float(k);
+void keep_seen(std::vector<Candidate>& candidates, const Look& look) {
+  const auto by_noise = [](const Candidate& a, const Candidate& b) { return a.noise > b.noise; };
+  std::stable_sort(candidates.begin(), candidates.end(), by_noise);
+  if (candidates.size() > kMostAsked) candidates.resize(kMostAsked);
+  uint32_t all = 0;
+  const auto more = [&](Candidate& own) {
+    for (const uint32_t end = own.looks + kLooks; own.looks < end; ++own.looks, ++all)
+      own.hits += look(own, own.looks);
+  };
+  for (Candidate& own : candidates) more(own);
+  for (Candidate& own : candidates)
+    while (own.hits == 0 && own.looks < kMostLooks && all < kAllLooks) more(own);
+  std::erase_if(candidates, [](const Candidate& own) { return own.hits == 0; });
+  for (Candidate& own : candidates) own.noise *= std::sqrt(own.seen()), own.share *= own.seen();
+  std::stable_sort(candidates.begin(), candidates.end(), by_noise);
+  if (candidates.size() > kMostUsed) candidates.resize(kMostUsed);
 }
 
 }  // namespace
@@ -33,10 +55,6 @@ RayShares share_rays(std::span<const Guide> guides, const Beams& beams,
   RayShares out;
   if (receiver.normal == Vec3f{}) return out;
   const Vec3f origin = receiver.point + receiver.normal * receiver.slack();
-  struct Candidate {
-    float noise, share;
-    uint16_t guide;
-  };
   std::vector<Candidate> candidates;
   const auto consider = [&](float square, float irradiance, float around, size_t guide) {
     const float noise = std::sqrt(square / float(rays)) / around;
@@ -55,28 +73,19 @@ RayShares share_rays(std::span<const Guide> guides, const Beams& beams,
     consider(brought.square + peak * brought.perhaps, brought.irradiance + brought.perhaps,
              beams[b].guide().around, RayShares::kFirstBeam + b);
   }
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.noise > b.noise; });
-  if (candidates.size() > kMostUsed) candidates.resize(kMostUsed);
+  keep_seen(candidates, [&](const Candidate& own, uint32_t k) {
+    const PathRandom random(combine(seed, receiver.key), own.guide);
+    if (own.guide >= guides.size())
+      return beams[own.guide - RayShares::kFirstBeam].sees(k, caster, origin, receiver.normal,
+                                                           random);
+    const Guide& guide = guides[own.guide];
+    const Vec3f w = Target(guide, origin).direction(random(k, 0), random(k, 1));
+    if (!(dot(w, receiver.normal) > 0)) return false;
+    const trace::Hit hit = caster.closest_static(origin, w);
+    return hit.valid() && guide.holds(origin + w * hit.t);
+  });
   float all = 0;
-  for (Candidate& candidate : candidates) {
-    const PathRandom random(combine(seed, receiver.key), candidate.guide);
-    if (candidate.guide < guides.size()) {
-      const Guide& guide = guides[candidate.guide];
-      const Target target(guide, origin);
-      candidate.share *= seen_share([&](uint32_t k) {
-        const Vec3f w = target.direction(random(k, 0), random(k, 1));
-        if (!(dot(w, receiver.normal) > 0)) return false;
-        const trace::Hit hit = caster.closest_static(origin, w);
-        return hit.valid() && guide.holds(origin + w * hit.t);
-      });
-    } else {
-      const Beam& beam = beams[candidate.guide - RayShares::kFirstBeam];
-      candidate.share *= seen_share(
-          [&](uint32_t k) { return beam.sees(k, caster, origin, receiver.normal, random); });
-    }
-    all += candidate.share;
-  }
+  for (const Candidate& candidate : candidates) all += candidate.share;
   // One eighth each, then in proportion to what they bring; at least half of the rays stay even.
   const uint32_t most = rays / (2 * kParts);
   const float more = float(most - std::min(most, uint32_t(candidates.size())));

@@ -37,6 +37,7 @@ struct RayShares {
 struct Guiding {
   std::vector<Guide> guides;
   std::vector<BeamGuide> beams;
+  std::vector<uint32_t> suns;  ///< lights, ascending: see Suns
   RayNeed need;
   std::vector<int8_t> doublings;  ///< of the standard number of rays, per sample
   std::vector<RayShares> shares;  ///< per sample; empty without guides
@@ -44,7 +45,8 @@ struct Guiding {
   bool empty() const { return guides.empty() && beams.empty(); }
   size_t bytes() const {
     return guides.capacity() * sizeof(Guide) + beams.capacity() * sizeof(BeamGuide) +
-           shares.capacity() * sizeof(RayShares) + doublings.capacity();
+           suns.capacity() * sizeof(uint32_t) + shares.capacity() * sizeof(RayShares) +
+           doublings.capacity();
   }
   /// Arrays named "gather.…"; shares where samples have `current` ones, of the scene as it is.
   void save(ArchiveView& archive, bool current) const;

@@ -137,7 +137,7 @@ Votes::Votes(const Present& present, const Evaluation& evaluation, const LitCell
       found[i] = vote(present, evaluation, finder, directions, pilots[i]);
     progress.advance(end - begin);
   });
-  std::vector<uint32_t> hits(present.cells.size());
+  hits.resize(present.cells.size());
   std::vector<float> around;
   for (const Poll& poll : found) {
     if (poll.all > 0) around.push_back(poll.all / kPilotRays);

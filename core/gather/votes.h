@@ -34,8 +34,9 @@ struct Votes {
     return bright >= kLeast && 2 * bright >= count && weight > kLeastShare * variance;
   }
 
-  std::vector<Vote> all;  ///< bright ones first, of these and of the others the heaviest
-  double variance = 0;    ///< sum of their weights
+  std::vector<Vote> all;       ///< bright ones first, of these and of the others the heaviest
+  double variance = 0;         ///< sum of their weights
+  std::vector<uint32_t> hits;  ///< per cell: rays of pilots that met it
 };
 
 /// The value that this share of them lies below; reorders them.

@@ -16,8 +16,9 @@ constexpr size_t kGrain = 1024;
 Landings::Landings(State& state) : state_(state) {
   if (!state.gather) return;
   finder_.emplace(state.scene, state.gather->cells);
-  has_beam_.resize(state.lights.size());
-  for (const gather::BeamGuide& beam : state.guiding.beams) has_beam_[beam.light] = 1;
+  asked_for_.resize(state.lights.size());
+  for (const gather::BeamGuide& beam : state.guiding.beams) asked_for_[beam.light] = 1;
+  for (const uint32_t sun : state.guiding.suns) asked_for_[sun] = 1;
 }
 
 void Landings::note(segments::Level& level, uint32_t slot) const {
@@ -39,7 +40,7 @@ void Landings::add(uint32_t bounce, std::span<const uint32_t> slots, int sign) c
       const uint32_t cell = segment.length < 0 ? gather::kNoCell : level.landing(slots[i]);
       if (cell == gather::kNoCell) continue;
       const size_t number = state_.light_of(segment.path);
-      if (bounce == 0 && has_beam_[number]) continue;
+      if (bounce == 0 && asked_for_[number]) continue;
       const trace::Light& light = state_.lights[number];
       const size_t at = sums.at(cell, state_.sum_group(light.group),
                                 trace::batch_of(light, segment.path - light.first_path, kBatches));
@@ -49,6 +50,20 @@ void Landings::add(uint32_t bounce, std::span<const uint32_t> slots, int sign) c
       std::atomic_ref(sums.touched[cell]).store(1, std::memory_order_relaxed);
     }
   });
+}
+
+double Landings::share_lit_by(uint32_t light, std::span<const uint32_t> hits) const {
+  std::vector<uint8_t> lit(hits.size());
+  segments::Level& level = state_.store.level(0);
+  for (uint32_t slot = 0; slot < level.size(); ++slot) {
+    const segments::Segment& segment = level.at(slot);
+    const uint32_t cell = segment.length < 0 ? gather::kNoCell : level.landing(slot);
+    if (cell != gather::kNoCell && state_.light_of(segment.path) == light) lit[cell] = 1;
+  }
+  uint64_t all = 0, own = 0;
+  for (size_t cell = 0; cell < hits.size(); ++cell)
+    all += hits[cell], own += lit[cell] * hits[cell];
+  return all ? double(own) / double(all) : 0.0;
 }
 
 }  // namespace deltalux::update

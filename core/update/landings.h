@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Counts light where it lands: adds stored segments to the sums of cells, and takes them away. But
-// for what comes straight from a beam's lamp, which is asked for where it is looked at.
+// for what comes straight from lamps that are asked for where a ray lands.
 #pragma once
 #include <optional>
 #include <span>
@@ -19,11 +19,13 @@ class Landings {
   void note(segments::Level& level, uint32_t slot) const;
   /// Adds (sign 1) or takes away (-1) what is in use; its cells were noted.
   void add(uint32_t bounce, std::span<const uint32_t> slots, int sign) const;
+  /// Share of these rays that met cells where paths come straight from the light. `hits`: per cell.
+  double share_lit_by(uint32_t light, std::span<const uint32_t> hits) const;
 
  private:
   State& state_;
   std::optional<gather::CellFinder> finder_;
-  std::vector<uint8_t> has_beam_;  // per light
+  std::vector<uint8_t> asked_for_;  // per light
 };
 
 }  // namespace deltalux::update

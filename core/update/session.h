@@ -13,6 +13,7 @@
 #include "base/progress.h"
 #include "direct/direct_light.h"
 #include "gather/lit_cells.h"
+#include "gather/pool_errors.h"
 #include "scene/edit.h"
 #include "update/affected.h"
 #include "update/path_update.h"
@@ -125,6 +126,12 @@ class Session {
  private:
   /// What read_samples() gathers where all is asked for.
   auto all_gathered() const;
+  /// Gathered light of a block of samples.
+  template <class Gathered>
+  std::vector<gather::Estimate> gathered_block(const gather::Evaluation& now,
+                                               const Gathered& gathered, size_t begin, size_t end,
+                                               bool errors) const;
+  bool is_present(size_t sample) const;
   /// Calls write(sample as given, its irradiance, its standard error) for all, in parallel;
   /// gathered(evaluation, sample, irradiance, standard error) for those of sessions that gather.
   template <class Gathered, class Write>
@@ -172,7 +179,9 @@ class Session {
   /// Of `count` receivers from number `first` on.
   std::vector<Vec3d> irradiance_of(const direct::DirectLight& direct, size_t first,
                                    size_t count) const;
-  void place_beams();
+  void place_asked();
+  /// Those worth asking for where rays land. `hits`: see Votes.
+  std::vector<uint32_t> find_suns(std::span<const uint32_t> hits) const;
   /// Each sample's rays, and their shares.
   void aim(Progress& progress);
   /// Of the present sums; nullopt in sessions that do not gather.

@@ -73,29 +73,48 @@ gather::Evaluation Session::choose_guides(Progress& progress) {
     return gather::Votes(present(receivers_, s.guiding), now, lit_cells(now), s.options.seed,
                          s.workers, progress);
   };
-  gather::Evaluation now = *evaluation(false);
-  gather::Votes found = votes(now);
-  const Landings all(s);
-  s.guiding.beams = gather::find_beams(present(receivers_, s.guiding), now, found, s.options.seed);
-  place_beams();
-  if (!s.guiding.beams.empty()) {
-    // What comes straight from their lamps was counted to find them; places are found by the rest.
-    const Landings others(s);
+  // What comes straight from lamps that are asked for was counted to find them.
+  const auto choose = [&](const auto& chosen) {
+    const Landings before(s);
+    chosen();
+    const Landings after(s);
     std::vector<uint32_t> slots(s.store.level(0).size());
     std::iota(slots.begin(), slots.end(), 0u);
-    all.add(0, slots, -1);
-    others.add(0, slots, +1);
-    now = *evaluation(false);
+    before.add(0, slots, -1);
+    after.add(0, slots, +1);
+    place_asked();
+    return *evaluation(false);
+  };
+  gather::Evaluation now = *evaluation(false);
+  gather::Votes found = votes(now);
+  auto beams = gather::find_beams(present(receivers_, s.guiding), now, found, s.options.seed);
+  if (!beams.empty()) {
+    now = choose([&] { s.guiding.beams = std::move(beams); });
     found = votes(now);
   }
+  // Places in the sun are found before it is left out.
   s.guiding.guides = gather::find_guides(present(receivers_, s.guiding), now, found, progress);
+  std::vector<uint32_t> suns = find_suns(found.hits);
+  if (!suns.empty()) now = choose([&] { s.guiding.suns = std::move(suns); });
   return now;
 }
 
-void Session::place_beams() {
+std::vector<uint32_t> Session::find_suns(std::span<const uint32_t> hits) const {
+  const Landings landings(*state_);
+  const std::vector<trace::Light>& lights = state_->lights;
+  std::vector<uint32_t> suns;
+  for (uint32_t i = 0; i < lights.size(); ++i)
+    if (lights[i].kind == scene::LightKind::sun && lights[i].on &&
+        landings.share_lit_by(i, hits) <= gather::Suns::kMostLit)
+      suns.push_back(i);
+  return suns;
+}
+
+void Session::place_asked() {
   State& s = *state_;
   s.gather->beams =
       gather::Beams(s.guiding.beams, s.scene, s.lights, *s.caster, s.gather->cells, s.options.seed);
+  s.gather->suns = gather::Suns(s.guiding.suns, s.lights);
 }
 
 gather::RayShares Session::share(const direct::Receiver& receiver, uint32_t rays) const {
@@ -131,7 +150,7 @@ void Session::look_around(Progress& progress, bool new_guides) {
   if (new_guides)
     choose_rays(choose_guides(progress), progress);
   else
-    place_beams();
+    place_asked();
   aim(progress);
   s.gather->looks.cast(present(receivers_, s.guiding), s.workers, progress);
 }
@@ -169,7 +188,7 @@ gather::Looks Session::looks_of(std::span<const direct::Receiver> receivers,
   Progress part;
   gather::Looks looks(rays, seed);
   const gather::Guiding guiding{
-      s.guiding.guides, s.guiding.beams, {}, {}, shares_of(receivers, looks.rays(), part)};
+      s.guiding.guides, s.guiding.beams, {}, {}, {}, shares_of(receivers, looks.rays(), part)};
   looks.cast(present(receivers, guiding), s.workers, part);
   looks.paint(now.paint(), s.workers);
   return looks;
@@ -248,7 +267,8 @@ std::vector<Vec3d> Session::irradiance_of(const direct::DirectLight& direct, siz
 gather::Present Session::present(std::span<const direct::Receiver> receivers,
                                  const gather::Guiding& guiding) const {
   const State& s = *state_;
-  return {s.scene, *s.caster, s.lights, receivers, s.gather->cells, guiding, s.gather->beams};
+  const Gather& own = *s.gather;
+  return {s.scene, *s.caster, s.lights, receivers, own.cells, guiding, own.beams, own.suns};
 }
 
 std::optional<gather::Evaluation> Session::evaluation(bool errors) const {
@@ -354,7 +374,7 @@ void Session::restore_looks(ArchiveSource& archive, Progress& progress) {
     landings.add(b, slots, +1);
   }
   s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
-  place_beams();
+  place_asked();
   if (s.guiding.shares.empty())
     aim(progress);
   else
@@ -395,6 +415,9 @@ void Session::note_looks(std::span<const ObjectChange> changes, bool lights) {
   const std::vector<Box> boxes = boxes_of(changes);
   s.gather->coverage.update(s.scene, *s.caster, s.gather->cells, objects, boxes, s.workers);
   note_beams(objects, boxes, change);
+  const gather::Suns suns(s.guiding.suns, s.lights);
+  change.suns = !(suns == s.gather->suns);
+  s.gather->suns = suns;
   s.gather->looks.note(present(receivers_, s.guiding), change);
 }
 

@@ -85,6 +85,7 @@ void chain_guiding(Lanes& lanes, const gather::Guiding& guiding) {
   };
   chain(guiding.guides.data(), guiding.guides.size() * sizeof(gather::Guide));
   chain(guiding.beams.data(), guiding.beams.size() * sizeof(gather::BeamGuide));
+  chain(guiding.suns.data(), guiding.suns.size() * sizeof(uint32_t));
   chain(&guiding.need, sizeof guiding.need);
   for (int8_t own : guiding.doublings) lanes.chain(uint64_t(own));
   chain(guiding.shares.data(), guiding.shares.size() * sizeof(gather::RayShares));
@@ -177,8 +178,7 @@ size_t Session::unreached() const {
   const size_t n = s.samples.size(), slabs = s.sums.size() / std::max<size_t>(1, 3 * n);
   size_t count = 0;
   for (size_t i = 0; i < n; ++i) {
-    const uint32_t object = s.samples.attached[i];
-    bool dark = object == scene::kNone || s.scene.objects[object].present;
+    bool dark = is_present(i);
     for (size_t slab = 0; dark && slab < slabs; ++slab)
       for (size_t c = 0; c < 3; ++c) dark = dark && s.sums[3 * (slab * n + i) + c] == 0;
     count += dark && !(s.gather && sees_light(*s.gather, i));
@@ -208,23 +208,43 @@ void Session::read_samples(bool errors, const Gathered& gathered, const Write& w
     for (uint32_t g = 0; g < s.scene.group_count; ++g)
       block.add_direct(&direct[3 * (size_t(g) * n + begin)], values,
                        s.group_factor[g] * direct_->irradiance_quantum());
+    const std::vector<gather::Estimate> around =
+        now ? gathered_block(*now, gathered, begin, end, errors)
+            : std::vector<gather::Estimate>(end - begin);
     for (size_t i = begin; i < end; ++i) {
-      const uint32_t object = s.samples.attached[i];
-      const bool present = object == scene::kNone || s.scene.objects[object].present;
       const double area = s.area[i];
       const double per_area = area > 0 ? s.scale.quantum / area : 0.0;
       double irradiance[3] = {}, error[3] = {};
-      double around[3] = {}, around_error[3] = {};
-      if (present && now) gathered(*now, i, around, around_error);
-      for (size_t c = 0; present && c < 3; ++c) {
+      for (size_t c = 0; is_present(i) && c < 3; ++c) {
         const size_t j = 3 * (i - begin) + c;
-        irradiance[c] = block.energy[j] * per_area + block.direct[j] + around[c];
-        error[c] =
-            std::sqrt(block.variance[j] * per_area * per_area + around_error[c] * around_error[c]);
+        const gather::Estimate& own = around[i - begin];
+        irradiance[c] = block.energy[j] * per_area + block.direct[j] + own.irradiance[c];
+        error[c] = std::sqrt(block.variance[j] * per_area * per_area + own.error[c] * own.error[c]);
       }
       write(size_t(s.given[i]), irradiance, error);
     }
   });
+}
+
+bool Session::is_present(size_t sample) const {
+  const uint32_t object = state_->samples.attached[sample];
+  return object == scene::kNone || state_->scene.objects[object].present;
+}
+
+template <class Gathered>
+std::vector<gather::Estimate> Session::gathered_block(const gather::Evaluation& now,
+                                                      const Gathered& gathered, size_t begin,
+                                                      size_t end, bool errors) const {
+  const State& s = *state_;
+  std::vector<gather::Estimate> out(end - begin);
+  for (size_t i = begin; i < end; ++i) {
+    gather::Estimate& own = out[i - begin];
+    own.point = receivers_[i].point, own.normal = receivers_[i].normal;
+    own.object = s.samples.attached[i], own.rays = s.gather->looks.rays().count(i);
+    if (is_present(i)) gathered(now, i, own.irradiance, own.error);
+  }
+  if (errors) gather::pool_errors(out, s.gather->cells.metre());
+  return out;
 }
 
 auto Session::all_gathered() const {

@@ -72,6 +72,7 @@ struct Gather {
   gather::Coverage coverage;
   gather::Looks looks;
   gather::Beams beams;
+  gather::Suns suns{};
   Glance glance{};
 };
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from .session import Session
 
 FORMAT = "deltalux-session"
-VERSION = 14  # increases only when the layout changes, or what its numbers mean
+VERSION = 15  # increases only when the layout changes, or what its numbers mean
 _FIELDS = ("format", "version", "options", "scene", "samples", "baked", "reflectances", "built_by")
 _LONGEST_BUILD = 500  # characters of the name of a build
 _CORE = "core/"  # before the names of the core's arrays

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// Means of variances over a window.
+#include "gather/pool_errors.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace deltalux::gather {
+namespace {
+
+constexpr size_t kWindow = 8;   // samples to either side
+constexpr float kAlike = 0.7f;  // cosine between normals
+constexpr double kReach = 0.5;  // metres
+
+bool are_neighbours(const Estimate& a, const Estimate& b, float reach) {
+  const Vec3f d = a.point - b.point;
+  return a.object == b.object && dot(d, d) <= reach * reach && dot(a.normal, b.normal) >= kAlike;
+}
+
+}  // namespace
+
+void pool_errors(std::span<Estimate> samples, double metre) {
+  const auto reach = float(kReach * metre);
+  std::vector<std::array<double, 3>> pooled(samples.size());
+  for (size_t i = 0; i < samples.size(); ++i) {
+    const Estimate& own = samples[i];
+    const size_t first = i - std::min(i, kWindow), last = std::min(samples.size(), i + kWindow + 1);
+    for (size_t c = 0; c < 3; ++c) {
+      pooled[i][c] = own.error[c];
+      if (!(own.irradiance[c] > 0)) continue;
+      // One ray's variance is about the same there; so is its share of the light. Where light
+      // differs much, one of these is too large for the darker and one for the brighter.
+      double absolute = 0, relative = 0, count = 0;
+      for (size_t k = first; k < last; ++k) {
+        const Estimate& other = samples[k];
+        if (!(other.irradiance[c] > 0) || !are_neighbours(own, other, reach)) continue;
+        const double variance = other.error[c] * other.error[c] * other.rays / own.rays;
+        absolute += variance;
+        relative += variance / (other.irradiance[c] * other.irradiance[c]);
+        count += 1;
+      }
+      pooled[i][c] =
+          std::sqrt(own.irradiance[c] * std::sqrt(absolute / count) * std::sqrt(relative / count));
+    }
+  }
+  for (size_t i = 0; i < samples.size(); ++i)
+    std::copy(pooled[i].begin(), pooled[i].end(), samples[i].error);
+}
+
+}  // namespace deltalux::gather
