@@ -4,19 +4,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 namespace deltalux::gather {
 namespace {
 
-constexpr float kReach = 1.5f;         // metres: what is farther from the brightest is apart
-constexpr double kMost = 0.9;          // of what is bright in reach: what lies farther is left over
-constexpr float kBeyond = 1.3f;        // of the distance of that: how far the guide goes
-constexpr float kAlike = 0.9f;         // cosine between normals of one place
-constexpr float kFlat = 0.3f;          // of half a cell's edge: how much a place may rise
-constexpr float kFalloff = 0.3f;       // between two that are about as bright
-constexpr int kMostTried = 1024;       // places
-constexpr int kMostLayers = 4;         // one behind the other
+constexpr float kReach = 1.5f;    // metres: what is farther from the brightest is apart
+constexpr double kMost = 0.9;     // of what is bright in reach: what lies farther is left over
+constexpr float kBeyond = 1.3f;   // of the distance of that: how far the guide goes
+constexpr float kAlike = 0.9f;    // cosine between normals of one place
+constexpr float kFlat = 0.3f;     // of half a cell's edge: how much a place may rise
+constexpr float kFalloff = 0.3f;  // between two that are about as bright
+constexpr int kMostTried = 1024;  // places
+constexpr int kMostLayers = 4;    // one behind the other
+constexpr float kFar = std::numeric_limits<float>::infinity();
 constexpr double kLeastChance = 0.05;  // of a texel, of the mean: cells are not all that is there
 
 /// How far from the first vote most of the bright ones beside it lie, and a little more.
@@ -80,6 +82,23 @@ std::optional<Guide> take_place(std::vector<Vote>& votes, float reach, float mar
   return guide;
 }
 
+/// Light that suns which no cell counts send on from where a ray lands.
+float sunlight(const Present& present, const Evaluation& evaluation, Vec3f origin, Vec3f w,
+               const trace::Hit& hit) {
+  const direct::Receiver at = present.landing(origin, w, hit);
+  const Vec3f reflectance =
+      present.scene.materials[present.scene.material_index(hit.primitive)].reflectance;
+  float sum = 0;
+  for (const uint32_t number : present.suns.lights()) {
+    const trace::Light& sun = present.lights[number];
+    const float cosine = -dot(at.normal, sun.direction);
+    const Vec3f from = at.point + at.normal * at.slack();
+    if (cosine > 0 && !present.caster.occluded(from, -sun.direction, kFar))
+      sum += evaluation.dim(number) * cosine * dot(sun.intensity, reflectance);
+  }
+  return sum;
+}
+
 /// Of what lies there, seen along the guide's normal, each layer by itself: a bulb stands close
 /// before its socket.
 float brightest_layer(const Guide& guide, Vec3f at, const Present& present,
@@ -91,7 +110,9 @@ float brightest_layer(const Guide& guide, Vec3f at, const Present& present,
     const trace::Hit hit = present.caster.closest(above, -guide.normal, from, 2 * guide.rise);
     if (!hit.valid()) break;
     const uint32_t cell = finder.find(hit.primitive, above, -guide.normal, hit.t);
-    if (cell != kNoCell) brightest = std::max(brightest, evaluation.brightness(cell));
+    if (cell != kNoCell)
+      brightest = std::max(brightest, evaluation.brightness(cell) +
+                                          sunlight(present, evaluation, above, -guide.normal, hit));
     from = hit.t + position_slack(above) + present.scene.slack_of(hit.primitive);
   }
   return brightest;

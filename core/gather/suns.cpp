@@ -9,6 +9,7 @@ Suns::Suns(std::span<const uint32_t> chosen, std::span<const trace::Light> light
     if (!lights[light].on) continue;
     shines_.resize(size_t(light) + 1);
     shines_[light] = 1;
+    lights_.push_back(light);
     directions_.push_back(lights[light].direction);
   }
 }

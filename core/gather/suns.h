@@ -29,11 +29,14 @@ class Suns {
       if (dot(normal, direction) < 0) return true;
     return false;
   }
+  /// Those that shine, ascending.
+  std::span<const uint32_t> lights() const { return lights_; }
   friend bool operator==(const Suns&, const Suns&) = default;
 
  private:
   std::vector<uint8_t> shines_;  // per light, up to the last
-  std::vector<Vec3f> directions_;
+  std::vector<uint32_t> lights_;
+  std::vector<Vec3f> directions_;  // of these
 };
 
 }  // namespace deltalux::gather

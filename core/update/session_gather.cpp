@@ -92,10 +92,10 @@ gather::Evaluation Session::choose_guides(Progress& progress) {
     now = choose([&] { s.guiding.beams = std::move(beams); });
     found = votes(now);
   }
-  // Places in the sun are found before it is left out.
-  s.guiding.guides = gather::find_guides(present(receivers_, s.guiding), now, found, progress);
+  // The votes hold what suns light.
   std::vector<uint32_t> suns = find_suns(found.hits);
   if (!suns.empty()) now = choose([&] { s.guiding.suns = std::move(suns); });
+  s.guiding.guides = gather::find_guides(present(receivers_, s.guiding), now, found, progress);
   return now;
 }
 
