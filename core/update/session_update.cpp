@@ -299,12 +299,21 @@ size_t Session::run_pending(double budget_ms, Progress& progress, Report& report
   // The moving samples come in the first step, which always runs: from then on they follow every
   // replacement as the static ones do.
   size_t step = budget_ms != 0 ? kFirstStep : kMostPerStep;
+  bool refused = false;
   do {
-    const size_t end = std::min(total, done + step);
+    // The paths that fit if all were of the longest kind: what is beyond the limit is noticed soon.
+    const double longest = double(s.options.max_bounces) * bytes_per_segment();
+    const double room = double(most) - double(std::min(most, s.store.bytes()));
+    const size_t fit = s.options.memory_limit ? size_t(room / longest) : kMostPerStep;
+    const size_t end = std::min({total, done + step, done + std::max(kFirstStep, fit)});
+    const size_t removed = update.counts().removed, traced = update.counts().traced;
     update.replace(std::span(pending_).subspan(done, end - done), done ? nullptr : between);
     progress.advance(end - done);
     done = end;
-    if (s.options.memory_limit && s.store.bytes() > most) break;
+    // Paths that become shorter again need no more, though what they free is not given back.
+    refused = s.options.memory_limit && s.store.bytes() > most && done < total &&
+              update.counts().traced - traced > update.counts().removed - removed;
+    if (refused) break;
     if (budget_ms == 0 || done == total) continue;
     const double spent = since(start), left = budget_ms - spent;
     if (left <= 0) break;
@@ -320,7 +329,7 @@ size_t Session::run_pending(double budget_ms, Progress& progress, Report& report
   report.milliseconds.emplace_back("moving samples", update.counts().moving_ms);
   report.milliseconds.emplace_back("trace", update.counts().trace_ms);
   report.milliseconds.emplace_back("deposit", update.counts().deposit_ms);
-  return s.options.memory_limit && s.store.bytes() > most ? total - done : 0;
+  return refused ? total - done : 0;
 }
 
 void Session::refuse_growth(Progress& progress) {

@@ -7,6 +7,7 @@ import deltalux as dl
 import numpy as np
 import pytest
 from rooms import box, room, samples_in, translation
+from session_files import rewrite
 
 LIMIT = 40 << 20
 
@@ -55,6 +56,35 @@ def test_what_fits_is_not_refused(session):
     assert session.statistics["bytes"] < LIMIT
 
 
+def test_what_outgrows_it_unforeseen_waits_and_can_be_taken_back():
+    """A bulb in a black shade: without that every path goes on and on."""
+    scene = dl.Scene(
+        [
+            dl.Mesh("walls", *box((4, 2, 3), (0, 1, 0), inward=True), "wall"),
+            dl.Mesh(
+                "shade", *box((0.4, 0.4, 0.4), inward=True), "black", pose=translation(0, 1, 0), movable=True
+            ),
+        ],
+        [dl.Material("wall", (0.98,) * 3), dl.Material("black", (0, 0, 0))],
+        [dl.PointLight("bulb", (0, 1, 0), (1, 1, 1))],
+    )
+    samples = dl.Samples([(1, 0, 1)], [(0, 1, 0)], radius=0.2)
+    with dl.Session(scene, samples, paths=100_000, memory_limit=LIMIT, gather="off") as session:
+        session.bake()
+        before = session.digest()
+        session.remove("shade")
+        with pytest.raises(dl.OptionError, match=r"its limit of 40 MiB; \d+ paths wait as they were"):
+            session.update()
+        assert session.unfinished
+        assert session.statistics["bytes"] < 1.1 * LIMIT
+        session.add("shade")
+        session.update()
+        assert not session.unfinished
+        assert session.digest() == before
+        session.recompute()
+        assert session.digest() == before
+
+
 def test_memory_limit_tells_how_many_rays_fit_where_those_are_too_many():
     scene, limit = room(), 30 << 20
     session = dl.Session(scene, samples_in(scene), paths=4000, gather=4096, memory_limit=limit)
@@ -65,3 +95,14 @@ def test_memory_limit_tells_how_many_rays_fit_where_those_are_too_many():
     with dl.Session(scene, samples_in(scene), paths=4000, gather=fits, memory_limit=limit) as session:
         session.bake()
         assert session.statistics["bytes"] < limit
+
+
+def test_rays_of_a_file_keep_to_it(tmp_path):
+    """Before memory is taken for them."""
+    scene, path = room(), tmp_path / "a.dlx"
+    with dl.Session(scene, samples_in(scene), paths=1000, gather=64) as session:
+        session.bake()
+        session.save(path)
+    rewrite(path, index=lambda index: index["options"].update(memory_limit=1))
+    with pytest.raises(dl.FormatError, match=r"rays would need about \d+ MiB, the limit is 0 MiB; raise"):
+        dl.Session.open(path)
