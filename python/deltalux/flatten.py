@@ -14,6 +14,8 @@ from .scene import Mesh, PointLight, Scene, SpotLight, SunLight
 from .units import FARTHEST
 from .vectors import versine
 
+_STRONGEST = 1e30  # of what the scene's unit measures: room for what lies close by, and for what adds up
+
 
 @dataclass
 class FlatScene:
@@ -118,10 +120,10 @@ def _add_light(flat: FlatScene, light: PointLight | SpotLight | SunLight) -> Non
 
 
 def _check_strength(where: str, strength: np.ndarray) -> None:
-    """Refuse a light that single precision would round to darkness, or nearly."""
+    """Refuse a light that single precision would round to darkness, or nearly, or to infinity."""
     least = np.finfo(np.float32).tiny
-    if 0 < strength.max() < least:
+    if 0 < strength.max() < least or strength.max() > _STRONGEST:
         raise SceneError(
-            f"{where}: found {strength.tolist()}, expected 0, or more than {least:.2g}, which single "
-            "precision holds; choose another unit"
+            f"{where}: found {strength.tolist()}, expected 0, or {least:.2g} to {_STRONGEST:.2g}, which "
+            "single precision holds; choose another unit"
         )

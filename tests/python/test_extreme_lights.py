@@ -57,18 +57,37 @@ def test_the_length_of_a_direction_does_not_matter(length):
         dl.PointLight("weak", (0, 1, 0), (1e-46, 0, 0)),
         dl.SpotLight("weak", (0, 1, 0), (0, -1, 0), (1e-300, 1e-300, 1e-300)),
         dl.SunLight("weak", (0, -1, 0), (1e-40, 1e-40, 1e-40)),
+        dl.PointLight("strong", (0, 1, 0), (0, 1e31, 0)),
+        dl.SpotLight("strong", (0, 1, 0), (0, -1, 0), (1e300, 1, 1)),
+        dl.SunLight("strong", (0, -1, 0), (1e37, 1e37, 1e37)),
     ],
 )
-def test_lights_too_weak_for_single_precision_are_refused(light):
-    text = r'light "weak": intensity: found \[.*\], expected 0, or more than 1.2e-38, which .* another unit'
+def test_lights_beyond_single_precision_are_refused(light):
+    text = (
+        rf'light "{light.name}": intensity: found \[.*\], expected 0, or 1.2e-38 to 1e\+30, .* another unit'
+    )
     with pytest.raises(dl.SceneError, match=text):
         dl.Session(dl.Scene([FLOOR], [dl.Material("grey")], [light]))
 
 
-def test_surfaces_too_weak_for_single_precision_are_refused():
-    weak = dl.Material("grey", emission=(0, 1e-46, 0))
+@pytest.mark.parametrize("emission", [1e-46, 2e30])
+def test_surfaces_beyond_single_precision_are_refused(emission):
+    odd = dl.Material("grey", emission=(0, emission, 0))
     with pytest.raises(dl.SceneError, match='material "grey": emission: found'):
-        dl.Session(dl.Scene([FLOOR], [weak]))
+        dl.Session(dl.Scene([FLOOR], [odd]))
+
+
+@pytest.mark.parametrize("unit", [1e-37, 1e30])
+def test_light_near_the_limits_is_that_of_one(unit):
+    """A gather reads, and adds up, what single precision holds of it."""
+    found = []
+    for strength in (1, unit):
+        scene = dl.Scene([FLOOR], [dl.Material("grey")], [dl.PointLight("bulb", (0, 1, 0), (strength,) * 3)])
+        with dl.Session(scene, dl.Samples([(0, 0.5, 0)], [(0, -1, 0)]), paths=2000, gather=64) as session:
+            session.bake()
+            found.append(np.concatenate([session.irradiance, session.standard_error]) / strength)
+    assert (found[0][0] > 0).all()
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-3)
 
 
 def test_the_length_of_a_samples_normal_does_not_matter():
