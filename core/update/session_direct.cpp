@@ -19,17 +19,25 @@ constexpr double kWorthRays = 64;  // of each sample
 /// counts as if it shone all around: the power of a narrow one says little of how bright its beam
 /// is.
 double Session::choose_irradiance_quantum() const {
+  // 40 bits for that, and fewer where a light much smaller than the metre gives more nearby: as
+  // much as there is on its surface, or what a point gives at 1/29,000 of the metre.
+  constexpr double kFine = 0x1p-40, kNearby = 0x1p26;
   const State& s = *state_;
   const double metre = samples::scene_metre(s.scene, *s.caster), area = metre * metre;
-  double brightest = 0;
+  double brightest = 0, most = 0;
   for (const trace::Light& light : s.lights) {
-    Vec3d given = light.power * (1 / area);
-    if (light.kind == scene::LightKind::sun) given = Vec3d(light.intensity);
-    if (light.kind == scene::LightKind::spot)
-      given = Vec3d(light.intensity) * (4 * std::numbers::pi / area);
+    const bool surface = light.kind == scene::LightKind::area;
+    const Vec3d intensity = surface ? light.power * (1 / std::numbers::pi) : Vec3d(light.intensity);
+    Vec3d given = intensity * (4 * std::numbers::pi / area), nearby = given * kNearby;
+    if (surface) {
+      given = light.power * (1 / area);
+      nearby = min(nearby, Vec3d(light.radiance) * std::numbers::pi);
+    }
+    if (light.kind == scene::LightKind::sun) given = nearby = intensity;
     brightest = std::max({brightest, given.x, given.y, given.z});
+    most = std::max({most, nearby.x, nearby.y, nearby.z});
   }
-  return brightest > 0 ? brightest * 0x1p-40 : 1.0;
+  return brightest > 0 ? std::max(brightest * kFine, most / direct::kMostWeight) : 1.0;
 }
 
 std::unique_ptr<direct::DirectLight> Session::make_direct(double irradiance_quantum) const {

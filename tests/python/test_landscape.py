@@ -212,6 +212,37 @@ def test_samples_beyond_the_geometry_get_light():
                 assert abs(up - 100) <= 5 * 1.5 * error[1]
 
 
+LAMPS = {  # what lies 0.5 m below gets 400
+    "point": dl.PointLight("lamp", (0, 0.5, 0), (100, 100, 100)),
+    "spot": dl.SpotLight("lamp", (0, 0.5, 0), (0, -1, 0), (100, 100, 100), 0.3, 0.5),
+    "panel": dl.Mesh(
+        "lamp",
+        *(
+            [(-5e-4, 0.5, -5e-4), (5e-4, 0.5, -5e-4), (5e-4, 0.5, 5e-4), (-5e-4, 0.5, 5e-4)],
+            [(0, 1, 2), (0, 2, 3)],
+        ),
+        "glow",
+        movable=True,
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", LAMPS)
+@pytest.mark.parametrize("half", [10, 2000, 20_000])
+def test_a_small_light_over_vast_ground_is_as_bright_as_over_a_small_one(kind, half):
+    """Integers that hold what the ground as a whole gets hold what lies right below the lamp, too."""
+    corners = [(-half, 0, -half), (half, 0, -half), (half, 0, half), (-half, 0, half)]
+    lamp, materials = LAMPS[kind], [dl.Material("grey"), dl.Material("glow", (0, 0, 0), emission=(1e8,) * 3)]
+    ground, is_mesh = dl.Mesh("ground", corners, [(0, 2, 1), (0, 3, 2)], "grey"), isinstance(lamp, dl.Mesh)
+    scene = dl.Scene([ground, *[lamp] * is_mesh], materials, [lamp] * (not is_mesh))
+    samples = dl.Samples([(0, 0, 0), (0, 0.2, 0)], [(0, 1, 0)], radius=0.01)
+    with dl.Session(scene, samples, paths=2000, direct="sampled") as session:
+        session.bake()
+        np.testing.assert_allclose(session.irradiance[:, 0], [400, 1e4 / 9], rtol=1e-4)
+        at = session.at([(0, 0.2, 0)], [(0, 1, 0)], part="direct")
+        np.testing.assert_allclose(at[:, 0], 1e4 / 9, rtol=1e-4)
+
+
 def slivers(place: tuple[float, float, float]) -> dl.Mesh:
     vertices = [(0, 0, 0), (0.1, 0, 0), (0.1, 0, 0.1), (0, 0, 0.1), (0.05, 0, -1e-6)]
     return dl.Mesh(
