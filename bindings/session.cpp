@@ -156,10 +156,11 @@ void bind_session(nb::module_& m) {
               uint32_t gather_rays) {
              samples::SampleSet set{to_vectors(points), to_vectors(normals), to_vector(radius),
                                     to_vector(attached)};
-             new (self) Session(
-                 scene, std::move(set),
+             const update::Options options =
                  to_options(paths, seed, threads, segment_end, disc_area, direct, static_method,
-                            moving_method, max_bounces, memory_limit, gather_rays));
+                            moving_method, max_bounces, memory_limit, gather_rays);
+             nb::gil_scoped_release release;
+             new (self) Session(scene, std::move(set), options);
            })
       .def(
           "bake",
@@ -278,10 +279,17 @@ void bind_session(nb::module_& m) {
            [](const Session& s) {
              const size_t n = s.state().samples.size();
              std::vector<int64_t> sums(3 * n);
-             s.read_sums(sums.data());
+             {
+               nb::gil_scoped_release release;
+               s.read_sums(sums.data());
+             }
              return make_array(std::move(sums), {n, 3});
            })
-      .def_prop_ro("unreached", [](const Session& s) { return s.unreached(); })
+      .def_prop_ro("unreached",
+                   [](const Session& s) {
+                     nb::gil_scoped_release release;
+                     return s.unreached();
+                   })
       .def("areas",
            [](const Session& s) {
              std::vector<float> area = s.areas();
@@ -367,7 +375,7 @@ void bind_session(nb::module_& m) {
              return std::pair(std::array{box.low.x, box.low.y, box.low.z},
                               std::array{box.high.x, box.high.y, box.high.z});
            })
-      .def("save", &Session::save, nb::keep_alive<0, 1>())
+      .def("save", &Session::save, nb::keep_alive<0, 1>(), nb::call_guard<nb::gil_scoped_release>())
       .def(
           "restore",
           [](Session& s, nb::object source, nb::object callback) {

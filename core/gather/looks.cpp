@@ -367,11 +367,21 @@ uint64_t Looks::follow(const Present& present, const Workers& workers, Progress&
   return count;
 }
 
-double Looks::forecast_bytes(double rays) {
-  // A tenth to a third of the rays begin a chain, of two vertices or three.
-  constexpr double kPerRay =
-      sizeof(uint32_t) + sizeof(float) + 0.2 * (ChainPool::kBytes + 2.5 * sizeof(Vertex));
-  return rays * kPerRay;
+double Looks::PerRay::bytes(bool weighted) const {
+  return sizeof(uint32_t) + (weighted ? sizeof(float) : 0) + chains * double(ChainPool::kBytes) +
+         vertices * double(sizeof(Vertex));
+}
+
+Looks::PerRay Looks::per_ray() const {
+  const double rays = std::max(1.0, double(targets_.size()));
+  return {double(chains_.size()) / rays, double(chains_.vertex_count()) / rays};
+}
+
+double Looks::forecast_working_bytes(size_t samples, double rays, const PerRay& per_ray) {
+  constexpr double kGrown = 1.75;  // vectors double when they are full; some cast more rays
+  return kGrown * double(std::min(samples, kPortion)) * rays *
+         (sizeof(Found::Ray) + per_ray.chains * sizeof(Found::Chained) +
+          per_ray.vertices * sizeof(Vertex));
 }
 
 size_t Looks::bytes_in_use() const {

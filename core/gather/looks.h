@@ -75,7 +75,16 @@ class Looks {
   size_t bytes() const;
   /// The same without what lies idle.
   size_t bytes_in_use() const;
-  static double forecast_bytes(double rays);
+  /// Chains that a ray begins, and their vertices, on average.
+  struct PerRay {
+    double chains = 0.2, vertices = 0.5;
+    double bytes(bool weighted = true) const;
+  };
+  /// Of those that samples cast in addition where light is noisy: beside contacts above all.
+  static constexpr PerRay kAddedRays{0.4, 1.0};
+  PerRay per_ray() const;
+  /// While samples of so many rays each are cast, what their portions take besides.
+  static double forecast_working_bytes(size_t samples, double rays, const PerRay& per_ray);
 
   /// Arrays named "gather.…".
   void save(ArchiveView& archive) const;

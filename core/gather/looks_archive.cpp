@@ -16,6 +16,8 @@ constexpr const char* kInBeam = "gather.in_beam";
 constexpr const char* kChains = "gather.chains";
 constexpr const char* kVertices = "gather.vertices";
 
+constexpr size_t kPerStep = size_t(1) << 16;  // rays between two looks at the cancel flag
+
 /// At least half of the rays are even, so none counts more than twice, but for rounding.
 constexpr float kMostWeight = 2.01f;
 
@@ -87,6 +89,7 @@ void Looks::save(ArchiveView& archive) const {
 void Looks::restore(ArchiveSource& archive, const Present& present, const Workers& workers,
                     Progress& progress) {
   if (!archive.read_all<uint32_t>(kComplete, 1)[0]) return cast(present, workers, progress);
+  progress.begin("restore rays", rays_.all());
   targets_ = archive.read_all<uint32_t>(kTargets, rays_.all());
   const bool weighted = !present.guiding.empty(), beams = !present.guiding.beams.empty();
   weights_ = archive.read_all<float>(kWeights, weighted ? targets_.size() : 0);
@@ -98,7 +101,12 @@ void Looks::restore(ArchiveSource& archive, const Present& present, const Worker
   const uint32_t cells = present.cells.size();
   chains_.clear();
   size_t next = 0;
-  for (uint32_t& target : targets_) {
+  for (size_t ray = 0; ray < targets_.size(); ++ray) {
+    if (ray % kPerStep == 0 && ray) {
+      progress.advance(kPerStep);
+      progress.check();
+    }
+    uint32_t& target = targets_[ray];
     if (!is_chain(target)) {
       if (target != kDark && target >= cells) refuse(kTargets, "found a cell that is not there");
       continue;

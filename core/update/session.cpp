@@ -213,6 +213,7 @@ Report Session::recompute(Progress& progress) {
   auto old_gather = std::move(s.gather);
   try {
     Report report;
+    progress.begin("index triangles", 1);
     s.caster = std::make_unique<trace::RayCaster>(s.scene, progress);
     make_cells();
     trace_all(progress, report);

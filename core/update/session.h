@@ -45,6 +45,7 @@ struct Forecast {
   size_t bytes = 0;
   double bytes_per_path = 0;
   uint64_t paths_that_fit = 0;
+  gather::Looks::PerRay per_ray;  ///< of a session that gathers
 };
 
 class Session {
@@ -140,6 +141,8 @@ class Session {
   void forecast_memory(const PilotPaths& paths);
   /// Adds direct light to the forecast. Throws OptionError where it exceeds the limit.
   void refuse_beyond_limit();
+  /// What a few rays of a few samples tell about all.
+  gather::Looks::PerRay pilot_rays() const;
   /// Whether the session may hold so many rays; then they are in its forecast.
   bool fits(const gather::RayCounts& rays);
   void check_insert(const scene::Object& object, std::span<const scene::Edit> before) const;

@@ -146,6 +146,7 @@ std::vector<gather::RayShares> Session::shares_of(std::span<const direct::Receiv
 void Session::look_around(Progress& progress, bool new_guides) {
   State& s = *state_;
   if (!s.gather) return;
+  progress.begin("cover cells", 1);
   s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
   if (new_guides)
     choose_rays(choose_guides(progress), progress);
@@ -209,6 +210,26 @@ std::vector<gather::PilotLook> Session::pilot(std::span<const direct::Receiver> 
     }
   });
   return out;
+}
+
+gather::Looks::PerRay Session::pilot_rays() const {
+  constexpr size_t kPlaces = 512;
+  constexpr uint32_t kRays = 32;
+  const State& s = *state_;
+  std::vector<Vec3f> points, normals;
+  const size_t stride = std::max<size_t>(1, s.samples.size() / kPlaces);
+  for (size_t i = 0; i < s.samples.size(); i += stride) {
+    const uint32_t object = s.samples.attached[i];
+    const Pose pose = object == scene::kNone ? Pose{} : s.scene.objects[object].pose;
+    points.push_back(pose.point(s.samples.point[i]));
+    normals.push_back(pose.direction(s.samples.normal[i]));
+  }
+  const std::vector<direct::Receiver> receivers = receivers_at(points, normals);
+  const std::vector<int8_t> as_told(receivers.size());
+  gather::Looks looks({as_told, kRays}, s.options.seed ^ kPilotSeed);
+  Progress part;
+  looks.cast(present(receivers, {}), s.workers, part);
+  return looks.per_ray();
 }
 
 std::vector<int8_t> Session::doublings_of(std::span<const direct::Receiver> receivers,
@@ -360,7 +381,7 @@ void Session::restore_looks(ArchiveSource& archive, Progress& progress) {
   if (!s.gather) return;
   s.guiding.restore(archive, s.lights, s.samples.size(), s.options.gather_rays);
   const double rays = double(gather::RayCounts(s.guiding.doublings, s.options.gather_rays).all());
-  const double bytes = gather::Looks::forecast_bytes(rays);
+  const double bytes = rays * gather::Looks::PerRay{}.bytes();
   if (s.options.memory_limit && bytes > double(s.options.memory_limit))
     throw FormatError(
         std::string("\"gather.doublings\": its rays would need about ")
@@ -373,6 +394,7 @@ void Session::restore_looks(ArchiveSource& archive, Progress& progress) {
     std::iota(slots.begin(), slots.end(), 0u);
     landings.add(b, slots, +1);
   }
+  progress.begin("cover cells", 1);
   s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
   place_asked();
   if (s.guiding.shares.empty())

@@ -19,9 +19,17 @@ constexpr float kFar = std::numeric_limits<float>::infinity();
 constexpr uint64_t kFewestRays = 8;  // that a session may ask for
 constexpr Box kEverywhere{{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
 
+/// Most samples of most scenes cast no more rays than they are told.
 double expected_rays(const State& s) {
-  return (1 + gather::RayNeed::kMoreRays) * double(s.samples.size()) *
-         double(s.options.gather_rays);
+  constexpr double kMoreRays = 0.2;
+  return (1 + kMoreRays) * double(s.samples.size()) * double(s.options.gather_rays);
+}
+
+/// Of so many rays of all samples together.
+double ray_bytes(const State& s, const Forecast& forecast, double rays, bool weighted) {
+  const double told = double(s.samples.size()) * double(s.options.gather_rays);
+  return std::min(rays, told) * forecast.per_ray.bytes(weighted) +
+         std::max(0.0, rays - told) * gather::Looks::kAddedRays.bytes(weighted);
 }
 
 /// A caster over one object's own triangles, in its own space: outlines that do not depend on the
@@ -41,6 +49,7 @@ scene::Scene local_scene(const scene::Scene& scene, uint32_t object) {
 
 Parts Session::place_parts(Progress& progress, std::span<const float> openness) {
   State& s = *state_;
+  progress.begin("index triangles", 1);
   s.caster = std::make_unique<trace::RayCaster>(s.scene, progress);
   samples::resolve_lengths(s.scene, *s.caster, s.options.paths, s.workers, progress, s.samples);
   s.largest_radius = 0;
@@ -119,10 +128,15 @@ void Session::refuse_beyond_limit() {
   for (const trace::Light& light : s.lights) paths += light.path_count;
   forecast_.bytes += direct::DirectLight::forecast_bytes(s.samples.size(), s.scene.group_count,
                                                          s.lights, s.light_sampled);
-  const double rays = s.gather ? gather::Looks::forecast_bytes(expected_rays(s)) : 0.0;
-  if (s.gather)
+  double rays = 0;  // with what they take while they are cast
+  if (s.gather) {
+    forecast_.per_ray = pilot_rays();
+    rays = ray_bytes(s, forecast_, expected_rays(s), true) +
+           gather::Looks::forecast_working_bytes(s.samples.size(), double(s.options.gather_rays),
+                                                 forecast_.per_ray);
     forecast_.bytes += size_t(rays) + s.gather->cells.bytes() + s.gather->sums.bytes() +
                        gather::CellLight::forecast_bytes(s.gather->cells.size());
+  }
   const double fixed = double(forecast_.bytes) - forecast_.bytes_per_path * double(paths);
   const double room = double(s.options.memory_limit) - fixed;
   // A little less than that: another number of paths sees another pilot.
@@ -142,9 +156,9 @@ void Session::refuse_beyond_limit() {
 
 bool Session::fits(const gather::RayCounts& rays) {
   const State& s = *state_;
-  const size_t bytes =
-      size_t(double(forecast_.bytes) - gather::Looks::forecast_bytes(expected_rays(s)) +
-             gather::Looks::forecast_bytes(double(rays.all())));
+  const size_t bytes = size_t(double(forecast_.bytes) +
+                              ray_bytes(s, forecast_, double(rays.all()), !s.guiding.empty()) -
+                              ray_bytes(s, forecast_, expected_rays(s), true));
   if (s.options.memory_limit && bytes > s.options.memory_limit) return false;
   forecast_.bytes = bytes;
   return true;

@@ -12,7 +12,7 @@ import numpy as np
 
 from .archive import PIECE, ArchiveReader, ArchiveWriter
 from .core_session import SessionOptions
-from .errors import FormatError, OptionError, SceneError
+from .errors import Cancelled, FormatError, OptionError, SceneError
 from .fields import Fields
 from .files import written_aside
 from .segments import Progress, check_threads
@@ -43,7 +43,14 @@ _MISFITS = (
 
 
 def write(path: Path, session: Session) -> None:
-    """Write `session` to `path`, aside and then renamed; the core's arrays go there piece by piece."""
+    """Write `session` to `path`, aside and then renamed; the core's arrays go there piece by piece.
+
+    Raises
+    ------
+    Cancelled
+        Where the session's callback asks to stop; what was there is as before.
+    """
+    told = _Told(session.progress)
     index = {
         "format": FORMAT,
         "version": VERSION,
@@ -59,14 +66,31 @@ def write(path: Path, session: Session) -> None:
         archive.add_index(index)
         write_scene(session.scene, archive)
         write_samples(session.samples, archive)
+        told.all = sum(map(state.bytes, state.names()))
         for name in state.names():
             size = state.bytes(name)
-            archive.add_bytes(_CORE + name, "|u1", (size,), _pieces(state, name, size))
+            archive.add_bytes(_CORE + name, "|u1", (size,), _pieces(state, name, size, told))
 
 
-def _pieces(state: Any, name: str, size: int) -> Iterator[bytes]:
+class _Told:
+    """Tells a callback how much is written."""
+
+    def __init__(self, progress: Progress | None) -> None:
+        self._progress = progress
+        self.all, self._done = 1, 0
+        self.more(0)
+
+    def more(self, size: int) -> None:
+        self._done += size
+        if self._progress and self._progress("save session", self._done / self.all) is False:
+            raise Cancelled("save: cancelled by the progress callback; no file was written")
+
+
+def _pieces(state: Any, name: str, size: int, told: _Told) -> Iterator[bytes]:
     for begin in range(0, size, PIECE):
-        yield state.read(name, begin, min(PIECE, size - begin))
+        piece = state.read(name, begin, min(PIECE, size - begin))
+        yield piece
+        told.more(len(piece))
 
 
 def read(path: Path, kind: type[Session], threads: int | None, progress: Progress | None) -> Session:
@@ -80,6 +104,8 @@ def read(path: Path, kind: type[Session], threads: int | None, progress: Progres
     check_threads(threads)
     watched = None if progress is None else _Watched(progress)
     try:
+        if watched is not None and watched("open session", 0.0) is False:
+            raise Cancelled("open: cancelled by the progress callback")
         session = _read(path, kind, threads, watched)
     except FormatError:
         if watched is not None and watched.error is not None:

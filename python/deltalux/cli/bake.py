@@ -5,9 +5,12 @@ from __future__ import annotations
 
 import typer
 
+from deltalux.pace import loading
+
 from .baking import bake_scene, figures, make_samples, summary_table
 from .console import Terminal
 from .inputs import open_scene
+from .jobs import bake_job, before_loading
 from .options import (
     FalseColourOption,
     GatherOption,
@@ -65,15 +68,19 @@ def run(
     """
     targets = check_targets(output, more, [scene], planes=len(grid or ()))
     terminal = Terminal(as_json, quiet)
-    loaded = open_scene(scene, movable, light_units)
-    keep_inputs(targets, loaded.files)
-    terminal.warn(loaded.warnings)
-    samples, sets = make_samples(loaded, spacing, grid or (), radius)
-    with terminal.progress() as progress:
+    guess = before_loading(scene, threads)
+    with terminal.overall([*loading(guess), *bake_job(guess, targets, target_error)]) as progress:
+        progress.begin("load scene")
+        loaded = open_scene(scene, movable, light_units)
+        keep_inputs(targets, loaded.files)
+        terminal.warn(loaded.warnings)
+        progress.begin("place samples")
+        samples, sets = make_samples(loaded, spacing, grid or (), radius)
         session, frame = bake_scene(
             loaded,
             samples,
             target_error,
+            targets,
             paths=paths,
             gather=gather,
             seed=seed,
@@ -82,7 +89,8 @@ def run(
             progress=progress,
         )
         with session:
-            write_targets(session, targets, context.obj, false_colour)
+            write_targets(session, targets, context.obj, false_colour, progress)
+            progress.begin("sum up")
             data = figures(session, frame, sets)
     data |= {"scene": scene, "outputs": [str(path) for path in targets]}
     written = [f"wrote {path}" for path in targets]

@@ -6,15 +6,18 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from rich.table import Table
 
 import deltalux as dl
+from deltalux.pace import Overall
 from deltalux.report import ClaimedError, SetSummary, advice, claimed_error, summarise
 from deltalux.units import LUX
 
+from .jobs import after_rounds, bake_job, counts_of, grown
 from .options import Grid
 
 # The next batch aims a little below the target, because the error of an error is some percent.
@@ -54,7 +57,9 @@ def bake_scene(
     scene: dl.Scene,
     samples: dl.Samples,
     target_error: float | None,
+    targets: Sequence[Path],
     *,
+    progress: Overall,
     paths: int | None,
     gather: str | int,
     **options: Any,
@@ -68,6 +73,8 @@ def bake_scene(
     ----------
     scene, samples : what to light
     target_error : of the 90th percentile of `claimed_error`; None = one bake
+    targets : files that will be written then
+    progress : is told what lies ahead
     paths, gather : of the first bake
     options : of `deltalux.Session`
 
@@ -80,16 +87,21 @@ def bake_scene(
     OptionError : the target asks for more than there can be, or than fits into memory
     """
     reached = ""
+    counts = counts_of(scene, samples, paths, gather, options["threads"])
+    progress.expect(bake_job(counts, targets, target_error))
     while True:
+        progress.begin("make session")
         try:
-            session = dl.Session(scene, samples, paths=paths, gather=gather, **options)
+            session = dl.Session(scene, samples, paths=paths, gather=gather, progress=progress, **options)
             frame = session.bake()
         except dl.OptionError as problem:
             raise dl.OptionError(f"{reached}{problem}") from None
         if target_error is None:
             return session, frame
+        progress.begin("sum up")
         error = claimed_error(session.irradiance, session.standard_error, samples.areas).p90
         if error <= target_error:
+            progress.expect(after_rounds([], counts, targets))
             return session, frame
         used = session.options
         session.close()
@@ -98,6 +110,8 @@ def bake_scene(
             f"{used['paths']:,} paths and gather={used['gather']}; with more of them: "
         )
         more = max(1.25, min(error / (AIM * target_error), MOST) ** 2)
+        counts = grown(counts, more)
+        progress.expect(after_rounds([counts], counts, targets))
         paths = math.ceil(used["paths"] * more)
         if used["gather"] != "off":
             gather = math.ceil(int(used["gather"]) * more)

@@ -4,13 +4,17 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from datetime import timedelta
 from typing import Any
 
 import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+from deltalux.pace import Overall, Step
 
 ProgressCallback = Callable[[str, float], bool]
 
@@ -52,6 +56,17 @@ class Terminal:
                 self._out.print(renderable, highlight=False, soft_wrap=isinstance(renderable, str))
 
     @contextmanager
+    def overall(self, steps: Iterable[Step]) -> Iterator[Overall]:
+        """Give an `Overall` for a job of these steps, shown as one bar with the time left.
+
+        It appears on stderr when that is a terminal, and moves on while nothing is reported.
+        """
+        overall = Overall(steps)
+        with OverallBar(overall, self._err, disable=self._quiet or not self._err.is_terminal):
+            yield overall
+            overall.end()
+
+    @contextmanager
     def progress(self) -> Iterator[ProgressCallback]:
         """Give a callback (stage, fraction) that draws one bar with ETA per stage.
 
@@ -87,6 +102,46 @@ class Terminal:
             yield report
             for task in tasks.values():
                 bars.update(task, completed=1.0)
+
+
+class OverallBar(Progress):
+    """One bar for all steps of a job: drawn ten times a second from what `overall` knows by then.
+
+    Parameters
+    ----------
+    overall : Overall
+    console : where it appears
+    disable : draw nothing
+    """
+
+    def __init__(self, overall: Overall, console: Console, disable: bool) -> None:
+        self._overall = overall
+        super().__init__(
+            TextColumn("{task.fields[stage]:<20}"),
+            BarColumn(),
+            TaskProgressColumn(),
+            TextColumn(
+                "[progress.elapsed]{task.fields[elapsed]}[/] ETA [progress.remaining]{task.fields[left]}[/]"
+            ),
+            console=console,
+            disable=disable,
+        )
+        self.add_task("", total=1.0, stage="", elapsed="", left="")
+
+    def get_renderables(self) -> Iterable[Any]:
+        """The bar as of now."""
+        now = self._overall.state()
+        for task in self.tasks:  # none while the bar is being made
+            self.update(
+                task.id, completed=now.share, stage=now.stage, elapsed=_clock(now.elapsed),
+                left=_clock(now.remaining),
+            )  # fmt: skip
+        yield from super().get_renderables()
+
+
+def _clock(seconds: float | None) -> str:
+    """Hours, minutes and seconds."""
+    return "-:--:--" if seconds is None else str(timedelta(seconds=math.ceil(seconds)))
 
 
 def _plain(value: Any) -> Any:

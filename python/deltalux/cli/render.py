@@ -24,6 +24,7 @@ from deltalux.rendering import (
 
 from .console import Terminal
 from .inputs import foreign_light, open_scene
+from .jobs import after_loading, counts_of, counts_of_session, picture_steps, render_job
 from .options import (
     FalseColourOption,
     JsonOption,
@@ -147,15 +148,22 @@ def run(
     check_size(size, memory_limit)
     rays = None if gather == "auto" else int(gather)
     terminal = Terminal(as_json, quiet)
-    with terminal.progress() as progress:
-        if Path(source).suffix.lower() == SESSION:
-            refuse_options_of_the_bake(context, source, OF_THE_BAKE, "render")
+    pixels, stored = size[0] * size[1], Path(source).suffix.lower() == SESSION
+    if stored:
+        refuse_options_of_the_bake(context, source, OF_THE_BAKE, "render")
+    with terminal.overall(render_job(source, stored, paths, rays, pixels, threads)) as progress:
+        if stored:
             session = dl.Session.open(source, threads=threads, progress=progress)
             terminal.warn(foreign_light(session, source))
+            progress.expect(picture_steps(counts_of_session(session), pixels, rays))
         else:
+            progress.begin("load scene")
             scene = open_scene(source, movable, light_units)
             keep_inputs(targets, scene.files)
             nowhere = dl.Samples(np.zeros((0, 3)), np.zeros((0, 3)))
+            counts = counts_of(scene, nowhere, paths or PATHS, rays or MOST_RAYS, threads)
+            progress.expect(after_loading(counts, pixels, rays))
+            progress.begin("make session")
             session = dl.Session(
                 scene, nowhere, paths=paths or PATHS, gather=rays or MOST_RAYS, seed=seed, threads=threads,
                 memory_limit=memory_limit, progress=progress,
@@ -163,13 +171,15 @@ def run(
         with session:
             terminal.warn(session.scene.warnings)
             chosen = _camera(session.scene, camera, eye, target)
-            if Path(source).suffix.lower() != SESSION:
+            if not stored:
                 session.bake()
             rendering = render_session(session, camera=chosen, size=size, rays=rays)
+            progress.begin("finish picture")
             picture = (
                 false_colour_picture(rendering) if false_colour else lit_picture(rendering, stops=exposure)
             )
             data = _facts(session, rendering.gathered, len(rendering.pixel), picture.exposure)
+        progress.begin("write files")
         about = {"program": f"deltalux {dl.__version__}", "command": command_line(context.obj), **data}
         for path in targets:
             if path.suffix.lower() == LAYERS:

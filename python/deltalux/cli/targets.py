@@ -18,6 +18,7 @@ from deltalux.outputs.images import write_png
 from deltalux.outputs.of_session import baked_of
 from deltalux.outputs.tables import write_csv, write_npz
 from deltalux.outputs.vertex_colors import write_glb
+from deltalux.pace import Overall
 from deltalux.rendering import SIZE, false_colour_picture, fits, lit_picture, render_session
 
 SESSION = ".dlx"
@@ -98,7 +99,11 @@ def check_writable(path: Path) -> None:
 
 
 def write_targets(
-    session: dl.Session, targets: Sequence[Path], words: Sequence[str], false_colour: bool
+    session: dl.Session,
+    targets: Sequence[Path],
+    words: Sequence[str],
+    false_colour: bool,
+    progress: Overall,
 ) -> None:
     """Write the present state of `session` to each file, by suffix.
 
@@ -108,6 +113,7 @@ def write_targets(
     targets : see `check_targets`
     words : the command line after "deltalux", which every result names
     false_colour : pictures show irradiance instead of the lit scene
+    progress : is told what begins
     """
     baked = None
     for path in targets:
@@ -115,8 +121,9 @@ def write_targets(
         if suffix == SESSION:
             session.save(path)
         elif suffix == PICTURE and _per_pixel(session):
-            _draw(session, path, words, false_colour)
+            _draw(session, path, words, false_colour, progress)
         else:
+            progress.begin(f"write {suffix}")
             baked = baked or baked_of(session, command_line(words), false_colour)
             WRITERS[suffix][1](path, baked)
 
@@ -128,11 +135,15 @@ def _per_pixel(session: dl.Session) -> bool:
     return gathers and fits(SIZE, options["memory_limit"])
 
 
-def _draw(session: dl.Session, path: Path, words: Sequence[str], false_colour: bool) -> None:
+def _draw(
+    session: dl.Session, path: Path, words: Sequence[str], false_colour: bool, progress: Overall
+) -> None:
     """Write a picture in which each pixel has its own light; that of samples is too coarse for shadows."""
     rendering = render_session(session)
+    progress.begin("finish picture")
     picture = false_colour_picture(rendering) if false_colour else lit_picture(rendering)
     about = about_text(session.result) | {"command": command_line(words), "gathered": rendering.gathered}
+    progress.begin(f"write {PICTURE}")
     replace(picture, about=about).save(path)
 
 

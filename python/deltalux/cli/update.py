@@ -15,6 +15,7 @@ import deltalux as dl
 from .baking import figures, summary_table, total_milliseconds
 from .console import Terminal
 from .inputs import foreign_light
+from .jobs import after_opening, counts_of_session, update_job
 from .options import (
     FalseColourOption,
     JsonOption,
@@ -101,11 +102,12 @@ def run(
     targets = check_targets(output, more, [session])
     terminal = Terminal(as_json, quiet)
     with (
-        terminal.progress() as progress,
+        terminal.overall(update_job(session, targets, threads)) as progress,
         dl.Session.open(session, threads=threads, progress=progress) as opened,
     ):
         keep_inputs(targets, opened.scene.files)
         foreign = foreign_light(opened, str(session))
+        progress.expect(after_opening(counts_of_session(opened), targets, again=bool(foreign)))
         if foreign:
             terminal.warn(foreign)
             opened.recompute()
@@ -120,7 +122,8 @@ def run(
         for setting in reflectance or ():
             opened.set_reflectance(setting.name, setting.values)
         frame = opened.update()
-        write_targets(opened, targets, context.obj, false_colour)
+        write_targets(opened, targets, context.obj, false_colour, progress)
+        progress.begin("sum up")
         data = figures(opened, frame)
     data |= {
         "session": str(session),

@@ -3,7 +3,7 @@
 
 from .arrays import MethodCost, predict
 from .hybrid import HybridEstimate, hybrid_estimate
-from .machine import machine_constants
+from .machine import is_calibrated, machine_constants
 from .parts import GatherPlan, MethodPlan, PartPlan, Plan, read_plan
 from .planner import plan
 
@@ -15,6 +15,7 @@ __all__ = [
     "PartPlan",
     "Plan",
     "hybrid_estimate",
+    "is_calibrated",
     "machine_constants",
     "plan",
     "predict",

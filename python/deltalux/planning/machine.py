@@ -51,6 +51,12 @@ def machine_constants(progress: Progress | None = None) -> Machine:
     return _known[key]
 
 
+def is_calibrated() -> bool:
+    """Whether `machine_constants` will find its file; then it takes no time."""
+    key = f"{processor()}; {core_build()}"
+    return key in _known or _read(_cache_file(), key) is not None
+
+
 @cache
 def core_build() -> str:
     """Digest of the compiled core."""

@@ -117,10 +117,11 @@ def render_session(
     check_size(size, session.options["memory_limit"])
     if session.options["gather"] == "off":
         raise OptionError('render: found a session of gather="off", expected one that gathers')
+    light = PointLight(session, rays or min(int(session.options["gather"]), MOST_RAYS))
+    light.begin("view", 1)
     scene = present_scene(session)
     display = session.samples.display or refine(scene, spacing=COARSE)
     surfaces = Surfaces(scene, display, session.poses, session.options["threads"] or 0)
-    light = PointLight(session, rays or min(int(session.options["gather"]), MOST_RAYS))
     everywhere = np.ones(len(display.points))  # where it is light is not known yet
     camera = camera or scene_camera(scene) or automatic_camera(surfaces, everywhere, size[0] / size[1])
     return _Work(surfaces, light, camera, size).rendering(edge_rays)

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.stats import t as student
+from scipy.special import stdtrit  # scipy.stats takes a second to load
 
 from .experiment import Outcome
 
@@ -47,7 +47,7 @@ def certain_sign(values: ArrayLike, false_alarms: float = FALSE_ALARMS) -> Liter
     if len(array) < 2:
         return 0
     mean, error = float(array.mean()), float(array.std(ddof=1)) / np.sqrt(len(array))
-    if abs(mean) <= error * student.isf(false_alarms / 2, len(array) - 1):
+    if abs(mean) <= error * -stdtrit(len(array) - 1, false_alarms / 2):
         return 0
     return 1 if mean > 0 else -1
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtri
 
 import deltalux.scenes
 from deltalux import estimate, model
@@ -184,7 +184,7 @@ def exact(rays: np.ndarray, ratio: float) -> Verdict:
     share = model.rays_in_sphere(1, ratio, np.arange(1, rays.shape[1]))
     score = (rays[:, 1:] - rays[:, :1] * share) / np.sqrt(rays[:, :1] * share * (1 - share))
     worst = float(np.abs(score).max())
-    bound = float(norm.isf(FALSE_ALARMS / (2 * score.size)))
+    bound = float(-ndtri(FALSE_ALARMS / (2 * score.size)))
     return Verdict(
         "For uniform lines n_R Q^(2i) is exact in a sphere that lies within those around it (Santaló).",
         "confirmed" if worst < bound else "refuted",

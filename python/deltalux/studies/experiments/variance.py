@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtri
 
 import deltalux.scenes
 from deltalux.estimate import disc_index
@@ -134,7 +134,7 @@ def bias_verdict(radius: np.ndarray, found: Series, exact: np.ndarray) -> Verdic
     if found.error is None:
         return Verdict(claim, "open", "A single seed does not tell its spread.")
     scores = np.abs(found.values - exact) / found.error
-    allowed = float(norm.isf((1 - (1 - FALSE_ALARMS) ** (1 / len(radius))) / 2))
+    allowed = float(-ndtri((1 - (1 - FALSE_ALARMS) ** (1 / len(radius))) / 2))
     return Verdict(
         claim,
         "confirmed" if scores.max() < allowed else "refuted",

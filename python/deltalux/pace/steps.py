@@ -1,0 +1,218 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the steps of each job take, foreseen from counts: seconds of one processor on one machine.
+
+The weights were measured with `benchmarks/eta.py --fit` on the bundled scenes. Other machines are faster
+or slower as a whole, and other scenes in some steps: `Overall` learns that while the job runs.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+from .overall import PARALLEL, Step
+
+MORE_RAYS = 1.2  # where light is noisy samples cast more than they are told
+PILOT_RAYS = 0.25  # of a sample's, to see how noisy it is
+THREADS = 0.8  # so many threads to the power of this are as fast
+SIMPLE = 5.75  # depth of the simplest scene that was measured
+POINT = 0.1  # of a luminous surface: a lamp without extent
+PILOTS = frozenset({"ray map", "estimate"})  # what tries methods out reports these
+
+
+@dataclass(frozen=True)
+class Counts:
+    """How large a job is.
+
+    Parameters
+    ----------
+    triangles, samples, paths : of the scene and its session
+    rays : of each sample; 0 = no gather
+    lights : luminous surfaces, and a tenth of those without extent, which take a single shadow ray
+    suns : how many
+    pixels : of a picture; 0 = pictures show samples
+    threads : that work together
+    """
+
+    triangles: int
+    samples: int = 60_000
+    paths: int = 300_000
+    rays: int = 256
+    lights: float = 4
+    suns: int = 0
+    pixels: int = 960 * 600
+    threads: int = 1
+
+    @property
+    def depth(self) -> float:
+        """What makes a ray dear: levels of a tree over the triangles."""
+        return math.log2(max(2, self.triangles))
+
+    @property
+    def all_rays(self) -> float:
+        """Of all samples together."""
+        return MORE_RAYS * self.samples * self.rays
+
+    @property
+    def stored(self) -> float:
+        """Bytes of the session, about."""
+        return 200.0 * self.paths + 45.0 * self.all_rays + 400.0 * self.samples + 100.0 * self.triangles
+
+
+@dataclass(frozen=True)
+class Stored:
+    """A session file.
+
+    Parameters
+    ----------
+    counts : of its session
+    size, ray_bytes : of the file, and of the rays in it
+    """
+
+    counts: Counts
+    size: float
+    ray_bytes: float
+
+
+def _timed(steps: Iterable[Step], counts: Counts) -> list[Step]:
+    """With so many threads."""
+    faster = max(1, counts.threads) ** THREADS
+    return [replace(s, seconds=s.seconds / faster) if s.kind in PARALLEL else s for s in steps]
+
+
+def bundled(name: str) -> Counts:
+    """Of a bundled scene before it is made."""
+    return Counts({"atrium": 233_000, "expo": 30_000, "office": 15_000}.get(name, 1000))
+
+
+def loading(counts: Counts) -> list[Step]:
+    """To read a scene and to place samples on it."""
+    dense = 2.0 * (1 - math.exp(-counts.triangles / 1e4))  # what touches is looked for
+    return [
+        Step("load scene", 0.02 + 3e-6 * counts.triangles),
+        Step("place samples", 0.1 + dense + 1.5e-5 * counts.triangles + 1e-5 * counts.samples),
+    ]
+
+
+def opening(stored: Stored, calibrated: bool = True) -> list[Step]:
+    """To open a session file; `calibrated`: the machine's constants are known."""
+    c = stored.counts
+    return [
+        Step("open session", 0.05 + 0.1e-9 * stored.size + 1e-6 * c.triangles, "disk"),
+        _calibrating(calibrated),
+        Step("index triangles", 0.01 + 8e-7 * c.triangles),
+        Step("disc radii", 1e-7 * c.samples),
+        Step("discs", 0.02 + 6e-7 * c.depth * c.samples),
+        Step("pilot", 0.05),
+        _planning(),
+        Step("restore segments", 5e-9 * (stored.size - stored.ray_bytes), "disk"),
+        Step("cover cells", 0.05 + 2e-6 * c.triangles),
+        Step("restore rays", 2.5e-9 * stored.ray_bytes, "disk"),
+    ]
+
+
+def baking(counts: Counts, calibrated: bool = True) -> list[Step]:
+    """To make a session, and to bake it; `calibrated`: the machine's constants are known."""
+    c = counts
+    steps = [
+        Step("make session", 0.01 + 6e-7 * (c.triangles + c.samples)),
+        _calibrating(calibrated),
+        Step("index triangles", 0.01 + 8e-7 * c.triangles),
+        Step("disc radii", 9 * _ray(c) * c.samples, "rays"),
+        Step("discs", 0.02 + 6e-7 * c.depth * c.samples, "rays"),
+    ]
+    if not c.rays:
+        steps.append(Step("openness", 2e-6 * c.depth * c.samples, "rays"))
+    steps += [
+        Step("pilot", 0.05),
+        Step("find windows", 0.3 * c.suns, "paths"),
+        _planning(),
+        Step("trace paths", _path(c) * c.paths, "paths"),
+        Step("direct light", _shadow(c) * c.samples, "shadows"),
+    ]
+    if c.rays:
+        steps += [
+            Step("cover cells", 0.05 + 2e-6 * c.triangles, "rays"),
+            Step("find bright places", 0.025 * c.depth, "rays"),
+            Step("find noisy places", 1.35 * PILOT_RAYS * _ray(c) * c.samples * c.rays, "rays"),
+            Step("share rays", 3e-8 * c.all_rays, "rays"),
+            Step("look around", _ray(c) * c.all_rays, "rays"),
+        ]
+    return _timed(steps, c)
+
+
+def _calibrating(calibrated: bool) -> Step:
+    """The first session of a build on a machine measures what tests cost there."""
+    return Step("calibrate", 0.0 if calibrated else 0.9, parts=PILOTS)
+
+
+def _planning() -> Step:
+    return Step("plan", 0.05, parts=PILOTS)
+
+
+def updating(counts: Counts) -> list[Step]:
+    """To apply edits of small things to an open session."""
+    c = counts
+    steps = [
+        Step("find affected paths", 1e-8 * c.paths, "edit"),
+        Step("replace paths", 0.03 * _path(c) * c.paths, "edit"),
+        Step("direct light", 0.3 * _shadow(c) * c.samples, "edit"),
+        Step("look around", 0.08 * _ray(c) * c.all_rays, "edit"),
+    ]
+    return _timed(steps, c)
+
+
+def recomputing(counts: Counts) -> list[Step]:
+    """To compute an open session again."""
+    again = ("index triangles", "trace paths", "direct light", "cover cells", "share rays", "look around")
+    return [step for step in baking(counts) if step.name in again]
+
+
+def drawing(counts: Counts, rays: int = 0) -> list[Step]:
+    """To draw a picture in which every pixel has its own light, of so many rays each."""
+    c, rays = counts, rays or min(counts.rays or 192, 192)
+    # The more there is to see, the less light can be spread between pixels, and the dearer rays are.
+    gathered = 2.8e-6 * (c.depth / SIMPLE) ** 2.2 * c.pixels * rays / 192
+    steps = [
+        Step("view", 0.3 + 5e-7 * c.pixels + 1e-6 * c.triangles),
+        Step("direct light", (1.4e-6 + 0.35 * _shadow(c)) * c.pixels, "shadows"),
+        Step("indirect light", 1.6e-6 * c.pixels + gathered, "rays"),
+        Step("edges", 7e-7 * c.pixels + 0.5 * gathered, "rays"),
+        Step("finish picture", 6e-7 * c.pixels),
+    ]
+    return _timed(steps, c)
+
+
+def writing(counts: Counts, suffixes: Sequence[str]) -> list[Step]:
+    """To write result files of these kinds, one after the other."""
+    steps: list[Step] = []
+    for suffix in suffixes:
+        if suffix == ".dlx":
+            steps.append(Step("save session", 2.5e-9 * counts.stored, "disk"))
+            continue
+        if suffix == ".png" and counts.pixels and counts.rays:
+            steps += drawing(counts)
+        one = {".png": 1.2, ".glb": 8e-6 * counts.samples}.get(suffix, 3e-6 * counts.samples)
+        steps.append(Step(f"write {suffix}", 0.05 + one))
+    return steps
+
+
+def summing_up(counts: Counts) -> list[Step]:
+    """To read the light of all samples with its errors, and what they say together."""
+    return [Step("sum up", 0.05 + 4e-8 * counts.all_rays + 3e-6 * counts.samples)]
+
+
+def _ray(c: Counts) -> float:
+    """Seconds of a ray of the gather, chains included."""
+    return 3.8e-7 * (c.depth / SIMPLE) ** 1.45
+
+
+def _path(c: Counts) -> float:
+    """Seconds of a path, deposits included: into cells, or into discs that overlap the more there are."""
+    return 1e-6 * (0.7 + 0.15 * c.depth) * (1 if c.rays else 1 + 3e-5 * c.samples)
+
+
+def _shadow(c: Counts) -> float:
+    """Seconds of a place's direct light of all lamps; several of a kind share their work."""
+    return 2.1e-7 * (2 + 2 * c.depth) * math.sqrt(max(POINT, c.lights))
