@@ -7,7 +7,7 @@ import math
 import os
 import struct
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -18,6 +18,7 @@ from deltalux.pace import (
     MORE_RAYS,
     POINT,
     Counts,
+    Overall,
     Step,
     Stored,
     baking,
@@ -152,3 +153,12 @@ def after_loading(counts: Counts, pixels: int, rays: int | None) -> list[Step]:
 def picture_steps(counts: Counts, pixels: int, rays: int | None) -> list[Step]:
     """A picture of what is baked."""
     return [*drawing(replace(counts, pixels=pixels), rays or 0), Step("write files", 2.5e-6 * pixels)]
+
+
+def edges_into(progress: Overall, counts: Counts, rays: int | None = None) -> Callable[[float], None]:
+    """What tells `progress` how long a picture takes, once the edges in it are known."""
+
+    def known(share: float) -> None:
+        progress.revise(drawing(replace(counts, edges=share), rays or 0))
+
+    return known

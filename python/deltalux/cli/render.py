@@ -24,7 +24,7 @@ from deltalux.rendering import (
 
 from .console import Terminal
 from .inputs import foreign_light, open_scene
-from .jobs import after_loading, counts_of, counts_of_session, picture_steps, render_job
+from .jobs import after_loading, counts_of, counts_of_session, edges_into, picture_steps, render_job
 from .options import (
     FalseColourOption,
     JsonOption,
@@ -173,7 +173,10 @@ def run(
             chosen = _camera(session.scene, camera, eye, target)
             if not stored:
                 session.bake()
-            rendering = render_session(session, camera=chosen, size=size, rays=rays)
+            counts = replace(counts_of_session(session), pixels=pixels)
+            rendering = render_session(
+                session, camera=chosen, size=size, rays=rays, edges_known=edges_into(progress, counts, rays)
+            )
             progress.begin("finish picture")
             picture = (
                 false_colour_picture(rendering) if false_colour else lit_picture(rendering, stops=exposure)

@@ -21,6 +21,8 @@ from deltalux.outputs.vertex_colors import write_glb
 from deltalux.pace import Overall
 from deltalux.rendering import SIZE, false_colour_picture, fits, lit_picture, render_session
 
+from .jobs import counts_of_session, edges_into
+
 SESSION = ".dlx"
 PICTURE = ".png"
 MESH = ".glb"
@@ -139,7 +141,7 @@ def _draw(
     session: dl.Session, path: Path, words: Sequence[str], false_colour: bool, progress: Overall
 ) -> None:
     """Write a picture in which each pixel has its own light; that of samples is too coarse for shadows."""
-    rendering = render_session(session)
+    rendering = render_session(session, edges_known=edges_into(progress, counts_of_session(session)))
     progress.begin("finish picture")
     picture = false_colour_picture(rendering) if false_colour else lit_picture(rendering)
     about = about_text(session.result) | {"command": command_line(words), "gathered": rendering.gathered}

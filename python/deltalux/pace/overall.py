@@ -13,7 +13,7 @@ TRUST = 0.3  # of the forecasts: as of a step that took this much of a second as
 HALF_TOLD = 1.0  # seconds: a step this long tells half of what a long one tells
 ALIKE = {True: 1.0, False: 0.15}  # how much a step tells of one of the same kind, and of another
 PARALLEL = frozenset({"rays", "shadows", "paths"})
-EDIT = "edit"  # how much an edit touches is not foreseen
+ALONE = frozenset({"edit", "once"})  # what takes its time whatever the rest does
 BOTH_PARALLEL = 0.4  # of steps of different kinds which processors share
 SHORT = 0.1  # seconds: shorter steps tell nothing
 EARLY = 0.07  # of a step: so much of it done is as good a guide to its length as the forecast
@@ -28,8 +28,8 @@ class Step:
     ----------
     name : as callbacks report it, or `Overall.begin` says it
     seconds : forecast; only ratios matter once some steps are done
-    kind : steps of one kind are slower or faster than foreseen together; "edit": what depends on what an
-        edit touches, which tells nothing of other steps
+    kind : steps of one kind are slower or faster than foreseen together; "edit", what depends on what
+        an edit touches, and "once" tell nothing of other kinds
     parts : stages that are reported within it
     """
 
@@ -93,6 +93,14 @@ class Overall:
         """From now on these steps follow the present one."""
         with self._lock:
             self._ahead = list(steps)
+
+    def revise(self, steps: Iterable[Step]) -> None:
+        """The next steps of these names are foreseen anew; nothing is added."""
+        with self._lock:
+            names = [step.name for step in self._ahead]
+            for step in steps:
+                if step.name in names:
+                    self._ahead[names.index(step.name)] = step
 
     def begin(self, name: str) -> None:
         """The step of this name begins; for those that report nothing themselves."""
@@ -188,7 +196,7 @@ def _pace(kind: str, told: list[_Told]) -> float:
 
 
 def _likeness(kind: str, other: str) -> float:
-    if kind != other and EDIT in (kind, other):
+    if kind != other and not ALONE.isdisjoint((kind, other)):
         return 0.0
     if kind != other and kind in PARALLEL and other in PARALLEL:
         return BOTH_PARALLEL

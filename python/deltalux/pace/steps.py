@@ -17,6 +17,7 @@ MORE_RAYS = 1.2  # where light is noisy samples cast more than they are told
 PILOT_RAYS = 0.25  # of a sample's, to see how noisy it is
 THREADS = 0.8  # so many threads to the power of this are as fast
 SIMPLE = 5.75  # depth of the simplest scene that was measured
+EDGES = 0.018  # share of pixels at edges in the simplest scene
 POINT = 0.1  # of a luminous surface: a lamp without extent
 PILOTS = frozenset({"ray map", "estimate"})  # what tries methods out reports these
 
@@ -32,6 +33,7 @@ class Counts:
     lights : luminous surfaces, and a tenth of those without extent, which take a single shadow ray
     suns : how many
     pixels : of a picture; 0 = pictures show samples
+    edges : share of the pixels that lie at edges of surfaces; None = not known yet
     threads : that work together
     """
 
@@ -42,6 +44,7 @@ class Counts:
     lights: float = 4
     suns: int = 0
     pixels: int = 960 * 600
+    edges: float | None = None
     threads: int = 1
 
     @property
@@ -104,7 +107,7 @@ def opening(stored: Stored, calibrated: bool = True) -> list[Step]:
         Step("index triangles", 0.01 + 8e-7 * c.triangles),
         Step("disc radii", 1e-7 * c.samples),
         Step("discs", 0.02 + 6e-7 * c.depth * c.samples),
-        Step("pilot", 0.05),
+        Step("pilot", 0.05, "once"),
         _planning(),
         Step("restore segments", 5e-9 * (stored.size - stored.ray_bytes), "disk"),
         Step("cover cells", 0.05 + 2e-6 * c.triangles),
@@ -125,7 +128,7 @@ def baking(counts: Counts, calibrated: bool = True) -> list[Step]:
     if not c.rays:
         steps.append(Step("openness", 2e-6 * c.depth * c.samples, "rays"))
     steps += [
-        Step("pilot", 0.05),
+        Step("pilot", 0.05, "once"),
         Step("find windows", 0.3 * c.suns, "paths"),
         _planning(),
         Step("trace paths", _path(c) * c.paths, "paths"),
@@ -144,11 +147,11 @@ def baking(counts: Counts, calibrated: bool = True) -> list[Step]:
 
 def _calibrating(calibrated: bool) -> Step:
     """The first session of a build on a machine measures what tests cost there."""
-    return Step("calibrate", 0.0 if calibrated else 0.9, parts=PILOTS)
+    return Step("calibrate", 0.0 if calibrated else 0.9, "once", PILOTS)
 
 
 def _planning() -> Step:
-    return Step("plan", 0.05, parts=PILOTS)
+    return Step("plan", 0.05, "once", PILOTS)
 
 
 def updating(counts: Counts) -> list[Step]:
@@ -172,13 +175,14 @@ def recomputing(counts: Counts) -> list[Step]:
 def drawing(counts: Counts, rays: int = 0) -> list[Step]:
     """To draw a picture in which every pixel has its own light, of so many rays each."""
     c, rays = counts, rays or min(counts.rays or 192, 192)
-    # The more there is to see, the less light can be spread between pixels, and the dearer rays are.
-    gathered = 2.8e-6 * (c.depth / SIMPLE) ** 2.2 * c.pixels * rays / 192
+    # Unless it is known what is seen: the more triangles, the more edges.
+    edges = EDGES * (c.depth / SIMPLE) ** 1.9 if c.edges is None else c.edges
+    dear = c.pixels * rays / 192 * _ray(c)
     steps = [
-        Step("view", 0.3 + 5e-7 * c.pixels + 1e-6 * c.triangles),
+        Step("view", 0.3 + 7e-7 * c.pixels + 1e-6 * c.triangles),
         Step("direct light", (1.4e-6 + 0.35 * _shadow(c)) * c.pixels, "shadows"),
-        Step("indirect light", 1.6e-6 * c.pixels + gathered, "rays"),
-        Step("edges", 7e-7 * c.pixels + 0.5 * gathered, "rays"),
+        Step("indirect light", 1.6e-6 * c.pixels + (4 + 50 * edges + 400 * edges**2) * dear, "rays"),
+        Step("edges", 6e-7 * c.pixels + (8 * edges + 600 * edges**2) * dear, "rays"),
         Step("finish picture", 6e-7 * c.pixels),
     ]
     return _timed(steps, c)
@@ -193,7 +197,7 @@ def writing(counts: Counts, suffixes: Sequence[str]) -> list[Step]:
             continue
         if suffix == ".png" and counts.pixels and counts.rays:
             steps += drawing(counts)
-        one = {".png": 1.2, ".glb": 8e-6 * counts.samples}.get(suffix, 3e-6 * counts.samples)
+        one = {".png": 1.0, ".glb": 8e-6 * counts.samples}.get(suffix, 3e-6 * counts.samples)
         steps.append(Step(f"write {suffix}", 0.05 + one))
     return steps
 

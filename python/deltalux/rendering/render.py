@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -94,6 +95,7 @@ def render_session(
     size: tuple[int, int] = SIZE,
     rays: int | None = None,
     edge_rays: int = EDGE_RAYS,
+    edges_known: Callable[[float], object] | None = None,
 ) -> Rendering:
     """Find the light at each pixel's surface point: direct by shadow rays, indirect by final gather.
 
@@ -108,6 +110,8 @@ def render_session(
     size : (width, height) in pixels
     rays : to gather along at a place, see `Session.at`; None = as the session does, at most 192
     edge_rays : places in a pixel at an edge, besides its middle
+    edges_known : is told, before any light is asked for, which share of the pixels lies at edges of
+        surfaces; time depends most on it
 
     Raises
     ------
@@ -124,7 +128,7 @@ def render_session(
     surfaces = Surfaces(scene, display, session.poses, session.options["threads"] or 0)
     everywhere = np.ones(len(display.points))  # where it is light is not known yet
     camera = camera or scene_camera(scene) or automatic_camera(surfaces, everywhere, size[0] / size[1])
-    return _Work(surfaces, light, camera, size).rendering(edge_rays)
+    return _Work(surfaces, light, camera, size).rendering(edge_rays, edges_known)
 
 
 def check_size(size: tuple[int, int], memory_limit: int | None = None) -> None:
@@ -161,12 +165,16 @@ class _Work:
     def __init__(self, surfaces: Surfaces, light: PointLight, camera: Camera, size: tuple[int, int]) -> None:
         self._surfaces, self._light, self._camera, self._size = surfaces, light, camera, size
 
-    def rendering(self, edge_rays: int) -> Rendering:
+    def rendering(self, edge_rays: int, edges_known: Callable[[float], object] | None) -> Rendering:
         width, height = self._size
         wide, high = padded(self._size)
         y, x = np.divmod(np.arange(wide * high), wide)
         grid = self._look(x + 0.5, y + 0.5)
         inside = ((y < height) & (x < width)).nonzero()[0]
+        seen = grid.at(inside)
+        apart = self._apart(seen)
+        if edges_known:
+            edges_known(float(self._beside_any(apart).mean()))
         found = []
         for name, light, fineness in (
             ("direct light", self._light.direct, STRAIGHT),
@@ -176,9 +184,8 @@ class _Work:
             values, asked = spread(grid, (wide, high), light, fineness)
             found.append(values[inside])
         (direct, indirect), gathered = found, int(asked.sum())
-        seen = grid.at(inside)
         pixel = np.arange(width * height)
-        edges = np.flatnonzero(self._edges(seen, direct))
+        edges = np.flatnonzero(self._edges(seen, apart, direct))
         if edge_rays and len(edges):
             self._light.begin("edges", 2)
             more, number = self._inside(edges, edge_rays)
@@ -195,20 +202,31 @@ class _Work:
     def _look(self, x: np.ndarray, y: np.ndarray) -> Seen:
         return look(self._surfaces, self._camera, self._size, x, y)
 
-    def _edges(self, seen: Seen, direct: np.ndarray) -> np.ndarray:
+    def _apart(self, seen: Seen) -> list[np.ndarray]:
+        """(pairs,) bool for each of `neighbours`: the two show different surfaces."""
+        found = []
+        for pairs in neighbours(self._size):
+            a, b = (seen.at(side.ravel()) for side in pairs)
+            found.append((a.hit | b.hit) & (~alike(a, b) | (a.material != b.material) | (a.mesh != b.mesh)))
+        return found
+
+    def _beside_any(self, apart: list[np.ndarray]) -> np.ndarray:
+        """(pixels,) bool: one of a pair that is told apart."""
+        found = np.zeros(self._size[0] * self._size[1], dtype=bool)
+        for pairs, own in zip(neighbours(self._size), apart, strict=True):
+            for side in pairs:
+                found[side.ravel()[own]] = True
+        return found
+
+    def _edges(self, seen: Seen, apart: list[np.ndarray], direct: np.ndarray) -> np.ndarray:
         """(pixels,) bool: a neighbour shows another surface, or other direct light."""
         bright = direct.sum(axis=1)
         floor = 0.02 * bright[seen.hit].mean() if seen.hit.any() else 0.0
-        found = np.zeros(len(seen), dtype=bool)
-        for pairs in neighbours(self._size):
-            first, second = (side.ravel() for side in pairs)
-            a, b = seen.at(first), seen.at(second)
-            other = (a.hit | b.hit) & (~alike(a, b) | (a.material != b.material) | (a.mesh != b.mesh))
-            e, f = bright[first], bright[second]
-            other |= np.abs(e - f) > CONTRAST * np.maximum(0.5 * (e + f), floor)
-            found[first] |= other
-            found[second] |= other
-        return found
+        either = []
+        for pairs, own in zip(neighbours(self._size), apart, strict=True):
+            e, f = (bright[side.ravel()] for side in pairs)
+            either.append(own | (np.abs(e - f) > CONTRAST * np.maximum(0.5 * (e + f), floor)))
+        return self._beside_any(either)
 
     def _inside(self, pixels: np.ndarray, count: int) -> tuple[Seen, np.ndarray]:
         """More places in each of `pixels`, and their pixels' numbers."""
