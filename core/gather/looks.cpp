@@ -378,8 +378,7 @@ Looks::PerRay Looks::per_ray() const {
 }
 
 double Looks::forecast_working_bytes(size_t samples, double rays, const PerRay& per_ray) {
-  constexpr double kGrown = 1.75;  // vectors double when they are full; some cast more rays
-  return kGrown * double(std::min(samples, kPortion)) * rays *
+  return double(std::min(samples, kPortion)) * rays *
          (sizeof(Found::Ray) + per_ray.chains * sizeof(Found::Chained) +
           per_ray.vertices * sizeof(Vertex));
 }

@@ -11,6 +11,7 @@
 #include "samples/placement.h"
 #include "update/landings.h"
 #include "update/session.h"
+#include "update/session_parts.h"
 
 namespace deltalux::update {
 namespace {
@@ -19,11 +20,23 @@ constexpr size_t kTogether = size_t(1) << 22;  // rays between two looks at the 
 constexpr size_t kGrain = 64;
 constexpr size_t kBatch = size_t(1) << 16;  // points between two steps of progress
 constexpr size_t kReceivers = 4096;         // receivers that are looked at together, at most
+constexpr size_t kPlaces = 512;             // that tell about all, about
 constexpr uint64_t kPilotSeed = 0x70696c6f74212121ull;
 constexpr float kUnder = 1e-3f;  // metres: the surface of a point is within
 
 /// How many receivers of so many rays each are looked at together.
 size_t portion(uint32_t rays) { return std::clamp(kTogether / rays, kGrain, kReceivers); }
+
+/// What a few rays of these receivers tell about all of theirs.
+gather::Looks::PerRay few_rays(const gather::Present& present, uint64_t seed,
+                               const Workers& workers) {
+  constexpr uint32_t kRays = 32;
+  const std::vector<int8_t> as_told(present.receivers.size());
+  gather::Looks looks({as_told, kRays}, seed ^ kPilotSeed);
+  Progress part;
+  looks.cast(present, workers, part);
+  return looks.per_ray();
+}
 
 }  // namespace
 
@@ -176,8 +189,21 @@ void Session::choose_rays(const gather::Evaluation& now, Progress& progress) {
     progress.advance(count);
     progress.check();
   }
+  // Those that cast more rays or fewer than told may begin more chains than others.
+  const gather::RayCounts counts(s.guiding.doublings, rays);
+  std::vector<direct::Receiver> some;  // evenly among all rays
+  for (size_t i = 0; i < receivers_.size(); ++i)
+    if (counts.first(i + 1) * kPlaces >= some.size() * counts.all()) some.push_back(receivers_[i]);
+  const double all = double(counts.all());
+  const bool weighted = !s.guiding.empty();
+  const size_t before = forecast_.bytes;
+  forecast_.bytes =
+      size_t(double(before) +
+             all * few_rays(present(some, {}), s.options.seed, s.workers).bytes(weighted) -
+             ray_bytes(s, forecast_, all, weighted));
   // Where memory is short all samples cast the standard number, as was forecast.
-  if (fits({s.guiding.doublings, rays})) return;
+  if (fits(counts)) return;
+  forecast_.bytes = before;
   s.guiding.need = {};
   s.guiding.doublings.assign(receivers_.size(), 0);
 }
@@ -213,8 +239,6 @@ std::vector<gather::PilotLook> Session::pilot(std::span<const direct::Receiver> 
 }
 
 gather::Looks::PerRay Session::pilot_rays() const {
-  constexpr size_t kPlaces = 512;
-  constexpr uint32_t kRays = 32;
   const State& s = *state_;
   std::vector<Vec3f> points, normals;
   const size_t stride = std::max<size_t>(1, s.samples.size() / kPlaces);
@@ -225,11 +249,7 @@ gather::Looks::PerRay Session::pilot_rays() const {
     normals.push_back(pose.direction(s.samples.normal[i]));
   }
   const std::vector<direct::Receiver> receivers = receivers_at(points, normals);
-  const std::vector<int8_t> as_told(receivers.size());
-  gather::Looks looks({as_told, kRays}, s.options.seed ^ kPilotSeed);
-  Progress part;
-  looks.cast(present(receivers, {}), s.workers, part);
-  return looks.per_ray();
+  return few_rays(present(receivers, {}), s.options.seed, s.workers);
 }
 
 std::vector<int8_t> Session::doublings_of(std::span<const direct::Receiver> receivers,

@@ -25,13 +25,6 @@ double expected_rays(const State& s) {
   return (1 + kMoreRays) * double(s.samples.size()) * double(s.options.gather_rays);
 }
 
-/// Of so many rays of all samples together.
-double ray_bytes(const State& s, const Forecast& forecast, double rays, bool weighted) {
-  const double told = double(s.samples.size()) * double(s.options.gather_rays);
-  return std::min(rays, told) * forecast.per_ray.bytes(weighted) +
-         std::max(0.0, rays - told) * gather::Looks::kAddedRays.bytes(weighted);
-}
-
 /// A caster over one object's own triangles, in its own space: outlines that do not depend on the
 /// pose, not even by rounding.
 scene::Scene local_scene(const scene::Scene& scene, uint32_t object) {
@@ -46,6 +39,12 @@ scene::Scene local_scene(const scene::Scene& scene, uint32_t object) {
 }
 
 }  // namespace
+
+double ray_bytes(const State& s, const Forecast& forecast, double rays, bool weighted) {
+  const double told = double(s.samples.size()) * double(s.options.gather_rays);
+  return std::min(rays, told) * forecast.per_ray.bytes(weighted) +
+         std::max(0.0, rays - told) * gather::Looks::kAddedRays.bytes(weighted);
+}
 
 Parts Session::place_parts(Progress& progress, std::span<const float> openness) {
   State& s = *state_;

@@ -4,6 +4,7 @@
 #include <deque>
 
 #include "plan/pilot.h"
+#include "update/session.h"
 
 namespace deltalux::update {
 
@@ -11,5 +12,8 @@ struct Parts {
   plan::Pilot still;
   std::deque<plan::Pilot> moving;  ///< like State::moving
 };
+
+/// What so many rays of all samples together are forecast to keep.
+double ray_bytes(const State& s, const Forecast& forecast, double rays, bool weighted);
 
 }  // namespace deltalux::update

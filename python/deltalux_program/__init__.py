@@ -12,6 +12,8 @@ import sys
 from typing import NoReturn
 
 CANCELLED = 130
+LONG = frozenset({"bake", "update", "render"})  # verbs that go on to show a bar
+LOADING = b"loading libraries"
 
 
 def main() -> NoReturn:
@@ -20,8 +22,13 @@ def main() -> NoReturn:
     listening = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if listening:
         signal.signal(signal.SIGINT, _leave)
+    waiting = sys.stderr.isatty() and not LONG.isdisjoint(sys.argv) and {"-q", "--quiet"}.isdisjoint(sys.argv)
+    if waiting:
+        os.write(2, LOADING + b"\r")
     from deltalux.cli import run
 
+    if waiting:
+        os.write(2, b" " * len(LOADING) + b"\r")
     try:
         if listening:
             signal.signal(signal.SIGINT, signal.default_int_handler)

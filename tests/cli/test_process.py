@@ -70,6 +70,18 @@ def test_progress_appears_on_a_terminal(room: Path) -> None:
     assert b"%" in shown
 
 
+def test_a_terminal_is_told_at_once_that_libraries_are_loaded(tmp_path: Path) -> None:
+    master, terminal = pty.openpty()
+    with subprocess.Popen([*PROGRAM, "update", tmp_path / "none.dlx"], stderr=terminal) as process:
+        os.close(terminal)
+        loaded = Path(f"/proc/{process.pid}/maps").read_text
+        first = os.read(master, 65536)
+        assert "_core" not in loaded()
+        assert first.startswith(b"loading libraries")
+    os.close(master)
+    assert process.returncode == 1
+
+
 def listen_to_interrupts() -> None:
     """A job in the background of a script starts with Ctrl-C ignored."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
