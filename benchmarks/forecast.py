@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """How near the forecasts of memory and time come: forecast over true, over sizes of scenes and sessions.
 
-    PYTHONPATH=python python benchmarks/forecast.py --at-most 30
+    PYTHONPATH=python python benchmarks/forecast.py
     PYTHONPATH=python python benchmarks/forecast.py office atrium room.glb
 
 Without names: halls with 10^4 to 10^6 triangles, 10^4 to 10^6 samples and 10^5 to 10^7 paths, each with and

@@ -123,13 +123,13 @@ def baking(counts: Counts, calibrated: bool = True) -> list[Step]:
         _calibrating(calibrated),
         Step("index triangles", 0.01 + 8e-7 * c.triangles),
         Step("disc radii", 9 * _ray(c) * c.samples, "rays"),
-        Step("discs", 0.02 + 6e-7 * c.depth * c.samples, "rays"),
+        Step("discs", 0.02 + 6e-7 * c.depth * c.samples, "once"),
     ]
     if not c.rays:
         steps.append(Step("openness", 2e-6 * c.depth * c.samples, "rays"))
     steps += [
         Step("pilot", 0.05, "once"),
-        Step("find windows", 0.3 * c.suns, "paths"),
+        Step("find windows", 0.4 * c.suns, "once"),
         _planning(),
         Step("trace paths", _path(c) * c.paths, "paths"),
         Step("direct light", _shadow(c) * c.samples, "shadows"),
@@ -139,7 +139,7 @@ def baking(counts: Counts, calibrated: bool = True) -> list[Step]:
             Step("cover cells", 0.05 + 2e-6 * c.triangles, "rays"),
             Step("find bright places", 0.025 * c.depth, "rays"),
             Step("find noisy places", 1.35 * PILOT_RAYS * _ray(c) * c.samples * c.rays, "rays"),
-            Step("share rays", 3e-8 * c.all_rays, "rays"),
+            Step("share rays", 4e-8 * c.all_rays, "once"),
             Step("look around", _ray(c) * c.all_rays, "rays"),
         ]
     return _timed(steps, c)
@@ -197,7 +197,9 @@ def writing(counts: Counts, suffixes: Sequence[str]) -> list[Step]:
             continue
         if suffix == ".png" and counts.pixels and counts.rays:
             steps += drawing(counts)
-        one = {".png": 1.0, ".glb": 8e-6 * counts.samples}.get(suffix, 3e-6 * counts.samples)
+        one = {".png": 1.0, ".glb": 6e-6 * (counts.samples + counts.triangles)}.get(
+            suffix, 3e-6 * counts.samples
+        )
         steps.append(Step(f"write {suffix}", 0.05 + one))
     return steps
 
