@@ -174,6 +174,7 @@ def run(
             if not stored:
                 session.bake()
             counts = replace(counts_of_session(session), pixels=pixels)
+            progress.begin("view")
             rendering = render_session(
                 session, camera=chosen, size=size, rays=rays, edges_known=edges_into(progress, counts, rays)
             )

@@ -141,6 +141,7 @@ def _draw(
     session: dl.Session, path: Path, words: Sequence[str], false_colour: bool, progress: Overall
 ) -> None:
     """Write a picture in which each pixel has its own light; that of samples is too coarse for shadows."""
+    progress.begin("view")
     rendering = render_session(session, edges_known=edges_into(progress, counts_of_session(session)))
     progress.begin("finish picture")
     picture = false_colour_picture(rendering) if false_colour else lit_picture(rendering)

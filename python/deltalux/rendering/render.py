@@ -122,7 +122,6 @@ def render_session(
     if session.options["gather"] == "off":
         raise OptionError('render: found a session of gather="off", expected one that gathers')
     light = PointLight(session, rays or min(int(session.options["gather"]), MOST_RAYS))
-    light.begin("view", 1)
     scene = present_scene(session)
     display = session.samples.display or refine(scene, spacing=COARSE)
     surfaces = Surfaces(scene, display, session.poses, session.options["threads"] or 0)
