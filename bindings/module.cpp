@@ -106,6 +106,7 @@ NB_MODULE(_core, m) {
       nb::arg("seconds"), "Sets how often long calls report progress (tests report more often).");
   python::bind_scene(m);
   python::bind_trace(m);
+  python::bind_samples(m);
   python::bind_estimate(m);
   python::bind_sphere_cache(m);
   python::bind_ray_map(m);

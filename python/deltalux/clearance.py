@@ -8,14 +8,11 @@ from itertools import product
 
 import numpy as np
 
+from .covered_places import covered_places
 from .display_mesh import DisplayMesh
 from .scene import Scene
 from .surfaces import Surfaces
 
-DIRECTIONS = 12
-NEEDED = 3  # rays that must be free; where two boxes touch, one may seem so
-LIFT = 1e-3  # of the spacing; where a ray leaves the surface
-CONTACT = 0.1  # of the spacing; a gap this narrow counts as closed
 TOWARDS_MIDDLE = (0.5, 1.0)  # where open places are looked for: from the vertex to a triangle's middle
 MAX_FACES = 8  # triangles around a vertex that are tried
 
@@ -108,19 +105,8 @@ def covered_samples(surfaces: Surfaces) -> np.ndarray:
 
 
 def _covered(surfaces: Surfaces, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    spacing = surfaces.display.spacing
-    tangent = np.cross(normals, np.where(np.abs(normals[:, :1]) < 0.7, [1.0, 0, 0], [0, 1.0, 0]))
-    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
-    bitangent = np.cross(normals, tangent)
-    origins = points + LIFT * spacing * normals
-    open_rays = np.zeros(len(points), dtype=np.int64)
-    for index in range(DIRECTIONS):
-        left = np.flatnonzero(open_rays < NEEDED)
-        share, turn = (index + 0.5) / DIRECTIONS, 2.399963 * index  # the golden angle
-        across, up = np.sqrt(share), np.sqrt(1 - share)
-        direction = (
-            across * (np.cos(turn) * tangent[left] + np.sin(turn) * bitangent[left]) + up * normals[left]
-        )
-        hits = surfaces.intersect(origins[left], direction)
-        open_rays[left] += ~hits.hit | (hits.facing & (hits.distance > CONTACT * spacing))
-    return open_rays < NEEDED
+    def is_open(origins: np.ndarray, directions: np.ndarray, contact: float) -> np.ndarray:
+        hits = surfaces.intersect(origins, directions)
+        return ~hits.hit | (hits.facing & (hits.distance > contact))
+
+    return covered_places(points, normals, surfaces.display.spacing, is_open)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from .contact_cuts import cut_at_contacts
 from .errors import OptionError, SceneError
 from .scene import Scene
 from .sharing import Sharing
@@ -326,10 +327,13 @@ def _fitting_spacing(scene: Scene, base: _Base, spacing: float, max_samples: int
 
 def _refined(scene: Scene, base: _Base, spacing: float, max_samples: int) -> DisplayMesh:
     points, triangles, parent = split_long_edges(base.points, base.triangles, spacing, max_samples)
+    static = np.array([not m.movable for m in scene.meshes])[base.mesh]
+    cut = cut_at_contacts(points, triangles, parent, base.triangles, static, base.mesh, spacing, max_samples)
+    points, triangles, parent = cut.points, cut.triangles, parent[cut.source]
     mesh = base.mesh[parent]
     faces = Faces(points, triangles)
     angles = np.array([max(m.smooth_angle, COPLANAR_ANGLE) for m in scene.meshes])
-    joined, links = smooth_edges(faces, np.cos(np.radians(angles))[mesh], len(points))
+    joined, links = smooth_edges(faces, np.cos(np.radians(angles))[mesh], len(points), cut.parted)
     vertex_of_corner, count = smoothing_groups(links, triangles.size)
     if count > max_samples:
         raise TooManyPoints
@@ -339,7 +343,7 @@ def _refined(scene: Scene, base: _Base, spacing: float, max_samples: int) -> Dis
     vertex_points = points[triangles.ravel()[corner]]
     vertex_mesh = mesh[corner // 3]
     normals = vertex_normals(faces, vertex_of_corner, corner)
-    moved = vertex_points + insets(faces, joined, vertex_of_corner, count, spacing)
+    moved = vertex_points + insets(faces, joined, cut.beside, vertex_of_corner, count, spacing)
     movable = np.array([m.movable for m in scene.meshes])
     arrays = {
         "points": vertex_points,

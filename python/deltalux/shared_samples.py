@@ -25,9 +25,9 @@ OFFSET = 0.37  # of a cube's edge: walls at round coordinates would lie in two l
 def shared(display: DisplayMesh, covered: np.ndarray, most: int = MOST_SAMPLES) -> DisplayMesh:
     """The display mesh with samples at some of its vertices only, where it has more vertices than `most`.
 
-    Vertices of one smooth piece of surface that lie in one cube and look the same way share the sample in
-    their midst; cubes are as small as `most` allows, and no larger than half the spacing, so that plain
-    surfaces, whose vertices refinement made, keep them all.
+    Vertices of one smooth piece of surface that lie together in one cube and look the same way share the
+    sample in their midst; cubes are as small as `most` allows, and no larger than half the spacing, so that
+    plain surfaces, whose vertices refinement made, keep them all.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def shared(display: DisplayMesh, covered: np.ndarray, most: int = MOST_SAMPLES) 
     """
     if len(display.points) <= most:
         return display
-    piece = _pieces(display)
+    piece = _joined(*_edges(display), len(display.points))  # smooth pieces of surface
     edge, group = _grouped(display, piece, covered, most)
     vertices = np.sort(_middles(display, group))
     sharing = _weighted(display, piece, covered, group, vertices, edge)
@@ -46,10 +46,14 @@ def shared(display: DisplayMesh, covered: np.ndarray, most: int = MOST_SAMPLES) 
     return replace(display, sharing=sharing)
 
 
-def _pieces(display: DisplayMesh) -> np.ndarray:
-    """(n,) number of the smooth piece of surface that each vertex is part of."""
-    triangles, count = display.triangles, len(display.points)
-    one, two = triangles[:, (0, 1)].ravel(), triangles[:, (1, 2)].ravel()
+def _edges(display: DisplayMesh) -> tuple[np.ndarray, np.ndarray]:
+    """Both ends of the edges of all triangles."""
+    triangles = display.triangles
+    return triangles.ravel(), triangles[:, (1, 2, 0)].ravel()
+
+
+def _joined(one: np.ndarray, two: np.ndarray, count: int) -> np.ndarray:
+    """(count,) number of the connected part that each is in, of a graph with edges from `one` to `two`."""
     links = coo_matrix((np.ones(len(one), dtype=bool), (one, two)), shape=(count, count))
     return connected_components(links, directed=False)[1]
 
@@ -63,12 +67,16 @@ def _grouped(
     side = 2 * axis + (display.normals[np.arange(len(axis)), axis] > 0)
     like = 12 * piece.astype(np.int64) + 2 * side + covered
 
+    one, two = _edges(display)
+
     def groups(step: int) -> tuple[int, np.ndarray]:
         cube = np.floor(display.points / edges[step] + OFFSET).astype(np.int64)
         order = np.lexsort((*cube.T, like))
         keys = np.column_stack([like, cube])[order]
         number = np.zeros(len(keys), dtype=np.int64)
         number[order] = np.cumsum(np.r_[0, (keys[1:] != keys[:-1]).any(axis=1)])
+        within = number[one] == number[two]  # not across the foot of a partition
+        number = _joined(one[within], two[within], len(number))
         return int(number.max()) + 1, number
 
     low, high = 0, STEPS - 1  # the smallest that suffices lies between; few edges are tried
@@ -81,6 +89,24 @@ def _grouped(
         else:
             high = middle - 1
     return float(edges[low]), best
+
+
+def _close(display: DisplayMesh, group: np.ndarray, vertices: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """(k, j) bool: the groups of vertices (k,) and of others (k, j) are one or at most two steps apart.
+
+    What lies close in space may be far on the surface: behind a partition.
+    """
+    one, two = (group[ends] for ends in _edges(display))
+    count = int(group.max()) + 1
+    own = np.arange(count)
+    rows, columns = np.concatenate([one, two, own]), np.concatenate([two, one, own])
+    step = coo_matrix((np.ones(len(rows), dtype=bool), (rows, columns)), shape=(count, count)).tocsr()
+    near = step @ step
+    near.sort_indices()
+    reached = np.repeat(own, np.diff(near.indptr)) * count + near.indices
+    asked = group[vertices][:, None] * count + group[others]
+    at = np.minimum(np.searchsorted(reached, asked), len(reached) - 1)
+    return reached[at] == asked
 
 
 def _middles(display: DisplayMesh, group: np.ndarray) -> np.ndarray:
@@ -119,6 +145,7 @@ def _weighted(
     distance = np.linalg.norm(display.points[others][:, None] - display.points[there], axis=2) / edge
     turn = np.einsum("ki,kji->kj", display.normals[others], display.normals[there])
     serves = (apart[there] == apart[others][:, None]) & (turn > LARGEST_TURN) & (distance < REACH)
+    serves &= _close(display, group, others, there)
     serves[:, 1:] &= near[:, 1:] != near[:, :-1]
     bound = distance + np.sqrt(np.maximum(0.0, 1 - turn))
     weight = np.where(serves, (bound + LEAST_BOUND) ** -2.0, 0.0)

@@ -54,9 +54,14 @@ def shared_edges(triangles: np.ndarray, point_count: int) -> tuple[np.ndarray, n
 
 
 def smooth_edges(
-    faces: Faces, cosine: np.ndarray, point_count: int
+    faces: Faces, cosine: np.ndarray, point_count: int, parted: np.ndarray
 ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
     """Find edges over which shading is smooth.
+
+    Parameters
+    ----------
+    cosine : (m,), of the largest angle that is smooth
+    parted : (m, 3) bool, edges over which it is not, whatever the angle; of one of both triangles
 
     Returns
     -------
@@ -66,6 +71,7 @@ def smooth_edges(
     one, two = shared_edges(faces.triangles, point_count)
     normals = faces.normal
     smooth = np.einsum("ij,ij->i", normals[one // 3], normals[two // 3]) >= cosine[one // 3]
+    smooth &= ~(parted.ravel()[one] | parted.ravel()[two])
     one, two = one[smooth], two[smooth]
     joined = np.zeros(faces.triangles.size, dtype=bool)
     joined[one] = joined[two] = True
@@ -108,21 +114,34 @@ def vertex_normals(faces: Faces, vertex_of_corner: np.ndarray, corner: np.ndarra
 
 
 def insets(
-    faces: Faces, joined: np.ndarray, vertex_of_corner: np.ndarray, count: int, spacing: float
+    faces: Faces,
+    joined: np.ndarray,
+    beside: np.ndarray,
+    vertex_of_corner: np.ndarray,
+    count: int,
+    spacing: float,
 ) -> np.ndarray:
-    """Move of each sample from its vertex into the faces around it; zero where they close around it."""
+    """Move of each sample from its vertex into the faces around it; zero where they close around it.
+
+    `beside` : (m, 3) bool, edges on whose other side the surface is covered: samples move to this one.
+    """
     open_corner = ~(joined & joined[:, (2, 0, 1)]).ravel()
     incomplete = np.zeros(count, dtype=bool)
     incomplete[vertex_of_corner[open_corner]] = True
+    led = (beside | beside[:, (2, 0, 1)]).ravel()
+    leads = np.zeros(count, dtype=bool)
+    leads[vertex_of_corner[led]] = True
+    incomplete |= leads
+    counts = led | ~leads[vertex_of_corner]
     # The integral of directions over a corner's sector: its bisector times 2 sin(angle / 2).
     # Summed over a plane fan, it bisects the whole fan, also a reflex one.
-    sector = faces.bisector * (2 * np.sin(faces.angle / 2))[..., None]
+    sector = faces.bisector * (2 * np.sin(faces.angle / 2) * counts.reshape(-1, 3))[..., None]
     inward = _sum_per_vertex(sector, vertex_of_corner, count)
 
     # Stay on the surface: walk inside one face, the one that looks most along that way.
     bisector = faces.bisector.reshape(-1, 3)
     along = np.einsum("ij,ij->i", bisector, inward[vertex_of_corner])
-    order = np.lexsort((along, vertex_of_corner))
+    order = np.lexsort((np.where(counts, along, -np.inf), vertex_of_corner))
     chosen = np.zeros(count, dtype=np.int64)
     chosen[vertex_of_corner[order]] = order
     normal = faces.normal[chosen // 3]

@@ -50,7 +50,7 @@ def split_long_edges(
         finished.append((active[final], source[final]))
         active, source, marked = active[~final], source[~final], marked[~final]
         points, middle = _halve(points, active, marked, max_points)
-        active, source = _split(points, active, source, marked, middle)
+        active, source = split_marked(points, active, source, marked, middle)
     all_triangles = np.concatenate([t for t, _ in finished]) if finished else triangles
     all_sources = np.concatenate([s for _, s in finished]) if finished else source
     order = np.argsort(all_sources, kind="stable")
@@ -72,10 +72,23 @@ def _halve(
     return np.concatenate([points, 0.5 * (points[low] + points[high])]), middle
 
 
-def _split(
+def split_marked(
     points: np.ndarray, triangles: np.ndarray, source: np.ndarray, marked: np.ndarray, middle: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Replace each triangle by two, three or four, by the number of its marked edges."""
+    """Replace each triangle by two, three or four, by the number of its marked edges.
+
+    Parameters
+    ----------
+    points : (n, 3)
+    triangles : (m, 3)
+    source : (m,) numbers that the parts keep
+    marked : (m, 3) bool, at least one edge (corner k to k + 1) of each triangle
+    middle : (m, 3), the point on each marked edge
+
+    Returns
+    -------
+    Triangles and their `source`, in no particular order.
+    """
     count = marked.sum(axis=1)
     pieces: list[np.ndarray] = []
     sources: list[np.ndarray] = []
@@ -90,10 +103,12 @@ def _split(
     (a, b, c), (ab, _, _) = _turned(triangles[one], middle[one], np.argmax(marked[one], axis=1))
     add(source[one], (a, ab, c), (ab, b, c))
 
-    # Turned so that the one unmarked edge is c-a; the shorter diagonal gives the better triangles.
+    # Turned so that the one unmarked edge is c-a; the shorter diagonal gives the better triangles. Of equal
+    # ones both windings of a triangle take the same.
     two = count == 2
     (a, b, c), (ab, bc, _) = _turned(triangles[two], middle[two], (np.argmin(marked[two], axis=1) + 1) % 3)
-    from_a = _squared(points[a] - points[bc]) < _squared(points[ab] - points[c])
+    one_way, other_way = _squared(points[a] - points[bc]), _squared(points[ab] - points[c])
+    from_a = (one_way < other_way) | ((one_way == other_way) & (a < c))
     add(
         source[two],
         (ab, b, bc),

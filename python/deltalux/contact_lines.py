@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where surfaces meet: lines on the triangles of a mesh along which others cross or stand on them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import _core
+from .vectors import normals_by_area, unit
+
+MOST_PER_TRIANGLE = 12  # lines; longer ones first
+IRRATIONAL = np.array([np.sqrt(0.2), np.sqrt(0.3), np.sqrt(0.5)])  # a direction like no other
+BEARING_STEP = 0.02  # radians; lines that differ by less, and lie on each other, are one
+
+
+@dataclass(frozen=True, eq=False)
+class ContactLines:
+    """Lines within triangles, ordered by triangle.
+
+    Parameters
+    ----------
+    triangle : (k,) int64
+    start : (k, 3), in the triangle's plane
+    along : (k, 3), unit, in that plane
+    length : (k,)
+    """
+
+    triangle: np.ndarray
+    start: np.ndarray
+    along: np.ndarray
+    length: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.triangle)
+
+    def those(self, which: np.ndarray) -> ContactLines:
+        """The lines of these numbers."""
+        return ContactLines(self.triangle[which], self.start[which], self.along[which], self.length[which])
+
+
+def contact_lines(
+    corners: np.ndarray,
+    face: np.ndarray,
+    faces: np.ndarray,
+    points: np.ndarray,
+    gap: float,
+    tolerance: float,
+) -> ContactLines:
+    """Find lines where faces cross triangles that are pieces of them, or end on them.
+
+    Parameters
+    ----------
+    corners : (m, 3, 3) of the triangles
+    face : (m,) int64, the one that each triangle is a piece of; it does not cross that one's
+        neighbours, which share an edge with it
+    faces : (f, 3, 3)
+    points : (f, 3) int64, numbers of the faces' corners; neighbours have two in common
+    gap : metres; what ends so close to a triangle's plane touches it
+    tolerance : metres; lines within it are one, shorter ones are none
+    """
+    origin = 0.5 * (faces.min(axis=(0, 1)) + faces.max(axis=(0, 1))) if len(faces) else np.zeros(3)
+    triangle, start, along, length = _core.contact_lines(
+        np.ascontiguousarray((corners - origin).reshape(-1, 9)),
+        face.astype(np.uint32),
+        np.ascontiguousarray((faces - origin).reshape(-1, 9)),
+        np.ascontiguousarray(points, np.uint32),
+        gap,
+        tolerance,
+    )
+    return _merged(corners, ContactLines(triangle.astype(np.int64), start + origin, along, length), tolerance)
+
+
+def _merged(corners: np.ndarray, lines: ContactLines, tolerance: float) -> ContactLines:
+    """Lines on one another as one; of each triangle the longest ones."""
+    if len(lines) == 0:
+        return lines
+    base = corners[lines.triangle]
+    right = unit(base[:, 1] - base[:, 0])
+    up = np.cross(unit(normals_by_area(base)), right)
+    x, y = (np.einsum("ki,ki->k", lines.along, axis) for axis in (right, up))
+    turned = (y < -1e-9) | ((np.abs(y) <= 1e-9) & (x < 0))
+    sign = np.where(turned, -1.0, 1.0)
+    bearing = np.arctan2(sign * y, sign * x)
+    along = lines.along * sign[:, None]
+    start = np.where(turned[:, None], lines.start + lines.length[:, None] * lines.along, lines.start)
+    from_corner = start - base[:, 0]
+    aside = np.cross(np.cross(right, up), along)
+    offset = np.einsum("ki,ki->k", from_corner, aside)
+    begin = np.einsum("ki,ki->k", from_corner, along)
+
+    key = np.stack([lines.triangle, np.rint(bearing / BEARING_STEP), np.rint(offset / tolerance)])
+    order = np.lexsort((begin, key[2], key[1], key[0]))
+    key, begin, length = key[:, order], begin[order], lines.length[order]
+    line = np.cumsum(np.r_[0, (key[:, 1:] != key[:, :-1]).any(axis=0)])
+    end = begin + length
+    # The farthest end so far on the same line: each line's values lie above the ones before.
+    step = 2 * (np.abs(begin).max() + length.max() + 1.0)
+    farthest = np.maximum.accumulate(end + line * step) - line * step
+    new = np.r_[True, (line[1:] != line[:-1]) | (begin[1:] > farthest[:-1] + tolerance)]
+    number = np.cumsum(new) - 1
+    last = np.r_[np.flatnonzero(new)[1:] - 1, len(new) - 1]
+    whole = farthest[last] - begin[new]
+    longest = np.lexsort((-length, number))[np.flatnonzero(new)]
+    triangle, chosen = lines.triangle[order][longest], order[longest]
+    start = start[chosen] + (begin[new] - begin[longest])[:, None] * along[chosen]
+
+    ranked = np.lexsort((-whole, triangle))
+    first = np.searchsorted(triangle[ranked], triangle[ranked])
+    kept = ranked[np.arange(len(ranked)) - first < MOST_PER_TRIANGLE]
+    kept = kept[np.lexsort((_rank(start[kept], along[chosen[kept]]), triangle[kept]))]
+    return ContactLines(triangle[kept], start[kept], along[chosen[kept]], whole[kept])
+
+
+def _rank(start: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """Numbers that are alike for one line on two triangles, so that both are cut along it first."""
+    one_way = along * np.where(along @ IRRATIONAL < 0, -1.0, 1.0)[:, None]
+    return (np.cross(start, one_way) + one_way) @ IRRATIONAL
