@@ -65,6 +65,7 @@ void run(nb::object callback, const std::function<void(Progress&)>& work);
 void bind_scene(nb::module_& m);
 void bind_trace(nb::module_& m);
 void bind_samples(nb::module_& m);
+void bind_direct(nb::module_& m);
 void bind_estimate(nb::module_& m);
 void bind_sphere_cache(nb::module_& m);
 void bind_ray_map(nb::module_& m);

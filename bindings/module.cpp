@@ -107,6 +107,7 @@ NB_MODULE(_core, m) {
   python::bind_scene(m);
   python::bind_trace(m);
   python::bind_samples(m);
+  python::bind_direct(m);
   python::bind_estimate(m);
   python::bind_sphere_cache(m);
   python::bind_ray_map(m);

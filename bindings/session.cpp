@@ -225,6 +225,10 @@ void bind_session(nb::module_& m) {
            [](const Session& s) {
              return read_array<double>(s, 3, [&](double* out) { s.read_irradiance(out); });
            })
+      .def("read_direct",
+           [](const Session& s) {
+             return read_array<double>(s, 3, [&](double* out) { s.read_direct(out); });
+           })
       .def(
           "read_packed",
           [](const Session& s, const std::array<double, 3>& weights, bool errors) {

@@ -84,6 +84,8 @@ class Session {
   void read(double* irradiance, double* standard_error) const;
   /// The same without errors, sooner.
   void read_irradiance(double* irradiance) const;
+  /// The part of that which comes straight from lamps.
+  void read_direct(double* irradiance) const;
   /// For displays, samples x 4: irradiance, and the standard error of its weighted sum, the
   /// channels' errors taken as correlated, or 0 without `errors`, which takes half of the time.
   void read_packed(const std::array<double, 3>& weights, bool errors, float* values) const;

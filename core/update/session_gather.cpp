@@ -5,6 +5,7 @@
 
 #include "base/random.h"
 #include "direct/light_by_need.h"
+#include "direct/receivers.h"
 #include "gather/find_beams.h"
 #include "gather/find_guides.h"
 #include "gather/slit.h"
@@ -334,20 +335,8 @@ std::optional<gather::Evaluation> Session::evaluation(bool errors) const {
 std::vector<direct::Receiver> Session::receivers_at(std::span<const Vec3f> points,
                                                     std::span<const Vec3f> normals) const {
   const State& s = *state_;
-  const float within = kUnder * s.gather->cells.metre();
-  std::vector<direct::Receiver> receivers(points.size());
-  s.workers.for_blocks(points.size(), kGrain, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      const Vec3f n = normalize(normals[i]);  // as samples are
-      const trace::Hit under = s.caster->closest(points[i] + n * within, -n, 0, 2 * within);
-      const uint32_t object = under.valid() ? s.scene.object_of(under.primitive) : scene::kNone;
-      const bool moves = under.valid() && s.scene.objects[object].movable;
-      receivers[i] = {points[i], n, moves ? object : scene::kNone,
-                      under.valid() ? s.scene.slack_of(under.primitive) : 0.0f,
-                      direct::place_key(points[i], n)};
-    }
-  });
-  return receivers;
+  return direct::receivers_at(s.scene, *s.caster, points, normals, kUnder * s.gather->cells.metre(),
+                              s.workers);
 }
 
 void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> normals,

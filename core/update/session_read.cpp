@@ -265,6 +265,13 @@ void Session::read_irradiance(double* irradiance) const {
   });
 }
 
+void Session::read_direct(double* irradiance) const {
+  const auto nothing = [](const gather::Evaluation&, size_t, double*, double*) {};
+  read_samples(false, nothing, [&](size_t i, const double* value, const double*) {
+    std::copy_n(value, 3, irradiance + 3 * i);
+  });
+}
+
 void Session::read_packed(const std::array<double, 3>& weights, bool errors, float* values) const {
   if (state_->gather)
     state_->gather->glance.stale = true;  // or the next one would show older light

@@ -58,6 +58,10 @@ class DisplayMesh:
     sharing : Sharing or None
         Samples at some of the vertices only, and which of them each vertex takes its light from;
         None: each vertex has its own sample, of the same number.
+    detail : (d,) int64 or None
+        Vertices that were added at edges of shadows: what they share with samples is their indirect light.
+    detail_length : float or None
+        Edges there were not halved below it, metres.
     """
 
     points: np.ndarray
@@ -72,6 +76,8 @@ class DisplayMesh:
     attached: np.ndarray
     spacing: float
     sharing: Sharing | None = None
+    detail: np.ndarray | None = None
+    detail_length: float | None = None
 
     @property
     def sample_vertices(self) -> np.ndarray:

@@ -13,6 +13,7 @@ from .display_mesh import BOTH, DisplayMesh, refine
 from .errors import OptionError
 from .lit_sides import lit_sides
 from .scene import Scene
+from .shadow_detail import with_detail
 from .shared_samples import shared
 from .units import FARTHEST
 from .vectors import unit
@@ -101,6 +102,7 @@ class Samples:
         display: DisplayMesh | None = None,
         sides: str = "auto",
         share: bool = True,
+        detail: float | str | None = None,
     ) -> Samples:
         """Samples on the vertices of the scene's display mesh, refined to `spacing` without cracks.
 
@@ -111,20 +113,24 @@ class Samples:
         ----------
         spacing : metres; None chooses from the scene's area
         radius : as in the constructor, or "spacing": half the spacing (paper 2.1)
-        display : a mesh that was made before; then `spacing`, `sides` and `share` do not count
+        display : a mesh that was made before; then `spacing`, `sides`, `share` and `detail` do not count
         sides : "auto", "front" or "both"
             Sides of the triangles that get samples. "auto" takes those that light reaches, found by
             a small pilot of static light paths with a seed of its own: both where a sheet is lit from
             both, the back where a room is wound outward. Without static lights it is the front.
             Movables get samples where they are seen from outside.
         share : False gives each vertex a sample of its own
+        detail : metres, "auto" or None
+            Refine the display mesh where shadows and pools of spots have edges, down to this length ("auto":
+            a quarter of the spacing), to at most twice the vertices. Those that are added have no samples:
+            `display.detail` names them, `Session.vertex_irradiance` tells their light.
 
         Raises
         ------
         OptionError
             For an unknown name, or a spacing that is not positive or needs too many samples.
         """
-        mesh = _display(scene, spacing, sides, share) if display is None else display
+        mesh = _display(scene, spacing, sides, share, detail) if display is None else display
         names = np.array([*(m.name for m in scene.meshes), None], dtype=object)
         if isinstance(radius, str):
             if radius != "spacing":
@@ -184,7 +190,11 @@ class Samples:
         return f"Samples({len(self)}, {moving} of them on movables)"
 
 
-def _display(scene: Scene, spacing: float | None, sides: str, share: bool) -> DisplayMesh:
+def _display(
+    scene: Scene, spacing: float | None, sides: str, share: bool, detail: float | str | None
+) -> DisplayMesh:
+    if detail is not None and not share:
+        raise OptionError("samples: found detail with share=False, expected share=True: what it adds shares")
     if sides not in SIDES:
         raise OptionError(f"samples: sides: found {sides!r}, expected one of {SIDES}")
     chosen = None
@@ -194,7 +204,8 @@ def _display(scene: Scene, spacing: float | None, sides: str, share: bool) -> Di
         chosen = np.full(sum(len(m.triangles) for m in scene.meshes), BOTH)
     mesh = refine(scene, spacing, sides=chosen)
     clearance = Clearance(scene, mesh)
-    return clearance.cleared(shared(mesh, clearance.covered) if share else mesh)
+    cleared = clearance.cleared(shared(mesh, clearance.covered) if share else mesh)
+    return with_detail(scene, cleared, detail)
 
 
 def _radius(radius: Any, count: int) -> np.ndarray:

@@ -20,11 +20,11 @@ from .results import Frame, Result
 from .samples import Samples
 from .scene import Mesh, Scene, rigid_pose
 from .segments import MAX_BOUNCES, Progress
-from .session_facts import SessionFacts
+from .session_vertices import SessionVertices
 from .units import PHOTOPIC_WEIGHTS
 
 
-class Session(SessionFacts):
+class Session(SessionVertices):
     """Global illumination of a scene at samples, kept exact under edits.
 
     Parameters

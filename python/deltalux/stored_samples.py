@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from .samples import Samples
 from .scene import Scene
 from .sharing import NEIGHBOURS, Sharing
 
-FIELDS = ("attached", "grid_shape", "spacing", "display_spacing", "sharing")
+FIELDS = ("attached", "grid_shape", "spacing", "display_spacing", "sharing", "detail")
 # Of the display mesh: dtype and columns.
 _VERTICES = {
     "points": ("<f8", 3),
@@ -42,6 +43,7 @@ def pack_samples(samples: Samples) -> dict[str, Any]:
         "spacing": None if samples.spacing is None else float(samples.spacing),
         "display_spacing": None if samples.display is None else float(samples.display.spacing),
         "sharing": samples.display is not None and samples.display.sharing is not None,
+        "detail": None if samples.display is None else samples.display.detail_length,
     }
 
 
@@ -64,6 +66,8 @@ def write_samples(samples: Samples, archive: ArchiveWriter) -> None:
             archive.add_array("sharing/vertices", "<i8", [sharing.vertices])
             archive.add_array("sharing/samples", "<i4", [sharing.samples], NEIGHBOURS)
             archive.add_array("sharing/weights", "<f4", [sharing.weights], NEIGHBOURS)
+        if samples.display.detail is not None:
+            archive.add_array("display/detail", "<i8", [samples.display.detail])
 
 
 def unpack_samples(data: Fields, scene: Scene, archive: ArchiveReader) -> Samples:
@@ -98,6 +102,11 @@ def unpack_samples(data: Fields, scene: Scene, archive: ArchiveReader) -> Sample
         if sharing is not None:
             _check_range("sharing/vertices", sharing.vertices, 0, vertices - 1)
         samples.display = _read_display(scene, vertices, spacing, archive, sharing)
+        if data.any("detail") is not None:
+            detail = archive.array("display/detail", "<i8")
+            _check_range("display/detail", detail, 0, vertices - 1)
+            length = data.number("detail", np.finfo(float).tiny)
+            samples.display = replace(samples.display, detail=detail, detail_length=length)
     return samples
 
 
@@ -116,7 +125,7 @@ def _read_sharing(count: int, archive: ArchiveReader) -> Sharing:
 def _read_display(
     scene: Scene, count: int, spacing: float, archive: ArchiveReader, sharing: Sharing | None
 ) -> DisplayMesh:
-    arrays = {
+    arrays: dict[str, Any] = {
         name: archive.array(f"display/{name}", dtype, count, columns)
         for name, (dtype, columns) in _VERTICES.items()
     }

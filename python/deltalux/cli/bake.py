@@ -12,6 +12,8 @@ from .console import Terminal
 from .inputs import open_scene
 from .jobs import bake_job, before_loading
 from .options import (
+    AUTO,
+    DetailOption,
     FalseColourOption,
     GatherOption,
     GridOption,
@@ -43,6 +45,7 @@ def run(
     gather: GatherOption = "auto",
     target_error: TargetErrorOption = None,
     spacing: SpacingOption = None,
+    detail: DetailOption = AUTO,
     grid: GridOption = None,
     radius: RadiusOption = None,
     seed: SeedOption = 1,
@@ -75,7 +78,7 @@ def run(
         keep_inputs(targets, loaded.files)
         terminal.warn(loaded.warnings)
         progress.begin("place samples")
-        samples, sets = make_samples(loaded, spacing, grid or (), radius)
+        samples, sets = make_samples(loaded, spacing, grid or (), radius, detail)
         session, frame = bake_scene(
             loaded,
             samples,

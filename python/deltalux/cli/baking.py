@@ -18,7 +18,7 @@ from deltalux.report import ClaimedError, SetSummary, advice, claimed_error, sum
 from deltalux.units import LUX
 
 from .jobs import after_rounds, bake_job, counts_of, grown
-from .options import Grid
+from .options import NONE, Grid
 
 # The next batch aims a little below the target, because the error of an error is some percent.
 AIM = 0.97
@@ -26,7 +26,11 @@ MOST = 1e6  # times less error takes the square of it in paths, more than any se
 
 
 def make_samples(
-    scene: dl.Scene, spacing: float | None, grids: Sequence[Grid], radius: float | None
+    scene: dl.Scene,
+    spacing: float | None,
+    grids: Sequence[Grid],
+    radius: float | None,
+    detail: float | str = NONE,
 ) -> tuple[dl.Samples, dict[str, np.ndarray] | None]:
     """Return samples on the surfaces, or on working planes when there are any.
 
@@ -35,7 +39,8 @@ def make_samples(
     samples, and the indices of each plane's samples by name (None without planes)
     """
     if not grids:
-        return dl.Samples.on_vertices(scene, spacing=spacing, radius=radius), None
+        own = None if detail == NONE else detail
+        return dl.Samples.on_vertices(scene, spacing=spacing, radius=radius, detail=own), None
     planes = [_plane(grid, radius) for grid in grids]
     starts = np.cumsum([0, *map(len, planes)])
     names = ["plane"] if len(planes) == 1 else [f"plane {i + 1}" for i in range(len(planes))]
@@ -146,13 +151,16 @@ def figures(
     sets : name -> indices of samples; None = `sample_sets`
     """
     irradiance, error = session.irradiance, session.standard_error
-    statistics = session.statistics
+    statistics, display = session.statistics, session.samples.display
     sets = sets or sample_sets(session)
     claimed = claimed_error(irradiance, error, session.samples.areas, sets)
     return {
         "unit": session.scene.unit,
         "samples": len(irradiance),
         "spacing": session.samples.spacing,
+        "vertices": None if display is None else len(display.points),
+        "detail": None if display is None else display.detail_length,
+        "detail_vertices": 0 if display is None or display.detail is None else len(display.detail),
         "paths": statistics["paths"],
         "gather": session.options["gather"],
         "segments": statistics["segments"],
@@ -188,6 +196,11 @@ def _notes(data: Mapping[str, Any]) -> list[str]:
     """What `figures` say about all samples together, as lines of text."""
     claimed = ClaimedError(**data["error"])
     lines = [f"samples at most {data['spacing']:.3g} m apart"] if data["spacing"] else []
+    if data["detail_vertices"]:
+        lines.append(
+            f"shown by {data['vertices']:,} vertices, {data['detail_vertices']:,} of them at edges of "
+            f"shadows, down to {data['detail']:.2g} m"
+        )
     if claimed.p90 > 0:
         worst = f", worst: {claimed.worst}" if len(claimed.sets) > 1 else ""
         lines.append(

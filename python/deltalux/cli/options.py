@@ -6,12 +6,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
 from deltalux.rendering import LARGEST
 
+AUTO, NONE = "auto", "none"  # of lengths: from the scene, and not at all
 LightUnits = Literal["spec", "blender-watts", "unitless"]
 _SIZES = {"": 1, "K": 2**10, "M": 2**20, "G": 2**30, "T": 2**40}
 
@@ -136,6 +137,11 @@ def parse_positive(text: str) -> float:
     return value
 
 
+def parse_detail(text: str) -> float | str:
+    """Parse a positive number, "auto" or "none"."""
+    return text if text in (AUTO, NONE) else parse_positive(text)
+
+
 def parse_bytes(text: str) -> int:
     """Parse a size in bytes with an optional K, M, G or T (powers of 1024)."""
     body = text.strip().upper().removesuffix("B").removesuffix("I")
@@ -226,6 +232,16 @@ SpacingOption = Annotated[
         parser=parse_positive,
         metavar="METRES",
         help="Distance between samples on the surfaces; from the scene's size when not given.",
+    ),
+]
+DetailOption = Annotated[
+    Any,  # metres, AUTO or NONE
+    typer.Option(
+        "--detail",
+        parser=parse_detail,
+        metavar="METRES",
+        help="Refine what is shown to this length where shadows and pools of spots have edges; a quarter of "
+        'the spacing when not given, "none" for no such refinement.',
     ),
 ]
 GridOption = Annotated[

@@ -12,9 +12,12 @@ import typer
 import deltalux as dl
 from deltalux.server import is_loopback
 
+from .baking import make_samples
 from .console import Terminal
 from .inputs import foreign_light, open_scene
 from .options import (
+    AUTO,
+    DetailOption,
     GatherOption,
     LightUnitsOption,
     MemoryLimitOption,
@@ -28,7 +31,17 @@ from .options import (
 )
 from .targets import SESSION
 
-OF_THE_BAKE = ("movable", "paths", "gather", "spacing", "radius", "seed", "memory_limit", "light_units")
+OF_THE_BAKE = (
+    "movable",
+    "paths",
+    "gather",
+    "spacing",
+    "detail",
+    "radius",
+    "seed",
+    "memory_limit",
+    "light_units",
+)
 
 SourceArgument = Annotated[
     str,
@@ -71,6 +84,7 @@ def run(
     paths: PathsOption = None,
     gather: GatherOption = "auto",
     spacing: SpacingOption = None,
+    detail: DetailOption = AUTO,
     radius: RadiusOption = None,
     seed: SeedOption = 1,
     threads: ThreadsOption = None,
@@ -106,7 +120,7 @@ def run(
         terminal.warn(foreign_light(session, source))
     else:
         scene = open_scene(source, movable, light_units)
-        samples = dl.Samples.on_vertices(scene, spacing=spacing, radius=radius)
+        samples, _ = make_samples(scene, spacing, (), radius, detail)
         session = dl.Session(
             scene, samples, paths=paths, gather=gather, seed=seed, threads=threads, memory_limit=memory_limit
         )

@@ -17,6 +17,7 @@ from deltalux.files import found_among
 from deltalux.scene import Camera, Scene
 from deltalux.units import LUX
 from deltalux.version import __version__
+from deltalux.vertex_light import add_detail
 
 QUANTITIES = {LUX: "illuminance"}
 
@@ -66,6 +67,7 @@ class Baked:
     poses : mapping of movable's name to pose or None
         Present poses; None = removed, missing = as loaded.
     gradient : (n, 3, 3) array or None
+    beyond : (d, 3) array or None, of `Session.direct_beyond_samples`
     grid : (rows, columns) or None
         Shape of a grid of samples, row by row.
     camera, exposure, false_colour, size, threads : options of pictures, see `images.render`
@@ -76,12 +78,18 @@ class Baked:
     display: DisplayMesh | None = None
     poses: Mapping[str, Any] = field(default_factory=dict)
     gradient: np.ndarray | None = None
+    beyond: np.ndarray | None = None
     grid: tuple[int, int] | None = None
     camera: Camera | None = None
     exposure: float | None = None
     false_colour: bool = False
     size: tuple[int, int] = (960, 600)
     threads: int = 0
+
+
+def vertex_irradiance(baked: Baked, display: DisplayMesh) -> np.ndarray:
+    """(v, 3) at the vertices of the display mesh."""
+    return add_detail(display.at_vertices(baked.result.irradiance).copy(), display, baked.beyond)
 
 
 def display_of(baked: Baked, output: str) -> DisplayMesh:

@@ -19,6 +19,7 @@ from deltalux.files import written_aside
 from deltalux.scene import Camera, Scene
 from deltalux.surfaces import CasterType, Surfaces, core_caster
 from deltalux.units import photopic
+from deltalux.vertex_light import add_detail
 
 from .baked import Baked, about_text, display_of, keep_inputs
 from .camera import automatic_camera, scene_camera
@@ -75,6 +76,7 @@ def render(
     rays_per_pixel: int = 4,
     threads: int = 0,
     caster: CasterType = core_caster,
+    beyond: np.ndarray | None = None,
 ) -> Picture:
     """Picture of the lit scene, or its photopic irradiance in false colours.
 
@@ -96,13 +98,14 @@ def render(
     rays_per_pixel : int
     threads : int, 0 = all
     caster : see `Surfaces`
+    beyond : (d, 3) or None, of `Session.direct_beyond_samples`
 
     Raises
     ------
     OptionError
         Where `irradiance` does not belong to `display`, or `size` is not positive.
     """
-    values = _checked_values(display, irradiance)
+    values = add_detail(_checked_values(display, irradiance).copy(), display, beyond)
     view = _view(scene, display, photopic(values), poses, camera, size, rays_per_pixel, threads, caster)
     values = shown_values(view.surfaces, values)
     if false_colour:
@@ -232,6 +235,7 @@ def write_png(path: str | os.PathLike[str], baked: Baked) -> None:
         picture = render(
             baked.scene, display_of(baked, ".png"), result.irradiance, poses=baked.poses, camera=baked.camera,
             size=baked.size, exposure=baked.exposure, false_colour=baked.false_colour, threads=baked.threads,
+            beyond=baked.beyond,
         )  # fmt: skip
     replace(picture, about=about_text(result)).save(path)
 

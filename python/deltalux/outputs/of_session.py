@@ -33,6 +33,7 @@ def baked_of(session: Session, command: str, false_colour: bool = False) -> Bake
         present_scene(session),
         session.samples.display,
         poses=session.poses,
+        beyond=session.direct_beyond_samples(),
         grid=session.samples.grid_shape,
         false_colour=false_colour,
         threads=session.options["threads"] or 0,

@@ -18,7 +18,7 @@ from deltalux.surfaces import Surfaces
 from deltalux.units import LUX
 from deltalux.version import __version__
 
-from .baked import Baked, about_text, display_of, keep_inputs
+from .baked import Baked, about_text, display_of, keep_inputs, vertex_irradiance
 from .camera import look_at
 from .covered import shown_values
 from .images import metered_exposure
@@ -48,7 +48,7 @@ def write_glb(path: str | os.PathLike[str], baked: Baked) -> None:
     keep_inputs(path, baked)
     display = display_of(baked, ".glb")
     surfaces = Surfaces(baked.scene, display, baked.poses, baked.threads)
-    irradiance = display.at_vertices(baked.result.irradiance)
+    irradiance = vertex_irradiance(baked, display)
     error = display.at_vertices(baked.result.standard_error)
     shown = shown_values(surfaces, irradiance)
     exposure = baked.exposure or _exposure(surfaces, shown, baked.camera)

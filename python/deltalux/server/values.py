@@ -13,6 +13,7 @@ from deltalux.display_mesh import DisplayMesh
 from deltalux.outputs.covered import RimFill, rim_fill
 from deltalux.session import Session
 from deltalux.surfaces import Surfaces
+from deltalux.vertex_light import add_detail
 
 BRIGHTEST = 2.0**12  # what the largest value becomes: room for 16 times as much in float16,
 LEAST, MOST = 2.0**6, 65504.0  # and what it may become before a new scale is worth a frame of all values
@@ -38,14 +39,18 @@ class Values:
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """What the vertices of a display mesh show: light of their samples, filled in at rims."""
+    """What the vertices of a display mesh show: light of their samples, filled in at rims.
+
+    `beyond` : (d, 3) or None, of `Session.direct_beyond_samples`
+    """
 
     display: DisplayMesh
     fill: RimFill
+    beyond: np.ndarray | None = None
 
     def __call__(self, values: np.ndarray) -> np.ndarray:
         """(n, c) of the vertices, a copy, from (s, c) of the samples."""
-        return self.fill(self.display.at_vertices(values))
+        return self.fill(add_detail(self.display.at_vertices(values).copy(), self.display, self.beyond))
 
 
 def shown_of(session: Session) -> Shown:
@@ -67,6 +72,10 @@ class Encoder:
     def __init__(self, shown: Callable[[np.ndarray], np.ndarray]) -> None:
         self._shown = shown
         self._scale = 1.0
+
+    def show(self, shown: Callable[[np.ndarray], np.ndarray]) -> None:
+        """From now on."""
+        self._shown = shown
 
     def encode(self, values: np.ndarray, revision: int, preview: bool) -> Values:
         """Encode the (s, 4) values of `Session.read_packed`."""

@@ -1,0 +1,291 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Display meshes refined at the edges of shadows and of spots' pools, where samples are too far apart."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from . import _core
+from .display_mesh import DisplayMesh
+from .errors import OptionError
+from .flatten import flatten
+from .scene import Scene, replace_scene
+from .sharing import NEIGHBOURS, Sharing
+from .smoothing import INSET_OF_SPACING
+from .subdivision import split_marked
+from .units import FARTHEST, PHOTOPIC_WEIGHTS
+from .vectors import same_places, unit
+
+SEED = 20070613  # of the shadow rays that decide; sessions may have any
+OF_SPACING = 0.25  # default of the smallest detail
+MOST_ADDED = 1.0  # of the vertices
+ROUNDS = 6
+CHANGE = 0.1  # of the light there, that it may be off an interpolated value
+DIM = 0.5  # of the mean of what is lit; dimmer light counts as if it were that
+
+Light = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+def with_detail(scene: Scene, display: DisplayMesh, detail: float | str | None) -> DisplayMesh:
+    """The display mesh, its static triangles refined where direct light is not linear within them.
+
+    Decided by the static lights among the static meshes alone, so that it does not depend on where movables
+    happen to stand; they are not refined themselves. Vertices that are added have no samples; they
+    share those of the triangle that they lie in.
+
+    Parameters
+    ----------
+    detail : metres, edges are not halved below it; "auto": a quarter of the spacing; None: as it is
+
+    Raises
+    ------
+    OptionError
+    """
+    if detail is None:
+        return display
+    if detail == "auto":
+        detail = OF_SPACING * display.spacing
+    if isinstance(detail, str) or not 0 < detail <= FARTHEST:
+        raise OptionError(f'detail: found {detail!r}, expected metres up to {FARTHEST:g}, "auto" or None')
+    lit = _static_light(scene)
+    return display if lit is None else _Refinement(display, lit, float(detail)).finished()
+
+
+def _static_light(scene: Scene) -> Light | None:
+    """Photopic direct light at places with normals; None in the dark."""
+    meshes = [m for m in scene.meshes if not m.movable]
+    lights = [light for light in scene.lights if light.attached_to is None]
+    static = replace_scene(scene, meshes=meshes, lights=lights)
+    if not static.groups or not any(len(m.triangles) for m in meshes):
+        return None
+    flat = flatten(static)
+    core = _core.DirectAt(flat.core, SEED, 0, None)
+
+    def light(points: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        where = np.ascontiguousarray(flat.points(points), np.float32)
+        return np.asarray(core.at(where, np.ascontiguousarray(normals, np.float32), None)) @ PHOTOPIC_WEIGHTS
+
+    return light
+
+
+class _Refinement:
+    """The mesh while it grows; vertices that are added come after the given ones."""
+
+    def __init__(self, display: DisplayMesh, light: Light, detail: float) -> None:
+        self.display, self.detail, self._light_at = display, detail, light
+        self.points, self.normals = display.points, display.normals
+        self.samples = display.sample_points  # where light is asked
+        self.mesh = display.vertex_mesh
+        self.shares = _shares(display)
+        count = len(self.points)
+        still = (display.attached[display.triangles] < 0).all(axis=1)
+        # Movables stay out: two places of theirs are never equal to others'.
+        self.place = np.arange(count)
+        static = np.flatnonzero(display.attached < 0)
+        self.place[static] = static[same_places(self.points[static])]
+        large = still & (self._lengths(display.triangles).max(axis=1) > detail)
+        touched = np.zeros(count, dtype=bool)
+        touched[self.place[display.triangles[large]]] = True
+        beside = still & (touched[self.place[display.triangles]].sum(axis=1) >= 2)
+        self.source = np.flatnonzero(beside)
+        self.triangles = display.triangles[beside]
+        self.open = large[beside]
+        self.light = np.full(count, np.nan)  # where it is not known
+        self._learn_light()
+        bright = self.light[self.light > 0]
+        self.dim = DIM * float(bright.mean()) if len(bright) else 0.0
+        self.most = count + int(MOST_ADDED * count)
+        if self.dim > 0:
+            for _ in range(ROUNDS):
+                if not self._halve_where_needed():
+                    break
+
+    def _learn_light(self) -> None:
+        """At all corners of open triangles."""
+        corners = np.unique(self.triangles[self.open])
+        corners = corners[np.isnan(self.light[corners])]
+        self.light[corners] = self._light_at(self.samples[corners], self.normals[corners])
+
+    def _lengths(self, triangles: np.ndarray) -> np.ndarray:
+        corners = self.points[triangles]
+        return np.linalg.norm(corners - corners[:, (1, 2, 0)], axis=2)
+
+    def _halve_where_needed(self) -> bool:
+        ends = _ends(self.triangles)
+        long = self._lengths(self.triangles) > self.detail
+        self.open &= long.any(axis=1)
+        rows = np.flatnonzero(self.open)
+        if len(rows) == 0 or len(self.points) >= self.most:
+            return False
+        self._learn_light()
+        corners = self.triangles[rows]
+        centre = self._light_at(self.samples[corners].mean(axis=1), unit(self.normals[corners].mean(axis=1)))
+        spots = np.column_stack([self.light[corners], centre])
+        # Edges are asked where light differs; what is small and far from all four spots is missed.
+        uneven = self._excess(np.ptp(spots, axis=1), *spots.T) > 1
+        rows, corners, centre = rows[uneven], corners[uneven], centre[uneven]
+        if len(rows) == 0:
+            return False
+        keys = ends[..., 0] * len(self.points) + ends[..., 1]
+        wanted = np.zeros(len(self.triangles), dtype=bool)
+        wanted[rows] = True
+        asked = np.unique(keys[wanted[:, None] & long])
+        a, b = np.divmod(asked, len(self.points))
+        middle = self._middles(a, b)
+        light = self._light_at(middle[1], middle[2])
+        off = self._excess(light - 0.5 * (self.light[a] + self.light[b]), light, self.light[a], self.light[b])
+
+        within = self._excess(centre - self.light[corners].mean(axis=1), centre, *self.light[corners].T)
+        excess = np.zeros(self.triangles.shape)
+        at = np.minimum(np.searchsorted(asked, keys), len(asked) - 1)
+        known = asked[at] == keys
+        excess[known] = off[at[known]]
+        longest = self._lengths(corners).argmax(axis=1)
+        np.maximum.at(excess, (rows, longest), within)
+        excess[~long] = 0.0
+        self.open[:] = False
+        return self._split(ends, keys, excess, {"asked": asked, "light": light})
+
+    def _excess(self, off: np.ndarray, *light: np.ndarray) -> np.ndarray:
+        """How far light is off what is interpolated, in units of what it may be."""
+        brightest = np.maximum.reduce(light)
+        return np.abs(off) / (CHANGE * (brightest + self.dim))
+
+    def _split(self, ends: np.ndarray, keys: np.ndarray, excess: np.ndarray, known: dict) -> bool:
+        """Halve the edges that need it most, as many as may be added, with the longest of their triangles."""
+        place = np.sort(self.place[ends], axis=-1)
+        count = len(self.points)
+        edge = place[..., 0] * count + place[..., 1]
+        # Of edges of one length all triangles take the same.
+        lengths = self._lengths(self.triangles) / self.detail
+        longest = (lengths.round(6) + 1e-7 * (edge / edge.max())).argmax(axis=1)
+        own = np.arange(len(edge))
+        limit = 1.0
+        worst = excess.max(axis=1)
+        while True:
+            needed = np.unique(edge[excess > limit])
+            marked = np.isin(edge, needed)
+            while True:  # the longest edge goes first, or triangles become slivers
+                more = marked.any(axis=1) & ~marked[own, longest]
+                if not more.any():
+                    break
+                needed = np.union1d(needed, edge[own, longest][more])
+                marked = np.isin(edge, needed)
+            new = np.unique(keys[marked])
+            if count + len(new) <= self.most:
+                break
+            above = worst[worst > limit]
+            limit = float(np.median(above)) if np.median(above) > limit else float(above.max(initial=limit))
+        if len(new) == 0:
+            return False
+        self._add(new, count, known)
+        middle = np.full(keys.shape, -1, dtype=np.int64)
+        middle[marked] = count + np.searchsorted(new, keys[marked])
+        touched = marked.any(axis=1)
+        rows, whole = np.flatnonzero(touched), np.flatnonzero(~touched)
+        parts, source = split_marked(self.points, self.triangles[rows], rows, marked[rows], middle[rows])
+        origin = np.concatenate([whole, source])
+        self.triangles = np.concatenate([self.triangles[whole], parts])
+        self.source = self.source[origin]
+        self.open = np.concatenate([np.zeros(len(whole), dtype=bool), np.ones(len(parts), dtype=bool)])
+        return True
+
+    def _middles(self, a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Points, where their light is asked, and normals; moved inward where both ends are."""
+        points = 0.5 * (self.points[a] + self.points[b])
+        inset_a, inset_b = self.samples[a] - self.points[a], self.samples[b] - self.points[b]
+        inset = 0.5 * (inset_a + inset_b)
+        inset[~(inset_a.any(axis=1) & inset_b.any(axis=1))] = 0.0
+        length = np.linalg.norm(inset, axis=1, keepdims=True)
+        most = INSET_OF_SPACING * self.display.spacing
+        inset *= np.minimum(1.0, most / np.maximum(length, np.finfo(float).tiny))
+        return points, points + inset, unit(self.normals[a] + self.normals[b])
+
+    def _add(self, new: np.ndarray, count: int, known: dict) -> None:
+        a, b = np.divmod(new, count)
+        points, samples, normals = self._middles(a, b)
+        light = np.zeros(len(new))
+        at = np.minimum(np.searchsorted(known["asked"], new), len(known["asked"]) - 1)
+        found = known["asked"][at] == new
+        light[found] = known["light"][at[found]]
+        light[~found] = self._light_at(samples[~found], normals[~found])
+        low, high = np.sort(self.place[np.stack([a, b])], axis=0)
+        _, first, place = np.unique(low * count + high, return_index=True, return_inverse=True)
+        self.place = np.concatenate([self.place, count + first[place]])
+        self.points = np.concatenate([self.points, points])
+        self.samples = np.concatenate([self.samples, samples])
+        self.normals = np.concatenate([self.normals, normals])
+        self.light = np.concatenate([self.light, light])
+        self.mesh = np.concatenate([self.mesh, self.mesh[a]])
+        samples, weights = _mixed(self.shares, a, b)
+        self.shares = np.concatenate([self.shares[0], samples]), np.concatenate([self.shares[1], weights])
+
+    def finished(self) -> DisplayMesh:
+        given, count = self.display, len(self.display.points)
+        if len(self.points) == count:
+            return given
+        # Vertices mesh by mesh, triangles in the order of those that they come from.
+        order = np.argsort(self.mesh, kind="stable")
+        number = np.argsort(order)
+        others = np.ones(len(given.triangles), dtype=bool)
+        others[self.source] = False
+        others_kept = np.flatnonzero(others)
+        source = np.concatenate([others_kept, self.source])
+        by_source = np.argsort(source, kind="stable")
+        triangles = np.concatenate([given.triangles[others_kept], self.triangles])[by_source]
+        source = source[by_source]
+        attached = np.concatenate([given.attached, np.full(len(self.points) - count, -1, np.int32)])
+        samples, weights = self.shares
+        arrays = {
+            "points": self.points[order],
+            "sample_points": self.samples[order],
+            "normals": self.normals[order],
+            "triangles": number[triangles],
+            "triangle_material": given.triangle_material[source],
+            "triangle_mesh": given.triangle_mesh[source],
+            "vertex_mesh": self.mesh[order],
+            "source_triangle": given.source_triangle[source],
+            "reversed": given.reversed[source],
+            "attached": attached[order],
+            "detail": np.sort(number[count:]),
+        }
+        sharing = Sharing(number[given.sample_vertices], samples[order], (weights[order]).astype(np.float32))
+        for array in (*arrays.values(), sharing.vertices, sharing.samples, sharing.weights):
+            array.setflags(write=False)
+        return replace(given, **arrays, sharing=sharing, detail_length=self.detail)
+
+
+def _ends(triangles: np.ndarray) -> np.ndarray:
+    """(m, 3, 2) ends of all edges, the lower number first."""
+    return np.sort(np.stack([triangles, triangles[:, (1, 2, 0)]], axis=-1), axis=-1)
+
+
+def _shares(display: DisplayMesh) -> tuple[np.ndarray, np.ndarray]:
+    """Samples and weights, both (n, 4), of each vertex."""
+    if display.sharing is not None:
+        return display.sharing.samples, display.sharing.weights.astype(np.float64)
+    count = len(display.points)
+    samples, weights = np.zeros((count, NEIGHBOURS), np.int32), np.zeros((count, NEIGHBOURS))
+    samples[:, 0], weights[:, 0] = np.arange(count), 1.0
+    return samples, weights
+
+
+def _mixed(
+    shares: tuple[np.ndarray, np.ndarray], a: np.ndarray, b: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Half the shares of vertices `a` and half of those of `b`, of the samples that count most."""
+    samples = np.concatenate([shares[0][a], shares[0][b]], axis=1)
+    weights = 0.5 * np.concatenate([shares[1][a], shares[1][b]], axis=1)
+    same = np.argsort(samples, axis=1, kind="stable")
+    samples, weights = np.take_along_axis(samples, same, 1), np.take_along_axis(weights, same, 1)
+    for k in range(1, samples.shape[1]):  # of equal samples the last has all
+        equal = samples[:, k] == samples[:, k - 1]
+        weights[equal, k] += weights[equal, k - 1]
+        weights[equal, k - 1] = 0.0
+    most = np.argsort(-weights, axis=1, kind="stable")[:, :NEIGHBOURS]
+    samples, weights = np.take_along_axis(samples, most, 1), np.take_along_axis(weights, most, 1)
+    samples[weights == 0] = 0
+    return samples, weights / weights.sum(axis=1, keepdims=True)
