@@ -15,7 +15,8 @@ from .vectors import normals_by_area, same_places, triangle_areas, unit
 SMALLEST = 0.5  # of the spacing, longest edge of triangles that are cut; light reaches no farther in others
 
 NARROWEST = 0.08  # of the spacing, height of triangles that are cut; on others all lines are one
-TOLERANCE = 0.02  # of the spacing; how far cuts may be off, and a gap that is none
+GAP = 0.1  # of the spacing, as of covered places: what ends so close to a surface stands on it
+TOLERANCE = 0.02  # of the spacing; how far cuts may be off
 ASIDE = 0.04  # of the spacing, how far beside a line is asked whether it is open
 SHORTEST = 0.25  # of the spacing, edges of three triangles at which light is parted
 MOST_ADDED = 0.5  # of the points, where they are many
@@ -55,7 +56,7 @@ def cut_at_contacts(
     tolerance = TOLERANCE * spacing
     number = np.cumsum(static) - 1
     places = same_places(points[: base.max() + 1])[base[static]]
-    lines = contact_lines(corners, number[parent[own]], faces, places, tolerance, tolerance)
+    lines = contact_lines(corners, number[parent[own]], faces, places, GAP * spacing, tolerance)
     normals = unit(normals_by_area(corners))[lines.triangle]
     sides = open_sides(lines, normals, faces, ASIDE * spacing, spacing)
     kept = np.flatnonzero(sides.any(axis=1))
