@@ -23,6 +23,7 @@ SEED = 20070613  # of the shadow rays that decide; sessions may have any
 OF_SPACING = 0.25  # default of the smallest detail
 MOST_ADDED = 1.0  # of the vertices
 ROUNDS = 6
+MOST_TESTS = 100_000_000  # of a place by an emitting triangle or lamp, before a round; beyond them it ends
 CHANGE = 0.1  # of the light there, that it may be off an interpolated value
 DIM = 0.5  # of the mean of what is lit; dimmer light counts as if it were that
 
@@ -51,7 +52,14 @@ def with_detail(scene: Scene, display: DisplayMesh, detail: float | str | None) 
     if isinstance(detail, str) or not 0 < detail <= FARTHEST:
         raise OptionError(f'detail: found {detail!r}, expected metres up to {FARTHEST:g}, "auto" or None')
     lit = _static_light(scene)
-    return display if lit is None else _Refinement(display, lit, float(detail)).finished()
+    most_asked = MOST_TESTS // max(1, _emitters(scene))
+    return display if lit is None else _Refinement(display, lit, float(detail), most_asked).finished()
+
+
+def _emitters(scene: Scene) -> int:
+    emissive = {m.name for m in scene.materials if m.emissive}
+    shining = (np.isin(m.material, list(emissive))[m.material_index].sum() for m in scene.meshes)
+    return len(scene.lights) + int(sum(shining))
 
 
 def _static_light(scene: Scene) -> Light | None:
@@ -74,8 +82,9 @@ def _static_light(scene: Scene) -> Light | None:
 class _Refinement:
     """The mesh while it grows; vertices that are added come after the given ones."""
 
-    def __init__(self, display: DisplayMesh, light: Light, detail: float) -> None:
+    def __init__(self, display: DisplayMesh, light: Light, detail: float, most_asked: int) -> None:
         self.display, self.detail, self._light_at = display, detail, light
+        self.may_ask = most_asked
         self.points, self.normals = display.points, display.normals
         self.samples = display.sample_points  # where light is asked
         self.mesh = display.vertex_mesh
@@ -94,6 +103,8 @@ class _Refinement:
         self.triangles = display.triangles[beside]
         self.open = large[beside]
         self.light = np.full(count, np.nan)  # where it is not known
+        if np.count_nonzero(self.open) > self.may_ask:
+            self.open[:] = False
         self._learn_light()
         bright = self.light[self.light > 0]
         self.dim = DIM * float(bright.mean()) if len(bright) else 0.0
@@ -118,7 +129,8 @@ class _Refinement:
         long = self._lengths(self.triangles) > self.detail
         self.open &= long.any(axis=1)
         rows = np.flatnonzero(self.open)
-        if len(rows) == 0 or len(self.points) >= self.most:
+        self.may_ask -= 2 * len(rows)  # corners, middles of edges and of the triangle
+        if len(rows) == 0 or len(self.points) >= self.most or self.may_ask < 0:
             return False
         self._learn_light()
         corners = self.triangles[rows]
