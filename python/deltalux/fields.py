@@ -38,6 +38,21 @@ class Fields:
         """An integer from `least` to `most`."""
         return self._take(name, _is_integer(self._values[name], least, most), f"an integer {least} to {most}")
 
+    def integers(self, name: str, least: int, most: int, count: int | None = None) -> list[int]:
+        """A list of integers from `least` to `most`, of `count` if given."""
+        value = self._values[name]
+        good = (
+            isinstance(value, list)
+            and count in (None, len(value))
+            and all(_is_integer(number, least, most) for number in value)
+        )
+        amount = "" if count is None else f"{count} "
+        return self._take(name, good, f"{amount}integers {least} to {most}")
+
+    def optional_number(self, name: str, least: float = -_FAR, most: float = _FAR) -> float | None:
+        """A number from `least` to `most`, or None."""
+        return None if self._values[name] is None else self.number(name, least, most)
+
     def number(self, name: str, least: float = -_FAR, most: float = _FAR) -> float:
         """A number from `least` to `most`."""
         good = _is_number(self._values[name], least, most)

@@ -10,8 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from .cameras import Camera
 from .errors import OptionError, SceneError
 from .frame import SceneFrame, coarse_places, scene_frame
+from .look import PLAIN, Look, checked_coordinates
 from .units import UNITS, photopic
 from .vectors import triangle_areas, unit, versine
 
@@ -66,6 +68,7 @@ class Material:
     emission : 3 floats, radiance (W/(sr m2)) or luminance (cd/m2) per channel, front side
     group : light group of the emission; None = the name of the mesh that carries it
     two_sided : emit from both sides
+    look : textures and transparency, for outputs alone
     """
 
     name: str
@@ -73,6 +76,7 @@ class Material:
     emission: Any = (0.0, 0.0, 0.0)
     group: str | None = None
     two_sided: bool = False
+    look: Look = PLAIN
 
     def __post_init__(self) -> None:
         what = f'material "{self.name}"'
@@ -109,6 +113,8 @@ class Mesh:
     movable : bool
     smooth_angle : float
         Vertices are shaded smoothly where faces meet at less than this, degrees.
+    coordinates : (m, 3, 2) float32 array or None
+        Texture coordinates of each triangle's corners, NaN where it has none; for outputs alone.
     """
 
     name: str
@@ -119,6 +125,7 @@ class Mesh:
     pose: Any = field(default_factory=lambda: np.eye(4))
     movable: bool = False
     smooth_angle: float = 35.0
+    coordinates: Any = None
 
     def __post_init__(self) -> None:
         what = f'mesh "{self.name}"'
@@ -138,6 +145,9 @@ class Mesh:
             raise SceneError(
                 f"{what}: material_index: found {int(index.max())}, expected 0 to {len(names) - 1}"
             )
+        if self.coordinates is not None:
+            found = checked_coordinates(self.coordinates, len(triangles), what)
+            object.__setattr__(self, "coordinates", found)
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "triangles", triangles)
         object.__setattr__(self, "material", names)
@@ -261,15 +271,6 @@ def _init(light: _PunctualLight, **fields: Any) -> None:
 
 
 Light = PointLight | SpotLight | SunLight
-
-
-@dataclass(frozen=True, eq=False)
-class Camera:
-    """A view: `pose` is camera to world (looks along -Z, Y up), `vertical_fov` in radians."""
-
-    name: str
-    pose: Any
-    vertical_fov: float = 0.9
 
 
 @dataclass(frozen=True, eq=False)

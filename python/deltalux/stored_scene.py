@@ -9,9 +9,12 @@ from typing import Any
 import numpy as np
 
 from .archive import ArchiveReader, ArchiveWriter
+from .cameras import Camera
 from .errors import FormatError
 from .fields import Fields
-from .scene import Camera, Light, Material, Mesh, Node, PointLight, Scene, SpotLight, SunLight
+from .scene import Light, Material, Mesh, Node, PointLight, Scene, SpotLight, SunLight
+from .stored_looks import FIELDS as LOOK_FIELDS
+from .stored_looks import pack_looks, unpack_looks, write_looks
 from .units import FARTHEST
 
 _LIGHTS: dict[str, tuple[type, tuple[str, ...]]] = {
@@ -23,12 +26,14 @@ _ANGLES = ("inner_angle", "outer_angle")
 _COMMON = ("kind", "name", "group", "attached_to")
 _MESH = ("name", "material", "pose", "movable", "smooth_angle", "vertices", "triangles")
 _MATERIAL = ("name", "reflectance", "emission", "group", "two_sided")
-_CAMERA = ("name", "pose", "vertical_fov")
+_CAMERA = ("name", "pose", "vertical_fov", "height", "aspect", "near", "far")
+_CAMERA_OF_14 = {"height": None, "aspect": None, "near": Camera.near, "far": None}  # what format 14 lacks
 _NODE = ("name", "parent", "matrix", "parts")
+_TINY = np.finfo(float).tiny
 _MOST = 2**31  # vertices or triangles of a mesh; the arrays hold no more than the file
 _FARTHEST_POSE = 2 * FARTHEST  # no session takes a mesh there; sums of such places cannot overflow
 
-FIELDS = ("unit", "warnings", "source", "meshes", "materials", "lights", "cameras", "nodes")
+FIELDS = ("unit", "warnings", "source", "meshes", "materials", "looks", "lights", "cameras", "nodes")
 
 
 def pack_scene(scene: Scene, folder: Path) -> dict[str, Any]:
@@ -59,11 +64,9 @@ def pack_scene(scene: Scene, folder: Path) -> dict[str, Any]:
             }
             for m in scene.materials
         ],
+        "looks": pack_looks(scene),
         "lights": [_pack_light(light) for light in scene.lights],
-        "cameras": [
-            {"name": c.name, "pose": np.asarray(c.pose).tolist(), "vertical_fov": float(c.vertical_fov)}
-            for c in scene.cameras
-        ],
+        "cameras": [_pack_camera(camera) for camera in scene.cameras],
         "nodes": [
             {"name": n.name, "parent": n.parent, "matrix": np.asarray(n.matrix).tolist(), "parts": n.parts}
             for n in scene.nodes
@@ -81,10 +84,20 @@ def _from_folder(source: Path, folder: Path) -> str:
 
 
 def write_scene(scene: Scene, archive: ArchiveWriter) -> None:
-    """Write the geometry of all meshes, one after the other."""
+    """Write the geometry of all meshes, one after the other, and how they look."""
     archive.add_array("meshes/vertices", "<f8", [m.vertices for m in scene.meshes], 3)
     archive.add_array("meshes/triangles", "<i8", [m.triangles for m in scene.meshes], 3)
     archive.add_array("meshes/material_index", "<i8", [m.material_index for m in scene.meshes])
+    write_looks(scene, archive)
+
+
+def _pack_camera(camera: Camera) -> dict[str, Any]:
+    numbers = {name: getattr(camera, name) for name in _CAMERA[2:]}
+    return {
+        "name": camera.name,
+        "pose": np.asarray(camera.pose).tolist(),
+        **{name: None if value is None else float(value) for name, value in numbers.items()},
+    }
 
 
 def _pack_light(light: Light) -> dict[str, Any]:
@@ -96,6 +109,16 @@ def _pack_light(light: Light) -> dict[str, Any]:
     raise TypeError(f"light of unknown type {type(light).__name__}")
 
 
+def upgraded_from_14(data: Any) -> None:
+    """Add to an index's entry of format 14 what it lacks; what is no such entry is refused later."""
+    if not isinstance(data, dict) or not isinstance(data.get("cameras"), list):
+        return
+    data["looks"] = None
+    for camera in data["cameras"]:
+        if isinstance(camera, dict):
+            camera |= _CAMERA_OF_14
+
+
 def unpack_scene(data: Fields, archive: ArchiveReader, folder: Path) -> Scene:
     """The scene of an index's entry and the arrays of a file in `folder`.
 
@@ -104,11 +127,14 @@ def unpack_scene(data: Fields, archive: ArchiveReader, folder: Path) -> Scene:
     FormatError, SceneError, OptionError
     """
     meshes = [_unpack_mesh(entry, archive) for entry in data.objects("meshes", _MESH)]
+    materials = [_unpack_material(entry) for entry in data.objects("materials", _MATERIAL)]
+    if data.any("looks") is not None:
+        meshes, materials = unpack_looks(data.child("looks", LOOK_FIELDS), meshes, materials, archive)
     sizes = {mesh.name: len(mesh.triangles) for mesh in meshes}
     source = data.optional_text("source")
     return Scene(
         meshes,
-        [_unpack_material(entry) for entry in data.objects("materials", _MATERIAL)],
+        materials,
         [_unpack_light(entry, f"index.scene.lights[{i}]") for i, entry in enumerate(_list(data, "lights"))],
         unit=data.text("unit"),
         cameras=[_unpack_camera(entry) for entry in data.objects("cameras", _CAMERA)],
@@ -163,7 +189,15 @@ def _unpack_light(entry: Any, where: str) -> Light:
 
 
 def _unpack_camera(entry: Fields) -> Camera:
-    return Camera(entry.text("name"), entry.numbers("pose", 4, 4), entry.number("vertical_fov"))
+    return Camera(
+        entry.text("name"),
+        entry.numbers("pose", 4, 4),
+        entry.number("vertical_fov"),
+        entry.optional_number("height", _TINY, FARTHEST),
+        entry.optional_number("aspect", _TINY),
+        entry.number("near", 0),
+        entry.optional_number("far", 0),
+    )
 
 
 def _unpack_node(entry: Fields, number: int, sizes: dict[str, int]) -> Node:

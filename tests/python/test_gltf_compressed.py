@@ -7,7 +7,7 @@ import deltalux as dl
 import numpy as np
 import pygltflib
 import pytest
-from builders.gltf import QUAD, QUAD_TRIANGLES, WIDTH_NAME, GltfBuilder
+from builders.gltf import QUAD, QUAD_TRIANGLES, WIDTH_NAME, GltfBuilder, png
 from deltalux import outputs
 from deltalux.io import decoder_process
 from deltalux.outputs.of_session import baked_of
@@ -112,6 +112,46 @@ def assert_square(scene):
 
 def test_draco(tmp_path):
     assert_square(dl.load(draco_builder().write(tmp_path)))
+
+
+UV = np.array([[0, 0], [1, 0], [0.75, 1], [0, 0.5]], np.float32)
+
+
+def with_texture(builder, coordinates, primitive):
+    """Give a primitive a picture, and texture coordinates by an accessor."""
+    pbr = {"baseColorTexture": {"index": builder.texture(png(np.full((2, 2, 3), 99, np.uint8)))}}
+    primitive |= {"material": builder.material(pbrMetallicRoughness=pbr)}
+    primitive["attributes"]["TEXCOORD_0"] = coordinates
+
+
+@pytest.mark.parametrize("also", [True, False])
+def test_draco_texture_coordinates(tmp_path, also):
+    builder = draco_builder()
+    (mesh,) = builder.json["meshes"]
+    (primitive,) = mesh["primitives"]
+    faces, options = QUAD_TRIANGLES.reshape(-1, 3).astype(np.uint32), {"preserve_order": True}
+    data = DracoPy.encode(QUAD, faces, tex_coord=UV.astype(np.float64), **options)
+    ids = {a["attribute_type"]: a["unique_id"] for a in DracoPy.decode(data).attributes}
+    attributes = {"POSITION": ids[0]} | ({"TEXCOORD_0": ids[3]} if also else {})
+    primitive["extensions"][DRACO] = {"bufferView": builder.view(data), "attributes": attributes}
+    builder.json["accessors"].append({"componentType": 5126, "count": 4, "type": "VEC2"})
+    with_texture(builder, 2, primitive)
+    (square,) = dl.load(builder.write(tmp_path)).meshes
+    if also:
+        np.testing.assert_allclose(square.coordinates, UV[QUAD_TRIANGLES].reshape(2, 3, 2), atol=1e-3)
+    else:
+        assert square.coordinates is None
+    primitive["extensions"][DRACO]["attributes"]["TEXCOORD_0"] = ids[0]
+    refuse(builder, tmp_path, "TEXCOORD_0 of shape (4, 3), expected two numbers for each of 4 vertices")
+
+
+def test_meshopt_texture_coordinates(tmp_path):
+    builder = meshopt_builder()
+    coordinates = builder.attributes(UV, 5126)
+    builder.json["accessors"][coordinates]["type"] = "VEC2"
+    with_texture(builder, coordinates, builder.json["meshes"][0]["primitives"][0])
+    (square,) = dl.load(builder.write(tmp_path)).meshes
+    np.testing.assert_array_equal(square.coordinates, UV[QUAD_TRIANGLES].reshape(2, 3, 2))
 
 
 @pytest.mark.parametrize("mode", ["TRIANGLES", "INDICES"])

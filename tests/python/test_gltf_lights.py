@@ -214,25 +214,3 @@ def test_no_light_is_told(tmp_path):
     builder.node(mesh=builder.quad())
     warnings = dl.load(builder.write(tmp_path)).warnings
     assert "no light: neither a luminous material nor a light of KHR_lights_punctual" in warnings
-
-
-def test_cameras(tmp_path):
-    builder = GltfBuilder()
-    builder.node(mesh=builder.quad())
-    builder.json["cameras"] = [
-        {"type": "perspective", "perspective": {"yfov": 0.8, "znear": 0.1}},
-        {"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1, "znear": 0, "zfar": 1}},
-        {"type": "perspective", "perspective": {"yfov": 4, "znear": 0.1}},
-    ]
-    inner = builder.node(root=False, camera=0, name="eye", rotation=DOWN)
-    builder.node(children=[inner], translation=[1, 2, 3], scale=[2, 2, 2])
-    builder.node(camera=1, name="plan")
-    builder.node(camera=2, name="fish")
-    scene = dl.load(builder.write(tmp_path))
-    (camera,) = scene.cameras
-    assert (camera.name, camera.vertical_fov) == ("eye", 0.8)
-    np.testing.assert_allclose(camera.pose[:3, :3].T @ camera.pose[:3, :3], np.eye(3), atol=1e-12)
-    np.testing.assert_allclose(-camera.pose[:3, 2], (0, -1, 0), atol=1e-12)
-    np.testing.assert_allclose(camera.pose[:3, 3], (1, 2, 3))
-    assert any("not perspective" in w and "plan" in w for w in scene.warnings)
-    assert any("field of view" in w and "fish" in w for w in scene.warnings)

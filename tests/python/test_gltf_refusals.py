@@ -75,7 +75,7 @@ BROKEN_JSON = {
     ),
     "positions of two": (
         lambda j: j["accessors"][0].update(type="VEC2"),
-        ["accessors[0].type: found 'VEC2'"],
+        ["accessors[0]: found type VEC2 of component type 5126, expected VEC3"],
     ),
     "unknown component type": (
         lambda j: j["accessors"][0].update(componentType=5130),

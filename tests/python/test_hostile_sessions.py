@@ -7,11 +7,14 @@ import io
 import json
 import warnings
 import zipfile
+from dataclasses import replace
 
 import deltalux as dl
 import numpy as np
 import pytest
+from builders.gltf import png
 from deltalux import snapshot
+from deltalux.look import Look, Texture
 from rooms import room, translation
 from session_files import read_parts, write_parts
 
@@ -20,7 +23,7 @@ from session_files import read_parts, write_parts
 def parts(tmp_path_factory):
     """Index and arrays of a file with everything: direct light by rays, pending work, a display mesh."""
     path = tmp_path_factory.mktemp("whole") / "whole.dlx"
-    scene = room(groups=3)
+    scene = with_texture(room(groups=3))
     samples = dl.Samples.on_vertices(scene, spacing=1.0, radius=0.2)
     options = {"paths": 300, "threads": 1, "segment_end": "bounded", "static_method": "disc_index"}
     with dl.Session(scene, samples, **options) as session:
@@ -29,6 +32,15 @@ def parts(tmp_path_factory):
         assert session.update(budget_ms=1e-6).done < 1
         snapshot.write(path, session)
     return read_parts(path)
+
+
+def with_texture(scene):
+    """The room with a picture on its walls."""
+    image = Texture(png(np.full((2, 2, 3), 99, np.uint8)), (0.5, 0.5, 0.5), offset=(0.5, 0.5))
+    materials = [replace(scene.materials[0], look=Look(image, None, "MASK")), *scene.materials[1:]]
+    coordinates = np.random.default_rng(1).uniform(-2, 2, (len(scene.meshes[0].triangles), 3, 2))
+    meshes = [replace(scene.meshes[0], coordinates=coordinates), *scene.meshes[1:]]
+    return dl.scene.replace_scene(scene, meshes=meshes, materials=materials)
 
 
 def use(session):
@@ -68,6 +80,14 @@ def set_field(value, *way):
 
 def set_array(name, array):
     return lambda index, arrays: arrays.__setitem__(name, array)
+
+
+def set_look(value, *way):
+    return set_field(value, "scene", "looks", *way)
+
+
+VIEW = {"name": "c", "pose": np.eye(4).tolist(), "vertical_fov": 1, "height": None, "aspect": None,
+        "near": 0, "far": None}  # fmt: skip
 
 
 HOSTILE = {
@@ -165,8 +185,48 @@ HOSTILE = {
         r"nodes\[0\].parts: found",
     ),
     "a camera of nothing": (
-        set_field([{"name": "c", "pose": [], "vertical_fov": 1}], "scene", "cameras"),
+        set_field([VIEW | {"pose": []}], "scene", "cameras"),
         r"cameras\[0\].pose: found",
+    ),
+    "a camera without height": (set_field([VIEW | {"height": 0}], "scene", "cameras"), r"height: found 0"),
+    "a camera too high": (set_field([VIEW | {"height": 1e99}], "scene", "cameras"), r"height: found 1e\+99"),
+    "a camera of no aspect": (set_field([VIEW | {"aspect": -1}], "scene", "cameras"), "aspect: found -1"),
+    "a camera behind": (set_field([VIEW | {"near": -1}], "scene", "cameras"), "near: found -1"),
+    "a camera that ends": (set_field([VIEW | {"far": "x"}], "scene", "cameras"), "far: found 'x'"),
+    "no look": (set_field(3, "scene", "looks"), "looks: found 3"),
+    "looks of few": (set_look([], "materials"), "looks.materials: found 0, expected"),
+    "an image beyond": (set_look([2**30, 5], "images"), "fewer rows than the index says"),
+    "an image below zero": (set_look([-5], "images"), "images: found"),
+    "an image of nothing": (set_look([0], "images"), "another format, expected PNG"),
+    "an image of something": (
+        lambda index, arrays: arrays.__setitem__("images", arrays["images"] + np.uint8(1)),
+        "another format, expected PNG",
+    ),
+    "images that nothing uses": (
+        lambda index, arrays: arrays.__setitem__("images", np.r_[arrays["images"], np.zeros(9, np.uint8)]),
+        'array "images" or a part of it',
+    ),
+    "an image too many": (set_look(1, "textures", 0, "image"), "image: found 1"),
+    "a bright mean": (set_look([1, 1, 1.5], "textures", 0, "mean"), "mean: found"),
+    "a wrap of another kind": (set_look([10497, 10498], "textures", 0, "wrap"), "sampler: found"),
+    "one wrap": (set_look([10497], "textures", 0, "wrap"), "wrap: found"),
+    "a wrap as a fraction": (set_look([10497, 10497.0], "textures", 0, "wrap"), "wrap: found"),
+    "a filter of another kind": (set_look(9987, "textures", 0, "mag_filter"), "sampler: found"),
+    "a filter as a text": (set_look("x", "textures", 0, "min_filter"), "min_filter: found 'x'"),
+    "an endless offset": (set_look([1e300, 0], "textures", 0, "offset"), r"offset: found \[1e\+300"),
+    "an endless rotation": (set_look(-1e300, "textures", 0, "rotation"), r"rotation: found -1e\+300"),
+    "a scale of one": (set_look([1], "textures", 0, "scale"), r"scale: found \[1\]"),
+    "a texture beyond": (set_look(2, "materials", 0, "colour"), "colour: found 2"),
+    "a texture below": (set_look(-2, "materials", 0, "glow"), "glow: found -2"),
+    "an alpha mode": (set_look("ADD", "materials", 0, "alpha_mode"), "alpha_mode: found 'ADD'"),
+    "an alpha beyond": (set_look(2, "materials", 0, "alpha"), "alpha: found 2"),
+    "a cutoff below": (set_look(-1, "materials", 0, "alpha_cutoff"), "alpha_cutoff: found -1"),
+    "a mesh beyond": (set_look([4], "meshes"), "meshes: found"),
+    "a mesh twice": (set_look([0, 0], "meshes"), "fewer rows than the index says"),
+    "endless coordinates": (set_entry("meshes/coordinates", "f4", 1, np.inf), "coordinates: found"),
+    "coordinates of others": (
+        set_array("meshes/coordinates", np.zeros((12, 5), "f4")),
+        r'"meshes/coordinates": found float32 of shape',
     ),
     "a grid beyond": (set_field([10**9, 10**9], "samples", "grid_shape"), "grid_shape: found 1000000000"),
     "no spacing": (set_field(-1, "samples", "display_spacing"), "display_spacing: found -1"),

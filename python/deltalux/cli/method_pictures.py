@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deltalux.cameras import Camera
 from deltalux.outputs.camera import automatic_camera, look_at, scene_camera
 from deltalux.outputs.covered import shown_values
 from deltalux.outputs.images import Picture, lit_picture, side_by_side
 from deltalux.outputs.view import View, camera_rays
-from deltalux.scene import Camera
 from deltalux.studies import MethodStudy
 from deltalux.surfaces import Surfaces
 
@@ -63,7 +63,8 @@ def _close_up(whole: View, classes: np.ndarray) -> Camera:
     centre = np.array([x[best] + wide / 2]), np.array([y[best] + tall / 2])
     origin, direction = camera_rays(whole.camera, whole.size, *centre)
     narrow = 2 * np.arctan(np.tan(whole.camera.vertical_fov / 2) / ZOOM)
-    return Camera("close-up", look_at(origin[0], origin[0] + direction[0]), float(narrow))
+    low = None if whole.camera.height is None else whole.camera.height / ZOOM
+    return Camera("close-up", look_at(origin[0], origin[0] + direction[0]), float(narrow), low)
 
 
 def sheets(views: Views, values: Mapping[str, np.ndarray]) -> tuple[Picture, Picture]:

@@ -24,16 +24,17 @@ FILTERS = {
 
 
 def draco(data: bytes, job: dict[str, Any]) -> list[np.ndarray]:
-    """Triangles (m, 3), and the attribute `position` (n, 3)."""
+    """Triangles (m, 3), and each of `attributes` (n, k)."""
     import DracoPy
 
     mesh = DracoPy.decode(data)
     if not isinstance(mesh, DracoPy.DracoMesh):
         raise ValueError("a point cloud")
-    for attribute in mesh.attributes:
-        if attribute["unique_id"] == job["position"]:
-            return [np.asarray(mesh.faces).reshape(-1, 3), np.asarray(attribute["data"])]
-    raise ValueError(f"no attribute {job['position']}")
+    found = {attribute["unique_id"]: np.asarray(attribute["data"]) for attribute in mesh.attributes}
+    for wanted in job["attributes"]:
+        if wanted not in found:
+            raise ValueError(f"no attribute {wanted}")
+    return [np.asarray(mesh.faces).reshape(-1, 3), *(found[wanted] for wanted in job["attributes"])]
 
 
 def meshopt(data: bytes, job: dict[str, Any]) -> list[np.ndarray]:

@@ -15,12 +15,13 @@ from .decoder_process import DecoderProcess
 from .diagnostics import element
 from .gltf_accessors import Accessors
 from .gltf_buffers import Buffers
+from .gltf_cameras import read_cameras
 from .gltf_document import Document, read_document
-from .gltf_lights import UNIT_OF, Lights, read_cameras
+from .gltf_lights import UNIT_OF, Lights
 from .gltf_materials import Materials
 from .gltf_movables import Ownership, assign_owners
 from .gltf_nodes import PlacedNode, place_nodes, rigid_inverse, rigid_part
-from .gltf_primitives import Primitives
+from .gltf_primitives import Primitives, joined_coordinates
 from .gltf_textures import Textures
 from .scene_size import require_memory_for_triangles
 
@@ -71,8 +72,10 @@ class _Assembly:
         self.document = document
         self.nodes = nodes
         self.ownership = ownership
-        self.primitives = Primitives(document, Accessors(document, buffers), buffers, decoder)
         self.materials = Materials(document, Textures(document, buffers))
+        self.primitives = Primitives(
+            document, Accessors(document, buffers), buffers, decoder, self.materials.coordinate_set
+        )
         self.lights = Lights(document, light_units)
         self.meshes: list[Mesh] = []
         self.kept: list[Node] = []
@@ -121,6 +124,7 @@ class _Assembly:
         default_group = None if name == self.nodes[root].name else self.nodes[root].name
         to_local = rigid_inverse(pose)
         vertices, triangles, index = [np.zeros((0, 3))], [np.zeros((0, 3), np.int64)], [np.zeros(0, np.int64)]
+        coordinates: list[np.ndarray | None] = [None]
         names: dict[str, int] = {}
         vertex_count = triangle_count = 0
         for k in members:
@@ -129,7 +133,8 @@ class _Assembly:
             parts: tuple[tuple[str, int, int], ...] = ((name, triangle_count, 0),) if k == root else ()
             if node.source.mesh is not None:
                 surface = self.primitives.surface(node.source.mesh)
-                points, corners = surface.placed(matrix)
+                points, corners, texels = surface.placed(matrix)
+                coordinates.append(texels)
                 parts = ((name, triangle_count, len(corners)),)
                 vertices.append(points)
                 triangles.append(corners + vertex_count)
@@ -147,6 +152,7 @@ class _Assembly:
                 np.concatenate(index),
                 pose,
                 movable,
+                coordinates=joined_coordinates(coordinates, [len(part) for part in triangles]),
             )
         )
 

@@ -20,9 +20,9 @@ COMPONENTS: dict[int, np.dtype] = {
     5125: np.dtype("<u4"),
     5126: np.dtype("<f4"),
 }
-WIDTHS = {"SCALAR": 1, "VEC3": 3}
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3}
 INDEX_COMPONENTS = (5121, 5123, 5125)
-POSITION_COMPONENTS = (5120, 5121, 5122, 5123, 5126)  # the integers are KHR_mesh_quantization's
+VECTOR_COMPONENTS = (5120, 5121, 5122, 5123, 5126)  # some of the integers are KHR_mesh_quantization's
 # Without a buffer view nothing bounds the count; a sparse accessor larger than this is no mesh.
 MAX_UNBACKED_COUNT = 1 << 22
 
@@ -40,7 +40,7 @@ class _Accessor:
 
 
 class Accessors:
-    """Reads vertex positions and vertex indices; errors name the accessor."""
+    """Reads vertex positions, texture coordinates and vertex indices; errors name the accessor."""
 
     def __init__(self, document: Document, buffers: Buffers) -> None:
         self._document = document
@@ -81,16 +81,38 @@ class Accessors:
     def positions_of(self, index: int, where: str, decoded: np.ndarray | None) -> np.ndarray:
         """(n, 3) float64 positions, of values `decoded` elsewhere or (None) of the accessor's own."""
         accessor = self._describe(index, where)
-        self._expect(accessor, "VEC3", POSITION_COMPONENTS)
-        with np.errstate(invalid="ignore"):  # NaN is refused below, with its place
-            values = (self._read(accessor) if decoded is None else decoded).astype(np.float64)
-        if accessor.source.normalized and accessor.dtype.kind != "f":
-            values = np.maximum(values / np.iinfo(accessor.dtype).max, -1.0)
+        values = self._vectors(accessor, "VEC3", decoded)
         finite = np.isfinite(values).all(axis=1)
         if not finite.all():
             bad = int(np.argmin(finite))
             raise malformed(accessor.place, f"{values[bad].tolist()} at vertex {bad}", "finite positions")
         values.setflags(write=False)
+        return values
+
+    def coordinates(self, index: int, where: str, vertex_count: int) -> np.ndarray:
+        """(n, 2) float32 texture coordinates, one for each vertex; NaN where they are not finite."""
+        self.count(index, where)
+        return self.coordinates_of(index, where, None, vertex_count)
+
+    def coordinates_of(
+        self, index: int, where: str, decoded: np.ndarray | None, vertex_count: int
+    ) -> np.ndarray:
+        """(n, 2) float32, of values `decoded` elsewhere or (None) of the accessor's own."""
+        accessor = self._describe(index, where)
+        if accessor.count != vertex_count:
+            raise malformed(
+                accessor.place, f"{accessor.count} elements", f"one for each of {vertex_count} vertices"
+            )
+        values = self._vectors(accessor, "VEC2", decoded).astype(np.float32)
+        return np.where(np.isfinite(values), values, np.float32(np.nan))
+
+    def _vectors(self, accessor: _Accessor, kind: str, decoded: np.ndarray | None) -> np.ndarray:
+        """Float64; what is not finite stays."""
+        self._expect(accessor, kind, VECTOR_COMPONENTS)
+        with np.errstate(invalid="ignore"):
+            values = (self._read(accessor) if decoded is None else decoded).astype(np.float64)
+        if accessor.source.normalized and accessor.dtype.kind != "f":
+            values = np.maximum(values / np.iinfo(accessor.dtype).max, -1.0)
         return values
 
     def indices(self, index: int, where: str, vertex_count: int) -> np.ndarray:
@@ -117,7 +139,7 @@ class Accessors:
         if source.componentType not in COMPONENTS:
             raise malformed(f"{place}.componentType", source.componentType, f"one of {list(COMPONENTS)}")
         if source.type not in WIDTHS:
-            raise malformed(f"{place}.type", repr(source.type)[:40], "SCALAR or VEC3")
+            raise malformed(f"{place}.type", repr(source.type)[:40], "SCALAR, VEC2 or VEC3")
         return _Accessor(place, source, COMPONENTS[source.componentType], WIDTHS[source.type])
 
     def _expect(self, accessor: _Accessor, kind: str, components: tuple[int, ...]) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""KHR_draco_mesh_compression: triangles and positions of one primitive, as its accessors declare them."""
+"""KHR_draco_mesh_compression: one primitive's triangles and vertices, as its accessors declare them."""
 
 from __future__ import annotations
 
@@ -39,13 +39,20 @@ class DracoPrimitives:
             primitive.attributes.POSITION, f"{place}.attributes.POSITION"
         )
 
-    def read(self, primitive: Any, place: str) -> tuple[np.ndarray, np.ndarray]:
-        """Positions (n, 3) and corners (k,), of which there are as many as declared."""
+    def read(
+        self, primitive: Any, place: str, coordinates: str | None
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+        """Positions (n, 3) and corners (k,), of which there are as many as declared, and (n, 2) coordinates.
+
+        `coordinates` names their attribute; None where there is none, or it is not compressed.
+        """
         source, where = primitive.extensions[NAME], f"{place}.extensions.{NAME}"
         declared = self.size(primitive, place)
         data = self._buffers.view(source["bufferView"], f"{where}.bufferView")
-        job = {"codec": "draco", "position": source["attributes"].POSITION}
-        triangles, points = self._decoder.decode(data, sum(declared), where, **job)
+        also = getattr(source["attributes"], coordinates, None) if coordinates else None
+        wanted = [source["attributes"].POSITION, *(() if also is None else (also,))]
+        decoded = self._decoder.decode(data, sum(declared), where, codec="draco", attributes=wanted)
+        triangles, points = decoded[:2]
         if (triangles.size, *points.shape) != (*declared, 3):
             raise malformed(
                 where,
@@ -58,4 +65,13 @@ class DracoPrimitives:
         corners = self._accessors.indices_of(
             primitive.indices, f"{place}.indices", triangles.ravel(), len(points)
         )
-        return points, corners
+        if also is None or coordinates is None:
+            return points, corners, None
+        if decoded[2].shape != (len(points), 2):
+            found = f"{coordinates} of shape {decoded[2].shape}"
+            raise malformed(where, found, f"two numbers for each of {len(points)} vertices")
+        accessor = getattr(primitive.attributes, coordinates)
+        texels = self._accessors.coordinates_of(
+            accessor, f"{place}.attributes.{coordinates}", decoded[2], len(points)
+        )
+        return points, corners, texels

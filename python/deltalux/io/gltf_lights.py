@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""KHR_lights_punctual and cameras of a glTF document.
+"""KHR_lights_punctual of a glTF document.
 
 What the numbers of lights mean is given by ``light_units``; the three values are the three modes of Blender's
 exporter (KhronosGroup/glTF-Blender-IO, issue 564 and pull request 1760).
@@ -29,12 +29,12 @@ from typing import Any
 
 import numpy as np
 
-from deltalux.scene import Camera, Light, PointLight, SpotLight, SunLight, punctual_power
+from deltalux.scene import Light, PointLight, SpotLight, SunLight, punctual_power
 from deltalux.units import LUX, WATTS_PER_SQUARE_METRE, photopic
 
 from .diagnostics import Notes, UniqueNames, element, malformed
 from .gltf_document import Document
-from .gltf_nodes import PlacedNode, rigid_part
+from .gltf_nodes import PlacedNode
 
 UNIT_OF = {"spec": LUX, "blender-watts": WATTS_PER_SQUARE_METRE, "unitless": WATTS_PER_SQUARE_METRE}
 # A candle gives 12 lm, a stadium floodlight 200,000 lm; a full moon 0.3 lx, the sun 130,000 lx.
@@ -149,22 +149,3 @@ def _note_range(
             "see --light-units",
             f"{name} {value:,.3g} {unit}",
         )
-
-
-def read_cameras(document: Document, nodes: list[PlacedNode]) -> list[Camera]:
-    """The perspective cameras of the scene; others are left out with a warning."""
-    names = UniqueNames()
-    cameras = []
-    for node in nodes:
-        if node.source.camera is None:
-            continue
-        source = element(document.gltf.cameras, node.source.camera, f"{node.place}.camera")
-        if source.perspective is None:
-            document.notes.add("cameras that are not perspective are left out", node.label)
-        elif not 0 < source.perspective.yfov < math.pi:
-            document.notes.add("cameras with a field of view outside 0 to pi are left out", node.label)
-        else:
-            cameras.append(
-                Camera(names.take(node.name), rigid_part(node.world), float(source.perspective.yfov))
-            )
-    return cameras

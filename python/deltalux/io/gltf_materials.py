@@ -8,22 +8,29 @@ from typing import Any
 
 import numpy as np
 
+from deltalux.look import ALPHA_MODES, PLAIN, Look, Texture
 from deltalux.scene import Material
 
 from .diagnostics import Notes, UniqueNames, malformed
 from .gltf_document import Document
-from .gltf_textures import Textures
+from .gltf_textures import TRANSFORM, Textures
 
 WHITE = 0.98  # nothing but a mirror reflects more; paths between such walls end late
 
 
+GLOSSY = "KHR_materials_pbrSpecularGlossiness"
+
+
 @dataclass(frozen=True)
-class _Look:
+class _Read:
+    """One material of the file, before light groups."""
+
     name: str
     reflectance: np.ndarray
     emission: np.ndarray
     group: str | None
     two_sided: bool
+    look: Look = PLAIN
 
 
 class Materials:
@@ -37,7 +44,7 @@ class Materials:
         self._document = document
         self._textures = textures
         self._names = UniqueNames()
-        self._looks: dict[int, _Look] = {}
+        self._found: dict[int, _Read] = {}
         self._made: dict[tuple[int, str | None], Material] = {}
 
     @property
@@ -50,68 +57,98 @@ class Materials:
 
         The node's extras.group comes before the material's, and that before `default_group`.
         """
-        look = self._look(index)
-        group = (node_group or look.group or default_group) if look.emission.any() else None
+        found = self._found_at(index)
+        group = (node_group or found.group or default_group) if found.emission.any() else None
         key = (index, group)
         if key not in self._made:
             # A material in several groups becomes several: the first keeps the name.
             first = all(made != index for made, _ in self._made)
-            name = look.name if first else self._names.take(f"{look.name} [{group or 'own'}]")
-            self._made[key] = Material(name, look.reflectance, look.emission, group, look.two_sided)
+            name = found.name if first else self._names.take(f"{found.name} [{group or 'own'}]")
+            self._made[key] = Material(
+                name, found.reflectance, found.emission, group, found.two_sided, found.look
+            )
         return self._made[key]
 
-    def _look(self, index: int) -> _Look:
-        if index not in self._looks:
-            self._looks[index] = self._read(index) if index >= 0 else self._default()
-        return self._looks[index]
+    def coordinate_set(self, index: int) -> int | None:
+        """Number of the texture coordinates that a material's textures use, None where it has no texture.
 
-    def _default(self) -> _Look:
+        Outputs show one set: that of the reflectance's texture, else of the emission's.
+        """
+        source = self._document.gltf.materials[index]
+        colour, _ = _base_colour(source)
+        return _set_of(colour or (source.emissiveTexture if any(source.emissiveFactor) else None))
+
+    def _found_at(self, index: int) -> _Read:
+        if index not in self._found:
+            self._found[index] = self._read(index) if index >= 0 else self._default()
+        return self._found[index]
+
+    def _default(self) -> _Read:
         self._document.notes.add("triangles without a material: glTF's default is white, reflectance 1")
-        return _Look(self._names.take("default"), np.ones(3), np.zeros(3), None, False)
+        return _Read(self._names.take("default"), np.ones(3), np.zeros(3), None, False)
 
-    def _read(self, index: int) -> _Look:
+    def _read(self, index: int) -> _Read:
         source, place = self._document.gltf.materials[index], f"materials[{index}]"
         name = self._names.take(source.name or f"material{index}")
         _note_unhonoured(source, name, self._document.notes)
-        reflectance = self._base_colour(source, place, name)
+        texture, factor = _base_colour(source)
+        if GLOSSY in source.extensions:
+            self._document.notes.add(f"{GLOSSY}: only the diffuse part is honoured", name)
+            texture_place = f"{place}.extensions.{GLOSSY}.diffuseTexture"
+        else:
+            texture_place = f"{place}.baseColorTexture"
+        colour, glow = self._texture(texture, texture_place, name), None
+        reflectance = np.clip(np.array(factor[:3]) * _mean(colour), 0.0, 1.0)
         strength = source.extensions.get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0)
         emission = np.array(source.emissiveFactor) * strength
         if (emission < 0).any():
             raise malformed(f"{place}: emission", emission.tolist(), "no negative channel")
         if emission.any():
-            emission = emission * self._mean(source.emissiveTexture, f"{place}.emissiveTexture", name)
+            glow = self._texture(source.emissiveTexture, f"{place}.emissiveTexture", name)
+            emission = emission * _mean(glow)
         if reflectance.max() > WHITE:
             self._document.notes.add(
                 f"materials reflect more than {WHITE:.0%}, as no real surface does", name
             )
-        return _Look(name, reflectance, emission, source.extras.get("group"), bool(source.doubleSided))
+        if _set_of(source.emissiveTexture) != self.coordinate_set(index):
+            glow = None
+        mode = source.alphaMode if source.alphaMode in ALPHA_MODES else PLAIN.alpha_mode
+        cutoff = PLAIN.alpha_cutoff if source.alphaCutoff is None else max(source.alphaCutoff, 0.0)
+        look = Look(colour, glow, mode, float(np.clip(factor[3], 0, 1)), cutoff)
+        return _Read(name, reflectance, emission, source.extras.get("group"), bool(source.doubleSided), look)
 
-    def _base_colour(self, source: Any, place: str, name: str) -> np.ndarray:
-        glossy = source.extensions.get("KHR_materials_pbrSpecularGlossiness")
-        if glossy is not None:
-            self._document.notes.add(
-                "KHR_materials_pbrSpecularGlossiness: only the diffuse part is honoured", name
-            )
-            factor, texture = glossy.get("diffuseFactor"), glossy.get("diffuseTexture")
-            texture_place = f"{place}.extensions.KHR_materials_pbrSpecularGlossiness.diffuseTexture"
-            texel = self._mean(texture, texture_place, name)
-        else:
-            pbr = source.pbrMetallicRoughness
-            factor = pbr.baseColorFactor if pbr else None
-            texel = self._mean(pbr.baseColorTexture if pbr else None, f"{place}.baseColorTexture", name)
-        return np.clip(np.array((factor or (1.0, 1.0, 1.0))[:3]) * texel, 0.0, 1.0)
-
-    def _mean(self, reference: Any, place: str, name: str) -> np.ndarray:
+    def _texture(self, reference: Any, place: str, name: str) -> Texture | None:
         if reference is None:
-            return np.ones(3)
+            return None
         self._document.notes.add("textures count with their mean colour", name)
-        return self._textures.mean(reference.index, place)
+        return self._textures.texture(reference, place)
+
+
+def _base_colour(source: Any) -> tuple[Any, list[float]]:
+    """Texture record (or None) and factor of what counts as diffuse."""
+    glossy = source.extensions.get(GLOSSY)
+    if glossy is not None:
+        texture, factor = glossy.get("diffuseTexture"), glossy.get("diffuseFactor")
+    else:
+        pbr = source.pbrMetallicRoughness
+        texture, factor = (pbr.baseColorTexture, pbr.baseColorFactor) if pbr else (None, None)
+    return texture, factor or [1.0] * 4
+
+
+def _set_of(reference: Any) -> int | None:
+    """Number of the set of texture coordinates that a texture record names."""
+    if reference is None:
+        return None
+    return reference.extensions.get(TRANSFORM, {}).get("texCoord", reference.texCoord or 0)
+
+
+def _mean(texture: Texture | None) -> np.ndarray:
+    return np.ones(3) if texture is None else texture.mean
 
 
 def _note_unhonoured(source: Any, name: str, notes: Notes) -> None:
     pbr = source.pbrMetallicRoughness
-    glossy = "KHR_materials_pbrSpecularGlossiness" in source.extensions
-    if not glossy and (pbr is None or pbr.metallicFactor > 0):
+    if GLOSSY not in source.extensions and (pbr is None or pbr.metallicFactor > 0):
         notes.add("metals count as diffuse", name)
     if source.alphaMode not in (None, "OPAQUE"):
         notes.add("transparency is not honoured: surfaces count as opaque", name)

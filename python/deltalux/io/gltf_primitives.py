@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,28 +26,38 @@ class Surface:
     """Triangles of one glTF mesh in the mesh's space.
 
     `vertices` (n, 3) float64; `triangles` (m, 3) int64; `materials` (m,) int64, the glTF material of each
-    triangle, -1 for glTF's default material.
+    triangle, -1 for glTF's default material; `coordinates` (m, 3, 2) float32, the texture coordinates of each
+    corner, NaN where a triangle needs or has none; None where none has any.
     """
 
     vertices: np.ndarray
     triangles: np.ndarray
     materials: np.ndarray
+    coordinates: np.ndarray | None = None
 
-    def placed(self, matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Vertices transformed by a 4x4 matrix, and triangles whose front stays the front."""
+    def placed(self, matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+        """Vertices transformed by a 4x4 matrix, triangles whose front stays the front, and coordinates."""
         with np.errstate(over="ignore", invalid="ignore"):
             vertices = self.vertices @ matrix[:3, :3].T + matrix[:3, 3]
-        mirrored = np.linalg.det(matrix[:3, :3]) < 0
-        return vertices, self.triangles[:, ::-1] if mirrored else self.triangles
+        corners = slice(None, None, -1 if np.linalg.det(matrix[:3, :3]) < 0 else 1)
+        coordinates = None if self.coordinates is None else self.coordinates[:, corners]
+        return vertices, self.triangles[:, corners], coordinates
 
 
 class Primitives:
     """Reads each glTF mesh once."""
 
     def __init__(
-        self, document: Document, accessors: Accessors, buffers: Buffers, decoder: DecoderProcess
+        self,
+        document: Document,
+        accessors: Accessors,
+        buffers: Buffers,
+        decoder: DecoderProcess,
+        coordinate_set: Callable[[int], int | None],
     ) -> None:
+        """`coordinate_set` tells of a material which set of texture coordinates it uses."""
         self._document = document
+        self._coordinate_set = coordinate_set
         self._accessors = accessors
         self._draco = DracoPrimitives(accessors, buffers, decoder)
         self._surfaces: dict[int, Surface] = {}
@@ -113,14 +124,26 @@ class Primitives:
             raise malformed(place, f"data compressed by {name} only", "plain accessors", remedy)
         return name == DRACO
 
-    def _corners(self, place: str, primitive: Any) -> tuple[np.ndarray, np.ndarray]:
-        """Positions, and the corners of the list, strip or fan."""
+    def _corners(self, place: str, primitive: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+        """Positions, the corners of the list, strip or fan, and the vertices' texture coordinates."""
+        name = self._coordinates_name(primitive)
         if self._is_compressed(place, primitive):
-            return self._draco.read(primitive, place)
+            return self._draco.read(primitive, place, name)
         points = self._accessors.positions(primitive.attributes.POSITION, f"{place}.attributes.POSITION")
+        coordinates = None
+        if name is not None:
+            accessor, where = getattr(primitive.attributes, name), f"{place}.attributes.{name}"
+            coordinates = self._accessors.coordinates(accessor, where, len(points))
         if primitive.indices is None:
-            return points, np.arange(len(points), dtype=np.int64)
-        return points, self._accessors.indices(primitive.indices, f"{place}.indices", len(points))
+            return points, np.arange(len(points), dtype=np.int64), coordinates
+        corners = self._accessors.indices(primitive.indices, f"{place}.indices", len(points))
+        return points, corners, coordinates
+
+    def _coordinates_name(self, primitive: Any) -> str | None:
+        """The attribute that the material's texture needs, None where it has none or that is absent."""
+        number = None if primitive.material is None else self._coordinate_set(primitive.material)
+        name = f"TEXCOORD_{number}"
+        return None if number is None or getattr(primitive.attributes, name, None) is None else name
 
     def _read(self, mesh: int) -> Surface:
         vertices, triangles, materials = (
@@ -128,10 +151,12 @@ class Primitives:
             [np.zeros((0, 3), np.int64)],
             [np.zeros(0, np.int64)],
         )
+        coordinates: list[np.ndarray | None] = []
         offset = 0
         for place, primitive in self._triangle_primitives(mesh):
-            points, corners = self._corners(place, primitive)
+            points, corners, texels = self._corners(place, primitive)
             own = _assemble(corners, primitive.mode, place)
+            coordinates.append(None if texels is None else texels[own])
             used, own = _compact(own, len(points))
             vertices.append(points if used is None else points[used])
             triangles.append(own + offset)
@@ -139,7 +164,25 @@ class Primitives:
                 np.full(len(own), -1 if primitive.material is None else primitive.material, np.int64)
             )
             offset += len(vertices[-1])
-        return Surface(np.concatenate(vertices), np.concatenate(triangles), np.concatenate(materials))
+        return Surface(
+            np.concatenate(vertices),
+            np.concatenate(triangles),
+            np.concatenate(materials),
+            joined_coordinates(coordinates, [len(own) for own in triangles[1:]]),
+        )
+
+
+def joined_coordinates(parts: list[np.ndarray | None], counts: list[int]) -> np.ndarray | None:
+    """(m, 3, 2) float32 of all parts, of `counts` triangles each; NaN for those without, None if all are."""
+    if all(part is None for part in parts):
+        return None
+    missing = np.float32(np.nan)
+    return np.concatenate(
+        [
+            np.full((count, 3, 2), missing) if part is None else part
+            for part, count in zip(parts, counts, strict=True)
+        ]
+    )
 
 
 def _assemble(corners: np.ndarray, mode: int, place: str) -> np.ndarray:

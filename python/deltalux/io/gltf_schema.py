@@ -127,7 +127,21 @@ def _shown(value: Any) -> Any:
     return repr(value[:40]) if isinstance(value, str) else value
 
 
-_TEXTURE = record({"index": integer}, required=("index",), make=gl.TextureInfo)
+_TEXTURE = record(
+    {"index": integer, "texCoord": integer},
+    required=("index",),
+    extensions={
+        "KHR_texture_transform": record(
+            {
+                "offset": list_of(number, 2),
+                "rotation": number,
+                "scale": list_of(number, 2),
+                "texCoord": integer,
+            }
+        )
+    },
+    make=gl.TextureInfo,
+)
 
 _SPARSE_INDICES = record(
     {"bufferView": integer, "byteOffset": integer, "componentType": integer},
@@ -183,6 +197,7 @@ _MATERIAL = record(
         "emissiveFactor": list_of(number, 3),
         "emissiveTexture": _TEXTURE,
         "alphaMode": text,
+        "alphaCutoff": number,
         "doubleSided": boolean,
     },
     extensions={
@@ -235,11 +250,20 @@ _LIGHT = record(
     required=("type",),
 )
 
+ORTHOGRAPHIC = ("xmag", "ymag", "znear", "zfar")
+
 _CAMERA = record(
     {
         "name": name,
         "type": text,
-        "perspective": record({"yfov": number}, required=("yfov",), make=gl.Perspective),
+        "perspective": record(
+            dict.fromkeys(("yfov", "aspectRatio", "znear", "zfar"), number),
+            required=("yfov",),
+            make=gl.Perspective,
+        ),
+        "orthographic": record(
+            dict.fromkeys(ORTHOGRAPHIC, number), required=ORTHOGRAPHIC, make=gl.Orthographic
+        ),
     },
     make=gl.Camera,
 )
@@ -259,12 +283,15 @@ GLTF = record(
         "materials": list_of(_MATERIAL),
         "textures": list_of(
             record(
-                {"source": integer},
+                {"source": integer, "sampler": integer},
                 extensions={"EXT_texture_webp": record({"source": integer})},
                 make=gl.Texture,
             )
         ),
         "images": list_of(record({"name": name, "uri": text, "bufferView": integer}, make=gl.Image)),
+        "samplers": list_of(
+            record(dict.fromkeys(("magFilter", "minFilter", "wrapS", "wrapT"), integer), make=gl.Sampler)
+        ),
         "accessors": list_of(_ACCESSOR),
         "bufferViews": list_of(_BUFFER_VIEW),
         "buffers": list_of(

@@ -1,27 +1,52 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Textures of a glTF document, each as its mean linear colour."""
+"""Textures of a glTF document: encoded images, their mean linear colour, samplers and transforms."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+
+from deltalux.look import MAG_FILTERS, MIN_FILTERS, WRAPS, Texture
 
 from .diagnostics import element, malformed
 from .gltf_buffers import Buffers, read_uri
 from .gltf_document import Document
 from .texels import FORMATS, MAX_FILE_BYTES, mean_linear_texel
 
+TRANSFORM = "KHR_texture_transform"
+
 
 class Textures:
-    """Averages each image once."""
+    """Reads and averages each image once."""
 
     def __init__(self, document: Document, buffers: Buffers) -> None:
         self._document = document
         self._buffers = buffers
-        self._means: dict[int, np.ndarray] = {}
+        self._images: dict[int, tuple[bytes, np.ndarray]] = {}
 
-    def mean(self, index: int, where: str) -> np.ndarray:
-        """(3,) mean of the linear texels; alpha is not regarded."""
+    def texture(self, reference: Any, where: str) -> Texture:
+        """What a material's record `reference` refers to; the mean does not regard alpha."""
+        index = reference.index
         texture = element(self._document.gltf.textures, index, f"{where}.index")
+        image, mean = self._image(texture, index)
+        sampler = None
+        if texture.sampler is not None:
+            sampler = element(self._document.gltf.samplers, texture.sampler, f"textures[{index}].sampler")
+        transform = reference.extensions.get(TRANSFORM, {})
+        return Texture(
+            image,
+            mean,
+            (_known(sampler, "wrapS", WRAPS), _known(sampler, "wrapT", WRAPS)),
+            _known(sampler, "magFilter", MAG_FILTERS),
+            _known(sampler, "minFilter", MIN_FILTERS),
+            tuple(transform.get("offset", (0.0, 0.0))),
+            transform.get("rotation", 0.0),
+            tuple(transform.get("scale", (1.0, 1.0))),
+        )
+
+    def _image(self, texture: Any, index: int) -> tuple[bytes, np.ndarray]:
+        """The encoded bytes and their (3,) mean linear texel."""
         webp = texture.extensions.get("EXT_texture_webp", {}).get("source")
         source = webp if webp is not None else texture.source
         if source is None:
@@ -29,7 +54,7 @@ class Textures:
             raise malformed(
                 f"textures[{index}]", others, f"an image of {' or '.join(FORMATS)}", "convert the texture"
             )
-        if source not in self._means:
+        if source not in self._images:
             image = element(self._document.gltf.images, source, f"textures[{index}].source")
             place = f"images[{source}]"
             if image.uri is not None:
@@ -38,5 +63,11 @@ class Textures:
                 data = bytes(self._buffers.view(image.bufferView, place))
             else:
                 raise malformed(place, "no data", "a uri or a bufferView")
-            self._means[source] = mean_linear_texel(data, place)
-        return self._means[source]
+            self._images[source] = data, mean_linear_texel(data, place)
+        return self._images[source]
+
+
+def _known(sampler: Any, name: str, values: tuple[Any, ...]) -> Any:
+    """A sampler's number, the first of `values` (the default) where it is none of them."""
+    number = getattr(sampler, name, None)
+    return number if number in values else values[0]

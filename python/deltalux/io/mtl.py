@@ -9,12 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from deltalux.errors import FormatError
+from deltalux.look import WRAPS, Look, Texture
 from deltalux.scene import Material
 
 from .diagnostics import Notes, clean_name, malformed
 from .files import read_beside
 from .texels import MAX_FILE_BYTES, mean_linear_texel
 
+MOST_OPTION = 1e9  # of an option's numbers
 GREY = 0.5  # of materials that the MTL files do not define
 # Statements that name a file.
 TEXTURES = {
@@ -25,9 +27,29 @@ IGNORED = {"Ka", "Ni", "illum", "Tf", "Pr", "Pm", "Ps", "Pc", "Pcr", "aniso", "a
 
 
 @dataclass
+class _Map:
+    """A statement that names a texture: its file, and the options that place it."""
+
+    path: str
+    offset: tuple[float, float] = (0.0, 0.0)
+    scale: tuple[float, float] = (1.0, 1.0)
+    clamped: bool = False
+
+    def texture(self, image: bytes, mean: np.ndarray) -> Texture:
+        """As glTF has it, whose v runs down while that of OBJ runs up."""
+        return Texture(
+            image,
+            mean,
+            (WRAPS[1] if self.clamped else WRAPS[0],) * 2,
+            offset=(self.offset[0], 1 - self.scale[1] - self.offset[1]),
+            scale=self.scale,
+        )
+
+
+@dataclass
 class _Entry:
     colours: dict[str, np.ndarray] = field(default_factory=dict)  # Kd, Ke
-    textures: dict[str, str] = field(default_factory=dict)  # of Kd, Ke
+    textures: dict[str, _Map] = field(default_factory=dict)  # of Kd, Ke
 
 
 class MaterialLibrary:
@@ -38,7 +60,7 @@ class MaterialLibrary:
         self._notes = notes
         self._files: dict[Path, None] = {}
         self._read: set[str] = set()
-        self._means: dict[str, np.ndarray] = {}  # of textures, by path
+        self._images: dict[str, tuple[bytes, np.ndarray]] = {}  # of textures, with their means, by path
         self._entries: dict[str, _Entry] = {}
 
     @property
@@ -68,7 +90,7 @@ class MaterialLibrary:
                 # Options ("-s 1 1 1") come first; only without them can a file name hold spaces.
                 texture = self._named(rest[-1] if rest[0].startswith("-") else " ".join(rest))
                 if key in ("map_Kd", "map_Ke"):
-                    entry.textures[key[4:]] = texture
+                    entry.textures[key[4:]] = _Map(texture, *_options(rest[:-1]))
                 else:
                     self._note_unhonoured(key)
             elif (key == "d" and rest != ["1"]) or (key == "Tr" and rest != ["0"]):
@@ -85,34 +107,55 @@ class MaterialLibrary:
     def _note_unhonoured(self, key: str) -> None:
         self._notes.add("MTL statements that are not honoured", clean_name(key))
 
+    def textured(self, name: str) -> bool:
+        """Whether a material of that name is known to have a texture."""
+        return name in self._entries and bool(self._entries[name].textures)
+
     def material(self, name: str) -> Material:
         """The material of that name; grey, with a warning, where no MTL file defines it."""
         entry = self._entries.get(name)
         if entry is None:
             self._notes.add(f"materials that no MTL file defines are grey ({GREY})", name)
             return Material(name, (GREY,) * 3)
-        reflectance = np.clip(
-            entry.colours.get("Kd", np.full(3, GREY)) * self._texel(entry, "Kd", name), 0, 1
-        )
+        reflectance = entry.colours.get("Kd", np.full(3, GREY))
+        colour, glow = self._texture(entry, "Kd", name), None
+        if colour is not None:
+            reflectance = reflectance * colour.mean
         emission = entry.colours.get("Ke", np.zeros(3))
         if emission.any():
-            emission = emission * self._texel(entry, "Ke", name)
-        return Material(name, np.clip(reflectance, 0.0, 1.0), emission)
+            glow = self._texture(entry, "Ke", name)
+            emission = emission if glow is None else emission * glow.mean
+        return Material(name, np.clip(reflectance, 0.0, 1.0), emission, look=Look(colour, glow))
 
-    def _texel(self, entry: _Entry, key: str, name: str) -> np.ndarray:
+    def _texture(self, entry: _Entry, key: str, name: str) -> Texture | None:
         if key not in entry.textures:
-            return np.ones(3)
+            return None
         place = f'material "{name}" map_{key}'
-        path = entry.textures[key]
+        found = entry.textures[key]
         try:
-            if path not in self._means:
-                data = read_beside(self._folder, path, place, MAX_FILE_BYTES)
-                self._means[path] = mean_linear_texel(data, place)
+            if found.path not in self._images:
+                data = read_beside(self._folder, found.path, place, MAX_FILE_BYTES)
+                self._images[found.path] = data, mean_linear_texel(data, place)
         except FormatError as error:
             self._notes.add("textures that cannot be read: the plain colour counts", str(error))
-            return np.ones(3)
+            return None
         self._notes.add("textures count with their mean colour", name)
-        return self._means[path]
+        return found.texture(*self._images[found.path])
+
+
+def _options(words: list[str]) -> tuple[tuple[float, float], tuple[float, float], bool]:
+    """Offset, scale and whether it is clamped: -o, -s and -clamp; what is no number counts as absent."""
+    found = {"-o": [0.0, 0.0], "-s": [1.0, 1.0]}
+    for i, word in enumerate(words):
+        if word in found:
+            for axis, text in enumerate(words[i + 1 : i + 3]):
+                try:
+                    value = float(text)
+                except ValueError:  # the next option: one number stands for u alone
+                    break
+                found[word][axis] = value if abs(value) < MOST_OPTION else found[word][axis]
+    clamped = "-clamp on" in " ".join(words)
+    return (found["-o"][0], found["-o"][1]), (found["-s"][0], found["-s"][1]), clamped
 
 
 def _colour(words: list[str], where: str) -> np.ndarray:

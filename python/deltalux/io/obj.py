@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+import math
 import re
+from array import array
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,7 +22,8 @@ from .mtl import MaterialLibrary
 from .scene_size import require_memory_for_triangles
 
 MOVABLE_PREFIX = "MOVE_"
-IGNORED = {"g", "vn", "vt", "s", "vp", "lod", "bevel", "c_interp", "d_interp", "mg"}
+MOST_COORDINATE = 1e30
+IGNORED = {"g", "vn", "s", "vp", "lod", "bevel", "c_interp", "d_interp", "mg"}
 
 
 @dataclass
@@ -29,11 +32,14 @@ class _Object:
 
     corners: list[int] = field(default_factory=list)
     materials: list[str] = field(default_factory=list)
+    # First corner and indexes into the file's texture coordinates, of each face that needs them.
+    coordinates: list[tuple[int, list[int]]] = field(default_factory=list)
 
 
 @dataclass
 class _Reading:
     vertices: list[tuple[float, float, float]] = field(default_factory=list)
+    coordinates: array[float] = field(default_factory=lambda: array("f"))  # u and v in turn
     objects: dict[str, _Object] = field(default_factory=dict)
 
 
@@ -57,8 +63,9 @@ def load_obj(path: Path, movable: Sequence[str] = (), light_units: str = "spec")
     triangles = sum(len(o.materials) for o in objects.values())
     require_memory_for_triangles(triangles, len(reading.vertices))
     vertices = np.array(reading.vertices, np.float64)
+    coordinates = np.array(reading.coordinates, np.float32).reshape(-1, 2) * (1, -1) + (0, 1)
     meshes = [
-        _mesh(name, found, vertices, name in movable or name.startswith(MOVABLE_PREFIX))
+        _mesh(name, found, vertices, coordinates, name in movable or name.startswith(MOVABLE_PREFIX))
         for name, found in objects.items()
     ]
     materials = [
@@ -76,7 +83,7 @@ def load_obj(path: Path, movable: Sequence[str] = (), light_units: str = "spec")
     )
 
 
-def _mesh(name: str, found: _Object, vertices: np.ndarray, movable: bool) -> Mesh:
+def _mesh(name: str, found: _Object, vertices: np.ndarray, coordinates: np.ndarray, movable: bool) -> Mesh:
     used, triangles = np.unique(found.corners, return_inverse=True)
     points = vertices[used]
     pose = np.eye(4)
@@ -92,7 +99,18 @@ def _mesh(name: str, found: _Object, vertices: np.ndarray, movable: bool) -> Mes
         [index[m] for m in found.materials],
         pose,
         movable,
+        coordinates=_coordinates(found, coordinates),
     )
+
+
+def _coordinates(found: _Object, values: np.ndarray) -> np.ndarray | None:
+    """(m, 3, 2) of an object's triangles, NaN for those without texture coordinates; None if all are."""
+    if not found.coordinates:
+        return None
+    result = np.full((len(found.corners), 2), np.nan, np.float32)
+    for first, indexes in found.coordinates:
+        result[first : first + len(indexes)] = values[indexes]
+    return result.reshape(-1, 3, 2)
 
 
 def _lines(data: bytes) -> Iterator[tuple[int, list[str]]]:
@@ -119,9 +137,15 @@ def _read(data: bytes, library: MaterialLibrary, notes: Notes) -> _Reading:
             reading.vertices.append(_point(rest, where))
             if len(rest) >= 6:
                 notes.add("vertex colours are not honoured")
+        elif key == "vt":
+            reading.coordinates.extend(_texel(rest))
         elif key == "f":
             corners = _face(rest, len(reading.vertices), where)
             found = reading.objects.setdefault(name, _Object())
+            if library.textured(material):
+                texels = _face_texels(rest, len(reading.coordinates) // 2)
+                if texels is not None:
+                    found.coordinates.append((len(found.corners), texels))
             found.corners.extend(corners)
             found.materials.extend([material] * (len(corners) // 3))
         elif key == naming:
@@ -159,4 +183,33 @@ def _face(words: list[str], count: int, where: str) -> list[int]:
         corners.append(corner)
     if len(corners) < 3:
         raise malformed(where, f"a face of {len(corners)} corners", "at least 3")
+    return _fan(corners)
+
+
+def _fan(corners: list[int]) -> list[int]:
     return [c for i in range(1, len(corners) - 1) for c in (corners[0], corners[i], corners[i + 1])]
+
+
+def _texel(words: list[str]) -> tuple[float, float]:
+    """Texture coordinates, NaN where there are none to read: light does not depend on them."""
+    try:
+        u, v = (float(word) for word in (*words[:2], "0")[:2])
+    except ValueError:
+        return math.nan, math.nan
+    return (u, v) if abs(u) < MOST_COORDINATE and abs(v) < MOST_COORDINATE else (math.nan, math.nan)
+
+
+def _face_texels(words: list[str], count: int) -> list[int] | None:
+    """Indexes of texture coordinates of the fan's triangles; None where a corner has none."""
+    texels = []
+    for word in words:
+        _, *more = word.split("/")
+        try:
+            index = int(more[0]) if more else 0
+        except ValueError:
+            return None
+        texel = index - 1 if index > 0 else count + index
+        if index == 0 or not 0 <= texel < count:
+            return None
+        texels.append(texel)
+    return _fan(texels)

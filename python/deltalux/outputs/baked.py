@@ -11,10 +11,11 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from deltalux.cameras import Camera
 from deltalux.display_mesh import DisplayMesh
 from deltalux.errors import OptionError
 from deltalux.files import found_among
-from deltalux.scene import Camera, Scene
+from deltalux.scene import Scene
 from deltalux.units import LUX
 from deltalux.version import __version__
 from deltalux.vertex_light import add_detail

@@ -13,10 +13,11 @@ import numpy as np
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
+from deltalux.cameras import Camera
 from deltalux.display_mesh import DisplayMesh, Poses
 from deltalux.errors import OptionError
 from deltalux.files import written_aside
-from deltalux.scene import Camera, Scene
+from deltalux.scene import Scene
 from deltalux.surfaces import CasterType, Surfaces, core_caster
 from deltalux.units import photopic
 from deltalux.vertex_light import add_detail

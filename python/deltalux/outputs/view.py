@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from deltalux.scene import Camera
+from deltalux.cameras import Camera
 from deltalux.surfaces import Surfaces
 
 BATCH = 1 << 18  # rays at a time, so that memory stays flat
@@ -19,6 +19,10 @@ def camera_rays(
     """Origins and unit directions, each (k, 3), through image positions x, y in pixels from the top left."""
     width, height = size
     pose = np.asarray(camera.pose, dtype=np.float64)
+    if camera.height is not None:
+        scale = camera.height / height
+        across = np.stack([(x - width / 2) * scale, (height / 2 - y) * scale], axis=1)
+        return across @ pose[:3, :2].T + pose[:3, 3], np.broadcast_to(-pose[:3, 2], (len(x), 3))
     scale = np.tan(camera.vertical_fov / 2) * 2 / height
     local = np.stack([(x - width / 2) * scale, (height / 2 - y) * scale, np.full(len(x), -1.0)], axis=1)
     directions = local @ pose[:3, :3].T

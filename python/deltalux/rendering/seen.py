@@ -7,8 +7,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from deltalux.cameras import Camera
 from deltalux.outputs.view import BATCH, camera_rays
-from deltalux.scene import Camera
 from deltalux.surfaces import Surfaces
 
 SAME_NORMAL = 0.9  # cosine between the normals of places that lend each other light
@@ -73,7 +73,7 @@ def _look(
     normal = np.where((np.einsum("kx,kx->k", normal, flat) > 0)[:, None], normal, flat)
     normal[~hits.facing] *= -1
     depth = np.where(hits.hit, hits.distance, np.inf)
-    width = 2 * np.tan(camera.vertical_fov / 2) / size[1] * depth
+    width = camera.pixel_width(size[1], depth)
     return Seen(
         hits.hit, point, normal, width, display.triangle_mesh[triangle], display.triangle_material[triangle],
         surfaces.emission(hits.triangle, hits.facing),

@@ -7,8 +7,9 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from deltalux.cameras import Camera
 from deltalux.errors import OptionError
-from deltalux.scene import Camera, Material, Mesh, Scene, SunLight
+from deltalux.scene import Material, Mesh, Scene, SunLight
 
 from . import courtyard, furniture, masonry
 from .placing import COOL, WARM, lamp_luminance, look_at, luminance

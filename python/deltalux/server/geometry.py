@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from deltalux.cameras import Camera
 from deltalux.display_mesh import DisplayMesh
 from deltalux.errors import OptionError
 from deltalux.outputs.camera import automatic_camera
-from deltalux.scene import Camera, Scene
+from deltalux.scene import Scene
 from deltalux.session import Session
 from deltalux.surfaces import Surfaces
 
@@ -77,7 +78,7 @@ def geometry_of(session: Session) -> Geometry:
             for m in scene.materials
         ],
         "groups": list(session.dim_factors),
-        "cameras": [_camera(c) for c in (*scene.cameras, _good_view(session, display))],
+        "cameras": [_camera(c) for c in (*_perspective(scene), _good_view(session, display))],
     }
     return Geometry(description, b"".join(array.tobytes() for array in arrays.values()))
 
@@ -120,6 +121,11 @@ def _good_view(session: Session, display: DisplayMesh) -> Camera:
     """The automatic camera; there may be no light yet, so all surfaces count as lit."""
     surfaces = Surfaces(session.scene, display, session.poses, session.options["threads"] or 0)
     return automatic_camera(surfaces, np.ones(len(display.points)))
+
+
+def _perspective(scene: Scene) -> list[Camera]:
+    """The page's camera is one in perspective."""
+    return [camera for camera in scene.cameras if camera.height is None]
 
 
 def _camera(camera: Camera) -> dict[str, Any]:

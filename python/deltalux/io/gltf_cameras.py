@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Cameras of a glTF document, each at its node's place in the world."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from deltalux.cameras import Camera
+from deltalux.units import FARTHEST
+
+from .diagnostics import Notes, UniqueNames, element
+from .gltf_document import Document
+from .gltf_nodes import PlacedNode, rigid_part
+
+
+def read_cameras(document: Document, nodes: list[PlacedNode]) -> list[Camera]:
+    """The cameras of the scene; those that can show nothing are left out with a warning."""
+    names = UniqueNames()
+    cameras = []
+    for node in nodes:
+        if node.source.camera is None:
+            continue
+        source = element(document.gltf.cameras, node.source.camera, f"{node.place}.camera")
+        view = _view(source, node.label, document.notes)
+        if view is not None:
+            cameras.append(Camera(names.take(node.name), rigid_part(node.world), **view))
+    return cameras
+
+
+def _view(source: Any, label: str, notes: Notes) -> dict[str, Any] | None:
+    """What a Camera has beside its name and pose, None for one that can show nothing."""
+    if source.perspective is not None:
+        lens = source.perspective
+        if not 0 < lens.yfov < math.pi:
+            notes.add("cameras with a field of view outside 0 to pi are left out", label)
+            return None
+        near = lens.znear if (lens.znear or 0) > 0 else Camera.near
+        return {
+            "vertical_fov": lens.yfov,
+            "aspect": lens.aspectRatio if (lens.aspectRatio or 0) > 0 else None,
+            "near": near,
+            "far": lens.zfar if (lens.zfar or 0) > near else None,
+        }
+    box = source.orthographic
+    if box is None or box.xmag == 0 or not 0 < abs(box.ymag) <= FARTHEST / 2:
+        notes.add("cameras without a perspective or an orthographic view are left out", label)
+        return None
+    near = max(box.znear, 0.0)
+    return {
+        "height": 2 * abs(box.ymag),
+        "aspect": abs(box.xmag / box.ymag),
+        "near": near,
+        "far": box.zfar if box.zfar > near else None,
+    }

@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Cameras: from glTF, to glTF and session files, and what an orthographic one sees."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import deltalux as dl
+import numpy as np
+import pytest
+from builders.gltf import GltfBuilder
+from deltalux import outputs
+from deltalux.display_mesh import refine
+from deltalux.outputs.camera import look_at
+from deltalux.outputs.view import camera_rays
+from session_files import rewrite
+from test_gltf_lights import DOWN
+from test_outputs import Reader, result_for
+
+PLAN = {"xmag": 3, "ymag": -2, "znear": 0.5, "zfar": 40}
+LENS = {"yfov": 0.8, "znear": 0.1, "zfar": 50, "aspectRatio": 1.5}
+FIELDS = ("name", "vertical_fov", "height", "aspect", "near", "far")
+
+
+def room_with(tmp_path: Path, *cameras: tuple[str, dict]) -> dl.Scene:
+    builder = GltfBuilder()
+    builder.node(mesh=builder.quad())
+    builder.json["cameras"] = [camera for _, camera in cameras]
+    inner = [
+        builder.node(root=False, camera=i, name=cameras[i][0], rotation=DOWN) for i in range(len(cameras))
+    ]
+    builder.node(children=inner, translation=[1, 2, 3], scale=[2, 2, 2])
+    return dl.load(builder.write(tmp_path))
+
+
+def both(tmp_path: Path) -> dl.Scene:
+    return room_with(
+        tmp_path,
+        ("eye", {"type": "perspective", "perspective": LENS}),
+        ("plan", {"type": "orthographic", "orthographic": PLAN}),
+        (
+            "bare",
+            {"type": "perspective", "perspective": {"yfov": 0.5, "znear": -1, "zfar": 0, "aspectRatio": 0}},
+        ),
+    )
+
+
+def facts(camera: dl.Camera) -> tuple:
+    return tuple(getattr(camera, name) for name in FIELDS)
+
+
+def test_cameras_of_gltf(tmp_path: Path):
+    scene = both(tmp_path)
+    assert [facts(camera) for camera in scene.cameras] == [
+        ("eye", 0.8, None, 1.5, 0.1, 50),
+        ("plan", 0.9, 4, 1.5, 0.5, 40),
+        ("bare", 0.5, None, None, 0.01, None),
+    ]
+    for camera in scene.cameras:
+        np.testing.assert_allclose(camera.pose[:3, :3].T @ camera.pose[:3, :3], np.eye(3), atol=1e-12)
+        np.testing.assert_allclose(-camera.pose[:3, 2], (0, -1, 0), atol=1e-12)
+        np.testing.assert_allclose(camera.pose[:3, 3], (1, 2, 3))
+
+
+def test_cameras_that_show_nothing_are_left_out(tmp_path: Path):
+    scene = room_with(
+        tmp_path,
+        ("fish", {"type": "perspective", "perspective": {"yfov": 4, "znear": 0.1}}),
+        ("flat", {"type": "orthographic", "orthographic": PLAN | {"ymag": 0}}),
+        ("line", {"type": "orthographic", "orthographic": PLAN | {"xmag": 0}}),
+        ("far", {"type": "orthographic", "orthographic": PLAN | {"ymag": 1e20}}),
+        ("none", {"type": "perspective"}),
+    )
+    assert scene.cameras == ()
+    assert any("field of view" in w and "fish" in w for w in scene.warnings)
+    assert any("without a perspective" in w and "flat, line, far, none" in w for w in scene.warnings)
+
+
+def test_glb_and_session_keep_them(tmp_path: Path):
+    scene = both(tmp_path)
+    display = refine(scene, 0.5)
+    outputs.write(
+        tmp_path / "a.glb", outputs.Baked(result_for(display.points, display.normals), scene, display)
+    )
+    with dl.Session(scene, dl.Samples([(0.5, 0.5, 0.1)], (0, 0, 1), radius=0.1), paths=10) as session:
+        session.save(tmp_path / "a.dlx")
+    with dl.Session.open(tmp_path / "a.dlx") as opened:
+        for found in (dl.load(tmp_path / "a.glb").cameras, opened.scene.cameras):
+            assert [facts(camera) for camera in found] == [facts(camera) for camera in scene.cameras]
+            for one, other in zip(found, scene.cameras, strict=True):
+                np.testing.assert_allclose(one.pose, other.pose, atol=1e-12)
+    written = Reader(tmp_path / "a.glb").document.cameras
+    assert [camera.type for camera in written] == ["perspective", "orthographic", "perspective"]
+
+
+def test_an_orthographic_view_without_an_end_ends_behind_the_scene(tmp_path: Path):
+    scene = both(tmp_path)
+    view = dl.Camera("plan", look_at(np.array([0.5, 0.5, 70.0]), np.array([0.5, 0.5, 0])), height=3)
+    scene = dl.scene.replace_scene(scene, cameras=[view])
+    display = refine(scene, 0.5)
+    outputs.write(
+        tmp_path / "a.glb", outputs.Baked(result_for(display.points, display.normals), scene, display)
+    )
+    (written,) = Reader(tmp_path / "a.glb").document.cameras
+    assert 70 < written.orthographic.zfar < 80
+    assert (written.orthographic.xmag, written.orthographic.ymag) == (1.5, 1.5)
+
+
+def test_sessions_of_format_14_open(tmp_path: Path):
+    """Which had no looks, and cameras in perspective alone."""
+    scene, path = both(tmp_path), tmp_path / "a.dlx"
+    scene = dl.scene.replace_scene(scene, cameras=scene.cameras[2:])
+    samples = dl.Samples.on_vertices(scene, spacing=0.5)
+    with dl.Session(scene, samples, paths=100, threads=1) as session:
+        session.bake()
+        session.save(path)
+        digest = session.digest()
+
+    def older(index: dict) -> None:
+        index["version"] = 14
+        assert index["scene"].pop("looks") is None
+        for camera in index["scene"]["cameras"]:
+            for name in ("height", "aspect", "near", "far"):
+                del camera[name]
+
+    rewrite(path, index=older)
+    with dl.Session.open(path, threads=1) as opened:
+        assert opened.digest() == digest
+        assert facts(opened.scene.cameras[0]) == facts(scene.cameras[0])
+    for odd in (None, [], {"cameras": [1]}, {"cameras": {}}):
+        rewrite(path, index=lambda index, odd=odd: index.update(version=14, scene=odd))
+        with pytest.raises(dl.FormatError, match=r"index\.scene"):
+            dl.Session.open(path)
+
+
+def test_parallel_rays():
+    camera = dl.Camera("plan", look_at(np.array([1.0, 5.0, 2.0]), np.array([1.0, 0.0, 2.0])), height=4)
+    x, y = np.array([0.0, 40, 20]), np.array([0.0, 20, 10])
+    origins, directions = camera_rays(camera, (40, 20), x, y)
+    np.testing.assert_allclose(directions, [(0, -1, 0)] * 3, atol=1e-15)
+    np.testing.assert_allclose(origins[2], (1, 5, 2))
+    # Four metres high and, by the picture's shape, eight wide.
+    right, up = camera.pose[:3, 0], camera.pose[:3, 1]
+    np.testing.assert_allclose(origins[0] - origins[2], -4 * right + 2 * up, atol=1e-12)
+    np.testing.assert_allclose(origins[1] - origins[2], 4 * right - 2 * up, atol=1e-12)
+    np.testing.assert_array_equal(camera.pixel_width(20, np.array([1.0, np.inf])), 0.2)
