@@ -15,7 +15,7 @@ from deltalux.outputs.camera import look_at
 from deltalux.outputs.view import camera_rays
 from session_files import rewrite
 from test_gltf_lights import DOWN
-from test_outputs import Reader, result_for
+from test_outputs import Reader, result_for, shift
 
 PLAN = {"xmag": 3, "ymag": -2, "znear": 0.5, "zfar": 40}
 LENS = {"yfov": 0.8, "znear": 0.1, "zfar": 50, "aspectRatio": 1.5}
@@ -91,6 +91,41 @@ def test_glb_and_session_keep_them(tmp_path: Path):
                 np.testing.assert_allclose(one.pose, other.pose, atol=1e-12)
     written = Reader(tmp_path / "a.glb").document.cameras
     assert [camera.type for camera in written] == ["perspective", "orthographic", "perspective"]
+
+
+def test_cameras_and_lights_go_to_their_own_nodes(tmp_path: Path):
+    """As they were read: nothing is there twice. What moved away from its node gets another."""
+    builder = GltfBuilder()
+    builder.json["cameras"] = [{"type": "perspective", "perspective": LENS}]
+    eye = builder.node(root=False, camera=0, name="eye", rotation=DOWN)
+    spot = builder.node(
+        root=False, name="spot", extensions=builder.light(type="spot"), rotation=DOWN, scale=[2, 2, 2]
+    )
+    sun = builder.light(type="directional")
+    builder.node(name="rig", children=[eye, spot], translation=[1, 2, 3], rotation=[0, 0.6, 0, 0.8])
+    builder.node(name="sun", extensions=sun, translation=[9, 9, 9])
+    builder.node(name="MOVE_bulb", mesh=builder.quad(), extensions=builder.light(type="point"))
+    moving = builder.node(root=False, camera=0, name="follower")
+    builder.node(name="MOVE_cart", mesh=builder.quad(), children=[moving])
+    scene = dl.load(builder.write(tmp_path))
+    display = refine(scene, 0.5)
+    given = result_for(display.points, display.normals)
+    for poses, nodes in (({}, 7), ({"MOVE_cart": shift(1, 0, 0), "MOVE_bulb": shift(3, 4, 5)}, 8)):
+        outputs.write(tmp_path / "a.glb", outputs.Baked(given, scene, display, poses))
+        document = Reader(tmp_path / "a.glb").document
+        assert len(document.nodes) == nodes
+        assert document.nodes[0].name == "rig"
+        again = dl.load(tmp_path / "a.glb")
+        for one, other in zip(scene.cameras, again.cameras, strict=True):
+            assert one.name == other.name
+            np.testing.assert_allclose(one.pose, other.pose, atol=1e-6)
+        lights = {light.name: light for light in again.lights}
+        np.testing.assert_allclose(
+            lights["MOVE_bulb"].position, (0, 0, 0), atol=1e-6
+        )  # in its movable's space
+        for name in ("spot", "sun"):
+            expected = next(light for light in scene.lights if light.name == name)
+            np.testing.assert_allclose(lights[name].direction, expected.direction, atol=1e-6)
 
 
 def test_an_orthographic_view_without_an_end_ends_behind_the_scene(tmp_path: Path):

@@ -15,7 +15,7 @@ from deltalux.errors import OptionError
 from deltalux.outputs.camera import automatic_camera, look_at
 from deltalux.outputs.colour_scale import ColourScale
 from deltalux.outputs.images import SURROUNDINGS, UNSAMPLED
-from deltalux.outputs.tone import automatic_exposure, decode_srgb, encode_srgb, tone_map
+from deltalux.outputs.tone import automatic_exposure, decode_srgb, encode_srgb, metered, tone_map
 from deltalux.outputs.view import camera_rays
 from deltalux.results import Result
 from deltalux.scene import Camera, Material, Mesh, Scene
@@ -293,6 +293,14 @@ def test_tone_curve_keeps_hue_and_ends_white():
     np.testing.assert_allclose(tone_map(np.array([90.0, 60, 30]), 1), 1)
     assert (tone_map(np.zeros(3), 1) == 0).all()
     assert automatic_exposure(np.zeros(4)) == 1
+
+
+def test_light_sources_are_metered_where_there_is_nothing_else():
+    luminance, lamp = np.array([2.0, 8, 400]), np.array([False, False, True])
+    assert metered(luminance, lamp) == automatic_exposure(luminance[:2])
+    for others in (np.zeros(2), np.zeros(0)):
+        all_seen = np.r_[others, 400.0]
+        assert metered(all_seen, np.arange(len(all_seen)) == len(others)) == automatic_exposure(all_seen)
 
 
 def test_srgb_round_trip():

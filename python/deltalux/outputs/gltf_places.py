@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cameras and lamps of a .glb, each as a node of its own at its place in the world."""
+"""Cameras and lamps of a .glb, on their nodes of the scene's tree or on ones of their own."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,28 +17,88 @@ from deltalux.units import LUX
 from .camera import look_at
 
 PUNCTUAL = "KHR_lights_punctual"
+SAME_PLACE = 1e-6  # metres, and for each metre from the middle of the world
 LUMENS_PER_WATT = 683.0  # what viewers take radiometric light for
 
 
-def add_cameras(document: gl.GLTF2, scene: Scene) -> None:
-    """Add the scene's cameras.
+class Places:
+    """Puts cameras and lamps into `document`.
 
-    An orthographic view that has no end of its own ends behind the scene, as glTF wants it to end somewhere.
+    One goes to the node that bears its name where that stands as it does, as in the file that was read; else
+    it gets a node of its own. `worlds` are the present world matrices of the document's first nodes.
     """
-    for camera in scene.cameras:
-        made = gl.Camera(name=camera.name, type="perspective" if camera.height is None else "orthographic")
-        if camera.height is None:
-            made.perspective = gl.Perspective(
-                yfov=float(camera.vertical_fov), aspectRatio=camera.aspect, znear=camera.near, zfar=camera.far
-            )
-        else:
-            ymag = camera.height / 2
-            made.orthographic = gl.Orthographic(
-                xmag=ymag * (camera.aspect or 1.0), ymag=ymag, znear=camera.near, zfar=_far_end(camera, scene)
-            )
-        document.cameras.append(made)
-        number = len(document.cameras) - 1
-        _add_node(document, camera.name, np.asarray(camera.pose, dtype=np.float64), camera=number)
+
+    def __init__(self, document: gl.GLTF2, worlds: list[np.ndarray]) -> None:
+        self._document = document
+        self._nodes: dict[str, list[tuple[gl.Node, np.ndarray]]] = {}
+        for node, world in zip(document.nodes, worlds, strict=False):
+            self._nodes.setdefault(node.name, []).append((node, world))
+
+    def add_cameras(self, scene: Scene) -> None:
+        """Add the scene's cameras.
+
+        An orthographic view without an end of its own ends behind the scene: glTF wants it to end somewhere.
+        """
+        for camera in scene.cameras:
+            pose = np.asarray(camera.pose, dtype=np.float64)
+            self._node(camera.name, pose, "camera", _same_pose).camera = len(self._document.cameras)
+            self._document.cameras.append(_camera_definition(camera, scene))
+
+    def add_lights(self, scene: Scene, moved: Callable[[str], np.ndarray | None]) -> None:
+        """Add point, spot and sun lights where they are now.
+
+        `moved` tells where a movable's own space is in the world, by the movable's name; None = nowhere.
+        """
+        factor = 1.0 if scene.unit == LUX else LUMENS_PER_WATT
+        definitions: list[dict[str, Any]] = []
+        for light in scene.lights:
+            at = _light_matrix(light)
+            if light.attached_to is not None:
+                pose = moved(light.attached_to)
+                if pose is None:
+                    continue
+                at = pose @ at
+            node = self._node(light.name, at, "extensions", partial(_same_light, light))
+            node.extensions = {PUNCTUAL: {"light": len(definitions)}}
+            definitions.append(_light_definition(light, factor))
+        if definitions:
+            self._document.extensions[PUNCTUAL] = {"lights": definitions}
+            self._document.extensionsUsed.append(PUNCTUAL)
+
+    def _node(
+        self, name: str, matrix: np.ndarray, slot: str, same: Callable[[np.ndarray, np.ndarray], bool]
+    ) -> gl.Node:
+        """The node for something at `matrix`, whose `slot` is free."""
+        for node, world in self._nodes.get(name, ()):
+            if getattr(node, slot) in (None, {}) and same(world, matrix):
+                return node
+        added = gl.Node(name=name, matrix=matrix.T.ravel().tolist(), children=[])
+        self._document.nodes.append(added)
+        self._document.scenes[0].nodes.append(len(self._document.nodes) - 1)
+        return added
+
+
+def _same_pose(world: np.ndarray, pose: np.ndarray) -> bool:
+    return bool(np.allclose(world, pose, rtol=0, atol=SAME_PLACE * (1 + np.abs(pose).max())))
+
+
+def _same_light(light: Light, world: np.ndarray, at: np.ndarray) -> bool:
+    """Whether it shines there as from `at`: scale and turns about its axis are all the same to it."""
+    near = SAME_PLACE * (1 + np.abs(at[:3, 3]).max())
+    placed = isinstance(light, SunLight) or np.allclose(world[:3, 3], at[:3, 3], rtol=0, atol=near)
+    along = world[:3, 2] / np.linalg.norm(world[:3, 2])
+    return bool(placed and (isinstance(light, PointLight) or np.allclose(along, at[:3, 2], atol=SAME_PLACE)))
+
+
+def _camera_definition(camera: Camera, scene: Scene) -> gl.Camera:
+    if camera.height is None:
+        lens = gl.Perspective(
+            yfov=float(camera.vertical_fov), aspectRatio=camera.aspect, znear=camera.near, zfar=camera.far
+        )
+        return gl.Camera(name=camera.name, type="perspective", perspective=lens)
+    ymag, far = camera.height / 2, _far_end(camera, scene)
+    box = gl.Orthographic(xmag=ymag * (camera.aspect or 1.0), ymag=ymag, znear=camera.near, zfar=far)
+    return gl.Camera(name=camera.name, type="orthographic", orthographic=box)
 
 
 def _far_end(camera: Camera, scene: Scene) -> float:
@@ -46,32 +107,6 @@ def _far_end(camera: Camera, scene: Scene) -> float:
     low, high = scene.bounds
     reach = float(np.linalg.norm(high - low) + np.linalg.norm(np.asarray(camera.pose)[:3, 3] - low))
     return camera.near + reach + 1.0
-
-
-def add_lights(document: gl.GLTF2, scene: Scene, moved: Callable[[str], np.ndarray | None]) -> None:
-    """Add point, spot and sun lights where they are now.
-
-    `moved` tells where a movable's own space is in the world, by the movable's name; None = nowhere.
-    """
-    factor = 1.0 if scene.unit == LUX else LUMENS_PER_WATT
-    definitions: list[dict[str, Any]] = []
-    for light in scene.lights:
-        at = _light_matrix(light)
-        if light.attached_to is not None:
-            pose = moved(light.attached_to)
-            if pose is None:
-                continue
-            at = pose @ at
-        _add_node(document, light.name, at, extensions={PUNCTUAL: {"light": len(definitions)}})
-        definitions.append(_light_definition(light, factor))
-    if definitions:
-        document.extensions[PUNCTUAL] = {"lights": definitions}
-        document.extensionsUsed.append(PUNCTUAL)
-
-
-def _add_node(document: gl.GLTF2, name: str, matrix: np.ndarray, **fields: Any) -> None:
-    document.nodes.append(gl.Node(name=name, matrix=matrix.T.ravel().tolist(), children=[], **fields))
-    document.scenes[0].nodes.append(len(document.nodes) - 1)
 
 
 def _light_matrix(light: Light) -> np.ndarray:

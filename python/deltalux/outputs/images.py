@@ -27,7 +27,7 @@ from .camera import automatic_camera, scene_camera
 from .colour_scale import ColourScale, scale_for, symmetric_scale
 from .covered import shown_values
 from .drawing import draw_isolines, draw_outlines, label_above, legend
-from .tone import KEY, automatic_exposure, encode_srgb, tone_map
+from .tone import KEY, encode_srgb, metered, tone_map
 from .view import View
 
 UNSAMPLED = 0.012  # linear grey of a side that has no samples: nothing is known of its light
@@ -148,7 +148,7 @@ def metered_exposure(
 
 
 def _metered(view: View, radiance: np.ndarray, light_source: np.ndarray, key: float = KEY) -> float:
-    return automatic_exposure(photopic(radiance[view.facing & ~light_source]), key)
+    return metered(photopic(radiance[view.facing]), light_source[view.facing], key)
 
 
 def difference(

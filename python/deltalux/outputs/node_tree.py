@@ -10,12 +10,16 @@ import numpy as np
 from deltalux.scene import Node, Scene
 
 
-def world_matrices(nodes: tuple[Node, ...]) -> list[np.ndarray]:
-    """4x4 invertible matrix of each node, its own space to the world, as loaded."""
+def world_matrices(nodes: tuple[Node, ...], matrices: list[np.ndarray] | None = None) -> list[np.ndarray]:
+    """4x4 invertible matrix of each node, its own space to the world.
+
+    `matrices` take each node to its parent, see `moved_matrices`; None = as loaded.
+    """
+    matrices = [_invertible(node.matrix) for node in nodes] if matrices is None else matrices
     worlds = [np.eye(4)] * len(nodes)
     for index in _parents_first(nodes):
         parent = nodes[index].parent
-        worlds[index] = (worlds[parent] if parent >= 0 else np.eye(4)) @ _invertible(nodes[index].matrix)
+        worlds[index] = (worlds[parent] if parent >= 0 else np.eye(4)) @ matrices[index]
     return worlds
 
 

@@ -20,43 +20,55 @@ class Shown:
     ----------
     base : (3,) in [0, 1], glTF's baseColorFactor
     texture : Texture or None
-    gain : (3,) what vertex colours are multiplied by, so that the texture's mean x `base` x `gain` is the
-        reflectance; of a luminous material, whose vertex colours hold all of its light, it is 1
+    reflected : (3,) vertex colour for an irradiance of 1, so that its product with `base` and the mean of the
+        texture is the reflectance
+    emitted : (3,) likewise for pi times a radiance of 1
     """
 
     base: np.ndarray
     texture: Texture | None
-    gain: np.ndarray
+    reflected: np.ndarray
+    emitted: np.ndarray
 
     def colours(
         self, material: Material, exposure: float, irradiance: np.ndarray, emits: np.ndarray
     ) -> np.ndarray:
         """(n, 3) vertex colours in [0, 1] for `irradiance` (n, 3); `emits` (n,) on a luminous side."""
-        light = exposure * irradiance
+        light = self.reflected * (exposure * irradiance)
         if material.emissive:
-            light = material.reflectance * light
-            light += np.pi * exposure * material.emission * (emits | material.two_sided)[:, None]
-        return np.clip(self.gain * light, 0, 1)
+            glow = np.pi * exposure * material.emission * self.emitted
+            light += glow * (emits | material.two_sided)[:, None]
+        return np.clip(light, 0, 1)
 
 
 def shown_as(material: Material, textured: bool, irradiance: np.ndarray) -> Shown:
     """How a material is shown where it has texture coordinates (`textured`), or where it has none.
 
-    A luminous material shows the texture of what is brighter, what it emits or what it reflects of its mean
-    `irradiance` (3,): a lamp that of its emission, a device with a small light that of its surface.
+    One texture is all that a viewer takes. A luminous material with two shows that of its emission where it
+    emits more than it reflects of its mean `irradiance` (3,), unless the texture of its surface is brighter:
+    a screen or a lamp is seen by its own light, a room's atlas or a device with a small lamp on it is not.
+    What belongs to the other texture has the hue of both, and on average its own brightness.
     """
-    look = material.look
+    look, none = material.look, np.ones(3)
     if not material.emissive:
         if look.colour is None or not textured:
-            return Shown(material.reflectance, None, np.ones(3))
+            return Shown(material.reflectance, None, none, none)
         # Not 1 where the reflectance was changed, and more than 1 where a dark texture was made bright.
         factor = _ratio(material.reflectance, look.colour.mean)
         base = np.minimum(factor, 1.0)
-        return Shown(base, look.colour, _ratio(factor, base))
+        return Shown(base, look.colour, _ratio(factor, base), none)
     glows = photopic(np.pi * material.emission) >= photopic(material.reflectance * irradiance)
+    if look.colour is not None and look.glow is not None:
+        glows &= photopic(look.glow.mean) >= photopic(look.colour.mean)
     texture = (look.glow if glows else look.colour) if textured else None
-    mean = np.ones(3) if texture is None else texture.mean
-    return Shown(np.ones(3), texture, _ratio(np.ones(3), mean))
+    mean = none if texture is None else texture.mean
+    grey = np.full(3, photopic(mean))
+    return Shown(
+        none,
+        texture,
+        _ratio(material.reflectance, grey if glows else mean),
+        _ratio(none, mean if glows else grey),
+    )
 
 
 def _ratio(above: np.ndarray, below: np.ndarray) -> np.ndarray:

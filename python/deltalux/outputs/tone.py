@@ -11,12 +11,25 @@ KEY = 0.32  # where the typical luminance lands before the tone curve
 WHITE = 5.0  # exposed luminance that becomes white
 
 
+def metered(luminance: np.ndarray, lamp: np.ndarray, key: float = KEY) -> float:
+    """Exposure for what is seen; light sources are left out, unless they are all that can be seen.
+
+    Parameters
+    ----------
+    luminance : (n,) photopic radiance of what is seen
+    lamp : (n,) bool, that of a light source
+    key : see `automatic_exposure`
+    """
+    others = luminance[~lamp]
+    return automatic_exposure(others if others.any() else luminance, key)
+
+
 def automatic_exposure(luminance: np.ndarray, key: float = KEY) -> float:
     """Factor that brings the typical (log-average) luminance to a middle tone.
 
     Parameters
     ----------
-    luminance : (n,) photopic radiance of what is seen, light sources left out
+    luminance : (n,) photopic radiance of what is seen
     key : where the typical luminance lands
     """
     lit = luminance[luminance > 0]

@@ -21,7 +21,7 @@ from .baked import Baked, about_text, display_of, keep_inputs, vertex_irradiance
 from .covered import shown_values
 from .gltf_binary import Binary
 from .gltf_materials import GltfMaterials
-from .gltf_places import add_cameras, add_lights
+from .gltf_places import Places
 from .images import metered_exposure
 from .node_tree import moved_matrices, world_matrices
 from .shown_looks import Shown, shown_as
@@ -137,8 +137,10 @@ class _Writer:
     def add_places(self) -> None:
         """Add the scene's cameras, and its lights where they are now."""
         scene = self._baked.scene
-        add_cameras(self.document, scene)
-        add_lights(self.document, scene, lambda movable: self._poses[self._index_of[movable]])
+        worlds = world_matrices(scene.nodes, moved_matrices(scene, self._poses))
+        places = Places(self.document, worlds)
+        places.add_cameras(scene)
+        places.add_lights(scene, lambda movable: self._poses[self._index_of[movable]])
 
     def finished(self) -> gl.GLTF2:
         """The document with its binary part."""

@@ -8,7 +8,7 @@ import numpy as np
 from deltalux.outputs.colour_scale import ColourScale, scale_for
 from deltalux.outputs.drawing import draw_isolines, legend
 from deltalux.outputs.images import SURROUNDINGS, Picture
-from deltalux.outputs.tone import automatic_exposure, encode_srgb, tone_map
+from deltalux.outputs.tone import encode_srgb, metered, tone_map
 from deltalux.units import photopic
 
 from .render import Rendering
@@ -26,8 +26,8 @@ def lit_picture(rendering: Rendering, exposure: float | None = None, stops: floa
     """
     seen, radiance = rendering.seen, rendering.radiance
     if exposure is None:
-        lamp = (seen.emission > 0).any(axis=1)
-        exposure = automatic_exposure(photopic(radiance[seen.hit & ~lamp]))
+        lamp = np.asarray((seen.emission > 0).any(axis=1))
+        exposure = metered(photopic(radiance[seen.hit]), lamp[seen.hit])
     exposure *= 2.0**stops
     shown = np.where(seen.hit[:, None], tone_map(radiance, exposure), SURROUNDINGS)
     return Picture(encode_srgb(rendering.pixels(shown)), camera=rendering.camera, exposure=exposure)
