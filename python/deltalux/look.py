@@ -100,8 +100,9 @@ PLAIN = Look()
 
 
 def checked_coordinates(values: Any, triangles: int, what: str) -> np.ndarray:
-    """Read-only float32 copy of texture coordinates (triangles, 3, 2) of corners, NaN = none."""
-    array = np.array(values, np.float32)
+    """Read-only float32 (triangles, 3, 2) of corners, NaN = none; a copy of what is not read-only."""
+    frozen = isinstance(values, np.ndarray) and values.dtype == np.float32 and not values.flags.writeable
+    array = values if frozen else np.array(values, np.float32)
     if array.shape != (triangles, 3, 2) or np.isinf(array).any():
         raise SceneError(
             f"{what}: coordinates: found shape {array.shape}, expected ({triangles}, 3, 2), finite or NaN"

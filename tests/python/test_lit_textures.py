@@ -312,6 +312,26 @@ def test_the_set_that_the_texture_names(tmp_path: Path, by_transform: bool):
     assert not written.extensions
 
 
+def test_instances_share_their_coordinates(tmp_path: Path):
+    builder = GltfBuilder()
+    mesh = quad(builder, textured(builder), UV)
+    for i in range(3):
+        builder.node(mesh=mesh, name=f"card{i}", scale=[1, 1 - 2 * (i == 2), 1])
+    one, two, mirrored = (m.coordinates for m in dl.load(builder.write(tmp_path)).meshes)
+    assert np.shares_memory(one, two)
+    assert np.shares_memory(one, mirrored)
+    assert not one.flags.writeable
+    given = np.zeros((2, 3, 2), np.float32)
+    kept = dl.Mesh("m", QUAD, QUAD_TRIANGLES.reshape(-1, 3), coordinates=given).coordinates
+    given[:] = 5
+    assert (kept == 0).all()
+    for odd in (given[:1], np.full((2, 3, 2), np.inf)):
+        with pytest.raises(
+            dl.SceneError, match=r'mesh "m": coordinates: found shape .*, expected \(2, 3, 2\)'
+        ):
+            dl.Mesh("m", QUAD, QUAD_TRIANGLES.reshape(-1, 3), coordinates=odd)
+
+
 def test_coordinates_of_other_vertices_are_refused(tmp_path: Path):
     builder = GltfBuilder()
     builder.node(mesh=quad(builder, textured(builder), UV[:3]), name="card")

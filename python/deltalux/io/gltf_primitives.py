@@ -156,7 +156,10 @@ class Primitives:
         for place, primitive in self._triangle_primitives(mesh):
             points, corners, texels = self._corners(place, primitive)
             own = _assemble(corners, primitive.mode, place)
-            coordinates.append(None if texels is None else texels[own])
+            if texels is not None:
+                texels = texels[own]
+                texels.setflags(write=False)
+            coordinates.append(texels)
             used, own = _compact(own, len(points))
             vertices.append(points if used is None else points[used])
             triangles.append(own + offset)
@@ -174,15 +177,17 @@ class Primitives:
 
 def joined_coordinates(parts: list[np.ndarray | None], counts: list[int]) -> np.ndarray | None:
     """(m, 3, 2) float32 of all parts, of `counts` triangles each; NaN for those without, None if all are."""
-    if all(part is None for part in parts):
+    own = [(part, count) for part, count in zip(parts, counts, strict=True) if count]
+    if all(part is None for part, _ in own):
         return None
+    if len(own) == 1:  # instances share their array
+        return own[0][0]
     missing = np.float32(np.nan)
-    return np.concatenate(
-        [
-            np.full((count, 3, 2), missing) if part is None else part
-            for part, count in zip(parts, counts, strict=True)
-        ]
+    joined = np.concatenate(
+        [np.full((count, 3, 2), missing) if part is None else part for part, count in own]
     )
+    joined.setflags(write=False)
+    return joined
 
 
 def _assemble(corners: np.ndarray, mode: int, place: str) -> np.ndarray:
