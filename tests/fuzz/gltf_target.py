@@ -58,6 +58,7 @@ def check_scene(scene: dl.Scene) -> None:
     json.dumps(scene.info(), allow_nan=False)
     for mesh in scene.meshes:
         assert np.isfinite(mesh.world_vertices).all()
+        assert mesh.coordinates is None or not np.isinf(mesh.coordinates).any()
         assert len(mesh.triangles) == 0 or mesh.triangles.max() < len(mesh.vertices)
     for node in scene.nodes:
         assert np.isfinite(node.matrix).all()
@@ -65,5 +66,9 @@ def check_scene(scene: dl.Scene) -> None:
     for material in scene.materials:
         assert np.isfinite(material.reflectance).all()
         assert np.isfinite(material.emission).all()
+    for camera in scene.cameras:
+        numbers = (camera.vertical_fov, camera.height, camera.aspect, camera.near, camera.far)
+        assert np.isfinite(camera.pose).all()
+        assert all(value is None or np.isfinite(value) for value in numbers)
     for text in (*scene.warnings, *(m.name for m in scene.meshes)):
         text.encode("utf-8")

@@ -34,10 +34,15 @@ def rich_seed() -> GltfBuilder:
     glow = builder.material(name="glow", emissiveFactor=[1, 1, 1], emissiveTexture=texture, doubleSided=True)
     strength = {"KHR_materials_emissive_strength": {"emissiveStrength": 80.0}}
     builder.json["materials"][glow]["extensions"] = strength
+    builder.json["samplers"] = [{"magFilter": 9728, "minFilter": 9987, "wrapS": 33071, "wrapT": 33648}]
+    builder.json["textures"][0]["sampler"] = 0
+    placed = {"offset": [0.5, 0.25], "rotation": 0.5, "scale": [2, 3], "texCoord": 1}
+    turned = texture | {"extensions": {"KHR_texture_transform": placed}}
     wood = builder.material(
         name="wood",
-        pbrMetallicRoughness={"baseColorTexture": texture, "baseColorFactor": [0.5, 0.6, 0.7, 1]},
+        pbrMetallicRoughness={"baseColorTexture": turned, "baseColorFactor": [0.5, 0.6, 0.7, 0.5]},
         alphaMode="MASK",
+        alphaCutoff=0.25,
         extras={"group": "g"},
     )
     glossy = {
@@ -64,8 +69,14 @@ def rich_seed() -> GltfBuilder:
     )
     interleaved = len(builder.json["accessors"]) - 1
     indices = [builder.accessor(QUAD_TRIANGLES.astype(t)) for t in (np.uint8, np.uint16, np.uint32)]
+    corners = QUAD[:, :2]
+    texels = [builder.accessor(corners), builder.accessor((255 * corners).astype(np.uint8), normalized=True)]
     primitives = [
-        {"attributes": {"POSITION": p}, "indices": i, "material": m}
+        {
+            "attributes": {"POSITION": p, "TEXCOORD_0": texels[0], "TEXCOORD_1": texels[1]},
+            "indices": i,
+            "material": m,
+        }
         for p, i, m in zip((short, sparse, interleaved), indices, (glow, wood, shiny), strict=True)
     ]
     mesh = builder.mesh(*primitives, {"attributes": {"POSITION": sparse}, "mode": 5}, name="mesh")
@@ -76,7 +87,11 @@ def rich_seed() -> GltfBuilder:
     builder.node(name="MOVE_cart", mesh=mesh, children=[lamp, wheel], translation=[1, 2, 3])
     builder.node(name="sun", extensions=builder.light(type="directional", color=[1, 1, 0.5], intensity=1000))
     builder.node(name="bulb", extensions=builder.light(type="point", range=3))
-    builder.json["cameras"] = [{"type": "perspective", "perspective": {"yfov": 0.7, "znear": 0.1}}]
+    builder.json["cameras"] = [
+        {"type": "perspective", "perspective": {"yfov": 0.7, "znear": 0.1, "zfar": 9, "aspectRatio": 2}},
+        {"type": "orthographic", "orthographic": {"xmag": 2, "ymag": 1, "znear": 0, "zfar": 9}},
+    ]
+    builder.node(camera=1, name="plan")
     builder.node(camera=0, matrix=[1, 0, 0, 0, 0.5, 1, 0, 0, 0, 0, 1, 0, 0, 0, 5, 1])
     return builder
 

@@ -36,7 +36,7 @@ f -5//1 -3//1 \\
 """
 MATERIALS = """newmtl paper
 Kd 0.7
-map_Kd -s 1 1 1 paper.png
+map_Kd -s 1 1 1 -o 0.5 0.5 -clamp on paper.png
 d 0.5
 newmtl glow
 Kd 0 0 0

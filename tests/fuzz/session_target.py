@@ -9,7 +9,9 @@ from pathlib import Path
 
 import deltalux as dl
 import numpy as np
-from rooms import box, room, translation
+from deltalux.outputs import write
+from deltalux.outputs.of_session import baked_of
+from rooms import box, room, translation, with_texture
 from session_files import read_parts
 
 from fuzz.harness import MIB, Limits
@@ -22,7 +24,7 @@ MANY_PATHS = 20_000  # of a session without light: more would take long, and rig
 
 def seed_sessions() -> Iterator[dl.Session]:
     """Small sessions of every kind: baked or not, by paths or by shadow rays, edited."""
-    scene = room()
+    scene = with_texture(room())
     samples = dl.Samples.on_vertices(scene, spacing=1.0, radius=0.2)
     grid = dl.Samples.on_grid((-1.5, 0.8, -1), (3, 0, 0), (0, 0, 2), 0.7)
     options = {"paths": 300, "threads": 1}
@@ -94,6 +96,8 @@ def use(session: dl.Session, path: Path) -> None:
             session.move(name, pose)
     session.update()
     check_light(session)
+    if session.samples.display is not None:
+        write(path.with_suffix(".glb"), baked_of(session, "fuzz"))
     digest = session.digest()
     session.save(path)
     with dl.Session.open(path, threads=1) as again:

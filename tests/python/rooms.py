@@ -3,8 +3,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import deltalux as dl
 import numpy as np
+from builders.gltf import png
+from deltalux.look import Look, Texture
 
 
 def box(size, centre=(0.0, 0.0, 0.0), inward=False):
@@ -76,3 +80,12 @@ def samples_in(scene: dl.Scene) -> dl.Samples:
     parts = [dl.Samples.on_vertices(scene, spacing=0.6, radius=0.15)]
     parts.append(dl.Samples([(0.2, 0.8, 0.1)], [(0, 1, 0)], radius=0.2))
     return dl.Samples.concatenate(parts)
+
+
+def with_texture(scene: dl.Scene) -> dl.Scene:
+    """The scene with a picture on its first mesh."""
+    image = Texture(png(np.full((2, 2, 3), 99, np.uint8)), (0.5, 0.5, 0.5), offset=(0.5, 0.5))
+    materials = [replace(scene.materials[0], look=Look(image, None, "MASK")), *scene.materials[1:]]
+    coordinates = np.random.default_rng(1).uniform(-2, 2, (len(scene.meshes[0].triangles), 3, 2))
+    meshes = [replace(scene.meshes[0], coordinates=coordinates), *scene.meshes[1:]]
+    return dl.scene.replace_scene(scene, meshes=meshes, materials=materials)

@@ -7,15 +7,12 @@ import io
 import json
 import warnings
 import zipfile
-from dataclasses import replace
 
 import deltalux as dl
 import numpy as np
 import pytest
-from builders.gltf import png
 from deltalux import snapshot
-from deltalux.look import Look, Texture
-from rooms import room, translation
+from rooms import room, translation, with_texture
 from session_files import read_parts, write_parts
 
 
@@ -32,15 +29,6 @@ def parts(tmp_path_factory):
         assert session.update(budget_ms=1e-6).done < 1
         snapshot.write(path, session)
     return read_parts(path)
-
-
-def with_texture(scene):
-    """The room with a picture on its walls."""
-    image = Texture(png(np.full((2, 2, 3), 99, np.uint8)), (0.5, 0.5, 0.5), offset=(0.5, 0.5))
-    materials = [replace(scene.materials[0], look=Look(image, None, "MASK")), *scene.materials[1:]]
-    coordinates = np.random.default_rng(1).uniform(-2, 2, (len(scene.meshes[0].triangles), 3, 2))
-    meshes = [replace(scene.meshes[0], coordinates=coordinates), *scene.meshes[1:]]
-    return dl.scene.replace_scene(scene, meshes=meshes, materials=materials)
 
 
 def use(session):
