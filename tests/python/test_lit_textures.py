@@ -249,6 +249,19 @@ def test_a_changed_reflectance_tints_the_texture(tmp_path: Path, reflectance):
     assert_shows(seen, EXPOSURE * seen.light * texels * reflectance / mean)
 
 
+def test_a_texture_that_cannot_be_made_so_bright_is_left_out(tmp_path: Path):
+    builder = GltfBuilder()
+    builder.node(mesh=quad(builder, textured(builder), UV), name="card")
+    scene = dl.load(builder.write(tmp_path))
+    (material,) = scene.materials
+    dark = replace(material.look.colour, mean=material.look.colour.mean / 20)
+    material = replace(material, look=replace(material.look, colour=dark), reflectance=(0.1, 0.1, 0.9))
+    viewer = lit(tmp_path, dl.scene.replace_scene(scene, materials=[material]))
+    seen = viewer.shown("card")
+    np.testing.assert_allclose(seen.colour, EXPOSURE * seen.light * (0.1, 0.1, 0.9), atol=1e-5)
+    assert not viewer.document.images
+
+
 @pytest.mark.parametrize(("light", "share"), [(0.5, 1), (800.0, 1), (0.01, 0.1)])
 def test_luminous_materials_show_the_brighter_of_their_textures(tmp_path: Path, light: float, share: float):
     """A panel in the dark shows what glows, unless that is a small lamp; in bright light, what it carries."""

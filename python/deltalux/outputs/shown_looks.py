@@ -11,6 +11,9 @@ from deltalux.look import Texture
 from deltalux.scene import Material
 from deltalux.units import photopic
 
+# Vertex colours end at 1, in typical light they are 0.4: a texture that needs more than this is left out.
+MOST_GAIN = 4.0
+
 
 @dataclass(frozen=True, eq=False)
 class Shown:
@@ -53,8 +56,10 @@ def shown_as(material: Material, textured: bool, irradiance: np.ndarray) -> Show
     if not material.emissive:
         if look.colour is None or not textured:
             return Shown(material.reflectance, None, none, none)
-        # Not 1 where the reflectance was changed, and more than 1 where a dark texture was made bright.
+        # More than 1 where the reflectance was changed and a dark texture made bright.
         factor = _ratio(material.reflectance, look.colour.mean)
+        if factor.max() > MOST_GAIN:
+            return shown_as(material, False, irradiance)
         base = np.minimum(factor, 1.0)
         return Shown(base, look.colour, _ratio(factor, base), none)
     glows = photopic(np.pi * material.emission) >= photopic(material.reflectance * irradiance)
