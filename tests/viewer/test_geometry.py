@@ -63,7 +63,8 @@ def test_description_names_what_can_be_edited(session):
 def test_cameras_are_the_scene_s_and_an_automatic_one():
     pose = np.eye(4)
     pose[:3, 3] = (1, 2, 3)
-    scene = replace_scene(room(), cameras=[Camera("mine", pose, 0.7)])
+    plan = Camera("plan", pose, height=3)  # a page has no parallel rays
+    scene = replace_scene(room(), cameras=[plan, Camera("mine", pose, 0.7)])
     session = dl.Session(scene, dl.Samples.on_vertices(scene, spacing=0.8), paths=1000)
     mine, automatic = geometry_of(session).description["cameras"]
     assert mine == {

@@ -61,7 +61,7 @@ def write_glb(path: str | os.PathLike[str], baked: Baked) -> None:
     writer.document.asset.extras = {
         **about_text(baked.result),
         "exposure": exposure,
-        "COLOR_0": "min(1, exposure * irradiance); luminous materials: "
+        "COLOR_0": "min(1, exposure * irradiance), more where a texture is too dark; luminous: "
         "min(1, exposure * (reflectance * irradiance + pi * radiance) / mean of their texture, if any)",
         "_IRRADIANCE": f"linear RGB, {baked.result.unit}",
         "_STANDARD_ERROR": f"linear RGB, {baked.result.unit}",
