@@ -19,7 +19,7 @@ from .segments import Progress, check_threads
 from .stored_samples import FIELDS as SAMPLE_FIELDS
 from .stored_samples import pack_samples, unpack_samples, write_samples
 from .stored_scene import FIELDS as SCENE_FIELDS
-from .stored_scene import pack_scene, unpack_scene, upgraded_from_14, write_scene
+from .stored_scene import pack_scene, unpack_scene, write_scene
 
 if TYPE_CHECKING:
     from .session import Session
@@ -153,11 +153,9 @@ def _read(path: Path, kind: type[Session], threads: int | None, progress: Progre
 def _check_index(index: Any) -> None:
     if not isinstance(index, dict) or index.get("format") != FORMAT:
         raise FormatError("found a foreign file, expected a session that Session.save wrote")
-    if index.get("version") == 14:
-        upgraded_from_14(index.get("scene"))
-    elif index.get("version") != VERSION:
+    if index.get("version") != VERSION:
         found = f"{index.get('version')!r:.20}"
-        raise FormatError(f"found session format {found}, this program reads 14 and {VERSION}; bake again")
+        raise FormatError(f"found session format {found}, this program reads {VERSION}; bake again")
 
 
 class _CoreSource:

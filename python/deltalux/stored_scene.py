@@ -27,7 +27,6 @@ _COMMON = ("kind", "name", "group", "attached_to")
 _MESH = ("name", "material", "pose", "movable", "smooth_angle", "vertices", "triangles")
 _MATERIAL = ("name", "reflectance", "emission", "group", "two_sided")
 _CAMERA = ("name", "pose", "vertical_fov", "height", "aspect", "near", "far")
-_CAMERA_OF_14 = {"height": None, "aspect": None, "near": Camera.near, "far": None}  # what format 14 lacks
 _NODE = ("name", "parent", "matrix", "parts")
 _TINY = np.finfo(float).tiny
 _MOST = 2**31  # vertices or triangles of a mesh; the arrays hold no more than the file
@@ -107,16 +106,6 @@ def _pack_light(light: Light) -> dict[str, Any]:
             common = (kind, light.name, light.group, light.attached_to)
             return dict(zip(_COMMON, common, strict=True)) | values
     raise TypeError(f"light of unknown type {type(light).__name__}")
-
-
-def upgraded_from_14(data: Any) -> None:
-    """Add to an index's entry of format 14 what it lacks; what is no such entry is refused later."""
-    if not isinstance(data, dict) or not isinstance(data.get("cameras"), list):
-        return
-    data["looks"] = None
-    for camera in data["cameras"]:
-        if isinstance(camera, dict):
-            camera |= _CAMERA_OF_14
 
 
 def unpack_scene(data: Fields, archive: ArchiveReader, folder: Path) -> Scene:

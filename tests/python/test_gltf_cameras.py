@@ -7,13 +7,11 @@ from pathlib import Path
 
 import deltalux as dl
 import numpy as np
-import pytest
 from builders.gltf import GltfBuilder
 from deltalux import outputs
 from deltalux.display_mesh import refine
 from deltalux.outputs.camera import look_at
 from deltalux.outputs.view import camera_rays
-from session_files import rewrite
 from test_gltf_lights import DOWN
 from test_outputs import Reader, result_for, shift
 
@@ -139,33 +137,6 @@ def test_an_orthographic_view_without_an_end_ends_behind_the_scene(tmp_path: Pat
     (written,) = Reader(tmp_path / "a.glb").document.cameras
     assert 70 < written.orthographic.zfar < 80
     assert (written.orthographic.xmag, written.orthographic.ymag) == (1.5, 1.5)
-
-
-def test_sessions_of_format_14_open(tmp_path: Path):
-    """Which had no looks, and cameras in perspective alone."""
-    scene, path = both(tmp_path), tmp_path / "a.dlx"
-    scene = dl.scene.replace_scene(scene, cameras=scene.cameras[2:])
-    samples = dl.Samples.on_vertices(scene, spacing=0.5)
-    with dl.Session(scene, samples, paths=100, threads=1) as session:
-        session.bake()
-        session.save(path)
-        digest = session.digest()
-
-    def older(index: dict) -> None:
-        index["version"] = 14
-        assert index["scene"].pop("looks") is None
-        for camera in index["scene"]["cameras"]:
-            for name in ("height", "aspect", "near", "far"):
-                del camera[name]
-
-    rewrite(path, index=older)
-    with dl.Session.open(path, threads=1) as opened:
-        assert opened.digest() == digest
-        assert facts(opened.scene.cameras[0]) == facts(scene.cameras[0])
-    for odd in (None, [], {"cameras": [1]}, {"cameras": {}}):
-        rewrite(path, index=lambda index, odd=odd: index.update(version=14, scene=odd))
-        with pytest.raises(dl.FormatError, match=r"index\.scene"):
-            dl.Session.open(path)
 
 
 def test_parallel_rays():
