@@ -21,6 +21,9 @@ constexpr size_t kPerStep = size_t(1) << 16;  // rays between two looks at the c
 /// At least half of the rays are even, so none counts more than twice, but for rounding.
 constexpr float kMostWeight = 2.01f;
 
+/// Of lamps as bright as a scene may have them; sums stay finite.
+constexpr float kBrightest = 1e33f;
+
 /// A chain without its vertices.
 struct Record {
   uint32_t count, end;
@@ -55,8 +58,8 @@ void check(const Vertex& vertex, const Present& present) {
   if (vertex.is_of_end() && !lit)
     refuse(kVertices, "found light at a ray's end that is of no lamp");
   for (float value : vertex.direct)
-    if (!(value >= 0) || !std::isfinite(value) || (value > 0 && !lit))
-      refuse(kVertices, "found light that is not finite, negative, or of no lamp");
+    if (!(value >= 0 && value <= kBrightest) || (value > 0 && !lit))
+      refuse(kVertices, "found light that is negative, beyond 1e33, or of no lamp");
 }
 
 }  // namespace

@@ -31,7 +31,7 @@ void pool_errors(std::span<Estimate> samples, double metre) {
       pooled[i][c] = own.error[c];
       if (!(own.irradiance[c] > 0)) continue;
       // One ray's variance is about the same there; so is its share of the light. Where light
-      // differs much, one of these is too large for the darker and one for the brighter.
+      // differs much, one of these is too large, for the darker or for the brighter.
       double absolute = 0, relative = 0, count = 0;
       for (size_t k = first; k < last; ++k) {
         const Estimate& other = samples[k];
@@ -41,8 +41,8 @@ void pool_errors(std::span<Estimate> samples, double metre) {
         relative += variance / (other.irradiance[c] * other.irradiance[c]);
         count += 1;
       }
-      pooled[i][c] =
-          std::sqrt(own.irradiance[c] * std::sqrt(absolute / count) * std::sqrt(relative / count));
+      const double squared = own.irradiance[c] * own.irradiance[c];
+      pooled[i][c] = std::sqrt(std::min(absolute, relative * squared) / count);
     }
   }
   for (size_t i = 0; i < samples.size(); ++i)

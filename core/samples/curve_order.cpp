@@ -4,8 +4,8 @@
 #include "samples/curve_order.h"
 
 #include <algorithm>
+#include <compare>
 #include <numeric>
-#include <utility>
 
 namespace deltalux::samples {
 namespace {
@@ -44,7 +44,7 @@ Cell hilbert_transpose(Cell x) {
 }  // namespace
 
 std::vector<uint32_t> curve_order(std::span<const Vec3f> points, Curve curve,
-                                  const Progress* progress) {
+                                  const Progress* progress, std::span<const uint64_t> ties) {
   std::vector<uint32_t> order(points.size());
   std::iota(order.begin(), order.end(), 0u);
   if (curve == Curve::none) return order;
@@ -53,7 +53,12 @@ std::vector<uint32_t> curve_order(std::span<const Vec3f> points, Curve curve,
   const Vec3d low(box.low), extent = Vec3d(box.high) - low;
   const double side = std::max({extent.x, extent.y, extent.z});
   constexpr double kCells = 1u << kBits;
-  std::vector<std::pair<uint64_t, uint32_t>> places(points.size());
+  struct Place {
+    uint64_t key, tie;
+    uint32_t point;
+    auto operator<=>(const Place&) const = default;
+  };
+  std::vector<Place> places(points.size());
   for (uint32_t i = 0; i < points.size(); ++i) {
     if (progress && i % 65536 == 0) progress->check();
     Cell cell{};
@@ -61,10 +66,11 @@ std::vector<uint32_t> curve_order(std::span<const Vec3f> points, Curve curve,
       if (side > 0)
         cell[size_t(axis)] =
             uint32_t(std::min((double(points[i][axis]) - low[axis]) / side * kCells, kCells - 1));
-    places[i] = {interleave(curve == Curve::hilbert ? hilbert_transpose(cell) : cell), i};
+    places[i] = {interleave(curve == Curve::hilbert ? hilbert_transpose(cell) : cell),
+                 ties.empty() ? 0 : ties[i], i};
   }
   std::sort(places.begin(), places.end());
-  for (size_t i = 0; i < places.size(); ++i) order[i] = places[i].second;
+  for (size_t i = 0; i < places.size(); ++i) order[i] = places[i].point;
   return order;
 }
 

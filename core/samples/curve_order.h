@@ -18,9 +18,10 @@ enum class Curve : uint8_t {
 };
 
 /// Indices of the points in the order in which the curve through their bounding cube, 2^21 cells
-/// wide, meets them; points of one cell stay in their order. Points must be finite.
-/// Throws Cancelled.
+/// wide, meets them; points of one cell in the order of their `ties`, else as they are. Points must
+/// be finite. Throws Cancelled.
 std::vector<uint32_t> curve_order(std::span<const Vec3f> points, Curve curve,
-                                  const Progress* progress = nullptr);
+                                  const Progress* progress = nullptr,
+                                  std::span<const uint64_t> ties = {});
 
 }  // namespace deltalux::samples

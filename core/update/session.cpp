@@ -76,6 +76,14 @@ void reach_samples(State& s) {
   }
 }
 
+/// Along a curve; what lies at one point by its normal, so that the given order does not matter.
+std::vector<uint32_t> places_in_order(const samples::SampleSet& samples) {
+  std::vector<uint64_t> ties(samples.size());
+  for (size_t i = 0; i < ties.size(); ++i)
+    ties[i] = direct::place_key(samples.point[i], samples.normal[i]);
+  return samples::curve_order(samples.point, samples::Curve::hilbert, nullptr, ties);
+}
+
 }  // namespace
 
 Session::Session(scene::Scene scene, samples::SampleSet samples, const Options& options)
@@ -88,7 +96,7 @@ Session::Session(scene::Scene scene, samples::SampleSet samples, const Options& 
   scene.finish();
   check_samples(scene, samples);
   state_->scene = std::move(scene);
-  state_->given = samples::curve_order(samples.point, samples::Curve::hilbert);
+  state_->given = places_in_order(samples);
   state_->samples = samples.reordered(state_->given);
   reach_samples(*state_);
   state_->group_factor.assign(state_->scene.group_count, 1.0);

@@ -181,7 +181,7 @@ def test_what_no_reader_would_accept_is_not_written(tmp_path, monkeypatch):
 
 MEASURE = """
 import gc, sys
-sys.path.insert(0, {tests!r})
+sys.path[:0] = {tests!r}
 import deltalux as dl
 from rooms import room
 
@@ -213,7 +213,7 @@ def test_neither_save_nor_open_takes_memory_for_a_copy(gather, saving, opening, 
     """Of all, that is: what rays see is packed for the file."""
 
     def measured(*arguments):
-        code = MEASURE.format(tests=str(Path(__file__).parent), gather=gather)
+        code = MEASURE.format(tests=[str(folder) for folder in Path(__file__).parents[:2]], gather=gather)
         ran = subprocess.run(
             [sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=True, timeout=200
         )

@@ -38,6 +38,7 @@ from deltalux.rendering import PATHS as PICTURE_PATHS
 BYTES_PER_TRIANGLE = 40.0  # of a scene file, before it is read
 USUAL_ERROR = 0.025  # that 300,000 paths with their rays claim
 USUAL_PATHS = 300_000
+MOST_GROWN = 1e3  # times less error than is usual: no more is foreseen
 
 
 def before_loading(source: str, threads: int | None) -> Counts:
@@ -84,7 +85,7 @@ def bake_job(counts: Counts, targets: Sequence[Path], target_error: float | None
     usual = USUAL_ERROR * math.sqrt(USUAL_PATHS / counts.paths)
     rounds = [counts]
     if usual > target_error:
-        rounds.append(grown(counts, (usual / target_error) ** 2))
+        rounds.append(grown(counts, min(usual / target_error, MOST_GROWN) ** 2))
     return after_rounds(rounds, rounds[-1], targets)
 
 
