@@ -54,16 +54,16 @@ const char* Guide::flaw() const {
   return nullptr;
 }
 
-Target::Target(const Guide& guide, Vec3f from) : guide_(&guide), to_centre_(guide.centre - from) {
-  tangent_frame(guide.normal, u_, v_);
-}
+Target::Target(const Guide& guide, Vec3f from) : guide_(&guide), to_centre_(guide.centre - from) {}
 
 Vec3f Target::direction(float u, float v) const {
   const Fall row = fall(guide_->row, v), column = fall(guide_->column[row.interval], u);
   const auto place = [&](const Fall& f) {
     return guide_->half * (2 * (float(f.interval) + f.within) / Guide::kSide - 1);
   };
-  const Vec3f d = to_centre_ + u_ * place(column) + v_ * place(row);
+  Vec3f along_row, along_column;
+  tangent_frame(guide_->normal, along_row, along_column);
+  const Vec3f d = to_centre_ + along_row * place(column) + along_column * place(row);
   const float distance = length(d);
   return distance > 0 ? d * (1 / distance) : Vec3f{};
 }
@@ -73,7 +73,12 @@ float Target::density(Vec3f w) const {
   const float t = along != 0 ? dot(to_centre_, guide_->normal) / along : 0.0f;
   if (!(t > 0)) return 0;
   const Vec3f off = w * t - to_centre_;
-  const float half = guide_->half, x = dot(off, u_) + half, y = dot(off, v_) + half;
+  const float half = guide_->half;
+  constexpr float kCorner = 2.01f;  // squared, of the half side, and some rounding
+  if (!(dot(off, off) < kCorner * half * half)) return 0;
+  Vec3f u, v;
+  tangent_frame(guide_->normal, u, v);
+  const float x = dot(off, u) + half, y = dot(off, v) + half;
   if (!(x >= 0 && x < 2 * half && y >= 0 && y < 2 * half)) return 0;
   const float texel = 2 * half / Guide::kSide;
   const size_t i = std::min(size_t(x / texel), Guide::kSide - 1);
@@ -95,9 +100,10 @@ bool Target::may_meet(Vec3f to_ball, float radius) const {
 float share_of_view(const Guide& guide, Vec3f from, Vec3f n) {
   constexpr float kGrazing = 0.01f;  // cosine: what is seen more aslant is left out
   const Vec3f d = guide.centre - from;
+  const float front = -dot(guide.normal, d), over = dot(n, d) + guide.half;
+  if (!(front > 0) || !(over > 0)) return 0;  // most
   const float squared = dot(d, d), distance = std::sqrt(squared);
-  const float above = std::min(dot(n, d) + guide.half, distance);
-  const float front = -dot(guide.normal, d);
+  const float above = std::min(over, distance);
   if (!(above > 0) || !(front > kGrazing * distance)) return 0;
   const float area = 4 * guide.half * guide.half / std::numbers::pi_v<float>;
   return std::min(1.0f, above * front * area / (squared * squared));

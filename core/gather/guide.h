@@ -47,7 +47,7 @@ class Target {
 
  private:
   const Guide* guide_ = nullptr;
-  Vec3f to_centre_{}, u_{}, v_{};
+  Vec3f to_centre_{};
 };
 
 inline constexpr uint32_t kMostGuides = 64;

@@ -12,7 +12,7 @@ namespace {
 
 constexpr size_t kWindow = 8;   // samples to either side
 constexpr float kAlike = 0.7f;  // cosine between normals
-constexpr double kReach = 0.5;  // metres
+constexpr double kReach = 0.25;  // metres
 
 bool are_neighbours(const Estimate& a, const Estimate& b, float reach) {
   const Vec3f d = a.point - b.point;
@@ -31,7 +31,7 @@ void pool_errors(std::span<Estimate> samples, double metre) {
       pooled[i][c] = own.error[c];
       if (!(own.irradiance[c] > 0)) continue;
       // One ray's variance is about the same there; so is its share of the light. Where light
-      // differs much, one of these is too large, for the darker or for the brighter.
+      // differs much, one of these is too large, for the darker or for the brighter: their mean.
       double absolute = 0, relative = 0, count = 0;
       for (size_t k = first; k < last; ++k) {
         const Estimate& other = samples[k];
@@ -42,7 +42,7 @@ void pool_errors(std::span<Estimate> samples, double metre) {
         count += 1;
       }
       const double squared = own.irradiance[c] * own.irradiance[c];
-      pooled[i][c] = std::sqrt(std::min(absolute, relative * squared) / count);
+      pooled[i][c] = std::sqrt(std::sqrt(absolute * relative * squared) / count);
     }
   }
   for (size_t i = 0; i < samples.size(); ++i)

@@ -17,7 +17,7 @@ struct Estimate {
   double irradiance[3] = {}, error[3] = {};
 };
 
-/// Samples in an order in which neighbours lie close to each other; pools those within half a
+/// Samples in an order in which neighbours lie close to each other; pools those within a quarter
 /// `metre`. What is dark keeps its error.
 void pool_errors(std::span<Estimate> samples, double metre);
 

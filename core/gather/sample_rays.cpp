@@ -49,10 +49,10 @@ void keep_seen(std::vector<Candidate>& candidates, const Look& look) {
 
 }  // namespace
 
-RayShares share_rays(std::span<const Guide> guides, const Beams& beams,
-                     const direct::Receiver& receiver, uint32_t rays,
-                     const trace::RayCaster& caster, uint64_t seed) {
-  RayShares out;
+SeenGuides see_guides(std::span<const Guide> guides, const Beams& beams,
+                      const direct::Receiver& receiver, uint32_t rays,
+                      const trace::RayCaster& caster, uint64_t seed) {
+  SeenGuides out;
   if (receiver.normal == Vec3f{}) return out;
   const Vec3f origin = receiver.point + receiver.normal * receiver.slack();
   std::vector<Candidate> candidates;
@@ -84,17 +84,23 @@ RayShares share_rays(std::span<const Guide> guides, const Beams& beams,
     const trace::Hit hit = caster.closest_static(origin, w);
     return hit.valid() && guide.holds(origin + w * hit.t);
   });
+  for (const Candidate& candidate : candidates)
+    if (candidate.share > 0) out.each[out.count++] = {candidate.share, candidate.guide};
+  return out;
+}
+
+RayShares share_rays(const SeenGuides& seen, uint32_t rays) {
+  RayShares out;
   float all = 0;
-  for (const Candidate& candidate : candidates) all += candidate.share;
+  for (uint32_t i = 0; i < seen.count; ++i) all += seen.each[i].share;
   // One eighth each, then in proportion to what they bring; at least half of the rays stay even.
   const uint32_t most = rays / (2 * kParts);
-  const float more = float(most - std::min(most, uint32_t(candidates.size())));
+  const float more = float(most - std::min(most, seen.count));
   uint32_t left = most;
-  for (size_t i = 0; i < candidates.size() && left > 0; ++i) {
-    const float own = candidates[i].share;
-    if (!(own > 0)) continue;
-    const uint32_t eighths = std::min(left, 1 + uint32_t(more * own / (all + kRest)));
-    out.guide[i] = candidates[i].guide;
+  for (uint32_t i = 0; i < seen.count && left > 0; ++i) {
+    const SeenGuides::Seen& own = seen.each[i];
+    const uint32_t eighths = std::min(left, 1 + uint32_t(more * own.share / (all + kRest)));
+    out.guide[i] = own.guide;
     out.eighth[i] = uint16_t(eighths);
     left -= eighths;
   }

@@ -56,11 +56,23 @@ struct Guiding {
                uint32_t rays);
 };
 
-/// Shares of a receiver that casts `rays`, by what it sees of guides; follows from the receiver,
-/// the lamps and what does not move, so that few edits change it.
-RayShares share_rays(std::span<const Guide> guides, const Beams& beams,
-                     const direct::Receiver& receiver, uint32_t rays,
-                     const trace::RayCaster& caster, uint64_t seed);
+/// The guides, beams included, that a receiver sees, the noisiest first.
+struct SeenGuides {
+  struct Seen {
+    float share;  ///< its light, of the receiver's
+    uint16_t guide;
+  };
+  std::array<Seen, kMostUsed> each{};
+  uint32_t count = 0;
+};
+
+/// Of a receiver where `rays` is the standard number; follows from the receiver, the lamps and what
+/// does not move, so that few edits change it. It casts some hundred rays itself.
+SeenGuides see_guides(std::span<const Guide> guides, const Beams& beams,
+                      const direct::Receiver& receiver, uint32_t rays,
+                      const trace::RayCaster& caster, uint64_t seed);
+/// Shares of a receiver that casts `rays`.
+RayShares share_rays(const SeenGuides& seen, uint32_t rays);
 
 /// Where a ray goes.
 struct Aim {

@@ -166,15 +166,21 @@ class Session {
   /// Beams in their places and guides; what cells send then.
   gather::LitCells lit_cells(const gather::Evaluation& now) const;
   gather::Evaluation choose_guides(Progress& progress);
-  /// How many rays each sample casts.
-  void choose_rays(const gather::Evaluation& now, Progress& progress);
-  /// What a few of `rays` tell about receivers whose direct light is `direct`.
-  std::vector<gather::PilotLook> pilot(std::span<const direct::Receiver> receivers, uint32_t rays,
-                                       std::span<const Vec3d> direct,
+  /// Receivers that look around, the guides that they see, none without guides, and their light
+  /// from lamps.
+  struct Places {
+    std::span<const direct::Receiver> receivers;
+    std::span<const gather::SeenGuides> seen;
+    std::span<const Vec3d> direct;
+  };
+  /// How many rays each sample casts. `seen`: by all of them.
+  void choose_rays(const gather::Evaluation& now, std::span<const gather::SeenGuides> seen,
+                   Progress& progress);
+  /// What a few of `rays` tell about each place.
+  std::vector<gather::PilotLook> pilot(const Places& places, uint32_t rays,
                                        const gather::Evaluation& now) const;
   /// How often the number of `rays` doubles at each.
-  std::vector<int8_t> doublings_of(std::span<const direct::Receiver> receivers, uint32_t rays,
-                                   std::span<const Vec3d> direct,
+  std::vector<int8_t> doublings_of(const Places& places, uint32_t rays,
                                    const gather::Evaluation& now) const;
   std::vector<direct::Receiver> receivers_at(std::span<const Vec3f> points,
                                              std::span<const Vec3f> normals) const;
@@ -187,18 +193,22 @@ class Session {
   void place_asked();
   /// Those worth asking for where rays land. `hits`: see Votes.
   std::vector<uint32_t> find_suns(std::span<const uint32_t> hits) const;
-  /// Each sample's rays, and their shares.
-  void aim(Progress& progress);
+  /// Each sample's rays, and their shares; `now`: of a bake, which chooses their numbers.
+  void aim(const std::optional<gather::Evaluation>& now, Progress& progress);
   /// Of the present sums; nullopt in sessions that do not gather.
   std::optional<gather::Evaluation> evaluation(bool errors) const;
   gather::Present present(std::span<const direct::Receiver> receivers,
                           const gather::Guiding& guiding) const;
+  /// The guides that a receiver sees where `rays` is the standard number.
+  gather::SeenGuides guides_at(const direct::Receiver& receiver, uint32_t rays) const;
+  std::vector<gather::SeenGuides> guides_at(std::span<const direct::Receiver> receivers,
+                                            uint32_t rays, Progress& progress) const;
+  gather::RayShares share(size_t sample) const;
   void renew_share(size_t sample);
-  gather::RayShares share(const direct::Receiver& receiver, uint32_t rays) const;
-  std::vector<gather::RayShares> shares_of(std::span<const direct::Receiver> receivers,
-                                           const gather::RayCounts& rays, Progress& progress) const;
-  gather::Looks looks_of(std::span<const direct::Receiver> receivers, const gather::RayCounts& rays,
-                         uint64_t seed, const gather::Evaluation& now) const;
+  std::vector<gather::RayShares> shares_of(std::span<const gather::SeenGuides> seen,
+                                           const gather::RayCounts& rays) const;
+  gather::Looks looks_of(const Places& places, const gather::RayCounts& rays, uint64_t seed,
+                         const gather::Evaluation& now) const;
   /// Lets what samples see wait for Looks::follow().
   void note_looks(std::span<const ObjectChange> changes, bool lights);
   void note_beams(std::span<const uint32_t> objects, std::span<const Box> boxes,

@@ -131,30 +131,33 @@ void Session::place_asked() {
   s.gather->suns = gather::Suns(s.guiding.suns, s.lights);
 }
 
-gather::RayShares Session::share(const direct::Receiver& receiver, uint32_t rays) const {
+gather::SeenGuides Session::guides_at(const direct::Receiver& receiver, uint32_t rays) const {
   const State& s = *state_;
-  return gather::share_rays(s.guiding.guides, s.gather->beams, receiver, rays, *s.caster,
+  return gather::see_guides(s.guiding.guides, s.gather->beams, receiver, rays, *s.caster,
                             s.options.seed);
+}
+
+gather::RayShares Session::share(size_t sample) const {
+  return gather::share_rays(guides_at(receivers_[sample], state_->options.gather_rays),
+                            state_->gather->looks.rays().count(sample));
 }
 
 void Session::renew_share(size_t sample) {
   State& s = *state_;
-  if (s.guiding.empty()) return;
-  s.guiding.shares[sample] = share(receivers_[sample], s.gather->looks.rays().count(sample));
+  if (!s.guiding.empty()) s.guiding.shares[sample] = share(sample);
 }
 
-std::vector<gather::RayShares> Session::shares_of(std::span<const direct::Receiver> receivers,
-                                                  const gather::RayCounts& rays,
-                                                  Progress& progress) const {
+std::vector<gather::SeenGuides> Session::guides_at(std::span<const direct::Receiver> receivers,
+                                                   uint32_t rays, Progress& progress) const {
   const State& s = *state_;
   if (s.guiding.empty()) return {};
-  std::vector<gather::RayShares> shares(receivers.size());
-  s.workers.for_blocks(shares.size(), kGrain, [&](size_t begin, size_t end) {
+  std::vector<gather::SeenGuides> seen(receivers.size());
+  s.workers.for_blocks(seen.size(), kGrain, [&](size_t begin, size_t end) {
     progress.check();
-    for (size_t i = begin; i < end; ++i) shares[i] = share(receivers[i], rays.count(i));
+    for (size_t i = begin; i < end; ++i) seen[i] = guides_at(receivers[i], rays);
     progress.advance(end - begin);
   });
-  return shares;
+  return seen;
 }
 
 void Session::look_around(Progress& progress, bool new_guides) {
@@ -162,15 +165,17 @@ void Session::look_around(Progress& progress, bool new_guides) {
   if (!s.gather) return;
   progress.begin("cover cells", 1);
   s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
+  std::optional<gather::Evaluation> now;
   if (new_guides)
-    choose_rays(choose_guides(progress), progress);
+    now = choose_guides(progress);
   else
     place_asked();
-  aim(progress);
+  aim(now, progress);
   s.gather->looks.cast(present(receivers_, s.guiding), s.workers, progress);
 }
 
-void Session::choose_rays(const gather::Evaluation& now, Progress& progress) {
+void Session::choose_rays(const gather::Evaluation& now, std::span<const gather::SeenGuides> seen,
+                          Progress& progress) {
   State& s = *state_;
   const std::vector<direct::Receiver> places = gather::lit_places(lit_cells(now));
   s.guiding.need = {};
@@ -179,13 +184,18 @@ void Session::choose_rays(const gather::Evaluation& now, Progress& progress) {
   const uint32_t rays = s.options.gather_rays;
   const std::vector<Vec3d> direct =
       irradiance_of(*direct_at(places, s.light_sampled), 0, places.size());
-  s.guiding.need = gather::RayNeed(pilot(places, rays, direct, now), rays);
+  Progress part;
+  s.guiding.need =
+      gather::RayNeed(pilot({places, guides_at(places, rays, part), direct}, rays, now), rays);
   progress.begin("find noisy places", receivers_.size());
   const size_t together = portion(rays);
   for (size_t first = 0; first < receivers_.size(); first += together) {
     const size_t count = std::min(together, receivers_.size() - first);
-    const std::vector<int8_t> own = doublings_of(std::span(receivers_).subspan(first, count), rays,
-                                                 irradiance_of(*direct_, first, count), now);
+    const std::vector<int8_t> own =
+        doublings_of({std::span(receivers_).subspan(first, count),
+                      s.guiding.empty() ? seen : seen.subspan(first, count),
+                      irradiance_of(*direct_, first, count)},
+                     rays, now);
     std::copy(own.begin(), own.end(), s.guiding.doublings.begin() + long(first));
     progress.advance(count);
     progress.check();
@@ -209,31 +219,30 @@ void Session::choose_rays(const gather::Evaluation& now, Progress& progress) {
   s.guiding.doublings.assign(receivers_.size(), 0);
 }
 
-gather::Looks Session::looks_of(std::span<const direct::Receiver> receivers,
-                                const gather::RayCounts& rays, uint64_t seed,
+gather::Looks Session::looks_of(const Places& places, const gather::RayCounts& rays, uint64_t seed,
                                 const gather::Evaluation& now) const {
   const State& s = *state_;
   Progress part;
   gather::Looks looks(rays, seed);
   const gather::Guiding guiding{
-      s.guiding.guides, s.guiding.beams, {}, {}, {}, shares_of(receivers, looks.rays(), part)};
-  looks.cast(present(receivers, guiding), s.workers, part);
+      s.guiding.guides, s.guiding.beams, {}, {}, {}, shares_of(places.seen, looks.rays())};
+  looks.cast(present(places.receivers, guiding), s.workers, part);
   looks.paint(now.paint(), s.workers);
   return looks;
 }
 
-std::vector<gather::PilotLook> Session::pilot(std::span<const direct::Receiver> receivers,
-                                              uint32_t rays, std::span<const Vec3d> direct,
+std::vector<gather::PilotLook> Session::pilot(const Places& places, uint32_t rays,
                                               const gather::Evaluation& now) const {
   const State& s = *state_;
-  const std::vector<int8_t> few(receivers.size(), int8_t(gather::RayCounts::kLeast));
-  const gather::Looks looks = looks_of(receivers, {few, rays}, s.options.seed ^ kPilotSeed, now);
-  std::vector<gather::PilotLook> out(receivers.size());
+  const std::vector<int8_t> few(places.receivers.size(), int8_t(gather::RayCounts::kLeast));
+  const gather::Looks looks = looks_of(places, {few, rays}, s.options.seed ^ kPilotSeed, now);
+  std::vector<gather::PilotLook> out(places.receivers.size());
   s.workers.for_blocks(out.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       out[i] = now.pilot(looks, i);
-      out[i].irradiance += float(direct[i].x + direct[i].y + direct[i].z);
-      out[i].beside = s.gather->beams.beside(receivers[i].point);
+      const Vec3d direct = places.direct[i];
+      out[i].irradiance += float(direct.x + direct.y + direct.z);
+      out[i].beside = s.gather->beams.beside(places.receivers[i].point);
     }
   });
   return out;
@@ -253,13 +262,13 @@ gather::Looks::PerRay Session::pilot_rays() const {
   return few_rays(present(receivers, {}), s.options.seed, s.workers);
 }
 
-std::vector<int8_t> Session::doublings_of(std::span<const direct::Receiver> receivers,
-                                          uint32_t rays, std::span<const Vec3d> direct,
+std::vector<int8_t> Session::doublings_of(const Places& places, uint32_t rays,
                                           const gather::Evaluation& now) const {
   const State& s = *state_;
+  const std::span<const direct::Receiver> receivers = places.receivers;
   std::vector<int8_t> doublings(receivers.size());
   if (!(s.guiding.need.noise > 0 || s.guiding.need.beside > 0)) return doublings;
-  const std::vector<gather::PilotLook> pilots = pilot(receivers, rays, direct, now);
+  const std::vector<gather::PilotLook> pilots = pilot(places, rays, now);
   const gather::Present here = present(receivers, s.guiding);
   const gather::SlitFinder in_slit(here, s.options.seed);
   // What is dark under some of the lamps alone may be noisy under others.
@@ -276,11 +285,21 @@ std::vector<int8_t> Session::doublings_of(std::span<const direct::Receiver> rece
   return doublings;
 }
 
-void Session::aim(Progress& progress) {
+std::vector<gather::RayShares> Session::shares_of(std::span<const gather::SeenGuides> seen,
+                                                  const gather::RayCounts& rays) const {
+  std::vector<gather::RayShares> shares(seen.size());
+  for (size_t i = 0; i < shares.size(); ++i) shares[i] = gather::share_rays(seen[i], rays.count(i));
+  return shares;
+}
+
+void Session::aim(const std::optional<gather::Evaluation>& now, Progress& progress) {
   State& s = *state_;
-  s.gather->looks = gather::Looks({s.guiding.doublings, s.options.gather_rays}, s.options.seed);
+  const uint32_t rays = s.options.gather_rays;
   if (!s.guiding.empty()) progress.begin("share rays", receivers_.size());
-  s.guiding.shares = shares_of(receivers_, s.gather->looks.rays(), progress);
+  const std::vector<gather::SeenGuides> seen = guides_at(receivers_, rays, progress);
+  if (now) choose_rays(*now, seen, progress);
+  s.gather->looks = gather::Looks({s.guiding.doublings, rays}, s.options.seed);
+  s.guiding.shares = shares_of(seen, s.gather->looks.rays());
 }
 
 std::unique_ptr<direct::DirectLight> Session::direct_at(std::span<const direct::Receiver> receivers,
@@ -369,8 +388,11 @@ void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> no
     if (direct)
       for (size_t i = 0; i < count; ++i) write(direct, i, straight[i]);
     if (indirect) {
-      const gather::Looks looks = looks_of(
-          receivers, {doublings_of(receivers, rays, straight, *now), rays}, s.options.seed, *now);
+      Progress part;
+      const std::vector<gather::SeenGuides> seen = guides_at(receivers, rays, part);
+      const Places places{receivers, seen, straight};
+      const gather::Looks looks =
+          looks_of(places, {doublings_of(places, rays, *now), rays}, s.options.seed, *now);
       s.workers.for_blocks(count, kGrain, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i) {
           double around[3], error[3];
@@ -407,7 +429,7 @@ void Session::restore_looks(ArchiveSource& archive, Progress& progress) {
   s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
   place_asked();
   if (s.guiding.shares.empty())
-    aim(progress);
+    aim({}, progress);
   else
     s.gather->looks = gather::Looks({s.guiding.doublings, s.options.gather_rays}, s.options.seed);
   s.gather->looks.restore(archive, present(receivers_, s.guiding), s.workers, progress);
@@ -423,7 +445,7 @@ void Session::note_beams(std::span<const uint32_t> objects, std::span<const Box>
   s.workers.for_blocks(s.samples.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       if (change.samples[i]) continue;  // follow() renews these
-      const gather::RayShares own = share(receivers_[i], s.gather->looks.rays().count(i));
+      const gather::RayShares own = share(i);
       change.samples[i] = !(own == s.guiding.shares[i]);
       s.guiding.shares[i] = own;
     }

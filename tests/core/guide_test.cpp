@@ -207,12 +207,12 @@ size_t with_rays(float open) {
   size_t count = 0;
   for (uint32_t key = 0; key < 500; ++key) {
     const direct::Receiver receiver{{0, 1, 0}, {0, -1, 0}, scene::kNone, 0, key};
-    count += share_rays(guides, {}, receiver, 256, *world.caster, 5).guided() > 0;
+    count += see_guides(guides, {}, receiver, 256, *world.caster, 5).count > 0;
   }
   return count;
 }
 
-TEST(ShareRays, AGuideInASlitIsFound) {
+TEST(SeeGuides, AGuideInASlitIsFound) {
   EXPECT_EQ(with_rays(0.5f), 500u);
   // About a twentieth of it is seen: 64 looks miss that once in 27 times, eight twice in three.
   EXPECT_GT(with_rays(0.015f), 460u);

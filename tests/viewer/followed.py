@@ -13,7 +13,7 @@ import pytest
 from deltalux.server.edits import pose_numbers, state_of
 from deltalux.server.engine import Engine
 from deltalux.server.events import Event, Phase, Wanted
-from deltalux.server.values import Values, shown_of
+from deltalux.server.values import Values, fill_of
 
 from viewer.page_client import TIMEOUT, decoded
 
@@ -77,6 +77,6 @@ def is_message(event: Event, kind: str) -> bool:
 
 def assert_shown(session: dl.Session, values: Values) -> None:
     """The values are the light of the session, which must be at rest."""
-    expected = shown_of(session)(session.irradiance)
+    expected = fill_of(session)(session.irradiance)
     found = decoded(values.rows, values.scale)[:, :3]
     assert found == pytest.approx(expected, rel=1e-3, abs=1e-4 * expected.max())

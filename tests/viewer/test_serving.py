@@ -12,7 +12,7 @@ from deltalux.scene import replace_scene
 from deltalux.server.edits import Reach, pose_numbers
 from deltalux.server.frames import PREVIEW
 from deltalux.server.serving import Server
-from deltalux.server.values import shown_of
+from deltalux.server.values import fill_of
 from rooms import room, translation, turn
 
 from viewer.page_client import PageClient, decoded
@@ -69,7 +69,7 @@ def test_every_edit_arrives(session, serve):
     server.close()
     assert np.array_equal(session.pose("block"), np.array(NEAR).reshape(4, 4).T)
     assert session.poses["lamp"] is None
-    shown = shown_of(session)(session.irradiance)
+    shown = fill_of(session)(session.irradiance)
     assert decoded(rows, scale)[:, :3] == pytest.approx(shown, rel=1e-3, abs=1e-4 * shown.max())
     with make_session() as fresh:
         fresh.bake()

@@ -22,7 +22,7 @@ from .events import Event, Phase, Refused, Wanted
 from .figures import Figures
 from .previews import previews
 from .progress import TaskProgress, shares_of
-from .values import Encoder, Shown, shown_of
+from .values import Encoder, VertexFill, fill_of
 
 BUDGET = 50.0  # milliseconds of one update while dragging, until a page sets another
 REST_BUDGET = 250.0  # at rest; between two updates the pages see what is done, and newer edits get their turn
@@ -64,7 +64,7 @@ class Engine:
         self._phase = ""
         self._counted = -1  # revision of which it was told what no path reached
         self._figures = Figures()
-        self._shown: Shown | None = None
+        self._fill: VertexFill | None = None
         self._encoder: Encoder | None = None
         self._errors: np.ndarray | None = None  # standard errors that the pages see
         self._thread = threading.Thread(target=self._run, name="deltalux-engine", daemon=True)
@@ -213,9 +213,9 @@ class Engine:
 
         Without `errors` the standard errors of the last values go along.
         """
-        if self._shown is None or self._encoder is None:
-            self._shown = shown_of(self._session)
-            self._encoder = Encoder(self._shown)
+        if self._fill is None or self._encoder is None:
+            self._fill = fill_of(self._session)
+            self._encoder = Encoder(self._fill)
         errors = errors or self._errors is None
         shown = session or self._session
         values = shown.read_packed() if errors else shown.glance()
@@ -223,7 +223,7 @@ class Engine:
             self._errors = values[:, 3].copy()
             # While something is dragged shadows keep the detail of the last light at rest.
             beyond = None if session else shown.direct_beyond_samples()
-            self._encoder.show(replace(self._shown, beyond=beyond))
+            self._encoder.use(replace(self._fill, beyond=beyond))
         else:
             values[:, 3] = self._errors
         self._tell(self._encoder.encode(values, revision, preview=session is not None))

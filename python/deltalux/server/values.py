@@ -38,7 +38,7 @@ class Values:
 
 
 @dataclass(frozen=True, eq=False)
-class Shown:
+class VertexFill:
     """What the vertices of a display mesh show: light of their samples, filled in at rims.
 
     `beyond` : (d, 3) or None, of `Session.direct_beyond_samples`
@@ -53,7 +53,7 @@ class Shown:
         return self.fill(add_detail(self.display.at_vertices(values).copy(), self.display, self.beyond))
 
 
-def shown_of(session: Session) -> Shown:
+def fill_of(session: Session) -> VertexFill:
     """How vertices show the light of samples; those at the rim of covered ones whatever the movables' poses.
 
     Static samples are judged among static surfaces, those of a movable on the movable alone. Pictures decide
@@ -63,23 +63,23 @@ def shown_of(session: Session) -> Shown:
     assert display is not None
     poses = movables_apart(session.scene)
     surfaces = Surfaces(session.scene, display, poses, session.options["threads"] or 0)
-    return Shown(display, rim_fill(covered_samples(surfaces), display.triangles))
+    return VertexFill(display, rim_fill(covered_samples(surfaces), display.triangles))
 
 
 class Encoder:
     """Turns irradiance and standard errors of samples into `Values`; keeps the scale while it fits."""
 
-    def __init__(self, shown: Callable[[np.ndarray], np.ndarray]) -> None:
-        self._shown = shown
+    def __init__(self, fill: Callable[[np.ndarray], np.ndarray]) -> None:
+        self._fill = fill
         self._scale = 1.0
 
-    def show(self, shown: Callable[[np.ndarray], np.ndarray]) -> None:
+    def use(self, fill: Callable[[np.ndarray], np.ndarray]) -> None:
         """From now on."""
-        self._shown = shown
+        self._fill = fill
 
     def encode(self, values: np.ndarray, revision: int, preview: bool) -> Values:
         """Encode the (s, 4) values of `Session.read_packed`."""
-        values = self._shown(values)
+        values = self._fill(values)
         self._choose_scale(float(values.max(initial=0.0)))
         values *= np.float32(self._scale)  # they are a copy
         rows = values.astype("<f2").view("<u8").ravel()
