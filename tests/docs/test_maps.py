@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The maps of the code name functions that are where they say."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from docs.pages import ROOT, code_in_lines, name_of, text_of
+from docs.sources import defines, words
+
+MAPS = [ROOT / "docs/explanation" / name for name in ("follow-a-bake.md", "follow-an-update.md")]
+NAMED = re.compile(r"\[`([^`]+)`\]\(([^)]+)\)")
+
+
+@pytest.mark.parametrize("path", MAPS, ids=name_of)
+def test_functions_are_where_the_map_says(path: Path) -> None:
+    named = NAMED.findall(text_of(path))
+    assert len(named) >= 30
+    missing = [
+        f"{file}: {name}"
+        for name, file in named
+        if not (path.parent / file).is_file() or not defines(path.parent / file, name)
+    ]
+    assert missing == []
+
+
+@pytest.mark.parametrize("path", MAPS, ids=name_of)
+def test_other_names_are_in_the_sources(path: Path) -> None:
+    """Fields, options and messages that are named in passing."""
+    unknown = {
+        word for code in code_in_lines(text_of(path)) for word in re.findall(r"[A-Za-z_]\w+", code)
+    } - words()
+    assert unknown == set()
+
+
+@pytest.mark.parametrize(
+    ("file", "name", "found"),
+    [
+        ("core/trace/walk.cpp", "Walk::land", True),
+        ("core/trace/walk.cpp", "Walk::fall", False),
+        ("core/trace/walk.cpp", "land", False),  # called there, and a member
+        ("core/trace/walk.cpp", "facing_normal", False),  # called there
+        ("core/trace/scatter.h", "facing_normal", True),
+        ("core/gather/looks.cpp", "Looks::Caster::look", True),
+        ("core/gather/ray_counts.h", "RayCounts::count", True),
+        ("core/segments/segment_store.h", "Segment", True),
+        ("python/deltalux/session.py", "Session.move", True),
+        ("python/deltalux/session.py", "Session.moved", False),
+        ("python/deltalux/session.py", "Session.pose_matrix", False),
+        ("python/deltalux/flatten.py", "flatten", True),
+        ("python/deltalux/session.py", "flatten", False),  # imported there
+        ("viewer/src/remoteSession.ts", "RemoteSession.drag", True),
+        ("viewer/src/remoteSession.ts", "RemoteSession.send", False),  # of another class
+        ("viewer/src/protocol.ts", "decodeFrame", True),
+        ("viewer/src/connection.ts", "decodeFrame", False),  # imported there
+    ],
+)
+def test_definitions_are_told_from_uses(file: str, name: str, found: bool) -> None:
+    assert defines(ROOT / file, name) is found
