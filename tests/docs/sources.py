@@ -10,7 +10,16 @@ from pathlib import Path
 from docs.pages import ROOT
 
 _SUFFIXES = {".h", ".cpp", ".py", ".ts", ".glsl"}
-_FOLDERS = ("core", "bindings", "python", "viewer/src")
+SOURCES = ("core", "bindings", "python", "viewer/src")
+AROUND = (
+    "tests/contract",
+    "tests/core",
+    "tests/fuzz",
+    "tests/oracles",
+    "tests/python",
+    "tests/viewer",
+    "tools",
+)
 _NO_TYPE = r"(?!\s|(?:return|else|throw|new|delete|case)\b)"
 
 
@@ -55,7 +64,7 @@ def _found(pattern: str, text: str) -> bool:
 
 
 @cache
-def words() -> frozenset[str]:
-    """Every word of the sources, comments included."""
-    files = (path for folder in _FOLDERS for path in (ROOT / folder).rglob("*") if path.suffix in _SUFFIXES)
+def words(folders: tuple[str, ...] = SOURCES) -> frozenset[str]:
+    """Every word of the sources in these folders, comments included."""
+    files = (path for folder in folders for path in (ROOT / folder).rglob("*") if path.suffix in _SUFFIXES)
     return frozenset(word for path in files for word in re.findall(r"\w+", path.read_text(encoding="utf-8")))

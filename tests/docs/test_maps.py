@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from docs.pages import ROOT, code_in_lines, name_of, text_of
-from docs.sources import defines, words
+from docs.sources import AROUND, SOURCES, defines, words
 
 MAPS = [ROOT / "docs/explanation" / name for name in ("follow-a-bake.md", "follow-an-update.md")]
 NAMED = re.compile(r"\[`([^`]+)`\]\(([^)]+)\)")
@@ -27,12 +27,24 @@ def test_functions_are_where_the_map_says(path: Path) -> None:
     assert missing == []
 
 
-@pytest.mark.parametrize("path", MAPS, ids=name_of)
+@pytest.mark.parametrize("path", [*MAPS, ROOT / "docs/reference/glossary.md"], ids=name_of)
 def test_other_names_are_in_the_sources(path: Path) -> None:
     """Fields, options and messages that are named in passing."""
     unknown = {
         word for code in code_in_lines(text_of(path)) for word in re.findall(r"[A-Za-z_]\w+", code)
     } - words()
+    assert unknown == set()
+
+
+def test_recipes_name_what_there_is() -> None:
+    """In CONTRIBUTING's sections on adding something; its files and commands are checked as all are."""
+    sections = re.findall(
+        r"^## Adding .*?(?=^## )", text_of(ROOT / "CONTRIBUTING.md"), re.MULTILINE | re.DOTALL
+    )
+    assert len(sections) == 6
+    named = [code for code in code_in_lines("".join(sections)) if not re.search(r"[/ ]", code)]
+    unknown = {word for code in named for word in re.findall(r"[A-Za-z_]\w+", code)}
+    unknown -= words(SOURCES + AROUND) | {"CHANGELOG", "NAME", "README", "bind_NAME", "grep"}
     assert unknown == set()
 
 
