@@ -54,7 +54,8 @@ format: $(VENV)/lint.stamp ## Rewrite all sources in the house format
 	$(BIN)/clang-format -i $(CPP_FILES)
 
 docs: build $(VENV)/docs.stamp ## Build the documentation as a site: open build/site/index.html
-	$(BIN)/sphinx-build -W --keep-going -q -c docs -d build/doctrees . build/site
+	rm -rf build/site
+	$(BIN)/sphinx-build -E -W --keep-going -q -c docs -d build/doctrees . build/site
 
 viewer: ## Test and build the viewer's page into the package (wants Node.js; users need none)
 	cd viewer && npm ci --no-audit --no-fund && npm run check && npm test && npm run build

@@ -9,18 +9,22 @@ the pages as comments that begin with `<!-- site:`, which no other reader shows.
 from __future__ import annotations
 
 import re
+import sys
 from pathlib import Path
 from typing import Any
 
 from deltalux import __version__
 from sphinx.application import Sphinx
 
+HERE = Path(__file__).parent
+sys.path[:0] = [str(HERE), str(HERE.parent / "tools")]  # for source_pages
+
 project = "Deltalux"
 author = "The Deltalux authors"
 copyright = author  # noqa: A001, the name that Sphinx asks for
 version = release = __version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "numpydoc"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "numpydoc", "source_pages"]
 include_patterns = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs/**.md", "examples/README.md",
                     "benchmarks/RESULTS.md"]  # fmt: skip
 exclude_patterns = [".*", "build", "viewer", "python"]

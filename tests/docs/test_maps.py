@@ -1,18 +1,31 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The maps of the code name functions that are where they say."""
+"""The maps of the code, and the recipes of CONTRIBUTING, name what is there."""
 
 from __future__ import annotations
 
 import re
+import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
 
 from docs.pages import ROOT, code_in_lines, name_of, text_of
-from docs.sources import AROUND, SOURCES, defines, words
+
+sys.path.append(str(ROOT / "tools"))
+from definitions import SUFFIXES, line_of
 
 MAPS = [ROOT / "docs/explanation" / name for name in ("follow-a-bake.md", "follow-an-update.md")]
+SOURCES = ("core", "bindings", "python", "viewer/src")
+AROUND = ("tests/contract", "tests/core", "tests/fuzz", "tests/oracles", "tests/python", "tests/viewer")
 NAMED = re.compile(r"\[`([^`]+)`\]\(([^)]+)\)")
+
+
+@cache
+def words(folders: tuple[str, ...] = SOURCES) -> frozenset[str]:
+    """Every word of the sources in these folders, comments included."""
+    files = (path for folder in folders for path in (ROOT / folder).rglob("*") if path.suffix in SUFFIXES)
+    return frozenset(word for path in files for word in re.findall(r"\w+", path.read_text(encoding="utf-8")))
 
 
 @pytest.mark.parametrize("path", MAPS, ids=name_of)
@@ -22,7 +35,7 @@ def test_functions_are_where_the_map_says(path: Path) -> None:
     missing = [
         f"{file}: {name}"
         for name, file in named
-        if not (path.parent / file).is_file() or not defines(path.parent / file, name)
+        if not (path.parent / file).is_file() or line_of(path.parent / file, name) is None
     ]
     assert missing == []
 
@@ -44,7 +57,7 @@ def test_recipes_name_what_there_is() -> None:
     assert len(sections) == 6
     named = [code for code in code_in_lines("".join(sections)) if not re.search(r"[/ ]", code)]
     unknown = {word for code in named for word in re.findall(r"[A-Za-z_]\w+", code)}
-    unknown -= words(SOURCES + AROUND) | {"CHANGELOG", "NAME", "README", "bind_NAME", "grep"}
+    unknown -= words((*SOURCES, *AROUND, "tools")) | {"CHANGELOG", "NAME", "README", "bind_NAME", "grep"}
     assert unknown == set()
 
 
@@ -57,6 +70,7 @@ def test_recipes_name_what_there_is() -> None:
         ("core/trace/walk.cpp", "facing_normal", False),  # called there
         ("core/trace/scatter.h", "facing_normal", True),
         ("core/gather/looks.cpp", "Looks::Caster::look", True),
+        ("core/gather/looks.cpp", "Looks::Caster::closest", False),  # called there
         ("core/gather/ray_counts.h", "RayCounts::count", True),
         ("core/segments/segment_store.h", "Segment", True),
         ("python/deltalux/session.py", "Session.move", True),
@@ -71,4 +85,4 @@ def test_recipes_name_what_there_is() -> None:
     ],
 )
 def test_definitions_are_told_from_uses(file: str, name: str, found: bool) -> None:
-    assert defines(ROOT / file, name) is found
+    assert (line_of(ROOT / file, name) is not None) is found
