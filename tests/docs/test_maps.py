@@ -4,16 +4,13 @@
 from __future__ import annotations
 
 import re
-import sys
 from functools import cache
 from pathlib import Path
 
 import pytest
+from definitions import SUFFIXES, line_of
 
 from docs.pages import ROOT, code_in_lines, name_of, text_of
-
-sys.path.append(str(ROOT / "tools"))
-from definitions import SUFFIXES, line_of
 
 MAPS = [ROOT / "docs/explanation" / name for name in ("follow-a-bake.md", "follow-an-update.md")]
 SOURCES = ("core", "bindings", "python", "viewer/src")
