@@ -18,7 +18,7 @@ SOURCES := $(shell find core bindings python -type f \
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help setup build demo test lint format viewer viewer-check sanitize portable fuzz soak bench bench-peers clean FORCE
+.PHONY: help setup build demo test lint format docs viewer viewer-check sanitize portable fuzz soak bench bench-peers clean FORCE
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -52,6 +52,10 @@ format: $(VENV)/lint.stamp ## Rewrite all sources in the house format
 	$(BIN)/ruff check --fix-only -q .
 	$(BIN)/ruff format -q .
 	$(BIN)/clang-format -i $(CPP_FILES)
+
+docs: build $(VENV)/docs.stamp ## Build the documentation as a site: open build/site/index.html
+	rm -rf build/site
+	$(BIN)/sphinx-build -E -W --keep-going -q -c docs -d build/doctrees . build/site
 
 viewer: ## Test and build the viewer's page into the package (wants Node.js; users need none)
 	cd viewer && npm ci --no-audit --no-fund && npm run check && npm test && npm run build

@@ -152,7 +152,7 @@ def trace(
     Parameters
     ----------
     scene : Scene
-    paths : number of light particles, shared among the lights by power
+    paths : number of light particles, shared among the lights by use
     seed : every random number is a function of (seed, path, bounce, dimension)
 
     Returns

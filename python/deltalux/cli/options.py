@@ -211,7 +211,7 @@ PathsOption = Annotated[
         "--paths",
         parser=parse_count,
         metavar="N",
-        help="Light paths to trace.  [dim]\\[default: 200000; with --gather off: 1000000][/]",
+        help="Light paths to trace.  [dim]\\[default: 300000; with --gather off: 1000000][/]",
         show_default=False,
     ),
 ]
