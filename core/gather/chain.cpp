@@ -100,6 +100,7 @@ void OneLight::ask(const trace::RayCaster& caster, const direct::Receiver& recei
 ChainTracer::ChainTracer(const Present& present, const CellFinder& finder, uint64_t seed)
     : present_(present),
       finder_(finder),
+      guides_(present.guiding.guides),
       one_light_(
           present.lights, [](uint32_t) { return true; }, present.scene.group_count, seed),
       one_beam_(
@@ -129,7 +130,7 @@ Chain ChainTracer::trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w,
     one_light_.ask(present_.caster, at, draw(kLightU, kLightV), vertex);
     for (float& value : vertex.direct) value *= chain.weight;
     origin = trace::leave_surface(origin, w, hit, at.normal, at.plane);
-    const Turn turn(present_.guiding, present_.beams, origin, at.normal);
+    const Turn turn(guides_, present_.beams, origin, at.normal);
     const Draw turned = draw(kTurnU, kTurnV);
     const Aim aim = turn.draw(turned[0], turned[1], chain.in_beam);
     w = aim.w;

@@ -105,6 +105,7 @@ class ChainTracer {
 
   const Present& present_;
   const CellFinder& finder_;
+  GuideColumns guides_;
   OneLight one_light_, one_beam_, one_sun_;
   uint64_t seed_;
 };

@@ -97,16 +97,4 @@ bool Target::may_meet(Vec3f to_ball, float radius) const {
   return cone.may_meet(to_ball, radius);
 }
 
-float share_of_view(const Guide& guide, Vec3f from, Vec3f n) {
-  constexpr float kGrazing = 0.01f;  // cosine: what is seen more aslant is left out
-  const Vec3f d = guide.centre - from;
-  const float front = -dot(guide.normal, d), over = dot(n, d) + guide.half;
-  if (!(front > 0) || !(over > 0)) return 0;  // most
-  const float squared = dot(d, d), distance = std::sqrt(squared);
-  const float above = std::min(over, distance);
-  if (!(above > 0) || !(front > kGrazing * distance)) return 0;
-  const float area = 4 * guide.half * guide.half / std::numbers::pi_v<float>;
-  return std::min(1.0f, above * front * area / (squared * squared));
-}
-
 }  // namespace deltalux::gather

@@ -3,6 +3,7 @@
 #pragma once
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "base/vec.h"
 
@@ -23,8 +24,6 @@ struct Guide {
   std::array<float, kSide + 1> row;
   std::array<std::array<float, kSide + 1>, kSide> column;
 
-  /// Whether a place where a ray towards it lands is of it, not before or behind it.
-  bool holds(Vec3f place) const { return std::fabs(dot(place - centre, normal)) <= rise; }
   /// Directions of the rows' and the columns' axis follow from the normal.
   Vec3f point(float u, float v) const;
   /// Why rays can't follow it; null where they can.
@@ -56,6 +55,19 @@ inline bool is_unit(Vec3f v) { return std::fabs(dot(v, v) - 1) < 1e-3f; }
 
 /// What a guide is of a receiver's view, cosine included, unshadowed: times radiosity, the
 /// irradiance that it brings. 0 where one is behind the other.
-float share_of_view(const Guide& guide, Vec3f from, Vec3f n);
+inline float share_of_view(Vec3f centre, Vec3f normal, float half, Vec3f from, Vec3f n) {
+  constexpr float kGrazing = 0.01f;  // cosine: what is seen more aslant is left out
+  const Vec3f d = centre - from;
+  const float squared = dot(d, d), distance = std::sqrt(squared);
+  const float over = dot(n, d) + half, above = over < distance ? over : distance;
+  const float front = -dot(normal, d);
+  const float area = 4 * half * half / std::numbers::pi_v<float>;
+  const float share = above * front * area / (squared * squared);
+  const float view = share < 1.0f ? share : 1.0f;
+  return (above > 0) & (front > kGrazing * distance) ? view : 0.0f;
+}
+inline float share_of_view(const Guide& guide, Vec3f from, Vec3f n) {
+  return share_of_view(guide.centre, guide.normal, guide.half, from, n);
+}
 
 }  // namespace deltalux::gather

@@ -10,8 +10,8 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr size_t kWindow = 8;   // samples to either side
-constexpr float kAlike = 0.7f;  // cosine between normals
+constexpr size_t kWindow = 8;    // samples to either side
+constexpr float kAlike = 0.7f;   // cosine between normals
 constexpr double kReach = 0.25;  // metres
 
 bool are_neighbours(const Estimate& a, const Estimate& b, float reach) {

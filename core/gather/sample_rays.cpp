@@ -27,25 +27,51 @@ struct Candidate {
 };
 
 /// Looks for the noisiest, a little for each, then more for those not yet seen; leaves the noisiest
-/// that are. look(candidate, k): whether the k-th ray meets it.
+/// that are. look(candidates): kLooks more for each.
 template <class Look>
 void keep_seen(std::vector<Candidate>& candidates, const Look& look) {
   const auto by_noise = [](const Candidate& a, const Candidate& b) { return a.noise > b.noise; };
   std::stable_sort(candidates.begin(), candidates.end(), by_noise);
   if (candidates.size() > kMostAsked) candidates.resize(kMostAsked);
+  std::vector<Candidate*> asked;
+  for (Candidate& own : candidates) asked.push_back(&own);
   uint32_t all = 0;
-  const auto more = [&](Candidate& own) {
-    for (const uint32_t end = own.looks + kLooks; own.looks < end; ++own.looks, ++all)
-      own.hits += look(own, own.looks);
-  };
-  for (Candidate& own : candidates) more(own);
-  for (Candidate& own : candidates)
-    while (own.hits == 0 && own.looks < kMostLooks && all < kAllLooks) more(own);
+  while (!asked.empty()) {
+    look(asked);
+    all += uint32_t(asked.size()) * kLooks;
+    std::erase_if(asked,
+                  [](const Candidate* own) { return own->hits > 0 || own->looks >= kMostLooks; });
+    asked.resize(std::min(asked.size(), size_t(kAllLooks - std::min(kAllLooks, all)) / kLooks));
+  }
   std::erase_if(candidates, [](const Candidate& own) { return own.hits == 0; });
   for (Candidate& own : candidates) own.noise *= std::sqrt(own.seen()), own.share *= own.seen();
   std::stable_sort(candidates.begin(), candidates.end(), by_noise);
   if (candidates.size() > kMostUsed) candidates.resize(kMostUsed);
 }
+
+/// Lines from a place to points of guides; those that nothing static crosses count as hits.
+class SightLines {
+ public:
+  SightLines(const trace::RayCaster& caster, Vec3f from) : caster_(caster) { fan_.origin = from; }
+  /// To `d` from there.
+  void add(Vec3f d, Candidate& candidate) {
+    if (fan_.count == trace::RayFan::kMost) cast();
+    fan_.x[fan_.count] = d.x, fan_.y[fan_.count] = d.y, fan_.z[fan_.count] = d.z;
+    owner_[fan_.count++] = &candidate;
+  }
+  void cast() {
+    trace::RayBits all{};
+    for (size_t i = 0; i < fan_.count; ++i) all[i / 64] |= uint64_t(1) << (i % 64);
+    const trace::RayBits blocked = caster_.occluded_static(fan_, all);
+    for (size_t i = 0; i < fan_.count; ++i) owner_[i]->hits += !(blocked[i / 64] >> (i % 64) & 1);
+    fan_.count = 0;
+  }
+
+ private:
+  const trace::RayCaster& caster_;
+  trace::RayFan fan_;
+  std::array<Candidate*, trace::RayFan::kMost> owner_;
+};
 
 }  // namespace
 
@@ -73,16 +99,27 @@ SeenGuides see_guides(std::span<const Guide> guides, const Beams& beams,
     consider(brought.square + peak * brought.perhaps, brought.irradiance + brought.perhaps,
              beams[b].guide().around, RayShares::kFirstBeam + b);
   }
-  keep_seen(candidates, [&](const Candidate& own, uint32_t k) {
-    const PathRandom random(combine(seed, receiver.key), own.guide);
-    if (own.guide >= guides.size())
-      return beams[own.guide - RayShares::kFirstBeam].sees(k, caster, origin, receiver.normal,
-                                                           random);
-    const Guide& guide = guides[own.guide];
-    const Vec3f w = Target(guide, origin).direction(random(k, 0), random(k, 1));
-    if (!(dot(w, receiver.normal) > 0)) return false;
-    const trace::Hit hit = caster.closest_static(origin, w);
-    return hit.valid() && guide.holds(origin + w * hit.t);
+  SightLines lines(caster, origin);
+  keep_seen(candidates, [&](std::span<Candidate* const> asked) {
+    for (Candidate* own : asked) {
+      const PathRandom random(combine(seed, receiver.key), own->guide);
+      for (const uint32_t end = own->looks + kLooks; own->looks < end; ++own->looks) {
+        const uint32_t k = own->looks;
+        if (own->guide >= guides.size()) {
+          const Beam& beam = beams[own->guide - RayShares::kFirstBeam];
+          own->hits += beam.sees(k, caster, origin, receiver.normal, random);
+          continue;
+        }
+        const Guide& guide = guides[own->guide];
+        const Vec3f w = Target(guide, origin).direction(random(k, 0), random(k, 1));
+        if (!(dot(w, receiver.normal) > 0)) continue;
+        // As far as where it comes near the guide's plane.
+        const float along = dot(w, guide.normal);
+        const float near = std::fabs(dot(guide.centre - origin, guide.normal)) - guide.rise;
+        lines.add(w * (std::max(near, 0.0f) / std::fabs(along)), *own);
+      }
+    }
+    lines.cast();
   });
   for (const Candidate& candidate : candidates)
     if (candidate.share > 0) out.each[out.count++] = {candidate.share, candidate.guide};

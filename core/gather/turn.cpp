@@ -14,13 +14,32 @@ float stretched(float x) { return std::clamp(x, 0.0f, 0x1.fffffep-1f); }
 
 }  // namespace
 
-Turn::Turn(const Guiding& guiding, const Beams& beams, Vec3f from, Vec3f n)
-    : guides_(guiding.guides), beams_(beams), from_(from), normal_(n) {
-  for (size_t g = 0; g < guides_.size(); ++g)
-    all_ += share_[g] =
-        guides_[g].radiosity / guides_[g].around * share_of_view(guides_[g], from, n);
-  for (size_t b = 0; b < beams_.size(); ++b)
-    all_ += share_[guides_.size() + b] = beams_[b].share(from, n);
+GuideColumns::GuideColumns(std::span<const Guide> all) : guides(all) {
+  constexpr size_t kLanes = 16;
+  padded = (guides.size() + kLanes - 1) / kLanes * kLanes;
+  for (size_t g = 0; g < guides.size(); ++g) {
+    const Guide& guide = guides[g];
+    x[g] = guide.centre.x, y[g] = guide.centre.y, z[g] = guide.centre.z;
+    normal_x[g] = guide.normal.x, normal_y[g] = guide.normal.y, normal_z[g] = guide.normal.z;
+    half[g] = guide.half, brought[g] = guide.radiosity / guide.around;
+  }
+}
+
+Turn::Turn(const GuideColumns& guides, const Beams& beams, Vec3f from, Vec3f n)
+    : guides_(guides.guides), beams_(beams), from_(from), normal_(n) {
+  alignas(64) std::array<float, kMostGuides> share;
+  for (size_t g = 0; g < guides.padded; ++g)
+    share[g] = guides.brought[g] *
+               share_of_view({guides.x[g], guides.y[g], guides.z[g]},
+                             {guides.normal_x[g], guides.normal_y[g], guides.normal_z[g]},
+                             guides.half[g], from, n);
+  const auto add = [&](size_t which, float own) {
+    if (!(own > 0)) return;
+    which_[count_] = uint8_t(which), share_[count_] = own;
+    all_ += own, ++count_;
+  };
+  for (size_t g = 0; g < guides_.size(); ++g) add(g, share[g]);
+  for (size_t b = 0; b < beams_.size(); ++b) add(guides_.size() + b, beams_[b].share(from, n));
   if (all_ > 0) guided_ = all_ / std::max(2 * all_, all_ + 1);
 }
 
@@ -29,10 +48,10 @@ Aim Turn::draw(float u, float v, bool& in_beam) const {
   if (u >= guided_)
     return {trace::cosine_direction(normal_, stretched((u - guided_) / (1 - guided_)), v)};
   float left = u / guided_ * all_;
-  size_t chosen = 0;
-  for (size_t g = 0; g < guides_.size() + beams_.size() && left >= 0; ++g)
-    if (share_[g] > 0) chosen = g, left -= share_[g];
-  u = stretched((left + share_[chosen]) / share_[chosen]);
+  size_t last = 0;
+  for (size_t i = 0; i < count_ && left >= 0; ++i) last = i, left -= share_[i];
+  u = stretched((left + share_[last]) / share_[last]);
+  const size_t chosen = which_[last];
   Aim aim;
   aim.guide = uint32_t(chosen);
   if (chosen < guides_.size()) {
@@ -53,12 +72,12 @@ float Turn::weight(const Aim& aim, float t, const direct::Receiver& at,
   if (!(cosine > 0)) return 0;
   const bool by_guide = aim.guide != scene::kNone;
   PowerHeuristic heuristic(double(cosine * (1 - guided_)), !by_guide);
-  for (size_t g = 0; g < guides_.size() + beams_.size(); ++g) {
-    if (!(share_[g] > 0)) continue;
+  for (size_t i = 0; i < count_; ++i) {
+    const size_t g = which_[i];
     const float density = g < guides_.size()
                               ? Target(guides_[g], from_).density(aim.w)
                               : beams_[g - guides_.size()].density(aim.w, t, at, caster, in_beam);
-    heuristic.add(double(share_[g] * (guided_ / all_)) * double(density), g == aim.guide);
+    heuristic.add(double(share_[i] * (guided_ / all_)) * double(density), g == aim.guide);
   }
   return heuristic.weight(double(cosine));
 }

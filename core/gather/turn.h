@@ -7,11 +7,23 @@
 
 namespace deltalux::gather {
 
+/// What Turn reads of every guide, column by column: one by one they lie too far apart.
+struct GuideColumns {
+  explicit GuideColumns(std::span<const Guide> guides);
+
+  std::span<const Guide> guides;
+  size_t padded =
+      0;  ///< a multiple of the lanes of a vector; those beyond the guides bring nothing
+  alignas(64) std::array<float, kMostGuides> x{}, y{}, z{};  ///< centre
+  alignas(64) std::array<float, kMostGuides> normal_x{}, normal_y{}, normal_z{}, half{};
+  alignas(64) std::array<float, kMostGuides> brought{};  ///< if it filled the view
+};
+
 /// Directions about a unit normal: cosine-distributed, or towards one of the guides by what it may
 /// bring (at most half of them).
 class Turn {
  public:
-  Turn(const Guiding& guiding, const Beams& beams, Vec3f from, Vec3f n);
+  Turn(const GuideColumns& guides, const Beams& beams, Vec3f from, Vec3f n);
   /// `u`, `v`: random, in [0, 1). Sets `in_beam` where a beam's points decide.
   Aim draw(float u, float v, bool& in_beam) const;
   /// As of SampleRays.
@@ -22,6 +34,8 @@ class Turn {
   std::span<const Guide> guides_;
   const Beams& beams_;
   Vec3f from_, normal_;
+  size_t count_ = 0;  // of those that bring something
+  std::array<uint8_t, kMostGuides + kMostBeams> which_;
   std::array<float, kMostGuides + kMostBeams> share_;
   float all_ = 0, guided_ = 0;  // of the shares; chance of guides together
 };

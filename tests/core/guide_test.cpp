@@ -99,7 +99,7 @@ TEST(Guide, DrawnDirectionsBringTheSameLightWithLessNoise) {
   constexpr uint32_t kCount = 1 << 18;
   double even = 0, even_squares = 0, drawn = 0, drawn_squares = 0;
   const Beams none;
-  const Turn turn(guiding, none, from, n);
+  const Turn turn(GuideColumns(guiding.guides), none, from, n);
   for (uint32_t i = 0; i < kCount; ++i) {
     const auto r = sobol::sample(i, 5);
     const double a = light(from, trace::cosine_direction(n, r[0], r[1]));
