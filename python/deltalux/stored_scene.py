@@ -12,7 +12,8 @@ from .archive import ArchiveReader, ArchiveWriter
 from .cameras import Camera
 from .errors import FormatError
 from .fields import Fields
-from .scene import Light, Material, Mesh, Node, PointLight, Scene, SpotLight, SunLight
+from .nodes import Node
+from .scene import Light, Material, Mesh, PointLight, Scene, SpotLight, SunLight
 from .stored_looks import FIELDS as LOOK_FIELDS
 from .stored_looks import pack_looks, unpack_looks, write_looks
 from .units import FARTHEST

@@ -146,3 +146,10 @@ def test_malformed_mtl(tmp_path):
 def test_no_faces(tmp_path):
     with pytest.raises(dl.SceneError, match="found no faces"):
         load(tmp_path, SQUARE)
+
+
+def test_patterns_select_several_objects(tmp_path):
+    text = SQUARE + "o chair 1\nf 1 2 3\no chair 2\nf 1 3 4\no table\nf 1 2 4\n"
+    assert load(tmp_path, text, movable=["chair*"]).movable == ("chair 1", "chair 2")
+    with pytest.raises(dl.OptionError, match=r"expected one of: chair 1.*; `deltalux info FILE --nodes`"):
+        load(tmp_path, text, movable=["stool*"])

@@ -16,6 +16,8 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 
 from deltalux.pace import Overall, Step
 
+_WIDEST = 10_000  # columns of a table in a pipe
+
 ProgressCallback = Callable[[str, float], bool]
 
 
@@ -37,6 +39,8 @@ class Terminal:
     def __init__(self, as_json: bool, quiet: bool) -> None:
         self._as_json, self._quiet = as_json, quiet
         self._out = Console()
+        if not self._out.is_terminal:  # a pipe or a file has no width to fit
+            self._out.width = _WIDEST
         self._err = Console(stderr=True)
 
     def warn(self, warnings: Iterable[str]) -> None:

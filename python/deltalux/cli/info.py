@@ -4,20 +4,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Annotated, Any
 
+import typer
 from rich.table import Table
 
 from deltalux.units import LUX
 
 from .console import Terminal
 from .inputs import open_scene
+from .node_list import node_facts, node_table
 from .options import JsonOption, LightUnitsOption, MovableOption, QuietOption, SceneArgument
 
 
 def run(
     scene: SceneArgument,
     movable: MovableOption = None,
+    nodes: Annotated[
+        bool,
+        typer.Option("--nodes", help="Show the tree of nodes: names, sizes, triangles, lights, what moves."),
+    ] = False,
     light_units: LightUnitsOption = "spec",
     as_json: JsonOption = False,
     quiet: QuietOption = False,
@@ -28,13 +34,20 @@ def run(
 
     deltalux info office
 
-    deltalux info room.glb --movable chair --json
+    What could move, by name:
+    deltalux info office --nodes
+
+    deltalux info room.glb --movable 'chair*' --json
     """
     terminal = Terminal(as_json, quiet)
-    facts = dict(open_scene(scene, movable, light_units).info())
+    loaded = open_scene(scene, movable, light_units)
+    facts = dict(loaded.info())
     tables = [_facts_table(scene, facts)]
     if facts["lights"]:
         tables.append(_lights_table(facts))
+    if nodes:
+        facts["nodes"] = node_facts(loaded)
+        tables.append(node_table(facts["nodes"], loaded.unit))
     terminal.result(facts, *tables)
     if not as_json:
         terminal.warn(facts["warnings"])

@@ -166,7 +166,8 @@ MovableOption = Annotated[
     typer.Option(
         "--movable",
         metavar="NAME",
-        help="Make this node movable (repeatable). Nodes named MOVE_… are movable anyway.",
+        help="Make this node movable (repeatable); 'chair*' means all whose names begin so. "
+        "Nodes named MOVE_… are movable anyway. `deltalux info SCENE --nodes` shows all names.",
     ),
 ]
 LightUnitsOption = Annotated[

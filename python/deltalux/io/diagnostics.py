@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 from deltalux.errors import FormatError
 
 SHOWN_ITEMS = 4
+ALL_NAMES = "`deltalux info FILE --nodes` shows all, * stands for any letters"
 MAX_NAME = 120
 
 T = TypeVar("T")

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from deltalux.errors import SceneError
-from deltalux.scene import Mesh, Node, Scene, replace_scene
+from deltalux.nodes import Node
+from deltalux.scene import Mesh, Scene, replace_scene
 
 from .decoder_process import DecoderProcess
 from .diagnostics import element
@@ -109,8 +110,8 @@ class _Assembly:
             elif owner is None and self._has_triangles(node):
                 self._add_mesh(k, [k], np.eye(4))
             elif owner is None:
-                self.kept.append(Node(node.name, node.parent, node.local))
-                self.lights.add(node, node.world, None)
+                lights = self.lights.add(node, node.world, None)
+                self.kept.append(Node(node.name, node.parent, node.local, (), lights, node.label))
 
     def _has_triangles(self, node: PlacedNode) -> bool:
         mesh = node.source.mesh
@@ -141,8 +142,8 @@ class _Assembly:
                 index.append(self._material_index(surface.materials, node, default_group, names))
                 vertex_count += len(points)
                 triangle_count += len(corners)
-            self.lights.add(node, matrix, name if movable else None)
-            self.kept.append(Node(node.name, node.parent, node.local, parts))
+            lights = self.lights.add(node, matrix, name if movable else None)
+            self.kept.append(Node(node.name, node.parent, node.local, parts, lights, node.label))
         self.meshes.append(
             Mesh(
                 name,

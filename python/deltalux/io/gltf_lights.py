@@ -56,11 +56,13 @@ class Lights:
         self._definitions = document.gltf.extensions.get("KHR_lights_punctual", {}).get("lights", [])
         self.found: list[Light] = []
 
-    def add(self, node: PlacedNode, matrix: np.ndarray, attached_to: str | None) -> None:
-        """Add the light of a node, if any; `matrix` takes the node to world or movable space."""
+    def add(self, node: PlacedNode, matrix: np.ndarray, attached_to: str | None) -> tuple[str, ...]:
+        """Add the light of a node, if any, and return its name; `matrix` takes the node to world or movable
+        space.
+        """
         reference = node.source.extensions.get("KHR_lights_punctual")
         if reference is None:
-            return
+            return ()
         place = f"{node.place}.extensions.KHR_lights_punctual.light"
         source = element(self._definitions, reference["light"], place)
         base = node.name if node.source.name else source.get("name") or node.label
@@ -76,6 +78,7 @@ class Lights:
                 raise malformed(f'light "{name}": range', source["range"], "a number above 0, or none at all")
             self._document.notes.add("the range of lights is not honoured", name)
         self.found.append(self._make(source, name, group, colour, matrix, attached_to))
+        return (name,)
 
     def _make(
         self,

@@ -13,10 +13,12 @@ from pathlib import Path
 import numpy as np
 
 from deltalux.errors import OptionError, SceneError
-from deltalux.scene import Mesh, Node, Scene
+from deltalux.naming import candidates, chosen
+from deltalux.nodes import Node
+from deltalux.scene import Mesh, Scene
 from deltalux.units import WATTS_PER_SQUARE_METRE
 
-from .diagnostics import Notes, clean_name, listed, malformed
+from .diagnostics import ALL_NAMES, Notes, clean_name, malformed
 from .files import read_regular_file
 from .mtl import MaterialLibrary
 from .scene_size import require_memory_for_triangles
@@ -56,18 +58,12 @@ def load_obj(path: Path, movable: Sequence[str] = (), light_units: str = "spec")
     objects = reading.objects
     if not objects:
         raise SceneError("scene: found no faces, expected some surface to light")
-    unknown = [name for name in movable if name not in objects]
-    if unknown:
-        candidates = listed(list(objects), 16)
-        raise OptionError(f'movable "{unknown[0]}": found no such object, expected one of: {candidates}')
+    moving = _moving(list(objects), movable)
     triangles = sum(len(o.materials) for o in objects.values())
     require_memory_for_triangles(triangles, len(reading.vertices))
     vertices = np.array(reading.vertices, np.float64)
     coordinates = np.array(reading.coordinates, np.float32).reshape(-1, 2) * (1, -1) + (0, 1)
-    meshes = [
-        _mesh(name, found, vertices, coordinates, name in movable or name.startswith(MOVABLE_PREFIX))
-        for name, found in objects.items()
-    ]
+    meshes = [_mesh(name, found, vertices, coordinates, name in moving) for name, found in objects.items()]
     materials = [
         library.material(name) for name in dict.fromkeys(m for mesh in meshes for m in mesh.material)
     ]
@@ -81,6 +77,19 @@ def load_obj(path: Path, movable: Sequence[str] = (), light_units: str = "spec")
         source=str(path.absolute()),
         files=[str(each.absolute()) for each in (path, *library.files)],
     )
+
+
+def _moving(objects: list[str], movable: Sequence[str]) -> set[str]:
+    moving = {name for name in objects if name.startswith(MOVABLE_PREFIX)}
+    for word in movable:
+        found = chosen(word, objects)
+        if not found:
+            raise OptionError(
+                f'movable "{word}": found no such object, expected one of: {candidates(word, objects)}; '
+                f"{ALL_NAMES}"
+            )
+        moving.update(found)
+    return moving
 
 
 def _mesh(name: str, found: _Object, vertices: np.ndarray, coordinates: np.ndarray, movable: bool) -> Mesh:

@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Names that users type: wildcards, and lists that help to find what was meant."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Sequence
+from fnmatch import fnmatchcase
+
+_NEAREST, _SHOWN = 8, 16
+
+
+def matches(pattern: str, name: str) -> bool:
+    """Whether `pattern` is that name or, with ``*``, ``?`` or ``[...]``, describes it."""
+    return pattern == name or fnmatchcase(name, pattern)
+
+
+def chosen(pattern: str, names: Sequence[str]) -> list[str]:
+    """Those of `names` that `pattern` means: the one of just that name, else all that it describes."""
+    return [pattern] if pattern in names else [name for name in names if matches(pattern, name)]
+
+
+def candidates(word: str, names: Sequence[str]) -> str:
+    """Names like `word`, those that contain it, then others, and how many more; "" where there are none."""
+    near = difflib.get_close_matches(word, names, n=_NEAREST, cutoff=0.5)
+    holding = [name for name in names if word.casefold().strip("*") in name.casefold()]
+    ordered = list(dict.fromkeys([*near, *holding, *names]))
+    more = len(ordered) - _SHOWN
+    return ", ".join(ordered[:_SHOWN]) + (f" and {more} more" if more > 0 else "")
