@@ -22,8 +22,9 @@ def chosen(pattern: str, names: Sequence[str]) -> list[str]:
 
 def candidates(word: str, names: Sequence[str]) -> str:
     """Names like `word`, those that contain it, then others, and how many more; "" where there are none."""
-    near = difflib.get_close_matches(word, names, n=_NEAREST, cutoff=0.5)
-    holding = [name for name in names if word.casefold().strip("*") in name.casefold()]
+    plain = word.strip("*?")
+    near = difflib.get_close_matches(plain, names, n=_NEAREST, cutoff=0.5)
+    holding = [name for name in names if plain.casefold() in name.casefold()]
     ordered = list(dict.fromkeys([*near, *holding, *names]))
     more = len(ordered) - _SHOWN
     return ", ".join(ordered[:_SHOWN]) + (f" and {more} more" if more > 0 else "")

@@ -45,6 +45,12 @@ def test_bundled_scene_by_name(cli: Cli) -> None:
     assert facts["movable"]
 
 
+def test_patterns_reach_bundled_scenes(cli: Cli) -> None:
+    movable = cli("info", "expo", "--movable", "bench_*", "--json").data["movable"]
+    assert {"bench_1", "bench_2"} <= set(movable)
+    assert 'mesh "benk*": not in the scene; found bench_' in cli("info", "expo", "--movable", "benk*").error
+
+
 def test_quiet_says_nothing(cli: Cli, room: Path) -> None:
     outcome = cli("info", room, "-q")
     assert (outcome.code, outcome.out, outcome.err) == (0, "", "")
@@ -119,3 +125,20 @@ def test_what_is_piped_is_not_cut_to_a_width(cli: Cli, tmp_path: Path) -> None:
     out = cli("info", builder.write(tmp_path), "--nodes").out
     assert f"│ {name} " in out
     assert "…" not in out
+
+
+def test_unit_and_upward_axis_are_heard(cli: Cli, room: Path) -> None:
+    facts = cli("info", room, "--unit", "cm", "--up", "z", "--json").data
+    np.testing.assert_allclose(facts["bounds"], [[-0.02, -0.02, -0.007], [0.02, 0.02, 0]], atol=1e-9)
+    assert cli("info", room, "--unit", "0.01", "--up", "z", "--json").data["bounds"] == facts["bounds"]
+    outcome = cli("info", room, "--unit", "mile")
+    assert outcome.code == 2
+    assert "found 'mile', expected one of mm, cm, m, in, ft, or how many metres" in outcome.error
+
+
+def test_an_odd_size_is_asked_about(cli: Cli, tmp_path: Path) -> None:
+    builder = GltfBuilder()
+    builder.node(name="house", mesh=builder.quad(), scale=[0.5, 0.4, 0.3])
+    path = builder.write(tmp_path)
+    assert "measures 0.5 × 0.4 × 0 m: are its numbers metres?" in cli("info", path).err
+    assert "are its numbers metres" not in cli("info", path, "--unit", "m").err

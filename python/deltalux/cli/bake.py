@@ -31,6 +31,8 @@ from .options import (
     SpacingOption,
     TargetErrorOption,
     ThreadsOption,
+    UnitOption,
+    UpOption,
 )
 from .targets import check_targets, keep_inputs, write_targets
 
@@ -52,6 +54,8 @@ def run(
     threads: ThreadsOption = None,
     memory_limit: MemoryLimitOption = None,
     light_units: LightUnitsOption = "spec",
+    unit: UnitOption = None,
+    up: UpOption = "y",
     false_colour: FalseColourOption = False,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
@@ -74,7 +78,7 @@ def run(
     guess = before_loading(scene, threads)
     with terminal.overall([*loading(guess), *bake_job(guess, targets, target_error)]) as progress:
         progress.begin("load scene")
-        loaded = open_scene(scene, movable, light_units)
+        loaded = open_scene(scene, movable, light_units, unit, up)
         keep_inputs(targets, loaded.files)
         terminal.warn(loaded.warnings)
         progress.begin("place samples")

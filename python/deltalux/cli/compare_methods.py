@@ -28,6 +28,8 @@ from .options import (
     SeedOption,
     SpacingOption,
     ThreadsOption,
+    UnitOption,
+    UpOption,
     parse_count,
 )
 from .targets import check_writable, keep_inputs
@@ -119,6 +121,8 @@ def run(
     seed: SeedOption = 1,
     threads: ThreadsOption = None,
     light_units: LightUnitsOption = "spec",
+    unit: UnitOption = None,
+    up: UpOption = "y",
     quick: QuickOption = False,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
@@ -138,7 +142,7 @@ def run(
     deltalux compare-methods room.glb --quick -o methods
     """
     terminal = Terminal(as_json, quiet)
-    loaded = open_scene(scene, None, light_units)
+    loaded = open_scene(scene, None, light_units, unit, up)
     terminal.warn(loaded.warnings)
     output.mkdir(parents=True, exist_ok=True)
     results = [output / name for name in (PAGE, *TABLES, *PICTURES)]

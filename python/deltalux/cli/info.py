@@ -14,7 +14,15 @@ from deltalux.units import LUX
 from .console import Terminal
 from .inputs import open_scene
 from .node_list import node_facts, node_table
-from .options import JsonOption, LightUnitsOption, MovableOption, QuietOption, SceneArgument
+from .options import (
+    JsonOption,
+    LightUnitsOption,
+    MovableOption,
+    QuietOption,
+    SceneArgument,
+    UnitOption,
+    UpOption,
+)
 
 
 def run(
@@ -25,6 +33,8 @@ def run(
         typer.Option("--nodes", help="Show the tree of nodes: names, sizes, triangles, lights, what moves."),
     ] = False,
     light_units: LightUnitsOption = "spec",
+    unit: UnitOption = None,
+    up: UpOption = "y",
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
@@ -40,7 +50,7 @@ def run(
     deltalux info room.glb --movable 'chair*' --json
     """
     terminal = Terminal(as_json, quiet)
-    loaded = open_scene(scene, movable, light_units)
+    loaded = open_scene(scene, movable, light_units, unit, up)
     facts = dict(loaded.info())
     tables = [_facts_table(scene, facts)]
     if facts["lights"]:

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 
+from deltalux.io.space import METRES
 from deltalux.rendering import LARGEST
 
 AUTO, NONE = "auto", "none"  # of lengths: from the scene, and not at all
@@ -137,6 +138,17 @@ def parse_positive(text: str) -> float:
     return value
 
 
+def parse_unit(text: str) -> str | float:
+    """Parse the name of a unit of length, or how many metres it has."""
+    if text in METRES:
+        return text
+    form = f"one of {', '.join(METRES)}, or how many metres one unit has"
+    (value,) = _numbers(text, (1,), form)
+    if value <= 0:
+        raise typer.BadParameter(f"found '{text}', expected {form}")
+    return value
+
+
 def parse_detail(text: str) -> float | str:
     """Parse a positive number, "auto" or "none"."""
     return text if text in (AUTO, NONE) else parse_positive(text)
@@ -178,6 +190,17 @@ LightUnitsOption = Annotated[
         "as watts of old Blender exports, or without unit.",
     ),
 ]
+UnitOption = Annotated[
+    Any,  # a name in METRES, or metres
+    typer.Option(
+        "--unit",
+        parser=parse_unit,
+        metavar="mm|cm|m|in|ft|METRES",
+        help="What one unit of the file's lengths is; metres when not given, as glTF prescribes.",
+        show_default=False,
+    ),
+]
+UpOption = Annotated[Literal["y", "z"], typer.Option("--up", help="The file's upward axis.")]
 OutputsOption = Annotated[
     list[Path] | None,
     typer.Option(

@@ -27,6 +27,8 @@ from .options import (
     SeedOption,
     SpacingOption,
     ThreadsOption,
+    UnitOption,
+    UpOption,
 )
 
 PolicyOption = Annotated[
@@ -66,6 +68,8 @@ def run(
     seed: SeedOption = 1,
     threads: ThreadsOption = None,
     light_units: LightUnitsOption = "spec",
+    unit: UnitOption = None,
+    up: UpOption = "y",
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
@@ -84,7 +88,7 @@ def run(
     deltalux plan expo --policy paper-sphere --rebuild --json
     """
     terminal = Terminal(as_json, quiet)
-    loaded = open_scene(scene, movable, light_units)
+    loaded = open_scene(scene, movable, light_units, unit, up)
     terminal.warn(loaded.warnings)
     with terminal.progress() as progress:
         progress("samples", 0.0)

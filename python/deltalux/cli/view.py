@@ -28,6 +28,8 @@ from .options import (
     SeedOption,
     SpacingOption,
     ThreadsOption,
+    UnitOption,
+    UpOption,
 )
 from .targets import SESSION
 
@@ -41,6 +43,8 @@ OF_THE_BAKE = (
     "seed",
     "memory_limit",
     "light_units",
+    "unit",
+    "up",
 )
 
 SourceArgument = Annotated[
@@ -90,6 +94,8 @@ def run(
     threads: ThreadsOption = None,
     memory_limit: MemoryLimitOption = None,
     light_units: LightUnitsOption = "spec",
+    unit: UnitOption = None,
+    up: UpOption = "y",
     host: HostOption = "127.0.0.1",
     port: PortOption = 0,
     folder: FolderOption = Path(),
@@ -119,7 +125,7 @@ def run(
             session = dl.Session.open(source, threads=threads, progress=progress)
         terminal.warn(foreign_light(session, source))
     else:
-        scene = open_scene(source, movable, light_units)
+        scene = open_scene(source, movable, light_units, unit, up)
         samples, _ = make_samples(scene, spacing, (), radius, detail)
         session = dl.Session(
             scene, samples, paths=paths, gather=gather, seed=seed, threads=threads, memory_limit=memory_limit

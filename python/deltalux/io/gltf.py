@@ -18,6 +18,7 @@ from .gltf_accessors import Accessors
 from .gltf_buffers import Buffers
 from .gltf_cameras import read_cameras
 from .gltf_document import Document, read_document
+from .gltf_instances import expand_instances
 from .gltf_lights import UNIT_OF, Lights
 from .gltf_materials import Materials
 from .gltf_movables import Ownership, assign_owners
@@ -27,7 +28,9 @@ from .gltf_textures import Textures
 from .scene_size import require_memory_for_triangles
 
 
-def load_gltf(path: Path, movable: Sequence[str] = (), light_units: str = "spec") -> Scene:
+def load_gltf(
+    path: Path, movable: Sequence[str] = (), light_units: str = "spec", space: np.ndarray | None = None
+) -> Scene:
     """Read a glTF file; see `deltalux.load`.
 
     A static node with a mesh becomes one Mesh with world vertices and the identity as pose. A movable node
@@ -36,10 +39,12 @@ def load_gltf(path: Path, movable: Sequence[str] = (), light_units: str = "spec"
     the authored vertices.
     """
     document = read_document(path)
-    nodes = place_nodes(document)
-    ownership = assign_owners(nodes, movable, document.notes)
     with DecoderProcess() as decoder:
-        assembly = _Assembly(document, nodes, ownership, light_units, decoder)
+        buffers = Buffers(document, decoder)
+        accessors = Accessors(document, buffers)
+        nodes = expand_instances(place_nodes(document, space), accessors)
+        ownership = assign_owners(nodes, movable, document.notes)
+        assembly = _Assembly(document, nodes, ownership, light_units, buffers, accessors, decoder)
         assembly.check_size()
         assembly.run()
     scene = Scene(
@@ -67,16 +72,15 @@ class _Assembly:
         nodes: list[PlacedNode],
         ownership: Ownership,
         light_units: str,
+        buffers: Buffers,
+        accessors: Accessors,
         decoder: DecoderProcess,
     ) -> None:
-        buffers = Buffers(document, decoder)
         self.document = document
         self.nodes = nodes
         self.ownership = ownership
         self.materials = Materials(document, Textures(document, buffers))
-        self.primitives = Primitives(
-            document, Accessors(document, buffers), buffers, decoder, self.materials.coordinate_set
-        )
+        self.primitives = Primitives(document, accessors, buffers, decoder, self.materials.coordinate_set)
         self.lights = Lights(document, light_units)
         self.meshes: list[Mesh] = []
         self.kept: list[Node] = []
