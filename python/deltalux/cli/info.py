@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`deltalux info`: what a scene holds, before any light is traced."""
+"""`deltalux info`: what a scene holds, before any light is traced, and what a session file holds."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.table import Table
 
+from deltalux.file_facts import file_facts
 from deltalux.units import LUX
 
 from .console import Terminal
@@ -19,18 +21,22 @@ from .options import (
     LightUnitsOption,
     MovableOption,
     QuietOption,
-    SceneArgument,
     UnitOption,
     UpOption,
 )
+from .session_tables import session_tables
+from .targets import SESSION
+from .view import SourceArgument, refuse_options_of_the_bake
+
+OF_THE_BAKE = ("movable", "light_units", "unit", "up")
 
 
 def run(
-    scene: SceneArgument,
+    context: typer.Context,
+    source: SourceArgument,
     movable: MovableOption = None,
     nodes: Annotated[
-        bool,
-        typer.Option("--nodes", help="Show the tree of nodes: names, sizes, triangles, lights, what moves."),
+        bool, typer.Option("--nodes", help="Show the tree of nodes: names, sizes, triangles, lights, what moves.")
     ] = False,
     light_units: LightUnitsOption = "spec",
     unit: UnitOption = None,
@@ -40,6 +46,8 @@ def run(
 ) -> None:
     """Show what a scene holds: size, lights with their power, movable objects, warnings.
 
+    Of a session: also what made it, its samples and paths, its edits, and its size by part.
+
     [bold]Examples[/]
 
     deltalux info office
@@ -48,16 +56,27 @@ def run(
     deltalux info office --nodes
 
     deltalux info room.glb --movable 'chair*' --json
+
+    deltalux info office.dlx
     """
     terminal = Terminal(as_json, quiet)
-    loaded = open_scene(scene, movable, light_units, unit, up)
-    facts = dict(loaded.info())
-    tables = [_facts_table(scene, facts)]
+    stored = Path(source).suffix.lower() == SESSION
+    session: dict[str, Any] = {}
+    if stored:
+        refuse_options_of_the_bake(context, source, OF_THE_BAKE, "info")
+        session, scene = file_facts(source)
+    else:
+        scene = open_scene(source, movable, light_units, unit, up)
+    facts = dict(scene.info())
+    tables = [_facts_table(source, facts)]
+    if stored:
+        facts["session"] = session
+        tables += session_tables(session)
     if facts["lights"]:
         tables.append(_lights_table(facts))
     if nodes:
-        facts["nodes"] = node_facts(loaded)
-        tables.append(node_table(facts["nodes"], loaded.unit))
+        facts["nodes"] = node_facts(scene)
+        tables.append(node_table(facts["nodes"], scene.unit))
     terminal.result(facts, *tables)
     if not as_json:
         terminal.warn(facts["warnings"])

@@ -121,7 +121,7 @@ def write_targets(
     for path in targets:
         suffix = path.suffix.lower()
         if suffix == SESSION:
-            session.save(path)
+            session.save(path, command_line(words))
         elif suffix == PICTURE and _per_pixel(session):
             _draw(session, path, words, false_colour, progress)
         else:
