@@ -39,8 +39,8 @@ def file_facts(path: str | Path) -> tuple[dict[str, Any], Scene]:
 
     Returns
     -------
-    dict with `made_by` (a line for each command that led to the file), `built_by` (the build that computed the
-    light, or None), `baked`, `options`, `segments` (None without light), `samples` (`count`, `spacing`,
+    dict with `made_by` (a line for each command that led to the file), `built_by` (the build that computed
+    the light, or None), `baked`, `options`, `segments` (None without light), `samples` (`count`, `spacing`,
     `vertices` of the display mesh or None, `grid` or None), `edits` (`moved`: `offset` in metres and
     `degrees` about whatever axis by name, `removed`: names, `dimmed`: factors by group, `reflectances` by
     material) and `bytes` by part; the Scene

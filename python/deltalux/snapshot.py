@@ -45,7 +45,7 @@ _MISFITS = (
 )
 
 
-def write(path: Path, session: Session, command: str) -> None:
+def write(path: Path, session: Session, command: str = "Session.save") -> None:
     """Write `session` to `path`, aside and then renamed; the core's arrays go there piece by piece.
 
     `command` says what made it, for whoever reads the file.

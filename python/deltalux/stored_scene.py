@@ -129,7 +129,9 @@ def unpack_scene(data: Fields, archive: ArchiveReader, folder: Path) -> Scene:
         meshes, materials = unpack_looks(data.child("looks", LOOK_FIELDS), meshes, materials, archive)
     sizes = {mesh.name: len(mesh.triangles) for mesh in meshes}
     source = data.optional_text("source")
-    lights = [_unpack_light(entry, f"index.scene.lights[{i}]") for i, entry in enumerate(_list(data, "lights"))]
+    lights = [
+        _unpack_light(entry, f"index.scene.lights[{i}]") for i, entry in enumerate(_list(data, "lights"))
+    ]
     known = {light.name for light in lights}
     return Scene(
         meshes,
@@ -210,7 +212,9 @@ def _unpack_node(entry: Fields, number: int, sizes: dict[str, int], known: set[s
         )
     lights = tuple(entry.texts("lights"))
     if not known.issuperset(lights):
-        raise FormatError(f"index.scene.nodes[{number}].lights: found {lights!r:.60}, expected names of lights")
+        raise FormatError(
+            f"index.scene.nodes[{number}].lights: found {lights!r:.60}, expected names of lights"
+        )
     return Node(
         entry.text("name"),
         entry.integer("parent", -1, number - 1),

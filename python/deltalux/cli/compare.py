@@ -13,7 +13,8 @@ from rich.table import Table
 
 import deltalux as dl
 from deltalux.outputs import tables
-from deltalux.outputs.images import difference, grid_picture
+from deltalux.outputs.images import difference
+from deltalux.outputs.plans import grid_picture, plan_axes
 from deltalux.report import compare as compare_values
 from deltalux.units import LUX, photopic
 
@@ -136,7 +137,8 @@ def _write_picture(path: Path, a: Loaded, b: Loaded) -> None:
     samples = session.samples
     if samples.display is None and samples.grid_shape is not None:
         change = photopic(b.result.irradiance) - photopic(a.result.irradiance)
-        grid_picture(change.reshape(samples.grid_shape), b.result.unit).save(path)
+        axes = plan_axes(samples)
+        grid_picture(samples.in_grid(change), b.result.unit, axes=axes).save(path)
         return
     if samples.display is None:
         raise dl.OptionError(f"output '{path}': found samples without a mesh or grid; compare without -o")

@@ -36,7 +36,8 @@ def run(
     source: SourceArgument,
     movable: MovableOption = None,
     nodes: Annotated[
-        bool, typer.Option("--nodes", help="Show the tree of nodes: names, sizes, triangles, lights, what moves.")
+        bool,
+        typer.Option("--nodes", help="Show the tree of nodes: names, sizes, triangles, lights, what moves."),
     ] = False,
     light_units: LightUnitsOption = "spec",
     unit: UnitOption = None,

@@ -14,11 +14,10 @@ from rich.text import Text
 
 import deltalux as dl
 from deltalux.nodes import Node
+from deltalux.quantities import significant
 from deltalux.scene import punctual_power
 from deltalux.units import LUX, photopic
 from deltalux.vectors import triangle_areas
-
-from .quantities import significant
 
 
 @dataclass

@@ -275,7 +275,17 @@ GridOption = Annotated[
         parser=parse_grid,
         metavar="X,Y,Z,WIDTH,DEPTH,SPACING",
         help="Sample a horizontal working plane instead of the surfaces (repeatable): its corner, "
-        "its extent along +X and +Z, the distance between samples; metres.",
+        "its extent along +X and +Z, the distance between samples; metres. Points inside of walls and "
+        "furniture are left out.",
+    ),
+]
+MarginOption = Annotated[
+    float,
+    typer.Option(
+        "--margin",
+        min=0.0,
+        metavar="METRES",
+        help="Leave out points of --grid nearer than this to a wall or to furniture at their height.",
     ),
 ]
 RadiusOption = Annotated[

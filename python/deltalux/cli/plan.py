@@ -19,6 +19,7 @@ from .options import (
     GridOption,
     JsonOption,
     LightUnitsOption,
+    MarginOption,
     MovableOption,
     PathsOption,
     QuietOption,
@@ -61,6 +62,7 @@ def run(
     gather: GatherOption = "auto",
     spacing: SpacingOption = None,
     grid: GridOption = None,
+    margin: MarginOption = 0.0,
     radius: RadiusOption = None,
     policy: PolicyOption = "measured",
     frames: FramesOption = None,
@@ -92,7 +94,8 @@ def run(
     terminal.warn(loaded.warnings)
     with terminal.progress() as progress:
         progress("samples", 0.0)
-        samples, _ = make_samples(loaded, spacing, grid or (), radius)
+        samples, _, left_out = make_samples(loaded, spacing, grid or (), radius, margin=margin)
+        terminal.warn(left_out)
         plan = dl.plan(
             loaded,
             samples,

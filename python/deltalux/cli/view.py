@@ -126,7 +126,7 @@ def run(
         terminal.warn(foreign_light(session, source))
     else:
         scene = open_scene(source, movable, light_units, unit, up)
-        samples, _ = make_samples(scene, spacing, (), radius, detail)
+        samples, _, _ = make_samples(scene, spacing, (), radius, detail)
         session = dl.Session(
             scene, samples, paths=paths, gather=gather, seed=seed, threads=threads, memory_limit=memory_limit
         )
