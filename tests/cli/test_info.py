@@ -103,7 +103,7 @@ def test_the_table_of_nodes_is_indented_and_says_what_moves(cli: Cli, furnished:
     lines = out[out.index("moves") :].splitlines()
     (table,) = (line for line in lines if "│ table " in line)
     (cup,) = (line for line in lines if "│   cup " in line)
-    assert "1.00 × 1.00 × 0.00" in table
+    assert " 1 × 1 × 0 " in table
     assert "yes" in table
     assert " 2: 505.8 " in table
     assert "with it" in cup

@@ -14,7 +14,8 @@ from rich.table import Table
 
 import deltalux as dl
 from deltalux.pace import Overall
-from deltalux.report import ClaimedError, SetSummary, advice, claimed_error, summarise
+from deltalux.quantities import significant
+from deltalux.report import ClaimedError, SetSummary, advice, claimed_error, light_doubt, summarise
 from deltalux.solid_places import inside_solids, near_walls
 from deltalux.units import LUX
 
@@ -187,6 +188,8 @@ def figures(
     statistics, display = session.statistics, session.samples.display
     sets = sets or sample_sets(session)
     claimed = claimed_error(irradiance, error, session.samples.areas, sets)
+    summaries = summarise(irradiance, error, sets)
+    undimmed = min(session.dim_factors.values(), default=1.0) >= 1  # else darkness is what was asked for
     return {
         "unit": session.scene.unit,
         "samples": len(irradiance),
@@ -201,7 +204,8 @@ def figures(
         "milliseconds": dict(frame.milliseconds),
         "error": dataclasses.asdict(claimed),
         "unreached": session.unreached,
-        "sets": [dataclasses.asdict(summary) for summary in summarise(irradiance, error, sets)],
+        "sets": [dataclasses.asdict(summary) for summary in summaries],
+        "doubt": light_doubt(summaries, session.scene.unit) if undimmed else None,
         "digest": session.digest(),
         "warnings": list(session.scene.warnings),
     }
@@ -217,7 +221,7 @@ def summary_table(title: str, data: Mapping[str, Any]) -> Table:
         table.add_column(column, justify="right")
     errors = data["error"]["sets"]
     for row in (SetSummary(**s) for s in data["sets"]):
-        values = (f"{v:.4g}" for v in (row.minimum, row.mean, row.maximum))
+        values = map(significant, (row.minimum, row.mean, row.maximum))
         share = f"{errors[row.name]:.1%}" if row.name in errors else "–"
         table.add_row(row.name, f"{row.samples:,}", *values, f"{row.uniformity:.2f}", share)
     table.caption = "\n".join(_notes(data))
@@ -241,6 +245,8 @@ def _notes(data: Mapping[str, Any]) -> list[str]:
         )
     if warning := advice(claimed, data["paths"], data["gather"]):
         lines.append(warning)
+    if data["doubt"]:
+        lines.append(data["doubt"])
     if data["unreached"]:
         lines.append(f"{data['unreached']:,} samples: no path reached them, their error is a bound")
     return lines

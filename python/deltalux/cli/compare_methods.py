@@ -142,7 +142,8 @@ def run(
     deltalux compare-methods room.glb --quick -o methods
     """
     terminal = Terminal(as_json, quiet)
-    loaded = open_scene(scene, None, light_units, unit, up)
+    with terminal.working("load scene"):
+        loaded = open_scene(scene, None, light_units, unit, up)
     terminal.warn(loaded.warnings)
     output.mkdir(parents=True, exist_ok=True)
     results = [output / name for name in (PAGE, *TABLES, *PICTURES)]
@@ -158,6 +159,7 @@ def run(
         views = make_views(study, QUICK_SIZE if quick else SIZE)
         data = study.run(views.vertices, progress)
         values = study.pictures(list(LABELS), progress)
+        progress("write report", 0.0)
         drawn = sheets(views, {LABELS[name]: value for name, value in values.items()})
     command = shlex.join(["deltalux", *context.obj])
     data |= {"scene": scene, "command": command, "findings": findings(data)}

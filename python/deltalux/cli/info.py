@@ -11,6 +11,7 @@ import typer
 from rich.table import Table
 
 from deltalux.file_facts import file_facts
+from deltalux.quantities import significant
 from deltalux.units import LUX
 
 from .console import Terminal
@@ -65,9 +66,11 @@ def run(
     session: dict[str, Any] = {}
     if stored:
         refuse_options_of_the_bake(context, source, OF_THE_BAKE, "info")
-        session, scene = file_facts(source)
+        with terminal.working("read session"):
+            session, scene = file_facts(source)
     else:
-        scene = open_scene(source, movable, light_units, unit, up)
+        with terminal.working("load scene"):
+            scene = open_scene(source, movable, light_units, unit, up)
     facts = dict(scene.info())
     tables = [_facts_table(source, facts)]
     if stored:
@@ -86,9 +89,10 @@ def run(
 def _facts_table(name: str, facts: Mapping[str, Any]) -> Table:
     table = Table(title=name, show_header=False, title_justify="left")
     low, high = facts["bounds"]
-    size = " × ".join(f"{b - a:.2f}" for a, b in zip(low, high, strict=True))
+    size = " × ".join(significant(b - a) for a, b in zip(low, high, strict=True))
     table.add_row("triangles", f"{facts['triangles']:,}")
-    table.add_row("area", f"{facts['area']:,.2f} m², of which {facts['emissive_area']:,.3f} m² luminous")
+    luminous = significant(facts["emissive_area"])
+    table.add_row("area", f"{significant(facts['area'])} m², of which {luminous} m² luminous")
     table.add_row("size", f"{size} m")
     table.add_row("movable", ", ".join(facts["movable"]) or "nothing (see --movable)")
     table.add_row("unit of results", "lx" if facts["unit"] == LUX else facts["unit"])
@@ -101,6 +105,6 @@ def _lights_table(facts: Mapping[str, Any]) -> Table:
     table.columns[3].justify = "right"
     for light in facts["lights"]:
         power = light["power"]
-        shown = "unbounded" if power is None else f"{power:,.4g}" if power < 1e4 else f"{power:,.0f}"
+        shown = "unbounded" if power is None else significant(power)
         table.add_row(light["name"], light["kind"], light["group"], shown)
     return table

@@ -117,10 +117,10 @@ def node_table(facts: Sequence[Mapping[str, Any]], unit: str) -> Table:
     """`node_facts` as a table whose names are indented as the tree has them."""
     table = Table(title="nodes", title_justify="left")
     table.add_column("node", overflow="fold")  # never cut: it is what one types
-    table.add_column("size (m)", justify="right", no_wrap=True)
-    table.add_column("triangles", justify="right", no_wrap=True)
-    table.add_column(f"lights ({'lm' if unit == LUX else 'W'})", justify="right", no_wrap=True)
-    table.add_column("moves", no_wrap=True)
+    table.add_column("size (m)", justify="right")
+    table.add_column("triangles", justify="right")
+    table.add_column(f"lights ({'lm' if unit == LUX else 'W'})", justify="right")
+    table.add_column("moves")
     depths: list[int] = []
     for node in facts:
         parent, owner = node["parent"], node["moves_with"]
@@ -128,7 +128,7 @@ def node_table(facts: Sequence[Mapping[str, Any]], unit: str) -> Table:
         inherited = parent >= 0 and facts[parent]["moves_with"] == owner
         table.add_row(
             Text("  " * depths[-1] + node["name"]),
-            "–" if node["size"] is None else " × ".join(f"{s:.2f}" for s in node["size"]),
+            "–" if node["size"] is None else " × ".join(significant(s, 3) for s in node["size"]),
             f"{node['triangles']:,}",
             _lights([light["power"] for light in node["lights"]]),
             "" if owner is None else "with it" if inherited else "yes",

@@ -90,7 +90,8 @@ def run(
     deltalux plan expo --policy paper-sphere --rebuild --json
     """
     terminal = Terminal(as_json, quiet)
-    loaded = open_scene(scene, movable, light_units, unit, up)
+    with terminal.working("load scene"):
+        loaded = open_scene(scene, movable, light_units, unit, up)
     terminal.warn(loaded.warnings)
     with terminal.progress() as progress:
         progress("samples", 0.0)

@@ -125,11 +125,19 @@ def run(
             session = dl.Session.open(source, threads=threads, progress=progress)
         terminal.warn(foreign_light(session, source))
     else:
-        scene = open_scene(source, movable, light_units, unit, up)
-        samples, _, _ = make_samples(scene, spacing, (), radius, detail)
-        session = dl.Session(
-            scene, samples, paths=paths, gather=gather, seed=seed, threads=threads, memory_limit=memory_limit
-        )
+        with terminal.working("load scene"):
+            scene = open_scene(source, movable, light_units, unit, up)
+        with terminal.working("place samples"):
+            samples, _, _ = make_samples(scene, spacing, (), radius, detail)
+            session = dl.Session(
+                scene,
+                samples,
+                paths=paths,
+                gather=gather,
+                seed=seed,
+                threads=threads,
+                memory_limit=memory_limit,
+            )
     terminal.warn(session.scene.warnings)
     if not session.poses:
         terminal.warn(["nothing here can be moved; name what should be with --movable NAME"])
