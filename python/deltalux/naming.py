@@ -20,6 +20,19 @@ def chosen(pattern: str, names: Sequence[str]) -> list[str]:
     return [pattern] if pattern in names else [name for name in names if matches(pattern, name)]
 
 
+def meant_by(word: str, names: Sequence[str]) -> list[str]:
+    """Which of `names`, numbered where they repeat ("lamp", "lamp#2", …), a word means.
+
+    "lamp" means all of that name, "lamp#1" the first alone; wildcards describe several. What means none stays
+    as it is, so that whoever takes it can refuse it.
+    """
+    first = word.removesuffix("#1")
+    if word in names:
+        start = f"{word}#"
+        return [n for n in names if n == word or (n.startswith(start) and n[len(start) :].isdecimal())]
+    return [first] if first in names else chosen(word, names) or [word]
+
+
 def candidates(word: str, names: Sequence[str]) -> str:
     """Names like `word`, those that contain it, then others, and how many more; "" where there are none."""
     plain = word.strip("*?")

@@ -8,10 +8,11 @@ from pathlib import Path
 import deltalux as dl
 import numpy as np
 import pytest
+from builders.gltf import GltfBuilder
 from deltalux.snapshot import VERSION
 from session_files import rewrite
 
-from .conftest import QUICK, Cli
+from .conftest import HALF_TURN_UP, QUICK, Cli
 
 
 @pytest.fixture
@@ -116,3 +117,29 @@ def test_only_the_last_commands_are_kept(session_file: Path, tmp_path: Path) -> 
     with dl.Session.open(path) as session:
         assert len(session.made_by) == 100
         assert session.made_by[-1].endswith("the newest")
+
+
+def test_dim_reaches_all_lamps_of_a_name_one_or_a_pattern(cli: Cli, tmp_path: Path) -> None:
+    builder = GltfBuilder()
+    grey = builder.material(name="grey", colour=(0.5, 0.5, 0.5))
+    builder.node(name="floor", mesh=builder.quad(grey), rotation=HALF_TURN_UP, scale=[4, 4, 4])
+    point = builder.light(type="point", intensity=100)
+    for x in (1, 2, 3):
+        builder.node(name="lamp", extensions=point, translation=[x, 2, -2])
+    scene, session = builder.write(tmp_path), tmp_path / "a.dlx"
+    bake = ("bake", scene, "--paths", "2000", "--gather", "off", "--spacing", "1", "-q", "-o", session)
+    assert cli(*bake).code == 0
+    for words, dimmed in {
+        ("lamp=0.5",): {"lamp": 0.5, "lamp#2": 0.5, "lamp#3": 0.5},
+        ("lamp#1=0.5",): {"lamp": 0.5},
+        ("lamp#[23]=0.25",): {"lamp#2": 0.25, "lamp#3": 0.25},
+        ("lamp=0", "lamp#2=1"): {"lamp": 0, "lamp#3": 0},
+    }.items():
+        edits = [part for word in words for part in ("--dim", word)]
+        out = tmp_path / "b.dlx"
+        assert cli("update", session, *edits, "-q", "-o", out).code == 0
+        assert cli("info", out, "--json").data["session"]["edits"]["dimmed"] == dimmed
+    assert 'dim "lump": no such light group' in cli("update", session, "--dim", "lump=1").error
+    assert cli(*bake, "--groups", "name").code == 0
+    with dl.Session.open(session) as opened:
+        assert list(opened.dim_factors) == ["lamp"]

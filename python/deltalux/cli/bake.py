@@ -17,6 +17,7 @@ from .options import (
     FalseColourOption,
     GatherOption,
     GridOption,
+    GroupsOption,
     JsonOption,
     LightUnitsOption,
     MarginOption,
@@ -58,6 +59,7 @@ def run(
     light_units: LightUnitsOption = "spec",
     unit: UnitOption = None,
     up: UpOption = "y",
+    groups: GroupsOption = "auto",
     false_colour: FalseColourOption = False,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
@@ -80,7 +82,7 @@ def run(
     guess = before_loading(scene, threads)
     with terminal.overall([*loading(guess), *bake_job(guess, targets, target_error)]) as progress:
         progress.begin("load scene")
-        loaded = open_scene(scene, movable, light_units, unit, up)
+        loaded = open_scene(scene, movable, light_units, unit, up, groups)
         keep_inputs(targets, loaded.files)
         terminal.warn(loaded.warnings)
         progress.begin("place samples")

@@ -21,6 +21,7 @@ from .console import Terminal
 from .inputs import open_scene
 from .method_pictures import make_views, sheets
 from .options import (
+    GroupsOption,
     JsonOption,
     LightUnitsOption,
     QuietOption,
@@ -123,6 +124,7 @@ def run(
     light_units: LightUnitsOption = "spec",
     unit: UnitOption = None,
     up: UpOption = "y",
+    groups: GroupsOption = "auto",
     quick: QuickOption = False,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
@@ -143,7 +145,7 @@ def run(
     """
     terminal = Terminal(as_json, quiet)
     with terminal.working("load scene"):
-        loaded = open_scene(scene, None, light_units, unit, up)
+        loaded = open_scene(scene, None, light_units, unit, up, groups)
     terminal.warn(loaded.warnings)
     output.mkdir(parents=True, exist_ok=True)
     results = [output / name for name in (PAGE, *TABLES, *PICTURES)]

@@ -18,6 +18,7 @@ from .console import Terminal
 from .inputs import open_scene
 from .node_list import node_facts, node_table
 from .options import (
+    GroupsOption,
     JsonOption,
     LightUnitsOption,
     MovableOption,
@@ -29,7 +30,7 @@ from .session_tables import session_tables
 from .targets import SESSION
 from .view import SourceArgument, refuse_options_of_the_bake
 
-OF_THE_BAKE = ("movable", "light_units", "unit", "up")
+OF_THE_BAKE = ("movable", "light_units", "unit", "up", "groups")
 
 
 def run(
@@ -43,6 +44,7 @@ def run(
     light_units: LightUnitsOption = "spec",
     unit: UnitOption = None,
     up: UpOption = "y",
+    groups: GroupsOption = "auto",
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
@@ -70,7 +72,7 @@ def run(
             session, scene = file_facts(source)
     else:
         with terminal.working("load scene"):
-            scene = open_scene(source, movable, light_units, unit, up)
+            scene = open_scene(source, movable, light_units, unit, up, groups)
     facts = dict(scene.info())
     tables = [_facts_table(source, facts)]
     if stored:

@@ -34,6 +34,7 @@ def open_scene(
     light_units: str = "spec",
     unit: str | float | None = None,
     up: str = "y",
+    groups: str = "auto",
 ) -> dl.Scene:
     """Load a scene file or build a bundled scene.
 
@@ -41,7 +42,7 @@ def open_scene(
     ----------
     word : path of a file, or the name of a bundled scene
     movable : names of nodes to make movable besides those that the file marks
-    light_units, unit, up : see `deltalux.load`; for files only
+    light_units, unit, up, groups : see `deltalux.load`; for files only
 
     Raises
     ------
@@ -58,4 +59,6 @@ def open_scene(
         close = difflib.get_close_matches(name, BUNDLED_SCENES, n=1)
         hint = f"did you mean {close[0]}?" if close else f"or one of {', '.join(BUNDLED_SCENES)}"
         raise dl.FormatError(f"scene '{word}': found {found}, expected a .glb, .gltf or .obj file; {hint}")
-    return dl.load(path, movable=list(movable or ()), light_units=light_units, unit=unit, up=up)
+    return dl.load(
+        path, movable=list(movable or ()), light_units=light_units, unit=unit, up=up, groups=groups
+    )

@@ -201,6 +201,14 @@ UnitOption = Annotated[
     ),
 ]
 UpOption = Annotated[Literal["y", "z"], typer.Option("--up", help="The file's upward axis.")]
+GroupsOption = Annotated[
+    Literal["auto", "lamp", "name"],
+    typer.Option(
+        "--groups",
+        help="Which lamps of a glTF file without extras.group share a light group: none (lamp), those of one "
+        "name (name), or none as long as eight groups, which are dimmed at once, are enough (auto).",
+    ),
+]
 OutputsOption = Annotated[
     list[Path] | None,
     typer.Option(

@@ -17,6 +17,7 @@ from .inputs import open_scene
 from .options import (
     GatherOption,
     GridOption,
+    GroupsOption,
     JsonOption,
     LightUnitsOption,
     MarginOption,
@@ -72,6 +73,7 @@ def run(
     light_units: LightUnitsOption = "spec",
     unit: UnitOption = None,
     up: UpOption = "y",
+    groups: GroupsOption = "auto",
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
@@ -91,7 +93,7 @@ def run(
     """
     terminal = Terminal(as_json, quiet)
     with terminal.working("load scene"):
-        loaded = open_scene(scene, movable, light_units, unit, up)
+        loaded = open_scene(scene, movable, light_units, unit, up, groups)
     terminal.warn(loaded.warnings)
     with terminal.progress() as progress:
         progress("samples", 0.0)

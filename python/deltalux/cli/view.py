@@ -19,6 +19,7 @@ from .options import (
     AUTO,
     DetailOption,
     GatherOption,
+    GroupsOption,
     LightUnitsOption,
     MemoryLimitOption,
     MovableOption,
@@ -45,6 +46,7 @@ OF_THE_BAKE = (
     "light_units",
     "unit",
     "up",
+    "groups",
 )
 
 SourceArgument = Annotated[
@@ -96,6 +98,7 @@ def run(
     light_units: LightUnitsOption = "spec",
     unit: UnitOption = None,
     up: UpOption = "y",
+    groups: GroupsOption = "auto",
     host: HostOption = "127.0.0.1",
     port: PortOption = 0,
     folder: FolderOption = Path(),
@@ -126,7 +129,7 @@ def run(
         terminal.warn(foreign_light(session, source))
     else:
         with terminal.working("load scene"):
-            scene = open_scene(source, movable, light_units, unit, up)
+            scene = open_scene(source, movable, light_units, unit, up, groups)
         with terminal.working("place samples"):
             samples, _, _ = make_samples(scene, spacing, (), radius, detail)
             session = dl.Session(

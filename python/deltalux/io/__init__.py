@@ -9,7 +9,7 @@ from pathlib import Path
 from deltalux.errors import Error, OptionError
 from deltalux.scene import Scene, replace_scene
 
-from .gltf import load_gltf
+from .gltf import GROUPINGS, load_gltf
 from .obj import load_obj
 from .space import size_questions, space_matrix
 
@@ -33,6 +33,7 @@ def load(
     light_units: str = "spec",
     unit: str | float | None = None,
     up: str = "y",
+    groups: str = "auto",
 ) -> Scene:
     """Read a scene from a file; the suffix (.glb, .gltf, .obj) says how.
 
@@ -48,6 +49,9 @@ def load(
         What the file's lengths are; None = metres, and a warning asks where the size is unusual. Lights keep
         their candela, lux and cd/m2.
     up : "y" or "z", the file's upward axis
+    groups : "lamp", "name" or "auto"
+        Which lamps share a light group where the file gives none (``extras.group``): none, those on nodes
+        of one name, or ("auto") none as long as that makes at most eight groups, which are dimmed at once.
 
     Returns
     -------
@@ -73,10 +77,12 @@ def load(
         )
     if light_units not in LIGHT_UNITS:
         raise OptionError(f"light_units: found {light_units!r}, expected one of {', '.join(LIGHT_UNITS)}")
+    if groups not in GROUPINGS:
+        raise OptionError(f"groups: found {groups!r}, expected one of {', '.join(GROUPINGS)}")
     names = (movable,) if isinstance(movable, str) else tuple(movable)
     space = space_matrix(unit, up)
     try:
-        scene = loader(path, names, light_units, space)
+        scene = loader(path, names, light_units, space, groups)
         questions = size_questions(scene) if unit is None else []
         return replace_scene(scene, warnings=[*scene.warnings, *questions]) if questions else scene
     except Error as error:

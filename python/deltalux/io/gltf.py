@@ -10,7 +10,7 @@ import numpy as np
 
 from deltalux.errors import SceneError
 from deltalux.nodes import Node
-from deltalux.scene import Mesh, Scene, replace_scene
+from deltalux.scene import MAX_GROUPS, Mesh, Scene, replace_scene
 
 from .decoder_process import DecoderProcess
 from .diagnostics import element
@@ -27,9 +27,17 @@ from .gltf_primitives import Primitives, joined_coordinates
 from .gltf_textures import Textures
 from .scene_size import require_memory_for_triangles
 
+# How lamps without a group of their own are put into groups: each alone, those of nodes of one name together,
+# or whichever keeps to as many groups as have sums of their own.
+BY_LAMP, BY_NAME, BY_COUNT = GROUPINGS = ("lamp", "name", "auto")
+
 
 def load_gltf(
-    path: Path, movable: Sequence[str] = (), light_units: str = "spec", space: np.ndarray | None = None
+    path: Path,
+    movable: Sequence[str] = (),
+    light_units: str = "spec",
+    space: np.ndarray | None = None,
+    groups: str = BY_COUNT,
 ) -> Scene:
     """Read a glTF file; see `deltalux.load`.
 
@@ -46,14 +54,17 @@ def load_gltf(
         ownership = assign_owners(nodes, movable, document.notes)
         assembly = _Assembly(document, nodes, ownership, light_units, buffers, accessors, decoder)
         assembly.check_size()
-        assembly.run()
-    scene = Scene(
-        assembly.meshes,
-        assembly.materials.used,
-        assembly.lights.found,
-        unit=UNIT_OF[light_units],
+        scene = assembly.scene(groups == BY_NAME)
+        if groups == BY_COUNT and len(scene.groups) > MAX_GROUPS:
+            apart, scene = scene, assembly.scene(by_name=True)
+            if len(scene.groups) < len(apart.groups):
+                document.notes.add(
+                    f"{len(apart.groups)} lamps, more than the {MAX_GROUPS} light groups that are dimmed at "
+                    "once: those of one name share a group; --groups lamp keeps them apart"
+                )
+    scene = replace_scene(
+        scene,
         cameras=read_cameras(document, nodes),
-        nodes=assembly.kept,
         source=str(path.absolute()),
         files=document.files(),
     )
@@ -81,7 +92,13 @@ class _Assembly:
         self.ownership = ownership
         self.materials = Materials(document, Textures(document, buffers))
         self.primitives = Primitives(document, accessors, buffers, decoder, self.materials.coordinate_set)
-        self.lights = Lights(document, light_units)
+        self.light_units = light_units
+        self._begin(by_name=False)
+
+    def _begin(self, by_name: bool) -> None:
+        self.by_name = by_name
+        self.materials.begin()
+        self.lights = Lights(self.document, self.light_units, by_name)
         self.meshes: list[Mesh] = []
         self.kept: list[Node] = []
 
@@ -100,8 +117,23 @@ class _Assembly:
             vertices += sizes[mesh][1]
         require_memory_for_triangles(triangles, vertices)
 
-    def run(self) -> None:
-        """Put the nodes together, in order; what belongs to a movable follows its root directly."""
+    def scene(self, by_name: bool) -> Scene:
+        """Meshes, materials, lights and nodes.
+
+        Each lamp is a light group of its own, or, `by_name`, those on nodes of one name share one.
+        """
+        self._begin(by_name)
+        self._put_together()
+        return Scene(
+            self.meshes,
+            self.materials.used,
+            self.lights.found,
+            unit=UNIT_OF[self.light_units],
+            nodes=self.kept,
+        )
+
+    def _put_together(self) -> None:
+        """All nodes, in order; what belongs to a movable follows its root directly."""
         members: dict[int, list[int]] = {}
         for k, owner in enumerate(self.ownership.owner):
             if owner is not None:
@@ -125,8 +157,9 @@ class _Assembly:
         """One Mesh of the nodes `members`, with its materials, its lights and the records of its nodes."""
         movable = self.ownership.owner[root] == root
         name = self.ownership.mesh_name[root]
-        # The group is the node's name, which differs from the mesh's where several nodes bear it.
-        default_group = None if name == self.nodes[root].name else self.nodes[root].name
+        # The node's name differs from the mesh's where several nodes bear it.
+        shared = self.by_name and name != self.nodes[root].name
+        default_group = self.nodes[root].name if shared else None
         to_local = rigid_inverse(pose)
         vertices, triangles, index = [np.zeros((0, 3))], [np.zeros((0, 3), np.int64)], [np.zeros(0, np.int64)]
         coordinates: list[np.ndarray | None] = [None]

@@ -49,7 +49,9 @@ BLENDER = re.compile(
 class Lights:
     """Collects the lights of nodes."""
 
-    def __init__(self, document: Document, light_units: str) -> None:
+    def __init__(self, document: Document, light_units: str, by_name: bool) -> None:
+        """`by_name`: lights that bear one name share a group, else each is one of its own."""
+        self._by_name = by_name
         self._document = document
         self._units = light_units
         self._names = UniqueNames()
@@ -67,7 +69,8 @@ class Lights:
         source = element(self._definitions, reference["light"], place)
         base = node.name if node.source.name else source.get("name") or node.label
         name = self._names.take(base)
-        group = node.group or source.get("extras", {}).get("group") or (None if name == base else base)
+        shared = base if self._by_name and name != base else None
+        group = node.group or source.get("extras", {}).get("group") or shared
         colour = np.array(source.get("color", (1.0, 1.0, 1.0))) * source.get("intensity", 1.0)
         if (colour < 0).any():
             raise malformed(

@@ -44,6 +44,10 @@ class Materials:
     def __init__(self, document: Document, textures: Textures) -> None:
         self._document = document
         self._textures = textures
+        self.begin()
+
+    def begin(self) -> None:
+        """Forget which materials were made; what is made next may have other groups."""
         self._names = UniqueNames()
         self._found: dict[int, _Read] = {}
         self._made: dict[tuple[int, str | None], Material] = {}

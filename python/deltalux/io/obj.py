@@ -47,13 +47,18 @@ class _Reading:
 
 
 def load_obj(
-    path: Path, movable: Sequence[str] = (), light_units: str = "spec", space: np.ndarray | None = None
+    path: Path,
+    movable: Sequence[str] = (),
+    light_units: str = "spec",
+    space: np.ndarray | None = None,
+    groups: str = "auto",
 ) -> Scene:
     """Read an OBJ file and its MTL files; see `deltalux.load`.
 
     Each object ("o", or each group "g" in files without objects) becomes one Mesh; a movable one turns about
     the centre of its bounds. Polygons may be of any shape. Kd is the reflectance, Ke the radiance, W/(sr m2),
-    from the front; results are in W/m2. OBJ knows no lamps, so `light_units` has no effect.
+    from the front; results are in W/m2. OBJ knows no lamps, so `light_units` has no effect; each
+    object with a luminous material is a light group, so `groups` has none either.
     """
     notes = Notes()
     library = MaterialLibrary(path.parent, notes)
