@@ -5,10 +5,11 @@ from . import estimate, model, scenes
 from .cameras import Camera
 from .errors import Cancelled, Error, FormatError, OptionError, SceneError
 from .io import load
+from .nodes import Node
 from .planning import Plan, plan
 from .results import Estimate, Frame, Result
 from .samples import Samples
-from .scene import Material, Mesh, Node, PointLight, Scene, SpotLight, SunLight
+from .scene import Material, Mesh, PointLight, Scene, SpotLight, SunLight
 from .segments import Segments, trace, uniform_lines
 from .server import view
 from .session import Session

@@ -149,6 +149,11 @@ class ArchiveReader:
         """Names of all arrays, read or not."""
         return [name.removesuffix(_SUFFIX) for name in self._entries if name.endswith(_SUFFIX)]
 
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Bytes of all entries by name, the index among them."""
+        return {name.removesuffix(_SUFFIX): info.file_size for name, info in self._entries.items()}
+
     def array(self, name: str, dtype: str, rows: int | None = None, columns: int = 0) -> np.ndarray:
         """The whole array (rows, columns), or (rows,) where `columns` is 0; None = as many as there are."""
         array = self._open(name)

@@ -76,6 +76,7 @@ class Samples:
         self.attached = _attached(attached_to, count)
         self.display: DisplayMesh | None = None
         self.grid_shape: tuple[int, int] | None = None
+        self.grid_cells: np.ndarray | None = None  # of each sample, row by row; None: all cells have one
         self.spacing: float | None = None
         for array in (self.points, self.normals, self.radius, self.attached):
             array.setflags(write=False)
@@ -172,6 +173,31 @@ class Samples:
         samples.grid_shape = (counts[1], counts[0])
         samples.spacing = float(spacing)
         return samples
+
+    def without(self, left_out: np.ndarray) -> Samples:
+        """The samples that `left_out` (n,) bool does not mark; a grid gets holes. Not of a display mesh."""
+        if self.display is not None:
+            raise OptionError("samples: found ones on a display mesh, expected a grid or samples from arrays")
+        kept = np.flatnonzero(~np.asarray(left_out, bool))
+        samples = Samples(self.points[kept], self.normals[kept], self.radius[kept], self.attached[kept])
+        samples.grid_shape, samples.spacing = self.grid_shape, self.spacing
+        if self.grid_shape is not None and len(kept) < len(self):
+            samples.grid_cells = kept if self.grid_cells is None else self.grid_cells[kept]
+        return samples
+
+    def in_grid(self, values: np.ndarray) -> np.ndarray:
+        """(rows, columns) of the samples' values (n,), NaN where the grid has a hole.
+
+        Raises
+        ------
+        OptionError
+            Where the samples are no grid.
+        """
+        if self.grid_shape is None:
+            raise OptionError("samples: found ones that are no grid, expected those of Samples.on_grid")
+        grid = np.full(self.grid_shape[0] * self.grid_shape[1], np.nan)
+        grid[slice(None) if self.grid_cells is None else self.grid_cells] = values
+        return grid.reshape(self.grid_shape)
 
     @classmethod
     def concatenate(cls, parts: Sequence[Samples]) -> Samples:

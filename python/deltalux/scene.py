@@ -14,6 +14,8 @@ from .cameras import Camera
 from .errors import OptionError, SceneError
 from .frame import SceneFrame, coarse_places, scene_frame
 from .look import PLAIN, Look, checked_coordinates
+from .naming import candidates, chosen
+from .nodes import Node
 from .units import UNITS, photopic
 from .vectors import triangle_areas, unit, versine
 
@@ -273,22 +275,6 @@ def _init(light: _PunctualLight, **fields: Any) -> None:
 Light = PointLight | SpotLight | SunLight
 
 
-@dataclass(frozen=True, eq=False)
-class Node:
-    """One node of the input file's hierarchy, kept so that outputs can restore it.
-
-    `parent` is an index into `Scene.nodes`, -1 for a root; parents come first. `matrix` is the transform to
-    the parent, scale and shear included. `parts` lists (mesh name, first triangle, triangle count) in the
-    scene. A movable's first node always has a part, if an empty one. inverse(mesh's pose as loaded) @ (the
-    node's world matrix as loaded) takes a node's own space to the mesh's local one.
-    """
-
-    name: str
-    parent: int
-    matrix: np.ndarray
-    parts: tuple[tuple[str, int, int], ...] = ()
-
-
 class Scene:
     """Meshes, materials and lights; immutable once made.
 
@@ -475,10 +461,17 @@ def replace_scene(scene: Scene, **changes: Any) -> Scene:
 
 
 def make_movable(scene: Scene, names: Iterable[str]) -> Scene:
-    """A copy in which the meshes `names` are movable."""
-    wanted = set(names)
-    for name in wanted:
-        scene.mesh(name)
+    """A copy in which the meshes `names` are movable; ``*``, ``?`` and ``[...]`` describe several.
+
+    Raises OptionError where a name means no mesh.
+    """
+    present = [mesh.name for mesh in scene.meshes]
+    wanted: set[str] = set()
+    for name in names:
+        found = chosen(name, present)
+        if not found:
+            raise OptionError(f'mesh "{name}": not in the scene; found {candidates(name, present)}')
+        wanted.update(found)
     meshes = [replace(m, movable=True) if m.name in wanted else m for m in scene.meshes]
     return replace_scene(scene, meshes=meshes)
 

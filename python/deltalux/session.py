@@ -107,6 +107,7 @@ class Session(SessionVertices):
         self._box = self._core.world() + self._flat.origin
         self._edits = _core.EditList()
         self._calls = Calls()
+        self.made_by: tuple[str, ...] = ()  # what saved the file that this was opened from, one after another
         self._built_by: str | None = None  # the build that computed the light
         self.foreign_build: str | None = None  # a file's build where it differs from this one
         self._irradiance: np.ndarray | None = None
@@ -469,13 +470,16 @@ class Session(SessionVertices):
     # ---- files --------------------------------------------------------------------------------
 
     @long_call
-    def save(self, path: str | Path) -> None:
-        """Write the session to one file (.dlx), beside and then renamed. Finishes pending work."""
+    def save(self, path: str | Path, command: str = "Session.save") -> None:
+        """Write the session to one file (.dlx), beside and then renamed. Finishes pending work.
+
+        The file keeps `command`, and those of the files that it comes from: see `made_by`.
+        """
         if self._session().baked:
             self._finish()
         else:
             self._apply_at_once()
-        snapshot.write(Path(path), self)
+        snapshot.write(Path(path), self, command)
 
     @classmethod
     def open(
@@ -492,7 +496,3 @@ class Session(SessionVertices):
 
     def _repr_html_(self) -> str:
         return self.result._repr_html_() if self.baked else f"<p>{self!r}</p>"
-
-    def __repr__(self) -> str:
-        state = "baked" if self.baked else "not baked"
-        return f"Session({self.scene!r}, {self.samples!r}, {state})"

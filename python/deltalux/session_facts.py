@@ -13,11 +13,13 @@ from .display_mesh import in_world
 from .errors import OptionError
 from .flatten import FlatScene
 from .samples import Samples
+from .scene import Scene
 
 
 class SessionFacts:
     """State of a session, as its edits left it. `Session` makes and changes it."""
 
+    scene: Scene
     samples: Samples
     _options: SessionOptions
     _core: Any
@@ -29,6 +31,10 @@ class SessionFacts:
     _reflectances: dict[str, tuple[float, ...]]
     _box: np.ndarray
     _calls: Calls
+
+    def __repr__(self) -> str:
+        state = "baked" if self.baked else "not baked"
+        return f"Session({self.scene!r}, {self.samples!r}, {state})"
 
     def _session(self) -> Any:
         if self._core is None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import zipfile
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,15 +21,17 @@ from .stored_samples import FIELDS as SAMPLE_FIELDS
 from .stored_samples import pack_samples, unpack_samples, write_samples
 from .stored_scene import FIELDS as SCENE_FIELDS
 from .stored_scene import pack_scene, unpack_scene, write_scene
+from .version import __version__
 
 if TYPE_CHECKING:
     from .session import Session
 
 FORMAT = "deltalux-session"
-VERSION = 15  # increases only when the layout changes, or what its numbers mean
-_FIELDS = ("format", "version", "options", "scene", "samples", "baked", "reflectances", "built_by")
+VERSION = 16  # increases only when the layout changes, or what its numbers mean
+_FIELDS = ("format", "version", "options", "scene", "samples", "baked", "reflectances", "built_by", "made_by")
 _LONGEST_BUILD = 500  # characters of the name of a build
-_CORE = "core/"  # before the names of the core's arrays
+_MOST_COMMANDS, _LONGEST_COMMAND = 100, 4000  # of those that made a file, the last ones; characters of each
+CORE = "core/"  # before the names of the core's arrays
 # What an array or an option that is out of place may raise on its way into a session.
 _MISFITS = (
     KeyError,
@@ -42,8 +45,10 @@ _MISFITS = (
 )
 
 
-def write(path: Path, session: Session) -> None:
+def write(path: Path, session: Session, command: str = "Session.save") -> None:
     """Write `session` to `path`, aside and then renamed; the core's arrays go there piece by piece.
+
+    `command` says what made it, for whoever reads the file.
 
     Raises
     ------
@@ -60,6 +65,7 @@ def write(path: Path, session: Session) -> None:
         "baked": session.baked,
         "reflectances": [session._reflectances[m.name] for m in session.scene.materials],
         "built_by": session._built_by,
+        "made_by": _with_command(session.made_by, command),
     }
     state = session._session().save()
     with written_aside(path) as file, ArchiveWriter(file) as archive:
@@ -69,7 +75,13 @@ def write(path: Path, session: Session) -> None:
         told.all = sum(map(state.bytes, state.names()))
         for name in state.names():
             size = state.bytes(name)
-            archive.add_bytes(_CORE + name, "|u1", (size,), _pieces(state, name, size, told))
+            archive.add_bytes(CORE + name, "|u1", (size,), _pieces(state, name, size, told))
+
+
+def _with_command(earlier: tuple[str, ...], command: str) -> list[str]:
+    """What made a file: those before it, and this version's command, once where it is the same again."""
+    line = f"deltalux {__version__}: {command}"[:_LONGEST_COMMAND]
+    return [*(earlier[:-1] if earlier[-1:] == (line,) else earlier), line][-_MOST_COMMANDS:]
 
 
 class _Told:
@@ -131,12 +143,19 @@ class _Watched:
 
 
 def _read(path: Path, kind: type[Session], threads: int | None, progress: Progress | None) -> Session:
+    with reading(path) as archive:
+        session = _restore(archive, path.parent, kind, threads, progress)
+        archive.check_all_read()
+        return session
+
+
+@contextmanager
+def reading(path: Path) -> Iterator[ArchiveReader]:
+    """The archive of a session file; whatever is wrong with it becomes a FormatError that names the file."""
     try:
         with ArchiveReader(path) as archive:
             _check_index(archive.index)
-            session = _restore(archive, path.parent, kind, threads, progress)
-            archive.check_all_read()
-            return session
+            yield archive
     except FileNotFoundError:
         raise FormatError(f"{path}: no such file") from None
     except FormatError as error:
@@ -151,11 +170,22 @@ def _read(path: Path, kind: type[Session], threads: int | None, progress: Progre
 
 
 def _check_index(index: Any) -> None:
+    """Raise FormatError where an archive's index is not that of a session of this version."""
     if not isinstance(index, dict) or index.get("format") != FORMAT:
         raise FormatError("found a foreign file, expected a session that Session.save wrote")
     if index.get("version") != VERSION:
         found = f"{index.get('version')!r:.20}"
         raise FormatError(f"found session format {found}, this program reads {VERSION}; bake again")
+
+
+def index_fields(archive: ArchiveReader) -> Fields:
+    """The index, whose fields are those of a session."""
+    return Fields(archive.index, "index", _FIELDS)
+
+
+def made_by(index: Fields) -> tuple[str, ...]:
+    """What made the file: one line for each command, the last one last."""
+    return tuple(line[:_LONGEST_COMMAND] for line in index.texts("made_by")[-_MOST_COMMANDS:])
 
 
 class _CoreSource:
@@ -165,10 +195,10 @@ class _CoreSource:
         self._archive = archive
 
     def bytes(self, name: str) -> int | None:
-        return self._archive.bytes(_CORE + name)
+        return self._archive.bytes(CORE + name)
 
     def read_into(self, name: str, buffer: memoryview) -> None:
-        self._archive.read_into(_CORE + name, buffer)
+        self._archive.read_into(CORE + name, buffer)
 
 
 def _restore(
@@ -178,7 +208,7 @@ def _restore(
     threads: int | None,
     progress: Progress | None,
 ) -> Session:
-    index = Fields(archive.index, "index", _FIELDS)
+    index = index_fields(archive)
     options = index.child("options", SessionOptions.__annotations__)
     values = {name: options.any(name) for name in SessionOptions.__annotations__}
     if threads is not None:
@@ -220,6 +250,7 @@ def _adopt(session: Session, index: Fields) -> None:
         m.name: (row[0], row[1], row[2]) for m, row in zip(materials, given.tolist(), strict=True)
     }
     present_build = core.description()
+    session.made_by = made_by(index)
     session._built_by = index.text("built_by")[:_LONGEST_BUILD] if session.baked else None
     if session.baked and session._built_by != present_build:
         session.foreign_build = f"{session._built_by}; this is {present_build}"

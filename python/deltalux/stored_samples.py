@@ -12,11 +12,11 @@ from .archive import ArchiveReader, ArchiveWriter
 from .display_mesh import DisplayMesh
 from .errors import FormatError
 from .fields import Fields
-from .samples import Samples
+from .samples import MAX_GRID_POINTS, Samples
 from .scene import Scene
 from .sharing import NEIGHBOURS, Sharing
 
-FIELDS = ("attached", "grid_shape", "spacing", "display_spacing", "sharing", "detail")
+FIELDS = ("attached", "grid_shape", "grid_holes", "spacing", "display_spacing", "sharing", "detail")
 # Of the display mesh: dtype and columns.
 _VERTICES = {
     "points": ("<f8", 3),
@@ -40,6 +40,7 @@ def pack_samples(samples: Samples) -> dict[str, Any]:
     return {
         "attached": _names(samples),
         "grid_shape": None if samples.grid_shape is None else [int(n) for n in samples.grid_shape],
+        "grid_holes": samples.grid_cells is not None,
         "spacing": None if samples.spacing is None else float(samples.spacing),
         "display_spacing": None if samples.display is None else float(samples.display.spacing),
         "sharing": samples.display is not None and samples.display.sharing is not None,
@@ -59,6 +60,8 @@ def write_samples(samples: Samples, archive: ArchiveWriter) -> None:
     archive.add_array("samples/normals", "<f8", [samples.normals], 3)
     archive.add_array("samples/radius", "<f8", [samples.radius])
     archive.add_array("samples/attached", "<i4", [attached])
+    if samples.grid_cells is not None:
+        archive.add_array("samples/grid_cells", "<i8", [samples.grid_cells])
     if samples.display is not None:
         for name, (dtype, columns) in (_VERTICES | _TRIANGLES).items():
             archive.add_array(f"display/{name}", dtype, [getattr(samples.display, name)], columns)
@@ -89,10 +92,17 @@ def unpack_samples(data: Fields, scene: Scene, archive: ArchiveReader) -> Sample
         names[attached],
     )
     if data.any("grid_shape") is not None:
-        rows, columns = (int(n) for n in data.numbers("grid_shape", 2))
-        if not (0 < rows <= count and rows * columns == count):
+        rows, columns = data.integers("grid_shape", 1, MAX_GRID_POINTS, 2)
+        cells = rows * columns
+        holes = data.boolean("grid_holes")
+        if not (count <= cells <= MAX_GRID_POINTS if holes else cells == count):
             raise FormatError(f"index.samples.grid_shape: found {rows} by {columns} for {count} samples")
         samples.grid_shape = (rows, columns)
+        if holes:
+            samples.grid_cells = archive.array("samples/grid_cells", "<i8", count)
+            _check_range("samples/grid_cells", samples.grid_cells, 0, cells - 1)
+            if (np.diff(samples.grid_cells) <= 0).any():
+                raise FormatError('"samples/grid_cells": found cells that do not rise, expected rising ones')
     if data.any("spacing") is not None:
         samples.spacing = data.number("spacing", np.finfo(float).tiny)
     if data.any("display_spacing") is not None:

@@ -12,7 +12,8 @@ from .archive import ArchiveReader, ArchiveWriter
 from .cameras import Camera
 from .errors import FormatError
 from .fields import Fields
-from .scene import Light, Material, Mesh, Node, PointLight, Scene, SpotLight, SunLight
+from .nodes import Node
+from .scene import Light, Material, Mesh, PointLight, Scene, SpotLight, SunLight
 from .stored_looks import FIELDS as LOOK_FIELDS
 from .stored_looks import pack_looks, unpack_looks, write_looks
 from .units import FARTHEST
@@ -27,7 +28,7 @@ _COMMON = ("kind", "name", "group", "attached_to")
 _MESH = ("name", "material", "pose", "movable", "smooth_angle", "vertices", "triangles")
 _MATERIAL = ("name", "reflectance", "emission", "group", "two_sided")
 _CAMERA = ("name", "pose", "vertical_fov", "height", "aspect", "near", "far")
-_NODE = ("name", "parent", "matrix", "parts")
+_NODE = ("name", "parent", "matrix", "parts", "lights", "label")
 _TINY = np.finfo(float).tiny
 _MOST = 2**31  # vertices or triangles of a mesh; the arrays hold no more than the file
 _FARTHEST_POSE = 2 * FARTHEST  # no session takes a mesh there; sums of such places cannot overflow
@@ -67,7 +68,14 @@ def pack_scene(scene: Scene, folder: Path) -> dict[str, Any]:
         "lights": [_pack_light(light) for light in scene.lights],
         "cameras": [_pack_camera(camera) for camera in scene.cameras],
         "nodes": [
-            {"name": n.name, "parent": n.parent, "matrix": np.asarray(n.matrix).tolist(), "parts": n.parts}
+            {
+                "name": n.name,
+                "parent": n.parent,
+                "matrix": np.asarray(n.matrix).tolist(),
+                "parts": n.parts,
+                "lights": n.lights,
+                "label": n.label,
+            }
             for n in scene.nodes
         ],
     }
@@ -121,13 +129,17 @@ def unpack_scene(data: Fields, archive: ArchiveReader, folder: Path) -> Scene:
         meshes, materials = unpack_looks(data.child("looks", LOOK_FIELDS), meshes, materials, archive)
     sizes = {mesh.name: len(mesh.triangles) for mesh in meshes}
     source = data.optional_text("source")
+    lights = [
+        _unpack_light(entry, f"index.scene.lights[{i}]") for i, entry in enumerate(_list(data, "lights"))
+    ]
+    known = {light.name for light in lights}
     return Scene(
         meshes,
         materials,
-        [_unpack_light(entry, f"index.scene.lights[{i}]") for i, entry in enumerate(_list(data, "lights"))],
+        lights,
         unit=data.text("unit"),
         cameras=[_unpack_camera(entry) for entry in data.objects("cameras", _CAMERA)],
-        nodes=[_unpack_node(entry, i, sizes) for i, entry in enumerate(data.objects("nodes", _NODE))],
+        nodes=[_unpack_node(entry, i, sizes, known) for i, entry in enumerate(data.objects("nodes", _NODE))],
         warnings=data.texts("warnings"),
         source=None if source is None else str(folder.absolute() / source),
     )
@@ -189,8 +201,8 @@ def _unpack_camera(entry: Fields) -> Camera:
     )
 
 
-def _unpack_node(entry: Fields, number: int, sizes: dict[str, int]) -> Node:
-    """`sizes`: triangles of each mesh."""
+def _unpack_node(entry: Fields, number: int, sizes: dict[str, int], known: set[str]) -> Node:
+    """`sizes`: triangles of each mesh; `known`: names of lights."""
     parts = entry.any("parts")
     good = isinstance(parts, list) and all(_is_part(part, sizes) for part in parts)
     if not good:
@@ -198,11 +210,18 @@ def _unpack_node(entry: Fields, number: int, sizes: dict[str, int]) -> Node:
             f"index.scene.nodes[{number}].parts: found {parts!r:.60}, expected names of meshes with the "
             "first of their triangles and how many"
         )
+    lights = tuple(entry.texts("lights"))
+    if not known.issuperset(lights):
+        raise FormatError(
+            f"index.scene.nodes[{number}].lights: found {lights!r:.60}, expected names of lights"
+        )
     return Node(
         entry.text("name"),
         entry.integer("parent", -1, number - 1),
         entry.numbers("matrix", 4, 4),
         tuple((part[0], part[1], part[2]) for part in parts),
+        lights,
+        entry.optional_text("label"),
     )
 
 

@@ -35,7 +35,7 @@ def test_without_a_verb_shows_the_verbs(cli: Cli) -> None:
     ("words", "text"),
     [
         (("bark",), "No such command 'bark'"),
-        (("info",), "Missing argument 'SCENE'"),
+        (("info",), "Missing argument 'SCENE|SESSION.dlx'"),
         (("info", "office", "--foo"), "No such option: --foo"),
         (("info", "office", "--light-units", "lux"), "--light-units"),
         (("bake", "nowhere.glb", "-o", "a.foo"), "found suffix '.foo', expected .glb"),

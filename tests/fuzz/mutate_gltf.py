@@ -93,6 +93,9 @@ def rich_seed() -> GltfBuilder:
     ]
     builder.node(camera=1, name="plan")
     builder.node(camera=0, matrix=[1, 0, 0, 0, 0.5, 1, 0, 0, 0, 0, 1, 0, 0, 0, 5, 1])
+    moves = builder.accessor(np.array([[0, 0, 0], [3, 0, 0]], np.float32))
+    instances = {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": moves}}}
+    builder.node(mesh=builder.quad(wood), name="tiles", extensions=instances)
     return builder
 
 

@@ -141,7 +141,7 @@ def test_old_blender_exporters_are_named(tmp_path, generator, warned):
     assert any("try --light-units blender-watts" in w for w in scene.warnings) is warned
 
 
-def test_a_light_on_two_nodes_is_two_lights_of_one_group(tmp_path):
+def test_a_light_on_two_nodes_is_two_lights(tmp_path):
     builder = GltfBuilder()
     builder.node(mesh=builder.quad())
     extensions = builder.light(type="point", intensity=50, name="bulb")
@@ -150,7 +150,8 @@ def test_a_light_on_two_nodes_is_two_lights_of_one_group(tmp_path):
     builder.node(extensions=extensions)
     scene = dl.load(builder.write(tmp_path))
     assert [light.name for light in scene.lights] == ["lamp", "lamp#2", "bulb"]
-    assert scene.groups == ("lamp", "bulb")
+    assert scene.groups == ("lamp", "lamp#2", "bulb")
+    assert dl.load(tmp_path / "scene.glb", groups="name").groups == ("lamp", "bulb")
 
 
 def test_groups(tmp_path):
@@ -176,10 +177,60 @@ def test_groups(tmp_path):
         "quad": ["of the node"],
         "quad#2": ["of the thing"],
         "bare": ["bare"],
-        "bare#2": ["bare"],
+        "bare#2": ["bare#2"],
     }
     assert [light.group for light in scene.lights] == ["of the node", "of the thing"]
-    assert set(scene.groups) == {"of the node", "of the thing", "bare"}
+    assert set(scene.groups) == {"of the node", "of the thing", "bare", "bare#2"}
+    assert set(dl.load(tmp_path / "scene.glb", groups="name").groups) == {
+        "of the node",
+        "of the thing",
+        "bare",
+    }
+
+
+def lamps(builder, count):
+    """Panels of one name and material, each with a point light of that name below it."""
+    glow = builder.material(name="glow", emissiveFactor=[9, 9, 9])
+    quad, point = builder.quad(glow), builder.light(type="point", intensity=9)
+    for x in range(count):
+        inner = builder.node(root=False, name="bulb", extensions=point)
+        builder.node(name="panel", mesh=quad, translation=[2 * x, 0, 0], children=[inner])
+    return builder
+
+
+@pytest.mark.parametrize("count", [1, 4])
+def test_lamps_of_one_name_are_groups_of_their_own(tmp_path, count):
+    scene = dl.load(lamps(GltfBuilder(), count).write(tmp_path))
+    numbered = ["", "#2", "#3", "#4"][:count]
+    assert set(scene.groups) == {f"{name}{n}" for name in ("panel", "bulb") for n in numbered}
+    assert [m.name for m in scene.materials] == ["glow"]  # one material in four groups, by the meshes' names
+    assert not [w for w in scene.warnings if "light groups" in w]
+
+
+def test_more_lamps_than_groups_with_sums_share_by_name(tmp_path):
+    path = lamps(GltfBuilder(), 5).write(tmp_path)
+    scene = dl.load(path)
+    assert scene.groups == ("panel", "bulb")
+    (told,) = (w for w in scene.warnings if "light groups" in w)
+    assert told.startswith("10 lamps, more than the 8 light groups that are dimmed at once: those of one")
+    apart = dl.load(path, groups="lamp")
+    assert len(apart.groups) == 10
+    assert not [w for w in apart.warnings if "light groups" in w]
+    assert [m.name for m in apart.meshes] == [m.name for m in scene.meshes]
+    assert [light.name for light in apart.lights] == [light.name for light in scene.lights]
+    with pytest.raises(dl.OptionError, match="groups: found 'none', expected one of lamp, name, auto"):
+        dl.load(path, groups="none")
+
+
+def test_many_lamps_with_names_of_their_own_stay_apart(tmp_path):
+    builder = GltfBuilder()
+    builder.node(mesh=builder.quad())
+    point = builder.light(type="point", intensity=9)
+    for k in range(10):
+        builder.node(name=f"lamp {k}", extensions=point)
+    scene = dl.load(builder.write(tmp_path))
+    assert len(scene.groups) == 10
+    assert not [w for w in scene.warnings if "light groups" in w]
 
 
 def test_a_dark_material_is_not_split_by_groups(tmp_path):

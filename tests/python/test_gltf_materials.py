@@ -7,6 +7,7 @@ import deltalux as dl
 import numpy as np
 import pytest
 from builders.gltf import QUAD, GltfBuilder, png
+from deltalux.io.diagnostics import OPAQUE
 from PIL import Image
 
 
@@ -184,7 +185,7 @@ def test_each_kind_of_thing_not_honoured_gives_one_warning(tmp_path):
     expected += [
         "vertex colours are not honoured (n, n#2, n#3)",
         "metals count as diffuse (m, m#2, m#3)",
-        "transparency is not honoured: surfaces count as opaque (m, m#2, m#3)",
+        f"{OPAQUE} (m, m#2, m#3)",
         "normal maps are not honoured (m, m#2, m#3)",
         "occlusion maps are not honoured (m, m#2, m#3)",
         "textures count with their mean colour (m, m#2, m#3)",

@@ -193,3 +193,41 @@ def test_collapsed_movable_still_has_a_rigid_pose(tmp_path):
         rotation = load(builder, tmp_path).mesh(name).pose[:3, :3]
         np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-12)
         assert np.linalg.det(rotation) > 0
+
+
+def chairs(builder):
+    for name in ("chair", "chair", "armchair", "table", "chair[0]"):
+        builder.node(mesh=builder.quad(), name=name)
+    builder.node(name="chairs of nobody")
+    return builder
+
+
+@pytest.mark.parametrize(
+    ("word", "movable"),
+    [
+        ("chair*", ("chair", "chair#2", "chair[0]")),
+        ("*chair", ("chair", "chair#2", "armchair")),
+        ("?able", ("table",)),
+        ("chair[0]", ("chair[0]",)),  # a name comes before what it describes
+        ("chair#1", ("chair",)),
+        ("*#2", ("chair#2",)),
+    ],
+)
+def test_patterns_select_several_nodes(tmp_path, word, movable):
+    assert load(chairs(GltfBuilder()), tmp_path, movable=[word]).movable == movable
+
+
+def test_a_pattern_that_means_nothing_is_refused(tmp_path):
+    message = (
+        r'"stool\*": found no node of that name, expected one of: .*chair.*; `deltalux info FILE --nodes`'
+    )
+    with pytest.raises(dl.OptionError, match=message):
+        load(chairs(GltfBuilder()), tmp_path, movable=["stool*"])
+
+
+def test_nodes_know_their_lights_and_what_selects_them(tmp_path):
+    builder = trolley(GltfBuilder())
+    builder.node(extensions=builder.light(type="point", intensity=1), name="wheel")
+    scene = load(builder, tmp_path)
+    assert [node.lights for node in scene.nodes] == [(), (), (), (), ("beam",), ("wheel",)]
+    assert [node.label for node in scene.nodes][2:] == ["wheel", "lamp", "beam", "wheel#2"]

@@ -155,9 +155,9 @@ BROKEN_JSON = {
         lambda j: j.update(extensionsRequired=["VENDOR_future"]),
         ['extension "VENDOR_future": the file requires it'],
     ),
-    "instancing required": (
-        lambda j: j.update(extensionsRequired=["EXT_mesh_gpu_instancing"]),
-        ["EXT_mesh_gpu_instancing"],
+    "another required": (
+        lambda j: j.update(extensionsRequired=["EXT_mesh_manifold"]),
+        ['extension "EXT_mesh_manifold": the file requires it', "expected only EXT_mesh_gpu_instancing, "],
     ),
     "Draco": (
         lambda j: j.update(extensionsRequired=["KHR_draco_mesh_compression"]),

@@ -57,6 +57,9 @@ def set_entry(name, dtype, entry, value):
     return change
 
 
+NODE = {"name": "n", "parent": -1, "matrix": np.eye(4).tolist(), "parts": [], "lights": [], "label": None}
+
+
 def set_field(value, *way):
     def change(index, arrays):
         for key in way[:-1]:
@@ -161,17 +164,13 @@ HOSTILE = {
         r"points: found a coordinate of 1e\+300 m, expected at most 1e\+15",
     ),
     "a light of no kind": (set_field("x", "scene", "lights", 0, "kind"), "found kind 'x'"),
-    "a node under itself": (
-        set_field([{"name": "n", "parent": 0, "matrix": np.eye(4).tolist(), "parts": []}], "scene", "nodes"),
-        "parent: found 0",
-    ),
+    "a node under itself": (set_field([NODE | {"parent": 0}], "scene", "nodes"), "parent: found 0"),
     "a node's part beyond": (
-        set_field(
-            [{"name": "n", "parent": -1, "matrix": np.eye(4).tolist(), "parts": [["walls", 0, 99]]}],
-            "scene", "nodes",
-        ),
+        set_field([NODE | {"parts": [["walls", 0, 99]]}], "scene", "nodes"),
         r"nodes\[0\].parts: found",
     ),
+    "a node's lights beyond": (set_field([NODE | {"lights": ["x"]}], "scene", "nodes"), "lights: found"),
+    "a node's label of another type": (set_field([NODE | {"label": 3}], "scene", "nodes"), "label: found 3"),
     "a camera of nothing": (
         set_field([VIEW | {"pose": []}], "scene", "cameras"),
         r"cameras\[0\].pose: found",
@@ -216,7 +215,7 @@ HOSTILE = {
         set_array("meshes/coordinates", np.zeros((12, 5), "f4")),
         r'"meshes/coordinates": found float32 of shape',
     ),
-    "a grid beyond": (set_field([10**9, 10**9], "samples", "grid_shape"), "grid_shape: found 1000000000"),
+    "a grid beyond": (set_field([10**9, 10**9], "samples", "grid_shape"), "grid_shape: found"),
     "no spacing": (set_field(-1, "samples", "display_spacing"), "display_spacing: found -1"),
     "samples on nothing": (
         lambda index, arrays: arrays.__setitem__("samples/attached", arrays["samples/attached"] - 9),

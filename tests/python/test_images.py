@@ -18,6 +18,7 @@ from deltalux.outputs.images import SURROUNDINGS, UNSAMPLED
 from deltalux.outputs.tone import automatic_exposure, decode_srgb, encode_srgb, metered, tone_map
 from deltalux.outputs.view import camera_rays
 from deltalux.results import Result
+from deltalux.samples import Samples
 from deltalux.scene import Camera, Material, Mesh, Scene
 from deltalux.surfaces import Surfaces, core_caster
 from deltalux.units import photopic
@@ -466,7 +467,8 @@ def test_png_of_a_scene_and_of_a_grid(tmp_path: Path):
             assert image.size[1] == 40
             assert (image.size[0] > 60) == false_colour
             assert json.loads(image.text["deltalux"])["command"] == "deltalux bake wall.glb -o a.png"
+    plane = Samples.on_grid((0, 0, 0), (3, 0, 0), (0, 0, 2), 1.0)
     grid = Result(np.zeros((6, 3)), np.zeros((6, 3)), np.ones((6, 3)), np.ones((6, 3)), np.ones(6), "lux")
-    outputs.write(tmp_path / "grid.png", outputs.Baked(grid, scene, grid=(2, 3)))
+    outputs.write(tmp_path / "grid.png", outputs.Baked(grid, scene, grid=plane))
     with Image.open(tmp_path / "grid.png") as image:
         assert image.size[0] > 300

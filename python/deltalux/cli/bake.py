@@ -17,8 +17,10 @@ from .options import (
     FalseColourOption,
     GatherOption,
     GridOption,
+    GroupsOption,
     JsonOption,
     LightUnitsOption,
+    MarginOption,
     MemoryLimitOption,
     MoreOutputsArgument,
     MovableOption,
@@ -31,6 +33,8 @@ from .options import (
     SpacingOption,
     TargetErrorOption,
     ThreadsOption,
+    UnitOption,
+    UpOption,
 )
 from .targets import check_targets, keep_inputs, write_targets
 
@@ -47,11 +51,15 @@ def run(
     spacing: SpacingOption = None,
     detail: DetailOption = AUTO,
     grid: GridOption = None,
+    margin: MarginOption = 0.0,
     radius: RadiusOption = None,
     seed: SeedOption = 1,
     threads: ThreadsOption = None,
     memory_limit: MemoryLimitOption = None,
     light_units: LightUnitsOption = "spec",
+    unit: UnitOption = None,
+    up: UpOption = "y",
+    groups: GroupsOption = "auto",
     false_colour: FalseColourOption = False,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
@@ -64,7 +72,7 @@ def run(
     deltalux bake office -o office.png office.dlx
 
     Lux on a desk, 0.8 m above the floor, as a table:
-    deltalux bake room.glb --grid 0.5,0.8,0.5,4,3,0.25 -o desk.csv
+    deltalux bake room.glb --grid 0.5,0.8,0.5,4,3,0.25 --margin 0.5 -o desk.csv desk.png
 
     As precise as 1 %, whatever it takes within 8 GB:
     deltalux bake room.glb --target-error 0.01 --memory-limit 8G -o lit.glb
@@ -74,11 +82,12 @@ def run(
     guess = before_loading(scene, threads)
     with terminal.overall([*loading(guess), *bake_job(guess, targets, target_error)]) as progress:
         progress.begin("load scene")
-        loaded = open_scene(scene, movable, light_units)
+        loaded = open_scene(scene, movable, light_units, unit, up, groups)
         keep_inputs(targets, loaded.files)
         terminal.warn(loaded.warnings)
         progress.begin("place samples")
-        samples, sets = make_samples(loaded, spacing, grid or (), radius, detail)
+        samples, sets, left_out = make_samples(loaded, spacing, grid or (), radius, detail, margin)
+        terminal.warn(left_out)
         session, frame = bake_scene(
             loaded,
             samples,
@@ -95,6 +104,7 @@ def run(
             write_targets(session, targets, context.obj, false_colour, progress)
             progress.begin("sum up")
             data = figures(session, frame, sets)
+    data["warnings"] += left_out
     data |= {"scene": scene, "outputs": [str(path) for path in targets]}
     written = [f"wrote {path}" for path in targets]
     terminal.result(data, summary_table(scene, data), *written)

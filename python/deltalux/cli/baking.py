@@ -14,7 +14,9 @@ from rich.table import Table
 
 import deltalux as dl
 from deltalux.pace import Overall
-from deltalux.report import ClaimedError, SetSummary, advice, claimed_error, summarise
+from deltalux.quantities import significant
+from deltalux.report import ClaimedError, SetSummary, advice, claimed_error, light_doubt, summarise
+from deltalux.solid_places import inside_solids, near_walls
 from deltalux.units import LUX
 
 from .jobs import after_rounds, bake_job, counts_of, grown
@@ -31,23 +33,55 @@ def make_samples(
     grids: Sequence[Grid],
     radius: float | None,
     detail: float | str = NONE,
-) -> tuple[dl.Samples, dict[str, np.ndarray] | None]:
+    margin: float = 0.0,
+) -> tuple[dl.Samples, dict[str, np.ndarray] | None, list[str]]:
     """Return samples on the surfaces, or on working planes when there are any.
+
+    Points of planes inside of or behind walls and furniture, or nearer than `margin` to some, are left out.
 
     Returns
     -------
-    samples, and the indices of each plane's samples by name (None without planes)
+    samples, the indices of each plane's samples by name (None without planes), and what was left out, as
+    sentences
+
+    Raises
+    ------
+    OptionError : nothing of a plane is left
     """
     if not grids:
         own = None if detail == NONE else detail
-        return dl.Samples.on_vertices(scene, spacing=spacing, radius=radius, detail=own), None
-    planes = [_plane(grid, radius) for grid in grids]
+        return dl.Samples.on_vertices(scene, spacing=spacing, radius=radius, detail=own), None, []
+    names = ["plane"] if len(grids) == 1 else [f"plane {i + 1}" for i in range(len(grids))]
+    whole = [_plane(grid, radius) for grid in grids]
+    inside = inside_solids(scene, np.concatenate([plane.points for plane in whole]))
+    planes, notes = [], []
+    parts = np.split(inside, np.cumsum([len(plane) for plane in whole])[:-1])
+    for name, plane, part in zip(names, whole, parts, strict=True):
+        free, note = _free_part(scene, name, plane, part, margin)
+        planes.append(free)
+        notes += note
     starts = np.cumsum([0, *map(len, planes)])
-    names = ["plane"] if len(planes) == 1 else [f"plane {i + 1}" for i in range(len(planes))]
     sets = {
         name: np.arange(first, end) for name, first, end in zip(names, starts[:-1], starts[1:], strict=True)
     }
-    return (planes[0] if len(planes) == 1 else dl.Samples.concatenate(planes)), sets
+    return (planes[0] if len(planes) == 1 else dl.Samples.concatenate(planes)), sets, notes
+
+
+def _free_part(
+    scene: dl.Scene, name: str, plane: dl.Samples, inside: np.ndarray, margin: float
+) -> tuple[dl.Samples, list[str]]:
+    """What of a plane is in free air, and what is to be said of the rest."""
+    near = near_walls(scene, plane.points, margin) & ~inside if margin > 0 else np.zeros(len(plane), bool)
+    counts = {"inside of or behind walls and furniture": inside, f"nearer than {margin:g} m to some": near}
+    said = [f"{int(marked.sum()):,} {what}" for what, marked in counts.items() if marked.any()]
+    if not said:
+        return plane, []
+    told = f"{name}: of {len(plane):,} points are left out: {', '.join(said)}"
+    if (inside | near).all():
+        raise dl.OptionError(
+            f"{told}; expected some in free air: check the plane's corner, its size and height"
+        )
+    return plane.without(inside | near), [told]
 
 
 def _plane(grid: Grid, radius: float | None) -> dl.Samples:
@@ -154,6 +188,8 @@ def figures(
     statistics, display = session.statistics, session.samples.display
     sets = sets or sample_sets(session)
     claimed = claimed_error(irradiance, error, session.samples.areas, sets)
+    summaries = summarise(irradiance, error, sets)
+    undimmed = min(session.dim_factors.values(), default=1.0) >= 1  # else darkness is what was asked for
     return {
         "unit": session.scene.unit,
         "samples": len(irradiance),
@@ -168,7 +204,8 @@ def figures(
         "milliseconds": dict(frame.milliseconds),
         "error": dataclasses.asdict(claimed),
         "unreached": session.unreached,
-        "sets": [dataclasses.asdict(summary) for summary in summarise(irradiance, error, sets)],
+        "sets": [dataclasses.asdict(summary) for summary in summaries],
+        "doubt": light_doubt(summaries, session.scene.unit) if undimmed else None,
         "digest": session.digest(),
         "warnings": list(session.scene.warnings),
     }
@@ -184,7 +221,7 @@ def summary_table(title: str, data: Mapping[str, Any]) -> Table:
         table.add_column(column, justify="right")
     errors = data["error"]["sets"]
     for row in (SetSummary(**s) for s in data["sets"]):
-        values = (f"{v:.4g}" for v in (row.minimum, row.mean, row.maximum))
+        values = map(significant, (row.minimum, row.mean, row.maximum))
         share = f"{errors[row.name]:.1%}" if row.name in errors else "–"
         table.add_row(row.name, f"{row.samples:,}", *values, f"{row.uniformity:.2f}", share)
     table.caption = "\n".join(_notes(data))
@@ -208,6 +245,8 @@ def _notes(data: Mapping[str, Any]) -> list[str]:
         )
     if warning := advice(claimed, data["paths"], data["gather"]):
         lines.append(warning)
+    if data["doubt"]:
+        lines.append(data["doubt"])
     if data["unreached"]:
         lines.append(f"{data['unreached']:,} samples: no path reached them, their error is a bound")
     return lines

@@ -13,7 +13,9 @@ from rich.table import Table
 
 import deltalux as dl
 from deltalux.outputs import tables
-from deltalux.outputs.images import difference, grid_picture
+from deltalux.outputs.images import difference
+from deltalux.outputs.plans import grid_picture, plan_axes
+from deltalux.quantities import significant
 from deltalux.report import compare as compare_values
 from deltalux.units import LUX, photopic
 
@@ -70,6 +72,7 @@ def run(
         for session in (first.session, second.session):
             if output is not None and session is not None:
                 keep_inputs([output], session.scene.files)
+        progress("compare values", 0.0)
         data = _numbers(first, second, str(a), str(b))
         if output is not None:
             _write_picture(output, first, second)
@@ -117,9 +120,11 @@ def _table(data: dict[str, Any]) -> Table:
     table.add_row("samples", f"{data['samples']:,}, of which {data['changed']:,} differ")
     if data["moved_samples"]:
         table.add_row("moved samples", f"{data['moved_samples']:,} (compared by number, not by place)")
-    table.add_row("mean of A, of B", f"{data['mean_a']:.5g}, {data['mean_b']:.5g} {unit}")
+    table.add_row(
+        "mean of A, of B", f"{significant(data['mean_a'], 5)}, {significant(data['mean_b'], 5)} {unit}"
+    )
     table.add_row("mean difference", f"{data['mean_difference']:+.3g} {unit}")
-    table.add_row("RMS difference", f"{data['rms_difference']:.3g} {unit}")
+    table.add_row("RMS difference", f"{significant(data['rms_difference'], 3)} {unit}")
     table.add_row("RMS relative difference", f"{data['rms_relative_difference']:.3%}")
     if "largest_at" in data:
         place = ", ".join(f"{c:.2f}" for c in data["largest_at"])
@@ -136,7 +141,8 @@ def _write_picture(path: Path, a: Loaded, b: Loaded) -> None:
     samples = session.samples
     if samples.display is None and samples.grid_shape is not None:
         change = photopic(b.result.irradiance) - photopic(a.result.irradiance)
-        grid_picture(change.reshape(samples.grid_shape), b.result.unit).save(path)
+        axes = plan_axes(samples)
+        grid_picture(samples.in_grid(change), b.result.unit, axes=axes).save(path)
         return
     if samples.display is None:
         raise dl.OptionError(f"output '{path}': found samples without a mesh or grid; compare without -o")

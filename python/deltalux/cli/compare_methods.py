@@ -21,6 +21,7 @@ from .console import Terminal
 from .inputs import open_scene
 from .method_pictures import make_views, sheets
 from .options import (
+    GroupsOption,
     JsonOption,
     LightUnitsOption,
     QuietOption,
@@ -28,6 +29,8 @@ from .options import (
     SeedOption,
     SpacingOption,
     ThreadsOption,
+    UnitOption,
+    UpOption,
     parse_count,
 )
 from .targets import check_writable, keep_inputs
@@ -119,6 +122,9 @@ def run(
     seed: SeedOption = 1,
     threads: ThreadsOption = None,
     light_units: LightUnitsOption = "spec",
+    unit: UnitOption = None,
+    up: UpOption = "y",
+    groups: GroupsOption = "auto",
     quick: QuickOption = False,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
@@ -138,7 +144,8 @@ def run(
     deltalux compare-methods room.glb --quick -o methods
     """
     terminal = Terminal(as_json, quiet)
-    loaded = open_scene(scene, None, light_units)
+    with terminal.working("load scene"):
+        loaded = open_scene(scene, None, light_units, unit, up, groups)
     terminal.warn(loaded.warnings)
     output.mkdir(parents=True, exist_ok=True)
     results = [output / name for name in (PAGE, *TABLES, *PICTURES)]
@@ -154,6 +161,7 @@ def run(
         views = make_views(study, QUICK_SIZE if quick else SIZE)
         data = study.run(views.vertices, progress)
         values = study.pictures(list(LABELS), progress)
+        progress("write report", 0.0)
         drawn = sheets(views, {LABELS[name]: value for name, value in values.items()})
     command = shlex.join(["deltalux", *context.obj])
     data |= {"scene": scene, "command": command, "findings": findings(data)}

@@ -11,10 +11,14 @@ from datetime import timedelta
 from typing import Any
 
 import numpy as np
+from rich.cells import cell_len
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.table import Table
 
 from deltalux.pace import Overall, Step
+
+_WIDEST = 10_000  # columns of a table in a pipe
 
 ProgressCallback = Callable[[str, float], bool]
 
@@ -37,6 +41,8 @@ class Terminal:
     def __init__(self, as_json: bool, quiet: bool) -> None:
         self._as_json, self._quiet = as_json, quiet
         self._out = Console()
+        if not self._out.is_terminal:  # a pipe or a file has no width to fit
+            self._out.width = _WIDEST
         self._err = Console(stderr=True)
 
     def warn(self, warnings: Iterable[str]) -> None:
@@ -53,7 +59,18 @@ class Terminal:
             self._out.file.write(json.dumps(data, indent=2, default=_plain) + "\n")
         elif not self._quiet:
             for renderable in renderables:
+                if isinstance(renderable, Table):
+                    _keep_whole(renderable)
                 self._out.print(renderable, highlight=False, soft_wrap=isinstance(renderable, str))
+
+    @contextmanager
+    def working(self, text: str) -> Iterator[None]:
+        """Show, on stderr when that is a terminal, that something without a measure of progress is done."""
+        if self._quiet or not self._err.is_terminal:
+            yield
+            return
+        with self._err.status(text):
+            yield
 
     @contextmanager
     def overall(self, steps: Iterable[Step]) -> Iterator[Overall]:
@@ -137,6 +154,14 @@ class OverallBar(Progress):
                 left=_clock(now.remaining),
             )  # fmt: skip
         yield from super().get_renderables()
+
+
+def _keep_whole(table: Table) -> None:
+    """Let no cell end in an ellipsis: numbers keep their width, texts go on in the next line."""
+    for column in table.columns:
+        column.overflow = "fold"
+        if column.justify == "right":
+            column.min_width = max((cell_len(str(cell)) for cell in column.cells), default=0)
 
 
 def _clock(seconds: float | None) -> str:

@@ -1,40 +1,88 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`deltalux info`: what a scene holds, before any light is traced."""
+"""`deltalux info`: what a scene holds, before any light is traced, and what a session file holds."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from pathlib import Path
+from typing import Annotated, Any
 
+import typer
 from rich.table import Table
 
+from deltalux.file_facts import file_facts
+from deltalux.quantities import significant
 from deltalux.units import LUX
 
 from .console import Terminal
 from .inputs import open_scene
-from .options import JsonOption, LightUnitsOption, MovableOption, QuietOption, SceneArgument
+from .node_list import node_facts, node_table
+from .options import (
+    GroupsOption,
+    JsonOption,
+    LightUnitsOption,
+    MovableOption,
+    QuietOption,
+    UnitOption,
+    UpOption,
+)
+from .session_tables import session_tables
+from .targets import SESSION
+from .view import SourceArgument, refuse_options_of_the_bake
+
+OF_THE_BAKE = ("movable", "light_units", "unit", "up", "groups")
 
 
 def run(
-    scene: SceneArgument,
+    context: typer.Context,
+    source: SourceArgument,
     movable: MovableOption = None,
+    nodes: Annotated[
+        bool,
+        typer.Option("--nodes", help="Show the tree of nodes: names, sizes, triangles, lights, what moves."),
+    ] = False,
     light_units: LightUnitsOption = "spec",
+    unit: UnitOption = None,
+    up: UpOption = "y",
+    groups: GroupsOption = "auto",
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
     """Show what a scene holds: size, lights with their power, movable objects, warnings.
 
+    Of a session: also what made it, its samples and paths, its edits, and its size by part.
+
     [bold]Examples[/]
 
     deltalux info office
 
-    deltalux info room.glb --movable chair --json
+    What could move, by name:
+    deltalux info office --nodes
+
+    deltalux info room.glb --movable 'chair*' --json
+
+    deltalux info office.dlx
     """
     terminal = Terminal(as_json, quiet)
-    facts = dict(open_scene(scene, movable, light_units).info())
-    tables = [_facts_table(scene, facts)]
+    stored = Path(source).suffix.lower() == SESSION
+    session: dict[str, Any] = {}
+    if stored:
+        refuse_options_of_the_bake(context, source, OF_THE_BAKE, "info")
+        with terminal.working("read session"):
+            session, scene = file_facts(source)
+    else:
+        with terminal.working("load scene"):
+            scene = open_scene(source, movable, light_units, unit, up, groups)
+    facts = dict(scene.info())
+    tables = [_facts_table(source, facts)]
+    if stored:
+        facts["session"] = session
+        tables += session_tables(session)
     if facts["lights"]:
         tables.append(_lights_table(facts))
+    if nodes:
+        facts["nodes"] = node_facts(scene)
+        tables.append(node_table(facts["nodes"], scene.unit))
     terminal.result(facts, *tables)
     if not as_json:
         terminal.warn(facts["warnings"])
@@ -43,9 +91,10 @@ def run(
 def _facts_table(name: str, facts: Mapping[str, Any]) -> Table:
     table = Table(title=name, show_header=False, title_justify="left")
     low, high = facts["bounds"]
-    size = " × ".join(f"{b - a:.2f}" for a, b in zip(low, high, strict=True))
+    size = " × ".join(significant(b - a) for a, b in zip(low, high, strict=True))
     table.add_row("triangles", f"{facts['triangles']:,}")
-    table.add_row("area", f"{facts['area']:,.2f} m², of which {facts['emissive_area']:,.3f} m² luminous")
+    luminous = significant(facts["emissive_area"])
+    table.add_row("area", f"{significant(facts['area'])} m², of which {luminous} m² luminous")
     table.add_row("size", f"{size} m")
     table.add_row("movable", ", ".join(facts["movable"]) or "nothing (see --movable)")
     table.add_row("unit of results", "lx" if facts["unit"] == LUX else facts["unit"])
@@ -58,6 +107,6 @@ def _lights_table(facts: Mapping[str, Any]) -> Table:
     table.columns[3].justify = "right"
     for light in facts["lights"]:
         power = light["power"]
-        shown = "unbounded" if power is None else f"{power:,.4g}" if power < 1e4 else f"{power:,.0f}"
+        shown = "unbounded" if power is None else significant(power)
         table.add_row(light["name"], light["kind"], light["group"], shown)
     return table

@@ -28,14 +28,21 @@ def foreign_light(session: dl.Session, name: str) -> list[str]:
     ]
 
 
-def open_scene(word: str, movable: Sequence[str] | None = None, light_units: str = "spec") -> dl.Scene:
+def open_scene(
+    word: str,
+    movable: Sequence[str] | None = None,
+    light_units: str = "spec",
+    unit: str | float | None = None,
+    up: str = "y",
+    groups: str = "auto",
+) -> dl.Scene:
     """Load a scene file or build a bundled scene.
 
     Parameters
     ----------
     word : path of a file, or the name of a bundled scene
     movable : names of nodes to make movable besides those that the file marks
-    light_units : "spec", "blender-watts" or "unitless"; for files only
+    light_units, unit, up, groups : see `deltalux.load`; for files only
 
     Raises
     ------
@@ -52,4 +59,6 @@ def open_scene(word: str, movable: Sequence[str] | None = None, light_units: str
         close = difflib.get_close_matches(name, BUNDLED_SCENES, n=1)
         hint = f"did you mean {close[0]}?" if close else f"or one of {', '.join(BUNDLED_SCENES)}"
         raise dl.FormatError(f"scene '{word}': found {found}, expected a .glb, .gltf or .obj file; {hint}")
-    return dl.load(path, movable=list(movable or ()), light_units=light_units)
+    return dl.load(
+        path, movable=list(movable or ()), light_units=light_units, unit=unit, up=up, groups=groups
+    )

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 
+from deltalux.io.space import METRES
 from deltalux.rendering import LARGEST
 
 AUTO, NONE = "auto", "none"  # of lengths: from the scene, and not at all
@@ -137,6 +138,17 @@ def parse_positive(text: str) -> float:
     return value
 
 
+def parse_unit(text: str) -> str | float:
+    """Parse the name of a unit of length, or how many metres it has."""
+    if text in METRES:
+        return text
+    form = f"one of {', '.join(METRES)}, or how many metres one unit has"
+    (value,) = _numbers(text, (1,), form)
+    if value <= 0:
+        raise typer.BadParameter(f"found '{text}', expected {form}")
+    return value
+
+
 def parse_detail(text: str) -> float | str:
     """Parse a positive number, "auto" or "none"."""
     return text if text in (AUTO, NONE) else parse_positive(text)
@@ -166,7 +178,8 @@ MovableOption = Annotated[
     typer.Option(
         "--movable",
         metavar="NAME",
-        help="Make this node movable (repeatable). Nodes named MOVE_… are movable anyway.",
+        help="Make this node movable (repeatable); 'chair*' means all whose names begin so. "
+        "Nodes named MOVE_… are movable anyway. `deltalux info SCENE --nodes` shows all names.",
     ),
 ]
 LightUnitsOption = Annotated[
@@ -175,6 +188,25 @@ LightUnitsOption = Annotated[
         "--light-units",
         help="How the file's lights are meant: as glTF prescribes (candela, lux), "
         "as watts of old Blender exports, or without unit.",
+    ),
+]
+UnitOption = Annotated[
+    Any,  # a name in METRES, or metres
+    typer.Option(
+        "--unit",
+        parser=parse_unit,
+        metavar="mm|cm|m|in|ft|METRES",
+        help="What one unit of the file's lengths is; metres when not given, as glTF prescribes.",
+        show_default=False,
+    ),
+]
+UpOption = Annotated[Literal["y", "z"], typer.Option("--up", help="The file's upward axis.")]
+GroupsOption = Annotated[
+    Literal["auto", "lamp", "name"],
+    typer.Option(
+        "--groups",
+        help="Which lamps of a glTF file without extras.group share a light group: none (lamp), those of one "
+        "name (name), or none as long as eight groups, which are dimmed at once, are enough (auto).",
     ),
 ]
 OutputsOption = Annotated[
@@ -251,7 +283,17 @@ GridOption = Annotated[
         parser=parse_grid,
         metavar="X,Y,Z,WIDTH,DEPTH,SPACING",
         help="Sample a horizontal working plane instead of the surfaces (repeatable): its corner, "
-        "its extent along +X and +Z, the distance between samples; metres.",
+        "its extent along +X and +Z, the distance between samples; metres. Points inside of walls and "
+        "furniture are left out.",
+    ),
+]
+MarginOption = Annotated[
+    float,
+    typer.Option(
+        "--margin",
+        min=0.0,
+        metavar="METRES",
+        help="Leave out points of --grid nearer than this to a wall or to furniture at their height.",
     ),
 ]
 RadiusOption = Annotated[

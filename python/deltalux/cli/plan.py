@@ -17,8 +17,10 @@ from .inputs import open_scene
 from .options import (
     GatherOption,
     GridOption,
+    GroupsOption,
     JsonOption,
     LightUnitsOption,
+    MarginOption,
     MovableOption,
     PathsOption,
     QuietOption,
@@ -27,6 +29,8 @@ from .options import (
     SeedOption,
     SpacingOption,
     ThreadsOption,
+    UnitOption,
+    UpOption,
 )
 
 PolicyOption = Annotated[
@@ -59,6 +63,7 @@ def run(
     gather: GatherOption = "auto",
     spacing: SpacingOption = None,
     grid: GridOption = None,
+    margin: MarginOption = 0.0,
     radius: RadiusOption = None,
     policy: PolicyOption = "measured",
     frames: FramesOption = None,
@@ -66,6 +71,9 @@ def run(
     seed: SeedOption = 1,
     threads: ThreadsOption = None,
     light_units: LightUnitsOption = "spec",
+    unit: UnitOption = None,
+    up: UpOption = "y",
+    groups: GroupsOption = "auto",
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
@@ -84,11 +92,13 @@ def run(
     deltalux plan expo --policy paper-sphere --rebuild --json
     """
     terminal = Terminal(as_json, quiet)
-    loaded = open_scene(scene, movable, light_units)
+    with terminal.working("load scene"):
+        loaded = open_scene(scene, movable, light_units, unit, up, groups)
     terminal.warn(loaded.warnings)
     with terminal.progress() as progress:
         progress("samples", 0.0)
-        samples, _ = make_samples(loaded, spacing, grid or (), radius)
+        samples, _, left_out = make_samples(loaded, spacing, grid or (), radius, margin=margin)
+        terminal.warn(left_out)
         plan = dl.plan(
             loaded,
             samples,

@@ -27,6 +27,7 @@ from .inputs import foreign_light, open_scene
 from .jobs import after_loading, counts_of, counts_of_session, edges_into, picture_steps, render_job
 from .options import (
     FalseColourOption,
+    GroupsOption,
     JsonOption,
     LightUnitsOption,
     MemoryLimitOption,
@@ -35,6 +36,8 @@ from .options import (
     QuietOption,
     SeedOption,
     ThreadsOption,
+    UnitOption,
+    UpOption,
     parse_count,
     parse_gather,
     parse_place,
@@ -43,7 +46,7 @@ from .options import (
 from .targets import LAYERS, PICTURE, SESSION, check_targets, command_line, keep_inputs
 from .view import SourceArgument, refuse_options_of_the_bake
 
-OF_THE_BAKE = ("movable", "paths", "seed", "memory_limit", "light_units")
+OF_THE_BAKE = ("movable", "paths", "seed", "memory_limit", "light_units", "unit", "up", "groups")
 MOST_STOPS = 32
 FIELD_OF_VIEW = 0.9  # radians, of a camera that --eye places
 
@@ -124,6 +127,9 @@ def run(
     threads: ThreadsOption = None,
     memory_limit: MemoryLimitOption = None,
     light_units: LightUnitsOption = "spec",
+    unit: UnitOption = None,
+    up: UpOption = "y",
+    groups: GroupsOption = "auto",
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
@@ -158,7 +164,7 @@ def run(
             progress.expect(picture_steps(counts_of_session(session), pixels, rays))
         else:
             progress.begin("load scene")
-            scene = open_scene(source, movable, light_units)
+            scene = open_scene(source, movable, light_units, unit, up, groups)
             keep_inputs(targets, scene.files)
             nowhere = dl.Samples(np.zeros((0, 3)), np.zeros((0, 3)))
             counts = counts_of(scene, nowhere, paths or PATHS, rays or MOST_RAYS, threads)

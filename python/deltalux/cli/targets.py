@@ -14,8 +14,8 @@ import typer
 import deltalux as dl
 from deltalux.files import found_among, same_file
 from deltalux.outputs.baked import Baked, about_text
-from deltalux.outputs.images import write_png
 from deltalux.outputs.of_session import baked_of
+from deltalux.outputs.png import write_png
 from deltalux.outputs.tables import write_csv, write_npz
 from deltalux.outputs.vertex_colors import write_glb
 from deltalux.pace import Overall
@@ -121,7 +121,7 @@ def write_targets(
     for path in targets:
         suffix = path.suffix.lower()
         if suffix == SESSION:
-            session.save(path)
+            session.save(path, command_line(words))
         elif suffix == PICTURE and _per_pixel(session):
             _draw(session, path, words, false_colour, progress)
         else:

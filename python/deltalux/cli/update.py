@@ -11,6 +11,7 @@ import numpy as np
 import typer
 
 import deltalux as dl
+from deltalux.naming import meant_by
 
 from .baking import figures, summary_table, total_milliseconds
 from .console import Terminal
@@ -56,7 +57,8 @@ DimOption = Annotated[
         "--dim",
         parser=parse_dim,
         metavar="GROUP=f",
-        help="Set a light group to f times its loaded power (0 = off, 1 = as loaded).",
+        help="Set a light group to f times its loaded power (0 = off, 1 = as loaded). Where lamps of one "
+        "name are groups of their own, lamp means all of them, lamp#1 the first; 'spot*' describes several.",
     ),
 ]
 ReflectanceOption = Annotated[
@@ -118,7 +120,8 @@ def run(
         for name in remove or ():
             opened.remove(name)
         for setting in dim or ():
-            opened.dim(setting.name, setting.values[0])
+            for group in meant_by(setting.name, list(opened.dim_factors)):
+                opened.dim(group, setting.values[0])
         for setting in reflectance or ():
             opened.set_reflectance(setting.name, setting.values)
         frame = opened.update()

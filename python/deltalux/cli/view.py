@@ -19,6 +19,7 @@ from .options import (
     AUTO,
     DetailOption,
     GatherOption,
+    GroupsOption,
     LightUnitsOption,
     MemoryLimitOption,
     MovableOption,
@@ -28,6 +29,8 @@ from .options import (
     SeedOption,
     SpacingOption,
     ThreadsOption,
+    UnitOption,
+    UpOption,
 )
 from .targets import SESSION
 
@@ -41,6 +44,9 @@ OF_THE_BAKE = (
     "seed",
     "memory_limit",
     "light_units",
+    "unit",
+    "up",
+    "groups",
 )
 
 SourceArgument = Annotated[
@@ -90,6 +96,9 @@ def run(
     threads: ThreadsOption = None,
     memory_limit: MemoryLimitOption = None,
     light_units: LightUnitsOption = "spec",
+    unit: UnitOption = None,
+    up: UpOption = "y",
+    groups: GroupsOption = "auto",
     host: HostOption = "127.0.0.1",
     port: PortOption = 0,
     folder: FolderOption = Path(),
@@ -119,11 +128,19 @@ def run(
             session = dl.Session.open(source, threads=threads, progress=progress)
         terminal.warn(foreign_light(session, source))
     else:
-        scene = open_scene(source, movable, light_units)
-        samples, _ = make_samples(scene, spacing, (), radius, detail)
-        session = dl.Session(
-            scene, samples, paths=paths, gather=gather, seed=seed, threads=threads, memory_limit=memory_limit
-        )
+        with terminal.working("load scene"):
+            scene = open_scene(source, movable, light_units, unit, up, groups)
+        with terminal.working("place samples"):
+            samples, _, _ = make_samples(scene, spacing, (), radius, detail)
+            session = dl.Session(
+                scene,
+                samples,
+                paths=paths,
+                gather=gather,
+                seed=seed,
+                threads=threads,
+                memory_limit=memory_limit,
+            )
     terminal.warn(session.scene.warnings)
     if not session.poses:
         terminal.warn(["nothing here can be moved; name what should be with --movable NAME"])

@@ -7,26 +7,51 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from deltalux.errors import Error, OptionError
-from deltalux.scene import Scene
+from deltalux.scene import Scene, replace_scene
 
-from .gltf import load_gltf
+from .gltf import GROUPINGS, load_gltf
 from .obj import load_obj
+from .space import size_questions, space_matrix
 
 LIGHT_UNITS = ("spec", "blender-watts", "unitless")
 LOADERS = {".gltf": load_gltf, ".glb": load_gltf, ".obj": load_obj}
 
 
-def load(path: str | Path, *, movable: Iterable[str] = (), light_units: str = "spec") -> Scene:
+# What other programs' files need, which those programs can do.
+EXPORTS = {
+    "USD": ((".usd", ".usda", ".usdc", ".usdz"), "import it into Blender and export glTF 2.0 (.glb)"),
+    "FBX": ((".fbx",), "import it into Blender and export glTF 2.0 (.glb)"),
+    "Blender's": ((".blend",), "export glTF 2.0 (.glb) from Blender, with punctual lights and +Y up"),
+    "IFC": ((".ifc", ".ifczip"), "convert it with IfcOpenShell's IfcConvert (IfcConvert in.ifc out.glb)"),
+}
+
+
+def load(
+    path: str | Path,
+    *,
+    movable: Iterable[str] = (),
+    light_units: str = "spec",
+    unit: str | float | None = None,
+    up: str = "y",
+    groups: str = "auto",
+) -> Scene:
     """Read a scene from a file; the suffix (.glb, .gltf, .obj) says how.
 
     Parameters
     ----------
     path : str or Path
     movable : names of nodes (objects in OBJ) that may be moved, removed and added
-        Each becomes one movable mesh with everything below it. Nodes named ``MOVE_...`` and nodes
-        with ``extras.movable`` become movable without being listed.
+        Each becomes one movable mesh with everything below it; ``*``, ``?`` and ``[...]`` describe several.
+        Nodes named ``MOVE_...`` and nodes with ``extras.movable`` become movable without being listed.
     light_units : "spec", "blender-watts" or "unitless"
         What the numbers of KHR_lights_punctual are; see `deltalux.io.gltf_lights`.
+    unit : "mm", "cm", "m", "in", "ft", or metres per unit
+        What the file's lengths are; None = metres, and a warning asks where the size is unusual. Lights keep
+        their candela, lux and cd/m2.
+    up : "y" or "z", the file's upward axis
+    groups : "lamp", "name" or "auto"
+        Which lamps share a light group where the file gives none (``extras.group``): none, those on nodes
+        of one name, or ("auto") none as long as that makes at most eight groups, which are dimmed at once.
 
     Returns
     -------
@@ -37,7 +62,7 @@ def load(path: str | Path, *, movable: Iterable[str] = (), light_units: str = "s
     Raises
     ------
     OptionError
-        The suffix, a name in `movable`, or `light_units` is unknown.
+        The suffix, a name in `movable`, `light_units`, `unit` or `up` is unknown.
     FormatError
         The file is absent, malformed, or needs what is not supported.
     SceneError
@@ -48,12 +73,25 @@ def load(path: str | Path, *, movable: Iterable[str] = (), light_units: str = "s
     if loader is None:
         raise OptionError(
             f'"{path.name}": found suffix "{path.suffix}", expected one of {", ".join(LOADERS)}'
+            f"{_remedy(path)}"
         )
     if light_units not in LIGHT_UNITS:
         raise OptionError(f"light_units: found {light_units!r}, expected one of {', '.join(LIGHT_UNITS)}")
+    if groups not in GROUPINGS:
+        raise OptionError(f"groups: found {groups!r}, expected one of {', '.join(GROUPINGS)}")
     names = (movable,) if isinstance(movable, str) else tuple(movable)
+    space = space_matrix(unit, up)
     try:
-        return loader(path, names, light_units)
+        scene = loader(path, names, light_units, space, groups)
+        questions = size_questions(scene) if unit is None else []
+        return replace_scene(scene, warnings=[*scene.warnings, *questions]) if questions else scene
     except Error as error:
         # Inner functions say where in the file; only this one needs to know which file.
         raise type(error)(f"{path.name}: {error}") from error.__cause__
+
+
+def _remedy(path: Path) -> str:
+    for kind, (suffixes, remedy) in EXPORTS.items():
+        if path.suffix.lower() in suffixes:
+            return f"; {kind} files are not read: {remedy}"
+    return ""

@@ -10,7 +10,9 @@ from typing import Any, TypeVar
 from deltalux.errors import FormatError
 
 SHOWN_ITEMS = 4
+ALL_NAMES = "`deltalux info FILE --nodes` shows all, * stands for any letters"
 MAX_NAME = 120
+OPAQUE = "transparency is not honoured: surfaces count as opaque, and windows let no daylight in"
 
 T = TypeVar("T")
 

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from deltalux.errors import SceneError
-from deltalux.scene import Mesh, Node, Scene, replace_scene
+from deltalux.nodes import Node
+from deltalux.scene import MAX_GROUPS, Mesh, Scene, replace_scene
 
 from .decoder_process import DecoderProcess
 from .diagnostics import element
@@ -17,6 +18,7 @@ from .gltf_accessors import Accessors
 from .gltf_buffers import Buffers
 from .gltf_cameras import read_cameras
 from .gltf_document import Document, read_document
+from .gltf_instances import expand_instances
 from .gltf_lights import UNIT_OF, Lights
 from .gltf_materials import Materials
 from .gltf_movables import Ownership, assign_owners
@@ -25,8 +27,18 @@ from .gltf_primitives import Primitives, joined_coordinates
 from .gltf_textures import Textures
 from .scene_size import require_memory_for_triangles
 
+# How lamps without a group of their own are put into groups: each alone, those of nodes of one name together,
+# or whichever keeps to as many groups as have sums of their own.
+BY_LAMP, BY_NAME, BY_COUNT = GROUPINGS = ("lamp", "name", "auto")
 
-def load_gltf(path: Path, movable: Sequence[str] = (), light_units: str = "spec") -> Scene:
+
+def load_gltf(
+    path: Path,
+    movable: Sequence[str] = (),
+    light_units: str = "spec",
+    space: np.ndarray | None = None,
+    groups: str = BY_COUNT,
+) -> Scene:
     """Read a glTF file; see `deltalux.load`.
 
     A static node with a mesh becomes one Mesh with world vertices and the identity as pose. A movable node
@@ -35,19 +47,24 @@ def load_gltf(path: Path, movable: Sequence[str] = (), light_units: str = "spec"
     the authored vertices.
     """
     document = read_document(path)
-    nodes = place_nodes(document)
-    ownership = assign_owners(nodes, movable, document.notes)
     with DecoderProcess() as decoder:
-        assembly = _Assembly(document, nodes, ownership, light_units, decoder)
+        buffers = Buffers(document, decoder)
+        accessors = Accessors(document, buffers)
+        nodes = expand_instances(place_nodes(document, space), accessors)
+        ownership = assign_owners(nodes, movable, document.notes)
+        assembly = _Assembly(document, nodes, ownership, light_units, buffers, accessors, decoder)
         assembly.check_size()
-        assembly.run()
-    scene = Scene(
-        assembly.meshes,
-        assembly.materials.used,
-        assembly.lights.found,
-        unit=UNIT_OF[light_units],
+        scene = assembly.scene(groups == BY_NAME)
+        if groups == BY_COUNT and len(scene.groups) > MAX_GROUPS:
+            apart, scene = scene, assembly.scene(by_name=True)
+            if len(scene.groups) < len(apart.groups):
+                document.notes.add(
+                    f"{len(apart.groups)} lamps, more than the {MAX_GROUPS} light groups that are dimmed at "
+                    "once: those of one name share a group; --groups lamp keeps them apart"
+                )
+    scene = replace_scene(
+        scene,
         cameras=read_cameras(document, nodes),
-        nodes=assembly.kept,
         source=str(path.absolute()),
         files=document.files(),
     )
@@ -66,17 +83,22 @@ class _Assembly:
         nodes: list[PlacedNode],
         ownership: Ownership,
         light_units: str,
+        buffers: Buffers,
+        accessors: Accessors,
         decoder: DecoderProcess,
     ) -> None:
-        buffers = Buffers(document, decoder)
         self.document = document
         self.nodes = nodes
         self.ownership = ownership
         self.materials = Materials(document, Textures(document, buffers))
-        self.primitives = Primitives(
-            document, Accessors(document, buffers), buffers, decoder, self.materials.coordinate_set
-        )
-        self.lights = Lights(document, light_units)
+        self.primitives = Primitives(document, accessors, buffers, decoder, self.materials.coordinate_set)
+        self.light_units = light_units
+        self._begin(by_name=False)
+
+    def _begin(self, by_name: bool) -> None:
+        self.by_name = by_name
+        self.materials.begin()
+        self.lights = Lights(self.document, self.light_units, by_name)
         self.meshes: list[Mesh] = []
         self.kept: list[Node] = []
 
@@ -95,8 +117,23 @@ class _Assembly:
             vertices += sizes[mesh][1]
         require_memory_for_triangles(triangles, vertices)
 
-    def run(self) -> None:
-        """Put the nodes together, in order; what belongs to a movable follows its root directly."""
+    def scene(self, by_name: bool) -> Scene:
+        """Meshes, materials, lights and nodes.
+
+        Each lamp is a light group of its own, or, `by_name`, those on nodes of one name share one.
+        """
+        self._begin(by_name)
+        self._put_together()
+        return Scene(
+            self.meshes,
+            self.materials.used,
+            self.lights.found,
+            unit=UNIT_OF[self.light_units],
+            nodes=self.kept,
+        )
+
+    def _put_together(self) -> None:
+        """All nodes, in order; what belongs to a movable follows its root directly."""
         members: dict[int, list[int]] = {}
         for k, owner in enumerate(self.ownership.owner):
             if owner is not None:
@@ -109,8 +146,8 @@ class _Assembly:
             elif owner is None and self._has_triangles(node):
                 self._add_mesh(k, [k], np.eye(4))
             elif owner is None:
-                self.kept.append(Node(node.name, node.parent, node.local))
-                self.lights.add(node, node.world, None)
+                lights = self.lights.add(node, node.world, None)
+                self.kept.append(Node(node.name, node.parent, node.local, (), lights, node.label))
 
     def _has_triangles(self, node: PlacedNode) -> bool:
         mesh = node.source.mesh
@@ -120,8 +157,9 @@ class _Assembly:
         """One Mesh of the nodes `members`, with its materials, its lights and the records of its nodes."""
         movable = self.ownership.owner[root] == root
         name = self.ownership.mesh_name[root]
-        # The group is the node's name, which differs from the mesh's where several nodes bear it.
-        default_group = None if name == self.nodes[root].name else self.nodes[root].name
+        # The node's name differs from the mesh's where several nodes bear it.
+        shared = self.by_name and name != self.nodes[root].name
+        default_group = self.nodes[root].name if shared else None
         to_local = rigid_inverse(pose)
         vertices, triangles, index = [np.zeros((0, 3))], [np.zeros((0, 3), np.int64)], [np.zeros(0, np.int64)]
         coordinates: list[np.ndarray | None] = [None]
@@ -141,8 +179,8 @@ class _Assembly:
                 index.append(self._material_index(surface.materials, node, default_group, names))
                 vertex_count += len(points)
                 triangle_count += len(corners)
-            self.lights.add(node, matrix, name if movable else None)
-            self.kept.append(Node(node.name, node.parent, node.local, parts))
+            lights = self.lights.add(node, matrix, name if movable else None)
+            self.kept.append(Node(node.name, node.parent, node.local, parts, lights, node.label))
         self.meshes.append(
             Mesh(
                 name,

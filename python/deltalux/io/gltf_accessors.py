@@ -20,7 +20,7 @@ COMPONENTS: dict[int, np.dtype] = {
     5125: np.dtype("<u4"),
     5126: np.dtype("<f4"),
 }
-WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3}
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 INDEX_COMPONENTS = (5121, 5123, 5125)
 VECTOR_COMPONENTS = (5120, 5121, 5122, 5123, 5126)  # some of the integers are KHR_mesh_quantization's
 # Without a buffer view nothing bounds the count; a sparse accessor larger than this is no mesh.
@@ -82,11 +82,16 @@ class Accessors:
         """(n, 3) float64 positions, of values `decoded` elsewhere or (None) of the accessor's own."""
         accessor = self._describe(index, where)
         values = self._vectors(accessor, "VEC3", decoded)
-        finite = np.isfinite(values).all(axis=1)
-        if not finite.all():
-            bad = int(np.argmin(finite))
-            raise malformed(accessor.place, f"{values[bad].tolist()} at vertex {bad}", "finite positions")
+        _require_finite(values, accessor.place, "vertex", "finite positions")
         values.setflags(write=False)
+        return values
+
+    def vectors(self, index: int, where: str, kind: str) -> np.ndarray:
+        """(n, width) float64 values of the type `kind`, finite."""
+        self.count(index, where)
+        accessor = self._describe(index, where)
+        values = self._vectors(accessor, kind, None)
+        _require_finite(values, accessor.place, "element", "finite numbers")
         return values
 
     def coordinates(self, index: int, where: str, vertex_count: int) -> np.ndarray:
@@ -139,7 +144,7 @@ class Accessors:
         if source.componentType not in COMPONENTS:
             raise malformed(f"{place}.componentType", source.componentType, f"one of {list(COMPONENTS)}")
         if source.type not in WIDTHS:
-            raise malformed(f"{place}.type", repr(source.type)[:40], "SCALAR, VEC2 or VEC3")
+            raise malformed(f"{place}.type", repr(source.type)[:40], "SCALAR, VEC2, VEC3 or VEC4")
         return _Accessor(place, source, COMPONENTS[source.componentType], WIDTHS[source.type])
 
     def _expect(self, accessor: _Accessor, kind: str, components: tuple[int, ...]) -> None:
@@ -222,3 +227,10 @@ class Accessors:
         if end > length:
             raise malformed(place, f"{count} elements up to byte {end}", f"at most the view's {length} bytes")
         return stride
+
+
+def _require_finite(values: np.ndarray, place: str, kind: str, expected: str) -> None:
+    finite = np.isfinite(values).all(axis=1)
+    if not finite.all():
+        bad = int(np.argmin(finite))
+        raise malformed(place, f"{values[bad].tolist()} at {kind} {bad}", expected)

@@ -17,6 +17,7 @@ from .gltf_container import read_container
 from .gltf_schema import GLTF
 
 HONOURED = {
+    "EXT_mesh_gpu_instancing",
     "EXT_texture_webp",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",

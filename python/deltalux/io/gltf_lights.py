@@ -49,23 +49,28 @@ BLENDER = re.compile(
 class Lights:
     """Collects the lights of nodes."""
 
-    def __init__(self, document: Document, light_units: str) -> None:
+    def __init__(self, document: Document, light_units: str, by_name: bool) -> None:
+        """`by_name`: lights that bear one name share a group, else each is one of its own."""
+        self._by_name = by_name
         self._document = document
         self._units = light_units
         self._names = UniqueNames()
         self._definitions = document.gltf.extensions.get("KHR_lights_punctual", {}).get("lights", [])
         self.found: list[Light] = []
 
-    def add(self, node: PlacedNode, matrix: np.ndarray, attached_to: str | None) -> None:
-        """Add the light of a node, if any; `matrix` takes the node to world or movable space."""
+    def add(self, node: PlacedNode, matrix: np.ndarray, attached_to: str | None) -> tuple[str, ...]:
+        """Add the light of a node, if any, and return its name; `matrix` takes the node to world or movable
+        space.
+        """
         reference = node.source.extensions.get("KHR_lights_punctual")
         if reference is None:
-            return
+            return ()
         place = f"{node.place}.extensions.KHR_lights_punctual.light"
         source = element(self._definitions, reference["light"], place)
         base = node.name if node.source.name else source.get("name") or node.label
         name = self._names.take(base)
-        group = node.group or source.get("extras", {}).get("group") or (None if name == base else base)
+        shared = base if self._by_name and name != base else None
+        group = node.group or source.get("extras", {}).get("group") or shared
         colour = np.array(source.get("color", (1.0, 1.0, 1.0))) * source.get("intensity", 1.0)
         if (colour < 0).any():
             raise malformed(
@@ -76,6 +81,7 @@ class Lights:
                 raise malformed(f'light "{name}": range', source["range"], "a number above 0, or none at all")
             self._document.notes.add("the range of lights is not honoured", name)
         self.found.append(self._make(source, name, group, colour, matrix, attached_to))
+        return (name,)
 
     def _make(
         self,

@@ -11,13 +11,14 @@ import numpy as np
 from deltalux.look import ALPHA_MODES, PLAIN, Look, Texture
 from deltalux.scene import Material
 
-from .diagnostics import Notes, UniqueNames, malformed
+from .diagnostics import OPAQUE, Notes, UniqueNames, malformed
 from .gltf_document import Document
 from .gltf_textures import TRANSFORM, Textures
 
 WHITE = 0.98  # nothing but a mirror reflects more; paths between such walls end late
 
 
+TRANSMISSION = "KHR_materials_transmission"
 GLOSSY = "KHR_materials_pbrSpecularGlossiness"
 
 
@@ -43,6 +44,10 @@ class Materials:
     def __init__(self, document: Document, textures: Textures) -> None:
         self._document = document
         self._textures = textures
+        self.begin()
+
+    def begin(self) -> None:
+        """Forget which materials were made; what is made next may have other groups."""
         self._names = UniqueNames()
         self._found: dict[int, _Read] = {}
         self._made: dict[tuple[int, str | None], Material] = {}
@@ -150,8 +155,8 @@ def _note_unhonoured(source: Any, name: str, notes: Notes) -> None:
     pbr = source.pbrMetallicRoughness
     if GLOSSY not in source.extensions and (pbr is None or pbr.metallicFactor > 0):
         notes.add("metals count as diffuse", name)
-    if source.alphaMode not in (None, "OPAQUE"):
-        notes.add("transparency is not honoured: surfaces count as opaque", name)
+    if source.alphaMode not in (None, "OPAQUE") or TRANSMISSION in source.extensions:
+        notes.add(OPAQUE, name)
     if source.normalTexture is not None:
         notes.add("normal maps are not honoured", name)
     if source.occlusionTexture is not None:

@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from deltalux.errors import OptionError
+from deltalux.naming import candidates, matches
 
-from .diagnostics import Notes, UniqueNames, listed
+from .diagnostics import ALL_NAMES, Notes, UniqueNames
 from .gltf_nodes import PlacedNode
 
 PREFIX = "MOVE_"
@@ -29,8 +29,10 @@ class Ownership:
 def assign_owners(nodes: list[PlacedNode], names: Sequence[str], notes: Notes) -> Ownership:
     """Decide what moves: the nodes in `names`, those named MOVE_..., and those with extras.movable.
 
-    A name selects every node that bears it; where several do, "name#2" selects the second alone. What lies
-    within a movable belongs to it. Raises OptionError for a name that no node bears, or with nothing to move.
+    A name selects every node that bears it; where several do, "name#1" selects the first alone. Where no node
+    bears it, ``*``, ``?`` and ``[...]`` in it describe several, of which those with something to move are
+    selected. What lies within a movable belongs to it. Raises OptionError for a name that no node bears, or
+    with nothing to move.
     """
     content = _with_content(nodes)
     wanted = _wanted(nodes, names, content, notes)
@@ -63,8 +65,7 @@ def _wanted(nodes: list[PlacedNode], names: Sequence[str], content: list[bool], 
             else:
                 notes.add("nodes marked as movable have nothing to move", node.label)
     for name in names:
-        bearing = [k for k, node in enumerate(nodes) if node.name == name]
-        bearing = bearing or [k for k, node in enumerate(nodes) if node.label == name]
+        bearing = _bearing(nodes, name)
         moving = [k for k in bearing if content[k]]
         if not moving:
             raise OptionError(
@@ -74,13 +75,20 @@ def _wanted(nodes: list[PlacedNode], names: Sequence[str], content: list[bool], 
     return wanted
 
 
-def _unknown(name: str, exists: bool, candidates: list[str]) -> str:
-    found = "a node with neither mesh nor light at or below it" if exists else "no node of that name"
-    near = difflib.get_close_matches(name, candidates, n=8, cutoff=0.5)
-    ordered = list(dict.fromkeys([*near, *candidates]))
+def _bearing(nodes: list[PlacedNode], word: str) -> list[int]:
+    """Positions of the nodes of that name, else of the one of that label, else of those it describes."""
+    alone = [node.label if node.label != node.name else f"{node.name}#1" for node in nodes]
     return (
-        f'movable "{name}": found {found}, expected one of: {listed(ordered, 16) or "none, nothing can move"}'
+        [k for k, node in enumerate(nodes) if node.name == word]
+        or [k for k, label in enumerate(alone) if label == word]
+        or [k for k, node in enumerate(nodes) if matches(word, node.name) or matches(word, node.label)]
     )
+
+
+def _unknown(word: str, exists: bool, movable: list[str]) -> str:
+    found = "a node with neither mesh nor light at or below it" if exists else "no node of that name"
+    names = candidates(word, movable) or "none, nothing can move"
+    return f'movable "{word}": found {found}, expected one of: {names}; {ALL_NAMES}'
 
 
 def _mesh_names(nodes: list[PlacedNode], owner: list[int | None]) -> dict[int, str]:

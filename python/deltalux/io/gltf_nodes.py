@@ -35,9 +35,10 @@ class PlacedNode:
         return f"nodes[{self.index}]"
 
 
-def place_nodes(document: Document) -> list[PlacedNode]:
+def place_nodes(document: Document, space: np.ndarray | None = None) -> list[PlacedNode]:
     """The nodes of the default scene, depth first, with world transforms.
 
+    `space` takes the file's space to the world, 4x4; it becomes a part of the roots' transforms.
     Raises FormatError for cycles, nodes with two parents, and transforms that are not affine or finite.
     """
     nodes = document.gltf.nodes
@@ -45,19 +46,19 @@ def place_nodes(document: Document) -> list[PlacedNode]:
     order = _depth_first(nodes, _roots(document, parents))
     position = {index: k for k, index in enumerate(order)}
     names = [_name(document, index) for index in order]
-    labels = _labels(names, [nodes[index].mesh is not None for index in order])
+    labels = unique_labels(names, [nodes[index].mesh is not None for index in order])
     placed: list[PlacedNode] = []
     for k, index in enumerate(order):
         parent = position.get(parents[index], -1)
         local = _local_matrix(nodes[index], f"nodes[{index}]")
         group = nodes[index].extras.get("group")
-        world = local
         if parent >= 0:
             group = group or placed[parent].group
-            with np.errstate(over="ignore", invalid="ignore"):
-                world = placed[parent].world @ local
-            if not np.isfinite(world).all():
-                raise malformed(f"nodes[{index}]", "a world transform beyond float64", "a finite transform")
+            world = finite_product(placed[parent].world, local, f"nodes[{index}]")
+        elif space is not None:
+            local = world = finite_product(space, local, f"nodes[{index}]")
+        else:
+            world = local
         placed.append(PlacedNode(index, parent, nodes[index], names[k], labels[k], group, local, world))
     return placed
 
@@ -140,7 +141,8 @@ def _name(document: Document, index: int) -> str:
     return f"node{index}"
 
 
-def _labels(names: list[str], with_mesh: list[bool]) -> list[str]:
+def unique_labels(names: list[str], with_mesh: list[bool]) -> list[str]:
+    """The names, numbered where they repeat."""
     # Nodes with a mesh first: their labels become the names of meshes, so "room" below an empty "room"
     # is not "room#2".
     unique = UniqueNames()
@@ -159,13 +161,29 @@ def _local_matrix(node: Any, place: str) -> np.ndarray:
             raise malformed(f"{place}.matrix", f"last row {matrix[3].tolist()}", "[0, 0, 0, 1]")
         matrix[3] = (0, 0, 0, 1)
         return matrix
+    return trs_matrix(
+        node.translation or (0.0, 0.0, 0.0), node.rotation, node.scale or (1.0, 1.0, 1.0), place
+    )
+
+
+def finite_product(parent: np.ndarray, local: np.ndarray, place: str) -> np.ndarray:
+    """`parent` @ `local`; FormatError where that is beyond float64."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        world = parent @ local
+    if not np.isfinite(world).all():
+        raise malformed(place, "a world transform beyond float64", "a finite transform")
+    return world
+
+
+def trs_matrix(translation: Any, rotation: Any, scale: Any, place: str) -> np.ndarray:
+    """4x4 matrix of a translation (3,), a quaternion x, y, z, w or None, and a scale (3,)."""
     matrix = np.eye(4)
-    matrix[:3, :3] = _rotation(node.rotation, place) * np.array(node.scale or (1.0, 1.0, 1.0))
-    matrix[:3, 3] = node.translation or (0.0, 0.0, 0.0)
+    matrix[:3, :3] = _rotation(rotation, place) * np.asarray(scale)
+    matrix[:3, 3] = translation
     return matrix
 
 
-def _rotation(quaternion: list[float] | None, place: str) -> np.ndarray:
+def _rotation(quaternion: Any, place: str) -> np.ndarray:
     if quaternion is None:
         return np.eye(3)
     length = float(np.linalg.norm(quaternion))

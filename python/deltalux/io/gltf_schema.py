@@ -116,11 +116,14 @@ def _extras(value: Any, where: str) -> dict[str, Any]:
     return extras
 
 
-def _attributes(value: Any, where: str) -> gl.Attributes:
+def _named_integers(value: Any, where: str) -> dict[str, int]:
     if not isinstance(value, dict):
         raise malformed(where, _shown(value), "an object")
-    found = {k: integer(v, f"{where}.{k}") for k, v in value.items() if ATTRIBUTE.fullmatch(k)}
-    return gl.Attributes(**found)
+    return {k: integer(v, f"{where}.{k}") for k, v in value.items() if ATTRIBUTE.fullmatch(k)}
+
+
+def _attributes(value: Any, where: str) -> gl.Attributes:
+    return gl.Attributes(**_named_integers(value, where))
 
 
 def _shown(value: Any) -> Any:
@@ -234,7 +237,10 @@ _NODE = record(
         "rotation": list_of(number, 4),
         "scale": list_of(number, 3),
     },
-    extensions={"KHR_lights_punctual": record({"light": integer}, required=("light",))},
+    extensions={
+        "EXT_mesh_gpu_instancing": record({"attributes": _named_integers}),
+        "KHR_lights_punctual": record({"light": integer}, required=("light",)),
+    },
     make=gl.Node,
 )
 

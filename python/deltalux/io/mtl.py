@@ -12,7 +12,7 @@ from deltalux.errors import FormatError
 from deltalux.look import WRAPS, Look, Texture
 from deltalux.scene import Material
 
-from .diagnostics import Notes, clean_name, malformed
+from .diagnostics import OPAQUE, Notes, clean_name, malformed
 from .files import read_beside
 from .texels import MAX_FILE_BYTES, mean_linear_texel
 
@@ -79,11 +79,12 @@ class MaterialLibrary:
         except FormatError as error:
             self._notes.add("MTL files that cannot be read", str(error))
             return
-        entry = _Entry()
+        name, entry = "", _Entry()
         for number, line in enumerate(data.decode("utf-8", "replace").split("\n"), 1):
             key, *rest = line.split("#", 1)[0].split() or [""]
             if key == "newmtl":
-                entry = self._entries.setdefault(clean_name(" ".join(rest)), _Entry())
+                name = clean_name(" ".join(rest))
+                entry = self._entries.setdefault(name, _Entry())
             elif key in ("Kd", "Ke"):
                 entry.colours[key] = _colour(rest, f"{place} line {number}")
             elif key in TEXTURES and rest:
@@ -93,8 +94,8 @@ class MaterialLibrary:
                     entry.textures[key[4:]] = _Map(texture, *_options(rest[:-1]))
                 else:
                     self._note_unhonoured(key)
-            elif (key == "d" and rest != ["1"]) or (key == "Tr" and rest != ["0"]):
-                self._notes.add("transparency may not be honoured: surfaces count as opaque", place)
+            elif _lets_through(key, rest):
+                self._notes.add(OPAQUE, name)
             elif key and key not in IGNORED | {"d", "Tr", "Ks", "Ns"}:
                 self._note_unhonoured(key)
 
@@ -156,6 +157,16 @@ def _options(words: list[str]) -> tuple[tuple[float, float], tuple[float, float]
                 found[word][axis] = value if abs(value) < MOST_OPTION else found[word][axis]
     clamped = "-clamp on" in " ".join(words)
     return (found["-o"][0], found["-o"][1]), (found["-s"][0], found["-s"][1]), clamped
+
+
+def _lets_through(key: str, words: list[str]) -> bool:
+    """Whether a statement makes a material transparent: "d", or the inverse "Tr" of some programs."""
+    try:
+        return bool(words) and (
+            (key == "d" and float(words[-1]) < 1) or (key == "Tr" and float(words[-1]) > 0)
+        )
+    except ValueError:
+        return False
 
 
 def _colour(words: list[str], where: str) -> np.ndarray:

@@ -13,12 +13,15 @@ from pathlib import Path
 import numpy as np
 
 from deltalux.errors import OptionError, SceneError
-from deltalux.scene import Mesh, Node, Scene
+from deltalux.naming import candidates, chosen
+from deltalux.nodes import Node
+from deltalux.scene import Mesh, Scene
 from deltalux.units import WATTS_PER_SQUARE_METRE
 
-from .diagnostics import Notes, clean_name, listed, malformed
+from .diagnostics import ALL_NAMES, Notes, clean_name, malformed
 from .files import read_regular_file
 from .mtl import MaterialLibrary
+from .polygons import cut
 from .scene_size import require_memory_for_triangles
 
 MOVABLE_PREFIX = "MOVE_"
@@ -43,12 +46,19 @@ class _Reading:
     objects: dict[str, _Object] = field(default_factory=dict)
 
 
-def load_obj(path: Path, movable: Sequence[str] = (), light_units: str = "spec") -> Scene:
+def load_obj(
+    path: Path,
+    movable: Sequence[str] = (),
+    light_units: str = "spec",
+    space: np.ndarray | None = None,
+    groups: str = "auto",
+) -> Scene:
     """Read an OBJ file and its MTL files; see `deltalux.load`.
 
     Each object ("o", or each group "g" in files without objects) becomes one Mesh; a movable one turns about
-    the centre of its bounds. Polygons are cut into a fan. Kd is the reflectance, Ke the radiance, W/(sr m2),
-    from the front; results are in W/m2. OBJ knows no lamps, so `light_units` has no effect.
+    the centre of its bounds. Polygons may be of any shape. Kd is the reflectance, Ke the radiance, W/(sr m2),
+    from the front; results are in W/m2. OBJ knows no lamps, so `light_units` has no effect; each
+    object with a luminous material is a light group, so `groups` has none either.
     """
     notes = Notes()
     library = MaterialLibrary(path.parent, notes)
@@ -56,18 +66,14 @@ def load_obj(path: Path, movable: Sequence[str] = (), light_units: str = "spec")
     objects = reading.objects
     if not objects:
         raise SceneError("scene: found no faces, expected some surface to light")
-    unknown = [name for name in movable if name not in objects]
-    if unknown:
-        candidates = listed(list(objects), 16)
-        raise OptionError(f'movable "{unknown[0]}": found no such object, expected one of: {candidates}')
+    moving = _moving(list(objects), movable)
     triangles = sum(len(o.materials) for o in objects.values())
     require_memory_for_triangles(triangles, len(reading.vertices))
     vertices = np.array(reading.vertices, np.float64)
+    if space is not None:
+        vertices = vertices @ space[:3, :3].T
     coordinates = np.array(reading.coordinates, np.float32).reshape(-1, 2) * (1, -1) + (0, 1)
-    meshes = [
-        _mesh(name, found, vertices, coordinates, name in movable or name.startswith(MOVABLE_PREFIX))
-        for name, found in objects.items()
-    ]
+    meshes = [_mesh(name, found, vertices, coordinates, name in moving) for name, found in objects.items()]
     materials = [
         library.material(name) for name in dict.fromkeys(m for mesh in meshes for m in mesh.material)
     ]
@@ -81,6 +87,19 @@ def load_obj(path: Path, movable: Sequence[str] = (), light_units: str = "spec")
         source=str(path.absolute()),
         files=[str(each.absolute()) for each in (path, *library.files)],
     )
+
+
+def _moving(objects: list[str], movable: Sequence[str]) -> set[str]:
+    moving = {name for name in objects if name.startswith(MOVABLE_PREFIX)}
+    for word in movable:
+        found = chosen(word, objects)
+        if not found:
+            raise OptionError(
+                f'movable "{word}": found no such object, expected one of: {candidates(word, objects)}; '
+                f"{ALL_NAMES}"
+            )
+        moving.update(found)
+    return moving
 
 
 def _mesh(name: str, found: _Object, vertices: np.ndarray, coordinates: np.ndarray, movable: bool) -> Mesh:
@@ -141,13 +160,16 @@ def _read(data: bytes, library: MaterialLibrary, notes: Notes) -> _Reading:
             reading.coordinates.extend(_texel(rest))
         elif key == "f":
             corners = _face(rest, len(reading.vertices), where)
+            order, simple = cut([reading.vertices[corner] for corner in corners])
+            if not simple:
+                notes.add("polygons that cross themselves: what they cover is a guess", where)
             found = reading.objects.setdefault(name, _Object())
             if library.textured(material):
                 texels = _face_texels(rest, len(reading.coordinates) // 2)
                 if texels is not None:
-                    found.coordinates.append((len(found.corners), texels))
-            found.corners.extend(corners)
-            found.materials.extend([material] * (len(corners) // 3))
+                    found.coordinates.append((len(found.corners), [texels[i] for i in order]))
+            found.corners.extend([corners[i] for i in order])
+            found.materials.extend([material] * (len(order) // 3))
         elif key == naming:
             name = clean_name(" ".join(rest)) or "object"
         elif key == "usemtl":
@@ -170,7 +192,7 @@ def _point(words: list[str], where: str) -> tuple[float, float, float]:
 
 
 def _face(words: list[str], count: int, where: str) -> list[int]:
-    """Corners of the fan of triangles; negative indexes count back from the last vertex."""
+    """Corners of a polygon; negative indexes count back from the last vertex."""
     corners = []
     for word in words:
         try:
@@ -183,11 +205,7 @@ def _face(words: list[str], count: int, where: str) -> list[int]:
         corners.append(corner)
     if len(corners) < 3:
         raise malformed(where, f"a face of {len(corners)} corners", "at least 3")
-    return _fan(corners)
-
-
-def _fan(corners: list[int]) -> list[int]:
-    return [c for i in range(1, len(corners) - 1) for c in (corners[0], corners[i], corners[i + 1])]
+    return corners
 
 
 def _texel(words: list[str]) -> tuple[float, float]:
@@ -200,7 +218,7 @@ def _texel(words: list[str]) -> tuple[float, float]:
 
 
 def _face_texels(words: list[str], count: int) -> list[int] | None:
-    """Indexes of texture coordinates of the fan's triangles; None where a corner has none."""
+    """Indexes of texture coordinates of a polygon's corners; None where a corner has none."""
     texels = []
     for word in words:
         _, *more = word.split("/")
@@ -212,4 +230,4 @@ def _face_texels(words: list[str], count: int) -> list[int] | None:
         if index == 0 or not 0 <= texel < count:
             return None
         texels.append(texel)
-    return _fan(texels)
+    return texels

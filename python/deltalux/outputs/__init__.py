@@ -10,7 +10,9 @@ from pathlib import Path
 from deltalux.errors import OptionError
 
 from .baked import Baked, Result
-from .images import Picture, difference, grid_picture, render, side_by_side, write_png
+from .images import Picture, difference, render, side_by_side
+from .plans import grid_picture, plan_axes
+from .png import write_png
 from .tables import Table, read, write_csv, write_npz
 from .vertex_colors import write_glb
 
@@ -22,6 +24,7 @@ __all__ = [
     "Table",
     "difference",
     "grid_picture",
+    "plan_axes",
     "read",
     "render",
     "side_by_side",

@@ -15,6 +15,7 @@ from deltalux.cameras import Camera
 from deltalux.display_mesh import DisplayMesh
 from deltalux.errors import OptionError
 from deltalux.files import found_among
+from deltalux.samples import Samples
 from deltalux.scene import Scene
 from deltalux.units import LUX
 from deltalux.version import __version__
@@ -69,8 +70,8 @@ class Baked:
         Present poses; None = removed, missing = as loaded.
     gradient : (n, 3, 3) array or None
     beyond : (d, 3) array or None, of `Session.direct_beyond_samples`
-    grid : (rows, columns) or None
-        Shape of a grid of samples, row by row.
+    grid : Samples or None
+        Those of the result, where they are on a grid.
     camera, exposure, false_colour, size, threads : options of pictures, see `images.render`
     """
 
@@ -80,7 +81,7 @@ class Baked:
     poses: Mapping[str, Any] = field(default_factory=dict)
     gradient: np.ndarray | None = None
     beyond: np.ndarray | None = None
-    grid: tuple[int, int] | None = None
+    grid: Samples | None = None
     camera: Camera | None = None
     exposure: float | None = None
     false_colour: bool = False

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Results as pictures: the lit scene, false colours with a legend, differences, grids."""
+"""Results as pictures: the lit scene, false colours with a legend, differences."""
 
 from __future__ import annotations
 
@@ -22,7 +22,6 @@ from deltalux.surfaces import CasterType, Surfaces, core_caster
 from deltalux.units import photopic
 from deltalux.vertex_light import add_detail
 
-from .baked import Baked, about_text, display_of, keep_inputs
 from .camera import automatic_camera, scene_camera
 from .colour_scale import ColourScale, scale_for, symmetric_scale
 from .covered import shown_values
@@ -190,57 +189,6 @@ def side_by_side(pictures: Sequence[Picture], labels: Sequence[str]) -> Picture:
     return replace(pictures[0], pixels=np.concatenate(strips, axis=1))
 
 
-def grid_picture(
-    values: np.ndarray,
-    unit: str,
-    *,
-    scale: ColourScale | None = None,
-    isolux: bool = True,
-    longest: int = 800,
-) -> Picture:
-    """Heat map of a grid of values, NaN = none.
-
-    Parameters
-    ----------
-    values : (rows, columns), photopic; the first row is at the top
-    unit : str
-    scale : None = automatic
-    isolux : lines at the scale's ticks
-    longest : pixels along the longer side
-    """
-    values = np.asarray(values, dtype=np.float64)
-    if values.ndim != 2 or values.size == 0:
-        raise OptionError(f"grid picture: found values of shape {values.shape}, expected (rows, columns)")
-    scale = scale or scale_for(values.ravel())
-    cell = max(1, longest // max(values.shape))
-    fine = _between_cells(values, cell)
-    known = np.isfinite(fine)[..., None]
-    pixels = encode_srgb(np.where(known, scale.colours(np.nan_to_num(fine)), SURROUNDINGS))
-    if isolux:
-        rows, columns = fine.shape
-        joined = np.zeros((rows, columns - 1), dtype=bool), np.zeros((rows - 1, columns), dtype=bool)
-        pixels = draw_isolines(pixels, fine, scale.ticks(), joined)
-    return Picture(
-        np.concatenate([_padded(pixels, 200), legend(scale, unit, max(200, len(pixels)))], axis=1),
-        scale=scale,
-    )
-
-
-def write_png(path: str | os.PathLike[str], baked: Baked) -> None:
-    """Write the picture that fits the samples: the scene, or the heat map of a grid."""
-    keep_inputs(path, baked)
-    result = baked.result
-    if baked.display is None and baked.grid is not None:
-        picture = grid_picture(photopic(result.irradiance).reshape(baked.grid), result.unit)
-    else:
-        picture = render(
-            baked.scene, display_of(baked, ".png"), result.irradiance, poses=baked.poses, camera=baked.camera,
-            size=baked.size, exposure=baked.exposure, false_colour=baked.false_colour, threads=baked.threads,
-            beyond=baked.beyond,
-        )  # fmt: skip
-    replace(picture, about=about_text(result)).save(path)
-
-
 def _checked_values(display: DisplayMesh, irradiance: np.ndarray) -> np.ndarray:
     """Irradiance (s, 3) of the samples as the vertices show it."""
     values, count = np.asarray(irradiance, dtype=np.float64), len(display.sample_vertices)
@@ -295,21 +243,3 @@ def _false_colour(
         pixels = draw_isolines(pixels, view.pixels(seen)[..., 0], scale.ticks(), view.seams())
     bar = legend(scale, view.surfaces.scene.unit, len(pixels))
     return Picture(np.concatenate([pixels, bar], axis=1), camera=view.camera, scale=scale)
-
-
-def _between_cells(values: np.ndarray, cell: int) -> np.ndarray:
-    """Bilinear enlargement by `cell`, each value in the middle of its square."""
-    for axis in (0, 1):
-        count = values.shape[axis]
-        at = np.clip((np.arange(count * cell) + 0.5) / cell - 0.5, 0, count - 1)
-        low = np.minimum(at.astype(np.int64), max(count - 2, 0))
-        high = np.minimum(low + 1, count - 1)
-        share = (at - low)[:, None] if axis == 0 else (at - low)[None, :]
-        values = values.take(low, axis) * (1 - share) + values.take(high, axis) * share
-    return values
-
-
-def _padded(pixels: np.ndarray, height: int) -> np.ndarray:
-    """At least `height` rows, so that a legend fits beside it."""
-    missing = max(0, height - len(pixels))
-    return np.pad(pixels, ((missing // 2, missing - missing // 2), (0, 0), (0, 0)), constant_values=24)

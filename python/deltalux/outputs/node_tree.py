@@ -7,7 +7,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from deltalux.scene import Node, Scene
+from deltalux.nodes import Node
+from deltalux.scene import Scene
 
 
 def world_matrices(nodes: tuple[Node, ...], matrices: list[np.ndarray] | None = None) -> list[np.ndarray]:

@@ -34,7 +34,7 @@ def baked_of(session: Session, command: str, false_colour: bool = False) -> Bake
         session.samples.display,
         poses=session.poses,
         beyond=session.direct_beyond_samples(),
-        grid=session.samples.grid_shape,
+        grid=session.samples if session.samples.grid_shape else None,
         false_colour=false_colour,
         threads=session.options["threads"] or 0,
     )

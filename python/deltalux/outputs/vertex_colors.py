@@ -13,7 +13,7 @@ import pygltflib as gl
 from deltalux.cameras import Camera
 from deltalux.display_mesh import DisplayMesh, movable_poses
 from deltalux.files import written_aside
-from deltalux.scene import Node
+from deltalux.nodes import Node
 from deltalux.surfaces import Surfaces
 from deltalux.version import __version__
 

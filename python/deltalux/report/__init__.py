@@ -4,6 +4,17 @@
 from .claimed_error import ClaimedError, advice, claimed_error
 from .comparison import compare
 from .page import Section, page
+from .plausible import light_doubt
 from .summary import SetSummary, summarise
 
-__all__ = ["ClaimedError", "Section", "SetSummary", "advice", "claimed_error", "compare", "page", "summarise"]
+__all__ = [
+    "ClaimedError",
+    "Section",
+    "SetSummary",
+    "advice",
+    "claimed_error",
+    "compare",
+    "light_doubt",
+    "page",
+    "summarise",
+]

@@ -81,7 +81,7 @@ class Exports:
         assert self._folder is not None
         path = self._folder / self.checked_name(name)
         if path.suffix == SESSION:
-            session.save(path)
+            session.save(path, "deltalux view")
         else:
             write(path, baked_of(session, "deltalux view"))
         self._written.add(name)

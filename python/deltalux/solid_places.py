@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which points lie inside of or behind walls and furniture, or close to them at their own height."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from .display_mesh import BACK, BOTH, FRONT
+from .lit_sides import lit_sides
+from .scene import Scene
+from .surfaces import NOTHING, core_caster
+from .vectors import normals_by_area
+
+DIRECTIONS = 64
+HEADINGS = 48  # around a point, every 7.5 degrees
+OUTSIDE = 0.5  # share of lit sides among what a point sees; of a box on a lit floor it is a sixth inside
+_BATCH = 1 << 16  # points whose rays are held at a time: 4 million rays
+
+
+def inside_solids(scene: Scene, points: np.ndarray) -> np.ndarray:
+    """Whether points lie inside of or behind something, where most of what they see are unlit sides.
+
+    Closed meshes are not needed, nor fronts that face outwards: which sides light reaches is found by a
+    pilot of light paths (`deltalux.lit_sides`). In a scene without light no point is inside.
+
+    Parameters
+    ----------
+    scene : Scene, movables as loaded
+    points : (n, 3), metres
+
+    Returns
+    -------
+    (n,) bool
+    """
+    look = _caster(scene)
+    if look is None or not scene.groups:
+        return np.zeros(len(points), bool)
+    sides = lit_sides(scene)
+    corners = np.concatenate([m.world_vertices[m.triangles] for m in scene.meshes])
+    normals = normals_by_area(corners)
+    directions = _around_sphere(DIRECTIONS)
+
+    def is_inside(batch: np.ndarray) -> np.ndarray:
+        rays = np.tile(directions, (len(batch), 1))
+        triangle, _ = look(np.repeat(batch, DIRECTIONS, axis=0), rays)
+        hit = triangle != NOTHING
+        met = np.where(hit, triangle, 0).astype(np.int64)
+        front = np.einsum("ij,ij->i", rays, normals[met]) < 0
+        lit = hit & ((sides[met] == BOTH) | (sides[met] == np.where(front, FRONT, BACK)))
+        hits, lit_hits = (some.reshape(-1, DIRECTIONS).sum(axis=1) for some in (hit, lit))
+        return lit_hits < OUTSIDE * hits
+
+    return _in_batches(points, is_inside)
+
+
+def near_walls(scene: Scene, points: np.ndarray, margin: float) -> np.ndarray:
+    """Whether something stands within `margin` of points, horizontally at their height.
+
+    Parameters
+    ----------
+    scene : Scene, movables as loaded; Y is up
+    points : (n, 3), metres
+    margin : metres
+
+    Returns
+    -------
+    (n,) bool
+    """
+    look = _caster(scene)
+    if look is None:
+        return np.zeros(len(points), bool)
+    angle = 2 * np.pi * np.arange(HEADINGS) / HEADINGS
+    directions = np.stack([np.cos(angle), np.zeros(HEADINGS), np.sin(angle)], axis=1)
+
+    def is_near(batch: np.ndarray) -> np.ndarray:
+        triangle, distance = look(np.repeat(batch, HEADINGS, axis=0), np.tile(directions, (len(batch), 1)))
+        near = (triangle != NOTHING) & (distance < margin)
+        return near.reshape(-1, HEADINGS).any(axis=1)
+
+    return _in_batches(points, is_near)
+
+
+def _caster(scene: Scene) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]] | None:
+    """First hits of rays: triangle among those of all meshes, and distance; None where there are none."""
+    if not any(len(m.triangles) for m in scene.meshes):
+        return None
+    origin = scene.frame.origin
+    starts = np.cumsum([0, *(len(m.vertices) for m in scene.meshes)])
+    vertices = np.concatenate([m.world_vertices for m in scene.meshes]) - origin
+    triangles = np.concatenate([m.triangles + s for m, s in zip(scene.meshes, starts[:-1], strict=True)])
+    caster = core_caster(vertices.astype(np.float32), triangles.astype(np.uint32), 0)
+
+    def look(origins: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        distance, triangle, _, _ = caster.intersect(
+            (origins - origin).astype(np.float32), directions.astype(np.float32)
+        )
+        return triangle, distance
+
+    return look
+
+
+def _in_batches(points: np.ndarray, judge: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    batches = [judge(points[i : i + _BATCH]) for i in range(0, len(points), _BATCH)]
+    return np.concatenate([np.zeros(0, bool), *batches])
+
+
+def _around_sphere(count: int) -> np.ndarray:
+    """(count, 3) unit vectors, evenly spread (a Fibonacci spiral)."""
+    z = 1 - (2 * np.arange(count) + 1) / count
+    turn = np.pi * (1 + 5**0.5) * np.arange(count)
+    across = np.sqrt(1 - z * z)
+    return np.stack([across * np.cos(turn), across * np.sin(turn), z], axis=1)
