@@ -9,7 +9,7 @@ import pytest
 from deltalux.outputs.covered import RimFill, rim_fill
 from deltalux.server.frames import ALL, MAX_RUNS, apply_frame, frame_bytes
 from deltalux.server.page import IN_FLIGHT, MAX_WAITING, Page
-from deltalux.server.values import Encoder, Values, shown_of
+from deltalux.server.values import Encoder, Values, fill_of
 from deltalux.units import photopic
 from hypothesis import given
 from hypothesis import strategies as st
@@ -73,7 +73,7 @@ def test_covered_samples_at_the_rim_show_their_open_neighbours():
 
 
 def test_samples_on_movables_are_never_filled(session):
-    fill = shown_of(session).fill
+    fill = fill_of(session).fill
     assert (session.samples.display.attached[fill.filled] < 0).all()
 
 
