@@ -4,11 +4,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
+import deltalux as dl
 import numpy as np
 import pytest
+from deltalux import _core
 from deltalux.pace import (
     Counts,
     Overall,
@@ -22,6 +24,8 @@ from deltalux.pace import (
     updating,
     writing,
 )
+from oracles import world
+from test_light_pools import pools_and_sconce
 
 ROOT = Path(__file__).parents[2]
 HALF = 0.5
@@ -140,6 +144,28 @@ def test_unforeseen_stages_are_noted():
         overall(stage, 0.5)
     overall.begin("newer")
     assert overall.unforeseen == ["new", "newer"]
+
+
+@pytest.fixture
+def reports_at_once() -> Iterator[None]:
+    """However short, every stage is told."""
+    _core.set_report_seconds(0)
+    yield
+    _core.set_report_seconds(0.02)
+
+
+@pytest.mark.usefixtures("reports_at_once")
+def test_steps_are_in_the_order_in_which_a_bake_reports_them():
+    scene = pools_and_sconce()
+    heard: list[str] = []
+    samples = dl.Samples(*world.area_points(scene, 200, seed=5))
+    with dl.Session(scene, samples, paths=5_000, gather=64, threads=1) as session:
+        session.progress = lambda stage, _: heard.append(stage) or True
+        session.bake()
+    foreseen = [step.name for step in baking(OFFICE)]
+    reported = [stage for stage in dict.fromkeys(heard) if stage in foreseen]
+    assert {"share rays", "find noisy places", "look around"} <= set(reported)
+    assert reported == sorted(reported, key=foreseen.index)
 
 
 def test_every_stage_of_the_engine_has_a_step():

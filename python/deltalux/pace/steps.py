@@ -138,8 +138,8 @@ def baking(counts: Counts, calibrated: bool = True) -> list[Step]:
         steps += [
             Step("cover cells", 0.05 + 2e-6 * c.triangles, "rays"),
             Step("find bright places", 0.025 * c.depth, "rays"),
-            Step("find noisy places", 1.35 * PILOT_RAYS * _ray(c) * c.samples * c.rays, "rays"),
-            Step("share rays", 4e-8 * c.all_rays, "once"),
+            Step("share rays", 1e-5 * c.samples, "once"),
+            Step("find noisy places", 1.2 * PILOT_RAYS * _ray(c) * c.samples * c.rays, "rays"),
             Step("look around", _ray(c) * c.all_rays, "rays"),
         ]
     return _timed(steps, c)
