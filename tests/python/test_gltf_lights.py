@@ -222,6 +222,16 @@ def test_more_lamps_than_groups_with_sums_share_by_name(tmp_path):
         dl.load(path, groups="none")
 
 
+def test_groups_by_name_leave_nothing_of_a_look_for_groups_by_lamp(tmp_path):
+    builder = lamps(GltfBuilder(), 5)
+    other = builder.material(name="other", emissiveFactor=[3, 3, 3])
+    builder.node(name="panel", mesh=builder.quad(other), translation=[20, 0, 0])
+    path = builder.write(tmp_path)
+    found, by_name = dl.load(path), dl.load(path, groups="name")
+    assert len(found.groups) == 2
+    assert [(m.name, m.group) for m in found.materials] == [(m.name, m.group) for m in by_name.materials]
+
+
 def test_many_lamps_with_names_of_their_own_stay_apart(tmp_path):
     builder = GltfBuilder()
     builder.node(mesh=builder.quad())
