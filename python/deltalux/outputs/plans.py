@@ -149,7 +149,7 @@ def _with_axes(pixels: np.ndarray, axes: tuple[Axis, Axis], cell: int) -> np.nda
     ticks = [_ticks(axis, cell, length) for axis, length in zip(axes, (width, height), strict=True)]
     left = int(max([font.getlength(label) for _, label in ticks[1]], default=0)) + line + _TICK + 3 * _GAP
     right = int(max([font.getlength(label) for _, label in ticks[0]], default=0)) // 2 + _GAP
-    top, bottom = 2 * line, 2 * line + _TICK + 2 * _GAP
+    top, bottom = 2 * line + _GAP, 2 * line + _TICK + 2 * _GAP
     image = Image.new("RGB", (left + width + right, top + height + bottom), PAPER)
     image.paste(Image.fromarray(pixels), (left, top))
     draw = ImageDraw.Draw(image)
@@ -162,7 +162,7 @@ def _with_axes(pixels: np.ndarray, axes: tuple[Axis, Axis], cell: int) -> np.nda
         draw.text((left - 1 - _TICK - _GAP, top + at), label, fill=INK, font=font, anchor="rm")
     names = [f"{axis.name} (m)".strip() for axis in axes]
     draw.text((left + width // 2, top + height + bottom - _GAP), names[0], fill=INK, font=font, anchor="mb")
-    draw.text((_GAP, top - _GAP // 2), names[1], fill=INK, font=font, anchor="lb")
+    draw.text((_GAP, top - line // 2 - _GAP), names[1], fill=INK, font=font, anchor="lb")  # clear of a tick
     return np.asarray(image)
 
 
