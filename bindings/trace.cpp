@@ -4,6 +4,7 @@
 #include "base/parallel.h"
 #include "common.h"
 #include "plan/allotment.h"
+#include "samples/covered_places.h"
 #include "scene/scene.h"
 #include "trace/ray_caster.h"
 #include "trace/walk.h"
@@ -13,7 +14,7 @@ namespace {
 
 constexpr size_t kGrain = 1024;
 
-/// A caster over one triangle mesh, for pictures.
+/// A caster over one triangle mesh, for pictures and places.
 class MeshCaster {
  public:
   MeshCaster(const Rows<float, 3>& vertices, const Rows<uint32_t, 3>& triangles, int threads)
@@ -54,6 +55,22 @@ class MeshCaster {
     }
     return nb::make_tuple(make_array(std::move(t), {n}), make_array(std::move(primitive), {n}),
                           make_array(std::move(u), {n}), make_array(std::move(v), {n}));
+  }
+
+  /// `behind`: the mesh of backs, see samples::Layers.
+  nb::object covered(const Rows<float, 3>& origins, const Rows<float, 3>& normals, float contact,
+                     const MeshCaster* behind) const {
+    const size_t n = origins.shape(0);
+    if (normals.shape(0) != n) throw nb::value_error("origins and normals differ in length");
+    std::vector<uint8_t> covered;
+    {
+      nb::gil_scoped_release release;
+      std::vector<const trace::RayCaster*> layers{caster_.get()};
+      if (behind) layers.push_back(behind->caster_.get());
+      covered = samples::covered_places(layers, to_vectors(origins), to_vectors(normals), contact,
+                                        workers_);
+    }
+    return make_array(std::move(covered), {n});
   }
 
  private:
@@ -161,7 +178,9 @@ void bind_trace(nb::module_& m) {
   nb::class_<MeshCaster>(m, "RayCaster")
       .def(nb::init<const Rows<float, 3>&, const Rows<uint32_t, 3>&, int>(), nb::arg("vertices"),
            nb::arg("triangles"), nb::arg("threads") = 0)
-      .def("intersect", &MeshCaster::intersect, nb::arg("origins"), nb::arg("directions"));
+      .def("intersect", &MeshCaster::intersect, nb::arg("origins"), nb::arg("directions"))
+      .def("covered", &MeshCaster::covered, nb::arg("origins"), nb::arg("normals"),
+           nb::arg("contact"), nb::arg("behind").none() = nb::none());
   m.def("trace_paths", &trace_paths, nb::arg("scene"), nb::arg("paths"), nb::arg("seed"),
         nb::arg("max_bounces"), nb::arg("batches"), nb::arg("second_hit"), nb::arg("threads"),
         nb::arg("progress").none());

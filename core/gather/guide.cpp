@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <numbers>
 
@@ -20,8 +21,10 @@ struct Fall {
   float within;
 };
 Fall fall(const std::array<float, Guide::kSide + 1>& cumulative, float at) {
-  const auto above = std::upper_bound(cumulative.begin() + 1, cumulative.end() - 1, at);
-  const size_t i = size_t(above - cumulative.begin()) - 1;
+  static_assert(std::has_single_bit(Guide::kSide));
+  size_t i = 0;  // the last that lies no higher; halved without branches, which nobody can foresee
+  for (size_t step = Guide::kSide / 2; step > 0; step /= 2)
+    i += cumulative[i + step] <= at ? step : 0;
   const float low = cumulative[i], wide = cumulative[i + 1] - low;
   return {i, wide > 0 ? std::clamp((at - low) / wide, 0.0f, 0x1.fffffep-1f) : 0.5f};
 }

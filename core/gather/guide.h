@@ -51,6 +51,32 @@ class Target {
 
 inline constexpr uint32_t kMostGuides = 64;
 
+/// Squares of guides, column by column: one by one they lie too far apart in memory.
+template <size_t N>
+struct GuideSquares {
+  static_assert(N % 8 == 0);                       // whole vectors
+  alignas(64) std::array<float, N> x{}, y{}, z{};  ///< centre
+  alignas(64) std::array<float, N> normal_x{}, normal_y{}, normal_z{}, half{};
+
+  void set(size_t i, const Guide& guide) {
+    x[i] = guide.centre.x, y[i] = guide.centre.y, z[i] = guide.centre.z;
+    normal_x[i] = guide.normal.x, normal_y[i] = guide.normal.y, normal_z[i] = guide.normal.z;
+    half[i] = guide.half;
+  }
+  /// 0 for those of the first `count` that Target::density() is 0 of, but for few.
+  void may_meet(Vec3f from, Vec3f w, size_t count, std::array<float, N>& may) const {
+    constexpr float kCorner = 2.02f;  // squared, of the half side; Target's, and some rounding
+    for (size_t i = 0; i < count; ++i) {
+      const Vec3f c{x[i] - from.x, y[i] - from.y, z[i] - from.z};
+      const Vec3f n{normal_x[i], normal_y[i], normal_z[i]};
+      const float along = dot(w, n), away = dot(c, n);
+      const Vec3f off = w * away - c * along;
+      const float reach = half[i] * along;
+      may[i] = (away * along >= 0) & (dot(off, off) <= kCorner * reach * reach) ? 1.0f : 0.0f;
+    }
+  }
+};
+
 inline bool is_unit(Vec3f v) { return std::fabs(dot(v, v) - 1) < 1e-3f; }
 
 /// What a guide is of a receiver's view, cosine included, unshadowed: times radiosity, the

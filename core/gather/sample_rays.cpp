@@ -157,10 +157,12 @@ SampleRays::SampleRays(const Directions& directions, const Guiding& guiding, con
   for (uint32_t slot = 0; slot < kMostUsed; ++slot) {
     if (!shares_.eighth[slot]) continue;
     const uint32_t guide = shares_.guide[slot];
-    if (guide < RayShares::kFirstBeam)
+    if (guide < RayShares::kFirstBeam) {
       targets_[slot] = Target(guiding.guides[guide], origin_);
-    else
+      squares_.set(slot, guiding.guides[guide]);
+    } else {
       beam_[slot] = &beams[guide - RayShares::kFirstBeam];
+    }
   }
 }
 
@@ -209,8 +211,11 @@ float SampleRays::weight(uint32_t ray, Vec3f w, float t, const direct::Receiver&
   const uint32_t own_slot = slot_of(ray).first;
   const float all = float(count_);
   PowerHeuristic heuristic(double(cosine * (all - float(kParts * guided_))), own_slot == kMostUsed);
+  alignas(64) std::array<float, kMostUsed> may;
+  squares_.may_meet(origin_, w, kMostUsed, may);
   for (uint32_t slot = 0; slot < kMostUsed; ++slot) {
     if (!shares_.eighth[slot]) continue;
+    if (!beam_[slot] && !(may[slot] > 0) && slot != own_slot) continue;
     const float density =
         beam_[slot] ? beam_[slot]->density(w, t, at, caster, in_beam) : targets_[slot].density(w);
     heuristic.add(double(kParts * shares_.eighth[slot]) * double(density), slot == own_slot);

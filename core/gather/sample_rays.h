@@ -167,6 +167,7 @@ class SampleRays {
   uint32_t guided_ = 0;  // of each part
   RayShares shares_;
   std::array<Target, kMostUsed> targets_;
+  GuideSquares<kMostUsed> squares_;            // of the targets
   std::array<const Beam*, kMostUsed> beam_{};  // of a slot; null: it has a target
 };
 

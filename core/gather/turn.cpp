@@ -18,28 +18,29 @@ GuideColumns::GuideColumns(std::span<const Guide> all) : guides(all) {
   constexpr size_t kLanes = 16;
   padded = (guides.size() + kLanes - 1) / kLanes * kLanes;
   for (size_t g = 0; g < guides.size(); ++g) {
-    const Guide& guide = guides[g];
-    x[g] = guide.centre.x, y[g] = guide.centre.y, z[g] = guide.centre.z;
-    normal_x[g] = guide.normal.x, normal_y[g] = guide.normal.y, normal_z[g] = guide.normal.z;
-    half[g] = guide.half, brought[g] = guide.radiosity / guide.around;
+    squares.set(g, guides[g]);
+    brought[g] = guides[g].radiosity / guides[g].around;
   }
 }
 
 Turn::Turn(const GuideColumns& guides, const Beams& beams, Vec3f from, Vec3f n)
-    : guides_(guides.guides), beams_(beams), from_(from), normal_(n) {
+    : columns_(guides), guides_(guides.guides), beams_(beams), from_(from), normal_(n) {
+  const GuideSquares<kMostGuides>& at = guides.squares;
   alignas(64) std::array<float, kMostGuides> share;
   for (size_t g = 0; g < guides.padded; ++g)
-    share[g] = guides.brought[g] *
-               share_of_view({guides.x[g], guides.y[g], guides.z[g]},
-                             {guides.normal_x[g], guides.normal_y[g], guides.normal_z[g]},
-                             guides.half[g], from, n);
+    share[g] = guides.brought[g] * share_of_view({at.x[g], at.y[g], at.z[g]},
+                                                 {at.normal_x[g], at.normal_y[g], at.normal_z[g]},
+                                                 at.half[g], from, n);
+  size_t count = 0;
+  float all = 0;
   const auto add = [&](size_t which, float own) {
-    if (!(own > 0)) return;
-    which_[count_] = uint8_t(which), share_[count_] = own;
-    all_ += own, ++count_;
+    which_[count] = uint16_t(which), share_[count] = own;
+    const bool brings = own > 0;
+    all += brings ? own : 0.0f, count += brings;
   };
   for (size_t g = 0; g < guides_.size(); ++g) add(g, share[g]);
   for (size_t b = 0; b < beams_.size(); ++b) add(guides_.size() + b, beams_[b].share(from, n));
+  count_ = count, all_ = all;
   if (all_ > 0) guided_ = all_ / std::max(2 * all_, all_ + 1);
 }
 
@@ -72,8 +73,11 @@ float Turn::weight(const Aim& aim, float t, const direct::Receiver& at,
   if (!(cosine > 0)) return 0;
   const bool by_guide = aim.guide != scene::kNone;
   PowerHeuristic heuristic(double(cosine * (1 - guided_)), !by_guide);
+  alignas(64) std::array<float, kMostGuides> may;
+  columns_.squares.may_meet(from_, aim.w, columns_.padded, may);
   for (size_t i = 0; i < count_; ++i) {
     const size_t g = which_[i];
+    if (g < guides_.size() && !(may[g] > 0) && g != aim.guide) continue;
     const float density = g < guides_.size()
                               ? Target(guides_[g], from_).density(aim.w)
                               : beams_[g - guides_.size()].density(aim.w, t, at, caster, in_beam);

@@ -7,15 +7,14 @@
 
 namespace deltalux::gather {
 
-/// What Turn reads of every guide, column by column: one by one they lie too far apart.
+/// What Turn reads of every guide.
 struct GuideColumns {
   explicit GuideColumns(std::span<const Guide> guides);
 
   std::span<const Guide> guides;
   size_t padded =
       0;  ///< a multiple of the lanes of a vector; those beyond the guides bring nothing
-  alignas(64) std::array<float, kMostGuides> x{}, y{}, z{};  ///< centre
-  alignas(64) std::array<float, kMostGuides> normal_x{}, normal_y{}, normal_z{}, half{};
+  GuideSquares<kMostGuides> squares;
   alignas(64) std::array<float, kMostGuides> brought{};  ///< if it filled the view
 };
 
@@ -31,11 +30,12 @@ class Turn {
                bool& in_beam) const;
 
  private:
+  const GuideColumns& columns_;
   std::span<const Guide> guides_;
   const Beams& beams_;
   Vec3f from_, normal_;
   size_t count_ = 0;  // of those that bring something
-  std::array<uint8_t, kMostGuides + kMostBeams> which_;
+  std::array<uint16_t, kMostGuides + kMostBeams> which_;
   std::array<float, kMostGuides + kMostBeams> share_;
   float all_ = 0, guided_ = 0;  // of the shares; chance of guides together
 };

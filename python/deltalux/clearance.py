@@ -8,7 +8,6 @@ from itertools import product
 
 import numpy as np
 
-from .covered_places import covered_places
 from .display_mesh import DisplayMesh
 from .scene import Scene
 from .surfaces import Surfaces
@@ -58,7 +57,7 @@ class Clearance:
             tried = covered[first[covered] + turn < first[covered + 1]]
             triangles = order[first[tried] + turn] // 3
             places = _inside(self._vertices, display, tried, triangles, share)
-            is_open = ~_covered(self._surfaces, places, self._surfaces.normals[triangles])
+            is_open = ~self._surfaces.cover.covers(places, self._surfaces.normals[triangles])
             moved = tried[is_open]
             samples[moved] = _inside(display.points, display, moved, triangles[is_open], share)
             covered = np.setdiff1d(covered, moved, assume_unique=True)
@@ -101,12 +100,4 @@ def covered_samples(surfaces: Surfaces) -> np.ndarray:
     (n,) bool: nearly every ray from the sample soon meets something, or meets it from behind.
     """
     points, normals = surfaces.display.world(surfaces.scene, surfaces.poses, samples=True)
-    return _covered(surfaces, points, normals)
-
-
-def _covered(surfaces: Surfaces, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    def is_open(origins: np.ndarray, directions: np.ndarray, contact: float) -> np.ndarray:
-        hits = surfaces.intersect(origins, directions)
-        return ~hits.hit | (hits.facing & (hits.distance > contact))
-
-    return covered_places(points, normals, surfaces.display.spacing, is_open)
+    return surfaces.cover.covers(points, normals)

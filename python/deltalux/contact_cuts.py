@@ -9,6 +9,7 @@ import numpy as np
 
 from .contact_lines import contact_lines
 from .contact_sides import open_sides
+from .covered_places import Cover
 from .line_splitting import CutMesh, split_along
 from .vectors import normals_by_area, same_places, triangle_areas, unit
 
@@ -58,7 +59,8 @@ def cut_at_contacts(
     places = same_places(points[: base.max() + 1])[base[static]]
     lines = contact_lines(corners, number[parent[own]], faces, places, GAP * spacing, tolerance)
     normals = unit(normals_by_area(corners))[lines.triangle]
-    sides = open_sides(lines, normals, faces, ASIDE * spacing, spacing)
+    cover = Cover.of(points, base[static], _again(places), spacing)
+    sides = open_sides(lines, normals, cover, ASIDE * spacing)
     kept = np.flatnonzero(sides.any(axis=1))
     lines = replace(lines.those(kept), triangle=own[lines.triangle[kept]])
     most = min(max_points, len(points) + max(FEW_ADDED, int(MOST_ADDED * len(points))))
@@ -76,6 +78,14 @@ def _worth_cutting(corners: np.ndarray, spacing: float) -> np.ndarray:
     edges = corners - corners[:, (1, 2, 0)]
     longest = np.sqrt(np.einsum("kci,kci->kc", edges, edges).max(axis=1, initial=0.0))
     return (longest >= SMALLEST * spacing) & (2 * triangle_areas(corners) >= NARROWEST * spacing * longest)
+
+
+def _again(triangles: np.ndarray) -> np.ndarray:
+    """(m,) bool: triangles whose corners are those of an earlier one, in whatever order."""
+    _, first = np.unique(np.sort(triangles, axis=1), axis=0, return_index=True)
+    again = np.ones(len(triangles), dtype=bool)
+    again[first] = False
+    return again
 
 
 def _junctions(points: np.ndarray, triangles: np.ndarray, shortest: float) -> np.ndarray:

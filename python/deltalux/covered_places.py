@@ -3,43 +3,58 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-DIRECTIONS = 12
-NEEDED = 3  # rays that must be free; where two boxes touch, one may seem so
+from . import _core
+
 LIFT = 1e-3  # of the spacing; where a ray leaves the surface
 CONTACT = 0.1  # of the spacing; a gap this narrow counts as closed
 
-IsOpen = Callable[[np.ndarray, np.ndarray, float], np.ndarray]
 
-
-def covered_places(points: np.ndarray, normals: np.ndarray, spacing: float, is_open: IsOpen) -> np.ndarray:
-    """Find places under a bookcase, behind a frame, inside a column.
+class Cover:
+    """Surfaces that may stand on others.
 
     Parameters
     ----------
-    points, normals : (n, 3) of surfaces
+    layers : ray casters: of triangles that are counter-clockwise on a side that light may reach, and, where
+        there are any, of those that lie in the place of one of them, wound the other way
+    origin : (3,), of the casters' coordinates
     spacing : metres, of samples there
-    is_open : for rays (origins (k, 3), directions (k, 3)) whether each (k,) meets nothing, or a side that
-        light may reach, farther than a distance
-
-    Returns
-    -------
-    (n,) bool: nearly every ray soon meets something, or meets it from behind.
     """
-    tangent = np.cross(normals, np.where(np.abs(normals[:, :1]) < 0.7, [1.0, 0, 0], [0, 1.0, 0]))
-    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
-    bitangent = np.cross(normals, tangent)
-    origins = points + LIFT * spacing * normals
-    open_rays = np.zeros(len(points), dtype=np.int64)
-    for index in range(DIRECTIONS):
-        left = np.flatnonzero(open_rays < NEEDED)
-        share, turn = (index + 0.5) / DIRECTIONS, 2.399963 * index  # the golden angle
-        across, up = np.sqrt(share), np.sqrt(1 - share)
-        direction = (
-            across * (np.cos(turn) * tangent[left] + np.sin(turn) * bitangent[left]) + up * normals[left]
+
+    def __init__(self, layers: Sequence[Any], origin: np.ndarray, spacing: float) -> None:
+        self._layers = layers
+        self._origin = origin
+        self._spacing = spacing
+
+    @classmethod
+    def of(cls, vertices: np.ndarray, triangles: np.ndarray, second: np.ndarray, spacing: float) -> Cover:
+        """Of triangles (m, 3) of which `second` (m,) marks those that belong to the second layer."""
+        used = vertices[triangles.ravel()]
+        origin = 0.5 * (used.min(axis=0) + used.max(axis=0)) if len(used) else np.zeros(3)
+        local = (vertices - origin).astype(np.float32)
+        layers = [triangles[chosen].astype(np.uint32) for chosen in (~second, second) if chosen.any()]
+        return cls([_core.RayCaster(local, layer) for layer in layers], origin, spacing)
+
+    def covers(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Find places under a bookcase, behind a frame, inside a column.
+
+        Parameters
+        ----------
+        points, normals : (n, 3) of surfaces
+
+        Returns
+        -------
+        (n,) bool: nearly every ray soon meets something, or meets it from behind.
+        """
+        if not self._layers:
+            return np.zeros(len(points), dtype=bool)
+        lifted = points + LIFT * self._spacing * normals - self._origin
+        front, *behind = self._layers
+        covered = front.covered(
+            lifted.astype(np.float32), normals.astype(np.float32), CONTACT * self._spacing, *behind
         )
-        open_rays[left] += is_open(origins[left], direction, CONTACT * spacing)
-    return open_rays < NEEDED
+        return np.asarray(covered).astype(bool)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from .covered_places import Cover
 from .display_mesh import DisplayMesh, Poses
 from .scene import Scene
 from .vectors import normals_by_area
@@ -86,6 +87,11 @@ class Surfaces:
             if len(numbers):
                 faces = display.triangles[numbers].astype(np.uint32)
                 self._casters.append((numbers, caster(vertices, faces, threads)))
+
+    @property
+    def cover(self) -> Cover:
+        """They themselves, as what may stand on places."""
+        return Cover([caster for _, caster in self._casters], self._origin, self.display.spacing)
 
     def intersect(self, origins: np.ndarray, directions: np.ndarray) -> Hits:
         """First hits of rays, each (k, 3)."""

@@ -47,6 +47,36 @@ TEST(Guide, ChancesOfDirectionsAddUpToOne) {
   }
 }
 
+TEST(Guide, WhatSquaresRuleOutHasNoDensity) {
+  std::vector<Guide> guides;
+  for (uint32_t g = 0; g < kMostUsed; ++g) {
+    Guide guide = ramp(random_direction(g, 5) * std::ldexp(1.0f, int(g) - 2), 0.2f);
+    guide.normal = random_direction(g, 6);
+    guides.push_back(guide);
+  }
+  GuideSquares<kMostUsed> squares;
+  for (uint32_t g = 0; g < kMostUsed; ++g) squares.set(g, guides[g]);
+  size_t ruled_out = 0, dense = 0;
+  constexpr uint32_t kCount = 1 << 16;
+  for (uint32_t i = 0; i < kCount; ++i) {
+    const Vec3f from = random_direction(i, 8) * 0.5f;
+    // Every second one towards a guide's rim.
+    const auto r = sobol::sample(i, 9);
+    const Guide& guide = guides[i / 2 % kMostUsed];
+    const Vec3f w = i % 2 ? random_direction(i, 10)
+                          : normalize(guide.point(1.1f * r[0] - 0.05f, i % 4 ? r[1] : 1) - from);
+    alignas(64) std::array<float, kMostUsed> may;
+    squares.may_meet(from, w, kMostUsed, may);
+    for (uint32_t g = 0; g < kMostUsed; ++g) {
+      const bool is_dense = Target(guides[g], from).density(w) > 0;
+      ruled_out += !(may[g] > 0), dense += is_dense;
+      ASSERT_FALSE(is_dense && !(may[g] > 0)) << i << ", guide " << g;
+    }
+  }
+  EXPECT_GT(ruled_out, 5 * kCount);
+  EXPECT_GT(dense, kCount / 4);
+}
+
 TEST(Guide, DirectionsComeByTheirChances) {
   const Guide guide = ramp();
   const Vec3f from{1.5f, 0.6f, 0.5f};

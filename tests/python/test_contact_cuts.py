@@ -7,6 +7,7 @@ import deltalux as dl
 import numpy as np
 import pytest
 from deltalux.clearance import Clearance
+from deltalux.covered_places import Cover
 from deltalux.display_mesh import BOTH, DisplayMesh, refine
 from deltalux.shared_samples import shared
 from deltalux.surfaces import Surfaces
@@ -96,6 +97,22 @@ def test_samples_stand_on_the_open_side_and_on_both_of_a_sheet():
         aside = mesh.sample_points[above, 0] - FOOT - thick / 2
         assert (np.abs(aside) > 0.001).all()
         assert ((aside > 0).mean() == 1) if sides == 1 else ((aside > 0).mean() == 0.5)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_sheet_covers_neither_of_its_sides_whichever_way_its_triangles_are_listed(turned: bool):
+    low = np.array([(0, 0, 0), (1, 0, 0), (1, 0, 1), (0, 0, 1)], dtype=float)
+    lid = low + np.array([0, 0.001, 0])
+    up, down = np.array([(0, 2, 1), (0, 3, 2)]), np.array([(0, 1, 2), (0, 2, 3)])
+    sheet = np.vstack([down, up] if turned else [up, down])
+    second = np.arange(4) >= 2
+    points, normals = np.array([(0.4, 2.0, 0.3)] * 2), np.array([(0.0, -1, 0), (0, 1, 0)])
+    assert not Cover.of(low, sheet, second, 0.3).covers(points, normals).any()
+    # Under a lid that is one-sided, and lies on it: what meets the lid meets its back.
+    points, normals = np.array([(0.5, 0, 0.5)] * 2), np.array([(0.0, 1, 0), (0, -1, 0)])
+    both = np.vstack([sheet, up + 4])
+    cover = Cover.of(np.vstack([low, lid]), both, np.append(second, [False] * 2), 0.3)
+    np.testing.assert_array_equal(cover.covers(points, normals), [True, False])
 
 
 @settings(max_examples=30, deadline=None)
