@@ -249,14 +249,14 @@ void bind_session(nb::module_& m) {
           nb::arg("progress").none())
       .def(
           "gather_at",
-          [](const Session& s, const Rows<float, 3>& points, const Rows<float, 3>& normals,
-             uint32_t rays, bool by_need, bool direct, bool indirect, nb::object callback) {
+          [](Session& s, const Rows<float, 3>& points, const Rows<float, 3>& normals, uint32_t rays,
+             bool by_need, size_t keep_bytes, bool direct, bool indirect, nb::object callback) {
             const std::vector<Vec3f> p = to_vectors(points), n = to_vectors(normals);
             if (p.size() != n.size()) throw OptionError("at: points and normals differ in length");
             std::vector<double> straight(direct ? 3 * p.size() : 0),
                 around(indirect ? 3 * p.size() : 0), noise(indirect ? p.size() : 0);
             run(callback, [&](Progress& progress) {
-              s.gather_at(p, n, rays, by_need, direct ? straight.data() : nullptr,
+              s.gather_at(p, n, {rays, by_need, keep_bytes}, direct ? straight.data() : nullptr,
                           indirect ? around.data() : nullptr, indirect ? noise.data() : nullptr,
                           progress);
             });
@@ -268,7 +268,7 @@ void bind_session(nb::module_& m) {
                 make_array(std::move(noise), {p.size()}));
           },
           nb::arg("points"), nb::arg("normals"), nb::arg("rays"), nb::arg("by_need"),
-          nb::arg("direct"), nb::arg("indirect"), nb::arg("progress").none())
+          nb::arg("keep_bytes"), nb::arg("direct"), nb::arg("indirect"), nb::arg("progress").none())
       .def("visible",
            [](const Session& s, const Rows<float, 3>& from, const Rows<float, 3>& to) {
              const std::vector<Vec3f> a = to_vectors(from), b = to_vectors(to);
@@ -363,6 +363,8 @@ void bind_session(nb::module_& m) {
                gather["cells"] = state.gather->cells.size();
                gather["ray_bytes"] = looks.bytes();
                gather["ray_bytes_in_use"] = looks.bytes_in_use();
+               gather["kept_bytes"] = s.kept() ? s.kept()->bytes() : 0;
+               gather["kept_taken"] = s.kept() ? s.kept()->taken() : 0;
                out["gather"] = gather;
              }
              out["samples"] = state.samples.size();

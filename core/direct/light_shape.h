@@ -18,6 +18,7 @@ struct Receiver {
   float plane = 0;                 ///< scene::Scene::slack_of what it lies on
   uint64_t key = 0;                ///< of random numbers that stay while it moves
   float slack() const { return position_slack(point) + plane; }
+  friend bool operator==(const Receiver&, const Receiver&) = default;
 };
 
 /// Of a place, never of its number: other samples change nothing.

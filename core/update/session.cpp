@@ -299,6 +299,7 @@ size_t Session::bytes() const {
                pending_.capacity() * sizeof(PendingPath) +
                receivers_.capacity() * sizeof(direct::Receiver);
   if (direct_) sum += direct_->bytes();
+  if (kept_) sum += kept_->bytes();
   if (s.gather)
     sum += s.gather->cells.bytes() + s.gather->looks.bytes() + s.gather->coverage.bytes() +
            s.gather->beams.bytes() + s.gather->sums.bytes() + s.gather->light.bytes() +

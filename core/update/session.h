@@ -16,6 +16,7 @@
 #include "gather/pool_errors.h"
 #include "scene/edit.h"
 #include "update/affected.h"
+#include "update/kept_places.h"
 #include "update/path_update.h"
 #include "update/state.h"
 
@@ -93,13 +94,16 @@ class Session {
   /// something, gathered light is read of samples whose rays were cast again and of an eighth of
   /// the others, in turn; the rest keep theirs.
   void glance(float* values);
-  /// Direct and indirect irradiance at any points, each x 3, gathered anew along `rays` where that
-  /// is not 0: of sessions that gather. What is null is not asked for. `by_need`: see
-  /// direct::light_by_need. `noise`: of indirect light, standard error of the channels' sum by the
-  /// choice of rays alone, somewhat overrated; one each.
-  void gather_at(std::span<const Vec3f> points, std::span<const Vec3f> normals, uint32_t rays,
-                 bool by_need, double* direct, double* indirect, double* noise,
-                 Progress& progress) const;
+  struct Asked {
+    uint32_t rays = 0;      ///< to gather along; 0: as the session does
+    bool by_need = false;   ///< see direct::light_by_need
+    size_t keep_bytes = 0;  ///< what places saw is kept for the next time, at most so much of it
+  };
+  /// Direct and indirect irradiance at any points, each x 3: of sessions that gather. What is null
+  /// is not asked for. `noise`: of indirect light, standard error of the channels' sum by the
+  /// choice of rays alone, somewhat overrated; one each. Throws Cancelled.
+  void gather_at(std::span<const Vec3f> points, std::span<const Vec3f> normals, const Asked& asked,
+                 double* direct, double* indirect, double* noise, Progress& progress);
   /// Surface gradient, samples x 3 channels x 3 axes (world), from all stored segments.
   void read_gradient(double* gradient, Progress& progress);
   /// Sums of all batches and groups in quanta, samples x 3, without direct light by shadow rays.
@@ -119,6 +123,8 @@ class Session {
 
   const State& state() const { return *state_; }
   const direct::DirectLight* direct() const { return direct_.get(); }
+  /// Null where nothing is kept.
+  const KeptPlaces* kept() const { return kept_.get(); }
 
   /// Snapshot: named arrays, see snapshot.cpp. Valid until the session changes.
   ArchiveView save() const;
@@ -176,12 +182,41 @@ class Session {
   /// How many rays each sample casts. `seen`: by all of them.
   void choose_rays(const gather::Evaluation& now, std::span<const gather::SeenGuides> seen,
                    Progress& progress);
-  /// What a few of `rays` tell about each place.
-  std::vector<gather::PilotLook> pilot(const Places& places, uint32_t rays,
-                                       const gather::Evaluation& now) const;
+  static constexpr uint64_t kPilotSeed = 0x70696c6f74212121ull;
+  /// How many receivers of so many rays each are looked at together.
+  static size_t seen_together(uint32_t rays);
+  /// Of so many receivers' pilots, where `rays` is the standard number.
+  static gather::RayCounts pilot_rays_of(size_t receivers, uint32_t rays);
+  /// What a few rays tell about each place, or about one whose pilots have cast theirs.
+  std::vector<gather::PilotLook> pilots_of(const Places& places, uint32_t rays,
+                                           const gather::Evaluation& now) const;
+  gather::PilotLook pilot_of(const gather::Looks& pilots, size_t number,
+                             const direct::Receiver& receiver, Vec3d direct,
+                             const gather::Evaluation& now) const;
+  /// Whether numbers of rays follow from pilots.
+  bool needs_pilots() const;
   /// How often the number of `rays` doubles at each.
-  std::vector<int8_t> doublings_of(const Places& places, uint32_t rays,
-                                   const gather::Evaluation& now) const;
+  std::vector<int8_t> doublings_of(std::span<const direct::Receiver> receivers,
+                                   std::span<const gather::PilotLook> pilots, uint32_t rays) const;
+  /// What receivers see. `direct`: their light from lamps.
+  std::unique_ptr<KeptPlaces::Batch> look_from(std::vector<direct::Receiver> receivers,
+                                               std::span<const Vec3d> direct, uint32_t rays,
+                                               const gather::Evaluation& now) const;
+  /// Their light from lamps; `kept` may be null.
+  std::vector<Vec3d> direct_of(std::span<const direct::Receiver> receivers, bool by_need,
+                               KeptPlaces* kept, Progress& progress) const;
+  /// Per light, its group's factor.
+  std::vector<double> dim_of_lights() const;
+  /// Brings what is kept to the present state. Where it throws nothing is kept.
+  void follow_kept(const gather::Evaluation& now, Progress& progress);
+  /// Those of `kept`, as it is followed, with as many rays as they need now.
+  std::vector<KeptPlaces::Place> find_kept(const KeptPlaces& kept,
+                                           std::span<const direct::Receiver> receivers,
+                                           std::span<const Vec3d> direct, uint32_t rays,
+                                           const gather::Evaluation& now) const;
+  void indirect_at(std::span<const direct::Receiver> receivers, std::span<const Vec3d> direct,
+                   uint32_t rays, const gather::Evaluation& now, KeptPlaces* kept, double* indirect,
+                   double* noise) const;
   std::vector<direct::Receiver> receivers_at(std::span<const Vec3f> points,
                                              std::span<const Vec3f> normals) const;
   /// Of those lights (per light: 1), by shadow rays.
@@ -207,8 +242,11 @@ class Session {
   void renew_share(size_t sample);
   std::vector<gather::RayShares> shares_of(std::span<const gather::SeenGuides> seen,
                                            const gather::RayCounts& rays) const;
-  gather::Looks looks_of(const Places& places, const gather::RayCounts& rays, uint64_t seed,
-                         const gather::Evaluation& now) const;
+  gather::Guiding guiding_of(std::span<const gather::SeenGuides> seen,
+                             const gather::RayCounts& rays) const;
+  gather::Looks looks_of(std::span<const direct::Receiver> receivers,
+                         const gather::Guiding& guiding, const gather::RayCounts& rays,
+                         uint64_t seed, const gather::Evaluation& now) const;
   /// Lets what samples see wait for Looks::follow().
   void note_looks(std::span<const ObjectChange> changes, bool lights);
   void note_beams(std::span<const uint32_t> objects, std::span<const Box> boxes,
@@ -252,6 +290,7 @@ class Session {
   std::unique_ptr<direct::DirectLight> direct_;
   std::vector<direct::Receiver> receivers_;  // per sample, in the present pose
   std::vector<PendingPath> pending_;
+  std::unique_ptr<KeptPlaces> kept_;  // of pictures, of the state that they saw last
   /// Frees what a cancelled call left behind, gigabytes perhaps, without making the caller wait.
   template <class T>
   void dispose(T&& waste) {

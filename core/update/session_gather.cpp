@@ -4,11 +4,9 @@
 #include <utility>
 
 #include "base/random.h"
-#include "direct/light_by_need.h"
 #include "direct/receivers.h"
 #include "gather/find_beams.h"
 #include "gather/find_guides.h"
-#include "gather/slit.h"
 #include "samples/placement.h"
 #include "update/landings.h"
 #include "update/session.h"
@@ -17,23 +15,16 @@
 namespace deltalux::update {
 namespace {
 
-constexpr size_t kTogether = size_t(1) << 22;  // rays between two looks at the cancel flag
 constexpr size_t kGrain = 64;
-constexpr size_t kBatch = size_t(1) << 16;  // points between two steps of progress
-constexpr size_t kReceivers = 4096;         // receivers that are looked at together, at most
-constexpr size_t kPlaces = 512;             // that tell about all, about
-constexpr uint64_t kPilotSeed = 0x70696c6f74212121ull;
+constexpr size_t kPlaces = 512;  // that tell about all, about
 constexpr float kUnder = 1e-3f;  // metres: the surface of a point is within
-
-/// How many receivers of so many rays each are looked at together.
-size_t portion(uint32_t rays) { return std::clamp(kTogether / rays, kGrain, kReceivers); }
 
 /// What a few rays of these receivers tell about all of theirs.
 gather::Looks::PerRay few_rays(const gather::Present& present, uint64_t seed,
                                const Workers& workers) {
   constexpr uint32_t kRays = 32;
   const std::vector<int8_t> as_told(present.receivers.size());
-  gather::Looks looks({as_told, kRays}, seed ^ kPilotSeed);
+  gather::Looks looks({as_told, kRays}, seed);
   Progress part;
   looks.cast(present, workers, part);
   return looks.per_ray();
@@ -44,6 +35,7 @@ gather::Looks::PerRay few_rays(const gather::Present& present, uint64_t seed,
 void Session::make_cells() {
   State& s = *state_;
   s.gather.reset();
+  kept_.reset();
   if (!s.options.gather_rays) return;
   s.gather = std::make_unique<Gather>(
       Gather{gather::Cells(s.scene, samples::scene_metre(s.scene, *s.caster)),
@@ -185,18 +177,22 @@ void Session::choose_rays(const gather::Evaluation& now, std::span<const gather:
   const std::vector<Vec3d> direct =
       irradiance_of(*direct_at(places, s.light_sampled), 0, places.size());
   Progress part;
-  s.guiding.need =
-      gather::RayNeed(pilot({places, guides_at(places, rays, part), direct}, rays, now), rays);
+  const std::vector<gather::SeenGuides> around = guides_at(places, rays, part);
+  s.guiding.need = gather::RayNeed(pilots_of({places, around, direct}, rays, now), rays);
   progress.begin("find noisy places", receivers_.size());
-  const size_t together = portion(rays);
+  const size_t together = seen_together(rays);
   for (size_t first = 0; first < receivers_.size(); first += together) {
     const size_t count = std::min(together, receivers_.size() - first);
-    const std::vector<int8_t> own =
-        doublings_of({std::span(receivers_).subspan(first, count),
-                      s.guiding.empty() ? seen : seen.subspan(first, count),
-                      irradiance_of(*direct_, first, count)},
-                     rays, now);
-    std::copy(own.begin(), own.end(), s.guiding.doublings.begin() + long(first));
+    const std::span<const direct::Receiver> receivers = std::span(receivers_).subspan(first, count);
+    if (needs_pilots()) {
+      const std::vector<Vec3d> straight = irradiance_of(*direct_, first, count);
+      const std::vector<int8_t> own = doublings_of(
+          receivers,
+          pilots_of({receivers, s.guiding.empty() ? seen : seen.subspan(first, count), straight},
+                    rays, now),
+          rays);
+      std::copy(own.begin(), own.end(), s.guiding.doublings.begin() + long(first));
+    }
     progress.advance(count);
     progress.check();
   }
@@ -208,44 +204,15 @@ void Session::choose_rays(const gather::Evaluation& now, std::span<const gather:
   const double all = double(counts.all());
   const bool weighted = !s.guiding.empty();
   const size_t before = forecast_.bytes;
-  forecast_.bytes =
-      size_t(double(before) +
-             all * few_rays(present(some, {}), s.options.seed, s.workers).bytes(weighted) -
-             ray_bytes(s, forecast_, all, weighted));
+  forecast_.bytes = size_t(
+      double(before) +
+      all * few_rays(present(some, {}), s.options.seed ^ kPilotSeed, s.workers).bytes(weighted) -
+      ray_bytes(s, forecast_, all, weighted));
   // Where memory is short all samples cast the standard number, as was forecast.
   if (fits(counts)) return;
   forecast_.bytes = before;
   s.guiding.need = {};
   s.guiding.doublings.assign(receivers_.size(), 0);
-}
-
-gather::Looks Session::looks_of(const Places& places, const gather::RayCounts& rays, uint64_t seed,
-                                const gather::Evaluation& now) const {
-  const State& s = *state_;
-  Progress part;
-  gather::Looks looks(rays, seed);
-  const gather::Guiding guiding{
-      s.guiding.guides, s.guiding.beams, {}, {}, {}, shares_of(places.seen, looks.rays())};
-  looks.cast(present(places.receivers, guiding), s.workers, part);
-  looks.paint(now.paint(), s.workers);
-  return looks;
-}
-
-std::vector<gather::PilotLook> Session::pilot(const Places& places, uint32_t rays,
-                                              const gather::Evaluation& now) const {
-  const State& s = *state_;
-  const std::vector<int8_t> few(places.receivers.size(), int8_t(gather::RayCounts::kLeast));
-  const gather::Looks looks = looks_of(places, {few, rays}, s.options.seed ^ kPilotSeed, now);
-  std::vector<gather::PilotLook> out(places.receivers.size());
-  s.workers.for_blocks(out.size(), kGrain, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      out[i] = now.pilot(looks, i);
-      const Vec3d direct = places.direct[i];
-      out[i].irradiance += float(direct.x + direct.y + direct.z);
-      out[i].beside = s.gather->beams.beside(places.receivers[i].point);
-    }
-  });
-  return out;
 }
 
 gather::Looks::PerRay Session::pilot_rays() const {
@@ -259,30 +226,7 @@ gather::Looks::PerRay Session::pilot_rays() const {
     normals.push_back(pose.direction(s.samples.normal[i]));
   }
   const std::vector<direct::Receiver> receivers = receivers_at(points, normals);
-  return few_rays(present(receivers, {}), s.options.seed, s.workers);
-}
-
-std::vector<int8_t> Session::doublings_of(const Places& places, uint32_t rays,
-                                          const gather::Evaluation& now) const {
-  const State& s = *state_;
-  const std::span<const direct::Receiver> receivers = places.receivers;
-  std::vector<int8_t> doublings(receivers.size());
-  if (!(s.guiding.need.noise > 0 || s.guiding.need.beside > 0)) return doublings;
-  const std::vector<gather::PilotLook> pilots = pilot(places, rays, now);
-  const gather::Present here = present(receivers, s.guiding);
-  const gather::SlitFinder in_slit(here, s.options.seed);
-  // What is dark under some of the lamps alone may be noisy under others.
-  bool all_lit = true;
-  for (const trace::Light& light : s.lights) all_lit &= light.on && s.group_factor[light.group] > 0;
-  const int least = all_lit ? gather::RayCounts::kLeast : 0;
-  s.workers.for_blocks(doublings.size(), kGrain, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      int own = s.guiding.need.doublings(pilots[i], rays, least);
-      if (own < 0 && !in_slit(receivers[i])) own = 0;
-      doublings[i] = int8_t(own);
-    }
-  });
-  return doublings;
+  return few_rays(present(receivers, {}), s.options.seed ^ kPilotSeed, s.workers);
 }
 
 std::vector<gather::RayShares> Session::shares_of(std::span<const gather::SeenGuides> seen,
@@ -358,55 +302,6 @@ std::vector<direct::Receiver> Session::receivers_at(std::span<const Vec3f> point
                               s.workers);
 }
 
-void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> normals,
-                        uint32_t rays, bool by_need, double* direct, double* indirect,
-                        double* noise, Progress& progress) const {
-  check_whole();
-  const State& s = *state_;
-  if (!s.gather) throw OptionError("at: this session does not gather");
-  if (!rays) rays = s.options.gather_rays;
-  const std::optional<gather::Evaluation> now = indirect ? evaluation(false) : std::nullopt;
-  const std::vector<uint8_t> all(s.lights.size(), 1);
-  std::vector<double> dim;
-  for (const trace::Light& light : s.lights) dim.push_back(s.group_factor[light.group]);
-  const size_t together =
-      indirect ? portion(gather::RayCounts::rays(rays, gather::RayCounts::kMost)) : kBatch;
-  progress.announce(indirect ? "gather" : "direct light", points.size());
-  for (size_t first = 0; first < points.size(); first += together) {
-    const size_t count = std::min(together, points.size() - first);
-    const std::vector<direct::Receiver> receivers =
-        receivers_at(points.subspan(first, count), normals.subspan(first, count));
-    std::vector<Vec3d> straight(count);
-    if (by_need)
-      direct::light_by_need({*s.caster, s.lights, all, receivers}, dim, s.options.seed, s.workers,
-                            progress, straight);
-    else
-      straight = irradiance_of(*direct_at(receivers, all), 0, count);
-    const auto write = [first](double* out, size_t i, Vec3d value) {
-      for (int c = 0; c < 3; ++c) out[3 * (first + i) + size_t(c)] = value[c];
-    };
-    if (direct)
-      for (size_t i = 0; i < count; ++i) write(direct, i, straight[i]);
-    if (indirect) {
-      Progress part;
-      const std::vector<gather::SeenGuides> seen = guides_at(receivers, rays, part);
-      const Places places{receivers, seen, straight};
-      const gather::Looks looks =
-          looks_of(places, {doublings_of(places, rays, *now), rays}, s.options.seed, *now);
-      s.workers.for_blocks(count, kGrain, [&](size_t begin, size_t end) {
-        for (size_t i = begin; i < end; ++i) {
-          double around[3], error[3];
-          now->read(looks, i, around, error);
-          write(indirect, i, {around[0], around[1], around[2]});
-          if (noise) noise[first + i] = std::sqrt(double(now->pilot(looks, i).variance));
-        }
-      });
-    }
-    progress.advance(count);
-    progress.check();
-  }
-}
-
 void Session::restore_looks(ArchiveSource& archive, Progress& progress) {
   State& s = *state_;
   if (!s.gather) return;
@@ -471,6 +366,7 @@ void Session::note_looks(std::span<const ObjectChange> changes, bool lights) {
   const gather::Suns suns(s.guiding.suns, s.lights);
   change.suns = !(suns == s.gather->suns);
   s.gather->suns = suns;
+  if (kept_) kept_->note(change);
   s.gather->looks.note(present(receivers_, s.guiding), change);
 }
 

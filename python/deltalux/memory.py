@@ -7,6 +7,7 @@ import ctypes
 from pathlib import Path
 
 SHARE = 0.9  # of what is free
+KEPT = 2**30, 0.25  # bytes that pictures may leave for the next one, and of what is free
 
 
 def available_memory() -> int:
@@ -35,6 +36,13 @@ def available_memory() -> int:
     except (ImportError, OSError):
         pass
     return int(SHARE * min(limits)) if limits else 0
+
+
+def bytes_to_keep() -> int:
+    """How much of what a picture found may be kept for the next one."""
+    most, share = KEPT
+    free = available_memory()
+    return min(most, int(share * free)) if free else most
 
 
 def return_free_memory() -> None:

@@ -7,24 +7,23 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from . import _core, core_session, snapshot
 from .calls import Calls, long_call, short_call
 from .core_session import SessionOptions
 from .errors import OptionError
 from .flatten import flatten
-from .interpolation import Interpolator, Interpolators
+from .interpolation import Interpolators
 from .planning import Plan, machine_constants, read_plan
 from .results import Frame, Result
 from .samples import Samples
 from .scene import Mesh, Scene, rigid_pose
 from .segments import MAX_BOUNCES, Progress
-from .session_vertices import SessionVertices
+from .session_places import SessionPlaces
 from .units import PHOTOPIC_WEIGHTS
 
 
-class Session(SessionVertices):
+class Session(SessionPlaces):
     """Global illumination of a scene at samples, kept exact under edits.
 
     Parameters
@@ -371,84 +370,6 @@ class Session(SessionVertices):
 
     def _gradient(self) -> np.ndarray:
         return self._baked_session().gradient(self.progress)
-
-    @long_call
-    def at(
-        self,
-        points: ArrayLike,
-        normals: ArrayLike,
-        *,
-        gradients: bool = False,
-        part: str = "all",
-        rays: int | None = None,
-        by_need: bool = False,
-    ) -> np.ndarray:
-        """Irradiance at other surface points: gathered there, or interpolated from the samples nearby.
-
-        A session that gathers casts as many rays from a point as its noise now asks for. A sample keeps
-        the number of the bake, so after edits the two may differ by the noise of their rays.
-
-        Parameters
-        ----------
-        points, normals : (m, 3), world space, metres
-        gradients : extrapolate each sample along its surface gradient (see `gradient`)
-            Takes a pass over all stored segments; pays where samples are sparse and paths many.
-            Of no use in a session that gathers.
-        part : "all", "direct" or "indirect"
-            Direct light, by shadow rays alone, is quickly had. Parts are those of a session that gathers.
-        rays : how many to gather along, where noise asks for no other number; None = as the session does
-        by_need : fewer shadow rays to lamps that bring little: sooner, direct light within half a per cent
-
-        Returns
-        -------
-        (m, 3) float64
-            Weights after Ward, Rubinstein & Clear (1988), gradients after Ward & Heckbert (1992)
-            from the moments of the crossings. Samples that something hides from a point do not
-            count; a point that no sample serves takes the nearest one of a like normal.
-            Edits that wait are applied first.
-
-        Raises
-        ------
-        OptionError
-            Where a number is not finite or beyond 1e15 m, or a normal is zero; with gather="off" also
-            where no sample is present, or a part is asked for.
-        """
-        asked = Samples(points, normals, radius=1.0)
-        core_session.check_asked(part, rays, self._options["gather"])
-        self._finish()
-        session = self._baked_session()
-        if self._options["gather"] != "off":
-            return self._gathered(asked, part, rays, by_need)[0]
-        present, interpolator = self._interpolation()
-
-        def visible(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-            return session.visible(self._flat.points(a), self._flat.points(b)).astype(bool)
-
-        slopes = self._gradient()[present] if gradients else None
-        values = self._read_irradiance()[present]
-        return interpolator(asked.points, asked.normals, values, slopes, visible)
-
-    @long_call
-    def indirect_at(self, points: ArrayLike, normals: ArrayLike, rays: int | None = None) -> tuple:
-        """Indirect irradiance (m, 3) at other points of a session that gathers, and (m,) how noisy it is.
-
-        The second is the standard error of the channels' sum by the choice of rays alone, somewhat
-        overrated; noise of the paths, which neighbours share, is not in it. The rest is as of `at`.
-        """
-        asked = Samples(points, normals, radius=1.0)
-        core_session.check_asked("indirect", rays, self._options["gather"])
-        self._finish()
-        return self._gathered(asked, "indirect", rays, False)
-
-    def _gathered(self, asked: Samples, part: str, rays: int | None, by_need: bool) -> tuple:
-        return self._baked_session().gather_at(
-            self._flat.points(asked.points), asked.normals.astype(np.float32), rays or 0, by_need,
-            part != "indirect", part != "direct", self.progress,
-        )  # fmt: skip
-
-    def _interpolation(self) -> tuple[np.ndarray, Interpolator]:
-        own = self.samples
-        return self._interpolators.over(own.points, own.normals, own.attached, self.poses)
 
     @property
     def result(self) -> Result:

@@ -121,23 +121,27 @@ EDITS = st.one_of(
 )
 
 
+def edit(session: dl.Session, kind: str, *values) -> None:
+    if kind == "dim":
+        session.dim(*values)
+    elif kind == "paint":
+        session.set_reflectance(values[0], (values[1],) * 3)
+    elif kind == "toggle":
+        (session.add if session.poses[values[0]] is None else session.remove)(values[0])
+    elif kind == "budget":
+        session.move(values[0], translation(values[1], 1.2, 0.4))
+        session.update(budget_ms=0.01)
+    else:
+        session.move(kind, translation(*values))
+
+
 @settings(max_examples=25, deadline=None)
 @given(edits=st.lists(EDITS, min_size=1, max_size=5))
 def test_updates_equal_recomputes(baked, edits):
-    for kind, *values in edits:
-        if kind == "dim":
-            baked.dim(*values)
-        elif kind == "paint":
-            baked.set_reflectance(values[0], (values[1],) * 3)
-        elif kind == "toggle":
-            (baked.add if baked.poses[values[0]] is None else baked.remove)(values[0])
-        elif kind == "budget":
-            baked.move(values[0], translation(values[1], 1.2, 0.4))
-            baked.update(budget_ms=0.01)
-            continue
-        else:
-            baked.move(kind, translation(*values))
-        baked.update()
+    for one in edits:
+        edit(baked, *one)
+        if one[0] != "budget":
+            baked.update()
     baked.update()
     digest, light = baked.digest(), baked.irradiance
     baked.recompute()

@@ -181,8 +181,9 @@ def run(
                 session.bake()
             counts = replace(counts_of_session(session), pixels=pixels)
             progress.begin("view")
+            edges_known = edges_into(progress, counts, rays)
             rendering = render_session(
-                session, camera=chosen, size=size, rays=rays, edges_known=edges_into(progress, counts, rays)
+                session, camera=chosen, size=size, rays=rays, keep=False, edges_known=edges_known
             )
             progress.begin("finish picture")
             picture = (

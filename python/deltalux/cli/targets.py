@@ -142,7 +142,8 @@ def _draw(
 ) -> None:
     """Write a picture in which each pixel has its own light; that of samples is too coarse for shadows."""
     progress.begin("view")
-    rendering = render_session(session, edges_known=edges_into(progress, counts_of_session(session)))
+    edges_known = edges_into(progress, counts_of_session(session))
+    rendering = render_session(session, keep=False, edges_known=edges_known)
     progress.begin("finish picture")
     picture = false_colour_picture(rendering) if false_colour else lit_picture(rendering)
     about = about_text(session.result) | {"command": command_line(words), "gathered": rendering.gathered}

@@ -21,8 +21,8 @@ class PointLight:
     The session's own callback hears of stages that many calls make up.
     """
 
-    def __init__(self, session: Session, rays: int) -> None:
-        self._session, self._rays = session, rays
+    def __init__(self, session: Session, rays: int, keep: bool) -> None:
+        self._session, self._rays, self._keep = session, rays, keep
         self._report = session.progress
         self._stage, self._steps, self._done = "", 1, 0
 
@@ -34,13 +34,16 @@ class PointLight:
     def direct(self, seen: Seen) -> Found:
         """Light (k, 3) without noise that is known."""
         points, normals = seen.point[seen.hit], seen.normal[seen.hit]
-        return self._at(seen, lambda: (self._session.at(points, normals, part="direct", by_need=True), 0.0))
+        session, keep = self._session, self._keep
+        return self._at(
+            seen, lambda: (session.at(points, normals, part="direct", by_need=True, keep=keep), 0.0)
+        )
 
     def indirect(self, seen: Seen, one_of: int = 1) -> Found:
         """Light (k, 3), and noise of the sum of its channels; by fewer rays for one of several places."""
         points, normals = seen.point[seen.hit], seen.normal[seen.hit]
         rays = max(RAY_COUNTS[0], self._rays // one_of)
-        return self._at(seen, lambda: self._session.indirect_at(points, normals, rays))
+        return self._at(seen, lambda: self._session.indirect_at(points, normals, rays, self._keep))
 
     def _at(self, seen: Seen, ask: Callable[[], tuple[np.ndarray, np.ndarray | float]]) -> Found:
         values, noise = np.zeros((len(seen), 3)), np.zeros(len(seen))

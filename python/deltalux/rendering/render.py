@@ -96,6 +96,7 @@ def render_session(
     size: tuple[int, int] = SIZE,
     rays: int | None = None,
     edge_rays: int = EDGE_RAYS,
+    keep: bool = True,
     edges_known: Callable[[float], object] | None = None,
 ) -> Rendering:
     """Find the light at each pixel's surface point: direct by shadow rays, indirect by final gather.
@@ -111,6 +112,8 @@ def render_session(
     size : (width, height) in pixels
     rays : to gather along at a place, see `Session.at`; None = as the session does, at most 192
     edge_rays : places in a pixel at an edge, besides its middle
+    keep : keep what places saw in memory, so that the next picture looks again only where an edit changed
+        something: up to a gibibyte, a quarter of the free memory at most, nothing under a `memory_limit`
     edges_known : is told, before any light is asked for, which share of the pixels lies at edges of
         surfaces; time depends most on it
 
@@ -122,7 +125,7 @@ def render_session(
     check_size(size, session.options["memory_limit"])
     if session.options["gather"] == "off":
         raise OptionError('render: found a session of gather="off", expected one that gathers')
-    light = PointLight(session, rays or min(int(session.options["gather"]), MOST_RAYS))
+    light = PointLight(session, rays or min(int(session.options["gather"]), MOST_RAYS), keep)
     scene = present_scene(session)
     display = session.samples.display or refine(scene, spacing=COARSE)
     surfaces = Surfaces(scene, display, session.poses, session.options["threads"] or 0)

@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Light of a session at other places than its samples: any points, and vertices of its display mesh."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import core_session, memory
+from .calls import long_call
+from .errors import OptionError
+from .interpolation import Interpolator, Interpolators
+from .samples import Samples
+from .segments import Progress
+from .session_facts import SessionFacts
+from .vertex_light import add_detail
+
+
+class SessionPlaces(SessionFacts):
+    """Light at any places. `Session` computes that of the samples."""
+
+    _interpolators: Interpolators
+    progress: Progress | None
+
+    def _read_irradiance(self) -> np.ndarray:
+        raise NotImplementedError
+
+    def _gradient(self) -> np.ndarray:
+        raise NotImplementedError
+
+    def _finish(self) -> None:
+        raise NotImplementedError
+
+    @property
+    @long_call
+    def vertex_irradiance(self) -> np.ndarray:
+        """(v, 3) float64: what `samples.display.at_vertices` makes of `irradiance`, with detailed shadows.
+
+        Vertices that refine shadows (`display.detail`) have direct light of their own, found anew in the
+        present state, in sessions that gather.
+
+        Raises
+        ------
+        OptionError
+            Where the samples are not on a display mesh.
+        """
+        display = self.samples.display
+        if display is None:
+            raise OptionError("vertex_irradiance: found other samples, expected Samples.on_vertices(scene)")
+        shown = display.at_vertices(self._read_irradiance()).copy()
+        return add_detail(shown, display, self._beyond())
+
+    @long_call
+    def direct_beyond_samples(self) -> np.ndarray | None:
+        """(d, 3): what `vertex_irradiance` adds at `samples.display.detail`; None where it adds nothing."""
+        return self._beyond()
+
+    def _beyond(self) -> np.ndarray | None:
+        """By how much their direct light exceeds what they take from samples: a function of the state."""
+        display, core = self.samples.display, self._baked_session()
+        if display is None or display.detail is None or self._options["gather"] == "off":
+            return None
+        own, _ = core.gather_at(
+            self._flat.points(display.sample_points[display.detail]),
+            display.normals[display.detail].astype(np.float32),
+            0, True, 0, True, False, None,
+        )  # fmt: skip
+        return own - display.at_vertices(core.read_direct())[display.detail]
+
+    @long_call
+    def at(
+        self,
+        points: ArrayLike,
+        normals: ArrayLike,
+        *,
+        gradients: bool = False,
+        part: str = "all",
+        rays: int | None = None,
+        by_need: bool = False,
+        keep: bool = False,
+    ) -> np.ndarray:
+        """Irradiance at other surface points: gathered there, or interpolated from the samples nearby.
+
+        A session that gathers casts as many rays from a point as its noise now asks for. A sample keeps
+        the number of the bake, so after edits the two may differ by the noise of their rays.
+
+        Parameters
+        ----------
+        points, normals : (m, 3), world space, metres
+        gradients : extrapolate each sample along its surface gradient (see `gradient`)
+            Takes a pass over all stored segments; pays where samples are sparse and paths many.
+            Of no use in a session that gathers.
+        part : "all", "direct" or "indirect"
+            Direct light, by shadow rays alone, is quickly had. Parts are those of a session that gathers.
+        rays : how many to gather along, where noise asks for no other number; None = as the session does
+        keep : keep what the points saw in memory, up to a gibibyte, so that the same points have their light
+            sooner after an edit; of sessions that gather
+        by_need : fewer shadow rays to lamps that bring little: sooner, direct light within half a per cent
+
+        Returns
+        -------
+        (m, 3) float64
+            Weights after Ward, Rubinstein & Clear (1988), gradients after Ward & Heckbert (1992)
+            from the moments of the crossings. Samples that something hides from a point do not
+            count; a point that no sample serves takes the nearest one of a like normal.
+            Edits that wait are applied first.
+
+        Raises
+        ------
+        OptionError
+            Where a number is not finite or beyond 1e15 m, or a normal is zero; with gather="off" also
+            where no sample is present, or a part is asked for.
+        """
+        asked = Samples(points, normals, radius=1.0)
+        core_session.check_asked(part, rays, self._options["gather"])
+        self._finish()
+        session = self._baked_session()
+        if self._options["gather"] != "off":
+            return self._gathered(asked, part, rays, by_need, keep)[0]
+        present, interpolator = self._interpolation()
+
+        def visible(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+            return session.visible(self._flat.points(a), self._flat.points(b)).astype(bool)
+
+        slopes = self._gradient()[present] if gradients else None
+        values = self._read_irradiance()[present]
+        return interpolator(asked.points, asked.normals, values, slopes, visible)
+
+    @long_call
+    def indirect_at(
+        self, points: ArrayLike, normals: ArrayLike, rays: int | None = None, keep: bool = False
+    ) -> tuple:
+        """Indirect irradiance (m, 3) at other points of a session that gathers, and (m,) how noisy it is.
+
+        The second is the standard error of the channels' sum by the choice of rays alone, somewhat
+        overrated; noise of the paths, which neighbours share, is not in it. With `keep` what the points
+        saw is kept in memory, so that the same points after an edit have their light sooner, to the bit
+        what it would be. The rest is as of `at`.
+        """
+        asked = Samples(points, normals, radius=1.0)
+        core_session.check_asked("indirect", rays, self._options["gather"])
+        self._finish()
+        return self._gathered(asked, "indirect", rays, False, keep)
+
+    def _gathered(self, asked: Samples, part: str, rays: int | None, by_need: bool, keep: bool) -> tuple:
+        keep_bytes = memory.bytes_to_keep() if keep and not self._options["memory_limit"] else 0
+        return self._baked_session().gather_at(
+            self._flat.points(asked.points), asked.normals.astype(np.float32), rays or 0, by_need, keep_bytes,
+            part != "indirect", part != "direct", self.progress,
+        )  # fmt: skip
+
+    def _interpolation(self) -> tuple[np.ndarray, Interpolator]:
+        own = self.samples
+        return self._interpolators.over(own.points, own.normals, own.attached, self.poses)
