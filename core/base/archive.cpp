@@ -12,12 +12,24 @@ std::vector<std::string> ArchiveView::names() const {
   return names;
 }
 
-void ArchiveView::append_bytes(const std::string& name, std::span<const std::byte> bytes) {
+void ArchiveView::append_piece(const std::string& name, Piece piece) {
   Array& array = arrays_[name];
-  if (bytes.empty()) return;
+  if (piece.bytes == 0) return;
   array.begin.push_back(array.bytes);
-  array.pieces.push_back(bytes);
-  array.bytes += bytes.size();
+  array.bytes += piece.bytes;
+  array.pieces.push_back(std::move(piece));
+}
+
+std::span<const std::byte> ArchiveView::Array::piece(size_t number) const {
+  const Piece& own = pieces[number];
+  if (!own.make) return own.at;
+  if (made != number + 1) {
+    made = 0;
+    last = own.make();
+    if (last.size() != own.bytes) throw Error("archive: a piece has another size than was told");
+    made = number + 1;
+  }
+  return last;
 }
 
 const ArchiveView::Array& ArchiveView::array(const std::string& name) const {
@@ -36,7 +48,7 @@ void ArchiveView::read(const std::string& name, size_t offset, std::span<std::by
       1;
   size_t skip = offset - from.begin[piece];
   for (; !to.empty(); ++piece, skip = 0) {
-    const std::span<const std::byte> rest = from.pieces[piece].subspan(skip);
+    const std::span<const std::byte> rest = from.piece(piece).subspan(skip);
     const size_t count = std::min(rest.size(), to.size());
     std::memcpy(to.data(), rest.data(), count);
     to = to.subspan(count);

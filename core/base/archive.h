@@ -4,6 +4,7 @@
 #pragma once
 #include <cstddef>
 #include <cstring>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -41,6 +42,18 @@ class ArchiveView {
     append(name, *own);
   }
 
+  /// Appends `count` values that are made when they are read, more than once perhaps: `make`
+  /// returns so many. For a part of an array that no one keeps as a file has it.
+  template <class T>
+  void make(const std::string& name, size_t count, std::function<std::vector<T>()> make) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    append_piece(name, {count * sizeof(T), {}, [make = std::move(make)] {
+                          const std::vector<T> values = make();
+                          const auto bytes = std::as_bytes(std::span(values));
+                          return std::vector<std::byte>(bytes.begin(), bytes.end());
+                        }});
+  }
+
   std::vector<std::string> names() const;
   /// Throws OptionError where there is no such array.
   size_t bytes(const std::string& name) const { return array(name).bytes; }
@@ -48,12 +61,23 @@ class ArchiveView {
   void read(const std::string& name, size_t offset, std::span<std::byte> to) const;
 
  private:
+  struct Piece {
+    size_t bytes = 0;
+    std::span<const std::byte> at;
+    std::function<std::vector<std::byte>()> make;  // where it lies nowhere
+  };
   struct Array {
     size_t bytes = 0;
-    std::vector<std::span<const std::byte>> pieces;
+    std::vector<Piece> pieces;
     std::vector<size_t> begin;  // of each piece
+    mutable size_t made = 0;    // number of the piece that `last` holds, and one
+    mutable std::vector<std::byte> last;
+    std::span<const std::byte> piece(size_t number) const;
   };
-  void append_bytes(const std::string& name, std::span<const std::byte> bytes);
+  void append_bytes(const std::string& name, std::span<const std::byte> bytes) {
+    append_piece(name, {bytes.size(), bytes, {}});
+  }
+  void append_piece(const std::string& name, Piece piece);
   const Array& array(const std::string& name) const;
 
   std::map<std::string, Array> arrays_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Looks on their way to a session file and back: rays are dear to cast again.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "base/error.h"
@@ -62,31 +63,84 @@ void check(const Vertex& vertex, const Present& present) {
       refuse(kVertices, "found light that is negative, beyond 1e33, or of no lamp");
 }
 
+/// Calls visit(chain) for the targets that are chains.
+template <class Visit>
+void each_chain(std::span<const uint32_t> targets, const Visit& visit) {
+  for (uint32_t target : targets)
+    if (Looks::is_chain(target)) visit(Looks::chain_of(target));
+}
+
+/// Entries of an array one after the other, a block at a time in memory.
+template <class T>
+class Entries {
+ public:
+  Entries(ArchiveSource& archive, const char* name)
+      : archive_(archive), name_(name), left_(archive.count<T>(name)) {}
+  size_t left() const { return left_ + block_.size() - next_; }
+  /// The next entry, of which there is one.
+  const T& next() {
+    if (next_ == block_.size()) {
+      block_.resize(std::min(left_, kPerStep));
+      archive_.read(name_, std::span<T>(block_));
+      left_ -= block_.size();
+      next_ = 0;
+    }
+    return block_[next_++];
+  }
+
+ private:
+  ArchiveSource& archive_;
+  const char* name_;
+  size_t left_;  // in the archive
+  std::vector<T> block_;
+  size_t next_ = 0;
+};
+
 }  // namespace
 
 void Looks::save(ArchiveView& archive) const {
   // What waits is cast again as a whole: it is soon done.
   archive.keep(kComplete, std::vector<uint32_t>{!pending_});
   if (pending_) return;
-  std::vector<uint32_t> targets = targets_;
-  std::vector<Record> records;
-  std::vector<Vertex> vertices;
-  records.reserve(chains_.size());
-  vertices.reserve(chains_.vertex_count());
-  for (uint32_t& target : targets) {
-    if (!is_chain(target)) continue;
-    const uint32_t number = chain_of(target);
-    const auto own = chains_.vertices(number);
-    target = kChain + uint32_t(records.size());
-    records.push_back({uint32_t(own.size()), chains_.end(number), chains_.weight(number),
-                       chains_.passage(number)});
-    vertices.insert(vertices.end(), own.begin(), own.end());
-  }
-  archive.keep(kTargets, std::move(targets));
+  // In a file chains and their vertices come in the order of rays: block by block they are put so.
   archive.append(kWeights, weights_);
   archive.append(kInBeam, in_beam_);
-  archive.keep(kChains, std::move(records));
-  archive.keep(kVertices, std::move(vertices));
+  archive.append(kTargets, std::span<const uint32_t>{});  // there, be they empty
+  archive.append(kChains, std::span<const Record>{});
+  archive.append(kVertices, std::span<const Vertex>{});
+  size_t chains = 0;
+  for (size_t first = 0; first < targets_.size(); first += kPerStep) {
+    const std::span block =
+        std::span(targets_).subspan(first, std::min(kPerStep, targets_.size() - first));
+    archive.make<uint32_t>(kTargets, block.size(), [block, chains] {
+      std::vector<uint32_t> out(block.begin(), block.end());
+      uint32_t next = kChain + uint32_t(chains);
+      for (uint32_t& target : out)
+        if (is_chain(target)) target = next++;
+      return out;
+    });
+    size_t own = 0, vertices = 0;
+    each_chain(block, [&](uint32_t chain) { ++own, vertices += chains_.vertices(chain).size(); });
+    archive.make<Record>(kChains, own, [this, block, own] {
+      std::vector<Record> out;
+      out.reserve(own);
+      each_chain(block, [&](uint32_t chain) {
+        out.push_back({uint32_t(chains_.vertices(chain).size()), chains_.end(chain),
+                       chains_.weight(chain), chains_.passage(chain)});
+      });
+      return out;
+    });
+    archive.make<Vertex>(kVertices, vertices, [this, block, vertices] {
+      std::vector<Vertex> out;
+      out.reserve(vertices);
+      each_chain(block, [&](uint32_t chain) {
+        const auto its = chains_.vertices(chain);
+        out.insert(out.end(), its.begin(), its.end());
+      });
+      return out;
+    });
+    chains += own;
+  }
 }
 
 void Looks::restore(ArchiveSource& archive, const Present& present, const Workers& workers,
@@ -99,11 +153,11 @@ void Looks::restore(ArchiveSource& archive, const Present& present, const Worker
   in_beam_ = archive.read_all<uint64_t>(kInBeam, beams ? (targets_.size() + 63) / 64 : 0);
   for (float weight : weights_)
     if (!(weight >= 0 && weight <= kMostWeight)) refuse(kWeights, "found a weight no ray has");
-  const auto records = archive.read_all<Record>(kChains, archive.count<Record>(kChains));
-  const auto vertices = archive.read_all<Vertex>(kVertices, archive.count<Vertex>(kVertices));
+  Entries<Record> records(archive, kChains);
+  Entries<Vertex> vertices(archive, kVertices);
   const uint32_t cells = present.cells.size();
   chains_.clear();
-  size_t next = 0;
+  std::array<Vertex, kMostVertices> own;
   for (size_t ray = 0; ray < targets_.size(); ++ray) {
     if (ray % kPerStep == 0 && ray) {
       progress.advance(kPerStep);
@@ -114,18 +168,20 @@ void Looks::restore(ArchiveSource& archive, const Present& present, const Worker
       if (target != kDark && target >= cells) refuse(kTargets, "found a cell that is not there");
       continue;
     }
-    if (chain_of(target) != chains_.size() || chains_.size() >= records.size())
+    if (chain_of(target) != chains_.size() || !records.left())
       refuse(kTargets, "found chains that are not in order");
-    const Record& record = records[chains_.size()];
+    const Record record = records.next();
     check(record, cells);
-    if (record.count > vertices.size() - next) refuse(kVertices, "is too short");
-    const auto own = std::span(vertices).subspan(next, record.count);
-    for (const Vertex& vertex : own) check(vertex, present);
-    next += record.count;
-    target = kChain + chains_.add(own, record.end, record.weight, record.passage);
+    if (record.count > vertices.left()) refuse(kVertices, "is too short");
+    for (uint32_t k = 0; k < record.count; ++k) {
+      own[k] = vertices.next();
+      check(own[k], present);
+    }
+    target = kChain + chains_.add(std::span(own).first(record.count), record.end, record.weight,
+                                  record.passage);
   }
-  if (chains_.size() != records.size()) refuse(kChains, "holds chains that no ray has");
-  if (next != vertices.size()) refuse(kVertices, "is too long");
+  if (records.left()) refuse(kChains, "holds chains that no ray has");
+  if (vertices.left()) refuse(kVertices, "is too long");
 }
 
 }  // namespace deltalux::gather

@@ -15,6 +15,7 @@ from .fields import Fields
 from .samples import MAX_GRID_POINTS, Samples
 from .scene import Scene
 from .sharing import NEIGHBOURS, Sharing
+from .units import FARTHEST
 
 FIELDS = ("attached", "grid_shape", "grid_holes", "spacing", "display_spacing", "sharing", "detail")
 # Of the display mesh: dtype and columns.
@@ -25,6 +26,7 @@ _VERTICES = {
     "vertex_mesh": ("<i4", 0),
     "attached": ("<i4", 0),
 }
+LONGEST_NORMAL = 1.001  # along an axis; rounding included
 WEIGHT_TOLERANCE = 1e-5  # of rows of weights in single precision, which add up to 1
 _TRIANGLES = {
     "triangles": ("<i8", 3),
@@ -144,9 +146,8 @@ def _read_display(
     for name, (dtype, columns) in _TRIANGLES.items():
         if name != "triangles":
             arrays[name] = archive.array(f"display/{name}", dtype, len(triangles), columns)
-    for name in ("points", "sample_points", "normals"):
-        if not np.isfinite(arrays[name]).all():
-            raise FormatError(f'"display/{name}": found a number that is not finite')
+    for name, most in (("points", FARTHEST), ("sample_points", FARTHEST), ("normals", LONGEST_NORMAL)):
+        _check_range(f"display/{name}", arrays[name], -most, most)
     meshes = scene.meshes
     _check_range("display/triangles", triangles, 0, count - 1)
     _check_range("display/triangle_material", arrays["triangle_material"], 0, len(scene.materials) - 1)
@@ -161,7 +162,7 @@ def _read_display(
     return DisplayMesh(**arrays, spacing=spacing, sharing=sharing)
 
 
-def _check_range(name: str, values: np.ndarray, least: int, most: Any) -> None:
-    bad = np.flatnonzero((values < least) | (values > most))
+def _check_range(name: str, values: np.ndarray, least: float, most: Any) -> None:
+    bad = np.flatnonzero(~((values >= least) & (values <= most)))
     if len(bad):
         raise FormatError(f'"{name}": found {values.flat[bad[0]]} at entry {bad[0]}, beyond what there is')

@@ -225,6 +225,9 @@ HOSTILE = {
         lambda index, arrays: arrays.__setitem__("display/triangles", arrays["display/triangles"] + 10**6),
         '"display/triangles": found',
     ),
+    "corners beyond all": (set_entry("display/points", "f8", 1, 6e125), r'"display/points": found 6e\+125'),
+    "no corners": (set_entry("display/sample_points", "f8", 1, np.nan), 'sample_points": found nan'),
+    "a normal beyond": (set_entry("display/normals", "f8", 1, 2.0), '"display/normals": found 2.0'),
     "points of another type": (
         lambda index, arrays: arrays.__setitem__("samples/points", arrays["samples/points"].astype("f4")),
         '"samples/points": found float32',

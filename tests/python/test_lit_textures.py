@@ -16,6 +16,8 @@ from deltalux import outputs
 from deltalux.display_mesh import refine
 from deltalux.io.texels import srgb_to_linear
 from deltalux.outputs.of_session import baked_of
+from deltalux.outputs.texture_coordinates import TextureCoordinates
+from deltalux.scene import replace_scene
 from deltalux.units import photopic
 from PIL import Image
 from test_outputs import Reader, result_for, shift
@@ -355,6 +357,19 @@ def test_instances_share_their_coordinates(tmp_path: Path):
             dl.SceneError, match=r'mesh "m": coordinates: found shape .*, expected \(2, 3, 2\)'
         ):
             dl.Mesh("m", QUAD, QUAD_TRIANGLES.reshape(-1, 3), coordinates=odd)
+
+
+def test_triangles_without_area_show_their_first_corner(tmp_path: Path):
+    builder = GltfBuilder()
+    builder.node(mesh=quad(builder, textured(builder), UV), name="card")
+    scene = dl.load(builder.write(tmp_path))
+    display = refine(scene, 0.5)
+    tiny = replace(scene.meshes[0], vertices=scene.meshes[0].vertices * 1e-300)
+    found = TextureCoordinates(replace_scene(scene, meshes=[tiny]), display)
+    with np.errstate(all="raise", under="ignore"):
+        coordinates = found.of(np.arange(len(display.triangles)))
+    first = tiny.coordinates[display.source_triangle][:, :1]
+    np.testing.assert_array_equal(coordinates, np.repeat(first, 3, axis=1))
 
 
 def test_coordinates_of_other_vertices_are_refused(tmp_path: Path):

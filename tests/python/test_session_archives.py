@@ -208,10 +208,8 @@ else:
 
 
 @pytest.mark.skipif(not Path("/proc/self/clear_refs").exists(), reason="needs Linux's count of memory")
-@pytest.mark.parametrize(("gather", "saving", "opening"), [("off", 0.1, 1.3), (256, 0.25, 1.5)])
+@pytest.mark.parametrize(("gather", "saving", "opening"), [("off", 0.1, 1.2), (256, 0.1, 1.2)])
 def test_neither_save_nor_open_takes_memory_for_a_copy(gather, saving, opening, tmp_path):
-    """Of all, that is: what rays see is packed for the file."""
-
     def measured(*arguments):
         code = MEASURE.format(tests=[str(folder) for folder in Path(__file__).parents[:2]], gather=gather)
         ran = subprocess.run(

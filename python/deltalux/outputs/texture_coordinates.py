@@ -45,7 +45,9 @@ class TextureCoordinates:
         at = self._display.points[self._display.triangles[triangles]] - a[:, None]
         ab, ac = b - a, c - a
         normal = np.cross(ab, ac)
-        normal /= np.einsum("kx,kx->k", normal, normal)[:, None]
+        squared = np.einsum("kx,kx->k", normal, normal)[:, None]
+        # What has no area shows its first corner.
+        normal = np.divide(normal, squared, out=np.zeros_like(normal), where=squared > 0)
         weight_b = np.einsum("kix,kx->ki", np.cross(at, ac[:, None]), normal)
         weight_c = np.einsum("kix,kx->ki", np.cross(ab[:, None], at), normal)
         weights = np.stack([1 - weight_b - weight_c, weight_b, weight_c], axis=-1)
