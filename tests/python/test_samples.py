@@ -35,3 +35,10 @@ def test_a_scene_in_which_everything_moves_has_samples_and_light():
         session.bake()
         assert np.isfinite(session.irradiance).all()
         assert session.irradiance.any()
+
+
+def test_a_scene_without_triangles_is_refused_whatever_the_samples():
+    empty = dl.Mesh("a", np.zeros((0, 3)), np.zeros((0, 3), int), "w")
+    scene = dl.Scene([empty], [dl.Material("w")], [dl.PointLight("lamp", (0, 1, 0), (1, 1, 1))])
+    with pytest.raises(dl.SceneError, match="found no triangles, expected at least one mesh"):
+        dl.Session(scene, dl.Samples([(0, 0, 0)], [(0, 1, 0)])).bake()
