@@ -10,7 +10,7 @@ the inverse of their variances, as a Kalman filter has it.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from scipy.ndimage import maximum_filter
@@ -123,7 +123,10 @@ class _Grid:
 
     def _weigh(self, pixels: np.ndarray, likely: _Likely) -> None:
         """What pixels found, with what is likely there."""
-        own, other = self._noise[pixels] ** 2, likely.variance + likely.doubt
+        own = self._noise[pixels] ** 2
+        apart = (self.values[pixels] - likely.mean).sum(axis=1) ** 2
+        unlike = np.minimum(np.maximum(0.0, apart - own - likely.variance), likely.most_doubt)
+        other = likely.variance + np.maximum(likely.doubt, unlike)
         known = (likely.count > 0) & np.isfinite(other) & (own > 0)
         share = np.where(known, own / np.where(known, own + other, 1.0), 0.0)
         self.values[pixels] += share[:, None] * (likely.mean - self.values[pixels])
@@ -153,8 +156,7 @@ class _Grid:
         if step >= BESIDE_CONTACT:
             beside = self._beside_contact(pixels, step)
             wanted |= beside
-            unlike = (BESIDE_DOUBT * likely.mean.sum(axis=1)) ** 2
-            likely.doubt = np.where(beside, np.maximum(likely.doubt, unlike), likely.doubt)
+            likely.most_doubt = beside * (BESIDE_DOUBT * likely.mean.sum(axis=1)) ** 2
         given = pixels[~wanted]
         self.values[given] = likely.mean[~wanted]
         self._noise[given] = np.sqrt(likely.variance[~wanted])
@@ -207,10 +209,11 @@ class _Likely:
     mean: np.ndarray  # (k, 3)
     variance: np.ndarray  # (k,) of the sum of the channels, by noise
     doubt: np.ndarray  # (k,) squared, as the light there may be another
+    most_doubt: np.ndarray  # (k,) squared, what it may be at most where what is found says so
 
     @classmethod
     def unknown(cls, k: int) -> _Likely:
-        return cls(np.zeros(k), np.zeros((k, 3)), np.zeros(k), np.zeros(k))
+        return cls(np.zeros(k), np.zeros((k, 3)), *(np.zeros(k) for _ in range(3)))
 
     def add(self, use: np.ndarray, values: np.ndarray, variance: np.ndarray) -> None:
         """Count another (k, 3) in, where `use` (k,) says so."""
@@ -221,7 +224,7 @@ class _Likely:
         self.count = count
 
     def at(self, chosen: np.ndarray) -> _Likely:
-        return _Likely(self.count[chosen], self.mean[chosen], self.variance[chosen], self.doubt[chosen])
+        return _Likely(*(getattr(self, f.name)[chosen] for f in fields(self)))
 
 
 def _differ(one: np.ndarray, two: np.ndarray, share: float, variance: np.ndarray) -> np.ndarray:
