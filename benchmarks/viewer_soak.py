@@ -8,8 +8,8 @@ export, ask for checks, stall, leave in the middle of a drag and come back. Ever
 engine rests, its digest must be that of a recompute, and the server's resident memory is read. Latency is the
 time from sending a pose to having applied values that include it, of poses that no check or export held up.
 In the end the served session is compared with a new one that is baked and edited at once. Writes
-benchmarks/out/viewer_soak.json; the exit code is 1 where a digest differs, latency grew, or memory did, by
-more than the scatter of the minutes explains: ten minutes show a leak of 4 MiB a minute, an hour one of 0.7.
+benchmarks/out/viewer_soak.json; the exit code is 1 where a digest differs, or memory or latency grew. The
+slope's standard error is told beside it: in ten minutes it is larger than the bound, in an hour far smaller.
 """
 
 from __future__ import annotations
@@ -35,8 +35,7 @@ OUT = Path(__file__).parent / "out"
 MIB = 2**20
 CLIENTS = 3
 WARM_UP = 0.25  # share of the time before memory is called flat
-MOST_GROWTH = 0.5  # MiB a minute after that; the null hypothesis is that it is no more
-SURE = 2.0  # standard errors of the slope: one false alarm in 40 hours of an hour each
+MOST_GROWTH = 0.5  # MiB a minute after that
 MOST_SLOWER = 1.5  # 95 % latency of the last third over that of the first
 
 
@@ -142,7 +141,7 @@ def summary(rows: list[dict[str, Any]], digests: tuple[str, str]) -> dict[str, A
     memory = np.array([row["resident"] / MIB for row in rows])
     late = minutes >= WARM_UP * minutes[-1]
     slope, noise = 0.0, 0.0
-    if late.sum() > 2:
+    if late.sum() > 1:
         line = linregress(minutes[late], memory[late])
         slope, noise = float(line.slope), float(line.stderr)
     third = max(1, len(rows) // 3)
@@ -156,7 +155,7 @@ def summary(rows: list[dict[str, Any]], digests: tuple[str, str]) -> dict[str, A
         "mib_last": float(memory[-1]),
         "mib_most": float(memory.max()),
         "mib_a_minute": slope,
-        "mib_a_minute_at_least": slope - SURE * noise,
+        "mib_a_minute_error": noise,
         "p95_first_third": first,
         "p95_last_third": last,
         "actions": rows[-1]["actions"],
@@ -193,7 +192,7 @@ def main() -> int:
     print(json.dumps(found, indent=1))
     args.out.parent.mkdir(exist_ok=True)
     args.out.write_text(json.dumps({"summary": found, "rows": rows, "digests": digests}, indent=1))
-    flat = found["mib_a_minute_at_least"] <= MOST_GROWTH
+    flat = found["mib_a_minute"] <= MOST_GROWTH
     steady = found["p95_last_third"] <= MOST_SLOWER * found["p95_first_third"]
     if len(rows) < 10:  # too short to tell growth from noise
         flat = steady = True

@@ -106,7 +106,8 @@ def test_a_sheet_covers_neither_of_its_sides_whichever_way_its_triangles_are_lis
     up, down = np.array([(0, 2, 1), (0, 3, 2)]), np.array([(0, 1, 2), (0, 2, 3)])
     sheet = np.vstack([down, up] if turned else [up, down])
     second = np.arange(4) >= 2
-    points, normals = np.array([(0.4, 2.0, 0.3)] * 2), np.array([(0.0, -1, 0), (0, 1, 0)])
+    # So near that every ray meets it, from above and from below.
+    points, normals = np.array([(0.4, 0.05, 0.3), (0.4, -0.05, 0.3)]), np.array([(0.0, -1, 0), (0, 1, 0)])
     assert not Cover.of(low, sheet, second, 0.3).covers(points, normals).any()
     # Under a lid that is one-sided, and lies on it: what meets the lid meets its back.
     points, normals = np.array([(0.5, 0, 0.5)] * 2), np.array([(0.0, 1, 0), (0, -1, 0)])

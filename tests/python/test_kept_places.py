@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import deltalux as dl
 import numpy as np
 import pytest
@@ -61,6 +63,16 @@ def assert_right(session: dl.Session, places: tuple) -> None:
         np.testing.assert_array_equal(one, two)
 
 
+def assert_right_throughout(
+    session: dl.Session, places: tuple, edit: Callable, edits: list, every: int
+) -> None:
+    for number, one in enumerate(edits):
+        edit(session, *one)
+        if number % every == 0:
+            assert_right(session, places)
+    assert_right(session, places)
+
+
 def taken(session: dl.Session) -> int:
     return session.statistics["gather"]["kept_taken"]
 
@@ -68,23 +80,13 @@ def taken(session: dl.Session) -> int:
 @settings(max_examples=40, deadline=None)
 @given(edits=st.lists(SUN_EDITS, min_size=1, max_size=5), every=st.integers(1, 3))
 def test_light_of_kept_places_is_that_of_others_in_the_sun(sunny, edits, every):
-    session, places = sunny
-    for number, one in enumerate(edits):
-        edit_sun(session, *one)
-        if number % every == 0:
-            assert_right(session, places)
-    assert_right(session, places)
+    assert_right_throughout(*sunny, edit_sun, edits, every)
 
 
 @settings(max_examples=40, deadline=None)
 @given(edits=st.lists(POOL_EDITS, min_size=1, max_size=5), every=st.integers(1, 3))
 def test_light_of_kept_places_is_that_of_others_in_pools_of_spots(spots, edits, every):
-    session, places = spots
-    for number, one in enumerate(edits):
-        edit_pools(session, *one)
-        if number % every == 0:
-            assert_right(session, places)
-    assert_right(session, places)
+    assert_right_throughout(*spots, edit_pools, edits, every)
 
 
 def test_most_places_are_kept_while_little_moves():
