@@ -20,12 +20,12 @@ from .seen import Seen, alike, neighbours
 COARSEST = 16  # pixels, at most, between those that are always asked
 BESIDE_CONTACT = 4  # this far apart, pixels beside a contact are asked
 ONE_SIDED = 2  # this near, one neighbour is enough
+MOST_ONWARD = 0.5  # of a neighbour's light, how much more or less there is beyond it
 CONTACT = 3.0  # pixels' widths between surfaces that touch
 
 ACROSS = ((0, 1), (1, 0))
 DIAGONAL = ((1, 1), (1, -1))
 
-BESIDE_DOUBT = 0.5  # beside contacts, of what is likely: how much darker or brighter it may be
 SURE = 1.5  # times the noise: light that differs by less need not differ
 
 Found = tuple[np.ndarray, np.ndarray]  # (k, 3) values, (k,) noise of the sum of their channels
@@ -124,9 +124,7 @@ class _Grid:
     def _weigh(self, pixels: np.ndarray, likely: _Likely) -> None:
         """What pixels found, with what is likely there."""
         own = self._noise[pixels] ** 2
-        apart = (self.values[pixels] - likely.mean).sum(axis=1) ** 2
-        unlike = np.minimum(np.maximum(0.0, apart - own - likely.variance), likely.most_doubt)
-        other = likely.variance + np.maximum(likely.doubt, unlike)
+        other = likely.variance + likely.doubt
         known = (likely.count > 0) & np.isfinite(other) & (own > 0)
         share = np.where(known, own / np.where(known, own + other, 1.0), 0.0)
         self.values[pixels] += share[:, None] * (likely.mean - self.values[pixels])
@@ -154,9 +152,7 @@ class _Grid:
             self._one_sided(pixels, lonely, step, axes, likely)
         wanted |= likely.count == 0
         if step >= BESIDE_CONTACT:
-            beside = self._beside_contact(pixels, step)
-            wanted |= beside
-            likely.most_doubt = beside * (BESIDE_DOUBT * likely.mean.sum(axis=1)) ** 2
+            wanted |= self._beside_contact(pixels, step)
         given = pixels[~wanted]
         self.values[given] = likely.mean[~wanted]
         self._noise[given] = np.sqrt(likely.variance[~wanted])
@@ -170,10 +166,18 @@ class _Grid:
         axes: tuple[tuple[int, int], ...],
         likely: _Likely,
     ) -> None:
+        """The light of one neighbour; its change from another, three steps away, goes on beyond its noise."""
         for axis in axes:
             for sign in (1, -1):
                 number, usable = self._neighbour(pixels, step, axis, sign)
-                likely.add(lonely & usable, self.values[number], self._noise[number] ** 2)
+                behind, known = self._neighbour(pixels, 3 * step, axis, sign)
+                near, variance = self.values[number], self._noise[number] ** 2
+                slope = near - self.values[behind]
+                squared = slope.sum(axis=1) ** 2
+                beyond_noise = squared - variance - self._noise[behind] ** 2
+                share = known * np.maximum(0.0, beyond_noise) / np.maximum(squared, np.finfo(float).tiny)
+                onward = np.clip(0.5 * share[:, None] * slope, -MOST_ONWARD * near, MOST_ONWARD * near)
+                likely.add(lonely & usable, near + onward, variance)
 
     def _neighbour(
         self, pixels: np.ndarray, step: int, axis: tuple[int, int], sign: int
@@ -209,11 +213,10 @@ class _Likely:
     mean: np.ndarray  # (k, 3)
     variance: np.ndarray  # (k,) of the sum of the channels, by noise
     doubt: np.ndarray  # (k,) squared, as the light there may be another
-    most_doubt: np.ndarray  # (k,) squared, what it may be at most where what is found says so
 
     @classmethod
     def unknown(cls, k: int) -> _Likely:
-        return cls(np.zeros(k), np.zeros((k, 3)), *(np.zeros(k) for _ in range(3)))
+        return cls(np.zeros(k), np.zeros((k, 3)), np.zeros(k), np.zeros(k))
 
     def add(self, use: np.ndarray, values: np.ndarray, variance: np.ndarray) -> None:
         """Count another (k, 3) in, where `use` (k,) says so."""
