@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -26,7 +26,28 @@ VERTICES_PER_SQUARED_SPACING = 2.5  # measured on rooms: between 1.4 and 3 per a
 WELD_TOLERANCE = 2.0**-20  # of the mesh's largest coordinate; float32 keeps 24 bits
 COPLANAR_ANGLE = 0.5  # degrees; float32 positions alone make flat faces differ by so much
 
+PER_VERTEX = ("points", "sample_points", "normals", "vertex_mesh", "attached")
+PER_TRIANGLE = ("triangle_material", "triangle_mesh", "source_triangle", "reversed")
+
 Poses = Mapping[str, Any]  # movable's name -> 4x4 pose, or None where it was removed
+
+
+@dataclass(frozen=True, eq=False)
+class Refinement:
+    """What was added to a display mesh at edges of shadows, and what takes it back.
+
+    Parameters
+    ----------
+    vertices : (d,) int64, those that were added; they have no samples
+    length : metres, edges were not halved below it
+    plain_triangles : (p, 3) int64, the triangles before, over the vertices of now
+    plain_triangle : (m,) int64, the plain triangle that each triangle is a part of
+    """
+
+    vertices: np.ndarray
+    length: float
+    plain_triangles: np.ndarray
+    plain_triangle: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,10 +79,8 @@ class DisplayMesh:
     sharing : Sharing or None
         Samples at some of the vertices only, and which of them each vertex takes its light from;
         None: each vertex has its own sample, of the same number.
-    detail : (d,) int64 or None
-        Vertices that were added at edges of shadows: what they share with samples is their indirect light.
-    detail_length : float or None
-        Edges there were not halved below it, metres.
+    refinement : Refinement or None
+        What was added at edges of shadows.
     """
 
     points: np.ndarray
@@ -76,8 +95,17 @@ class DisplayMesh:
     attached: np.ndarray
     spacing: float
     sharing: Sharing | None = None
-    detail: np.ndarray | None = None
-    detail_length: float | None = None
+    refinement: Refinement | None = None
+
+    @property
+    def detail(self) -> np.ndarray | None:
+        """(d,) int64: vertices added at edges of shadows; what they share with samples is indirect light."""
+        return None if self.refinement is None else self.refinement.vertices
+
+    @property
+    def detail_length(self) -> float | None:
+        """Metres: edges of shadows were not halved below it."""
+        return None if self.refinement is None else self.refinement.length
 
     @property
     def sample_vertices(self) -> np.ndarray:
@@ -92,6 +120,28 @@ class DisplayMesh:
         """(s,) square metres that each sample stands for: a third of the triangles around its vertices."""
         areas = self.vertex_areas()
         return areas if self.sharing is None else self.sharing.of_samples(areas)
+
+    def without_detail(self) -> DisplayMesh:
+        """The mesh as it was before it was refined at edges of shadows; itself where it was not."""
+        if self.refinement is None:
+            return self
+        kept = np.ones(len(self.points), dtype=bool)
+        kept[self.refinement.vertices] = False
+        number = np.cumsum(kept) - 1
+        _, part = np.unique(self.refinement.plain_triangle, return_index=True)
+        arrays = {name: getattr(self, name)[kept] for name in PER_VERTEX}
+        arrays |= {name: getattr(self, name)[part] for name in PER_TRIANGLE}
+        arrays["triangles"] = number[self.refinement.plain_triangles]
+        for array in arrays.values():
+            array.setflags(write=False)
+        return replace(self, **arrays, sharing=self._sharing_of(kept, number), refinement=None)
+
+    def _sharing_of(self, kept: np.ndarray, number: np.ndarray) -> Sharing | None:
+        """The sharing of the vertices that are `kept` (n,) and have a `number` (n,) then."""
+        own = self.sharing
+        if own is None or len(own.vertices) == np.count_nonzero(kept):  # each has its own sample
+            return None
+        return Sharing(number[own.vertices], own.samples[kept], own.weights[kept])
 
     def world(
         self, scene: Scene, poses: Poses | None = None, samples: bool = False

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -173,6 +174,12 @@ class Samples:
         samples.grid_shape = (counts[1], counts[0])
         samples.spacing = float(spacing)
         return samples
+
+    def shown_on(self, display: DisplayMesh) -> Samples:
+        """The same samples with another display mesh, whose vertices take their light from them."""
+        other = copy(self)
+        other.display = display
+        return other
 
     def without(self, left_out: np.ndarray) -> Samples:
         """The samples that `left_out` (n,) bool does not mark; a grid gets holes. Not of a display mesh."""

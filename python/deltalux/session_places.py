@@ -13,6 +13,8 @@ from .interpolation import Interpolator, Interpolators
 from .samples import Samples
 from .segments import Progress
 from .session_facts import SessionFacts
+from .shadow_detail import detail_length, refined_at_shadows
+from .units import PHOTOPIC_WEIGHTS
 from .vertex_light import add_detail
 
 
@@ -55,16 +57,62 @@ class SessionPlaces(SessionFacts):
         """(d, 3): what `vertex_irradiance` adds at `samples.display.detail`; None where it adds nothing."""
         return self._beyond()
 
+    @long_call
+    def refine(self, detail: float | str | None = None) -> int:
+        """Refine the display mesh where shadows and pools of spots have edges in the present state.
+
+        After an edit the mesh may still be fine where shadows lay, and coarse where they lie now. The
+        samples, their light and the digest stay as they are; `samples` becomes another object, whose
+        `display` is the refined mesh. Unlike `Samples.on_vertices` this counts movables, where they stand,
+        and dimmed lights. Edits that wait are applied first.
+
+        Parameters
+        ----------
+        detail : metres, edges are not halved below it; "auto": a quarter of the spacing; None: as the mesh
+            was refined before, else "auto"
+
+        Returns
+        -------
+        How many vertices refine shadows now.
+
+        Raises
+        ------
+        OptionError
+            Where the samples are not on a display mesh, or the session does not gather.
+        """
+        display = self.samples.display
+        if display is None:
+            raise OptionError("refine: found other samples, expected Samples.on_vertices(scene)")
+        if self._options["gather"] == "off":
+            raise OptionError('refine: found a session of gather="off", expected one that gathers')
+        self._finish()
+        length = detail_length(display, detail or display.detail_length or "auto")
+
+        def light(points: np.ndarray, normals: np.ndarray) -> np.ndarray:
+            return self._direct_at(points, normals) @ PHOTOPIC_WEIGHTS
+
+        refined = refined_at_shadows(self.scene, display.without_detail(), light, length)
+        self.samples = self.samples.shown_on(refined)
+        assert refined.refinement is not None
+        return len(refined.refinement.vertices)
+
+    def _direct_at(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Direct light (k, 3) of the present state, within half a per cent."""
+        where, up = self._flat.points(points), normals.astype(np.float32)
+        core = self._baked_session()
+        return core.gather_at(where, up, 0, True, self._bytes_to_keep(), True, False, None)[0]
+
+    def _bytes_to_keep(self) -> int:
+        """What places may take in memory, so that an edit casts again only what it changed."""
+        return 0 if self._options["memory_limit"] else memory.bytes_to_keep()
+
     def _beyond(self) -> np.ndarray | None:
         """By how much their direct light exceeds what they take from samples: a function of the state."""
         display, core = self.samples.display, self._baked_session()
         if display is None or display.detail is None or self._options["gather"] == "off":
             return None
-        own, _ = core.gather_at(
-            self._flat.points(display.sample_points[display.detail]),
-            display.normals[display.detail].astype(np.float32),
-            0, True, 0, True, False, None,
-        )  # fmt: skip
+        places, normals = display.sample_points[display.detail], display.normals[display.detail]
+        own = self._direct_at(places, normals)
         return own - display.at_vertices(core.read_direct())[display.detail]
 
     @long_call
@@ -143,7 +191,7 @@ class SessionPlaces(SessionFacts):
         return self._gathered(asked, "indirect", rays, False, keep)
 
     def _gathered(self, asked: Samples, part: str, rays: int | None, by_need: bool, keep: bool) -> tuple:
-        keep_bytes = memory.bytes_to_keep() if keep and not self._options["memory_limit"] else 0
+        keep_bytes = self._bytes_to_keep() if keep else 0
         return self._baked_session().gather_at(
             self._flat.points(asked.points), asked.normals.astype(np.float32), rays or 0, by_need, keep_bytes,
             part != "indirect", part != "direct", self.progress,

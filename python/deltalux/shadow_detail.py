@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from . import _core
-from .display_mesh import DisplayMesh
+from .display_mesh import DisplayMesh, Refinement
 from .errors import OptionError
 from .flatten import flatten
 from .scene import Scene, replace_scene
@@ -31,15 +31,9 @@ Light = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 def with_detail(scene: Scene, display: DisplayMesh, detail: float | str | None) -> DisplayMesh:
-    """The display mesh, its static triangles refined where direct light is not linear within them.
+    """The display mesh, refined by `refined_at_shadows` where static lights and static meshes make edges.
 
-    Decided by the static lights among the static meshes alone, so that it does not depend on where movables
-    happen to stand; they are not refined themselves. Vertices that are added have no samples; they
-    share those of the triangle that they lie in.
-
-    Parameters
-    ----------
-    detail : metres, edges are not halved below it; "auto": a quarter of the spacing; None: as it is
+    So it does not depend on where movables happen to stand. None leaves the mesh as it is.
 
     Raises
     ------
@@ -47,13 +41,37 @@ def with_detail(scene: Scene, display: DisplayMesh, detail: float | str | None) 
     """
     if detail is None:
         return display
-    if detail == "auto":
-        detail = OF_SPACING * display.spacing
-    if isinstance(detail, str) or not 0 < detail <= FARTHEST:
+    length = detail_length(display, detail)
+    light = _static_light(scene)
+    return display if light is None else refined_at_shadows(scene, display, light, length)
+
+
+def detail_length(display: DisplayMesh, detail: float | str) -> float:
+    """Metres: what is given, or a quarter of the spacing for "auto".
+
+    Raises
+    ------
+    OptionError
+    """
+    length = OF_SPACING * display.spacing if detail == "auto" else detail
+    if isinstance(length, str) or not 0 < length <= FARTHEST:
         raise OptionError(f'detail: found {detail!r}, expected metres up to {FARTHEST:g}, "auto" or None')
-    lit = _static_light(scene)
+    return float(length)
+
+
+def refined_at_shadows(scene: Scene, display: DisplayMesh, light: Light, detail: float) -> DisplayMesh:
+    """The display mesh, its static triangles refined where direct light is not linear within them.
+
+    Vertices that are added have no samples; they share those of the triangle that they lie in.
+
+    Parameters
+    ----------
+    display : without detail
+    light : photopic direct light at places (k, 3) in world space with normals (k, 3)
+    detail : metres, edges are not halved below it
+    """
     most_asked = MOST_TESTS // max(1, _emitters(scene))
-    return display if lit is None else _Refinement(display, lit, float(detail), most_asked).finished()
+    return _Refinement(display, light, detail, most_asked).finished()
 
 
 def _emitters(scene: Scene) -> int:
@@ -238,7 +256,8 @@ class _Refinement:
     def finished(self) -> DisplayMesh:
         given, count = self.display, len(self.display.points)
         if len(self.points) == count:
-            return given
+            none, own = np.zeros(0, np.int64), np.arange(len(given.triangles))
+            return replace(given, refinement=_refinement(none, self.detail, given.triangles, own))
         # Vertices mesh by mesh, triangles in the order of those that they come from.
         order = np.argsort(self.mesh, kind="stable")
         number = np.argsort(order)
@@ -262,12 +281,18 @@ class _Refinement:
             "source_triangle": given.source_triangle[source],
             "reversed": given.reversed[source],
             "attached": attached[order],
-            "detail": np.sort(number[count:]),
         }
         sharing = Sharing(number[given.sample_vertices], samples[order], (weights[order]).astype(np.float32))
         for array in (*arrays.values(), sharing.vertices, sharing.samples, sharing.weights):
             array.setflags(write=False)
-        return replace(given, **arrays, sharing=sharing, detail_length=self.detail)
+        refinement = _refinement(np.sort(number[count:]), self.detail, number[given.triangles], source)
+        return replace(given, **arrays, sharing=sharing, refinement=refinement)
+
+
+def _refinement(vertices: np.ndarray, length: float, plain: np.ndarray, of_plain: np.ndarray) -> Refinement:
+    for array in (vertices, plain, of_plain):
+        array.setflags(write=False)
+    return Refinement(vertices, length, plain, of_plain)
 
 
 def _ends(triangles: np.ndarray) -> np.ndarray:

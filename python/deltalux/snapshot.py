@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from .session import Session
 
 FORMAT = "deltalux-session"
-VERSION = 16  # increases only when the layout changes, or what its numbers mean
+VERSION = 17  # increases only when the layout changes, or what its numbers mean
 _FIELDS = ("format", "version", "options", "scene", "samples", "baked", "reflectances", "built_by", "made_by")
 _LONGEST_BUILD = 500  # characters of the name of a build
 _MOST_COMMANDS, _LONGEST_COMMAND = 100, 4000  # of those that made a file, the last ones; characters of each

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .archive import ArchiveReader, ArchiveWriter
-from .display_mesh import DisplayMesh
+from .display_mesh import DisplayMesh, Refinement
 from .errors import FormatError
 from .fields import Fields
 from .samples import MAX_GRID_POINTS, Samples
@@ -71,8 +71,10 @@ def write_samples(samples: Samples, archive: ArchiveWriter) -> None:
             archive.add_array("sharing/vertices", "<i8", [sharing.vertices])
             archive.add_array("sharing/samples", "<i4", [sharing.samples], NEIGHBOURS)
             archive.add_array("sharing/weights", "<f4", [sharing.weights], NEIGHBOURS)
-        if samples.display.detail is not None:
-            archive.add_array("display/detail", "<i8", [samples.display.detail])
+        if (refinement := samples.display.refinement) is not None:
+            archive.add_array("display/detail", "<i8", [refinement.vertices])
+            archive.add_array("display/plain_triangles", "<i8", [refinement.plain_triangles], 3)
+            archive.add_array("display/plain_triangle", "<i8", [refinement.plain_triangle])
 
 
 def unpack_samples(data: Fields, scene: Scene, archive: ArchiveReader) -> Samples:
@@ -115,11 +117,25 @@ def unpack_samples(data: Fields, scene: Scene, archive: ArchiveReader) -> Sample
             _check_range("sharing/vertices", sharing.vertices, 0, vertices - 1)
         samples.display = _read_display(scene, vertices, spacing, archive, sharing)
         if data.any("detail") is not None:
-            detail = archive.array("display/detail", "<i8")
-            _check_range("display/detail", detail, 0, vertices - 1)
             length = data.number("detail", np.finfo(float).tiny)
-            samples.display = replace(samples.display, detail=detail, detail_length=length)
+            refinement = _read_refinement(samples.display, length, archive)
+            samples.display = replace(samples.display, refinement=refinement)
     return samples
+
+
+def _read_refinement(display: DisplayMesh, length: float, archive: ArchiveReader) -> Refinement:
+    detail = archive.array("display/detail", "<i8")
+    _check_range("display/detail", detail, 0, len(display.points) - 1)
+    plain = archive.array("display/plain_triangles", "<i8", columns=3)
+    part = archive.array("display/plain_triangle", "<i8", len(display.triangles))
+    is_plain = np.ones(len(display.points), dtype=bool)
+    is_plain[detail] = False
+    _check_range("display/plain_triangles", plain, 0, len(display.points) - 1)
+    _check_range("display/plain_triangle", part, 0, len(plain) - 1)
+    whole = np.bincount(part, minlength=len(plain)).all() and is_plain[plain].all()
+    if not whole or not is_plain[display.sample_vertices].all():
+        raise FormatError('"display/detail": found vertices without which there is no mesh')
+    return Refinement(detail, length, plain, part)
 
 
 def _read_sharing(count: int, archive: ArchiveReader) -> Sharing:

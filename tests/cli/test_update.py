@@ -7,6 +7,7 @@ import hashlib
 import shutil
 from pathlib import Path
 
+import deltalux as dl
 import numpy as np
 import pytest
 from deltalux.cli.options import Move
@@ -14,7 +15,7 @@ from deltalux.cli.update import moved_pose
 from deltalux.outputs import tables
 from session_files import rewrite
 
-from .conftest import Cli
+from .conftest import QUICK, Cli
 
 
 def test_moved_pose_shifts_in_world_space_and_turns_about_its_own_origin() -> None:
@@ -149,3 +150,21 @@ def test_truncated_session_is_refused(cli: Cli, session_file: Path, tmp_path: Pa
     outcome = cli("update", half)
     assert outcome.code == 1
     assert "half.dlx" in outcome.error
+
+
+def test_lit_meshes_and_sessions_are_refined_where_shadows_lie_now(
+    cli: Cli, room: Path, tmp_path: Path
+) -> None:
+    first, second, plain = (tmp_path / name for name in ("a.dlx", "b.dlx", "plain.dlx"))
+    assert cli("bake", room, *QUICK, "-o", first, "--json").data["detail_vertices"] > 0
+    assert cli("update", first, "--move", "MOVE_panel=0.5,0,-0.5", "-o", second).code == 0
+    cli("bake", room, *QUICK, "--detail", "none", "-o", plain)
+    assert (
+        cli("update", plain, "--dim", "lamp=0.5", "-o", tmp_path / "c.dlx", "--json").data["detail"] is None
+    )
+    with dl.Session.open(first) as old, dl.Session.open(second) as new:
+        places = [session.samples.display.points for session in (old, new)]
+        assert not np.array_equal(*places)
+        old.move("MOVE_panel", new.pose("MOVE_panel"))
+        old.refine()
+        np.testing.assert_array_equal(old.samples.display.points, places[1])

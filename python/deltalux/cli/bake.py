@@ -13,6 +13,7 @@ from .inputs import open_scene
 from .jobs import bake_job, before_loading
 from .options import (
     AUTO,
+    NONE,
     DetailOption,
     FalseColourOption,
     GatherOption,
@@ -36,7 +37,7 @@ from .options import (
     UnitOption,
     UpOption,
 )
-from .targets import check_targets, keep_inputs, write_targets
+from .targets import check_targets, keep_inputs, refine_shown, write_targets
 
 
 def run(
@@ -86,7 +87,7 @@ def run(
         keep_inputs(targets, loaded.files)
         terminal.warn(loaded.warnings)
         progress.begin("place samples")
-        samples, sets, left_out = make_samples(loaded, spacing, grid or (), radius, detail, margin)
+        samples, sets, left_out = make_samples(loaded, spacing, grid or (), radius, margin=margin)
         terminal.warn(left_out)
         session, frame = bake_scene(
             loaded,
@@ -101,6 +102,7 @@ def run(
             progress=progress,
         )
         with session:
+            refine_shown(session, targets, None if detail == NONE else detail, progress)
             write_targets(session, targets, context.obj, false_colour, progress)
             progress.begin("sum up")
             data = figures(session, frame, sets)

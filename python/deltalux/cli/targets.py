@@ -100,6 +100,16 @@ def check_writable(path: Path) -> None:
         raise PermissionError(0, "found a folder that cannot be written to; choose another", str(folder))
 
 
+def refine_shown(
+    session: dl.Session, targets: Sequence[Path], detail: float | str | None, progress: Overall
+) -> None:
+    """Refine what lit meshes and sessions show where shadows lie, down to `detail`; None = not at all."""
+    shown = session.samples.display is not None and session.options["gather"] != "off"
+    if shown and detail is not None and any(path.suffix.lower() in (MESH, SESSION) for path in targets):
+        progress.begin("refine shadows")
+        session.refine(detail)
+
+
 def write_targets(
     session: dl.Session,
     targets: Sequence[Path],

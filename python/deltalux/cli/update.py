@@ -30,7 +30,7 @@ from .options import (
     parse_move,
     parse_reflectance,
 )
-from .targets import check_targets, keep_inputs, write_targets
+from .targets import check_targets, keep_inputs, refine_shown, write_targets
 
 SessionArgument = Annotated[
     Path,
@@ -125,6 +125,8 @@ def run(
         for setting in reflectance or ():
             opened.set_reflectance(setting.name, setting.values)
         frame = opened.update()
+        display = opened.samples.display
+        refine_shown(opened, targets, display.detail_length if display else None, progress)
         write_targets(opened, targets, context.obj, false_colour, progress)
         progress.begin("sum up")
         data = figures(opened, frame)

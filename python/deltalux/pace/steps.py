@@ -191,6 +191,8 @@ def drawing(counts: Counts, rays: int = 0) -> list[Step]:
 def writing(counts: Counts, suffixes: Sequence[str]) -> list[Step]:
     """To write result files of these kinds, one after the other."""
     steps: list[Step] = []
+    if counts.pixels and counts.rays and {".dlx", ".glb"} & set(suffixes):
+        steps.append(_refining(counts))
     for suffix in suffixes:
         if suffix == ".dlx":
             steps.append(Step("save session", 2.5e-9 * counts.stored, "disk"))
@@ -202,6 +204,11 @@ def writing(counts: Counts, suffixes: Sequence[str]) -> list[Step]:
         )
         steps.append(Step(f"write {suffix}", 0.05 + one))
     return steps
+
+
+def _refining(c: Counts) -> Step:
+    """To refine what is shown at edges of shadows: six or seven places are tried for each sample."""
+    return _timed([Step("refine shadows", 0.05 + (6.5 * _shadow(c) + 8e-5) * c.samples, "shadows")], c)[0]
 
 
 def summing_up(counts: Counts) -> list[Step]:

@@ -128,6 +128,7 @@ def render_session(
     light = PointLight(session, rays or min(int(session.options["gather"]), MOST_RAYS), keep)
     scene = present_scene(session)
     display = session.samples.display or refine(scene, spacing=COARSE)
+    display = display.without_detail()  # pixels have their own light; so pictures do not depend on it
     surfaces = Surfaces(scene, display, session.poses, session.options["threads"] or 0)
     everywhere = np.ones(len(display.points))  # where it is light is not known yet
     camera = camera or scene_camera(scene) or automatic_camera(surfaces, everywhere, size[0] / size[1])
