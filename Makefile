@@ -44,6 +44,7 @@ lint: build $(VENV)/test.stamp $(VENV)/lint.stamp ## Check formatting, linting, 
 	check clang-format $(BIN)/clang-format --dry-run -Werror $(CPP_FILES); \
 	check layers $(BIN)/python tools/check_layers.py; \
 	check text $(BIN)/python tools/check_text.py; \
+	check functions $(BIN)/python tools/check_functions.py; \
 	check imports env PYTHONPATH=python $(BIN)/lint-imports --no-cache --no-logo; \
 	check mypy $(BIN)/mypy; \
 	test -z "$$failed" || { echo "lint failed:$${failed%,}" >&2; exit 1; }

@@ -324,6 +324,7 @@ double median(std::vector<double> v) {
   return v[v.size() / 2];
 }
 
+// long: one measurement after another, each of a few lines.
 void measure(const Mesh& mesh, RTCDevice device, RTCScene rays, const Segments& segments,
              size_t count, bool last) {
   const samples::DiscSet discs = scatter_discs(mesh, count);

@@ -34,6 +34,7 @@ Rays stored_rays(const update::State& state, size_t stride) {
 
 }  // namespace
 
+// long: one measurement after another, each of a few lines.
 int main(int argc, char** argv) {
   if (argc != 5) {
     std::fprintf(stderr, "usage: engine_bench DUMP PATHS THREADS STEP\n");

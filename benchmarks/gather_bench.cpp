@@ -30,6 +30,7 @@ Rays sample_rays(const update::State& state, uint32_t count) {
 
 }  // namespace
 
+// long: one measurement after another, each of a few lines.
 int main(int argc, char** argv) {
   if (argc != 5) {
     std::fprintf(stderr, "usage: gather_bench DUMP PATHS RAYS STEP\n");

@@ -63,6 +63,7 @@ std::pair<Vec3f, Vec3f> on_surface(const PathRandom& random, uint32_t dimension)
   return {p, n};
 }
 
+// long: one measurement after another, each of a few lines.
 void measure(const char* world, bool room, size_t disc_count, size_t count, double percent) {
   const size_t changed = size_t(double(count) * percent / 100);
   Segments segments;

@@ -127,6 +127,7 @@ class PythonSource : public ArchiveSource {
 
 }  // namespace
 
+// long: a list of names.
 void bind_session(nb::module_& m) {
   nb::class_<EditList>(m, "EditList")
       .def(nb::init<>())

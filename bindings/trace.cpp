@@ -6,8 +6,8 @@
 #include "plan/allotment.h"
 #include "samples/covered_places.h"
 #include "scene/scene.h"
+#include "trace/flight_columns.h"
 #include "trace/ray_caster.h"
-#include "trace/walk.h"
 
 namespace deltalux::python {
 namespace {
@@ -92,10 +92,7 @@ class MeshCaster {
 /// All segments of all paths of a scene, as columns.
 nb::dict trace_paths(scene::Scene scene, uint64_t paths, uint64_t seed, uint32_t max_bounces,
                      uint32_t batches, bool second_hit, int threads, nb::object callback) {
-  std::vector<float> origin, direction, length, extended;
-  std::vector<uint32_t> power, path, primitive;
-  std::vector<uint8_t> bounce;
-  std::vector<uint32_t> group;
+  trace::FlightColumns flights;
   double quantum = 0;
   run(callback, [&](Progress& progress) {
     scene.finish();
@@ -113,62 +110,20 @@ nb::dict trace_paths(scene::Scene scene, uint64_t paths, uint64_t seed, uint32_t
     const trace::Walk walk(
         scene, caster,
         {seed, batches, max_bounces, second_hit, std::numeric_limits<float>::infinity()});
-    struct Item {
-      trace::Flight flight;
-      trace::Landing landing;
-      uint32_t bounce, group;
-    };
-    uint64_t total = 0;
-    for (const trace::Light& light : lights) total += light.path_count;
-    progress.begin("trace paths", total);
-    for (const trace::Light& light : lights) {
-      const auto quanta = trace::birth_quanta(light, scale, 1.0);
-      constexpr size_t kPaths = 512;
-      const size_t round = 64 * kPaths;
-      for (size_t first = 0; first < light.path_count; first += round) {
-        const size_t count = std::min<size_t>(round, light.path_count - first);
-        std::vector<std::vector<Item>> blocks((count + kPaths - 1) / kPaths);
-        workers.for_blocks(count, kPaths, [&](size_t begin, size_t end) {
-          progress.check();
-          for (size_t i = begin; i < end; ++i) {
-            trace::Flight flight = walk.birth(light, first + i, quanta);
-            for (uint32_t b = 0;; ++b) {
-              const trace::Landing landing = walk.fly(flight, b);
-              blocks[begin / kPaths].push_back({flight, landing, b, light.group});
-              if (!landing.survives) break;
-              flight = landing.next;
-            }
-          }
-          progress.advance(end - begin);
-        });
-        for (const auto& block : blocks)
-          for (const Item& item : block) {
-            const Vec3f w = decode_direction(item.flight.direction), o = item.flight.origin;
-            origin.insert(origin.end(), {o.x, o.y, o.z});
-            direction.insert(direction.end(), {w.x, w.y, w.z});
-            length.push_back(item.landing.length);
-            extended.push_back(item.landing.extended);
-            power.insert(power.end(), item.flight.power, item.flight.power + 3);
-            path.push_back(item.flight.path);
-            primitive.push_back(item.landing.primitive);
-            bounce.push_back(uint8_t(item.bounce));
-            group.push_back(item.group);
-          }
-      }
-    }
+    flights = trace::trace_flights(walk, lights, scale, workers, progress);
   });
-  const size_t n = length.size();
+  const size_t n = flights.size();
   nb::dict out;
   out["quantum"] = quantum;
-  out["origin"] = make_array(std::move(origin), {n, 3});
-  out["direction"] = make_array(std::move(direction), {n, 3});
-  out["length"] = make_array(std::move(length), {n});
-  out["extended"] = make_array(std::move(extended), {n});
-  out["power"] = make_array(std::move(power), {n, 3});
-  out["path"] = make_array(std::move(path), {n});
-  out["primitive"] = make_array(std::move(primitive), {n});
-  out["bounce"] = make_array(std::move(bounce), {n});
-  out["group"] = make_array(std::move(group), {n});
+  out["origin"] = make_array(std::move(flights.origin), {n, 3});
+  out["direction"] = make_array(std::move(flights.direction), {n, 3});
+  out["length"] = make_array(std::move(flights.length), {n});
+  out["extended"] = make_array(std::move(flights.extended), {n});
+  out["power"] = make_array(std::move(flights.power), {n, 3});
+  out["path"] = make_array(std::move(flights.path), {n});
+  out["primitive"] = make_array(std::move(flights.primitive), {n});
+  out["bounce"] = make_array(std::move(flights.bounce), {n});
+  out["group"] = make_array(std::move(flights.group), {n});
   return out;
 }
 

@@ -3,12 +3,12 @@
 #include "direct/direct_light.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <iterator>
 #include <optional>
 
 #include "base/error.h"
+#include "base/stopwatch.h"
 #include "direct/block.h"
 #include "direct/view_code.h"
 
@@ -186,9 +186,8 @@ void DirectLight::compute(const Present& present, const Workers& workers, Progre
 
 void DirectLight::update(const Present& present, const Change& change, const Workers& workers,
                          Progress& progress, double budget_ms) {
-  using Clock = std::chrono::steady_clock;
   check(present);
-  const Clock::time_point start = Clock::now();
+  const Stopwatch watch;
   const size_t old_columns = columns_.size();
   const uint64_t before = past_ + recent_.size();
   std::vector<Column> added = make_columns(present.lights, present.sampled, old_columns);
@@ -209,11 +208,8 @@ void DirectLight::update(const Present& present, const Change& change, const Wor
     const Outstanding outstanding(*this);
     const size_t step = budget_ms > 0 ? 1 : std::max<size_t>(1, lights.size());
     progress.begin("direct light", samples_ * ((lights.size() + step - 1) / step));
-    const auto spent = [&] {
-      return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-    };
-    for (; done < lights.size() && (done == 0 || budget_ms <= 0 || spent() < budget_ms);
-         done += step)
+    const auto in_time = [&] { return budget_ms <= 0 || watch.milliseconds() < budget_ms; };
+    for (; done < lights.size() && (done == 0 || in_time()); done += step)
       find_changes(present, outstanding, std::span(lights).subspan(done, step), workers, progress,
                    found);
     make_room(found);

@@ -154,6 +154,33 @@ class Nearest {
   double reach2_;
 };
 
+/// The photons of all segments that end, in bundles; in one where `surfaces` is null.
+std::vector<std::unique_ptr<Bundle>> bundled(const segments::SegmentSpan& segments,
+                                             const SurfaceTree* surfaces, const Workers& workers,
+                                             Progress& progress) {
+  std::vector<uint32_t> landing;
+  if (surfaces) landing = surfaces->landings(segments, workers, progress);
+  std::vector<std::unique_ptr<Bundle>> bundles(surfaces ? 54 : 1);
+  for (size_t i = 0; i < segments.count; ++i) {
+    if ((i & 0xffff) == 0) progress.check();
+    if (!std::isfinite(segments.length[i])) continue;
+    if (surfaces && landing[i] == kNoTriangle) continue;
+    const Vec3d normal = surfaces ? surfaces->triangles()[landing[i]].normal : Vec3d{};
+    auto& bundle = bundles[surfaces ? bundle_of(normal) : 0];
+    if (!bundle) bundle = std::make_unique<Bundle>();
+    bundle->hits.position.push_back(end_of(segments, i));
+    bundle->hits.segment.push_back(uint32_t(i));
+    if (surfaces) bundle->hits.normal.push_back(normal);
+  }
+  std::erase(bundles, nullptr);
+  progress.begin("photon map", bundles.size());
+  for (const auto& bundle : bundles) {
+    bundle->build(progress);
+    progress.advance(1);
+  }
+  return bundles;
+}
+
 }  // namespace
 
 PhotonMap::PhotonMap(std::vector<Vec3d> points, std::vector<Vec3d> normals, const Options& options,
@@ -165,29 +192,10 @@ PhotonMap::PhotonMap(std::vector<Vec3d> points, std::vector<Vec3d> normals, cons
 
 Neighbours PhotonMap::neighbours(const segments::SegmentSpan& segments, const Workers& workers,
                                  Progress& progress, const double* reach2) const {
-  std::vector<uint32_t> landing;
-  if (surfaces_) landing = surfaces_->landings(segments, workers, progress);
-  std::vector<std::unique_ptr<Bundle>> bundles(surfaces_ ? 54 : 1);
+  const std::vector<std::unique_ptr<Bundle>> bundles =
+      bundled(segments, surfaces_.get(), workers, progress);
   size_t photons = 0;
-  for (size_t i = 0; i < segments.count; ++i) {
-    if ((i & 0xffff) == 0) progress.check();
-    if (!std::isfinite(segments.length[i])) continue;
-    if (surfaces_ && landing[i] == kNoTriangle) continue;
-    const Vec3d normal = surfaces_ ? surfaces_->triangles()[landing[i]].normal : Vec3d{};
-    auto& bundle = bundles[surfaces_ ? bundle_of(normal) : 0];
-    if (!bundle) bundle = std::make_unique<Bundle>();
-    bundle->hits.position.push_back(end_of(segments, i));
-    bundle->hits.segment.push_back(uint32_t(i));
-    if (surfaces_) bundle->hits.normal.push_back(normal);
-    ++photons;
-  }
-  std::erase(bundles, nullptr);
-  progress.begin("photon map", bundles.size());
-  for (const auto& bundle : bundles) {
-    bundle->build(progress);
-    progress.advance(1);
-  }
-
+  for (const auto& bundle : bundles) photons += bundle->hits.segment.size();
   const size_t count = points_.size();
   std::vector<std::vector<Found>> found(count);
   std::vector<uint64_t> tests(count);

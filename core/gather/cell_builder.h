@@ -54,6 +54,8 @@ class CellBuilder {
   void merge_small(BodyCells& out, std::vector<uint32_t> triangles);
   void find_cuts(const BodyCells& out);
   void try_cut(const BodyCells& out, uint32_t triangle, uint32_t square);
+  /// Cuts along one line are one.
+  void add_cut(std::vector<Cut>& cuts, const Cut& cut) const;
   void make_cells(BodyCells& out);
   void make_side(BodyCells& out, BodyCells::Square& own, bool back, const Square& square,
                  const std::vector<Cut>& cuts);

@@ -50,6 +50,16 @@ struct Range {
   }
 };
 
+/// What of a polygon lies above or below a rectangle, by at most `height`.
+Polygon within(Polygon polygon, const double (&low)[2], const double (&high)[2], double height) {
+  polygon = clipped(polygon, [&](const Point& p) { return p.x - low[0]; });
+  polygon = clipped(polygon, [&](const Point& p) { return high[0] - p.x; });
+  polygon = clipped(polygon, [&](const Point& p) { return p.y - low[1]; });
+  polygon = clipped(polygon, [&](const Point& p) { return high[1] - p.y; });
+  polygon = clipped(polygon, [&](const Point& p) { return height - p.z; });
+  return clipped(polygon, [&](const Point& p) { return height + p.z; });
+}
+
 Range voxels_of(std::span<const Vec3d> points, double padding, double edge) {
   Range out;
   for (int k = 0; k < 3; ++k) {
@@ -131,13 +141,8 @@ void CellBuilder::try_cut(const BodyCells& out, uint32_t triangle, uint32_t numb
   if (outside(&Point::x, square.low[0], square.high[0]) ||
       outside(&Point::y, square.low[1], square.high[1]) || outside(&Point::z, -height, height))
     return;
-  Polygon stands{corners[0], corners[1], corners[2]};
-  stands = clipped(stands, [&](const Point& p) { return p.x - square.low[0]; });
-  stands = clipped(stands, [&](const Point& p) { return square.high[0] - p.x; });
-  stands = clipped(stands, [&](const Point& p) { return p.y - square.low[1]; });
-  stands = clipped(stands, [&](const Point& p) { return square.high[1] - p.y; });
-  stands = clipped(stands, [&](const Point& p) { return height - p.z; });
-  stands = clipped(stands, [&](const Point& p) { return height + p.z; });
+  const Polygon stands =
+      within({corners[0], corners[1], corners[2]}, square.low, square.high, height);
   if (stands.size() < 3) return;
   // Its plane at height 0: a x + b y = c.
   const Vec3d d = corner(triangle, 0) - Vec3d(patch.origin);
@@ -164,16 +169,19 @@ void CellBuilder::try_cut(const BodyCells& out, uint32_t triangle, uint32_t numb
         to - from < kLeastTrace * edge_)
       continue;
     cut.weight = (to - from) * (high - low);
-    std::vector<Cut>& cuts = cuts_[number][size_t(side)];
-    const auto same = std::find_if(cuts.begin(), cuts.end(), [&](const Cut& other) {
-      return std::fabs(other.a - cut.a) + std::fabs(other.b - cut.b) < kSameLine &&
-             std::fabs(other.c - cut.c) < kSameLine * edge_;
-    });
-    if (same == cuts.end())
-      cuts.push_back(cut);
-    else
-      same->weight += cut.weight;
+    add_cut(cuts_[number][size_t(side)], cut);
   }
+}
+
+void CellBuilder::add_cut(std::vector<Cut>& cuts, const Cut& cut) const {
+  const auto same = std::find_if(cuts.begin(), cuts.end(), [&](const Cut& other) {
+    return std::fabs(other.a - cut.a) + std::fabs(other.b - cut.b) < kSameLine &&
+           std::fabs(other.c - cut.c) < kSameLine * edge_;
+  });
+  if (same == cuts.end())
+    cuts.push_back(cut);
+  else
+    same->weight += cut.weight;
 }
 
 }  // namespace deltalux::gather

@@ -3,11 +3,11 @@
 #include "gather/looks.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <functional>
 
 #include "base/random.h"
+#include "base/stopwatch.h"
 #include "direct/block.h"
 
 namespace deltalux::gather {
@@ -18,18 +18,18 @@ constexpr size_t kPortion = 2048;  // samples
 constexpr size_t kMostPassed = 6;  // boxes of an object; more are put together
 
 // What follows an edit. Samples on what moved cast all their rays, most others none.
-constexpr size_t kBlock = 16;                                  // samples
-constexpr size_t kMostBlocks = 256;                            // between two looks at the clock
-constexpr size_t kFew = 16;                                    // blocks
-constexpr std::chrono::duration<double, std::milli> kSoon{4};  // between those, about
+constexpr size_t kBlock = 16;        // samples
+constexpr size_t kMostBlocks = 256;  // between two looks at the clock
+constexpr size_t kFew = 16;          // blocks
+constexpr double kSoon = 4;          // milliseconds between those, about
 
 class Step {
  public:
   /// Blocks to take next.
   size_t size() const { return size_; }
-  void took(std::chrono::steady_clock::duration time) {
-    if (2 * time < kSoon) size_ = std::min(2 * size_, kMostBlocks);
-    if (time > 2 * kSoon) size_ = std::max(size_ / 2, size_t(1));
+  void took(double milliseconds) {
+    if (2 * milliseconds < kSoon) size_ = std::min(2 * size_, kMostBlocks);
+    if (milliseconds > 2 * kSoon) size_ = std::max(size_ / 2, size_t(1));
   }
 
  private:
@@ -323,7 +323,7 @@ uint64_t Looks::follow(const Present& present, const Workers& workers, Progress&
   progress.announce("look around", order.size() - pending_->done);
   Step next;
   do {
-    const auto begun = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     const size_t first = pending_->done;
     // A block has one turn for each part of its rays, one after the other.
     size_t step = 1;
@@ -361,7 +361,7 @@ uint64_t Looks::follow(const Present& present, const Workers& workers, Progress&
       set(block);
     }
     pending_->done += step;
-    next.took(std::chrono::steady_clock::now() - begun);
+    next.took(watch.milliseconds());
   } while (pending_->done < order.size() && more());
   if (pending_->done == order.size()) pending_.reset();
   return count;

@@ -2,7 +2,7 @@
 // Wavefronts: all segments of one bounce are traced, stored and deposited before the next bounce.
 #include "update/path_update.h"
 
-#include <chrono>
+#include "base/stopwatch.h"
 
 namespace deltalux::update {
 namespace {
@@ -13,19 +13,6 @@ using segments::Segment;
 
 constexpr size_t kGrain = 256;
 constexpr size_t kAhead = 12;
-
-class Stopwatch {
- public:
-  explicit Stopwatch(double& ms) : ms_(ms), start_(std::chrono::steady_clock::now()) {}
-  ~Stopwatch() {
-    const std::chrono::duration<double, std::milli> d = std::chrono::steady_clock::now() - start_;
-    ms_ += d.count();
-  }
-
- private:
-  double& ms_;
-  std::chrono::steady_clock::time_point start_;
-};
 
 }  // namespace
 
@@ -75,7 +62,7 @@ void PathUpdate::replace(std::span<const PendingPath> pending,
   std::vector<Front> fresh(levels.size() + 1);
   std::vector<PendingPath> unknown;
   {
-    Stopwatch watch(counts_.remove_ms);
+    ScopeTime watch(counts_.remove_ms);
     for (const PendingPath& p : pending) {
       state_.cut[p.path] = kNotCut;
       cut[p.bounce].push_back(p.slot);
@@ -117,7 +104,7 @@ void PathUpdate::replace(std::span<const PendingPath> pending,
     }
   }
   if (between) {
-    Stopwatch watch(counts_.moving_ms);
+    ScopeTime watch(counts_.moving_ms);
     between();
   }
   for (uint32_t slot : cut[0]) {
@@ -141,16 +128,16 @@ void PathUpdate::advance(std::vector<Front> fresh, const Progress* progress) {
     if (front.slots.empty()) continue;
     if (progress) progress->check();
     {
-      Stopwatch watch(counts_.trace_ms);
+      ScopeTime watch(counts_.trace_ms);
       trace(b, front, children);
       counts_.traced += front.slots.size();
     }
     if (progress) progress->check();
-    Stopwatch watch(counts_.deposit_ms);
+    ScopeTime watch(counts_.deposit_ms);
     deposit_.add(b, front.slots);
     landings_.add(b, front.slots, +1);
   }
-  Stopwatch watch(counts_.deposit_ms);
+  ScopeTime watch(counts_.deposit_ms);
   deposit_.finish();
 }
 

@@ -3,7 +3,6 @@
 #include "update/session.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -21,12 +20,6 @@ constexpr uint64_t kSlotsPerStep = 65536;  // taken between two looks at the can
 // Where things touch, less of a disc than this may be left: a single crossing of it would outshine
 // the scene. Such samples, some per cent of the vertices of a furnished room, become darker.
 constexpr float kLeastShare = 0.01f;
-
-double now_ms() {
-  return std::chrono::duration<double, std::milli>(
-             std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
 
 void check_samples(const scene::Scene& scene, samples::SampleSet& samples) {
   const size_t n = samples.size();
@@ -173,7 +166,7 @@ Report Session::bake(Progress& progress) {
   auto old_pending = std::exchange(pending_, {});
   try {
     Report report;
-    double start = now_ms();
+    Stopwatch watch;
     Parts parts = place_parts(progress);
     make_cells();
     allot_paths(progress);
@@ -181,18 +174,16 @@ Report Session::bake(Progress& progress) {
     forecast_memory(paths);
     choose_direct();
     refuse_beyond_limit();
-    report.milliseconds.emplace_back("prepare", now_ms() - start);
-    start = now_ms();
+    report.end_stage("prepare", watch);
     plan_parts(parts, paths, false, progress);
     make_estimators(parts, progress);
-    report.milliseconds.emplace_back("plan", now_ms() - start);
+    report.end_stage("plan", watch);
     trace_all(progress, report);
-    start = now_ms();
+    watch.lap();
     compute_direct(progress);
-    report.milliseconds.emplace_back("direct", now_ms() - start);
-    start = now_ms();
+    report.end_stage("direct", watch);
     look_around(progress, true);
-    report.milliseconds.emplace_back("gather", now_ms() - start);
+    report.end_stage("gather", watch);
     refresh_areas(nullptr);
     baked_ = true;
     damaged_ = false;
@@ -225,12 +216,11 @@ Report Session::recompute(Progress& progress) {
     s.caster = std::make_unique<trace::RayCaster>(s.scene, progress);
     make_cells();
     trace_all(progress, report);
-    double start = now_ms();
+    Stopwatch watch;
     compute_direct(progress);
-    report.milliseconds.emplace_back("direct", now_ms() - start);
-    start = now_ms();
+    report.end_stage("direct", watch);
     look_around(progress);
-    report.milliseconds.emplace_back("gather", now_ms() - start);
+    report.end_stage("gather", watch);
     refresh_areas(nullptr);
     damaged_ = false;
     return report;

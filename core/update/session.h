@@ -11,6 +11,7 @@
 
 #include "base/archive.h"
 #include "base/progress.h"
+#include "base/stopwatch.h"
 #include "direct/direct_light.h"
 #include "gather/lit_cells.h"
 #include "gather/pool_errors.h"
@@ -29,6 +30,10 @@ struct Report {
   uint64_t gathered_rays = 0;
   double done = 1;  ///< share of the pending paths that were replaced
   std::vector<std::pair<std::string, double>> milliseconds;  ///< by stage, wall clock
+
+  void end_stage(const char* name, Stopwatch& watch) {
+    milliseconds.emplace_back(name, watch.lap());
+  }
 };
 
 /// Power per channel in the unit of the scene: emitted = absorbed + escaped, in quanta.
@@ -133,6 +138,7 @@ class Session {
   void restore(ArchiveSource& archive, Progress& progress);
 
  private:
+  void add_gradient_of_paths(double* gradient, Progress& progress);
   /// What read_samples() gathers where all is asked for.
   auto all_gathered() const;
   /// Gathered light of a block of samples.
@@ -269,6 +275,13 @@ class Session {
   void restore_pending(ArchiveSource& archive);
   void restore_direct(ArchiveSource& archive);
   void restore_looks(ArchiveSource& archive, Progress& progress);
+  /// Applies `edits` and finds what they affect; where it throws, everything is as before.
+  Affected apply(std::span<const scene::Edit> edits, EditLog& log, double budget_ms,
+                 Stopwatch& watch, Progress& progress, Report& report);
+  /// Brings paths, rays and areas up to date with edits that were applied. Returns what
+  /// run_pending() does.
+  size_t follow(std::span<const scene::Edit> edits, const EditLog& log, const Affected& affected,
+                double budget_ms, Stopwatch& watch, Progress& progress, Report& report);
   /// Cuts and traces again what `log` and the search after it found, and what waited before.
   /// Returns what run_pending() does.
   size_t replace_paths(const EditLog& log, const Affected& affected, double budget_ms,

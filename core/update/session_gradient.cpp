@@ -22,55 +22,58 @@ void fit(const samples::OutlineMoments& m, double energy, double su, double sv, 
   gv += (b * uu - a * uv) / determinant;
 }
 
+/// Two axes of a sample's plane.
+struct Frame {
+  Vec3f u{}, v{};
+
+  /// Adds slopes along them to a gradient in world space.
+  void add(double along_u, double along_v, double* gradient) const {
+    for (int axis = 0; axis < 3; ++axis) gradient[axis] += along_u * u[axis] + along_v * v[axis];
+  }
+};
+
+Frame frame_of(Vec3f normal) {
+  Frame frame;
+  tangent_frame(normal, frame.u, frame.v);
+  return frame;
+}
+
+/// Calls visit(discs, number among them, pose, object) for those of all present samples.
+template <class Visit>
+void each_disc(const State& s, const Visit& visit) {
+  const samples::DiscSet& still = s.static_index->discs();
+  for (size_t i = 0; i < still.size(); ++i) visit(still, i, Pose{}, scene::kNone);
+  for (const MovingPart& part : s.moving) {
+    const scene::Object& object = s.scene.objects[part.object];
+    const samples::DiscSet& discs = part.index->discs();
+    if (object.present)
+      for (size_t i = 0; i < discs.size(); ++i) visit(discs, i, object.pose, part.object);
+  }
+}
+
 }  // namespace
 
 void Session::read_gradient(double* gradient, Progress& progress) {
   check_whole();
   State& s = *state_;
   const size_t n = s.samples.size();
-  const uint32_t slabs = s.sum_groups() * kBatches;
-  std::vector<int64_t> sums(size_t(slabs) * n * 3), moments(size_t(slabs) * n * 6);
-  Deposit(s, {sums.data(), n, false, moments.data()}).add_all(progress);
+  std::fill(gradient, gradient + 9 * n, 0.0);
+  add_gradient_of_paths(gradient, progress);
 
   // Receivers a little to either side along u and v.
   std::vector<direct::Receiver> around(4 * n);
-  std::vector<Vec3f> axis_u(n), axis_v(n);
-  std::fill(gradient, gradient + 9 * n, 0.0);
-  const auto visit = [&](const samples::DiscSet& discs, const Pose& pose, uint32_t object) {
-    for (size_t i = 0; i < discs.size(); ++i) {
-      const uint32_t id = discs.id[i];
-      Vec3f u, v;
-      tangent_frame(discs.normal[i], u, v);
-      axis_u[id] = pose.direction(u), axis_v[id] = pose.direction(v);
-      const float step = kDifferenceStep * discs.radius[i];
-      const Vec3f normal = pose.direction(discs.normal[i]);
-      for (int k = 0; k < 4; ++k) {
-        const Vec3f axis = k < 2 ? u : v;
-        around[4 * id + k] = {pose.point(discs.centre[i] + axis * (k % 2 ? step : -step)), normal,
-                              object};
-      }
-      const samples::OutlineMoments m = samples::outline_moments(discs, i);
-      const double unit = discs.radius[i] / estimate::EnergySums::kMomentSteps;
-      for (int c = 0; c < 3; ++c) {
-        double gu = 0, gv = 0;
-        for (uint32_t slab = 0; slab < slabs; ++slab) {
-          const uint32_t group = slab / kBatches;
-          const double factor = s.scale.quantum * (s.merged(group) ? 1.0 : s.group_factor[group]);
-          const size_t at = size_t(slab) * n + id;
-          fit(m, factor * double(sums[3 * at + c]), factor * unit * double(moments[6 * at + 2 * c]),
-              factor * unit * double(moments[6 * at + 2 * c + 1]), gu, gv);
-        }
-        for (int axis = 0; axis < 3; ++axis)
-          gradient[9 * size_t(s.given[id]) + 3 * c + axis] =
-              gu * axis_u[id][axis] + gv * axis_v[id][axis];
-      }
+  std::vector<Frame> frames(n);
+  each_disc(s, [&](const samples::DiscSet& discs, size_t i, const Pose& pose, uint32_t object) {
+    const uint32_t id = discs.id[i];
+    const Frame frame = frames[id] = frame_of(discs.normal[i]);
+    const float step = kDifferenceStep * discs.radius[i];
+    for (int k = 0; k < 4; ++k) {
+      const Vec3f axis = k < 2 ? frame.u : frame.v;
+      around[4 * id + k] = {pose.point(discs.centre[i] + axis * (k % 2 ? step : -step)),
+                            pose.direction(discs.normal[i]), object};
     }
-  };
-  visit(s.static_index->discs(), {}, scene::kNone);
-  for (const MovingPart& part : s.moving)
-    if (s.scene.objects[part.object].present)
-      visit(part.index->discs(), s.scene.objects[part.object].pose, part.object);
-
+    frames[id] = {pose.direction(frame.u), pose.direction(frame.v)};
+  });
   direct::DirectLight direct(4 * n, s.scene.group_count, direct_->irradiance_quantum(),
                              s.options.seed);
   direct.compute({*s.caster, s.lights, s.light_sampled, around}, s.workers, progress);
@@ -81,12 +84,35 @@ void Session::read_gradient(double* gradient, Progress& progress) {
                                (2 * kDifferenceStep * double(s.samples.radius[id]));
       for (int c = 0; c < 3; ++c) {
         const int64_t* e = light.data() + 3 * (size_t(g) * 4 * n + 4 * id) + c;
-        const double du = double(e[3] - e[0]) * per_metre, dv = double(e[9] - e[6]) * per_metre;
-        for (int axis = 0; axis < 3; ++axis)
-          gradient[9 * size_t(s.given[id]) + 3 * c + axis] +=
-              du * axis_u[id][axis] + dv * axis_v[id][axis];
+        frames[id].add(double(e[3] - e[0]) * per_metre, double(e[9] - e[6]) * per_metre,
+                       gradient + 9 * size_t(s.given[id]) + 3 * c);
       }
     }
+}
+
+void Session::add_gradient_of_paths(double* gradient, Progress& progress) {
+  State& s = *state_;
+  const size_t n = s.samples.size();
+  const uint32_t slabs = s.sum_groups() * kBatches;
+  std::vector<int64_t> sums(size_t(slabs) * n * 3), moments(size_t(slabs) * n * 6);
+  Deposit(s, {sums.data(), n, false, moments.data()}).add_all(progress);
+  each_disc(s, [&](const samples::DiscSet& discs, size_t i, const Pose& pose, uint32_t) {
+    const uint32_t id = discs.id[i];
+    const Frame local = frame_of(discs.normal[i]);
+    const Frame frame{pose.direction(local.u), pose.direction(local.v)};
+    const samples::OutlineMoments m = samples::outline_moments(discs, i);
+    const double unit = discs.radius[i] / estimate::EnergySums::kMomentSteps;
+    for (int c = 0; c < 3; ++c) {
+      double gu = 0, gv = 0;
+      for (uint32_t slab = 0; slab < slabs; ++slab) {
+        const double factor = s.scale.quantum * s.sum_factor(slab / kBatches);
+        const size_t at = size_t(slab) * n + id;
+        fit(m, factor * double(sums[3 * at + c]), factor * unit * double(moments[6 * at + 2 * c]),
+            factor * unit * double(moments[6 * at + 2 * c + 1]), gu, gv);
+      }
+      frame.add(gu, gv, gradient + 9 * size_t(s.given[id]) + 3 * c);
+    }
+  });
 }
 
 }  // namespace deltalux::update

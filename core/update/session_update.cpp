@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Edits: validation, what they touch, and the replacement of the paths they change.
 #include <algorithm>
-#include <chrono>
 #include <numbers>
 #include <utility>
 
@@ -16,12 +15,6 @@ namespace {
 
 constexpr double kDirectShare = 0.4;  // of a time budget, for shadow rays
 constexpr size_t kFirstStep = 128;    // with a time budget it measures how many paths fit
-
-using Clock = std::chrono::steady_clock;
-
-double since(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 /// The object that an edit means: in the scene, or inserted by one of the edits `before` it.
 const scene::Object& movable_object(const scene::Scene& scene, std::span<const scene::Edit> before,
@@ -152,36 +145,56 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
   edits_applied_ = false;
   if (damaged_) rebuild(progress);
   for (size_t i = 0; i < edits.size(); ++i) check(edits[i], edits.first(i));
-  State& s = *state_;
   Report report;
-  const Clock::time_point begin = Clock::now();
-  Clock::time_point lap = begin;
-  const auto stage = [&](const char* name) {
-    report.milliseconds.emplace_back(name, since(lap));
-    lap = Clock::now();
-  };
-
-  EditLog log(s);
-  Affected affected;
+  Stopwatch watch;
+  EditLog log(*state_);
+  const Affected affected = apply(edits, log, budget_ms, watch, progress, report);
+  edits_applied_ = true;
+  if (!baked_) return report;
+  report.scanned_segments = affected.scanned;
+  report.candidates = affected.candidates;
   size_t refused = 0;
+  try {
+    refused = follow(edits, log, affected, budget_ms, watch, progress, report);
+  } catch (...) {
+    // Memory ran out between two states, which only a new start makes one.
+    rebuild(progress);
+  }
+  report.milliseconds.emplace_back("total", watch.milliseconds());
+  if (refused)
+    throw OptionError("memory: with longer paths the session needs more than its limit of " +
+                      mebibytes(double(state_->options.memory_limit)) + "; " +
+                      std::to_string(refused) +
+                      " paths wait as they were. Take the edit back, or raise the memory limit");
+  if (state_->gather)
+    report.done = std::min(report.done, 1 - state_->gather->looks.pending_share());
+  if (pending_share() > 0 && progress.cancelled()) throw Cancelled();
+  return report;
+}
+
+Affected Session::apply(std::span<const scene::Edit> edits, EditLog& log, double budget_ms,
+                        Stopwatch& watch, Progress& progress, Report& report) {
+  State& s = *state_;
+  Affected affected;
   std::unique_ptr<direct::DirectLight> dark;  // what the first light replaces
   try {
     log.apply(edits);
-    if (baked_) {
-      grow_cell_sums();
-      stage("geometry");
-      if (log.reflects_more()) refuse_growth(progress);
-      for (MovingPart& part : s.moving) place_part(s, part);
-      if (!log.changes().empty() || !log.materials().empty())
-        affected = find_affected(s, log.changes(), log.materials(), progress);
-      stage("scan");
-      if (log.first_light()) {
-        auto fresh = make_direct(choose_irradiance_quantum());
-        dark = std::exchange(direct_, std::move(fresh));
-      }
-      // The last that can fail: it takes back what it did itself.
-      update_direct(log.changes(), log.old_lights(), kDirectShare * budget_ms, progress);
+    if (!baked_) return affected;
+    grow_cell_sums();
+    report.end_stage("geometry", watch);
+    if (log.reflects_more()) refuse_growth(progress);
+    for (MovingPart& part : s.moving) place_part(s, part);
+    if (!log.changes().empty() || !log.materials().empty())
+      affected = find_affected(s, log.changes(), log.materials(), progress);
+    report.end_stage("scan", watch);
+    if (log.first_light()) {
+      auto fresh = make_direct(choose_irradiance_quantum());
+      dark = std::exchange(direct_, std::move(fresh));
     }
+    // The last that can fail: it takes back what it did itself.
+    update_direct(log.changes(), log.old_lights(), kDirectShare * budget_ms, progress);
+    s.irradiance_quantum = direct_->irradiance_quantum();
+    report.end_stage("direct", watch);
   } catch (...) {
     log.undo();
     shrink_cell_sums();
@@ -192,37 +205,28 @@ Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Pro
     }
     throw;
   }
-  edits_applied_ = true;
-  if (!baked_) return report;
-  s.irradiance_quantum = direct_->irradiance_quantum();
-  report.scanned_segments = affected.scanned;
-  report.candidates = affected.candidates;
-  try {
-    stage("direct");
-    refused = replace_paths(log, affected, budget_ms > 0 ? budget_ms - since(begin) : budget_ms,
-                            progress, report);
-    lap = Clock::now();
-    note_looks(log.changes(), s.lights.size() > log.old_lights());
-    if (s.gather && shows_everywhere(edits)) s.gather->glance.stale = true;
-    if (s.gather)
-      report.gathered_rays = s.gather->looks.follow(
-          present(receivers_, s.guiding), s.workers, progress, [&](size_t i) { renew_share(i); },
-          [&] { return !progress.cancelled() && (budget_ms == 0 || since(begin) < budget_ms); });
-    stage("gather");
-    if (!log.changes().empty()) refresh_areas(&log.changes());
-    stage("areas");
-  } catch (...) {
-    // Memory ran out between two states, which only a new start makes one.
-    rebuild(progress);
-  }
-  report.milliseconds.emplace_back("total", since(begin));
-  if (refused)
-    throw OptionError("memory: with longer paths the session needs more than its limit of " +
-                      mebibytes(double(s.options.memory_limit)) + "; " + std::to_string(refused) +
-                      " paths wait as they were. Take the edit back, or raise the memory limit");
-  if (s.gather) report.done = std::min(report.done, 1 - s.gather->looks.pending_share());
-  if (pending_share() > 0 && progress.cancelled()) throw Cancelled();
-  return report;
+  return affected;
+}
+
+size_t Session::follow(std::span<const scene::Edit> edits, const EditLog& log,
+                       const Affected& affected, double budget_ms, Stopwatch& watch,
+                       Progress& progress, Report& report) {
+  State& s = *state_;
+  const double left = budget_ms > 0 ? budget_ms - watch.milliseconds() : budget_ms;
+  const size_t refused = replace_paths(log, affected, left, progress, report);
+  watch.lap();
+  note_looks(log.changes(), s.lights.size() > log.old_lights());
+  if (s.gather && shows_everywhere(edits)) s.gather->glance.stale = true;
+  if (s.gather)
+    report.gathered_rays = s.gather->looks.follow(
+        present(receivers_, s.guiding), s.workers, progress, [&](size_t i) { renew_share(i); },
+        [&] {
+          return !progress.cancelled() && (budget_ms == 0 || watch.milliseconds() < budget_ms);
+        });
+  report.end_stage("gather", watch);
+  if (!log.changes().empty()) refresh_areas(&log.changes());
+  report.end_stage("areas", watch);
+  return refused;
 }
 
 void Session::rebuild(Progress& progress) {
@@ -286,7 +290,7 @@ size_t Session::replace_paths(const EditLog& log, const Affected& affected, doub
 
 size_t Session::run_pending(double budget_ms, Progress& progress, Report& report,
                             const std::function<void()>& between) {
-  const Clock::time_point start = Clock::now();
+  const Stopwatch watch;
   State& s = *state_;
   const size_t total = pending_.size();
   size_t done = 0;
@@ -315,7 +319,7 @@ size_t Session::run_pending(double budget_ms, Progress& progress, Report& report
               update.counts().traced - traced > update.counts().removed - removed;
     if (refused) break;
     if (budget_ms == 0 || done == total) continue;
-    const double spent = since(start), left = budget_ms - spent;
+    const double spent = watch.milliseconds(), left = budget_ms - spent;
     if (left <= 0) break;
     const double fits = double(done) * left / spent;  // beyond any integer, perhaps
     step = size_t(std::clamp(fits, 1.0, double(std::min(2 * step, kMostPerStep))));

@@ -27,6 +27,7 @@ def plain_seed() -> GltfBuilder:
     return builder
 
 
+# long: one of everything, a few lines each.
 def rich_seed() -> GltfBuilder:
     """Everything the reader honours, in one file."""
     builder = GltfBuilder()

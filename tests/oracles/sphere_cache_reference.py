@@ -71,6 +71,7 @@ def curve_order(points: np.ndarray, order: str) -> list[int]:
     return sorted(range(len(points)), key=lambda i: (keys[i], i))
 
 
+# long: the paper's algorithm in one piece, to be read beside it.
 def walk(
     segments,
     samples,

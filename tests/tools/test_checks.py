@@ -94,10 +94,55 @@ def test_text_accepts(tmp_path: Path) -> None:
         ("a.h", HEADER + "int a; \n", "a.h:3: trailing white space"),
         ("a.md", "see /" + "home/someone/file\n", "is a path of one machine"),
         ("a.md", "TO" + "DO: write\n", "leftover"),
-        ("a.h", HEADER + "int a;\n" * 500, "split the file"),
     ],
 )
 def test_text_refuses(tmp_path: Path, name: str, text: str, found: str) -> None:
     code, out = text_check(tmp_path, name, text)
+    assert code == 1
+    assert found in out
+
+
+def functions(root: Path, name: str, text: str) -> tuple[int, str]:
+    subprocess.run(["git", "init", "-q", root], check=True)
+    (root / name).write_text(text, encoding="utf-8")
+    return run_tool("check_functions.py", root)
+
+
+LONG, SHORT = "  go();\n" * 61, "  go();\n" * 60
+PYTHON_LONG = "    go()\n" * 61
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.cpp", f"void f() {{\n{SHORT}}}\n"),
+        ("a.cpp", f"namespace a {{\nvoid f();\n{LONG}}}\n"),
+        ("a.h", f"struct A {{\n  void f() {{}}\n{LONG}}};\n"),
+        ("a.cpp", f"// long: a list of names.\nvoid f() {{\n{LONG}}}\n"),
+        ("a.cpp", f"#if defined(A) && B(2)\nstruct S {{\n{LONG}}};\n#endif\n"),
+        ("a.cpp", 'void f() { go("{"); } // {\n' + LONG),
+        ("a.ts", f"export class A {{\n  f() {{\n    // long: a list of names\n{LONG}  }}\n}}\n"),
+        ("a.py", 'def f():\n    """Go.\n\n' + "    On.\n" * 80 + '    """\n    go()\n'),
+        ("a.py", f"# long: a list of names\ndef f():\n{PYTHON_LONG}"),
+    ],
+)
+def test_functions_accept(tmp_path: Path, name: str, text: str) -> None:
+    code, out = functions(tmp_path, name, text)
+    assert code == 0, out
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "found"),
+    [
+        ("a.cpp", f"namespace a {{\nint A::f(int x) const {{\n{LONG}}}\n}}\n", "a.cpp:2: A::f: 61 lines"),
+        ("a.cpp", f"int f() {{\n{LONG}}}\n// long: too far away.\n", "a.cpp:1: f: 61 lines"),
+        ("a.h", f"struct A {{\n  void f(int a,\n         int b) {{\n{LONG}  }}\n}};\n", "a.h:2: f: 61"),
+        ("a.cpp", f"A::A(int a) : a_(a), b_{{2}} {{\n{LONG}}}\n", "a.cpp:1: A::A: 61"),
+        ("a.ts", f"export function f(a: number): void {{\n{LONG}}}\n", "a.ts:1: f: 61 lines"),
+        ("a.py", f"class A:\n    def f():\n{PYTHON_LONG.replace('    ', '        ')}", "a.py:2: f: 61 lines"),
+    ],
+)
+def test_functions_refuse(tmp_path: Path, name: str, text: str, found: str) -> None:
+    code, out = functions(tmp_path, name, text)
     assert code == 1
     assert found in out

@@ -37,13 +37,13 @@ SIZE, SIZE_LABEL = "object's size r_D / r_0", "object's size $r_D / r_0$"
 PRINTED = float(model.crossover(form="printed"))
 
 
-def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findings:
-    """Count and time both methods for objects of every size in the unit sphere."""
-    sizes = np.array(settings["sizes"], float)
+def _measured(
+    sizes: np.ndarray, settings: Mapping[str, Any], steps: Steps
+) -> tuple[dict[str, Series], dict[str, Series]]:
+    """Counts of tests and times of every method, over the object's size."""
     unit = settings["lines"] * np.cbrt(settings["samples"])  # of eq. 10, so that the paper's index costs 1
     counts: list[list[dict[str, float]]] = []  # (sizes, seeds)
     times: list[dict[str, Timing]] = []  # sizes
-    steps = Steps(progress, len(sizes))
     for size in sizes:
         counts.append(
             [
@@ -58,6 +58,13 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
         for name in (*COUNTED, *STATIC)
     }
     timed = {name: Series.of_times(name, [row[name] for row in times]) for name in (*TIMED, *STATIC)}
+    return counted, timed
+
+
+def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findings:
+    """Count and time both methods for objects of every size in the unit sphere."""
+    sizes = np.array(settings["sizes"], float)
+    counted, timed = _measured(sizes, settings, Steps(progress, len(sizes)))
     moving = [
         Series("sphere cache, paper (eq. 15)", UNIT, model.moving_cost_ratio(sizes, 1.0), theory=True),
         Series("disc index, paper (eq. 10)", UNIT, np.ones_like(sizes), theory=True),
@@ -75,6 +82,18 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
         *(counted[name] for name in STATIC),
     ]
     count, time = ({name: series.values for name, series in each.items()} for each in (counted, timed))
+    verdicts = [
+        paper_verdict(crossings(sizes, moving[0].values, moving[1].values)),
+        count_verdict(sizes, count[CACHE]),
+        real_verdict("tests; disc index, all rays", sizes, count[CACHE], count[INDEX]),
+        real_verdict("tests; disc index, object's rays", sizes, count[CACHE], count[INDEX_OWN]),
+        *(
+            real_verdict(f"time; {name}", sizes, time[CACHE], time[name])
+            for name in (INDEX_REBUILT, INDEX, INDEX_OWN_REBUILT, INDEX_OWN)
+        ),
+        static_verdict("tests", count[STATIC_CACHE], count[STATIC_INDEX]),
+        static_verdict("processor time", time[STATIC_CACHE], time[STATIC_INDEX]),
+    ]
     return Findings(
         [
             series_table("moving_object_counts", SIZE, sizes, moving),
@@ -82,18 +101,7 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
             series_table("moving_object_static", SIZE, sizes, [*static, *(timed[name] for name in STATIC)]),
         ],
         _figures(sizes, moving, [timed[name] for name in TIMED], static, settings),
-        [
-            paper_verdict(crossings(sizes, moving[0].values, moving[1].values)),
-            count_verdict(sizes, count[CACHE]),
-            real_verdict("tests; disc index, all rays", sizes, count[CACHE], count[INDEX]),
-            real_verdict("tests; disc index, object's rays", sizes, count[CACHE], count[INDEX_OWN]),
-            *(
-                real_verdict(f"time; {name}", sizes, time[CACHE], time[name])
-                for name in (INDEX_REBUILT, INDEX, INDEX_OWN_REBUILT, INDEX_OWN)
-            ),
-            static_verdict("tests", count[STATIC_CACHE], count[STATIC_INDEX]),
-            static_verdict("processor time", time[STATIC_CACHE], time[STATIC_INDEX]),
-        ],
+        verdicts,
         [
             "The sphere cache gets the object's rays for nothing, as in the paper, where disc indexing pays "
             "for all rays. An update knows these rays, so that either method can have them; a rigid object "
