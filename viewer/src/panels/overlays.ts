@@ -1,15 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// What lies over the picture: legend, hint, progress, banner of a lost connection, notes.
+// What is said over the picture: hint, state of the light, progress, banner of a lost connection.
 import { button, h } from '../dom'
-import { seconds, unitLabel } from '../format'
-import { drawLegend, legendText } from '../legend'
-import type { Look } from '../look'
+import { seconds } from '../format'
 import type { Objects } from '../objects'
-import type { Phase, Unit } from '../protocol'
+import type { Phase } from '../protocol'
 import type { RemoteSession } from '../remoteSession'
-
-const NOTE_SECONDS = 8
-const LEGEND_HEIGHT = 320
 
 /** Banner while the server is away. */
 export function banner(remote: RemoteSession): HTMLElement {
@@ -72,28 +67,4 @@ export function hint(objects: Objects): HTMLElement {
   )
   objects.moved.push(() => (element.hidden = true))
   return element
-}
-
-/** Notices and refusals, for a while. */
-export function notes(remote: RemoteSession): HTMLElement {
-  const element = h('div', { class: 'notes', 'aria-live': 'polite' })
-  remote.note.watch((note) => {
-    if (!note) return
-    const item = h('div', { class: `note ${note.kind}` }, note.text)
-    for (const old of [...element.children]) if (old.textContent === note.text) old.remove()
-    element.append(item)
-    window.setTimeout(() => item.remove(), 1000 * NOTE_SECONDS)
-  })
-  return element
-}
-
-export function legend(look: Look, unit: Unit): HTMLCanvasElement {
-  const canvas = h('canvas', { class: 'legend', role: 'img' })
-  look.scale.watch((scale) => {
-    canvas.hidden = scale === null
-    if (!scale) return
-    drawLegend(canvas, scale, unitLabel(unit), LEGEND_HEIGHT, window.devicePixelRatio)
-    canvas.setAttribute('aria-label', legendText(scale, unitLabel(unit)))
-  })
-  return canvas
 }

@@ -45,7 +45,7 @@ export class Cameras {
     const pose = new Matrix4().fromArray(camera.pose)
     const ahead = new Vector3().setFromMatrixColumn(pose, 2).negate()
     const eye = new Vector3().setFromMatrixPosition(pose)
-    this.stage.camera.fov = MathUtils.radToDeg(camera.vertical_fov)
+    this.stage.fieldOfView = MathUtils.radToDeg(camera.vertical_fov)
     this.lookFrom(eye, eye.clone().addScaledVector(ahead, distance))
   }
 
@@ -62,7 +62,7 @@ export class Cameras {
 
   lookFrom(eye: Vector3, target: Vector3): void {
     this.stage.camera.position.copy(eye)
-    this.stage.camera.updateProjectionMatrix()
+    this.stage.camera.updateProjectionMatrix() // near and far are new at first
     this.orbit.target.copy(target)
     this.orbit.update()
     this.stage.invalidate()
