@@ -30,7 +30,7 @@ import { shortcuts } from './shortcuts'
 import { Cameras } from './three/cameras'
 import { geometryArrays, LitScene } from './three/litScene'
 import { Outline } from './three/outline'
-import { pick } from './three/picking'
+import { clearDistance, pick } from './three/picking'
 import { Stage } from './three/stage'
 import { Timeline } from './timeline'
 import { IsolineLabels } from './isolineLabels'
@@ -87,6 +87,7 @@ export class App {
     this.probes = new Probes(this.stage, this.lit)
     this.pointer = new Pointer(this.stage, this.lit, this.objects, this.probes, this.cameras)
     this.timeline = new Timeline(this.objects)
+    const lights = new Lights(info.groups, this.remote)
 
     const top = header(info, this.look, this.remote, {
       showCamera: (index) => this.showCamera(index),
@@ -109,7 +110,7 @@ export class App {
         'div',
         { class: 'over' },
         banner(this.remote),
-        lightState(this.remote),
+        lightState(this.remote, lights),
         progressBox(this.remote),
         hint(this.objects),
         comparisonNote(this.look, this.references),
@@ -122,7 +123,7 @@ export class App {
         'aside',
         { id: 'panels', 'aria-label': 'Panels' },
         objectPanel(this.objects, this.remote, this.look),
-        lightPanel(new Lights(info.groups, this.remote)),
+        lightPanel(lights),
         viewPanel(this.look, this.references, info.unit, () => this.remember()),
         figuresPanel(this.remote, this.latency.last),
         filePanel(
@@ -156,8 +157,13 @@ export class App {
   }
 
   fit(): void {
-    const body = this.objects.gizmo.body
-    this.cameras.fit(body?.visible ? new Box3().setFromObject(body) : undefined)
+    const { body } = this.objects.gizmo
+    const [box, others] = body?.visible
+      ? [new Box3().setFromObject(body), this.lit.bodies.filter((other) => other !== body)]
+      : [this.lit.bounds, this.lit.bodies]
+    this.lit.root.updateMatrixWorld(true)
+    this.cameras.fit(box, (from, way) => clearDistance(others, from, way))
+    void this.look.measureAgain()
   }
 
   fly(): void {
@@ -188,7 +194,7 @@ export class App {
     } else if (this.info.cameras.length) {
       this.showCamera(0)
     } else {
-      this.cameras.fit()
+      this.fit()
     }
   }
 

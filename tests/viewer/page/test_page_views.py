@@ -132,6 +132,15 @@ def test_difference_is_black_exactly_where_nothing_changed_else_of_the_scales_co
     assert signs >= {-1, 1}
 
 
+def test_lights_that_are_all_off_are_said_and_can_be_switched_on(viewer):
+    said = viewer.page.locator(".light-state")
+    assert said.is_hidden()
+    viewer.after(lambda: viewer.page.get_by_label("All lights", exact=True).fill("0"))
+    assert "All lights are off" in said.inner_text()
+    viewer.after(lambda: viewer.button("Switch them on").click())
+    assert said.is_hidden() and set(viewer.state()["server"]["factors"].values()) == {1.0}
+
+
 def test_dimmer_scales_the_light_of_its_group(viewer, server, session):
     places = viewer.places(10, 6)
     before = [viewer.probe(x, y) for x, y in places]

@@ -2,6 +2,7 @@
 // What is said over the picture: hint, state of the light, progress, banner of a lost connection.
 import { button, h } from '../dom'
 import { seconds } from '../format'
+import type { Lights } from '../lights'
 import type { Objects } from '../objects'
 import type { Phase } from '../protocol'
 import type { RemoteSession } from '../remoteSession'
@@ -42,15 +43,26 @@ const LIGHT_STATES: Partial<Record<Phase, string>> = {
   failed: 'The update failed: this light is not up to date',
 }
 
+const ALL_OFF = 'All lights are off'
+const NO_LIGHT =
+  'There is no light in this scene: no lamp, no sun, and nothing that glows. ' +
+  'Give a material an emission, or add a lamp, and open the file again.'
+
 /** Mark of a preview, and the way out where there is no light or an older one. */
-export function lightState(remote: RemoteSession): HTMLElement {
+export function lightState(remote: RemoteSession, lights: Lights): HTMLElement {
   const text = h('span', {})
+  const switchOn = button('Switch them on', () =>
+    lights.set(Object.fromEntries(lights.names.map((n) => [n, 1]))),
+  )
   const bake = button('Bake', () => void remote.edit({ type: 'bake' }), { class: 'primary' })
-  const element = h('div', { class: 'light-state' }, text, bake)
+  const element = h('div', { class: 'light-state' }, text, bake, switchOn)
   remote.state.watch((state) => {
-    const said = state && LIGHT_STATES[state.phase]
+    const off = state !== null && Object.values(state.factors).every((factor) => factor === 0)
+    const lit = state && (LIGHT_STATES[state.phase] ?? (off ? ALL_OFF : null))
+    const said = lights.names.length === 0 ? NO_LIGHT : lit
     element.hidden = !said
-    bake.hidden = state?.phase === 'preview'
+    bake.hidden = said !== LIGHT_STATES.empty && said !== LIGHT_STATES.failed
+    switchOn.hidden = said !== ALL_OFF
     text.textContent = said ?? ''
   })
   return element
