@@ -13,6 +13,7 @@ import type { Stage } from './three/stage'
 export class Look {
   readonly settings: Signal<Settings>
   metering = 0 // measurements at work
+  dark = false // the last measurement found no light to go by
   readonly scale = new Signal<ColourScale | null>(null) // what the legend shows; null in lit pictures
   private readonly measured: Partial<Record<ScaledMode, ColourScale>> = {}
   private readonly creases: Creases
@@ -76,6 +77,7 @@ export class Look {
     this.metering++
     const exposure = await measureExposure(this.stage, this.lit)
     this.metering--
+    this.dark = exposure === null
     if (exposure === null) return
     this.metered = exposure
     this.apply()
@@ -91,6 +93,7 @@ export class Look {
   private measuredScale(mode: ScaledMode): ColourScale {
     const seen = seenValues(this.stage, this.lit, mode)
     if (mode === 'difference') return symmetricScale(seen)
+    if (mode === 'falseColour') this.dark = !seen.some((value) => value > 0)
     return scaleFor(seen, this.logarithmicAsked[mode] ?? null)
   }
 

@@ -26,7 +26,6 @@ export class ServerFlow {
   readonly frames: number[] = [] // numbers of those received
   shown = -1 // revision of the light on the screen
   private readonly drawn: ValuesFrame[] = [] // arrived, not yet on the screen
-  private settled = true
   private revision = -1 // of the newest state
   private atRest = -1 // revision of the light that arrived last, where that is complete
 
@@ -60,12 +59,13 @@ export class ServerFlow {
     this.frames.push(frame.seq)
     this.drawn.push(frame)
     probes.update()
-    if (frame.full || first) void look.measureAgain()
+    const another = frame.rest && (look.dark || look.settings.value.mode === 'difference')
+    if (frame.full || first || another) void look.measureAgain()
     stage.invalidate()
   }
 
   private takeState(state: StateMessage): void {
-    const { objects, lit, look, references } = this.to
+    const { objects, lit, references } = this.to
     // An edit begins. What follows at once, before the light has come to rest, is part of it.
     const wasAtRest = this.atRest >= 0 && this.atRest === this.revision
     if (state.revision > this.revision && wasAtRest) references.keep('edit')
@@ -74,9 +74,6 @@ export class ServerFlow {
     for (const [name, value] of Object.entries(state.reflectances)) {
       lit.materials.setReflectance(name, value)
     }
-    const ready = state.phase === 'ready'
-    if (ready && !this.settled && look.settings.value.mode === 'difference') void look.measureAgain()
-    this.settled = ready
   }
 
   /** Frames are on the screen: the server may send more. */

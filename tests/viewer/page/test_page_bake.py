@@ -56,13 +56,13 @@ def test_scene_without_light_says_so(open_page):
     scene = two_cells()
     unlit = [dl.Material(m.name, m.reflectance) for m in scene.materials]
     dark = dl.Scene(scene.meshes, unlit, cameras=scene.cameras)
-    with dl.Session(dark, dl.Samples.on_vertices(dark, spacing=0.5), paths=2000, gather="off") as session:
-        with Server(session) as server:
-            viewer = open_page(server.url)
-            light = viewer.page.locator(".light-state")
-            assert "There is no light in this scene" in light.inner_text()
-            assert light.get_by_role("button").filter(visible=True).count() == 0
-            viewer.end(server)
+    samples = dl.Samples.on_vertices(dark, spacing=0.5)
+    with dl.Session(dark, samples, paths=2000, gather="off") as session, Server(session) as server:
+        viewer = open_page(server.url)
+        light = viewer.page.locator(".light-state")
+        assert "There is no light in this scene" in light.inner_text()
+        assert light.get_by_role("button").filter(visible=True).count() == 0
+        viewer.end(server)
 
 
 def test_check_recomputes_the_same_light(viewer, server, session):
