@@ -87,6 +87,12 @@ def test_a_frame_of_everything_and_one_of_nothing():
     assert len(header.runs) == 0
 
 
+def test_a_frame_says_whether_its_light_is_at_rest():
+    for rest, flags in ((True, 5), (False, 1)):
+        values = Values(np.zeros(3, np.uint64), 1.0, 0, preview=False, rest=rest)
+        assert apply_frame(frame_bytes(1, values, None), None)[0].flags == flags
+
+
 @pytest.mark.parametrize("other", [{"scale": 2.0}, {"preview": True}])
 def test_another_scale_or_the_end_of_a_preview_sends_everything(other):
     header, _ = apply_frame(
