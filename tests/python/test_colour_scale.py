@@ -36,6 +36,10 @@ def test_diverging_scale_is_black_at_zero_alone_and_ordered_to_both_sides():
 def test_scales_choose_round_ends_and_ticks():
     assert scale_for(np.linspace(0, 430, 1000)).high == 500
     assert scale_for(np.linspace(0, 430, 1000)).ticks().tolist() == [0, 100, 200, 300, 400, 500]
+    narrow = scale_for(np.array([210.0, 300, 400, 480]))
+    assert (narrow.low, narrow.high, narrow.logarithmic) == (200, 500, False)
+    dark = scale_for(np.array([0.0, 0, 0, 1, 2, 30, 900]))
+    assert (dark.low, dark.high, dark.logarithmic) == (1, 1000, True)
     wide = scale_for(np.geomspace(1, 3000, 1000))
     assert wide.logarithmic
     assert (wide.low, wide.high) == (1, 5000)

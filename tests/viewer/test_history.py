@@ -36,6 +36,19 @@ def test_steps_go_back_and_forth():
         steps.redo()
 
 
+def test_several_keys_are_one_step():
+    steps = history()
+    steps.edit(A, 0.9, "page", dragging=True)
+    steps.edit_together({A: 0.5, B: 0.25}, "page", dragging=True)  # other keys: another step
+    steps.edit_together({A: 0.4, B: 0.2}, "page", dragging=True)
+    steps.edit_together({A: 0.3, B: 0.15}, "page")
+    assert (steps.undo_name, steps.dragging) == ("dim a and 1 more", False)
+    steps.undo()
+    assert (steps.state, steps.undo_name) == ({A: 0.9, B: 1.0}, "dim a")
+    steps.redo()
+    assert steps.state == {A: 0.3, B: 0.15}
+
+
 def test_an_edit_ends_the_way_forth():
     steps = history()
     steps.edit(A, 0.5, "page")
@@ -150,7 +163,9 @@ def test_the_oldest_steps_are_forgotten():
 
 
 EDITS = st.tuples(
-    st.sampled_from([A, B]), st.sampled_from([0.0, 0.5, 1.0]), st.sampled_from("xy"), st.booleans()
+    st.dictionaries(st.sampled_from([A, B]), st.sampled_from([0.0, 0.5, 1.0]), min_size=1),
+    st.sampled_from("xy"),
+    st.booleans(),
 )
 
 
@@ -159,7 +174,7 @@ def test_all_undone_is_the_beginning_and_all_redone_the_end(actions):
     steps = history()
     for action in actions:
         if isinstance(action, tuple):
-            steps.edit(*action)
+            steps.edit_together(*action)
         elif action == "undo" and steps.undo_name:
             steps.undo()
         elif action == "redo" and steps.redo_name:

@@ -28,7 +28,7 @@ def state(rows, scale=1.0, revision=0, preview=False):
 def test_values_keep_half_a_per_mille_and_the_scale_is_a_power_of_two(brightest):
     rng = np.random.default_rng(1)
     given = brightest * rng.uniform(1e-4, 1, (500, 4)).astype(np.float32)
-    values = Encoder(NO_FILL).encode(given, 3, False)
+    values = Encoder(NO_FILL).encode(given, 3, preview=False, rest=False)
     assert np.log2(values.scale) % 1 == 0
     assert decoded(values.rows, values.scale) == pytest.approx(given, rel=5e-4)
 
@@ -56,7 +56,8 @@ def test_packed_values_are_what_is_read_in_single_precision(session):
 def test_the_scale_stays_until_values_leave_its_range():
     encoder = Encoder(NO_FILL)
     ones = np.ones((4, 4), np.float32)
-    scales = [encoder.encode(f * ones, 0, False).scale for f in (1, 2, 15, 0, 0.1, 1, 1e3, 1e3, 1)]
+    factors = (1, 2, 15, 0, 0.1, 1, 1e3, 1e3, 1)
+    scales = [encoder.encode(f * ones, 0, preview=False, rest=False).scale for f in factors]
     assert len(set(scales[:6])) == 1
     assert scales[6] == scales[7] < scales[5]
     assert scales[8] == scales[5]
@@ -84,6 +85,12 @@ def test_a_frame_of_everything_and_one_of_nothing():
     assert rows.tolist() == list(range(5))
     header, rows = apply_frame(frame_bytes(2, values, values), rows)
     assert len(header.runs) == 0
+
+
+def test_a_frame_says_whether_its_light_is_at_rest():
+    for rest, flags in ((True, 5), (False, 1)):
+        values = Values(np.zeros(3, np.uint64), 1.0, 0, preview=False, rest=rest)
+        assert apply_frame(frame_bytes(1, values, None), None)[0].flags == flags
 
 
 @pytest.mark.parametrize("other", [{"scale": 2.0}, {"preview": True}])

@@ -4,19 +4,24 @@ import { Box3, Vector2 } from 'three'
 import { h } from './dom'
 import { helpDialog, listen } from './keys'
 import { Latency } from './latency'
+import { Lights } from './lights'
 import { Look } from './look'
 import { Objects } from './objects'
+import { comparisonNote } from './panels/comparison'
 import { figuresPanel } from './panels/figuresPanel'
 import { filePanel } from './panels/filePanel'
 import { header } from './panels/header'
 import { lightPanel } from './panels/lightPanel'
 import { objectPanel } from './panels/objectPanel'
-import { banner, hint, legend, lightState, notes, progressBox } from './panels/overlays'
+import { legendBox, type LegendBox } from './panels/legendBox'
+import { notes } from './panels/notes'
+import { banner, hint, lightState, progressBox } from './panels/overlays'
 import { timelineBar } from './panels/timelineBar'
 import { viewPanel } from './panels/viewPanel'
 import { Pointer } from './pointer'
 import { Probes } from './probes'
 import type { SceneInfo } from './protocol'
+import { References } from './references'
 import { RemoteSession } from './remoteSession'
 import { saveScreenshot } from './screenshot'
 import { ServerFlow } from './serverFlow'
@@ -25,9 +30,10 @@ import { shortcuts } from './shortcuts'
 import { Cameras } from './three/cameras'
 import { geometryArrays, LitScene } from './three/litScene'
 import { Outline } from './three/outline'
-import { pick } from './three/picking'
+import { clearDistance, pick } from './three/picking'
 import { Stage } from './three/stage'
 import { Timeline } from './timeline'
+import { IsolineLabels } from './isolineLabels'
 import { keepLink } from './viewLink'
 
 const ACCENT = '#ffb84d'
@@ -42,6 +48,7 @@ export class App {
   readonly lit: LitScene
   readonly remote: RemoteSession
   readonly objects: Objects
+  readonly references: References
   readonly look: Look
   readonly cameras: Cameras
   readonly probes: Probes
@@ -50,7 +57,8 @@ export class App {
   readonly latency = new Latency()
   readonly flow: ServerFlow
   private readonly canvas = h('canvas', { tabindex: 0, 'aria-label': 'The scene. Press ? for keys.' })
-  private readonly legend: HTMLCanvasElement
+  private readonly legend: LegendBox
+  readonly labels: IsolineLabels
   private readonly flyButton: HTMLButtonElement
   private readonly help: HTMLDialogElement
 
@@ -74,39 +82,49 @@ export class App {
       this.cameras.orbit.enabled = !value && !this.cameras.flying
     })
     const asked = fromHash(location.hash)
-    this.look = new Look(this.stage, this.lit, asked.settings, asked.exposure)
+    this.references = new References(this.lit.values)
+    this.look = new Look(this.stage, this.lit, this.references, asked.settings, asked.exposure)
     this.probes = new Probes(this.stage, this.lit)
     this.pointer = new Pointer(this.stage, this.lit, this.objects, this.probes, this.cameras)
     this.timeline = new Timeline(this.objects)
+    const lights = new Lights(info.groups, this.remote)
 
     const top = header(info, this.look, this.remote, {
       showCamera: (index) => this.showCamera(index),
       fit: () => this.fit(),
       fly: () => this.fly(),
       help: () => this.help.showModal(),
+      drawer: (open) => (root.dataset.drawer = open ? 'open' : 'closed'),
     })
     this.flyButton = top.fly
     const keys = shortcuts(this)
     this.help = helpDialog(keys)
     listen(keys, (code, down) => this.cameras.key(code, down))
-    this.legend = legend(this.look, info.unit)
+    this.legend = legendBox(this.look, info.unit)
+    this.labels = new IsolineLabels(this.stage, this.lit, this.look)
     picture.append(
+      this.labels.canvas,
       this.probes.layer,
-      this.legend,
-      lightState(this.remote),
-      hint(this.objects),
-      progressBox(this.remote),
-      banner(this.remote),
+      this.legend.element,
+      h(
+        'div',
+        { class: 'over' },
+        banner(this.remote),
+        lightState(this.remote, lights),
+        progressBox(this.remote),
+        hint(this.objects),
+        comparisonNote(this.look, this.references),
+      ),
       notes(this.remote),
     )
     root.append(
       top.element,
       h(
         'aside',
-        {},
+        { id: 'panels', 'aria-label': 'Panels' },
         objectPanel(this.objects, this.remote, this.look),
-        lightPanel(info.groups, this.remote),
-        viewPanel(this.look, info.unit, () => this.remember()),
+        lightPanel(lights),
+        viewPanel(this.look, this.references, info.unit, () => this.remember()),
         figuresPanel(this.remote, this.latency.last),
         filePanel(
           this.remote,
@@ -128,18 +146,24 @@ export class App {
   }
 
   remember(): void {
-    this.lit.remember()
-    void this.look.lightChanged()
+    if (!this.lit.values.known) return
+    this.references.keep('remembered')
+    this.look.change({ reference: 'remembered' })
     this.probes.update()
   }
 
   screenshot(): void {
-    saveScreenshot(this.stage, this.legend, `${this.info.name}.png`)
+    saveScreenshot(this.stage, this.labels.canvas, this.legend, `${this.info.name}.png`)
   }
 
   fit(): void {
-    const body = this.objects.gizmo.body
-    this.cameras.fit(body?.visible ? new Box3().setFromObject(body) : undefined)
+    const { body } = this.objects.gizmo
+    const [box, others] = body?.visible
+      ? [new Box3().setFromObject(body), this.lit.bodies.filter((other) => other !== body)]
+      : [this.lit.bounds, this.lit.bodies]
+    this.lit.root.updateMatrixWorld(true)
+    this.cameras.fit(box, (from, way) => clearDistance(others, from, way))
+    void this.look.measureAgain()
   }
 
   fly(): void {
@@ -157,7 +181,7 @@ export class App {
     this.stage.camera.updateMatrixWorld(true)
     const ahead = pick(this.stage.camera, this.lit.bodies, new Vector2(0, 0))
     this.cameras.show(this.info.cameras[index], ahead?.distance ?? 1)
-    if (this.look.settings.value.automaticExposure) void this.look.meter()
+    void this.look.measureAgain()
   }
 
   private startView(eye: ReturnType<typeof fromHash>['eye']): void {
@@ -170,7 +194,7 @@ export class App {
     } else if (this.info.cameras.length) {
       this.showCamera(0)
     } else {
-      this.cameras.fit()
+      this.fit()
     }
   }
 

@@ -86,17 +86,21 @@ export function ticks(scale: ColourScale): number[] {
   return values.filter((v) => v >= scale.low * (1 - 1e-9) && v <= scale.high * (1 + 1e-9))
 }
 
-/** Scale that suits non-negative values; logarithmic where they spread widely, unless told. */
+/** Scale for the 2nd to the 98th percentile of non-negative values; logarithmic where they spread, unless told. */
 export function scaleFor(values: Float32Array, logarithmic: boolean | null = null): ColourScale {
   const sorted = values.slice().sort()
   const top = percentile(sorted, 0.98)
   if (!(top > 0)) return { low: 0, high: 1, logarithmic: false, diverging: false }
   const high = roundUp(top)
   if (!(logarithmic ?? top / Math.max(percentile(sorted, 0.5), 1e-30) > LOG_BEYOND)) {
-    return { low: 0, high, logarithmic: false, diverging: false }
+    const bottom = percentile(sorted, 0.02)
+    const step = roundUp((high - bottom) / 6)
+    const low = Number((Math.floor(bottom / step) * step).toPrecision(12))
+    return { low, high, logarithmic: false, diverging: false }
   }
-  const bottom = Math.max(percentile(sorted, 0.03), high / 1e4)
-  return { low: 10 ** Math.floor(Math.log10(bottom)), high, logarithmic: true, diverging: false }
+  const positive = sorted.subarray(sorted.findIndex((value) => value > 0))
+  const bottom = Math.max(percentile(positive, 0.02), high / 1e4)
+  return { low: roundDown(bottom), high, logarithmic: true, diverging: false }
 }
 
 /** Diverging scale around zero for the values that are not zero. */
@@ -105,7 +109,7 @@ export function symmetricScale(values: Float32Array): ColourScale {
     .filter((value) => value !== 0)
     .map(Math.abs)
     .sort()
-  const top = percentile(sizes, 0.999)
+  const top = percentile(sizes, 0.98)
   const high = top > 0 ? roundUp(top) : 1
   return { low: -high, high, logarithmic: false, diverging: true }
 }
@@ -114,5 +118,12 @@ export function symmetricScale(values: Float32Array): ColourScale {
 export function roundUp(value: number): number {
   const power = Math.floor(Math.log10(value))
   const mantissa = [1, 2, 2.5, 5, 10].find((m) => m * 10 ** power >= value * (1 - 1e-9)) ?? 10
+  return Number(`${mantissa}e${power}`)
+}
+
+/** The last of 1, 2, 2.5, 5 times a power of ten. */
+function roundDown(value: number): number {
+  const power = Math.floor(Math.log10(value))
+  const mantissa = [5, 2.5, 2, 1].find((m) => m * 10 ** power <= value * (1 + 1e-9)) ?? 1
   return Number(`${mantissa}e${power}`)
 }

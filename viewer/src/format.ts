@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Numbers, units and times as a reader wants them.
 import type { Unit } from './protocol'
+import type { ViewMode } from './settings'
 
 export const unitLabel = (unit: Unit): string => (unit === 'lux' ? 'lx' : 'W/m²')
+
+/** Unit of what a view shows. */
+export const valueUnit = (mode: ViewMode, unit: Unit): string => (mode === 'error' ? '%' : unitLabel(unit))
 
 /** Three digits, as many zeros as the size needs, a real minus sign. */
 export function number(value: number, digits = 3): string {

@@ -6,7 +6,8 @@ import { tick } from './format'
 const WIDTH = 108
 const BAR = 16
 const LINE = 15 // pixels that a label needs
-const TOP = 34
+const FIELD = 24 // of the range, at either end
+const TOP = 34 + FIELD
 const MARGIN = 12
 const UNCHANGED = 26 // for the entry of what has not changed
 
@@ -19,6 +20,12 @@ function srgbTable(linear: Float32Array): Uint8ClampedArray {
   return Uint8ClampedArray.from(linear, (v, i) =>
     i % 4 === 3 ? 255 : 255 * (v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055),
   )
+}
+
+/** Where the fields of the range stand: pixels from the top, and from the bottom. */
+export const ends = {
+  high: 30,
+  low: (scale: ColourScale) => (scale.diverging ? UNCHANGED : 0) + MARGIN / 2,
 }
 
 /** Draws the legend; the canvas gets its size. */
@@ -38,7 +45,7 @@ export function drawLegend(
   context.fillStyle = '#18181be8'
   context.fillRect(0, 0, WIDTH, height)
   const table = scale.diverging ? tables.diverging : tables.sequential
-  const length = height - TOP - MARGIN - (scale.diverging ? UNCHANGED : 0)
+  const length = height - TOP - MARGIN - FIELD - (scale.diverging ? UNCHANGED : 0)
   for (let y = 0; y < length * ratio; y++) {
     const entry = 4 * Math.round((1 - (y + 0.5) / (length * ratio)) * 255)
     context.fillStyle = `rgb(${table[entry]} ${table[entry + 1]} ${table[entry + 2]})`

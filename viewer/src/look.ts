@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // Brings settings to the screen: shader mode, exposure, ranges of the colour scales.
 import { scaleFor, symmetricScale, type ColourScale } from './colourScale'
+import type { References } from './references'
 import type { ScaledMode, Settings } from './settings'
 import { Signal } from './signal'
 import { Creases } from './three/creases'
 import type { LitScene } from './three/litScene'
 import { MODES } from './three/materials'
-import { measureExposure } from './three/meter'
+import { measureExposure, seenValues } from './three/meter'
 import type { Stage } from './three/stage'
 
 export class Look {
   readonly settings: Signal<Settings>
   metering = 0 // measurements at work
+  dark = false // the last measurement found no light to go by
   readonly scale = new Signal<ColourScale | null>(null) // what the legend shows; null in lit pictures
   private readonly measured: Partial<Record<ScaledMode, ColourScale>> = {}
   private readonly creases: Creases
@@ -20,12 +22,14 @@ export class Look {
   constructor(
     private readonly stage: Stage,
     private readonly lit: LitScene,
+    private readonly references: References,
     settings: Settings,
     private metered: number | null,
   ) {
     this.creases = new Creases(lit.bodies)
     this.settings = new Signal(settings)
     this.settings.watch(() => this.apply())
+    this.references.times.watch(() => this.apply())
   }
 
   /** Factor on radiance. */
@@ -60,8 +64,8 @@ export class Look {
     this.change({ ranges: { ...ranges, [mode]: range } })
   }
 
-  /** The light is another one: measures again what is automatic. */
-  async lightChanged(): Promise<void> {
+  /** The light, or the view, is another one: measures again what is automatic. */
+  async measureAgain(): Promise<void> {
     for (const mode of Object.keys(this.measured) as ScaledMode[]) delete this.measured[mode]
     this.apply()
     if (this.settings.value.automaticExposure) await this.meter()
@@ -73,6 +77,7 @@ export class Look {
     this.metering++
     const exposure = await measureExposure(this.stage, this.lit)
     this.metering--
+    this.dark = exposure === null
     if (exposure === null) return
     this.metered = exposure
     this.apply()
@@ -81,32 +86,31 @@ export class Look {
   private scaleOf(mode: ScaledMode): ColourScale {
     const range = this.settings.value.ranges[mode]
     if (!range.automatic) return { ...range, diverging: mode === 'difference' }
-    const { values } = this.lit
-    const logarithmic = this.logarithmicAsked[mode] ?? null
-    this.measured[mode] ??=
-      mode === 'difference'
-        ? symmetricScale(values.collect((vertex) => values.change(vertex)))
-        : mode === 'error'
-          ? scaleFor(
-              values.collect((vertex) => values.standardError(vertex)),
-              logarithmic,
-            )
-          : scaleFor(
-              values.collect((vertex) => values.photopic(vertex)),
-              logarithmic,
-            )
-    return this.measured[mode]
+    return (this.measured[mode] ??= this.measuredScale(mode))
+  }
+
+  /** The scale that suits what is seen now. */
+  private measuredScale(mode: ScaledMode): ColourScale {
+    const seen = seenValues(this.stage, this.lit, mode)
+    if (mode === 'difference') return symmetricScale(seen)
+    if (mode === 'falseColour') this.dark = !seen.some((value) => value > 0)
+    return scaleFor(seen, this.logarithmicAsked[mode] ?? null)
   }
 
   private apply(): void {
-    const { mode, isolines } = this.settings.value
+    const { mode, isolines, reference } = this.settings.value
+    const { values } = this.lit
     const { shared } = this.lit.materials
-    shared.mode.value = this.lit.values.known ? MODES[mode] : MODES.clay
+    shared.mode.value = values.known ? MODES[mode] : MODES.clay
     shared.exposure.value = this.exposure
     shared.isolines.value = isolines
     this.creases.show(mode === 'difference')
-    if (mode === 'difference' && !this.lit.values.remembered && this.lit.values.known) this.lit.remember()
-    const scale = mode === 'lit' || !this.lit.values.known ? null : this.scaleOf(mode)
+    const compared =
+      mode === 'difference' || reference === 'remembered' ? this.references.of(reference) : null
+    if (values.reference !== compared) delete this.measured.difference
+    values.reference = compared
+    if (mode === 'difference') this.lit.uploadReference()
+    const scale = mode === 'lit' || !values.known ? null : this.scaleOf(mode)
     if (scale) this.lit.materials.setScale(scale)
     this.scale.value = scale
     this.stage.invalidate()

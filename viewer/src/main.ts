@@ -3,8 +3,10 @@
 import { App } from './app'
 import { h } from './dom'
 import type { SceneInfo } from './protocol'
-import './style.css'
 import { testHooks } from './testHooks'
+import './theme.css'
+import './style.css'
+import './narrow.css'
 
 const PROTOCOL = 1
 

@@ -10,7 +10,7 @@ import type { Stage } from './three/stage'
 export interface Reading {
   value: number // photopic, in the scene's unit
   error: number // its standard error
-  change: number | null // since the remembered state
+  change: number | null // since the state that is compared with
 }
 
 interface Pin {
@@ -40,7 +40,7 @@ export class Probes {
     return {
       value: mean((vertex) => values.photopic(vertex)),
       error: mean((vertex) => values.standardError(vertex)),
-      change: values.remembered ? mean((vertex) => values.change(vertex)) : null,
+      change: values.reference ? mean((vertex) => values.change(vertex)) : null,
     }
   }
 
@@ -71,7 +71,10 @@ export class Probes {
         text.append(this.lit.values.known ? 'not sampled on this side' : 'no light yet')
         continue
       }
-      text.append(h('b', {}, number(reading.value)), ` ± ${number(reading.error, 2)} ${unit}`)
+      text.append(
+        h('b', {}, number(reading.value)),
+        ` ± ${number(reading.error, 2)} ${unit}${percent(reading)}`,
+      )
       if (reading.change) text.append(h('i', {}, `${reading.change > 0 ? '+' : ''}${number(reading.change)}`))
     }
   }
@@ -90,4 +93,8 @@ export class Probes {
       element.style.transform = `translate(${((at.x + 1) / 2) * width}px, ${((1 - at.y) / 2) * height}px)`
     }
   }
+}
+
+function percent({ value, error }: Reading): string {
+  return value > 0 ? ` (${number((100 * error) / value, 2)} %)` : ''
 }

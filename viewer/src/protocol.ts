@@ -61,6 +61,7 @@ export type Edit =
   | { type: 'move'; name: string; pose: Pose; dragging: boolean }
   | { type: 'remove' | 'add'; name: string }
   | { type: 'dim'; group: string; factor: number; dragging: boolean }
+  | { type: 'dims'; factors: Record<string, number>; dragging: boolean }
   | { type: 'reflectance'; material: string; value: Rgb }
   | { type: 'undo' | 'redo' | 'bake' | 'check' | 'cancel' }
   | { type: 'budget'; milliseconds: number | null }
@@ -147,6 +148,7 @@ export interface ValuesFrame {
   scale: number // the halves are values × scale
   full: boolean
   preview: boolean
+  rest: boolean // the light of its revision is complete, and nothing is being dragged
   runs: Run[]
   halves: Uint16Array // 4 for each vertex, the runs one after the other
 }
@@ -155,6 +157,7 @@ const MAGIC = 0x58544c44
 const HEADER_BYTES = 24
 const FLAG_FULL = 1
 const FLAG_PREVIEW = 2
+const FLAG_REST = 4
 
 /** Values of a binary frame; throws where it is not one, or not whole. */
 export function decodeFrame(buffer: ArrayBuffer): ValuesFrame {
@@ -182,6 +185,7 @@ export function decodeFrame(buffer: ArrayBuffer): ValuesFrame {
     scale: view.getFloat32(12, true),
     full: (flags & FLAG_FULL) !== 0,
     preview: (flags & FLAG_PREVIEW) !== 0,
+    rest: (flags & FLAG_REST) !== 0,
     runs,
     halves: new Uint16Array(buffer, start, 4 * vertices),
   }

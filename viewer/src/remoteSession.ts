@@ -71,7 +71,10 @@ export class RemoteSession {
 
   /** Sends a step of a drag, or keeps the newest until the server has answered earlier ones. */
   async drag(step: DragStep): Promise<Answer | 'waiting'> {
-    const subject = step.type === 'move' ? `object ${step.name}` : `group ${step.group}`
+    const subject =
+      step.type === 'move'
+        ? `object ${step.name}`
+        : `lights ${step.type === 'dim' ? step.group : Object.keys(step.factors).join()}`
     if (step.dragging && this.unanswered >= MOST_UNANSWERED) {
       this.waitingSteps.set(subject, step)
       return 'waiting'

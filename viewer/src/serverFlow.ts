@@ -5,6 +5,7 @@ import type { Look } from './look'
 import type { Objects } from './objects'
 import type { Probes } from './probes'
 import type { SceneInfo, StateMessage, ValuesFrame } from './protocol'
+import type { References } from './references'
 import type { RemoteSession } from './remoteSession'
 import type { LitScene } from './three/litScene'
 import type { Stage } from './three/stage'
@@ -17,6 +18,7 @@ export interface Receivers {
   objects: Objects
   look: Look
   probes: Probes
+  references: References
   latency: Latency
 }
 
@@ -24,7 +26,8 @@ export class ServerFlow {
   readonly frames: number[] = [] // numbers of those received
   shown = -1 // revision of the light on the screen
   private readonly drawn: ValuesFrame[] = [] // arrived, not yet on the screen
-  private settled = true
+  private revision = -1 // of the newest state
+  private atRest = -1 // revision of the light that arrived last, where that is complete
 
   /** `waitForGpu`: acknowledge no frame before the GPU has taken it (measurements want that). */
   constructor(
@@ -42,31 +45,35 @@ export class ServerFlow {
 
   private startOver(): void {
     this.to.latency.forget()
-    this.shown = -1
+    this.shown = this.revision = this.atRest = -1
     this.drawn.length = 0
     this.checkRun().catch(() => {}) // the server is away again, which the connection notices
   }
 
   private takeValues(frame: ValuesFrame): void {
-    const { lit, look, probes, stage } = this.to
+    const { lit, look, probes, references, stage } = this.to
     const first = !lit.values.known
     lit.apply(frame)
+    this.atRest = frame.rest ? frame.revision : -1
+    if (frame.rest && !references.times.value.start) references.keep('start')
     this.frames.push(frame.seq)
     this.drawn.push(frame)
     probes.update()
-    if (frame.full || first) void look.lightChanged()
+    const another = frame.rest && (look.dark || look.settings.value.mode === 'difference')
+    if (frame.full || first || another) void look.measureAgain()
     stage.invalidate()
   }
 
   private takeState(state: StateMessage): void {
-    const { objects, lit, look } = this.to
+    const { objects, lit, references } = this.to
+    // An edit begins. What follows at once, before the light has come to rest, is part of it.
+    const wasAtRest = this.atRest >= 0 && this.atRest === this.revision
+    if (state.revision > this.revision && wasAtRest) references.keep('edit')
+    this.revision = state.revision
     objects.follow(state)
     for (const [name, value] of Object.entries(state.reflectances)) {
       lit.materials.setReflectance(name, value)
     }
-    const ready = state.phase === 'ready'
-    if (ready && !this.settled && look.settings.value.mode === 'difference') void look.lightChanged()
-    this.settled = ready
   }
 
   /** Frames are on the screen: the server may send more. */

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // How the scene is looked at; kept in the address, so that a link brings the view back.
 import type { Pose } from './protocol'
+import { REFERENCES, type Reference } from './references'
 
 export const VIEW_MODES = ['lit', 'falseColour', 'error', 'difference'] as const
 export type ViewMode = (typeof VIEW_MODES)[number]
@@ -19,6 +20,7 @@ export interface Settings {
   stops: number // brighter than the meter says, powers of two
   isolines: boolean
   snapping: boolean
+  reference: Reference // of the difference view
   ranges: Record<ScaledMode, RangeSetting>
 }
 
@@ -36,6 +38,7 @@ export const defaultSettings = (): Settings => ({
   stops: 0,
   isolines: false,
   snapping: false,
+  reference: 'edit',
   ranges: { falseColour: { ...NO_RANGE }, error: { ...NO_RANGE }, difference: { ...NO_RANGE } },
 })
 
@@ -46,6 +49,7 @@ export function toHash(settings: Settings, exposure: number, eye: Eye): string {
   if (settings.stops !== 0) fields.set('stops', String(settings.stops))
   if (settings.isolines) fields.set('isolines', '1')
   if (settings.snapping) fields.set('snap', '1')
+  if (settings.reference !== 'edit') fields.set('reference', settings.reference)
   for (const [mode, range] of Object.entries(settings.ranges)) {
     if (!range.automatic) fields.set(mode, [range.low, range.high, Number(range.logarithmic)].join(','))
   }
@@ -64,6 +68,8 @@ export function fromHash(hash: string): { settings: Settings; exposure: number |
   settings.stops = numbers(fields.get('stops'), 1)?.[0] ?? 0
   settings.isolines = fields.get('isolines') === '1'
   settings.snapping = fields.get('snap') === '1'
+  const reference = fields.get('reference') as Reference
+  if (REFERENCES.includes(reference)) settings.reference = reference
   for (const name of Object.keys(settings.ranges) as ScaledMode[]) {
     const range = numbers(fields.get(name), 3)
     if (range && range[0] < range[1] && (range[2] === 0 || range[0] > 0)) {

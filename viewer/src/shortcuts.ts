@@ -6,7 +6,12 @@ import { plain, withControl, type Shortcut } from './keys'
 import { VIEW_MODES } from './settings'
 import { TRANSLATION_STEP } from './three/gizmo'
 
-const MODE_TEXTS = ['lit picture', 'false colours', 'standard error', 'difference to the remembered state']
+const MODE_TEXTS = [
+  'lit picture',
+  'false colours',
+  'standard error',
+  'difference to before the last edit, or another state',
+]
 
 export function shortcuts(app: App): Shortcut[] {
   const { objects, look, remote } = app
@@ -47,7 +52,7 @@ export function shortcuts(app: App): Shortcut[] {
     withControl('z', false, 'undo', () => void remote.edit({ type: 'undo' })),
     withControl('z', true, 'redo', () => void remote.edit({ type: 'redo' })),
     plain('i', 'isolines, on or off', () => look.change({ isolines: !look.settings.value.isolines })),
-    plain('m', 'remember this state', () => app.remember()),
+    plain('m', 'remember this state, and compare with it', () => app.remember()),
     plain('x', 'check exactness', () => void remote.edit({ type: 'check' })),
     plain('p', 'screenshot', () => app.screenshot()),
     plain('home', 'fit the selected object, or everything', () => app.fit(), 'Home'),

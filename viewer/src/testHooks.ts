@@ -39,6 +39,7 @@ export function testHooks(app: App): TestHooks {
       settings: look.settings.value,
       scale: look.scale.value,
       exposure: look.exposure,
+      isolineLabels: app.labels.shown,
       known: lit.values.known,
       preview: lit.values.preview,
       poses: Object.fromEntries(

@@ -1,10 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the server last said of every vertex, as halves, and a remembered state of it to compare with.
+// What the server last said of every vertex, as halves, and an earlier state of it to compare with.
 import { DataUtils } from 'three'
 import type { Run, ValuesFrame } from './protocol'
 
 export const CHANNELS = 4 // R, G, B irradiance, photopic standard error
 const PHOTOPIC = [0.2126, 0.7152, 0.0722]
+
+/** The values of one moment. */
+export interface Snapshot {
+  halves: Uint16Array
+  scale: number
+}
 
 /** Values of all vertices; what the halves hold is the value × scale. */
 export class Values {
@@ -12,7 +18,7 @@ export class Values {
   scale = 1
   known = false // a frame has arrived
   preview = false
-  remembered: { halves: Uint16Array; scale: number } | null = null
+  reference: Snapshot | null = null // what changes are counted from
 
   constructor(readonly vertices: number) {
     this.halves = new Uint16Array(CHANNELS * vertices)
@@ -38,9 +44,9 @@ export class Values {
     return frame.runs
   }
 
-  /** Keeps the present values, for the difference view. */
-  remember(): void {
-    this.remembered = { halves: this.halves.slice(), scale: this.scale }
+  /** The present values, which later frames leave alone. */
+  snapshot(): Snapshot {
+    return { halves: this.halves.slice(), scale: this.scale }
   }
 
   /** Irradiance of one vertex, R, G, B. */
@@ -56,16 +62,11 @@ export class Values {
     return this.read(this.halves, this.scale, vertex, 3)
   }
 
-  /** Photopic value now minus remembered; exactly zero where the bits are equal. */
+  /** Photopic value now minus that of the reference; exactly zero where the bits are equal. */
   change(vertex: number): number {
-    const before = this.remembered
+    const before = this.reference
     if (!before) return 0
     return photopic(this.rgb(vertex).map((now, c) => now - this.read(before.halves, before.scale, vertex, c)))
-  }
-
-  /** One number for each vertex. */
-  collect(of: (vertex: number) => number): Float32Array {
-    return Float32Array.from({ length: this.vertices }, (_, vertex) => of(vertex))
   }
 
   private read(halves: Uint16Array, scale: number, vertex: number, channel: number): number {

@@ -15,7 +15,7 @@ export function keepLink(stage: Stage, cameras: Cameras, look: Look): void {
     const eye = {
       pose: camera.matrixWorld.toArray(),
       target: cameras.orbit.target.toArray() as [number, number, number],
-      verticalFov: camera.fov,
+      verticalFov: stage.fieldOfView,
     }
     history.replaceState(null, '', toHash(look.settings.value, look.meteredExposure, eye))
   }

@@ -37,6 +37,9 @@ describe('scales', () => {
   it('fit the values, logarithmic where they spread', () => {
     expect(scaleFor(SPREAD)).toEqual({ low: 1, high: 500, logarithmic: true, diverging: false })
     expect(scaleFor(SPREAD, false)).toEqual(linear(0, 500))
+    expect(scaleFor(Float32Array.of(210, 300, 400, 480))).toEqual(linear(200, 500))
+    const dark = scaleFor(Float32Array.of(0, 0, 0, 1, 2, 30, 900))
+    expect(dark).toEqual({ low: 1, high: 1000, logarithmic: true, diverging: false })
     expect(scaleFor(Float32Array.of(0, 0))).toEqual(linear(0, 1))
   })
 

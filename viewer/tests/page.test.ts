@@ -4,8 +4,10 @@ import { Matrix4, Quaternion, Vector3 } from 'three'
 import { describe, expect, it } from 'vitest'
 import { number, tick } from '../src/format'
 import { Latency } from '../src/latency'
+import { families, Fader } from '../src/lights'
 import { unreachedText } from '../src/panels/figuresPanel'
 import { factorAt, placeOf } from '../src/panels/lightPanel'
+import { placeLabels } from '../src/isolineLabels'
 import { defaultSettings, fromHash, toHash } from '../src/settings'
 import { openEdges } from '../src/three/creases'
 import { poseAt } from '../src/timeline'
@@ -21,6 +23,7 @@ describe('a link', () => {
     const settings = defaultSettings()
     settings.mode = 'falseColour'
     settings.isolines = true
+    settings.reference = 'start'
     settings.automaticExposure = false
     settings.stops = -1.5
     settings.ranges.falseColour = { automatic: false, low: 10, high: 750, logarithmic: true }
@@ -102,5 +105,67 @@ describe('numbers', () => {
   it('of samples that no path reached are in words', () => {
     expect(unreachedText(1)).toBe('1 sample: no path reached it')
     expect(unreachedText(12)).toBe('12 samples: no path reached them')
+  })
+})
+
+describe('numbers on isolines', () => {
+  const picture = (value: (x: number) => number, distance: (x: number) => number) => {
+    const [width, height] = [64, 24]
+    const pixels = new Float32Array(4 * width * height)
+    for (let i = 0; i < width * height; i++) pixels.set([value(i % width), 1, distance(i % width), 1], 4 * i)
+    return { width, height, pixels }
+  }
+
+  it('stand where the values pass a tick, one for a line', () => {
+    const labels = placeLabels(
+      picture(
+        (x) => 10 * x,
+        () => 5,
+      ),
+      [205, 405],
+      4,
+    )
+    expect(labels.map(({ value, x }) => [value, x]).sort()).toEqual([
+      [205, 82],
+      [405, 162],
+    ])
+  })
+
+  it('do not stand where one surface ends before another', () => {
+    const edge = picture(
+      (x) => (x < 32 ? 100 : 300),
+      (x) => (x < 32 ? 5 : 9),
+    )
+    expect(placeLabels(edge, [205], 4)).toEqual([])
+  })
+})
+
+describe('light groups', () => {
+  it('are folded by what stands before a separator or a number', () => {
+    const names = ['Hall / desk', 'Spot.001', 'hall lamp', 'Spot 2', 'Hall / wall', '7']
+    expect([...families(names)]).toEqual([
+      ['Hall', ['Hall / desk', 'Hall / wall']],
+      ['Spot', ['Spot.001', 'Spot 2']],
+      ['hall lamp', ['hall lamp']],
+      ['7', ['7']],
+    ])
+  })
+
+  it('keep their proportions on one fader, also through zero', () => {
+    const factors = new Map([
+      ['a', 1],
+      ['b', 0.5],
+    ])
+    const fader = new Fader(['a', 'b'], factors)
+    const to = (level: number) => {
+      const wanted = fader.at(level)
+      for (const [name, factor] of Object.entries(wanted)) factors.set(name, factor)
+      return wanted
+    }
+    expect(to(0.5)).toEqual({ a: 0.5, b: 0.25 })
+    expect(to(0)).toEqual({ a: 0, b: 0 })
+    factors.set('a', 0.3) // by its own dimmer
+    expect(to(2)).toEqual({ a: 0.6, b: 1 })
+    expect(to(1)).toEqual({ a: 0.3, b: 0.5 })
   })
 })

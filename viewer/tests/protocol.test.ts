@@ -30,8 +30,8 @@ function frame(
 
 describe('binary frames', () => {
   it('are read with header, runs and values', () => {
-    const decoded = decodeFrame(frame(0.5, 3, [{ first: 0, count: 2 }], [1, 2, 3, 4, 5, 6, 7, 8]))
-    expect(decoded).toMatchObject({ seq: 7, revision: 3, scale: 0.5, full: true, preview: true })
+    const decoded = decodeFrame(frame(0.5, 7, [{ first: 0, count: 2 }], [1, 2, 3, 4, 5, 6, 7, 8]))
+    expect(decoded).toMatchObject({ seq: 7, revision: 3, scale: 0.5, full: true, preview: true, rest: true })
     expect(decoded.runs).toEqual([{ first: 0, count: 2 }])
     expect([...decoded.halves].map(DataUtils.fromHalfFloat)).toEqual([0.5, 1, 1.5, 2, 2.5, 3, 3.5, 4])
   })
@@ -78,7 +78,7 @@ describe('values', () => {
   it('change by exactly nothing where they are equal, at any scale', () => {
     const values = new Values(2)
     values.apply(decodeFrame(frame(1, 1, [{ first: 0, count: 2 }], [0.25, 3, 5, 0, 1, 1, 1, 0])))
-    values.remember()
+    values.reference = values.snapshot()
     values.apply(decodeFrame(frame(16, 1, [{ first: 0, count: 2 }], [0.25, 3, 5, 0, 2, 1, 1, 0])))
     expect(values.change(0)).toBe(0)
     expect(values.change(1)).toBeCloseTo(0.2126, 12)

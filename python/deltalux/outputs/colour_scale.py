@@ -99,7 +99,7 @@ class ColourScale:
 
 
 def scale_for(values: np.ndarray, logarithmic: bool | None = None) -> ColourScale:
-    """Scale that suits non-negative values; logarithmic where they spread widely, unless told."""
+    """Scale from the 2nd to the 98th percentile; logarithmic where values spread widely, unless told."""
     values = values[np.isfinite(values)]
     top = float(np.percentile(values, 98)) if values.size else 0.0
     if top <= 0:
@@ -108,9 +108,11 @@ def scale_for(values: np.ndarray, logarithmic: bool | None = None) -> ColourScal
     if logarithmic is None:
         logarithmic = top / max(float(np.median(values)), 1e-30) > LOG_BEYOND
     if not logarithmic:
-        return ColourScale(0.0, high)
-    bottom = max(float(np.percentile(values, 3)), high / 1e4)
-    return ColourScale(10.0 ** np.floor(np.log10(bottom)), high, logarithmic=True)
+        bottom = float(np.percentile(values, 2))
+        step = _round_up((high - bottom) / 6)
+        return ColourScale(float(f"{np.floor(bottom / step) * step:.12g}"), high)
+    bottom = max(float(np.percentile(values[values > 0], 2)), high / 1e4)
+    return ColourScale(_round_down(bottom), high, logarithmic=True)
 
 
 def symmetric_scale(values: np.ndarray) -> ColourScale:
@@ -125,3 +127,9 @@ def _round_up(value: float) -> float:
     """The next of 1, 2, 2.5, 5 times a power of ten."""
     power = 10.0 ** np.floor(np.log10(value))
     return float(power * next(m for m in (1, 2, 2.5, 5, 10) if m * power >= value * (1 - 1e-9)))
+
+
+def _round_down(value: float) -> float:
+    """The last of 1, 2, 2.5, 5 times a power of ten."""
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(power * next(m for m in (5, 2.5, 2, 1) if m * power <= value * (1 + 1e-9)))

@@ -216,6 +216,7 @@ class Engine:
         if self._fill is None or self._encoder is None:
             self._fill = fill_of(self._session)
             self._encoder = Encoder(self._fill)
+        rest = errors and session is None and not self._wanted.dragging
         errors = errors or self._errors is None
         shown = session or self._session
         values = shown.read_packed() if errors else shown.glance()
@@ -226,7 +227,7 @@ class Engine:
             self._encoder.use(replace(self._fill, beyond=beyond))
         else:
             values[:, 3] = self._errors
-        self._tell(self._encoder.encode(values, revision, preview=session is not None))
+        self._tell(self._encoder.encode(values, revision, preview=session is not None, rest=rest))
         self._failed = False
 
     def _tell_unreached(self) -> None:

@@ -12,7 +12,7 @@ from deltalux.errors import FormatError
 
 from .values import Values
 
-ALL, PREVIEW = 1, 2  # flags
+ALL, PREVIEW, REST = 1, 2, 4  # flags
 GAP = 64  # vertices; runs that are closer are joined, which costs less than another run
 MAX_RUNS = 2048
 _MAGIC = 0x58544C44  # "DLTX"
@@ -29,7 +29,7 @@ def frame_bytes(seq: int, values: Values, before: Values | None) -> bytes:
         first, count = _runs(np.flatnonzero(values.rows != before.rows))
         pieces = [values.rows[a : a + n] for a, n in zip(first, count, strict=True)]
         chosen = np.concatenate(pieces) if pieces else values.rows[:0]
-    flags = ALL * whole | PREVIEW * values.preview
+    flags = ALL * whole | PREVIEW * values.preview | REST * values.rest
     header = _HEADER.pack(_MAGIC, seq, values.revision, values.scale, flags, len(first))
     return header + np.stack([first, count], axis=1).astype("<u4").tobytes() + chosen.tobytes()
 

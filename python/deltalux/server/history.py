@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Mapping, Set
 from dataclasses import dataclass
 
 from deltalux.errors import OptionError
@@ -16,16 +16,15 @@ _VERBS = {"pose": "move", "factor": "dim", "reflectance": "paint"}
 
 @dataclass
 class _Step:
-    key: Key
-    before: Value
-    after: Value
+    before: dict[Key, Value]
+    after: dict[Key, Value]
     dragged_by: Hashable | None = None  # the page whose drag goes on
 
     @property
     def name(self) -> str:
-        kind, what = self.key
-        verb = ("add" if self.after else "remove") if kind == "present" else _VERBS[kind]
-        return f"{verb} {what}"
+        ((kind, what), value), *more = self.after.items()
+        verb = ("add" if value else "remove") if kind == "present" else _VERBS[kind]
+        return f"{verb} {what} and {len(more)} more" if more else f"{verb} {what}"
 
 
 class History:
@@ -59,18 +58,21 @@ class History:
 
     def edit(self, key: Key, value: Value, page: Hashable, dragging: bool = False) -> None:
         """Give `key` its `value`; what one page drags is one step until it lets go."""
-        before, self.state[key] = self.state[key], value
-        step = self._last_step(key)
-        if step is None or step.dragged_by != page:
-            if step is not None:
-                self._let_go(step)  # another page's drag: what it does from now on is a new step
-            step = _Step(key, before, value)
+        self.edit_together({key: value}, page, dragging)
+
+    def edit_together(self, values: Mapping[Key, Value], page: Hashable, dragging: bool = False) -> None:
+        """Give several keys their values in one step; a drag goes on with the same keys."""
+        before = {key: self.state[key] for key in values}
+        self.state.update(values)
+        step = self._drag_of(values.keys(), page)
+        if step is None:
+            step = _Step(before, {})
             self._done.append(step)
-        step.after = value
+        step.after = dict(values)
         step.dragged_by = page
         if not dragging:
             self._let_go(step)
-        if before != value:
+        if before != values:
             self._undone.clear()
         del self._done[:-MAX_STEPS]
 
@@ -84,7 +86,7 @@ class History:
         if not self._done:
             raise OptionError("undo: found no step to take back")
         step = self._done.pop()
-        self.state[step.key] = step.before
+        self.state.update(step.before)
         step.dragged_by = None
         self._undone.append(step)
 
@@ -93,7 +95,7 @@ class History:
         if not self._undone:
             raise OptionError("redo: found no step that was taken back")
         step = self._undone.pop()
-        self.state[step.key] = step.after
+        self.state.update(step.after)
         self._done.append(step)
 
     def _let_go(self, step: _Step) -> None:
@@ -102,10 +104,16 @@ class History:
         if step.before == step.after:
             self._done = [kept for kept in self._done if kept is not step]
 
-    def _last_step(self, key: Key) -> _Step | None:
-        """The last step of `key`, the only one of that key that may be in the middle of a drag.
+    def _drag_of(self, keys: Set[Key], page: Hashable) -> _Step | None:
+        """The step of `page`'s drag of just these keys; whoever else drags one of them begins a new step.
 
-        Later steps of other keys do not matter: the order in which different keys go back is of no
-        consequence.
+        Hence of steps that share a key only the last one may still change. The order in which steps of
+        different keys go back is of no consequence.
         """
-        return next((step for step in reversed(self._done) if step.key == key), None)
+        found = None
+        for step in [s for s in self._done if s.dragged_by is not None and s.after.keys() & keys]:
+            if step.dragged_by == page and step.after.keys() == keys:
+                found = step
+            else:
+                self._let_go(step)
+        return found

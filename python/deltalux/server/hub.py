@@ -24,6 +24,7 @@ from .messages import (
     Cancel,
     Check,
     Dim,
+    Dims,
     Export,
     Message,
     Move,
@@ -146,6 +147,9 @@ class Hub:
             self._history.edit(("present", message.name), present, page)
         elif isinstance(message, Dim):
             self._history.edit(("factor", message.group), message.factor, page, message.dragging)
+        elif isinstance(message, Dims):
+            factors: dict[Key, Value] = {("factor", group): f for group, f in message.factors.items()}
+            self._history.edit_together(factors, page, message.dragging)
         elif isinstance(message, Reflectance):
             key: Key = ("reflectance", message.material)
             self._history.edit(key, message.value, page, message.dragging)

@@ -74,6 +74,15 @@ class Dim(Message):
 
 
 @dataclass(frozen=True)
+class Dims(Message):
+    """Set several light groups at once, as one step of the history."""
+
+    type = "dims"
+    factors: dict[str, float]
+    dragging: bool = False
+
+
+@dataclass(frozen=True)
 class Reflectance(Message):
     """Set a reflectance."""
 
@@ -144,7 +153,7 @@ class Ack:
 
 REQUESTS: dict[str, type[Message]] = {
     kind.type: kind
-    for kind in (Move, Remove, Add, Dim, Reflectance, Undo, Redo, Bake, Check, Cancel, Budget, Export)
+    for kind in (Move, Remove, Add, Dim, Dims, Reflectance, Undo, Redo, Bake, Check, Cancel, Budget, Export)
 }
 
 
@@ -241,6 +250,16 @@ def _one_of(value: Any, known: Collection[str], what: str) -> str:
     return value
 
 
+def _factor(value: Any) -> float:
+    return float(_number(value, 0, MAX_FACTOR, "factor"))
+
+
+def _factors(value: Any, names: Names) -> dict[str, float]:
+    if not isinstance(value, dict) or not value:
+        raise BadMessage(f"factors: found {_shown(value)}, expected an object of factors by light group")
+    return {_one_of(group, names.groups, "group"): _factor(factor) for group, factor in value.items()}
+
+
 def _pose(value: Any, _: Names) -> tuple[float, ...]:
     numbers = _numbers(value, 16, -1e15, 1e15, "pose")
     rigid_pose(pose_matrix(numbers))
@@ -275,7 +294,8 @@ _READERS: dict[str, Callable[[Any, Names], Any]] = {
     "name": lambda value, names: _one_of(value, names.movables, "name"),
     "group": lambda value, names: _one_of(value, names.groups, "group"),
     "material": lambda value, names: _one_of(value, names.materials, "material"),
-    "factor": lambda value, names: float(_number(value, 0, MAX_FACTOR, "factor")),
+    "factor": lambda value, names: _factor(value),
+    "factors": _factors,
     "value": lambda value, names: _numbers(value, 3, 0, 1, "value"),
     "pose": _pose,
     "dragging": _flag,

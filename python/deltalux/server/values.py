@@ -29,12 +29,14 @@ class Values:
     scale : a power of two that all values were multiplied by
     revision : of the wanted state that they belong to
     preview : they come from a coarse bake
+    rest : the light of the revision is complete, and nothing is being dragged
     """
 
     rows: np.ndarray
     scale: float
     revision: int
     preview: bool
+    rest: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,14 +79,14 @@ class Encoder:
         """From now on."""
         self._fill = fill
 
-    def encode(self, values: np.ndarray, revision: int, preview: bool) -> Values:
+    def encode(self, values: np.ndarray, revision: int, *, preview: bool, rest: bool) -> Values:
         """Encode the (s, 4) values of `Session.read_packed`."""
         values = self._fill(values)
         self._choose_scale(float(values.max(initial=0.0)))
         values *= np.float32(self._scale)  # they are a copy
         rows = values.astype("<f2").view("<u8").ravel()
         rows.setflags(write=False)
-        return Values(rows, self._scale, revision, preview)
+        return Values(rows, self._scale, revision, preview, rest)
 
     def _choose_scale(self, largest: float) -> None:
         if largest > 0 and not LEAST <= largest * self._scale <= MOST:

@@ -119,6 +119,11 @@ class Viewer:
         send("touchEnd", 2)
         wire.detach()
 
+    def touch_button(self, name: str) -> None:
+        """Tap a button with a finger."""
+        box = self.button(name).bounding_box()
+        self.touch(((box["x"] + box["width"] / 2, box["y"] + box["height"] / 2), (0, 0)), steps=0)
+
     def picture(self) -> np.ndarray:
         """(height, width, 3) pixels of the canvas, without what lies over it."""
         over = "document.querySelectorAll('main > :not(canvas:first-child)')"

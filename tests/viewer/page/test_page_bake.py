@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
+import deltalux as dl
 import pytest
 from deltalux.server.serving import Server
 
-from viewer.page.two_cells import make_session
+from viewer.page.two_cells import make_session, two_cells
 
 WATCH_PROGRESS = """
 window.seen = [];
@@ -48,6 +49,19 @@ def test_cancelled_bake_leaves_no_light_and_can_be_started_again(open_page, dark
         assert viewer.page.get_by_text("The bake was cancelled.").is_visible()
         viewer.button("Bake").click()
         viewer.until("deltalux.idle() && !deltalux.state().preview", 120)
+        viewer.end(server)
+
+
+def test_scene_without_light_says_so(open_page):
+    scene = two_cells()
+    unlit = [dl.Material(m.name, m.reflectance) for m in scene.materials]
+    dark = dl.Scene(scene.meshes, unlit, cameras=scene.cameras)
+    samples = dl.Samples.on_vertices(dark, spacing=0.5)
+    with dl.Session(dark, samples, paths=2000, gather="off") as session, Server(session) as server:
+        viewer = open_page(server.url)
+        light = viewer.page.locator(".light-state")
+        assert "There is no light in this scene" in light.inner_text()
+        assert light.get_by_role("button").filter(visible=True).count() == 0
         viewer.end(server)
 
 

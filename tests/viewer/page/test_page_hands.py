@@ -76,6 +76,23 @@ def test_one_finger_drags_an_object_and_two_zoom(viewer):
     assert viewer.page.locator(".pin").count() == 0
 
 
+def test_fit_shows_the_selected_object_and_no_wall_before_it(open_page, server):
+    behind = [-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, 0, -1.05, 1.0, -5, 1, -1.05, 1.0, 0, 35]
+    viewer = open_page(server.url, "#eye=" + ",".join(map(str, behind)))
+    viewer.settle()
+
+    def seen() -> str:
+        (x, y), canvas = viewer.ask("deltalux.project('crate')"), viewer.state()["canvas"]
+        return viewer.probe(x - canvas["left"], y - canvas["top"])["name"]
+
+    assert viewer.state()["selected"] == "crate" and seen() == "left cell"  # its back wall, from outside
+    viewer.press("Home")
+    viewer.settle()
+    assert seen() == "crate"
+    eye = camera_pose(viewer)[:3, 3]
+    assert 0.5 < np.linalg.norm(eye - viewer.pose("crate")[:3, 3]) < 3
+
+
 def test_measuring_page_takes_the_light_and_draws_next_to_nothing(open_page, server):
     viewer = open_page(server.url, "&bench")
     viewer.settle()

@@ -34,9 +34,12 @@ def test_page_comes_back_after_the_server_restarted(open_page, session, monkeypa
         viewer.expect_complaint("WebSocket connection to")
     viewer.until("deltalux.state().link === 'lost'")
     assert viewer.page.locator(".banner").is_visible()
+    said = viewer.page.locator(".phase")
+    assert (said.inner_text(), said.get_attribute("data-phase")) == ("Server away", "failed")
     with Server(session, port=port):
         viewer.until("deltalux.state().link === 'connected'")
         viewer.settle()
+        assert said.inner_text() == "Exact"
         assert viewer.page.locator(".banner").is_hidden() and viewer.ask("window.samePage")
         assert (viewer.pose("crate") == pose).all()
         assert viewer.state()["settings"]["mode"] == "falseColour"

@@ -27,6 +27,7 @@ export interface HeaderActions {
   fit(): void
   fly(): void
   help(): void
+  drawer(open: boolean): void
 }
 
 export function header(
@@ -38,9 +39,16 @@ export function header(
   const phase = h('span', { class: 'phase', role: 'status', 'aria-label': 'State of the light' })
   const undo = button('Undo', () => void remote.edit({ type: 'undo' }))
   const redo = button('Redo', () => void remote.edit({ type: 'redo' }))
+  const showPhase = () => {
+    const state = remote.state.value
+    // What was exact when the server went may be so no longer, and nothing can be asked of it.
+    const away = remote.link.value === 'lost'
+    phase.textContent = away ? 'Server away' : state ? PHASES[state.phase] : 'Connecting'
+    phase.dataset.phase = away ? 'failed' : (state?.phase ?? 'empty')
+  }
+  remote.link.watch(showPhase)
   remote.state.watch((state) => {
-    phase.textContent = state ? PHASES[state.phase] : 'Connecting'
-    phase.dataset.phase = state?.phase ?? 'empty'
+    showPhase()
     undo.disabled = !state?.undo
     redo.disabled = !state?.redo
     undo.title = state?.undo ? `Undo: ${state.undo} (Ctrl+Z)` : 'Nothing to undo'
@@ -68,6 +76,15 @@ export function header(
     ...info.cameras.map((camera, i) => h('option', { value: i }, camera.name)),
   )
   const fly = button('Fly', actions.fly, { title: 'Fly with W A S D, Q, E (F)', 'aria-pressed': 'false' })
+  const drawer = button(
+    'Panels',
+    () => {
+      const open = drawer.getAttribute('aria-expanded') !== 'true'
+      drawer.setAttribute('aria-expanded', String(open))
+      actions.drawer(open)
+    },
+    { class: 'drawer', 'aria-controls': 'panels', 'aria-expanded': 'false' },
+  )
   const element = h(
     'header',
     {},
@@ -76,13 +93,14 @@ export function header(
     h('div', { class: 'segments', role: 'group', 'aria-label': 'What is shown' }, ...modes),
     h(
       'div',
-      { class: 'row', role: 'group', 'aria-label': 'Camera' },
+      { class: 'row camera', role: 'group', 'aria-label': 'Camera' },
       cameras,
       button('Fit', actions.fit, { title: 'Everything, or the selected object (Home)' }),
       fly,
     ),
-    h('div', { class: 'row', role: 'group', 'aria-label': 'History' }, undo, redo),
+    h('div', { class: 'row history', role: 'group', 'aria-label': 'History' }, undo, redo),
     button('?', actions.help, { 'aria-label': 'Keys', title: 'Keys (?)', class: 'round' }),
+    drawer,
   )
   return { element, fly }
 }

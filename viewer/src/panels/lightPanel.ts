@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Panel of the light groups: a dimmer for each, linear or by powers of two, at work while it is moved.
+// Panel of the light groups: dimmers at work while they are moved, one for all, folded families, search, solo.
 import { button, checkbox, h, panel } from '../dom'
-import type { RemoteSession } from '../remoteSession'
+import { families, Fader, type Lights } from '../lights'
 
 const STEPS = 1000
 const BRIGHTEST = 2 // times the loaded power, at the end of the slider
 const DARKEST_STOP = -8 // stops above off, on the logarithmic slider
+const MANY = 6 // groups from which on they are folded and searched
 
 /** Factor at a place 0 … 1 of the slider. */
 export function factorAt(place: number, logarithmic: boolean): number {
@@ -21,57 +22,126 @@ export function placeOf(factor: number, logarithmic: boolean): number {
   return Math.min(Math.max(place, 0), 1)
 }
 
-export function lightPanel(groups: string[], remote: RemoteSession): HTMLElement {
+interface Row {
+  element: HTMLElement
+  refresh(): void
+}
+
+export function lightPanel(lights: Lights): HTMLElement {
   let logarithmic = false
-  const factors = new Map<string, number>(groups.map((group) => [group, 1]))
-  const held = new Set<string>() // sliders that the user holds
-  const rows = groups.map((group) => {
+  const rows: Row[] = []
+
+  /** A dimmer; `read` and `write` say what it stands for. */
+  const dimmer = (
+    title: string,
+    label: string,
+    members: string[] | null, // whose light alone a button shows; null: no such button
+    read: () => number,
+    write: (factor: number, dragging: boolean) => void,
+  ): HTMLElement => {
     const text = h('output', {})
-    const send = (factor: number, dragging: boolean) => {
-      factors.set(group, factor)
-      text.textContent = percent(factor)
-      void remote.drag({ type: 'dim', group, factor, dragging })
+    let held = false
+    const send = (dragging: boolean) => () => {
+      held = dragging
+      write(factorAt(Number(slider.value) / STEPS, logarithmic), dragging)
     }
     const slider = h('input', {
       type: 'range',
       min: 0,
       max: STEPS,
-      'aria-label': `Light of ${group}`,
-      'data-group': group,
-      input: () => {
-        held.add(group)
-        send(rounded(factorAt(Number(slider.value) / STEPS, logarithmic)), true)
-      },
-      change: () => {
-        held.delete(group)
-        send(rounded(factorAt(Number(slider.value) / STEPS, logarithmic)), false)
-      },
+      'aria-label': label,
+      input: send(true),
+      change: send(false),
     })
-    const reset = button('Reset', () => send(1, false), {
+    const reset = button('Reset', () => write(1, false), {
       class: 'bare',
-      'aria-label': `Reset the light of ${group}`,
+      'aria-label': `Reset ${label}`,
       title: 'As loaded',
     })
+    const solo = button('Solo', () => lights.solo(members ?? []), {
+      class: 'bare',
+      'aria-label': `Solo ${title}`,
+      title: 'Switch all others off, or back on',
+      hidden: members === null || members.length === lights.names.length,
+    })
     const refresh = () => {
-      const factor = factors.get(group) ?? 1
-      if (!held.has(group)) slider.value = String(Math.round(STEPS * placeOf(factor, logarithmic)))
+      const factor = read()
+      if (!held) slider.value = String(Math.round(STEPS * placeOf(factor, logarithmic)))
       text.textContent = percent(factor)
       slider.setAttribute('aria-valuetext', percent(factor))
     }
-    return { element: h('div', { class: 'dimmer' }, h('span', {}, group), text, reset, slider), refresh }
+    lights.alone.watch((alone) => {
+      const pressed = members?.length === alone.size && members.every((name) => alone.has(name))
+      solo.setAttribute('aria-pressed', String(pressed))
+    })
+    const element = h('div', { class: 'dimmer' }, h('span', { title }, title), text, solo, reset, slider)
+    rows.push({ element, refresh })
+    return element
+  }
+
+  const together = (title: string, label: string, members: string[], solo: boolean) => {
+    const fader = new Fader(members, lights.factors)
+    return dimmer(
+      title,
+      label,
+      solo ? members : null,
+      () => fader.level,
+      (level, dragging) => lights.set(fader.at(level), dragging),
+    )
+  }
+  const single = (name: string) => {
+    const element = dimmer(
+      name,
+      `Light of ${name}`,
+      [name],
+      () => lights.factors.get(name) ?? 1,
+      (factor, dragging) => lights.set({ [name]: factor }, dragging),
+    )
+    found.push({ name, element })
+    return element
+  }
+  const found: { name: string; element: HTMLElement }[] = []
+  const folds: HTMLDetailsElement[] = []
+  const many = lights.names.length > MANY
+  const all = (
+    many ? [...families(lights.names)] : lights.names.map((name): [string, string[]] => [name, [name]])
+  ).map(([family, members]) => {
+    if (members.length === 1) return single(members[0])
+    const whole = together(family, `Lights of ${family}`, members, true)
+    const fold = h(
+      'details',
+      { class: 'family' },
+      h('summary', {}, `${family}: ${members.length} lights`),
+      ...members.map(single),
+    )
+    folds.push(fold)
+    return h('div', { class: 'fold' }, whole, fold)
   })
+  const search = h('input', {
+    type: 'search',
+    placeholder: `Search ${lights.names.length} lights`,
+    'aria-label': 'Search lights',
+    hidden: !many,
+    input: () => {
+      const wanted = search.value.trim().toLowerCase()
+      for (const { name, element } of found) element.hidden = !name.toLowerCase().includes(wanted)
+      for (const fold of folds) {
+        const any = [...fold.querySelectorAll<HTMLElement>('.dimmer')].some((row) => !row.hidden)
+        fold.parentElement!.hidden = !any
+        fold.open = wanted !== '' && any
+      }
+    },
+  })
+  const master = together('All lights', 'All lights', lights.names, false)
+  master.hidden = lights.names.length < 2
   const [log] = checkbox('Sliders by stops', (on) => {
     logarithmic = on
     for (const row of rows) row.refresh()
   })
-  remote.state.watch((state) => {
-    for (const [group, factor] of Object.entries(state?.factors ?? {})) {
-      if (!held.has(group)) factors.set(group, factor)
-    }
+  lights.changed.watch(() => {
     for (const row of rows) row.refresh()
   })
-  return panel('Lights', ...rows.map((row) => row.element), log)
+  return panel('Lights', master, search, ...all, log)
 }
 
 const percent = (factor: number) => `${Number((100 * factor).toFixed(factor < 0.1 ? 1 : 0))} %`
-const rounded = (factor: number) => Number(factor.toPrecision(4))

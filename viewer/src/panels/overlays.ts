@@ -1,15 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// What lies over the picture: legend, hint, progress, banner of a lost connection, notes.
+// What is said over the picture: hint, state of the light, progress, banner of a lost connection.
 import { button, h } from '../dom'
-import { seconds, unitLabel } from '../format'
-import { drawLegend, legendText } from '../legend'
-import type { Look } from '../look'
+import { seconds } from '../format'
+import type { Lights } from '../lights'
 import type { Objects } from '../objects'
-import type { Phase, Unit } from '../protocol'
+import type { Phase } from '../protocol'
 import type { RemoteSession } from '../remoteSession'
-
-const NOTE_SECONDS = 8
-const LEGEND_HEIGHT = 320
 
 /** Banner while the server is away. */
 export function banner(remote: RemoteSession): HTMLElement {
@@ -47,15 +43,26 @@ const LIGHT_STATES: Partial<Record<Phase, string>> = {
   failed: 'The update failed: this light is not up to date',
 }
 
+const ALL_OFF = 'All lights are off'
+const NO_LIGHT =
+  'There is no light in this scene: no lamp, no sun, and nothing that glows. ' +
+  'Give a material an emission, or add a lamp, and open the file again.'
+
 /** Mark of a preview, and the way out where there is no light or an older one. */
-export function lightState(remote: RemoteSession): HTMLElement {
+export function lightState(remote: RemoteSession, lights: Lights): HTMLElement {
   const text = h('span', {})
+  const switchOn = button('Switch them on', () =>
+    lights.set(Object.fromEntries(lights.names.map((n) => [n, 1]))),
+  )
   const bake = button('Bake', () => void remote.edit({ type: 'bake' }), { class: 'primary' })
-  const element = h('div', { class: 'light-state' }, text, bake)
+  const element = h('div', { class: 'light-state' }, text, bake, switchOn)
   remote.state.watch((state) => {
-    const said = state && LIGHT_STATES[state.phase]
+    const off = state !== null && Object.values(state.factors).every((factor) => factor === 0)
+    const lit = state && (LIGHT_STATES[state.phase] ?? (off ? ALL_OFF : null))
+    const said = lights.names.length === 0 ? NO_LIGHT : lit
     element.hidden = !said
-    bake.hidden = state?.phase === 'preview'
+    bake.hidden = said !== LIGHT_STATES.empty && said !== LIGHT_STATES.failed
+    switchOn.hidden = said !== ALL_OFF
     text.textContent = said ?? ''
   })
   return element
@@ -72,28 +79,4 @@ export function hint(objects: Objects): HTMLElement {
   )
   objects.moved.push(() => (element.hidden = true))
   return element
-}
-
-/** Notices and refusals, for a while. */
-export function notes(remote: RemoteSession): HTMLElement {
-  const element = h('div', { class: 'notes', 'aria-live': 'polite' })
-  remote.note.watch((note) => {
-    if (!note) return
-    const item = h('div', { class: `note ${note.kind}` }, note.text)
-    for (const old of [...element.children]) if (old.textContent === note.text) old.remove()
-    element.append(item)
-    window.setTimeout(() => item.remove(), 1000 * NOTE_SECONDS)
-  })
-  return element
-}
-
-export function legend(look: Look, unit: Unit): HTMLCanvasElement {
-  const canvas = h('canvas', { class: 'legend', role: 'img' })
-  look.scale.watch((scale) => {
-    canvas.hidden = scale === null
-    if (!scale) return
-    drawLegend(canvas, scale, unitLabel(unit), LEGEND_HEIGHT, window.devicePixelRatio)
-    canvas.setAttribute('aria-label', legendText(scale, unitLabel(unit)))
-  })
-  return canvas
 }

@@ -25,7 +25,8 @@ export function timelineBar(timeline: Timeline): HTMLElement {
     const duration = timeline.duration.value
     slider.max = String(duration || 1)
     slider.value = String(timeline.seconds.value)
-    for (const control of [play, clear, slider]) control.disabled = duration === 0
+    for (const control of [play, slider]) control.disabled = duration === 0
+    clear.hidden = duration === 0
     text.textContent = duration
       ? `${timeline.seconds.value.toFixed(1)} / ${duration.toFixed(1)} s`
       : timeline.recording.value

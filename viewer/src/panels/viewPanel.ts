@@ -1,12 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Panel of what is shown: exposure of the lit picture, range of the colour scales, the remembered state.
+// Panel of what is shown: exposure of the lit picture, range of the colour scales, what changes are counted from.
 import { button, checkbox, h, numberField, panel, show } from '../dom'
-import { number, unitLabel } from '../format'
+import { number, valueUnit } from '../format'
 import type { Look } from '../look'
 import type { Unit } from '../protocol'
+import type { References } from '../references'
+import { comparisonControls } from './comparison'
 
-export function viewPanel(look: Look, unit: Unit, remember: () => void): HTMLElement {
-  return panel('View', exposureControls(look), rangeControls(look, unit), rememberControls(look, remember))
+export function viewPanel(look: Look, references: References, unit: Unit, remember: () => void): HTMLElement {
+  return panel(
+    'View',
+    exposureControls(look),
+    rangeControls(look, unit),
+    comparisonControls(look, references, remember),
+  )
 }
 
 function exposureControls(look: Look): HTMLElement {
@@ -47,19 +54,16 @@ function exposureControls(look: Look): HTMLElement {
 }
 
 function rangeControls(look: Look, unit: Unit): HTMLElement {
-  const low = numberField(`From, ${unitLabel(unit)}`, (value) =>
-    look.changeRange({ automatic: false, low: value }),
-  )
-  const high = numberField(`To, ${unitLabel(unit)}`, (value) =>
-    look.changeRange({ automatic: false, high: value }),
-  )
+  const low = numberField('', (value) => look.changeRange({ automatic: false, low: value }))
+  const high = numberField('', (value) => look.changeRange({ automatic: false, high: value }))
+  const title = h('span', {})
   const [automatic, automaticInput] = checkbox('Automatic', (on) => look.changeRange({ automatic: on }))
   const [log, logInput] = checkbox('Logarithmic', (on) => look.changeRange({ logarithmic: on }))
   const [lines, linesInput] = checkbox('Isolines', (on) => look.change({ isolines: on }))
   const element = h(
     'div',
     { class: 'stack' },
-    h('div', { class: 'axes' }, h('span', {}, `Range, ${unitLabel(unit)}`), low, high),
+    h('div', { class: 'axes' }, title, low, high),
     h('div', { class: 'row' }, automatic, log, lines),
   )
   const refresh = () => {
@@ -68,6 +72,10 @@ function rangeControls(look: Look, unit: Unit): HTMLElement {
     element.hidden = mode === 'lit'
     linesInput.checked = isolines
     if (mode === 'lit' || !scale) return
+    const shown = valueUnit(mode, unit)
+    title.textContent = `Range, ${shown}`
+    low.setAttribute('aria-label', `From, ${shown}`)
+    high.setAttribute('aria-label', `To, ${shown}`)
     automaticInput.checked = ranges[mode].automatic
     logInput.checked = scale.logarithmic
     log.hidden = lines.hidden = mode === 'difference'
@@ -78,23 +86,4 @@ function rangeControls(look: Look, unit: Unit): HTMLElement {
   look.settings.watch(refresh)
   look.scale.watch(refresh)
   return element
-}
-
-function rememberControls(look: Look, remember: () => void): HTMLElement {
-  const when = h('output', {})
-  const row = h(
-    'div',
-    { class: 'row' },
-    button(
-      'Remember this state',
-      () => {
-        remember()
-        when.textContent = `at ${new Date().toLocaleTimeString()}`
-      },
-      { title: 'The difference view shows what changed since then (M)' },
-    ),
-    when,
-  )
-  look.settings.watch(({ mode }) => (row.hidden = mode !== 'difference'))
-  return row
 }

@@ -10,6 +10,7 @@ in vec3 worldNormal;
 in vec3 toEye;
 
 uniform int mode;
+uniform bool measuring; // the values that the mode shows, instead of their colours
 uniform vec3 reflectance;
 uniform vec3 emission;
 uniform bool frontGlows;
@@ -77,14 +78,23 @@ vec3 falseColour(float value) {
   return mix(shown, line, isoline(at));
 }
 
+float relativeError() {
+  float value = photopic(irradiance);
+  return value > 0.0 ? 100.0 * standardError / value : standardError > 0.0 ? 100.0 : 0.0;
+}
+
 void main() {
   bool glows = gl_FrontFacing ? frontGlows : backGlows;
   vec3 light = glows ? emission : vec3(0.0);
   bool sampled = gl_FrontFacing;
   vec3 radiance = reflectance * irradiance / 3.14159265358979 + light;
 
-  if (mode == MODE_METER) {
-    colour = vec4(photopic(radiance), sampled && light == vec3(0.0) ? 1.0 : 0.0, 0.0, 1.0);
+  if (measuring) {
+    float value = mode == MODE_FALSE_COLOUR ? photopic(irradiance)
+                : mode == MODE_ERROR ? relativeError()
+                : mode == MODE_DIFFERENCE ? photopic(change) : photopic(radiance);
+    bool counts = sampled && (mode != MODE_LIT || light == vec3(0.0));
+    colour = vec4(value, counts ? 1.0 : 0.0, 1.0 / gl_FragCoord.w, 1.0);
     return;
   }
   vec3 shown = encode(vec3(UNSAMPLED));
@@ -95,7 +105,7 @@ void main() {
     if (sampled) shown = encode(toneMap(radiance));
   } else if (sampled) {
     if (mode == MODE_FALSE_COLOUR) shown = falseColour(photopic(irradiance));
-    if (mode == MODE_ERROR) shown = falseColour(standardError);
+    if (mode == MODE_ERROR) shown = falseColour(relativeError());
     if (mode == MODE_DIFFERENCE) {
       shown = change == vec3(0.0) ? vec3(0.0) : encode(tableColour(diverging, place(photopic(change))));
     }

@@ -3,10 +3,10 @@
 precision highp float;
 
 in vec4 values;
-in vec4 remembered;
+in vec4 reference;
 
 uniform float valueScale;
-uniform float rememberedScale;
+uniform float referenceScale;
 
 out vec3 irradiance;
 out float standardError;
@@ -20,7 +20,7 @@ void main() {
   irradiance = values.rgb * valueScale;
   standardError = values.a * valueScale;
   // The scales are powers of two: equal bits at equal scales leave exactly nothing.
-  change = values.rgb * valueScale - remembered.rgb * rememberedScale;
+  change = values.rgb * valueScale - reference.rgb * referenceScale;
   vec4 world = modelMatrix * vec4(position, 1.0);
   worldNormal = mat3(modelMatrix) * normal;
   toEye = cameraPosition - world.xyz;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where the scene is seen from: orbit, fly, the scene's own cameras, fit to an object or to everything.
-import { Box3, Euler, MathUtils, Matrix4, Vector3 } from 'three'
+import { Box3, Euler, MathUtils, Matrix4, Spherical, Vector3 } from 'three'
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js'
 import type { CameraInfo } from '../protocol'
 import type { Stage } from './stage'
@@ -14,6 +14,9 @@ const FLY_KEYS: Record<string, [number, number, number]> = {
   KeyE: [0, 1, 0],
 }
 const FLY_SPEED = 0.12 // of the scene's diagonal a second
+const CLEARANCE = 0.9 // of the way to what would be in front of the eye
+const TURNS = [0, 30, -30, 60, -60, 90, -90, 120, -120, 150, -150, 180] // degrees around the vertical
+const HEIGHTS = [75, 50, 25] // degrees from the vertical, after the present one
 const TURN_SPEED = 0.003 // radians a pixel
 
 export class Cameras {
@@ -24,7 +27,7 @@ export class Cameras {
 
   constructor(
     private readonly stage: Stage,
-    private readonly bounds: Box3,
+    bounds: Box3,
   ) {
     const diagonal = bounds.getSize(new Vector3()).length() || 1
     stage.camera.near = diagonal / 500 // any nearer, and pictures on far walls flicker through each other
@@ -45,24 +48,35 @@ export class Cameras {
     const pose = new Matrix4().fromArray(camera.pose)
     const ahead = new Vector3().setFromMatrixColumn(pose, 2).negate()
     const eye = new Vector3().setFromMatrixPosition(pose)
-    this.stage.camera.fov = MathUtils.radToDeg(camera.vertical_fov)
+    this.stage.fieldOfView = MathUtils.radToDeg(camera.vertical_fov)
     this.lookFrom(eye, eye.clone().addScaledVector(ahead, distance))
   }
 
-  /** Moves back or forth, direction kept, until the box is in the picture. */
-  fit(box: Box3 = this.bounds): void {
+  /**
+   * Looks at the box from where it is seen: `clear` tells how far a way from its middle leads before it meets
+   * something. The direction is kept where that does, else turned as little as it takes; where there is no
+   * room for the whole box anywhere, the eye goes as far away as it can without leaving through a wall.
+   */
+  fit(box: Box3, clear: (from: Vector3, way: Vector3) => number): void {
     const centre = box.getCenter(new Vector3())
     const radius = Math.max(box.getSize(new Vector3()).length() / 2, 1e-3)
     const vertical = MathUtils.degToRad(this.stage.camera.fov) / 2
     const angle = Math.min(vertical, Math.atan(Math.tan(vertical) * this.stage.aspect))
     const away = this.stage.camera.position.clone().sub(this.orbit.target).normalize()
     if (away.lengthSq() === 0) away.set(0.5, 0.4, 1).normalize()
-    this.lookFrom(centre.clone().addScaledVector(away, (1.1 * radius) / Math.sin(angle)), centre)
+    const wanted = (1.1 * radius) / Math.sin(angle)
+    let [best, room] = [away, 0]
+    for (const way of waysAround(away)) {
+      const free = CLEARANCE * clear(centre, way)
+      if (free > room) [best, room] = [way, free]
+      if (free >= wanted) break
+    }
+    this.lookFrom(centre.clone().addScaledVector(best, Math.min(wanted, room || wanted)), centre)
   }
 
   lookFrom(eye: Vector3, target: Vector3): void {
     this.stage.camera.position.copy(eye)
-    this.stage.camera.updateProjectionMatrix()
+    this.stage.camera.updateProjectionMatrix() // near and far are new at first
     this.orbit.target.copy(target)
     this.orbit.update()
     this.stage.invalidate()
@@ -114,5 +128,15 @@ export class Cameras {
       .copy(camera.position)
       .add(camera.getWorldDirection(new Vector3()).multiplyScalar(distance))
     this.stage.invalidate()
+  }
+}
+
+/** Directions all around and above, those first that are close to a given one. */
+function* waysAround(way: Vector3): Iterable<Vector3> {
+  const { phi, theta } = new Spherical().setFromVector3(way)
+  for (const height of [phi, ...HEIGHTS.map(MathUtils.degToRad)]) {
+    for (const turn of TURNS) {
+      yield new Vector3().setFromSphericalCoords(1, height, theta + MathUtils.degToRad(turn))
+    }
   }
 }

@@ -2,7 +2,7 @@
 // The scene as drawn: one mesh with groups for each mesh of the server's, values as an attribute of halves.
 import { Box3, BufferAttribute, BufferGeometry, DynamicDrawUsage, Group, Matrix4, Mesh, Vector3 } from 'three'
 import type { MeshInfo, PartInfo, Pose, Run, SceneInfo, ValuesFrame } from '../protocol'
-import { CHANNELS, Values } from '../values'
+import { CHANNELS, Values, type Snapshot } from '../values'
 import { SurfaceMaterials } from './materials'
 
 const MAX_RANGES = 16 // of one mesh waiting for upload; more become one that covers them
@@ -34,6 +34,7 @@ export class LitScene {
   readonly values: Values
   readonly bodies: Body[] = []
   private readonly byName = new Map<string, Body>()
+  private compared: { with: Snapshot; halves: Uint16Array } | null = null // what the graphics card has
 
   /** `oneTriangle`: draw next to nothing, but upload all (to measure transport without rasterisation). */
   constructor(
@@ -90,13 +91,18 @@ export class LitScene {
     this.materials.shared.valueScale.value = 1 / this.values.scale
   }
 
-  remember(): void {
-    this.values.remember()
-    const { halves, scale } = this.values.remembered!
-    this.materials.shared.rememberedScale.value = 1 / scale
-    for (const body of this.bodies) {
-      body.geometry.setAttribute('remembered', valuesAttribute(halves, body.userData.info))
+  /** Uploads the state that differences are drawn against, unless it is there. */
+  uploadReference(): void {
+    const { reference } = this.values
+    if (!reference || this.compared?.with === reference) return
+    const halves = this.compared?.halves ?? new Uint16Array(reference.halves.length)
+    halves.set(reference.halves)
+    for (const { geometry, userData } of this.bodies) {
+      if (!this.compared) geometry.setAttribute('reference', valuesAttribute(halves, userData.info))
+      geometry.getAttribute('reference').needsUpdate = true
     }
+    this.materials.shared.referenceScale.value = 1 / reference.scale
+    this.compared = { with: reference, halves }
   }
 
   private geometry(mesh: MeshInfo, parts: PartInfo[], arrays: GeometryArrays): BufferGeometry {

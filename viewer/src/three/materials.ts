@@ -24,7 +24,7 @@ import type { MaterialInfo, Rgb } from '../protocol'
 import fragmentShader from '../shaders/surface.frag.glsl?raw'
 import vertexShader from '../shaders/surface.vert.glsl?raw'
 
-export const MODES = { lit: 0, falseColour: 1, error: 2, difference: 3, clay: 4, meter: 5 } as const
+export const MODES = { lit: 0, falseColour: 1, error: 2, difference: 3, clay: 4 } as const
 export type ShaderMode = keyof typeof MODES
 
 const MAX_TICKS = 32
@@ -50,8 +50,9 @@ function tableTexture(table: Float32Array): DataTexture {
 export class SurfaceMaterials {
   readonly shared = {
     mode: { value: MODES.clay as number },
+    measuring: { value: false },
     valueScale: { value: 1 },
-    rememberedScale: { value: 1 },
+    referenceScale: { value: 1 },
     exposure: { value: 1 },
     sequential: { value: tableTexture(colourTable(SEQUENTIAL)) },
     diverging: { value: tableTexture(colourTable(DIVERGING)) },

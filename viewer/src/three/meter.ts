@@ -1,38 +1,77 @@
 // SPDX-License-Identifier: Apache-2.0
-// Exposure meter: what python/deltalux/outputs/tone.py does with a picture, over a small one of this view.
+// What is seen, in numbers: the exposure (as python/deltalux/outputs/tone.py meters a picture), ranges, isolines.
 import { FloatType, WebGLRenderTarget } from 'three'
 import { percentile } from '../percentile'
 import type { LitScene } from './litScene'
-import { MODES } from './materials'
+import { MODES, type ShaderMode } from './materials'
 import type { Stage } from './stage'
 
 const WIDTH = 96
 const HEIGHT = 60
 const KEY = 0.32 // where the typical luminance lands before the tone curve
 
-/** Factor that brings the typical (log-average) luminance of the view to a middle tone; null in the dark. */
-export async function measureExposure(stage: Stage, lit: LitScene): Promise<number | null> {
+/** What the pixels of a small picture of this view show, row by row from the bottom. */
+export interface Measured {
+  width: number
+  height: number
+  /** Four for each pixel: the value, 1 where it counts, distance along the view, 1. */
+  pixels: Float32Array
+}
+
+/** Draws the values that a mode shows, without colours; the caller reads them and lets go of the target. */
+function drawValues(stage: Stage, lit: LitScene, mode: ShaderMode, target: WebGLRenderTarget): void {
   const { renderer } = stage
-  const target = new WebGLRenderTarget(WIDTH, HEIGHT, { type: FloatType })
-  const mode = lit.materials.shared.mode
-  const [shown, background] = [mode.value, stage.scene.background]
+  const { shared } = lit.materials
+  const [shown, background] = [shared.mode.value, stage.scene.background]
   const hidden = stage.scene.children.filter((child) => child !== lit.root && child.visible)
-  const pixels = new Float32Array(4 * WIDTH * HEIGHT)
   for (const child of hidden) child.visible = false
-  mode.value = MODES.meter
+  shared.mode.value = MODES[mode]
+  shared.measuring.value = true
   stage.scene.background = null
   renderer.setRenderTarget(target)
   renderer.clear()
   renderer.render(stage.scene, stage.camera)
   renderer.setRenderTarget(null)
-  mode.value = shown
+  shared.mode.value = shown
+  shared.measuring.value = false
   stage.scene.background = background
   for (const child of hidden) child.visible = true
-  await renderer.readRenderTargetPixelsAsync(target, 0, 0, WIDTH, HEIGHT, pixels)
+}
+
+export async function measure(
+  stage: Stage,
+  lit: LitScene,
+  mode: ShaderMode,
+  width = WIDTH,
+  height = HEIGHT,
+): Promise<Measured> {
+  const target = new WebGLRenderTarget(width, height, { type: FloatType })
+  drawValues(stage, lit, mode, target)
+  const pixels = new Float32Array(4 * width * height)
+  await stage.renderer.readRenderTargetPixelsAsync(target, 0, 0, width, height, pixels)
   target.dispose()
-  const luminance: number[] = []
-  for (let i = 0; i < pixels.length; i += 4) if (pixels[i + 1] > 0.5) luminance.push(pixels[i])
-  return automaticExposure(luminance)
+  return { width, height, pixels }
+}
+
+/** The values that are seen, as many as they take of the picture's area; at once, which stalls the GPU. */
+export function seenValues(stage: Stage, lit: LitScene, mode: ShaderMode): Float32Array {
+  const target = new WebGLRenderTarget(WIDTH, HEIGHT, { type: FloatType })
+  drawValues(stage, lit, mode, target)
+  const pixels = new Float32Array(4 * WIDTH * HEIGHT)
+  stage.renderer.readRenderTargetPixels(target, 0, 0, WIDTH, HEIGHT, pixels)
+  target.dispose()
+  return counted(pixels)
+}
+
+/** Factor that brings the typical (log-average) luminance of the view to a middle tone; null in the dark. */
+export async function measureExposure(stage: Stage, lit: LitScene): Promise<number | null> {
+  return automaticExposure([...counted((await measure(stage, lit, 'lit')).pixels)])
+}
+
+function counted(pixels: Float32Array): Float32Array {
+  const values: number[] = []
+  for (let i = 0; i < pixels.length; i += 4) if (pixels[i + 1] > 0.5) values.push(pixels[i])
+  return Float32Array.from(values)
 }
 
 export function automaticExposure(luminance: number[]): number | null {

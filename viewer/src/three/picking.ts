@@ -48,6 +48,13 @@ export function pick(camera: Camera, bodies: Body[], at: Vector2): Hit | null {
   }
 }
 
+/** How far a way from a point leads before it meets a body. */
+export function clearDistance(bodies: Body[], from: Vector3, way: Vector3): number {
+  raycaster.set(from, way)
+  const seen = bodies.filter((body) => body.visible)
+  return raycaster.intersectObjects(seen, false)[0]?.distance ?? Infinity
+}
+
 function faces(hit: Intersection): boolean {
   const normal = hit.face!.normal.clone().transformDirection((hit.object as Mesh).matrixWorld)
   return normal.dot(raycaster.ray.direction) < 0

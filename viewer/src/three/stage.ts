@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The canvas and its renderer: draws when something changed, and not otherwise.
-import { Color, PerspectiveCamera, Scene, WebGLRenderer } from 'three'
+import { Color, MathUtils, PerspectiveCamera, Scene, WebGLRenderer } from 'three'
 
 const BACKGROUND = 0x303030 // what pictures show around the scene: linear grey 0.03
 
@@ -11,6 +11,7 @@ export class Stage {
   readonly beforeDrawing: ((seconds: number) => boolean)[] = [] // each tells whether it wants another frame
   readonly overlays: (() => void)[] = [] // drawn over the scene
   readonly afterDrawing: (() => void)[] = []
+  private field = 50
   private scheduled = false
   private lastTime = 0
 
@@ -27,6 +28,20 @@ export class Stage {
 
   get aspect(): number {
     return this.camera.aspect
+  }
+
+  /** Field of view, degrees, over the picture's height; where it is upright, over its width. */
+  get fieldOfView(): number {
+    return this.field
+  }
+
+  set fieldOfView(degrees: number) {
+    this.field = degrees
+    const { camera } = this
+    const half = Math.tan(MathUtils.degToRad(degrees) / 2)
+    camera.fov = MathUtils.radToDeg(2 * Math.atan(half / Math.min(camera.aspect, 1)))
+    camera.updateProjectionMatrix()
+    this.invalidate()
   }
 
   /** Draws once more at the next opportunity. */
@@ -63,7 +78,6 @@ export class Stage {
     this.renderer.setPixelRatio(window.devicePixelRatio)
     this.renderer.setSize(width, height, false)
     this.camera.aspect = width / height
-    this.camera.updateProjectionMatrix()
-    this.invalidate()
+    this.fieldOfView = this.field
   }
 }
