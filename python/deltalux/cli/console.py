@@ -63,6 +63,22 @@ class Terminal:
                     _keep_whole(renderable)
                 self._out.print(renderable, highlight=False, soft_wrap=isinstance(renderable, str))
 
+    def say(self, text: str) -> None:
+        """Print a line that is no result: not with --json, nor -q."""
+        if not self._as_json and not self._quiet:
+            self._line(text)
+
+    def record(self, data: dict[str, Any], text: str | None = None) -> None:
+        """Print one of many results on one line, at once: `data` with --json, else `text` unless -q."""
+        if self._as_json:
+            self._line(json.dumps(data, default=_plain))
+        elif text is not None:
+            self.say(text)
+
+    def _line(self, text: str) -> None:
+        self._out.file.write(text + "\n")
+        self._out.file.flush()
+
     @contextmanager
     def working(self, text: str) -> Iterator[None]:
         """Show, on stderr when that is a terminal, that something without a measure of progress is done."""

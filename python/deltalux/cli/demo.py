@@ -21,9 +21,9 @@ from deltalux.report import Section, page
 
 from .baking import figures, summary_table, total_milliseconds
 from .console import Terminal
+from .edits import moved_pose
 from .options import JsonOption, Move, PathsOption, QuietOption, SeedOption, ThreadsOption
 from .targets import check_writable, command_line
-from .update import moved_pose
 
 TROLLEY = "trolley"
 MOVE = Move(TROLLEY, (4.0, 0.0, -1.5), 0.0)
