@@ -13,7 +13,7 @@ import typer
 from deltalux.errors import Cancelled
 from deltalux.version import __version__
 
-from . import bake, compare, compare_methods, demo, info, plan, render, study, update, view
+from . import bake, compare, compare_methods, demo, info, plan, render, serve, study, update, view
 from .console import print_error
 from .failures import EXPECTED, failure_text
 
@@ -32,7 +32,7 @@ app = typer.Typer(
     rich_markup_mode="rich",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for module in (demo, info, plan, bake, update, render, compare, compare_methods, study, view):
+for module in (demo, info, plan, bake, update, render, compare, compare_methods, study, view, serve):
     app.command(module.__name__.rpartition(".")[2].replace("_", "-"))(module.run)
 
 

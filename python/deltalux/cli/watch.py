@@ -160,14 +160,16 @@ class Watch:
     def _update(self, content: bytes) -> tuple[dict[str, Any], str]:
         before = state_of(self._session)
         self._queue(content, before)
+        data: dict[str, Any] = {}
         targets = self._targets if self._stale or state_of(self._session) != before else []
         self._stale = self._at_work = True
         with self._terminal.overall(after_opening(counts_of_session(self._session), targets)) as progress:
             self._session.progress = progress
             frame = self._session.update()
             write_targets(self._session, targets, self._words, self._false_colour, progress)
-            progress.begin("sum up")
-            data = figures(self._session, frame)
+            if self._terminal.as_json:  # what the line does not need takes longer than an update
+                progress.begin("sum up")
+                data = figures(self._session, frame)
         self._stale = self._at_work = False
         data |= {
             "session": self._name,

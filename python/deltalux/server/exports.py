@@ -31,7 +31,7 @@ class Exports:
     def __init__(self, folder: str | os.PathLike[str] | None) -> None:
         self._folder = None if folder is None else Path(folder).resolve()
         if self._folder is not None and not self._folder.is_dir():
-            raise OptionError(f'view: folder: found no folder "{folder}", expected an existing one')
+            raise OptionError(f'folder: found no folder "{folder}", expected an existing one')
         self._written: set[str] = set()
 
     @property
@@ -47,7 +47,7 @@ class Exports:
         OptionError
         """
         if self._folder is None:
-            raise OptionError("export: found no folder to write to; start the viewer with --folder")
+            raise OptionError("export: found no folder to write to; start it with --folder")
         if len(name) > MAX_NAME or not _PLAIN.fullmatch(name) or name[-1] in ". ":
             raise OptionError(
                 f"export: found {name[:MAX_NAME]!r}, expected a plain name of letters, digits and .-_+ "
