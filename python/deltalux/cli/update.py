@@ -15,8 +15,11 @@ from .baking import figures, summary_table, total_milliseconds
 from .console import Terminal
 from .edits import Edits, queue_edits
 from .inputs import foreign_light
-from .jobs import after_opening, counts_of_session, update_job
+from .jobs import after_opening, counts_of_session, in_pixels, update_job
 from .options import (
+    CameraOption,
+    ExposureOption,
+    EyeOption,
     FalseColourOption,
     JsonOption,
     MoreOutputsArgument,
@@ -24,11 +27,14 @@ from .options import (
     OutputsOption,
     QuietOption,
     Setting,
+    SizeOption,
+    TargetOption,
     ThreadsOption,
     parse_dim,
     parse_move,
     parse_reflectance,
 )
+from .shots import shot_of
 from .targets import check_targets, keep_inputs, write_targets
 from .watch import Watch, WatchedFile
 
@@ -94,6 +100,11 @@ def run(
     reflectance: ReflectanceOption = None,
     watch: WatchOption = None,
     threads: ThreadsOption = None,
+    camera: CameraOption = None,
+    eye: EyeOption = None,
+    target: TargetOption = None,
+    size: SizeOption = None,
+    exposure: ExposureOption = 0.0,
     false_colour: FalseColourOption = False,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
@@ -121,24 +132,28 @@ def run(
     edits = Edits(add or (), move or (), remove or (), dim or (), reflectance or ())
     inputs = [session] if watch is None else [session, watch]
     targets = check_targets(output, more, inputs)
+    shot = shot_of(camera, eye, target, size, exposure, false_colour, targets=targets)
     terminal = Terminal(as_json, quiet)
     with ExitStack() as stack:
-        with terminal.overall(update_job(session, targets, threads)) as progress:
+        with terminal.overall(update_job(session, targets, shot.size, threads)) as progress:
             opened = stack.enter_context(dl.Session.open(session, threads=threads, progress=progress))
             keep_inputs(targets, opened.scene.files)
+            shot.camera_in(opened.scene)
+            shot.check_size(opened.options["memory_limit"])
+            counts = in_pixels(counts_of_session(opened), shot.size)
             foreign = foreign_light(opened, str(session))
-            progress.expect(after_opening(counts_of_session(opened), targets, again=bool(foreign)))
+            progress.expect(after_opening(counts, targets, again=bool(foreign)))
             if foreign:
                 terminal.warn(foreign)
                 opened.recompute()
             queue_edits(opened, edits)
             if watch is None:
                 frame = opened.update()
-                write_targets(opened, targets, context.obj, false_colour, progress)
+                write_targets(opened, targets, context.obj, shot, progress)
                 progress.begin("sum up")
                 data = figures(opened, frame)
         if watch is not None:
-            follower = Watch(opened, str(session), watch, targets, context.obj, false_colour, terminal)
+            follower = Watch(opened, str(session), watch, targets, context.obj, shot, terminal)
             terminal.say(f"{session} is open and follows {watch}; Ctrl-C ends it")
             follower.follow(WatchedFile(watch))
             return

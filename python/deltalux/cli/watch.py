@@ -19,7 +19,8 @@ from .baking import figures, total_milliseconds
 from .console import Terminal, print_error
 from .edits import edits_of_json, queue_edits
 from .failures import EXPECTED, failure_text
-from .jobs import after_opening, counts_of_session
+from .jobs import after_opening, counts_of_session, in_pixels
+from .shots import Shot
 from .targets import write_targets
 
 POLL = 0.2  # seconds between two looks at the file
@@ -113,7 +114,7 @@ class Watch:
     ----------
     session : baked; the edits of the file are relative to its present state
     name, path : of the session's file, and the file of edits
-    targets, words, false_colour : see `write_targets`
+    targets, words, shot : see `write_targets`
     terminal : gets one line for each change
     """
 
@@ -124,11 +125,11 @@ class Watch:
         path: Path,
         targets: Sequence[Path],
         words: Sequence[str],
-        false_colour: bool,
+        shot: Shot,
         terminal: Terminal,
     ) -> None:
         self._session, self._name, self._path = session, name, path
-        self._targets, self._words, self._false_colour = targets, words, false_colour
+        self._targets, self._words, self._shot = targets, words, shot
         self._terminal = terminal
         self._base = state_of(session)
         self._stale = True  # the results are not those of the session's state
@@ -163,10 +164,11 @@ class Watch:
         data: dict[str, Any] = {}
         targets = self._targets if self._stale or state_of(self._session) != before else []
         self._stale = self._at_work = True
-        with self._terminal.overall(after_opening(counts_of_session(self._session), targets)) as progress:
+        counts = in_pixels(counts_of_session(self._session), self._shot.size)
+        with self._terminal.overall(after_opening(counts, targets)) as progress:
             self._session.progress = progress
             frame = self._session.update()
-            write_targets(self._session, targets, self._words, self._false_colour, progress)
+            write_targets(self._session, targets, self._words, self._shot, progress)
             if self._terminal.as_json:  # what the line does not need takes longer than an update
                 progress.begin("sum up")
                 data = figures(self._session, frame)
