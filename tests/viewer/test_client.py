@@ -19,6 +19,7 @@ from pathlib import Path
 import deltalux as dl
 import numpy as np
 import pytest
+from deltalux.client import connection
 from deltalux.client.connection import socket_address
 from deltalux.outputs import read
 from deltalux.server.serving import Server
@@ -181,15 +182,20 @@ def test_edits_that_cannot_be_are_refused_at_once(client: dl.client.Client) -> N
         client.pose("block")
 
 
-def test_more_edits_than_a_message_holds_are_refused(client: dl.client.Client) -> None:
-    for _ in range(1500):
-        client.move("block", NEAR)
+def test_more_edits_than_a_message_holds_are_refused(
+    client: dl.client.Client, own: dl.Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(connection, "MAX_TEXT", 2000)
+    client.dim("desk", 0.5)
     client.update()
-    for _ in range(5000):
+    for _ in range(20):
         client.move("block", NEAR)
     with pytest.raises(dl.OptionError, match=r"bytes of edits, expected up to .*; call update\(\)"):
         client.update()
-    assert client.update() == dl.Frame()
+    client.update()
+    own.dim("desk", 0.5)
+    own.update()
+    assert_same(client, own)
 
 
 def test_two_clients_at_once_leave_what_one_after_the_other_leaves(served: Server, own: dl.Session) -> None:
@@ -366,14 +372,20 @@ def test_where_no_server_is_it_says_how_to_start_one() -> None:
         dl.connect(f"http://127.0.0.1:{free_port()}/?token=a")
 
 
-def test_another_server_is_none() -> None:
+@pytest.mark.parametrize(
+    ("version", "text"),
+    [("HTTP/1.1", "found another server there"), ("HTTP/1.0", "found no server of Deltalux")],
+)
+def test_another_server_is_none(version: str, text: str) -> None:
     class Quiet(http.server.SimpleHTTPRequestHandler):
+        protocol_version = version
+
         def log_message(self, *_: object) -> None:
             pass
 
     with http.server.HTTPServer(("127.0.0.1", 0), Quiet) as other:
         threading.Thread(target=other.serve_forever, daemon=True).start()
-        with pytest.raises(dl.Error, match="found another server there"):
+        with pytest.raises(dl.Error, match=text):
             dl.connect(f"http://127.0.0.1:{other.server_port}/?token=a")
         other.shutdown()
 

@@ -30,9 +30,9 @@ def run(
 ) -> None:
     """Keep a session open for scripts and plug-ins: they edit it and read its light, to the last bit.
 
-    It is opened once; from then on an edit takes what its light takes. Programs talk to it by JSON over a
-    WebSocket; Python has a client for that. The session's file is never written to: save under another
-    name. Ctrl-C or SIGTERM ends it.
+    It is opened once; from then on an edit takes what its light takes. Programs talk to it by JSON
+    over a WebSocket; Python has a client for that. The session's file is never written to: save
+    under another name. Ctrl-C or SIGTERM ends it.
 
     [bold]Examples[/]
 
@@ -42,7 +42,7 @@ def run(
     From Python, at that address:
     import deltalux as dl
     with dl.connect("http://127.0.0.1:8000/?token=…") as office:
-        office.dim("desk_lamp", 0.5)
+        office.dim("desk lamp", 0.5)
         office.update()
         print(office.irradiance.mean())
     """

@@ -15,7 +15,7 @@ from deltalux.scene import rigid_pose
 from .arrays import READABLE
 from .edits import pose_matrix
 
-MAX_TEXT = 1 << 20  # bytes: some 2,500 moves
+MAX_TEXT = 1 << 20  # bytes: some thousands of moves
 MAX_ID = 2**53
 MAX_FACTOR = 1e6  # the engine's own limit
 MAX_BUDGET = 10_000.0  # milliseconds
