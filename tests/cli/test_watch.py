@@ -105,7 +105,7 @@ def test_broken_files_are_one_line_each_and_the_watch_goes_on(
 ) -> None:
     result = tmp_path / "now.csv"
     running = start("-o", str(result))
-    assert "No such file" in running.record()["error"]
+    assert "No such file" in running.record()["problem"]
     write(running.file, {})
     digest = running.record()["digest"]
     texts = {
@@ -117,7 +117,7 @@ def test_broken_files_are_one_line_each_and_the_watch_goes_on(
     result.unlink()
     for text, expected in texts.items():
         write(running.file, text)
-        assert expected in running.record()["error"]
+        assert expected in running.record()["problem"]
     assert not result.exists()
     write(running.file, {"dim": {"lamp": 1}})
     assert running.record()["digest"] == digest  # of what was refused nothing was done
@@ -138,7 +138,7 @@ def test_results_that_cannot_be_written_are_tried_again(
     assert running.record()["outputs"]
     folder.rename(tmp_path / "away")
     write(running.file, MOVE)
-    assert "results" in running.record()["error"]
+    assert "results" in running.record()["problem"]
     (tmp_path / "away").rename(folder)
     write(running.file, MOVE)  # the same bytes
     assert running.record()["outputs"] == [str(folder / "now.csv")]

@@ -154,7 +154,7 @@ class Watch:
             file.forget()
             problem = failure_text(error)
             print_error(f"{problem}; watching on")
-            self._terminal.record({"watch": str(self._path), "error": problem})
+            self._terminal.record({"watch": str(self._path), "problem": problem})
         else:
             self._terminal.record(data, f"{time.strftime('%H:%M:%S')} {self._path}: {line}")
 
