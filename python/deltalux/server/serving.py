@@ -66,7 +66,7 @@ class Server:
         page = page or PAGE
         if not (page / "index.html").is_file():
             raise Error(f'view: found no page in "{page}", expected index.html; install the package again')
-        exports = Exports(folder)
+        exports = Exports(folder, "deltalux view" if shown else "deltalux serve")
         self.has_page = shown or session.samples.display is not None
         geometry = geometry_of(session) if self.has_page else None
         self._socket = _listen(host, port)
