@@ -256,9 +256,8 @@ class Engine:
 
         Without `errors` the standard errors of the last values go along.
         """
-        self._failed = False
         if not self._shown:
-            self._unpublished = revision
+            self._unpublished, self._failed = revision, False
             return
         self._unpublished = None
         if self._fill is None or self._encoder is None:
@@ -275,6 +274,7 @@ class Engine:
         else:
             values[:, 3] = self._errors
         self._tell(self._encoder.encode(values, revision, preview=session is not None))
+        self._failed = False
 
     def _show_again(self) -> None:
         """Send values that nobody wanted to see when they were new; an update that failed stays failed."""
