@@ -21,11 +21,14 @@ def seen_place(camera: Camera, surfaces: Surfaces, place) -> tuple[np.ndarray, s
     return np.abs(local[:2] / -local[2] / reach), surfaces.scene.meshes[mesh].name
 
 
-@pytest.mark.parametrize("corner", [(0.4, 0.3), (13.2, 8.3), (7, 4.5)])
-def test_what_can_move_is_seen_whole_wherever_it_stands(corner):
+@pytest.mark.parametrize(
+    ("corner", "extent"),
+    [((0.4, 0.3), (14, 6, 9)), ((13.2, 8.3), (14, 6, 9)), ((7, 4.5), (14, 6, 9)), ((21, 17), (70, 9, 50))],
+)
+def test_what_can_move_is_seen_whole_wherever_it_stands(corner, extent):
     low = np.array([corner[0], 0, corner[1]])
     trolley = box("trolley", low, low + np.array((0.5, 0.8, 0.4)), movable=True)
-    hall = box("hall", (0, 0, 0), (14, 6, 9), inward=True)
+    hall = box("hall", (0, 0, 0), extent, inward=True)
     screen = box("screen", (5, 0, 3), (5.2, 2.5, 7))
     camera, surfaces, _ = chosen(scene_of(hall, screen, trolley))
     place, mesh = seen_place(camera, surfaces, low + np.array((0.25, 0.4, 0.2)))

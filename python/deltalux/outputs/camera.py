@@ -19,8 +19,6 @@ INSIDE_FOV, OUTSIDE_FOV = 1.15, 0.7
 # Elevation, azimuth step, and what such a view scores before it is looked at.
 LEVEL, FROM_ABOVE = (2.0, 90.0, 0.4), (25.0, 30.0, 0.55)  # into an open box; onto objects
 TRIAL_SIZE = (24, 16)
-# Around what can move: the largest so many, from so many of its radii away, this much above it.
-MOST_SUBJECTS, DISTANCES, RISE = 4, (4.0, 6.0, 9.0), 0.3
 ENOUGH, TOO_MUCH = 0.03, 0.3  # shares of the picture that show what can move
 
 
@@ -43,8 +41,7 @@ def automatic_camera(surfaces: Surfaces, light: np.ndarray, aspect: float = 1.6)
     pixels = _trial_pixels(aspect)
     best, best_score = None, -np.inf
     subjects = _subjects(surfaces)
-    around = _around(surfaces, subjects)
-    for camera, prior in (*_inside(surfaces, low, high), *_outside(low, high, aspect), *around):
+    for camera, prior in (*_inside(surfaces, low, high), *_outside(low, high, aspect)):
         hits = surfaces.intersect(*camera_rays(camera, TRIAL_SIZE, *pixels))
         score = _score(surfaces, hits, lit, prior, subjects)
         if best is None or score > best_score:
@@ -122,28 +119,6 @@ def _subjects(surfaces: Surfaces) -> np.ndarray:
     """(triangles,) bool: present, and of something that can move."""
     movable = [i for i, mesh in enumerate(surfaces.scene.meshes) if mesh.movable]
     return np.isin(surfaces.display.triangle_mesh, movable) & (surfaces.area > 0)
-
-
-def _around(surfaces: Surfaces, subjects: np.ndarray) -> Iterator[tuple[Camera, float | None]]:
-    """Views of what can move, from the free space that it stands in: not through walls."""
-    mesh = surfaces.display.triangle_mesh[subjects]
-    corners = surfaces.points[surfaces.display.triangles[subjects]]
-    boxes = [
-        (part.min(axis=(0, 1)), part.max(axis=(0, 1)))
-        for i in np.unique(mesh)
-        for part in [corners[mesh == i]]
-    ]
-    boxes.sort(key=lambda box: -np.linalg.norm(box[1] - box[0]))
-    azimuth = np.radians(np.arange(0, 360, 30))
-    away = np.stack([np.sin(azimuth), np.full(len(azimuth), RISE), np.cos(azimuth)], axis=1)
-    away /= np.linalg.norm(away, axis=1, keepdims=True)
-    for low, high in boxes[:MOST_SUBJECTS]:
-        centre, radius = 0.5 * (low + high), 0.5 * np.linalg.norm(high - low)
-        free = surfaces.intersect(centre + 1.02 * radius * away, away).distance + radius
-        for distance in DISTANCES:
-            for direction in away[free > 1.2 * distance * radius]:
-                pose = look_at(centre + distance * radius * direction, centre)
-                yield Camera("automatic", pose, INSIDE_FOV), None
 
 
 def _lit_triangles(surfaces: Surfaces, light: np.ndarray) -> np.ndarray:
