@@ -3,6 +3,7 @@
 
 from . import estimate, model, scenes
 from .cameras import Camera
+from .client import connect
 from .errors import Cancelled, Error, FormatError, OptionError, SceneError
 from .io import load
 from .nodes import Node
@@ -11,7 +12,7 @@ from .results import Estimate, Frame, Result
 from .samples import Samples
 from .scene import Material, Mesh, PointLight, Scene, SpotLight, SunLight
 from .segments import Segments, trace, uniform_lines
-from .server import view
+from .server import serve, view
 from .session import Session
 from .version import __version__
 
@@ -37,11 +38,13 @@ __all__ = [
     "SpotLight",
     "SunLight",
     "__version__",
+    "connect",
     "estimate",
     "load",
     "model",
     "plan",
     "scenes",
+    "serve",
     "trace",
     "uniform_lines",
     "view",

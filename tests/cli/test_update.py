@@ -10,8 +10,8 @@ from pathlib import Path
 import deltalux as dl
 import numpy as np
 import pytest
+from deltalux.cli.edits import moved_pose
 from deltalux.cli.options import Move
-from deltalux.cli.update import moved_pose
 from deltalux.outputs import tables
 from session_files import rewrite
 

@@ -10,7 +10,7 @@ from deltalux.version import __version__
 
 from .conftest import QUICK, Cli
 
-VERBS = ("demo", "info", "plan", "bake", "update", "compare", "compare-methods")
+VERBS = ("demo", "info", "plan", "bake", "update", "compare", "compare-methods", "serve")
 
 
 def test_version(cli: Cli) -> None:

@@ -70,7 +70,7 @@ OUTPUTS += [
 ]
 # Commands that work for long, or until they are stopped, are interrupted; wide ones are asked less often.
 VERBS = ["bake"] * 8 + ["update"] * 8 + ["info"] * 4 + ["compare"] * 4 + ["plan"] * 3 + ["view", "study"]
-VERBS += ["compare-methods", "demo"]
+VERBS += ["compare-methods", "demo", "serve"]
 
 
 def _list_of_numbers(rng: Rng, count: int) -> str:
@@ -118,6 +118,7 @@ VALUES: dict[str, Callable[[Rng], str]] = {
         f"{pick(rng, ['grey', 'oak', *NAMES])}={_list_of_numbers(rng, int(pick(rng, [1, 3])))}"
     ),
     "--grid": _grid,
+    "--watch": lambda rng: str(pick(rng, ["edits.json", "edits.json", "room.glb", "folder", "no.json", ""])),
     "--output": lambda rng: str(pick(rng, OUTPUTS)),
     "--folder": lambda rng: str(pick(rng, ["folder", "no", "text.txt", "."])),
     "--light-units": lambda rng: str(pick(rng, ["spec", "blender-watts", "unitless", "SPEC", "lux"])),

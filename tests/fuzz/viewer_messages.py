@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from deltalux.server.edits import pose_numbers
+from deltalux.server.messages import MAX_TEXT
 from rooms import translation, turn
 
 from fuzz.mutate_bytes import change_bytes
@@ -43,6 +44,7 @@ FILES += [
     " .glb",
     "a.GLB",
 ]
+ARRAYS = ["irradiance"] * 4 + ["standard_error", "points", "normals", "light", None]
 NUMBERS = [
     0,
     1,
@@ -97,6 +99,7 @@ def request(rng: Rng) -> dict[str, Any]:
     kinds = (
         ["move"] * 8 + ["dim"] * 3 + ["reflectance"] * 2 + ["remove", "add"] * 2 + ["undo"] * 4 + ["redo"] * 2
     )
+    kinds += ["finish", "read", "edit", "edit"]
     kind = str(pick(rng, [*kinds, "bake", "check", "cancel", "budget", "export", "ack", "ack"]))
     message: dict[str, Any] = {"type": kind, "id": int(rng.integers(1000))}
     if kind in ("move", "remove", "add"):
@@ -109,6 +112,14 @@ def request(rng: Rng) -> dict[str, Any]:
         message |= {"material": pick(rng, MATERIALS), "value": [number(rng) for _ in range(3)]}
     elif kind == "budget":
         message["milliseconds"] = pick(rng, [None, 1, 1.5, 50, 10_000, *NUMBERS])
+    elif kind == "finish" and rng.random() < 0.7:
+        message["digest"] = pick(rng, [True, False, True, None, 1])
+    elif kind == "read":
+        message["arrays"] = [pick(rng, ARRAYS) for _ in range(rng.integers(4))]
+    elif kind == "edit":
+        message["edits"] = [request(rng) for _ in range(rng.integers(4))]
+        for each in message["edits"]:
+            each.pop("id", None)
     elif kind == "export":
         message["file"] = pick(rng, FILES)
     elif kind == "ack":
@@ -159,7 +170,7 @@ def websocket_frame(rng: Rng) -> bytes:
     if kind < 0.1:
         payload = rng.bytes(int(rng.integers(200)))
     elif kind < 0.13:
-        payload = b'"' + b"x" * 70_000 + b'"'
+        payload = b'"' + b"x" * (MAX_TEXT + 100) + b'"'
     opcode = int(pick(rng, [1] * 12 + [0, 2, 8, 9, 10, 3, 15]))
     first = opcode | (0x80 if rng.random() < 0.95 else 0) | (0x40 if rng.random() < 0.03 else 0)
     length = len(payload)

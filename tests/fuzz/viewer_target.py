@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import deltalux as dl
+from deltalux.server.arrays import read_arrays
 from deltalux.server.exports import SUFFIXES, Exports
 from deltalux.server.frames import FrameHeader, apply_frame
 from deltalux.server.hub import Hub
@@ -34,8 +35,6 @@ PATHS = 1000
 PATIENCE = 60.0  # seconds until the engine must rest
 OVER_SOCKETS = 0.15  # share of cases
 THEIRS = "theirs.csv"  # a file of somebody else in the export folder
-# What uvicorn logs as an error after each answer of 403, though it did what it should.
-REFUSAL_OF_THE_LIBRARY = "ASGI callable returned without completing handshake."
 
 
 class ViewerTarget:
@@ -88,8 +87,7 @@ class _Records(logging.Handler):
         self.texts: list[str] = []
 
     def emit(self, record: logging.LogRecord) -> None:
-        if record.getMessage() != REFUSAL_OF_THE_LIBRARY:
-            self.texts.append(logging.Formatter().format(record))
+        self.texts.append(logging.Formatter().format(record))
 
 
 @contextlib.contextmanager
@@ -125,6 +123,10 @@ class _Reader:
             self.told[message["type"]] = message
             if message["type"] == "state":
                 self.state = message
+        if isinstance(answer := self.page.next_answer(), bytes):
+            assert read_arrays(answer)[0]["type"] == "values"
+        elif answer is not None:
+            assert json.loads(answer, parse_constant=refuse)["type"] in ("finished", "error")
         while self.page._latest is not None and (frame := self.page.next_frame()) is not None:
             self.frame, self._rows = apply_frame(frame, self._rows)
             self.page.acknowledge(self.frame.seq)

@@ -49,3 +49,22 @@ def serve(stub_page: Path) -> Iterator[Callable[..., Server]]:
             return stack.enter_context(Server(session, page=stub_page, **options))
 
         yield start
+
+
+@pytest.fixture
+def served(session: dl.Session, serve: Callable[..., Server], tmp_path: Path) -> Server:
+    """The room, for programs."""
+    return serve(session, shown=False, folder=tmp_path)
+
+
+@pytest.fixture
+def client(served: Server) -> Iterator[dl.client.Client]:
+    with dl.connect(served.url) as connected:
+        yield connected
+
+
+@pytest.fixture
+def own(baked_file: Path) -> Iterator[dl.Session]:
+    """Another session of the same file."""
+    with dl.Session.open(baked_file) as opened:
+        yield opened

@@ -36,7 +36,7 @@ def test_unknown_suffixes_are_refused(tmp_path, name):
 def test_without_a_folder_nothing_is_exported():
     exports = Exports(None)
     assert not exports.allowed
-    with pytest.raises(dl.OptionError, match="start the viewer with --folder"):
+    with pytest.raises(dl.OptionError, match="start it with --folder"):
         exports.checked_name("a.glb")
 
 

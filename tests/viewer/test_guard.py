@@ -12,6 +12,7 @@ from urllib.error import HTTPError
 import pytest
 from deltalux.server.guard import BURST, Guard, RateLimit
 from deltalux.server.hosts import is_loopback
+from deltalux.server.messages import MAX_TEXT
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from websockets.exceptions import ConnectionClosed, InvalidStatus
@@ -127,7 +128,7 @@ def test_floods_binary_messages_and_long_texts_end_the_connection(expected, serv
         page.connection.send(b"\x00\x01")
         assert closed(page) == 1003
     with PageClient(server) as page:
-        page.connection.send('{"type": "' + "x" * (1 << 16) + '"}')
+        page.connection.send('{"type": "' + "x" * MAX_TEXT + '"}')
         assert closed(page) == 1009
     assert_digest(server, expected)
 

@@ -23,6 +23,8 @@ GOOD = {
     "reflectance": {"material": "paint", "value": [0.1, 0.2, 0.3]},
     "budget": {"milliseconds": None},
     "export": {"file": "a.glb"},
+    "edit": {"edits": [{"type": "remove", "name": "block"}]},
+    "read": {"arrays": ["irradiance"]},
 }
 
 

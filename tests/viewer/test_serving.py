@@ -250,7 +250,7 @@ def test_a_port_in_use_is_named(session, serve):
 
 @pytest.mark.parametrize("host", ["", "256.0.0.1", "no such host", "x" * 300, "\udcff"])
 def test_a_host_that_is_no_address_is_named(session, serve, host):
-    with pytest.raises(dl.OptionError, match=r"view: host: found '.*', expected an address of this machine"):
+    with pytest.raises(dl.OptionError, match=r"host: found '.*', expected an address of this machine"):
         serve(session, host=host)
 
 

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import functools
 import os
 import shutil
 import signal
@@ -14,6 +13,7 @@ import urllib.request
 from pathlib import Path
 
 import deltalux as dl
+import deltalux.server.extra as extra
 import deltalux.server.viewing as viewing
 import pytest
 from deltalux.cli import run
@@ -56,7 +56,7 @@ def test_elsewhere_it_opens_the_browser_and_blocks_until_ctrl_c(session, monkeyp
 
 
 def test_without_the_extra_there_is_one_clear_error(session, monkeypatch):
-    monkeypatch.setattr(viewing, "find_spec", lambda name: None if name == "uvicorn" else 1)
+    monkeypatch.setattr(extra, "find_spec", lambda name: None if name == "uvicorn" else 1)
     with pytest.raises(dl.Error, match=r'found no module uvicorn, .* pip install "deltalux\[view\]"'):
         dl.view(session)
 
@@ -75,6 +75,11 @@ def test_what_is_neither_session_nor_scene_is_refused():
         dl.view("office")
 
 
+def listen():
+    """A job in the background of a script starts with Ctrl-C ignored."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def environment():
     return os.environ | {"PYTHONPATH": str(SOURCES)}
 
@@ -82,8 +87,6 @@ def environment():
 def test_the_command_prints_the_address_and_ends_with_ctrl_c(baked_file, tmp_path):
     words = ["view", str(baked_file), "--no-browser", "--folder", str(tmp_path)]
     command = [sys.executable, "-m", "deltalux.cli", *words]
-    # A job in the background of a script starts with Ctrl-C ignored.
-    listen = functools.partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
     with subprocess.Popen(
         command,
         stdout=subprocess.PIPE,
@@ -133,4 +136,4 @@ def test_a_session_of_another_build_is_computed_again(baked_file, tmp_path, caps
 
 def test_a_folder_that_is_missing_is_refused_before_anything(baked_file, capsys):
     assert run(["view", str(baked_file), "--no-browser", "--folder", "nowhere"]) == 1
-    assert 'view: folder: found no folder "nowhere"' in capsys.readouterr().err
+    assert 'folder: found no folder "nowhere"' in capsys.readouterr().err

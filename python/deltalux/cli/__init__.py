@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import sys
 from collections.abc import Sequence
@@ -11,25 +10,14 @@ from typing import Annotated
 
 import typer
 
-from deltalux.errors import Cancelled, Error
+from deltalux.errors import Cancelled
 from deltalux.version import __version__
 
-from . import bake, compare, compare_methods, demo, info, plan, render, study, update, view
+from . import bake, compare, compare_methods, demo, info, plan, render, serve, study, update, view
 from .console import print_error
+from .failures import EXPECTED, failure_text
 
 EXIT_FAILURE, EXIT_USAGE, EXIT_CANCELLED = 1, 2, 130
-
-_ELSEWHERE = "choose a place where you may write"
-REMEDIES = {
-    errno.ENOENT: "check the name, and that the folder is there",
-    errno.EACCES: _ELSEWHERE,
-    errno.EPERM: _ELSEWHERE,
-    errno.EROFS: _ELSEWHERE,
-    errno.EEXIST: "a file stands where a folder is expected; choose another name",
-    errno.ENOTDIR: "a file stands where a folder is expected; choose another name",
-    errno.EISDIR: "a folder stands where a file is expected; choose another name",
-    errno.ENOSPC: "free some space, or choose another disk",
-}
 
 app = typer.Typer(
     name="deltalux",
@@ -44,7 +32,7 @@ app = typer.Typer(
     rich_markup_mode="rich",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for module in (demo, info, plan, bake, update, render, compare, compare_methods, study, view):
+for module in (demo, info, plan, bake, update, render, compare, compare_methods, study, view, serve):
     app.command(module.__name__.rpartition(".")[2].replace("_", "-"))(module.run)
 
 
@@ -91,16 +79,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader of a pipe had enough; what is left to flush goes nowhere
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
-    except OSError as error:
-        where = f"{error.filename}: " if error.filename else ""
-        remedy = REMEDIES.get(error.errno or 0)
-        print_error(f"{where}{error.strerror or error}" + (f"; {remedy}" if remedy else ""))
-        return EXIT_FAILURE
-    except MemoryError:
-        print_error("out of memory: use fewer --paths, a larger --spacing, or set --memory-limit")
-        return EXIT_FAILURE
-    except Error as error:
-        print_error(str(error))
+    except EXPECTED as error:
+        print_error(failure_text(error))
         return EXIT_FAILURE
     if code == EXIT_CANCELLED:  # Ctrl-C, which typer turned into an exit
         print_error("cancelled")

@@ -10,11 +10,14 @@ from deltalux.pace import loading
 from .baking import bake_scene, figures, make_samples, summary_table
 from .console import Terminal
 from .inputs import open_scene
-from .jobs import bake_job, before_loading
+from .jobs import bake_job, before_loading, in_pixels
 from .options import (
     AUTO,
     NONE,
+    CameraOption,
     DetailOption,
+    ExposureOption,
+    EyeOption,
     FalseColourOption,
     GatherOption,
     GridOption,
@@ -31,12 +34,15 @@ from .options import (
     RadiusOption,
     SceneArgument,
     SeedOption,
+    SizeOption,
     SpacingOption,
     TargetErrorOption,
+    TargetOption,
     ThreadsOption,
     UnitOption,
     UpOption,
 )
+from .shots import shot_of
 from .targets import check_targets, keep_inputs, refine_shown, write_targets
 
 
@@ -61,6 +67,11 @@ def run(
     unit: UnitOption = None,
     up: UpOption = "y",
     groups: GroupsOption = "auto",
+    camera: CameraOption = None,
+    eye: EyeOption = None,
+    target: TargetOption = None,
+    size: SizeOption = None,
+    exposure: ExposureOption = 0.0,
     false_colour: FalseColourOption = False,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
@@ -78,13 +89,17 @@ def run(
     As precise as 1 %, whatever it takes within 8 GB:
     deltalux bake room.glb --target-error 0.01 --memory-limit 8G -o lit.glb
     """
-    targets = check_targets(output, more, [scene], planes=len(grid or ()))
+    planes = len(grid or ())
+    targets = check_targets(output, more, [scene], planes=planes)
+    shot = shot_of(camera, eye, target, size, exposure, false_colour, targets=targets, planes=planes)
+    shot.check_size(memory_limit)
     terminal = Terminal(as_json, quiet)
-    guess = before_loading(scene, threads)
+    guess = in_pixels(before_loading(scene, threads), shot.size)
     with terminal.overall([*loading(guess), *bake_job(guess, targets, target_error)]) as progress:
         progress.begin("load scene")
         loaded = open_scene(scene, movable, light_units, unit, up, groups)
         keep_inputs(targets, loaded.files)
+        shot.camera_in(loaded)
         terminal.warn(loaded.warnings)
         progress.begin("place samples")
         samples, sets, left_out = make_samples(loaded, spacing, grid or (), radius, margin=margin)
@@ -94,6 +109,7 @@ def run(
             samples,
             target_error,
             targets,
+            size=shot.size,
             paths=paths,
             gather=gather,
             seed=seed,
@@ -103,7 +119,7 @@ def run(
         )
         with session:
             refine_shown(session, targets, None if detail == NONE else detail, progress)
-            write_targets(session, targets, context.obj, false_colour, progress)
+            write_targets(session, targets, context.obj, shot, progress)
             progress.begin("sum up")
             data = figures(session, frame, sets)
     data["warnings"] += left_out

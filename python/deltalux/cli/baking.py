@@ -19,7 +19,7 @@ from deltalux.report import ClaimedError, SetSummary, advice, claimed_error, lig
 from deltalux.solid_places import inside_solids, near_walls
 from deltalux.units import LUX
 
-from .jobs import after_rounds, bake_job, counts_of, grown
+from .jobs import after_rounds, bake_job, counts_of, grown, in_pixels
 from .options import NONE, Grid
 
 # The next batch aims a little below the target, because the error of an error is some percent.
@@ -99,6 +99,7 @@ def bake_scene(
     targets: Sequence[Path],
     *,
     progress: Overall,
+    size: tuple[int, int],
     paths: int | None,
     gather: str | int,
     **options: Any,
@@ -114,6 +115,7 @@ def bake_scene(
     target_error : of the 90th percentile of `claimed_error`; None = one bake
     targets : files that will be written then
     progress : is told what lies ahead
+    size : of pictures
     paths, gather : of the first bake
     options : of `deltalux.Session`
 
@@ -126,7 +128,7 @@ def bake_scene(
     OptionError : the target asks for more than there can be, or than fits into memory
     """
     reached = ""
-    counts = counts_of(scene, samples, paths, gather, options["threads"])
+    counts = in_pixels(counts_of(scene, samples, paths, gather, options["threads"]), size)
     progress.expect(bake_job(counts, targets, target_error))
     while True:
         progress.begin("make session")

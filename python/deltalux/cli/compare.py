@@ -20,8 +20,9 @@ from deltalux.report import compare as compare_values
 from deltalux.units import LUX, photopic
 
 from .console import ProgressCallback, Terminal
-from .options import JsonOption, QuietOption
-from .targets import PICTURE, SESSION, check_writable, keep_inputs
+from .options import CameraOption, EyeOption, JsonOption, QuietOption, SizeOption, TargetOption
+from .shots import PICTURE, Shot, shot_of
+from .targets import SESSION, check_writable, keep_inputs
 
 RESULT_HELP = "A .dlx, .npz or .csv that bake or update wrote."
 PictureOption = Annotated[
@@ -48,6 +49,10 @@ def run(
     a: Annotated[Path, typer.Argument(metavar="A", help=RESULT_HELP, show_default=False)],
     b: Annotated[Path, typer.Argument(metavar="B", help=RESULT_HELP, show_default=False)],
     output: PictureOption = None,
+    camera: CameraOption = None,
+    eye: EyeOption = None,
+    target: TargetOption = None,
+    size: SizeOption = None,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
@@ -56,7 +61,7 @@ def run(
     [bold]Examples[/]
 
     What did moving the chair change?
-    deltalux compare office.dlx moved.dlx -o difference.png
+    deltalux compare office.dlx moved.dlx -o difference.png --size 1920x1200
 
     How noisy is a bake?
     deltalux compare seed1.npz seed2.npz --json
@@ -66,6 +71,7 @@ def run(
             raise typer.BadParameter(f"'{path}': found suffix '{path.suffix}', expected .dlx, .npz or .csv")
     if output is not None:
         _check_picture(output, a, b)
+    shot = shot_of(camera, eye, target, size, targets=[output] if output else [])
     terminal = Terminal(as_json, quiet)
     with terminal.progress() as progress:
         first, second = _load(a, progress), _load(b, progress)
@@ -75,7 +81,7 @@ def run(
         progress("compare values", 0.0)
         data = _numbers(first, second, str(a), str(b))
         if output is not None:
-            _write_picture(output, first, second)
+            _write_picture(output, first, second, shot)
     lines = [f"wrote {output}"] if output is not None else []
     terminal.result(data | {"a": str(a), "b": str(b)}, _table(data), *lines)
 
@@ -134,12 +140,13 @@ def _table(data: dict[str, Any]) -> Table:
     return table
 
 
-def _write_picture(path: Path, a: Loaded, b: Loaded) -> None:
+def _write_picture(path: Path, a: Loaded, b: Loaded, shot: Shot) -> None:
     session = b.session
     if session is None:
         return
     samples = session.samples
     if samples.display is None and samples.grid_shape is not None:
+        shot.refuse_plans(1)
         change = photopic(b.result.irradiance) - photopic(a.result.irradiance)
         axes = plan_axes(samples)
         grid_picture(samples.in_grid(change), b.result.unit, axes=axes).save(path)
@@ -147,5 +154,6 @@ def _write_picture(path: Path, a: Loaded, b: Loaded) -> None:
     if samples.display is None:
         raise dl.OptionError(f"output '{path}': found samples without a mesh or grid; compare without -o")
     difference(
-        session.scene, samples.display, a.result.irradiance, b.result.irradiance, poses=session.poses
-    ).save(path)
+        session.scene, samples.display, a.result.irradiance, b.result.irradiance, poses=session.poses,
+        camera=shot.camera_in(session.scene), size=shot.size,
+    ).save(path)  # fmt: skip

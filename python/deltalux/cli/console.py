@@ -39,7 +39,7 @@ class Terminal:
     """
 
     def __init__(self, as_json: bool, quiet: bool) -> None:
-        self._as_json, self._quiet = as_json, quiet
+        self.as_json, self._quiet = as_json, quiet
         self._out = Console()
         if not self._out.is_terminal:  # a pipe or a file has no width to fit
             self._out.width = _WIDEST
@@ -55,13 +55,29 @@ class Terminal:
 
     def result(self, data: dict[str, Any], *renderables: Any) -> None:
         """Print the result: `data` with --json, else the rich `renderables` unless -q."""
-        if self._as_json:
+        if self.as_json:
             self._out.file.write(json.dumps(data, indent=2, default=_plain) + "\n")
         elif not self._quiet:
             for renderable in renderables:
                 if isinstance(renderable, Table):
                     _keep_whole(renderable)
                 self._out.print(renderable, highlight=False, soft_wrap=isinstance(renderable, str))
+
+    def say(self, text: str) -> None:
+        """Print a line that is no result: not with --json, nor -q."""
+        if not self.as_json and not self._quiet:
+            self._line(text)
+
+    def record(self, data: dict[str, Any], text: str | None = None) -> None:
+        """Print one of many results on one line, at once: `data` with --json, else `text` unless -q."""
+        if self.as_json:
+            self._line(json.dumps(data, default=_plain))
+        elif text is not None:
+            self.say(text)
+
+    def _line(self, text: str) -> None:
+        self._out.file.write(text + "\n")
+        self._out.file.flush()
 
     @contextmanager
     def working(self, text: str) -> Iterator[None]:

@@ -21,13 +21,25 @@ from deltalux.report import Section, page
 
 from .baking import figures, summary_table, total_milliseconds
 from .console import Terminal
-from .options import JsonOption, Move, PathsOption, QuietOption, SeedOption, ThreadsOption
+from .edits import moved_pose
+from .options import (
+    CameraOption,
+    ExposureOption,
+    EyeOption,
+    JsonOption,
+    Move,
+    PathsOption,
+    QuietOption,
+    SeedOption,
+    SizeOption,
+    TargetOption,
+    ThreadsOption,
+)
+from .shots import Shot, shot_of
 from .targets import check_writable, command_line
-from .update import moved_pose
 
 TROLLEY = "trolley"
 MOVE = Move(TROLLEY, (4.0, 0.0, -1.5), 0.0)
-SIZE = (960, 600)
 PICTURES = ("before", "after", "difference", "false_colour", "overview")
 
 FolderOption = Annotated[
@@ -56,6 +68,11 @@ def run(
     paths: PathsOption = None,
     seed: SeedOption = 1,
     threads: ThreadsOption = None,
+    camera: CameraOption = None,
+    eye: EyeOption = None,
+    target: TargetOption = None,
+    size: SizeOption = None,
+    exposure: ExposureOption = 0.0,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
@@ -67,25 +84,27 @@ def run(
 
     deltalux demo -o /tmp/demo
     """
+    files = {name: output / f"{name}.png" for name in PICTURES}
+    shot = shot_of(camera, eye, target, size, exposure, targets=list(files.values()))
     output.mkdir(parents=True, exist_ok=True)
     check_writable(output / "report.html")
     mesh = output / "atrium_lit.glb"
     terminal = Terminal(as_json, quiet)
     with terminal.progress() as progress:
         scene = dl.scenes.atrium()
+        shot.camera_in(scene)
         session = dl.Session(scene, paths=paths, seed=seed, threads=threads, progress=progress)
         with session:
             bake = session.bake()
-            before, irradiance = _picture(session, threads), session.irradiance
+            before, irradiance = _picture(session, shot, threads, stops=shot.stops), session.irradiance
             session.move(TROLLEY, moved_pose(session.pose(TROLLEY), MOVE))
             frame = session.update()
             updated, data = session.digest(), figures(session, frame)
-            pictures = _pictures(session, before, irradiance, threads)
+            pictures = _pictures(session, before, irradiance, shot, threads)
             write_glb(mesh, baked_of(session, command_line(context.obj)))
             again = session.recompute()
             recomputed = session.digest()
     times = Times(*(total_milliseconds(f) for f in (bake, frame, again)))
-    files = {name: output / f"{name}.png" for name in PICTURES}
     for name, picture in pictures.items():
         picture.save(files[name])
     same = updated == recomputed
@@ -124,14 +143,15 @@ def _mesh(session: dl.Session) -> DisplayMesh:
     return display
 
 
-def _picture(session: dl.Session, threads: int | None, **options: Any) -> Picture:
+def _picture(session: dl.Session, shot: Shot, threads: int | None, **options: Any) -> Picture:
     """Draw the present state."""
-    options |= {"poses": session.poses, "size": SIZE, "threads": threads or 0}
+    options = {"camera": shot.camera_in(session.scene), **options}
+    options |= {"poses": session.poses, "size": shot.size, "threads": threads or 0}
     return render(session.scene, _mesh(session), session.irradiance, **options)
 
 
 def _pictures(
-    session: dl.Session, before: Picture, irradiance: np.ndarray, threads: int | None
+    session: dl.Session, before: Picture, irradiance: np.ndarray, shot: Shot, threads: int | None
 ) -> dict[str, Picture]:
     """Draw what the report shows, all through the camera of the picture `before`.
 
@@ -141,11 +161,11 @@ def _pictures(
     before, irradiance : picture and values before it
     """
     camera = before.camera
-    after = _picture(session, threads, camera=camera, exposure=before.exposure)
+    after = _picture(session, shot, threads, camera=camera, exposure=before.exposure)
     options: dict[str, Any] = {
         "poses": session.poses,
         "camera": camera,
-        "size": SIZE,
+        "size": shot.size,
         "threads": threads or 0,
     }
     change = difference(session.scene, _mesh(session), irradiance, session.irradiance, **options)
@@ -153,7 +173,7 @@ def _pictures(
         "before": before,
         "after": after,
         "difference": change,
-        "false_colour": _picture(session, threads, camera=camera, false_colour=True),
+        "false_colour": _picture(session, shot, threads, camera=camera, false_colour=True),
         "overview": side_by_side([before, after, change], ["before", "after", "difference"]),
     }
 

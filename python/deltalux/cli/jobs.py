@@ -73,6 +73,11 @@ def counts_of_session(session: dl.Session) -> Counts:
     return counts_of(session.scene, session.samples, options["paths"], options["gather"], options["threads"])
 
 
+def in_pixels(counts: Counts, size: tuple[int, int]) -> Counts:
+    """With pictures of this size, where there are pictures per pixel at all."""
+    return replace(counts, pixels=size[0] * size[1] if counts.pixels else 0)
+
+
 def suffixes(targets: Sequence[Path]) -> list[str]:
     """Kinds of result files."""
     return [path.suffix.lower() for path in targets]
@@ -102,10 +107,11 @@ def after_rounds(rounds: Sequence[Counts], last: Counts, targets: Sequence[Path]
     return [*steps, *writing(last, suffixes(targets)), *summing_up(last)]
 
 
-def update_job(path: Path, targets: Sequence[Path], threads: int | None) -> list[Step]:
-    """All of an update, before the file is opened."""
+def update_job(path: Path, targets: Sequence[Path], size: tuple[int, int], threads: int | None) -> list[Step]:
+    """All of an update, before the file is opened; `size` of its pictures."""
     stored = look_into(path, threads)
-    return [*opening(stored, is_calibrated()), *after_opening(stored.counts, targets)]
+    counts = in_pixels(stored.counts, size)
+    return [*opening(stored, is_calibrated()), *after_opening(counts, targets)]
 
 
 def look_into(path: Path, threads: int | None) -> Stored:

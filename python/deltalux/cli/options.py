@@ -226,6 +226,33 @@ MoreOutputsArgument = Annotated[
 FalseColourOption = Annotated[
     bool, typer.Option("--false-colour", help="Pictures show irradiance in false colour, with a legend.")
 ]
+CameraOption = Annotated[
+    str | None,
+    typer.Option(
+        "--camera",
+        metavar="NAME",
+        help="Pictures show what this camera of the scene sees; its first one when not given, and if there "
+        "is none, a good view.",
+    ),
+]
+EyeOption = Annotated[
+    Any,
+    typer.Option("--eye", parser=parse_place, metavar="X,Y,Z", help="Look from here, metres."),
+]
+TargetOption = Annotated[
+    Any,
+    typer.Option("--target", parser=parse_place, metavar="X,Y,Z", help="Look there, from --eye."),
+]
+SizeOption = Annotated[
+    Any,
+    typer.Option(
+        "--size", parser=parse_size, metavar="WxH", help="Pixels of pictures.  [dim]\\[default: 960x600][/]",
+        show_default=False,
+    ),
+]  # fmt: skip
+ExposureOption = Annotated[
+    float, typer.Option("--exposure", metavar="EV", help="Stops brighter than metering says; -1 halves.")
+]
 GatherOption = Annotated[
     str,
     typer.Option(

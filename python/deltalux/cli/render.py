@@ -11,13 +11,10 @@ import numpy as np
 import typer
 
 import deltalux as dl
-from deltalux.outputs.camera import look_at
 from deltalux.rendering import (
     MOST_RAYS,
     PATHS,
     check_size,
-    false_colour_picture,
-    lit_picture,
     render_session,
     write_exr,
 )
@@ -26,6 +23,9 @@ from .console import Terminal
 from .inputs import foreign_light, open_scene
 from .jobs import after_loading, counts_of, counts_of_session, edges_into, picture_steps, render_job
 from .options import (
+    CameraOption,
+    ExposureOption,
+    EyeOption,
     FalseColourOption,
     GroupsOption,
     JsonOption,
@@ -35,20 +35,19 @@ from .options import (
     MovableOption,
     QuietOption,
     SeedOption,
+    SizeOption,
+    TargetOption,
     ThreadsOption,
     UnitOption,
     UpOption,
     parse_count,
     parse_gather,
-    parse_place,
-    parse_size,
 )
-from .targets import LAYERS, PICTURE, SESSION, check_targets, command_line, keep_inputs
+from .shots import LAYERS, PICTURE, shot_of
+from .targets import SESSION, check_targets, command_line, keep_inputs
 from .view import SourceArgument, refuse_options_of_the_bake
 
 OF_THE_BAKE = ("movable", "paths", "seed", "memory_limit", "light_units", "unit", "up", "groups")
-MOST_STOPS = 32
-FIELD_OF_VIEW = 0.9  # radians, of a camera that --eye places
 
 KINDS = {PICTURE: "picture", LAYERS: "light per pixel"}
 
@@ -62,32 +61,6 @@ RenderOutputsOption = Annotated[
         "numbers per pixel in layers: light, direct, indirect, albedo, normal, depth, object.",
         show_default=False,
     ),
-]
-CameraOption = Annotated[
-    str | None,
-    typer.Option(
-        "--camera",
-        metavar="NAME",
-        help="A camera of the scene; its first one when not given, and if there is none, a good view.",
-    ),
-]
-EyeOption = Annotated[
-    Any,
-    typer.Option("--eye", parser=parse_place, metavar="X,Y,Z", help="Look from here, metres."),
-]
-TargetOption = Annotated[
-    Any,
-    typer.Option("--target", parser=parse_place, metavar="X,Y,Z", help="Look there, from --eye."),
-]
-SizeOption = Annotated[
-    Any,
-    typer.Option(
-        "--size", parser=parse_size, metavar="WxH", help="Pixels.  [dim]\\[default: 960x600][/]",
-        show_default=False,
-    ),
-]  # fmt: skip
-ExposureOption = Annotated[
-    float, typer.Option("--exposure", metavar="EV", help="Stops brighter than metering says; -1 halves.")
 ]
 RaysOption = Annotated[
     str,
@@ -117,7 +90,7 @@ def run(
     camera: CameraOption = None,
     eye: EyeOption = None,
     target: TargetOption = None,
-    size: SizeOption = "960x600",
+    size: SizeOption = None,
     exposure: ExposureOption = 0.0,
     false_colour: FalseColourOption = False,
     gather: RaysOption = "auto",
@@ -150,11 +123,15 @@ def run(
     deltalux render room.glb -o room.png room.exr
     """
     targets = check_targets(output, more, [source], kinds=KINDS)
-    _check_options(targets, camera, eye, target, gather, exposure, false_colour)
-    check_size(size, memory_limit)
+    if not targets:
+        raise typer.BadParameter("found no result file, expected -o OUT.png or -o OUT.exr")
+    if gather == "off":
+        raise typer.BadParameter("found --gather off; a picture per pixel needs rays, auto or a number")
+    shot = shot_of(camera, eye, target, size, exposure, false_colour, targets=targets)
+    check_size(shot.size, memory_limit)
     rays = None if gather == "auto" else int(gather)
     terminal = Terminal(as_json, quiet)
-    pixels, stored = size[0] * size[1], Path(source).suffix.lower() == SESSION
+    pixels, stored = shot.pixels, Path(source).suffix.lower() == SESSION
     if stored:
         refuse_options_of_the_bake(context, source, OF_THE_BAKE, "render")
     with terminal.overall(render_job(source, stored, paths, rays, pixels, threads)) as progress:
@@ -176,19 +153,17 @@ def run(
             )  # fmt: skip
         with session:
             terminal.warn(session.scene.warnings)
-            chosen = _camera(session.scene, camera, eye, target)
+            chosen = shot.camera_in(session.scene)
             if not stored:
                 session.bake()
             counts = replace(counts_of_session(session), pixels=pixels)
             progress.begin("view")
             edges_known = edges_into(progress, counts, rays)
             rendering = render_session(
-                session, camera=chosen, size=size, rays=rays, keep=False, edges_known=edges_known
+                session, camera=chosen, size=shot.size, rays=rays, keep=False, edges_known=edges_known
             )
             progress.begin("finish picture")
-            picture = (
-                false_colour_picture(rendering) if false_colour else lit_picture(rendering, stops=exposure)
-            )
+            picture = shot.picture_of(rendering)
             data = _facts(session, rendering.gathered, len(rendering.pixel), picture.exposure)
         progress.begin("write files")
         about = {"program": f"deltalux {dl.__version__}", "command": command_line(context.obj), **data}
@@ -199,46 +174,6 @@ def run(
                 replace(picture, about=about).save(path)
     data |= {"source": source, "outputs": [str(path) for path in targets]}
     terminal.result(data, *(f"wrote {path}" for path in targets))
-
-
-def _check_options(
-    targets: list[Path],
-    camera: str | None,
-    eye: Any,
-    target: Any,
-    gather: str | int,
-    exposure: float,
-    false_colour: bool,
-) -> None:
-    if not targets:
-        raise typer.BadParameter("found no result file, expected -o OUT.png or -o OUT.exr")
-    if all(path.suffix.lower() == LAYERS for path in targets) and (exposure or false_colour):
-        raise typer.BadParameter(
-            f"found {'--false-colour' if false_colour else '--exposure'} without a {PICTURE} file; "
-            f"{LAYERS} files hold light itself, leave it out"
-        )
-    if not abs(exposure) <= MOST_STOPS:
-        raise typer.BadParameter(f"--exposure: found {exposure:g}, expected stops up to {MOST_STOPS}")
-    if gather == "off":
-        raise typer.BadParameter("found --gather off; a picture per pixel needs rays, auto or a number")
-    if (eye is None) != (target is None):
-        raise typer.BadParameter("found one of --eye and --target, expected both or none")
-    if eye is not None and camera is not None:
-        raise typer.BadParameter("found --camera and --eye; give one of them")
-    if eye is not None and eye == target:
-        raise typer.BadParameter("found --eye and --target at one place, expected two places")
-
-
-def _camera(scene: dl.Scene, name: str | None, eye: Any, target: Any) -> dl.Camera | None:
-    if eye is not None:
-        return dl.Camera("eye", look_at(np.array(eye), np.array(target)), FIELD_OF_VIEW)
-    if name is None:
-        return None
-    for camera in scene.cameras:
-        if camera.name == name:
-            return camera
-    known = ", ".join(f"'{c.name}'" for c in scene.cameras) or "none; --eye and --target place one"
-    raise typer.BadParameter(f"--camera: found '{name}', expected a camera of the scene: {known}")
 
 
 def _facts(session: dl.Session, gathered: int, places: int, exposure: float | None) -> dict[str, Any]:

@@ -19,14 +19,13 @@ from deltalux.outputs.png import write_png
 from deltalux.outputs.tables import write_csv, write_npz
 from deltalux.outputs.vertex_colors import write_glb
 from deltalux.pace import Overall
-from deltalux.rendering import SIZE, false_colour_picture, fits, lit_picture, render_session
+from deltalux.rendering import fits, render_session
 
-from .jobs import counts_of_session, edges_into
+from .jobs import counts_of_session, edges_into, in_pixels
+from .shots import PICTURE, Shot
 
 SESSION = ".dlx"
-PICTURE = ".png"
 MESH = ".glb"
-LAYERS = ".exr"
 WRITERS: dict[str, tuple[str, Callable[[Path, Baked], None]]] = {
     MESH: ("lit mesh", write_glb),
     PICTURE: ("picture", write_png),
@@ -114,7 +113,7 @@ def write_targets(
     session: dl.Session,
     targets: Sequence[Path],
     words: Sequence[str],
-    false_colour: bool,
+    shot: Shot,
     progress: Overall,
 ) -> None:
     """Write the present state of `session` to each file, by suffix.
@@ -124,7 +123,7 @@ def write_targets(
     session : baked
     targets : see `check_targets`
     words : the command line after "deltalux", which every result names
-    false_colour : pictures show irradiance instead of the lit scene
+    shot : how pictures are taken
     progress : is told what begins
     """
     baked = None
@@ -132,30 +131,42 @@ def write_targets(
         suffix = path.suffix.lower()
         if suffix == SESSION:
             session.save(path, command_line(words))
-        elif suffix == PICTURE and _per_pixel(session):
-            _draw(session, path, words, false_colour, progress)
+        elif suffix == PICTURE and _per_pixel(session, shot):
+            _draw(session, path, words, shot, progress)
         else:
             progress.begin(f"write {suffix}")
-            baked = baked or baked_of(session, command_line(words), false_colour)
+            baked = baked or replace(
+                baked_of(session, command_line(words), shot.false_colour),
+                camera=shot.camera_in(session.scene), size=shot.size, stops=shot.stops,
+            )  # fmt: skip
             WRITERS[suffix][1](path, baked)
 
 
-def _per_pixel(session: dl.Session) -> bool:
+def write_refined(
+    session: dl.Session, targets: Sequence[Path], words: Sequence[str], shot: Shot, progress: Overall
+) -> None:
+    """Write results after an edit: what was refined at edges of shadows is refined where they lie now."""
+    display = session.samples.display
+    refine_shown(session, targets, display.detail_length if display else None, progress)
+    write_targets(session, targets, words, shot, progress)
+
+
+def _per_pixel(session: dl.Session, shot: Shot) -> bool:
     """Whether pixels can have their own light: not of planes and discs, nor where memory is short."""
     options = session.options
     gathers = session.samples.display is not None and options["gather"] != "off"
-    return gathers and fits(SIZE, options["memory_limit"])
+    return gathers and fits(shot.size, options["memory_limit"])
 
 
-def _draw(
-    session: dl.Session, path: Path, words: Sequence[str], false_colour: bool, progress: Overall
-) -> None:
+def _draw(session: dl.Session, path: Path, words: Sequence[str], shot: Shot, progress: Overall) -> None:
     """Write a picture in which each pixel has its own light; that of samples is too coarse for shadows."""
     progress.begin("view")
-    edges_known = edges_into(progress, counts_of_session(session))
-    rendering = render_session(session, keep=False, edges_known=edges_known)
+    edges_known = edges_into(progress, in_pixels(counts_of_session(session), shot.size))
+    rendering = render_session(
+        session, camera=shot.camera_in(session.scene), size=shot.size, keep=False, edges_known=edges_known
+    )
     progress.begin("finish picture")
-    picture = false_colour_picture(rendering) if false_colour else lit_picture(rendering)
+    picture = shot.picture_of(rendering)
     about = about_text(session.result) | {"command": command_line(words), "gathered": rendering.gathered}
     progress.begin(f"write {PICTURE}")
     replace(picture, about=about).save(path)

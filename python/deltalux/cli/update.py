@@ -3,21 +3,23 @@
 
 from __future__ import annotations
 
-import math
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 
 import deltalux as dl
-from deltalux.naming import meant_by
 
 from .baking import figures, summary_table, total_milliseconds
 from .console import Terminal
+from .edits import Edits, queue_edits
 from .inputs import foreign_light
-from .jobs import after_opening, counts_of_session, update_job
+from .jobs import after_opening, counts_of_session, in_pixels, update_job
 from .options import (
+    CameraOption,
+    ExposureOption,
+    EyeOption,
     FalseColourOption,
     JsonOption,
     MoreOutputsArgument,
@@ -25,12 +27,16 @@ from .options import (
     OutputsOption,
     QuietOption,
     Setting,
+    SizeOption,
+    TargetOption,
     ThreadsOption,
     parse_dim,
     parse_move,
     parse_reflectance,
 )
-from .targets import check_targets, keep_inputs, refine_shown, write_targets
+from .shots import shot_of
+from .targets import check_targets, keep_inputs, write_refined
+from .watch import Watch, WatchedFile
 
 SessionArgument = Annotated[
     Path,
@@ -71,6 +77,16 @@ ReflectanceOption = Annotated[
     ),
 ]
 
+WatchOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--watch",
+        metavar="FILE.json",
+        help="Stay, and follow this file of edits: whenever it changes, results are written anew.",
+        show_default=False,
+    ),
+]
+
 
 def run(
     context: typer.Context,
@@ -82,7 +98,13 @@ def run(
     add: AddOption = None,
     dim: DimOption = None,
     reflectance: ReflectanceOption = None,
+    watch: WatchOption = None,
     threads: ThreadsOption = None,
+    camera: CameraOption = None,
+    eye: EyeOption = None,
+    target: TargetOption = None,
+    size: SizeOption = None,
+    exposure: ExposureOption = 0.0,
     false_colour: FalseColourOption = False,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
@@ -100,36 +122,41 @@ def run(
 
     The lamps at the wall at 30 %, the lamp on the desk away:
     deltalux update office.dlx --dim "wall row=0.3" --remove desk_lamp -o evening.png
+
+    Again at each change of a file, without opening the session each time, until Ctrl-C:
+    deltalux update office.dlx --watch edits.json -o now.png
+
+    with such a file, whose kinds are the options, and which always starts from the session as it was
+    opened: {"move": {"chair": [0.5, 0, 0, 90]}, "dim": {"wall row": 0.3}, "remove": ["desk_lamp"]}
     """
-    targets = check_targets(output, more, [session])
+    edits = Edits(add or (), move or (), remove or (), dim or (), reflectance or ())
+    inputs = [session] if watch is None else [session, watch]
+    targets = check_targets(output, more, inputs)
+    shot = shot_of(camera, eye, target, size, exposure, false_colour, targets=targets)
     terminal = Terminal(as_json, quiet)
-    with (
-        terminal.overall(update_job(session, targets, threads)) as progress,
-        dl.Session.open(session, threads=threads, progress=progress) as opened,
-    ):
-        keep_inputs(targets, opened.scene.files)
-        foreign = foreign_light(opened, str(session))
-        progress.expect(after_opening(counts_of_session(opened), targets, again=bool(foreign)))
-        if foreign:
-            terminal.warn(foreign)
-            opened.recompute()
-        for name in add or ():
-            opened.add(name)
-        for step in move or ():
-            opened.move(step.name, moved_pose(opened.pose(step.name), step))
-        for name in remove or ():
-            opened.remove(name)
-        for setting in dim or ():
-            for group in meant_by(setting.name, list(opened.dim_factors)):
-                opened.dim(group, setting.values[0])
-        for setting in reflectance or ():
-            opened.set_reflectance(setting.name, setting.values)
-        frame = opened.update()
-        display = opened.samples.display
-        refine_shown(opened, targets, display.detail_length if display else None, progress)
-        write_targets(opened, targets, context.obj, false_colour, progress)
-        progress.begin("sum up")
-        data = figures(opened, frame)
+    with ExitStack() as stack:
+        with terminal.overall(update_job(session, targets, shot.size, threads)) as progress:
+            opened = stack.enter_context(dl.Session.open(session, threads=threads, progress=progress))
+            keep_inputs(targets, opened.scene.files)
+            shot.camera_in(opened.scene)
+            shot.check_size(opened.options["memory_limit"])
+            counts = in_pixels(counts_of_session(opened), shot.size)
+            foreign = foreign_light(opened, str(session))
+            progress.expect(after_opening(counts, targets, again=bool(foreign)))
+            if foreign:
+                terminal.warn(foreign)
+                opened.recompute()
+            queue_edits(opened, edits)
+            if watch is None:
+                frame = opened.update()
+                write_refined(opened, targets, context.obj, shot, progress)
+                progress.begin("sum up")
+                data = figures(opened, frame)
+        if watch is not None:
+            follower = Watch(opened, str(session), watch, targets, context.obj, shot, terminal)
+            terminal.say(f"{session} is open and follows {watch}; Ctrl-C ends it")
+            follower.follow(WatchedFile(watch))
+            return
     data |= {
         "session": str(session),
         "affected_paths": frame.affected_paths,
@@ -144,20 +171,3 @@ def run(
         *(f"wrote {path}" for path in targets),
     ]
     terminal.result(data, summary_table(str(session), data), *lines)
-
-
-def moved_pose(pose: np.ndarray, step: Move) -> np.ndarray:
-    """Return `pose` (4x4) turned about +Y through its own origin and shifted.
-
-    Parameters
-    ----------
-    pose : (4, 4) local to world, column vectors
-    step : offset in metres, angle in degrees, counter-clockwise seen from above
-    """
-    angle = math.radians(step.degrees)
-    c, s = math.cos(angle), math.sin(angle)
-    result = np.array(pose, dtype=np.float64)
-    if step.degrees:
-        result[:3, :3] = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]) @ result[:3, :3]
-    result[:3, 3] += step.offset
-    return result

@@ -144,16 +144,21 @@ def run(
     terminal.warn(session.scene.warnings)
     if not session.poses:
         terminal.warn(["nothing here can be moved; name what should be with --movable NAME"])
-    if not is_loopback(host):
-        terminal.warn(
-            [f"{host} can be reached from other machines; whoever knows the address can edit the session"]
-        )
+    warn_of_others(terminal, host)
     with session:
         shown = dl.view(
             session, host=host, port=port, folder=folder, open_browser=not no_browser, block=False
         )
         typer.echo(f"{source} is shown at {shown.url}\nCtrl-C ends it")
         shown.wait()
+
+
+def warn_of_others(terminal: Terminal, host: str) -> None:
+    """Say so where others than this machine reach the server."""
+    if not is_loopback(host):
+        terminal.warn(
+            [f"{host} can be reached from other machines; whoever knows the address can edit the session"]
+        )
 
 
 def refuse_options_of_the_bake(context: typer.Context, source: str, names: Sequence[str], verb: str) -> None:

@@ -72,7 +72,7 @@ class Baked:
     beyond : (d, 3) array or None, of `Session.direct_beyond_samples`
     grid : Samples or None
         Those of the result, where they are on a grid.
-    camera, exposure, false_colour, size, threads : options of pictures, see `images.render`
+    camera, exposure, stops, false_colour, size, threads : options of pictures, see `images.render`
     """
 
     result: Result
@@ -84,6 +84,7 @@ class Baked:
     grid: Samples | None = None
     camera: Camera | None = None
     exposure: float | None = None
+    stops: float = 0.0
     false_colour: bool = False
     size: tuple[int, int] = (960, 600)
     threads: int = 0

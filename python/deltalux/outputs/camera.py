@@ -19,6 +19,7 @@ INSIDE_FOV, OUTSIDE_FOV = 1.15, 0.7
 # Elevation, azimuth step, and what such a view scores before it is looked at.
 LEVEL, FROM_ABOVE = (2.0, 90.0, 0.4), (25.0, 30.0, 0.55)  # into an open box; onto objects
 TRIAL_SIZE = (24, 16)
+ENOUGH, TOO_MUCH = 0.03, 0.3  # shares of the picture that show what can move
 
 
 def scene_camera(scene: Scene) -> Camera | None:
@@ -27,7 +28,7 @@ def scene_camera(scene: Scene) -> Camera | None:
 
 
 def automatic_camera(surfaces: Surfaces, light: np.ndarray, aspect: float = 1.6) -> Camera:
-    """Choose a view: from inside a room, across it; from outside an object, three-quarter.
+    """Choose a view: of what can move; from inside a room, across it; from outside an object, three-quarter.
 
     Parameters
     ----------
@@ -39,9 +40,10 @@ def automatic_camera(surfaces: Surfaces, light: np.ndarray, aspect: float = 1.6)
     lit = _lit_triangles(surfaces, light)
     pixels = _trial_pixels(aspect)
     best, best_score = None, -np.inf
+    subjects = _subjects(surfaces)
     for camera, prior in (*_inside(surfaces, low, high), *_outside(low, high, aspect)):
         hits = surfaces.intersect(*camera_rays(camera, TRIAL_SIZE, *pixels))
-        score = _score(surfaces, hits, lit, prior)
+        score = _score(surfaces, hits, lit, prior, subjects)
         if best is None or score > best_score:
             best, best_score = camera, score
     assert best is not None  # there are always views from outside
@@ -58,6 +60,16 @@ def look_at(eye: np.ndarray, target: np.ndarray) -> np.ndarray:
     pose = np.eye(4)
     pose[:3, 0], pose[:3, 1], pose[:3, 2], pose[:3, 3] = right, np.cross(backward, right), backward, eye
     return pose
+
+
+def _middle() -> np.ndarray:
+    """(rays,) bool: not near the edge of a trial picture."""
+    width, height = TRIAL_SIZE
+    x, y = np.meshgrid(np.arange(width), np.arange(height))
+    return ((x >= 2) & (x < width - 2) & (y >= 2) & (y < height - 2)).ravel()
+
+
+_MIDDLE = _middle()
 
 
 def _trial_pixels(aspect: float) -> tuple[np.ndarray, np.ndarray]:
@@ -103,14 +115,22 @@ def _outside(low: np.ndarray, high: np.ndarray, aspect: float) -> Iterator[tuple
             yield Camera("automatic", pose, OUTSIDE_FOV), prior
 
 
+def _subjects(surfaces: Surfaces) -> np.ndarray:
+    """(triangles,) bool: present, and of something that can move."""
+    movable = [i for i, mesh in enumerate(surfaces.scene.meshes) if mesh.movable]
+    return np.isin(surfaces.display.triangle_mesh, movable) & (surfaces.area > 0)
+
+
 def _lit_triangles(surfaces: Surfaces, light: np.ndarray) -> np.ndarray:
     mean = light[surfaces.display.triangles].mean(axis=1)
     typical = np.average(mean, weights=surfaces.area)
     return mean > 0.03 * typical
 
 
-def _score(surfaces: Surfaces, hits: Hits, lit: np.ndarray, prior: float | None) -> float:
-    """Lit surfaces seen from their sampled side, far enough away, and much to see.
+def _score(
+    surfaces: Surfaces, hits: Hits, lit: np.ndarray, prior: float | None, subjects: np.ndarray
+) -> float:
+    """Lit surfaces seen from their sampled side, far enough away, and much to see: what can move above all.
 
     `prior` is what a view from outside scores to begin with, None inside.
     The weights were set by looking at rooms, halls, single objects and open boxes.
@@ -124,9 +144,9 @@ def _score(surfaces: Surfaces, hits: Hits, lit: np.ndarray, prior: float | None)
     variety = np.exp(-(mesh_share * np.log(mesh_share)).sum())
     faces = np.round(surfaces.normals[triangle]) @ (1, 3, 9)
     directions = (_shares((faces + 13).astype(np.int64)) > 0.03).sum()
-    movable = [i for i, mesh in enumerate(surfaces.scene.meshes) if mesh.movable]
-    moving = np.isin(display.triangle_mesh[triangle], movable).mean()
-    score = 0.04 * min(variety, 8) + 0.06 * min(directions, 5) + 0.25 * min(moving / 0.02, 1.0)
+    score = 0.04 * min(variety, 8) + 0.06 * min(directions, 5)
+    if subjects.any():
+        score += _shown(subjects[triangle], _MIDDLE[seen])
 
     bright = lit[triangle].mean() * seen.mean()
     wrong_side = (hits.hit & ~seen).mean()
@@ -138,6 +158,19 @@ def _score(surfaces: Surfaces, hits: Hits, lit: np.ndarray, prior: float | None)
     near = (hits.distance < 0.1 * diagonal).mean()
     depth = min(np.median(hits.distance[seen]) / diagonal, 0.6)
     return float(score + bright - 2 * wrong_side - 0.8 * missed - 1.5 * near + 0.8 * depth)
+
+
+def _shown(subject: np.ndarray, middle: np.ndarray) -> float:
+    """How well the picture shows what can move: not at its edge, neither tiny nor all of it.
+
+    Parameters
+    ----------
+    subject, middle : (k,) bool of rays: they meet it, and are in the middle of the picture
+    """
+    share, cut = (subject & middle).mean(), (subject & ~middle).mean()
+    if share == 0:
+        return -1.0  # hidden by a wall, or behind the camera
+    return float(0.6 * min(max(share - cut, 0.0) / ENOUGH, 1.0) - 2 * max(share - TOO_MUCH, 0.0))
 
 
 def _shares(numbers: np.ndarray) -> np.ndarray:

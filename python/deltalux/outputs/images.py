@@ -70,6 +70,7 @@ def render(
     camera: Camera | None = None,
     size: tuple[int, int] = (960, 600),
     exposure: float | None = None,
+    stops: float = 0.0,
     false_colour: bool = False,
     scale: ColourScale | None = None,
     isolux: bool = False,
@@ -94,6 +95,7 @@ def render(
     size : (width, height) in pixels; a legend comes on top of the width
     exposure : factor on radiance; None = automatic. `Picture.exposure` of one picture makes
         another comparable with it, as do `camera` and `scale`.
+    stops : how much brighter, in powers of two
     false_colour, scale, isolux : colours by value, their scale, and lines at the scale's ticks
     rays_per_pixel : int
     threads : int, 0 = all
@@ -110,10 +112,10 @@ def render(
     values = shown_values(view.surfaces, values)
     if false_colour:
         return _false_colour(view, photopic(values), scale_for, scale, isolux)
-    return lit_picture(view, values, exposure)
+    return lit_picture(view, values, exposure, stops)
 
 
-def lit_picture(view: View, values: np.ndarray, exposure: float | None = None) -> Picture:
+def lit_picture(view: View, values: np.ndarray, exposure: float | None = None, stops: float = 0.0) -> Picture:
     """The lit scene as `render` draws it, in a view that was made before.
 
     Parameters
@@ -121,10 +123,12 @@ def lit_picture(view: View, values: np.ndarray, exposure: float | None = None) -
     view : View
     values : (n, 3) irradiance as shown, see `shown_values`, one for each vertex of the view's display
     exposure : factor on radiance; None = automatic
+    stops : how much brighter, in powers of two
     """
     radiance, light_source = _radiance(view, values)
     if exposure is None:
         exposure = _metered(view, radiance, light_source)
+    exposure *= 2.0**stops
     shown = np.where(view.facing[:, None], tone_map(radiance, exposure), _unsampled(view))
     return Picture(encode_srgb(view.pixels(shown)), camera=view.camera, exposure=exposure)
 

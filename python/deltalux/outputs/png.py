@@ -23,7 +23,7 @@ def write_png(path: str | os.PathLike[str], baked: Baked) -> None:
     else:
         picture = render(
             baked.scene, display_of(baked, ".png"), result.irradiance, poses=baked.poses, camera=baked.camera,
-            size=baked.size, exposure=baked.exposure, false_colour=baked.false_colour, threads=baked.threads,
-            beyond=baked.beyond,
+            size=baked.size, exposure=baked.exposure, stops=baked.stops, false_colour=baked.false_colour,
+            threads=baked.threads, beyond=baked.beyond,
         )  # fmt: skip
     replace(picture, about=about_text(result)).save(path)

@@ -7,11 +7,12 @@ import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from starlette.applications import Starlette
 from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response
-from starlette.routing import Mount, Route, WebSocketRoute
+from starlette.routing import BaseRoute, Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
 from starlette.websockets import WebSocket, WebSocketDisconnect
@@ -31,24 +32,17 @@ BINARY_MESSAGE, TOO_MANY_MESSAGES, TRY_LATER = 1003, 1008, 1013
 
 
 def make_app(
-    hub: Hub, geometry: Geometry, exports: Exports, *, run: str, host: str, token: str, page: Path
+    hub: Hub, geometry: Geometry | None, exports: Exports, *, run: str, host: str, token: str, page: Path
 ) -> ASGIApp:
     """The guarded application.
 
     Parameters
     ----------
-    hub, geometry, exports : what it serves
+    hub, geometry, exports : what it serves; without geometry there is no page
     run : a word that differs at each start
     host, token : see `Guard`
     page : folder of the page's static files
     """
-    description = {**geometry.description, "run": run, "folder": exports.allowed}
-
-    async def scene(_: Request) -> Response:
-        return JSONResponse(description, headers=NO_STORE)
-
-    async def data(_: Request) -> Response:
-        return Response(geometry.data, media_type="application/octet-stream", headers=NO_STORE)
 
     async def file(request: Request) -> Response:
         path = exports.path_of(request.path_params["name"])
@@ -57,7 +51,7 @@ def make_app(
         return FileResponse(path, filename=path.name, media_type="application/octet-stream", headers=NO_STORE)
 
     async def socket(websocket: WebSocket) -> None:
-        await _serve_page(hub, websocket)
+        await _serve_page(hub, websocket, geometry is not None)
 
     @asynccontextmanager
     async def lifespan(_: Starlette) -> AsyncIterator[None]:
@@ -65,21 +59,33 @@ def make_app(
         yield
         await asyncio.to_thread(hub.close)
 
-    routes = [
-        Route("/scene.json", scene),
-        Route("/geometry.bin", data),
-        Route("/files/{name}", file),
-        WebSocketRoute("/ws", socket),
-        Mount("/", StaticFiles(directory=page, html=True)),
-    ]
+    routes: list[BaseRoute] = [Route("/files/{name}", file), WebSocketRoute("/ws", socket)]
+    if geometry is not None:
+        routes += _routes_of_page(geometry, {"run": run, "folder": exports.allowed}, page)
     return Guard(Starlette(routes=routes, lifespan=lifespan), host, token, NEEDS_TOKEN)
 
 
-async def _serve_page(hub: Hub, websocket: WebSocket) -> None:
-    """Talk to one page until it leaves or misbehaves."""
+def _routes_of_page(geometry: Geometry, more: dict[str, Any], page: Path) -> list[BaseRoute]:
+    description = {**geometry.description, **more}
+
+    async def scene(_: Request) -> Response:
+        return JSONResponse(description, headers=NO_STORE)
+
+    async def data(_: Request) -> Response:
+        return Response(geometry.data, media_type="application/octet-stream", headers=NO_STORE)
+
+    return [
+        Route("/scene.json", scene),
+        Route("/geometry.bin", data),
+        Mount("/", StaticFiles(directory=page, html=True)),
+    ]
+
+
+async def _serve_page(hub: Hub, websocket: WebSocket, shows: bool) -> None:
+    """Talk to one page until it leaves or misbehaves; `shows`: there is a mesh for frames."""
     await websocket.accept()
     try:
-        page = hub.connect()
+        page = hub.connect(frames=websocket.query_params.get("frames") != "0" and shows)
     except OptionError as error:
         await websocket.close(TRY_LATER, str(error))
         return

@@ -10,6 +10,7 @@ from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -35,6 +36,12 @@ log = logging.getLogger(__name__)
 class _Task:
     name: str
     work: Callable[[TaskProgress], None]
+    failed: Callable[[str], None] | None = None  # is told why, where somebody waits for an answer
+
+    @property
+    def long(self) -> bool:
+        """Whether others are refused meanwhile; else they wait."""
+        return self.name in ("bake", "check")
 
 
 class Engine:
@@ -45,10 +52,13 @@ class Engine:
     session : Session
         Nobody else may use it from `start` until `stop` has returned.
     tell : takes events, from the engine's thread
+    shown : whether somebody looks at values, see `show`
     """
 
-    def __init__(self, session: Session, tell: Callable[[Event], None]) -> None:
-        self._session, self._tell = session, tell
+    def __init__(self, session: Session, tell: Callable[[Event], None], shown: bool = True) -> None:
+        self._session, self._tell, self._shown = session, tell, shown
+        self._unpublished: int | None = None  # revision whose values nobody wanted to see
+        self._figure: dict[str, Any] | None = None  # of the last update
         self._own_progress = session.progress  # the user's, which gets it back
         self._changed = threading.Condition()
         # What was queued or left pending before the start is worked off as if a page had just asked for it.
@@ -91,6 +101,12 @@ class Engine:
             self._wanted = wanted
             self._changed.notify()
 
+    def show(self, shown: bool) -> None:
+        """Whether somebody looks at values: else none are encoded, which takes longer than small updates."""
+        with self._changed:
+            self._shown = shown
+            self._changed.notify()
+
     def set_budget(self, milliseconds: float | None) -> None:
         """Time for one update while dragging; None = as long as it takes."""
         with self._changed:
@@ -113,6 +129,20 @@ class Engine:
         """Run `work` between updates; OptionError as for `bake`."""
         self._admit(_Task("export", lambda progress: self._export(work, progress)))
 
+    def at_rest(
+        self, work: Callable[[Session, int, dict[str, Any] | None], None], failed: Callable[[str], None]
+    ) -> None:
+        """Run `work` once the light is that of the state; what is at work before is waited for.
+
+        Parameters
+        ----------
+        work : gets the session, the revision of its light and the figures of the update to it
+        failed : gets the reason where it cannot be
+        """
+        with self._changed:
+            self._tasks.append(_Task("read", lambda _: self._read(work), failed))
+            self._changed.notify()
+
     def cancel(self) -> None:
         """Stop the bake or check at work; OptionError where there is none."""
         with self._changed:
@@ -121,12 +151,13 @@ class Engine:
             self._cancelled = True
 
     def _long_work(self) -> _Task | None:
-        """The bake or check at work; an export is soon done, and what is asked meanwhile waits for it."""
-        return None if self._at_work and self._at_work.name == "export" else self._at_work
+        """The bake or check at work; others are soon done, and what is asked meanwhile waits for them."""
+        return self._at_work if self._at_work and self._at_work.long else None
 
     def _admit(self, task: _Task) -> None:
         with self._changed:
-            if busy := next(iter(self._tasks), self._long_work()):
+            waiting = (other for other in self._tasks if other.name != "read")
+            if busy := next(waiting, self._long_work()):
                 raise OptionError(
                     f"{task.name}: found the {busy.name} still at work, expected none; wait, or cancel it"
                 )
@@ -152,13 +183,18 @@ class Engine:
             try:
                 if self._at_work:
                     self._at_work.work(self._progress(self._at_work.name))
-                else:
+                elif self._lit() and self._behind():
                     self._follow()
+                else:
+                    self._show_again()
             except Cancelled:
-                self._tell({"type": "cancelled", "task": self._at_work.name if self._at_work else "update"})
+                task = self._at_work
+                self._tell({"type": "cancelled", "task": task.name if task else "update"})
+                if task and task.failed:
+                    task.failed(f"{task.name}: the server is being stopped")
             except Exception as error:
                 self._report(error)
-            if self._at_work:
+            if self._at_work and self._at_work.name != "read":
                 return_free_memory()
             with self._changed:
                 self._at_work = None
@@ -172,7 +208,7 @@ class Engine:
         return self._session.baked and self._session.foreign_build is None
 
     def _has_work(self) -> bool:
-        return self._is_asked() or (self._lit() and self._behind())
+        return self._is_asked() or (self._lit() and (self._behind() or self._unseen()))
 
     def _is_asked(self) -> bool:
         """Whether somebody wants something new."""
@@ -181,6 +217,10 @@ class Engine:
 
     def _behind(self) -> bool:
         return self._unfinished or self._wanted.revision != self._followed
+
+    def _unseen(self) -> bool:
+        """Whether somebody now looks at values that were not encoded."""
+        return self._shown and self._unpublished is not None
 
     def _resting_phase(self) -> str:
         if not self._lit():
@@ -206,13 +246,20 @@ class Engine:
             log.error("the engine failed", exc_info=error)
         text = str(error) if isinstance(error, (Error, OSError)) else f"{type(error).__name__}: {error}"
         task = self._at_work.name if self._at_work else "update"
-        self._tell({"type": "notice", "message": f"{task} failed: {text}"})
+        if self._at_work and self._at_work.failed:
+            self._at_work.failed(text)
+        else:
+            self._tell({"type": "notice", "message": f"{task} failed: {text}"})
 
     def _publish(self, revision: int, session: Session | None = None, *, errors: bool = True) -> None:
         """Send the values of `session`, a throw-away one of a preview, or of the real one.
 
         Without `errors` the standard errors of the last values go along.
         """
+        if not self._shown:
+            self._unpublished, self._failed = revision, False
+            return
+        self._unpublished = None
         if self._fill is None or self._encoder is None:
             self._fill = fill_of(self._session)
             self._encoder = Encoder(self._fill)
@@ -229,6 +276,12 @@ class Engine:
             values[:, 3] = self._errors
         self._tell(self._encoder.encode(values, revision, preview=session is not None, rest=rest))
         self._failed = False
+
+    def _show_again(self) -> None:
+        """Send values that nobody wanted to see when they were new; an update that failed stays failed."""
+        failed = self._failed
+        self._publish(self._unpublished or 0)
+        self._failed = failed
 
     def _tell_unreached(self) -> None:
         """Tell of light at rest how many samples no path reached: counting would delay a drag's next pose."""
@@ -258,22 +311,36 @@ class Engine:
     def _follow(self) -> None:
         """One update towards the newest wanted state."""
         self._set_phase("updating")
-        wanted, fresh = self._hand_over()
+        self._go_on(*self._hand_over())
+
+    def _go_on(self, wanted: Wanted, fresh: bool) -> None:
+        """Update for a while, show what came of it, and tell the figures."""
         frame = self._session.update(self._budget if wanted.dragging else REST_BUDGET)
         self._unfinished = frame.done < 1
         start = time.perf_counter()
         self._publish(wanted.revision, errors=not wanted.dragging and not self._unfinished)
         end = time.perf_counter()
-        self._tell(
-            self._figures.of_update(
-                self._session,
-                frame,
-                wanted.revision,
-                fresh=fresh,
-                publishing=1e3 * (end - start),
-                latency=1e3 * (end - wanted.arrival) if fresh else None,
-            )
+        self._figure = self._figures.of_update(
+            self._session,
+            frame,
+            wanted.revision,
+            fresh=fresh,
+            publishing=1e3 * (end - start),
+            latency=1e3 * (end - wanted.arrival) if fresh else None,
         )
+        self._tell(self._figure)
+
+    def _finish(self) -> None:
+        """Bring the light to the state that is wanted now, whatever is wanted meanwhile."""
+        before = self._followed
+        wanted, fresh = self._hand_over()
+        if self._session.unfinished or self._unfinished or self._followed != before:
+            self._set_phase("updating")
+            self._go_on(wanted, fresh)
+        while self._unfinished:
+            if self._stopping:
+                raise Cancelled("update: the server is being stopped")
+            self._go_on(wanted, False)
 
     def _begin(self, progress: TaskProgress) -> None:
         """Publish the light of a session that was baked before; it belongs to the state before what waits."""
@@ -328,8 +395,11 @@ class Engine:
     def _export(self, work: Callable[[Session], None], progress: TaskProgress) -> None:
         progress("export", 0.0)
         if self._session.baked:
-            self._hand_over()
-            self._session.update()
-            self._unfinished = False
-            self._publish(self._followed)
+            self._finish()
         work(self._session)
+
+    def _read(self, work: Callable[[Session, int, dict[str, Any] | None], None]) -> None:
+        if not self._lit():
+            raise OptionError("read: found no light yet, expected some; bake first")
+        self._finish()
+        work(self._session, self._followed, self._figure)

@@ -26,12 +26,14 @@ class Exports:
     Parameters
     ----------
     folder : an existing folder, or None: nothing may be exported
+    command : what files say that made them
     """
 
-    def __init__(self, folder: str | os.PathLike[str] | None) -> None:
+    def __init__(self, folder: str | os.PathLike[str] | None, command: str = "deltalux view") -> None:
+        self._command = command
         self._folder = None if folder is None else Path(folder).resolve()
         if self._folder is not None and not self._folder.is_dir():
-            raise OptionError(f'view: folder: found no folder "{folder}", expected an existing one')
+            raise OptionError(f'folder: found no folder "{folder}", expected an existing one')
         self._written: set[str] = set()
 
     @property
@@ -47,7 +49,7 @@ class Exports:
         OptionError
         """
         if self._folder is None:
-            raise OptionError("export: found no folder to write to; start the viewer with --folder")
+            raise OptionError("export: found no folder to write to; start it with --folder")
         if len(name) > MAX_NAME or not _PLAIN.fullmatch(name) or name[-1] in ". ":
             raise OptionError(
                 f"export: found {name[:MAX_NAME]!r}, expected a plain name of letters, digits and .-_+ "
@@ -81,9 +83,9 @@ class Exports:
         assert self._folder is not None
         path = self._folder / self.checked_name(name)
         if path.suffix == SESSION:
-            session.save(path, "deltalux view")
+            session.save(path, self._command)
         else:
-            write(path, baked_of(session, "deltalux view"))
+            write(path, baked_of(session, self._command))
         self._written.add(name)
         return {"file": name, "bytes": path.stat().st_size, "address": f"files/{name}"}
 

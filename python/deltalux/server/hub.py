@@ -4,18 +4,21 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import time
 from typing import Any
 
 from deltalux.errors import Error, OptionError
 from deltalux.session import Session
 
-from .edits import Key, Reach, Value, pose_matrix, state_of
+from .arrays import arrays_bytes, arrays_of
+from .edits import EditState, Key, Reach, Value, pose_matrix, state_of
 from .engine import Engine
 from .events import Event, Phase, Refused, Wanted
 from .exports import Exports
 from .history import History
 from .messages import (
+    EDITS,
     Ack,
     Add,
     BadMessage,
@@ -25,10 +28,13 @@ from .messages import (
     Check,
     Dim,
     Dims,
+    Edit,
     Export,
+    Finish,
     Message,
     Move,
     Names,
+    Read,
     Redo,
     Reflectance,
     Remove,
@@ -48,10 +54,11 @@ class Hub:
     ----------
     session : Session, handed to the engine by `open`
     exports : where files go
+    shown : whether values are encoded also while no page is connected, so that the first one has them at once
     """
 
-    def __init__(self, session: Session, exports: Exports) -> None:
-        self._exports = exports
+    def __init__(self, session: Session, exports: Exports, shown: bool = True) -> None:
+        self._exports, self._shown = exports, shown
         self._names = Names(list(session.poses), list(session.dim_factors), list(session.reflectances))
         self._reach = Reach(session)
         self._history = History(state_of(session))
@@ -59,7 +66,7 @@ class Hub:
         self._pages: set[Page] = set()
         self._values: Values | None = None
         self._kept: dict[str, dict[str, Any]] = {}  # what a page that comes later is told, by type or subject
-        self._engine = Engine(session, self._from_engine)
+        self._engine = Engine(session, self._from_engine, shown)
         self._revision = self._engine.first_revision
         self._loop: asyncio.AbstractEventLoop | None = None
         if not self._names.movables:
@@ -86,8 +93,8 @@ class Hub:
 
     # ---- pages --------------------------------------------------------------------------------
 
-    def connect(self) -> Page:
-        """A new page, which is told how things stand.
+    def connect(self, frames: bool = True) -> Page:
+        """A new page, which is told how things stand; it may do without frames.
 
         Raises
         ------
@@ -96,8 +103,9 @@ class Hub:
         """
         if len(self._pages) >= MAX_PAGES:
             raise OptionError(f"view: found {MAX_PAGES} pages connected, expected fewer; close one")
-        page = Page()
+        page = Page(frames)
         self._pages.add(page)
+        self._show()
         page.tell(self._state())
         for message in self._kept.values():
             page.tell(message)
@@ -108,9 +116,13 @@ class Hub:
     def disconnect(self, page: Page) -> None:
         """Forget a page; what it was dragging rests where it is."""
         self._pages.discard(page)
+        self._show()
         if self._history.dragging:
             self._history.release(page)
             self._state_changed()
+
+    def _show(self) -> None:
+        self._engine.show(self._shown or any(page.frames for page in self._pages))
 
     def receive(self, page: Page, text: str) -> None:
         """Act on a page's message and answer it."""
@@ -130,29 +142,21 @@ class Hub:
             return
         if changed:
             self._state_changed(arrival)
-        if not isinstance(message, Export):
+        if message.accepted:
             page.tell({"type": "accepted", "id": message.id, "revision": self._revision})
 
     # ---- requests -----------------------------------------------------------------------------
 
     def _act(self, page: Page, message: Message) -> bool:
         """Do what a page asks; return whether the wanted state changed."""
-        if isinstance(message, Move):
-            self._check_present(message.name, True, "move")
-            self._reach.check(message.name, pose_matrix(message.pose))
-            self._history.edit(("pose", message.name), message.pose, page, message.dragging)
-        elif isinstance(message, (Remove, Add)):
-            present = isinstance(message, Add)
-            self._check_present(message.name, not present, message.type)
-            self._history.edit(("present", message.name), present, page)
-        elif isinstance(message, Dim):
-            self._history.edit(("factor", message.group), message.factor, page, message.dragging)
+        if isinstance(message, Edit):
+            self._edit(page, message)
+        elif isinstance(message, EDITS):
+            key, value = self._checked(message, self._history.state)
+            self._history.edit(key, value, page, getattr(message, "dragging", False))
         elif isinstance(message, Dims):
             factors: dict[Key, Value] = {("factor", group): f for group, f in message.factors.items()}
             self._history.edit_together(factors, page, message.dragging)
-        elif isinstance(message, Reflectance):
-            key: Key = ("reflectance", message.material)
-            self._history.edit(key, message.value, page, message.dragging)
         elif isinstance(message, Undo):
             self._history.undo()
         elif isinstance(message, Redo):
@@ -162,10 +166,29 @@ class Hub:
             return False
         return True
 
-    def _check_present(self, name: str, expected: bool, verb: str) -> None:
-        if self._history.state["present", name] != expected:
-            found = "taken away; add it first" if expected else "in the scene already"
-            raise OptionError(f'{verb} "{name}": it is {found}')
+    def _edit(self, page: Page, message: Edit) -> None:
+        """Make all edits of `message` in one step, each as if those before it had been made, or none."""
+        state = dict(self._history.state)
+        changes: dict[Key, Value] = {}
+        for edit in message.edits:
+            key, value = self._checked(edit, state)
+            state[key] = changes[key] = value
+        self._history.edit_together(changes, page)
+
+    def _checked(self, message: Message, state: EditState) -> tuple[Key, Value]:
+        """What an edit changes in `state`; OptionError where that cannot be."""
+        if isinstance(message, Move):
+            _check_present(state, message.name, True, "move")
+            self._reach.check(message.name, pose_matrix(message.pose))
+            return ("pose", message.name), message.pose
+        if isinstance(message, (Remove, Add)):
+            present = isinstance(message, Add)
+            _check_present(state, message.name, not present, message.type)
+            return ("present", message.name), present
+        if isinstance(message, Dim):
+            return ("factor", message.group), message.factor
+        assert isinstance(message, Reflectance)
+        return ("reflectance", message.material), message.value
 
     def _control(self, page: Page, message: Message) -> None:
         """Set the engine's budget, give it a task, or stop the one at work."""
@@ -180,6 +203,30 @@ class Hub:
             self._engine.cancel()
         elif isinstance(message, Export):
             self._export(page, message)
+        elif isinstance(message, (Finish, Read)):
+            self._answer_at_rest(page, message)
+
+    def _answer_at_rest(self, page: Page, message: Finish | Read) -> None:
+        """Answer once the light is that of the present state."""
+        if page.asking:
+            raise OptionError(f"{message.type}: found one that is not answered yet; wait for its answer")
+        page.asking = True
+
+        def answer(session: Session, revision: int, figure: dict[str, Any] | None) -> None:
+            header: dict[str, Any] = {"type": "values", "id": message.id, "revision": revision}
+            if isinstance(message, Read):
+                data: str | bytes = arrays_bytes(header, arrays_of(session, message.arrays))
+            else:
+                digest = session.digest() if message.digest else None
+                header |= {"type": "finished", "digest": digest, "frame": figure}
+                data = json.dumps(header, allow_nan=False)
+            self._in_loop(page.answer, data)
+
+        def fail(reason: str) -> None:
+            answer = {"type": "error", "id": message.id, "message": reason}
+            self._in_loop(page.answer, json.dumps(answer))
+
+        self._engine.at_rest(answer, fail)
 
     def _export(self, page: Page, message: Export) -> None:
         name = self._exports.checked_name(message.file)
@@ -256,3 +303,9 @@ class Hub:
             if event["type"] in ("frame", "progress", "unreached"):
                 self._kept[event["type"]] = event
             self._broadcast(event)
+
+
+def _check_present(state: EditState, name: str, expected: bool, verb: str) -> None:
+    if state["present", name] != expected:
+        found = "taken away; add it first" if expected else "in the scene already"
+        raise OptionError(f'{verb} "{name}": it is {found}')

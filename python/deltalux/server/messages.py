@@ -12,9 +12,10 @@ from typing import Any, ClassVar
 from deltalux.errors import OptionError
 from deltalux.scene import rigid_pose
 
+from .arrays import READABLE
 from .edits import pose_matrix
 
-MAX_TEXT = 1 << 16  # bytes
+MAX_TEXT = 1 << 20  # bytes: some thousands of moves
 MAX_ID = 2**53
 MAX_FACTOR = 1e6  # the engine's own limit
 MAX_BUDGET = 10_000.0  # milliseconds
@@ -34,6 +35,7 @@ class Message:
     """What every request has: the number that its answer repeats."""
 
     type: ClassVar[str]
+    accepted: ClassVar[bool] = True  # answered as soon as it is understood; else when it is done
     id: int | float
 
 
@@ -93,6 +95,14 @@ class Reflectance(Message):
 
 
 @dataclass(frozen=True)
+class Edit(Message):
+    """Several edits at once: all of them, or none."""
+
+    type = "edit"
+    edits: tuple[Message, ...]
+
+
+@dataclass(frozen=True)
 class Undo(Message):
     """One step back."""
 
@@ -140,7 +150,26 @@ class Export(Message):
     """Write a file into the server's folder."""
 
     type = "export"
+    accepted = False
     file: str
+
+
+@dataclass(frozen=True)
+class Finish(Message):
+    """Answer when the light is that of the state, with its digest where that is asked for."""
+
+    type = "finish"
+    accepted = False
+    digest: bool = False
+
+
+@dataclass(frozen=True)
+class Read(Message):
+    """Answer with exact values once the light is that of the state."""
+
+    type = "read"
+    accepted = False
+    arrays: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -151,10 +180,11 @@ class Ack:
     seq: int
 
 
-REQUESTS: dict[str, type[Message]] = {
-    kind.type: kind
-    for kind in (Move, Remove, Add, Dim, Dims, Reflectance, Undo, Redo, Bake, Check, Cancel, Budget, Export)
-}
+EDITS: tuple[type[Message], ...] = (Move, Remove, Add, Dim, Reflectance)
+_OTHERS: tuple[type[Message], ...] = (
+    Dims, Edit, Undo, Redo, Bake, Check, Cancel, Budget, Export, Finish, Read,
+)  # fmt: skip
+REQUESTS = {kind.type: kind for kind in (*EDITS, *_OTHERS)}
 
 
 class BadMessage(OptionError):
@@ -266,10 +296,42 @@ def _pose(value: Any, _: Names) -> tuple[float, ...]:
     return numbers
 
 
-def _flag(value: Any, _: Names) -> bool:
-    if not isinstance(value, bool):
-        raise BadMessage(f"dragging: found {_shown(value)}, expected true or false")
-    return value
+def _flag(what: str) -> Callable[[Any, Names], bool]:
+    def read(value: Any, _: Names) -> bool:
+        if not isinstance(value, bool):
+            raise BadMessage(f"{what}: found {_shown(value)}, expected true or false")
+        return value
+
+    return read
+
+
+def _edits(value: Any, names: Names) -> tuple[Message, ...]:
+    if not isinstance(value, list):
+        raise BadMessage(f"edits: found {_shown(value)}, expected a list of edits")
+    return tuple(read_edit(each, names) for each in value)
+
+
+def read_edit(data: Any, names: Names) -> Message:
+    """One of the edits of `Edit`: a message without `id`.
+
+    Raises
+    ------
+    OptionError
+    """
+    kind = data.get("type") if isinstance(data, dict) else None
+    known = {edit.type: edit for edit in EDITS}
+    if not isinstance(kind, str) or kind not in known:
+        raise BadMessage(f"edits: found {_shown(data)}, expected a message of type {', '.join(known)}")
+    if "id" in data:
+        raise BadMessage(f"edits: found an id in {_shown(data)}, expected it in the message around")
+    fields_ = {name: field for name, field in data.items() if name != "type"}
+    return _read_fields(known[kind], fields_ | {"id": 0}, names)
+
+
+def _arrays(value: Any, _: Names) -> tuple[str, ...]:
+    if not isinstance(value, list) or not value or len(value) > len(READABLE):
+        raise BadMessage(f"arrays: found {_shown(value)}, expected a list of {', '.join(READABLE)}")
+    return tuple(_one_of(name, READABLE, "arrays") for name in value)
 
 
 def _file(value: Any, _: Names) -> str:
@@ -298,7 +360,10 @@ _READERS: dict[str, Callable[[Any, Names], Any]] = {
     "factors": _factors,
     "value": lambda value, names: _numbers(value, 3, 0, 1, "value"),
     "pose": _pose,
-    "dragging": _flag,
+    "dragging": _flag("dragging"),
+    "digest": _flag("digest"),
+    "edits": _edits,
+    "arrays": _arrays,
     "file": _file,
     "milliseconds": _milliseconds,
     "seq": _sequence_number,

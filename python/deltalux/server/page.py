@@ -21,9 +21,16 @@ class Page:
 
     A page that stalls costs nothing: of the light only the newest state is kept, and a frame holds the
     difference between that and what the page has.
+
+    Parameters
+    ----------
+    frames : it wants frames; programs that read exact values do not
     """
 
-    def __init__(self) -> None:
+    def __init__(self, frames: bool = True) -> None:
+        self.frames = frames
+        self.asking = False  # it waits for `answer`
+        self._answer: str | bytes | None = None
         self._texts: dict[object, dict[str, Any]] = {}  # in the order of sending
         self._latest: Values | None = None
         self._sent: Values | None = None
@@ -38,8 +45,15 @@ class Page:
         self._texts[key] = message
         self._something.set()
 
+    def answer(self, data: str | bytes) -> None:
+        """Queue the answer to the one request that waits until the light is that of the state."""
+        self._answer = data
+        self._something.set()
+
     def offer(self, values: Values) -> None:
         """Let these be the values to send next."""
+        if not self.frames:
+            return
         self._latest = values
         self._something.set()
 
@@ -53,6 +67,12 @@ class Page:
     def overflows(self) -> bool:
         """Whether it asks and asks without fetching the answers."""
         return len(self._texts) > MAX_WAITING
+
+    def next_answer(self) -> str | bytes | None:
+        """The answer to send now; from then on the page may ask again."""
+        data, self._answer = self._answer, None
+        self.asking = self.asking and data is None
+        return data
 
     def next_text(self) -> str | None:
         """The message to send now."""
@@ -80,6 +100,8 @@ class Page:
             while True:
                 if (text := self.next_text()) is not None:
                     await send_text(text)
+                elif (answer := self.next_answer()) is not None:
+                    await (send_text(answer) if isinstance(answer, str) else send_bytes(answer))
                 elif (frame := self.next_frame()) is not None:
                     await send_bytes(frame)
                 else:

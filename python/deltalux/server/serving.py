@@ -25,8 +25,14 @@ from .messages import MAX_TEXT
 PAGE = Path(__file__).parent.parent / "viewer"
 
 
+# What uvicorn logs as an error after each answer of 403, though it did what it should.
+REFUSAL_OF_THE_LIBRARY = "ASGI callable returned without completing handshake."
+
+
 def _is_worth_a_line(record: logging.LogRecord) -> bool:
     """Texts that are no UTF-8 close their connection (1007); uvicorn would print a traceback for each."""
+    if record.getMessage() == REFUSAL_OF_THE_LIBRARY:
+        return False
     return not (record.exc_info and isinstance(record.exc_info[1], UnicodeDecodeError))
 
 
@@ -40,6 +46,8 @@ class Server:
     host, port : where to listen; port 0 = a free one
     folder : where pages may export to, None = nowhere
     page : folder of the page's static files; None = the package's
+    shown : it is for pages first; else values are encoded for them only while one is there, and samples
+        that are on no display mesh have no page
 
     Raises
     ------
@@ -53,17 +61,19 @@ class Server:
         port: int = 0,
         folder: str | os.PathLike[str] | None = None,
         page: Path | None = None,
+        shown: bool = True,
     ) -> None:
         page = page or PAGE
         if not (page / "index.html").is_file():
             raise Error(f'view: found no page in "{page}", expected index.html; install the package again')
-        exports = Exports(folder)
-        geometry = geometry_of(session)
+        exports = Exports(folder, "deltalux view" if shown else "deltalux serve")
+        self.has_page = shown or session.samples.display is not None
+        geometry = geometry_of(session) if self.has_page else None
         self._socket = _listen(host, port)
         self.port: int = self._socket.getsockname()[1]
         self._host, self.token = host, secrets.token_urlsafe()
         app = make_app(
-            Hub(session, exports),
+            Hub(session, exports, shown),
             geometry,
             exports,
             run=secrets.token_hex(4),
@@ -96,11 +106,25 @@ class Server:
             self._ended.set()
 
     @property
+    def _authority(self) -> str:
+        host = "localhost" if self._host in ("0.0.0.0", "::") else self._host
+        return f"[{host}]:{self.port}" if ":" in host else f"{host}:{self.port}"
+
+    @property
     def url(self) -> str:
         """The page's address, with the token."""
-        host = "localhost" if self._host in ("0.0.0.0", "::") else self._host
-        name = f"[{host}]" if ":" in host else host
-        return f"http://{name}:{self.port}/?token={self.token}"
+        return f"http://{self._authority}/?token={self.token}"
+
+    @property
+    def places(self) -> dict[str, Any]:
+        """Where what is, for programs."""
+        return {
+            "address": self.url,
+            "websocket": f"ws://{self._authority}/ws?token={self.token}",
+            "token": self.token,
+            "port": self.port,
+            "page": self.has_page,
+        }
 
     def wait(self, seconds: float | None = None) -> None:
         """Block until the server has stopped, or for some time."""
@@ -123,8 +147,7 @@ def _listen(host: str, port: int) -> socket.socket:
         family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
     except (OSError, UnicodeError) as error:
         raise OptionError(
-            f"view: host: found {host[:60]!r}, expected an address of this machine, such as 127.0.0.1 "
-            f"({error})"
+            f"host: found {host[:60]!r}, expected an address of this machine, such as 127.0.0.1 ({error})"
         ) from None
     listener = socket.socket(family, socket.SOCK_STREAM)
     try:

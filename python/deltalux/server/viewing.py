@@ -8,14 +8,14 @@ import os
 import sys
 import webbrowser
 from html import escape
-from importlib.util import find_spec
 from typing import Any
 
-from deltalux.errors import Error, OptionError
+from deltalux.errors import OptionError
 from deltalux.scene import Scene
 from deltalux.session import Session
 
-NEEDED = ("starlette", "uvicorn", "websockets")
+from .extra import check_extra
+
 HEIGHT = 640  # pixels of a cell's frame
 
 
@@ -35,6 +35,11 @@ class View:
     def url(self) -> str:
         """The page's address; whoever knows it can edit the session."""
         return self._server.url
+
+    @property
+    def places(self) -> dict[str, Any]:
+        """For programs: `address`, `websocket`, `token`, `port`, and `page`, whether there is one."""
+        return self._server.places
 
     def close(self) -> None:
         """Stop serving; from now on the session is its owner's again, in the state that was reached."""
@@ -101,8 +106,7 @@ def view(
     OptionError
         For samples that are not on the scene's display mesh (`Samples.on_vertices`).
     """
-    if missing := [name for name in NEEDED if find_spec(name) is None]:
-        raise Error(f'view: found no module {missing[0]}, expected the extra; pip install "deltalux[view]"')
+    check_extra("view")
     if not isinstance(what, (Session, Scene)):
         raise OptionError(f"view: found {type(what).__name__}, expected a Session or a Scene")
     from .serving import Server  # wants the extra
@@ -115,6 +119,44 @@ def view(
     if not notebook if block is None else block:
         shown.wait()
     return shown
+
+
+def serve(
+    session: Session,
+    *,
+    host: str = "127.0.0.1",
+    port: int = 0,
+    folder: str | os.PathLike[str] | None = None,
+) -> View:
+    """Serve a session to programs, here or in other processes: see `connect`.
+
+    It is the viewer's server without a browser: where the samples are on the scene's display mesh, the page
+    is at its address. Until it is closed, nobody else may use the session.
+
+    Parameters
+    ----------
+    session : Session
+        One without light is baked first.
+    host, port, folder : see `view`
+
+    Returns
+    -------
+    View
+        With `url`, `close()` and `wait()`.
+
+    Raises
+    ------
+    Error
+        Where the extra is not installed.
+    OptionError, OSError
+        For a host, port or folder that cannot be used.
+    """
+    check_extra("serve")
+    if not isinstance(session, Session):
+        raise OptionError(f"serve: found {type(session).__name__}, expected a Session")
+    from .serving import Server  # wants the extra
+
+    return View(Server(session, host, port, folder, shown=False))
 
 
 def _in_notebook() -> bool:

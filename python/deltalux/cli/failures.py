@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What went wrong, as one line: what, where, and what to do about it."""
+
+from __future__ import annotations
+
+import errno
+
+from deltalux.errors import Error
+
+_ELSEWHERE = "choose a place where you may write"
+REMEDIES = {
+    errno.ENOENT: "check the name, and that the folder is there",
+    errno.EACCES: _ELSEWHERE,
+    errno.EPERM: _ELSEWHERE,
+    errno.EROFS: _ELSEWHERE,
+    errno.EEXIST: "a file stands where a folder is expected; choose another name",
+    errno.ENOTDIR: "a file stands where a folder is expected; choose another name",
+    errno.EISDIR: "a folder stands where a file is expected; choose another name",
+    errno.ENOSPC: "free some space, or choose another disk",
+}
+
+EXPECTED = (OSError, MemoryError, Error)  # what commands fail with; anything else is a defect
+
+
+def failure_text(error: BaseException) -> str:
+    """One of `EXPECTED` as its user reads it."""
+    if isinstance(error, OSError):
+        where = f"{error.filename}: " if error.filename else ""
+        remedy = REMEDIES.get(error.errno or 0)
+        return f"{where}{error.strerror or error}" + (f"; {remedy}" if remedy else "")
+    if isinstance(error, MemoryError):
+        return "out of memory: use fewer --paths, a larger --spacing, or set --memory-limit"
+    return str(error)

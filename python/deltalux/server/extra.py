@@ -1,0 +1,16 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whether the libraries of the extra are there."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+
+from deltalux.errors import Error
+
+NEEDED = ("starlette", "uvicorn", "websockets")
+
+
+def check_extra(what: str) -> None:
+    """Raise Error where the extra, which `what` needs, is not installed."""
+    if missing := [name for name in NEEDED if find_spec(name) is None]:
+        raise Error(f'{what}: found no module {missing[0]}, expected the extra; pip install "deltalux[view]"')
