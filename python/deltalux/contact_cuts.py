@@ -51,14 +51,15 @@ def cut_at_contacts(
     max_points : cuts end there, or where they have added half of the points, or 20,000
     """
     own = np.flatnonzero(static[parent])
-    own = own[_core.wide_triangles(points, triangles[own], SMALLEST * spacing, NARROWEST * spacing)]
+    wide = _core.wide_triangles(points, triangles[own], SMALLEST * spacing, NARROWEST * spacing)
+    own = own[np.asarray(wide)]
     tolerance = TOLERANCE * spacing
     number = np.cumsum(static) - 1
     faces, looked_at = base[static], triangles[own]
     places = same_places(points[: base.max() + 1])[faces]
     lines = contact_lines(points, looked_at, number[parent[own]], faces, places, GAP * spacing, tolerance)
-    normals = unit(_core.normals_by_area(points, looked_at[lines.triangle]))
-    again = _core.repeated_triangles(places, len(points))
+    normals = unit(np.asarray(_core.normals_by_area(points, looked_at[lines.triangle])))
+    again = np.asarray(_core.repeated_triangles(places, len(points)))
     cover = Cover.of(points, faces, again, spacing)
     sides = open_sides(lines, normals, cover, ASIDE * spacing)
     kept = np.flatnonzero(sides.any(axis=1))
@@ -69,5 +70,5 @@ def cut_at_contacts(
     judged[own] = True
     pieces = judged[cut.source]
     places = same_places(cut.points)[cut.triangles[pieces]]
-    cut.parted[pieces] |= _core.junctions(cut.points, places, SHORTEST * spacing)
+    cut.parted[pieces] |= np.asarray(_core.junctions(cut.points, places, SHORTEST * spacing))
     return cut

@@ -106,7 +106,7 @@ class DisplayMesh:
 
     def vertex_areas(self) -> np.ndarray:
         """(n,) square metres: a third of the triangles around each vertex."""
-        thirds = np.repeat(_core.areas(self.points, self.triangles) / 3, 3)
+        thirds = np.repeat(np.asarray(_core.areas(self.points, self.triangles)) / 3, 3)
         return np.bincount(self.triangles.ravel(), thirds, minlength=len(self.points))
 
     def present(self, scene: Scene, poses: Poses | None = None) -> np.ndarray:
@@ -239,7 +239,7 @@ def _welded(scene: Scene, sides: np.ndarray) -> _Base:
         source[order],
         backward,
     )
-    return _without(base, _core.without_area(base.points, base.triangles))
+    return _without(base, np.asarray(_core.without_area(base.points, base.triangles)))
 
 
 def _without(base: _Base, dropped: np.ndarray) -> _Base:
@@ -273,7 +273,7 @@ def weld(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _area(base: _Base) -> float:
-    return float(_core.areas(base.points, base.triangles).sum())
+    return float(np.asarray(_core.areas(base.points, base.triangles)).sum())
 
 
 def _automatic_spacing(base: _Base) -> float:

@@ -37,7 +37,8 @@ def shared(display: DisplayMesh, covered: np.ndarray, most: int = MOST_SAMPLES) 
     """
     if len(display.points) <= most:
         return display
-    piece = _core.connected_components(*_edges(display), len(display.points))  # smooth ones of surface
+    # Smooth ones of surface.
+    piece = np.asarray(_core.connected_components(*_edges(display), len(display.points)))
     edge, group = _grouped(display, piece, covered, most)
     vertices = np.sort(_middles(display, group))
     sharing = _weighted(display, piece, covered, group, vertices, edge)
@@ -63,7 +64,9 @@ def _grouped(
 
     def groups(step: int) -> tuple[int, np.ndarray]:
         # Connected ones: not across the foot of a partition.
-        number = _core.groups_in_cubes(display.points, display.triangles, like, edges[step], OFFSET)
+        number = np.asarray(
+            _core.groups_in_cubes(display.points, display.triangles, like, edges[step], OFFSET)
+        )
         return int(number.max()) + 1, number
 
     low, high = 0, STEPS - 1  # the smallest that suffices lies between; few edges are tried

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -52,7 +52,7 @@ def smooth_vertices(
     beside : (m, 3) bool, edges on whose other side the surface is covered: samples move to this one
     spacing : metres
     """
-    found = _core.smooth_vertices(
+    found: Any = _core.smooth_vertices(
         points, triangles, cosine, parted, beside, INSET_OF_SPACING * spacing, INSET_OF_HEIGHT, most
     )
     return None if found is None else SmoothVertices(*found)
@@ -67,9 +67,10 @@ def shared_edges(triangles: np.ndarray, point_count: int) -> tuple[np.ndarray, n
     -------
     Two (e,) int64 arrays of edges 3 t + k (triangle t, from its corner k to the next), pairwise one edge.
     """
-    return _core.shared_edges(triangles, point_count)
+    one, two = _core.shared_edges(triangles, point_count)
+    return one, two
 
 
 def smoothing_groups(links: tuple[np.ndarray, np.ndarray], corners: int) -> np.ndarray:
     """Number the connected components of corners by their first corner."""
-    return _core.connected_components(*links, corners)
+    return np.asarray(_core.connected_components(*links, corners))

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from . import _core
@@ -41,7 +43,7 @@ def split_long_edges(
     ------
     TooManyPoints
     """
-    split = _core.split_long_edges(points, triangles, _squared_limit(limit), max_points)
+    split: Any = _core.split_long_edges(points, triangles, _squared_limit(limit), max_points)
     if split is None:
         raise TooManyPoints
     added, parts, source = split
@@ -82,4 +84,5 @@ def split_marked(
     -------
     Triangles and their `source`, in no particular order.
     """
-    return _core.split_marked(points, triangles, source, marked, middle)
+    parts, of = _core.split_marked(points, triangles, source, marked, middle)
+    return parts, of

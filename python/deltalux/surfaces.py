@@ -72,7 +72,7 @@ class Surfaces:
         self.scene, self.display, self.poses = scene, display, poses
         self.points, _ = display.world(scene, poses)
         present = display.present(scene, poses)
-        cross = _core.normals_by_area(self.points, display.triangles)
+        cross = np.asarray(_core.normals_by_area(self.points, display.triangles))
         size = np.linalg.norm(cross, axis=1)
         self.area = 0.5 * size * present
         self.normals = cross / np.maximum(size, 1e-300)[:, None]

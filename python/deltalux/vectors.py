@@ -26,7 +26,7 @@ def unit(vectors: np.ndarray) -> np.ndarray:
 
 def same_places(points: np.ndarray) -> np.ndarray:
     """(n,) of each point (n, 3) the first one that is in the same place, but for rounding."""
-    return _core.same_places(points, PLACE)
+    return np.asarray(_core.same_places(points, PLACE))
 
 
 def normals_by_area(corners: np.ndarray) -> np.ndarray:
