@@ -11,7 +11,7 @@
 namespace deltalux::samples {
 
 /// Of each point the number of the first one in the same cell of a grid around the middle of all.
-/// `rounding`: width of a cell, of the largest distance from there along an axis; not below 2^-20.
+/// `rounding`: width of a cell, of the largest distance from there along an axis; above 2^-20.
 std::vector<int64_t> same_places(std::span<const Vec3d> points, double rounding);
 
 /// One of the points in each cell, the first, in the order of bodies and of their cells (x, y, z);
