@@ -18,21 +18,18 @@ constexpr size_t kGrain = 1024;
 class MeshCaster {
  public:
   MeshCaster(const Rows<float, 3>& vertices, const Rows<uint32_t, 3>& triangles, int threads)
-      : workers_(threads) {
-    scene::Object object;
-    object.name = "mesh";
-    object.vertices = to_vectors(vertices);
-    object.triangles.resize(triangles.shape(0));
-    for (size_t i = 0; i < object.triangles.size(); ++i)
-      for (int k = 0; k < 3; ++k) object.triangles[i][k] = triangles.data()[3 * i + k];
-    object.material.assign(object.triangles.size(), 0);
-    object.group.assign(object.triangles.size(), 0);
-    scene_.materials.push_back({});
-    scene_.objects.push_back(std::move(object));
-    scene_.finish();
+      : vertices_(to_vectors(vertices)), triangles_(triangles.shape(0)), workers_(threads) {
+    for (const Vec3f& v : vertices_)
+      if (!std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z))
+        throw nb::value_error("a vertex that is not finite");
+    for (size_t i = 0; i < triangles_.size(); ++i)
+      for (size_t k = 0; k < 3; ++k) {
+        triangles_[i][k] = triangles.data()[3 * i + k];
+        if (triangles_[i][k] >= vertices_.size())
+          throw nb::value_error("a triangle's corner beyond the vertices");
+      }
     nb::gil_scoped_release release;
-    Progress progress;
-    caster_ = std::make_unique<trace::RayCaster>(scene_, progress);
+    scene_ = trace::EmbreeScene(device_, vertices_, triangles_, nullptr);
   }
 
   nb::object intersect(const Rows<float, 3>& origins, const Rows<float, 3>& directions) const {
@@ -46,7 +43,8 @@ class MeshCaster {
         for (size_t i = begin; i < end; ++i) {
           const float *o = origins.data() + 3 * i, *d = directions.data() + 3 * i;
           const Vec3f origin{o[0], o[1], o[2]}, direction{d[0], d[1], d[2]};
-          const trace::Hit hit = caster_->closest(origin, direction);
+          const trace::Hit hit =
+              scene_.closest(0, origin, direction, 0, std::numeric_limits<float>::infinity());
           t[i] = hit.t;
           primitive[i] = hit.primitive;
           if (hit.valid()) barycentric(hit.primitive, origin + direction * hit.t, u[i], v[i]);
@@ -65,8 +63,8 @@ class MeshCaster {
     std::vector<uint8_t> covered;
     {
       nb::gil_scoped_release release;
-      std::vector<const trace::RayCaster*> layers{caster_.get()};
-      if (behind) layers.push_back(behind->caster_.get());
+      std::vector<const trace::EmbreeScene*> layers{&scene_};
+      if (behind) layers.push_back(&behind->scene_);
       covered = samples::covered_places(layers, to_vectors(origins), to_vectors(normals), contact,
                                         workers_);
     }
@@ -75,18 +73,19 @@ class MeshCaster {
 
  private:
   void barycentric(uint32_t primitive, Vec3f p, float& u, float& v) const {
-    const scene::Object& object = scene_.objects[0];
-    const auto& t = object.triangles[primitive];
-    const Vec3d a(object.vertices[t[0]]), e(Vec3d(object.vertices[t[1]]) - a),
-        f(Vec3d(object.vertices[t[2]]) - a), q(Vec3d(p) - a), n = cross(e, f);
+    const auto& t = triangles_[primitive];
+    const Vec3d a = Vec3d(vertices_[t[0]]), e = Vec3d(vertices_[t[1]]) - a,
+                f = Vec3d(vertices_[t[2]]) - a, q = Vec3d(p) - a, n = cross(e, f);
     const double area = dot(n, n);
     u = float(std::clamp(dot(cross(q, f), n) / area, 0.0, 1.0));
     v = float(std::clamp(dot(cross(e, q), n) / area, 0.0, 1.0 - double(u)));
   }
 
-  scene::Scene scene_;
+  std::vector<Vec3f> vertices_;
+  std::vector<std::array<uint32_t, 3>> triangles_;
   Workers workers_;
-  std::unique_ptr<trace::RayCaster> caster_;
+  trace::EmbreeDevice device_;
+  trace::EmbreeScene scene_;
 };
 
 /// All segments of all paths of a scene, as columns.

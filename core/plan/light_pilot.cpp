@@ -43,6 +43,8 @@ samples::SampleSet surface_points(const scene::Scene& scene, const trace::RayCas
                                   uint32_t count) {
   std::vector<double> cumulative;
   std::vector<std::array<Vec3f, 3>> corners;
+  cumulative.reserve(scene.static_primitives());
+  corners.reserve(scene.static_primitives());
   double area = 0;
   for (const scene::Object& object : scene.objects) {
     if (object.movable) continue;
@@ -170,7 +172,8 @@ void LightPilot::brought(const trace::Light& light, std::span<const trace::Emiss
   for (size_t k = 0; k < starts.size(); ++k) {
     const int64_t* own = sums.data() + 3 * n * k;
     out[k] = 0;
-    for (size_t i = 0; i < n; ++i) out[k] += photopic(own + 3 * i) * weight[i];
+    for (size_t i = 0; i < n; ++i)  // most points get nothing from one path
+      if (own[3 * i] | own[3 * i + 1] | own[3 * i + 2]) out[k] += photopic(own + 3 * i) * weight[i];
     out[k] *= scale.quantum;
   }
 }

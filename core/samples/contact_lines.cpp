@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Faces near a piece by a tree of boxes; each crosses its plane in a line that is clipped to it.
+// Pieces near a face by a tree of boxes: there are fewer of them. The face crosses the plane of
+// each in a line that is clipped to it.
 #include "samples/contact_lines.h"
 
 #include <numeric>
@@ -8,25 +9,26 @@ namespace deltalux::samples {
 namespace {
 
 constexpr double kFlat = 0.996;  // cosine between planes that do not cross but overlap
-constexpr size_t kLeaf = 4;      // faces
-constexpr size_t kGrain = 256;   // pieces
+constexpr size_t kLeaf = 4;      // pieces
+constexpr size_t kGrain = 1024;  // faces
 
-Box box_of(const std::array<Vec3d, 3>& corners, double pad) {
+using Corners = std::array<Vec3d, 3>;
+
+Box box_of(const Corners& corners, double pad) {
   Box box;
   for (Vec3d corner : corners) box.grow(Vec3f(corner));
   return box.padded(float(pad) + position_slack(max(box.high, -box.low)));
 }
 
-/// Boxes of faces, halved along their longest side.
-class FaceTree {
+/// Boxes of pieces, halved along their longest side.
+class PieceTree {
  public:
-  explicit FaceTree(std::span<const Face> faces) : order_(faces.size()), boxes_(faces.size()) {
-    for (size_t i = 0; i < faces.size(); ++i) boxes_[i] = box_of(faces[i].corners, 0);
+  explicit PieceTree(std::vector<Box>&& boxes) : order_(boxes.size()), boxes_(std::move(boxes)) {
     std::iota(order_.begin(), order_.end(), 0u);
-    if (!faces.empty()) build(0, uint32_t(faces.size()));
+    if (!boxes_.empty()) build(0, uint32_t(boxes_.size()));
   }
 
-  /// Calls visit(face) for all whose boxes overlap.
+  /// Calls visit(piece) for all whose boxes overlap.
   template <class Visit>
   void each_near(const Box& box, const Visit& visit) const {
     if (!nodes_.empty()) descend(0, box, visit);
@@ -81,23 +83,23 @@ class FaceTree {
   std::vector<Node> nodes_;
 };
 
-Vec3d doubled_area(const std::array<Vec3d, 3>& corners) {
+Vec3d doubled_area(const Corners& corners) {
   return cross(corners[1] - corners[0], corners[2] - corners[0]);
 }
 
-bool neighbours(const Face& one, const Face& two) {
+bool neighbours(const Triangle& one, const Triangle& two) {
   int common = 0;
-  for (uint32_t a : one.points)
-    for (uint32_t b : two.points) common += a == b;
+  for (int64_t a : one)
+    for (int64_t b : two) common += a == b;
   return common >= 2;
 }
 
 /// The line where a face meets the plane of a piece with unit `normal`; its length is 0 where they
 /// do not meet.
-ContactLine on_plane(const Piece& piece, Vec3d normal, const Face& face, double gap) {
+ContactLine on_plane(const Corners& piece, Vec3d normal, const Corners& face, double gap) {
   double height[3];
   for (int k = 0; k < 3; ++k) {
-    height[k] = dot(face.corners[k] - piece.corners[0], normal);
+    height[k] = dot(face[k] - piece[0], normal);
     if (std::abs(height[k]) <= gap) height[k] = 0;
   }
   // What lies in the plane by its whole width is seen from its edge: its longest side is the line.
@@ -105,14 +107,12 @@ ContactLine on_plane(const Piece& piece, Vec3d normal, const Face& face, double 
   int count = 0;
   for (int k = 0; k < 3; ++k) {
     const int next = (k + 1) % 3;
-    if (height[k] == 0) spots[count++] = face.corners[k];
+    if (height[k] == 0) spots[count++] = face[k];
     if (height[k] * height[next] < 0)
-      spots[count++] = face.corners[k] + (face.corners[next] - face.corners[k]) *
-                                             (height[k] / (height[k] - height[next]));
+      spots[count++] = face[k] + (face[next] - face[k]) * (height[k] / (height[k] - height[next]));
   }
   ContactLine line{0, {}, {}, 0};
-  for (int i = 0; i < count; ++i)
-    spots[i] = spots[i] - normal * dot(spots[i] - piece.corners[0], normal);
+  for (int i = 0; i < count; ++i) spots[i] = spots[i] - normal * dot(spots[i] - piece[0], normal);
   for (int i = 0; i < count; ++i)
     for (int j = i + 1; j < count; ++j) {
       const double apart = length(spots[j] - spots[i]);
@@ -122,11 +122,11 @@ ContactLine on_plane(const Piece& piece, Vec3d normal, const Face& face, double 
 }
 
 /// Keeps of the line what lies within the piece, or no more than `tolerance` outside.
-void clip(const Piece& piece, Vec3d normal, double tolerance, ContactLine& line) {
+void clip(const Corners& piece, Vec3d normal, double tolerance, ContactLine& line) {
   double begin = 0, end = line.length;
   for (int k = 0; k < 3; ++k) {
-    const Vec3d corner = piece.corners[k];
-    const Vec3d inward = normalize(cross(normal, piece.corners[(k + 1) % 3] - corner));
+    const Vec3d corner = piece[k];
+    const Vec3d inward = normalize(cross(normal, piece[(k + 1) % 3] - corner));
     const double depth = dot(line.start - corner, inward) + tolerance;
     const double slope = dot(line.along, inward);
     if (slope > 1e-12)
@@ -140,37 +140,64 @@ void clip(const Piece& piece, Vec3d normal, double tolerance, ContactLine& line)
   line.length = end - begin;
 }
 
+/// Boxes are of single precision: coordinates begin in the middle of all faces.
+Vec3d middle_of(std::span<const Vec3d> points, std::span<const Triangle> triangles) {
+  if (triangles.empty()) return {};
+  Vec3d low = points[size_t(triangles[0][0])], high = low;
+  for (const Triangle& t : triangles)
+    for (int64_t corner : t)
+      low = min(low, points[size_t(corner)]), high = max(high, points[size_t(corner)]);
+  return 0.5 * (low + high);
+}
+
 }  // namespace
 
-std::vector<ContactLine> find_contact_lines(std::span<const Piece> pieces,
-                                            std::span<const Face> faces, double gap,
-                                            double tolerance, const Workers& workers) {
-  const FaceTree tree(faces);
-  std::vector<Vec3d> normals(faces.size());
-  for (size_t i = 0; i < faces.size(); ++i) normals[i] = normalize(doubled_area(faces[i].corners));
-  std::vector<std::vector<ContactLine>> blocks((pieces.size() + kGrain - 1) / kGrain);
-  workers.for_blocks(pieces.size(), kGrain, [&](size_t begin, size_t end) {
+std::vector<ContactLine> find_contact_lines(std::span<const Vec3d> points, const FacePieces& pieces,
+                                            const Faces& faces, double gap, double tolerance,
+                                            const Workers& workers) {
+  const Vec3d origin = middle_of(points, faces.corners);
+  const auto corners_of = [&](const Triangle& t) {
+    return Corners{points[size_t(t[0])] - origin, points[size_t(t[1])] - origin,
+                   points[size_t(t[2])] - origin};
+  };
+  const size_t count = pieces.corners.size();
+  std::vector<Corners> own(count);
+  std::vector<Vec3d> normals(count);
+  std::vector<Box> boxes(count);
+  for (size_t i = 0; i < count; ++i) {
+    own[i] = corners_of(pieces.corners[i]);
+    normals[i] = normalize(doubled_area(own[i]));
+    boxes[i] = box_of(own[i], gap);
+  }
+  const PieceTree tree(std::move(boxes));
+  std::vector<std::vector<ContactLine>> blocks((faces.corners.size() + kGrain - 1) / kGrain);
+  workers.for_blocks(faces.corners.size(), kGrain, [&](size_t begin, size_t end) {
     std::vector<ContactLine>& lines = blocks[begin / kGrain];
-    std::vector<uint32_t> near;
     for (size_t i = begin; i < end; ++i) {
-      const Piece& piece = pieces[i];
-      const Vec3d normal = normalize(doubled_area(piece.corners));
-      near.clear();
-      tree.each_near(box_of(piece.corners, gap), [&](uint32_t face) { near.push_back(face); });
-      std::sort(near.begin(), near.end());
-      for (uint32_t face : near) {
-        if (std::abs(dot(normal, normals[face])) > kFlat) continue;
-        if (neighbours(faces[piece.face], faces[face])) continue;
-        ContactLine line = on_plane(piece, normal, faces[face], gap);
-        if (line.length <= tolerance) continue;
-        clip(piece, normal, tolerance, line);
-        line.piece = uint32_t(i);
+      const Corners face = corners_of(faces.corners[i]);
+      const Vec3d face_normal = normalize(doubled_area(face));
+      tree.each_near(box_of(face, 0), [&](uint32_t piece) {
+        const Vec3d normal = normals[piece];
+        if (std::abs(dot(normal, face_normal)) > kFlat) return;
+        if (neighbours(faces.places[size_t(pieces.face[piece])], faces.places[i])) return;
+        ContactLine line = on_plane(own[piece], normal, face, gap);
+        if (line.length <= tolerance) return;
+        clip(own[piece], normal, tolerance, line);
+        line.piece = piece;
         if (line.length > tolerance) lines.push_back(line);
-      }
+      });
     }
   });
-  std::vector<ContactLine> all;
-  for (const auto& block : blocks) all.insert(all.end(), block.begin(), block.end());
+  std::vector<size_t> place(count + 1);
+  for (const auto& block : blocks)
+    for (const ContactLine& line : block) ++place[line.piece + 1];
+  for (size_t i = 0; i < count; ++i) place[i + 1] += place[i];
+  std::vector<ContactLine> all(place[count]);
+  for (const auto& block : blocks)
+    for (ContactLine line : block) {
+      line.start = line.start + origin;
+      all[place[line.piece]++] = line;
+    }
   return all;
 }
 

@@ -29,8 +29,9 @@ std::array<Vec3f, kDirections> directions() {
 bool is_free(Layers layers, Vec3f origin, Vec3f w, float contact) {
   trace::Hit nearest;
   bool facing = false;
-  for (const trace::RayCaster* layer : layers) {
-    const trace::Hit hit = layer->closest(origin, w);
+  for (const trace::EmbreeScene* layer : layers) {
+    // What lies behind the place where the hit before may have its double does not matter.
+    const trace::Hit hit = layer->closest(0, origin, w, 0, nearest.t * (1 + 2 * kSamePlace));
     if (!hit.valid()) continue;
     const bool own = dot(hit.normal, w) < 0;
     if (nearest.valid() && std::fabs(hit.t - nearest.t) <= kSamePlace * nearest.t) {
@@ -39,8 +40,9 @@ bool is_free(Layers layers, Vec3f origin, Vec3f w, float contact) {
       nearest = hit;
       facing = own;
     }
+    if (nearest.t <= contact) return false;  // others can only be nearer
   }
-  return !nearest.valid() || (facing && nearest.t > contact);
+  return !nearest.valid() || facing;
 }
 
 }  // namespace
@@ -51,12 +53,15 @@ std::vector<uint8_t> covered_places(Layers layers, std::span<const Vec3f> origin
   static const std::array<Vec3f, kDirections> around = directions();
   std::vector<uint8_t> covered(origins.size());
   workers.for_blocks(origins.size(), kGrain, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      int free = 0;
-      for (int k = 0; k < kDirections && free < kNeeded && free + kDirections - k >= kNeeded; ++k)
-        free += is_free(layers, origins[i], turned(around[size_t(k)], normals[i]), contact);
-      covered[i] = free < kNeeded;
-    }
+    // Rays of places side by side in one direction after another: they pass the same boxes.
+    std::array<int, kGrain> free{};
+    for (int k = 0; k < kDirections; ++k)
+      for (size_t i = begin; i < end; ++i) {
+        int& own = free[i - begin];
+        if (own < kNeeded && own + kDirections - k >= kNeeded)
+          own += is_free(layers, origins[i], turned(around[size_t(k)], normals[i]), contact);
+      }
+    for (size_t i = begin; i < end; ++i) covered[i] = free[i - begin] < kNeeded;
   });
   return covered;
 }

@@ -6,13 +6,13 @@
 #include <vector>
 
 #include "base/parallel.h"
-#include "trace/ray_caster.h"
+#include "trace/embree_scene.h"
 
 namespace deltalux::samples {
 
 /// One layer holds surfaces whose fronts light may reach. Of a sheet that light may reach from both
 /// sides another layer holds the same triangles, wound the other way.
-using Layers = std::span<const trace::RayCaster* const>;
+using Layers = std::span<const trace::EmbreeScene* const>;
 
 /// 1 for each place from which nearly every ray meets something within `contact` metres, or meets
 /// it from behind: under a bookcase, behind a frame, inside a column. `origins` lie a little above

@@ -117,6 +117,9 @@ void Scene::finish() {
   primitives_ = static_primitives_ = 0;
   primitive_.clear();
   object_of_static_.clear();
+  size_t triangles = 0;
+  for (const Object& object : objects) triangles += object.triangles.size();
+  primitive_.reserve(triangles);  // once: number() would make room object by object
   bool seen_movable = false;
   for (size_t i = 0; i < objects.size(); ++i) {
     Object& object = objects[i];

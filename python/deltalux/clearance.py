@@ -50,8 +50,11 @@ class Clearance:
         """
         samples = display.sample_points.copy()
         covered = display.sample_vertices[self.covered[display.sample_vertices]]
+        asked = np.zeros(len(samples), dtype=bool)
+        asked[covered] = True
         corners = display.triangles.ravel()
-        order = np.argsort(corners, kind="stable")
+        around = np.flatnonzero(asked[corners])
+        order = around[np.argsort(corners[around], kind="stable")]
         first = np.searchsorted(corners[order], np.arange(len(samples) + 1))
         for share, turn in product(TOWARDS_MIDDLE, range(MAX_FACES)):
             tried = covered[first[covered] + turn < first[covered + 1]]

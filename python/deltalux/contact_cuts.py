@@ -7,11 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from . import _core
 from .contact_lines import contact_lines
 from .contact_sides import open_sides
 from .covered_places import Cover
 from .line_splitting import CutMesh, split_along
-from .vectors import normals_by_area, same_places, triangle_areas, unit
+from .vectors import same_places, unit
 
 SMALLEST = 0.5  # of the spacing, longest edge of triangles that are cut; light reaches no farther in others
 
@@ -50,16 +51,16 @@ def cut_at_contacts(
     max_points : cuts end there, or where they have added half of the points, or 20,000
     """
     own = np.flatnonzero(static[parent])
-    corners = points[triangles[own]]
-    worth = _worth_cutting(corners, spacing)
-    own, corners = own[worth], corners[worth]
-    faces = points[base[static]]
+    wide = _core.wide_triangles(points, triangles[own], SMALLEST * spacing, NARROWEST * spacing)
+    own = own[np.asarray(wide)]
     tolerance = TOLERANCE * spacing
     number = np.cumsum(static) - 1
-    places = same_places(points[: base.max() + 1])[base[static]]
-    lines = contact_lines(corners, number[parent[own]], faces, places, GAP * spacing, tolerance)
-    normals = unit(normals_by_area(corners))[lines.triangle]
-    cover = Cover.of(points, base[static], _again(places), spacing)
+    faces, looked_at = base[static], triangles[own]
+    places = same_places(points[: base.max() + 1])[faces]
+    lines = contact_lines(points, looked_at, number[parent[own]], faces, places, GAP * spacing, tolerance)
+    normals = unit(np.asarray(_core.normals_by_area(points, looked_at[lines.triangle])))
+    again = np.asarray(_core.repeated_triangles(places, len(points)))
+    cover = Cover.of(points, faces, again, spacing)
     sides = open_sides(lines, normals, cover, ASIDE * spacing)
     kept = np.flatnonzero(sides.any(axis=1))
     lines = replace(lines.those(kept), triangle=own[lines.triangle[kept]])
@@ -69,38 +70,5 @@ def cut_at_contacts(
     judged[own] = True
     pieces = judged[cut.source]
     places = same_places(cut.points)[cut.triangles[pieces]]
-    cut.parted[pieces] |= _junctions(cut.points, places, SHORTEST * spacing)
+    cut.parted[pieces] |= np.asarray(_core.junctions(cut.points, places, SHORTEST * spacing))
     return cut
-
-
-def _worth_cutting(corners: np.ndarray, spacing: float) -> np.ndarray:
-    """(m,) bool: triangles so large, and not too narrow."""
-    edges = corners - corners[:, (1, 2, 0)]
-    longest = np.sqrt(np.einsum("kci,kci->kc", edges, edges).max(axis=1, initial=0.0))
-    return (longest >= SMALLEST * spacing) & (2 * triangle_areas(corners) >= NARROWEST * spacing * longest)
-
-
-def _again(triangles: np.ndarray) -> np.ndarray:
-    """(m,) bool: triangles whose corners are those of an earlier one, in whatever order."""
-    _, first = np.unique(np.sort(triangles, axis=1), axis=0, return_index=True)
-    again = np.ones(len(triangles), dtype=bool)
-    again[first] = False
-    return again
-
-
-def _junctions(points: np.ndarray, triangles: np.ndarray, shortest: float) -> np.ndarray:
-    """(m, 3) bool: edges that belong to three triangles and more; both windings of one count once."""
-    ends = np.sort(np.stack([triangles, triangles[:, (1, 2, 0)]], axis=-1), axis=-1).reshape(-1, 2)
-    long = np.flatnonzero(np.linalg.norm(points[ends[:, 0]] - points[ends[:, 1]], axis=1) >= shortest)
-    edge = ends[long, 0] * len(points) + ends[long, 1]
-    apex = triangles[:, (2, 0, 1)].ravel()[long]
-    order = np.lexsort((apex, edge))
-    edge, apex = edge[order], apex[order]
-    new = np.ones(len(edge), dtype=bool)
-    new[1:] = edge[1:] != edge[:-1]
-    another = new.copy()
-    another[1:] |= apex[1:] != apex[:-1]
-    number = np.cumsum(new) - 1
-    found = np.zeros(triangles.size, dtype=bool)
-    found[long[order]] = (np.bincount(number, another) > 2)[number]
-    return found.reshape(-1, 3)

@@ -41,10 +41,11 @@ class ContactLines:
 
 
 def contact_lines(
-    corners: np.ndarray,
+    points: np.ndarray,
+    triangles: np.ndarray,
     face: np.ndarray,
     faces: np.ndarray,
-    points: np.ndarray,
+    places: np.ndarray,
     gap: float,
     tolerance: float,
 ) -> ContactLines:
@@ -52,31 +53,24 @@ def contact_lines(
 
     Parameters
     ----------
-    corners : (m, 3, 3) of the triangles
+    points : (n, 3)
+    triangles : (m, 3) int64
     face : (m,) int64, the one that each triangle is a piece of; it does not cross that one's
         neighbours, which share an edge with it
-    faces : (f, 3, 3)
-    points : (f, 3) int64, numbers of the faces' corners; neighbours have two in common
+    faces : (f, 3) int64
+    places : (f, 3) int64, numbers of the places of their corners; neighbours have two in common
     gap : metres; what ends so close to a triangle's plane touches it
     tolerance : metres; lines within it are one, shorter ones are none
     """
-    origin = 0.5 * (faces.min(axis=(0, 1)) + faces.max(axis=(0, 1))) if len(faces) else np.zeros(3)
-    triangle, start, along, length = _core.contact_lines(
-        np.ascontiguousarray((corners - origin).reshape(-1, 9)),
-        face.astype(np.uint32),
-        np.ascontiguousarray((faces - origin).reshape(-1, 9)),
-        np.ascontiguousarray(points, np.uint32),
-        gap,
-        tolerance,
-    )
-    return _merged(corners, ContactLines(triangle.astype(np.int64), start + origin, along, length), tolerance)
+    found = _core.contact_lines(points, triangles, face, faces, places, gap, tolerance)
+    return _merged(points, triangles, ContactLines(*found), tolerance)
 
 
-def _merged(corners: np.ndarray, lines: ContactLines, tolerance: float) -> ContactLines:
+def _merged(points: np.ndarray, triangles: np.ndarray, lines: ContactLines, tolerance: float) -> ContactLines:
     """Lines on one another as one; of each triangle the longest ones."""
     if len(lines) == 0:
         return lines
-    base = corners[lines.triangle]
+    base = points[triangles[lines.triangle]]
     right = unit(base[:, 1] - base[:, 0])
     up = np.cross(unit(normals_by_area(base)), right)
     x, y = (np.einsum("ki,ki->k", lines.along, axis) for axis in (right, up))

@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
+from . import _core
 from .contact_cuts import cut_at_contacts
 from .errors import OptionError, SceneError
 from .scene import Scene
 from .sharing import Sharing
-from .smoothing import Faces, insets, smooth_edges, smoothing_groups, vertex_normals
-from .subdivision import TooManyPoints, split_long_edges
+from .smoothing import smooth_vertices
+from .subdivision import TooManyPoints, count_halved_edges, split_long_edges
 from .units import FARTHEST
-from .vectors import triangle_areas
 
 FRONT, BACK, BOTH = 1, 2, 3
 
@@ -156,7 +156,7 @@ class DisplayMesh:
 
     def vertex_areas(self) -> np.ndarray:
         """(n,) square metres: a third of the triangles around each vertex."""
-        thirds = np.repeat(triangle_areas(self.points[self.triangles]) / 3, 3)
+        thirds = np.repeat(np.asarray(_core.areas(self.points, self.triangles)) / 3, 3)
         return np.bincount(self.triangles.ravel(), thirds, minlength=len(self.points))
 
     def present(self, scene: Scene, poses: Poses | None = None) -> np.ndarray:
@@ -289,7 +289,7 @@ def _welded(scene: Scene, sides: np.ndarray) -> _Base:
         source[order],
         backward,
     )
-    return _without(base, _degenerate(base.points, base.triangles))
+    return _without(base, np.asarray(_core.without_area(base.points, base.triangles)))
 
 
 def _without(base: _Base, dropped: np.ndarray) -> _Base:
@@ -315,34 +315,15 @@ def weld(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     representative : (k,) for each merged vertex, one of the vertices of all meshes
     triangles : (m, 3), the triangles of all meshes over the merged vertices
     """
-    counts = [len(m.vertices) for m in scene.meshes]
+    first = np.cumsum([0, *(len(m.vertices) for m in scene.meshes)])
     points = np.concatenate([m.vertices for m in scene.meshes])
-    mesh = np.repeat(np.arange(len(counts)), counts)
-    first = np.cumsum([0, *counts[:-1]])
-    triangles = np.concatenate([m.triangles + k for m, k in zip(scene.meshes, first, strict=True)])
-    extent = np.zeros(mesh.max(initial=0) + 1)
-    np.maximum.at(extent, mesh, np.abs(points).max(axis=1))
-    cell = np.maximum(WELD_TOLERANCE * extent, np.finfo(float).tiny)[mesh]
-    steps = (np.rint(points / cell[:, None]).astype(np.int64) + (1 << 31)).astype(np.uint64)
-    high = (mesh.astype(np.uint64) << np.uint64(32)) | steps[:, 0]
-    low = (steps[:, 1] << np.uint64(32)) | steps[:, 2]
-    order = np.lexsort((low, high))
-    new = np.r_[True, (high[order][1:] != high[order][:-1]) | (low[order][1:] != low[order][:-1])]
-    position = np.zeros(len(points), dtype=np.int64)
-    position[order] = np.cumsum(new) - 1
-    return order[new], position[triangles]
-
-
-def _degenerate(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    corners = points[triangles]
-    edges = corners[:, (1, 2, 0)] - corners
-    longest = np.einsum("tkc,tkc->tk", edges, edges).max(axis=1)
-    area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
-    return area <= 1e-9 * longest
+    representative, position = _core.welded_points(points, first, WELD_TOLERANCE)
+    ends = zip(scene.meshes, first[:-1], strict=True)
+    return representative, position[np.concatenate([m.triangles + k for m, k in ends])]
 
 
 def _area(base: _Base) -> float:
-    return float(triangle_areas(base.points[base.triangles]).sum())
+    return float(np.asarray(_core.areas(base.points, base.triangles)).sum())
 
 
 def _automatic_spacing(base: _Base) -> float:
@@ -362,7 +343,7 @@ def _automatic_spacing(base: _Base) -> float:
 def _added_points(base: _Base, spacing: float, at_most: int) -> int:
     limit = len(base.points) + at_most
     try:
-        return len(split_long_edges(base.points, base.triangles, spacing, limit)[0]) - len(base.points)
+        return count_halved_edges(base.points, base.triangles, spacing, limit)
     except TooManyPoints:
         return at_most
 
@@ -387,25 +368,19 @@ def _refined(scene: Scene, base: _Base, spacing: float, max_samples: int) -> Dis
     cut = cut_at_contacts(points, triangles, parent, base.triangles, static, base.mesh, spacing, max_samples)
     points, triangles, parent = cut.points, cut.triangles, parent[cut.source]
     mesh = base.mesh[parent]
-    faces = Faces(points, triangles)
     angles = np.array([max(m.smooth_angle, COPLANAR_ANGLE) for m in scene.meshes])
-    joined, links = smooth_edges(faces, np.cos(np.radians(angles))[mesh], len(points), cut.parted)
-    vertex_of_corner, count = smoothing_groups(links, triangles.size)
-    if count > max_samples:
+    cosine = np.cos(np.radians(angles))[mesh]
+    vertices = smooth_vertices(points, triangles, cosine, cut.parted, cut.beside, spacing, max_samples)
+    if vertices is None:
         raise TooManyPoints
-
-    corner = np.zeros(count, dtype=np.int64)
-    corner[vertex_of_corner] = np.arange(triangles.size)
-    vertex_points = points[triangles.ravel()[corner]]
-    vertex_mesh = mesh[corner // 3]
-    normals = vertex_normals(faces, vertex_of_corner, corner)
-    moved = vertex_points + insets(faces, joined, cut.beside, vertex_of_corner, count, spacing)
+    vertex_points = points[triangles.ravel()[vertices.corner]]
+    vertex_mesh = mesh[vertices.corner // 3]
     movable = np.array([m.movable for m in scene.meshes])
     arrays = {
         "points": vertex_points,
-        "sample_points": moved,
-        "normals": normals,
-        "triangles": vertex_of_corner.reshape(-1, 3),
+        "sample_points": vertex_points + vertices.insets,
+        "normals": vertices.normals,
+        "triangles": vertices.triangles,
         "triangle_material": base.material[parent].astype(np.int32),
         "triangle_mesh": mesh.astype(np.int32),
         "vertex_mesh": vertex_mesh.astype(np.int32),

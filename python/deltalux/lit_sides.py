@@ -14,7 +14,7 @@ import numpy as np
 
 from .display_mesh import BACK, BOTH, COPLANAR_ANGLE, FRONT, weld
 from .scene import Mesh, Scene, replace_scene
-from .segments import trace, uniform_lines
+from .segments import landings, uniform_lines
 from .smoothing import shared_edges, smoothing_groups
 from .surfaces import NOTHING, core_caster
 from .vectors import normals_by_area
@@ -88,9 +88,9 @@ def _hits_by_light(scene: Scene) -> Counts:
     if triangles == 0 or not static.groups:
         return np.zeros((triangles, 2))
     paths = int(np.clip(PATHS_PER_TRIANGLE * triangles, *PATHS))
-    segments = trace(static, paths, SEED, max_bounces=BOUNCES)
+    triangle, direction = landings(static, paths, SEED, BOUNCES)
     corners = np.concatenate([m.world_vertices[m.triangles] for m in meshes])
-    return _counted(np.asarray(segments.primitive), segments.direction, corners)
+    return _counted(triangle, direction, corners)
 
 
 def _hits_from_outside(mesh: Mesh) -> Counts:
@@ -132,8 +132,8 @@ def _decide(
     one, two = one[~doubled], two[~doubled]
 
     count = len(triangles)
-    component, _ = smoothing_groups((one // 3, two // 3), count)
-    patch, _ = smoothing_groups(_smooth(scene, mesh, corners, one // 3, two // 3), count)
+    component = smoothing_groups((one // 3, two // 3), count)
+    patch = smoothing_groups(_smooth(scene, mesh, corners, one // 3, two // 3), count)
     pooled = [_pooled(counts, labels) for labels in (mesh, component, patch)] + [counts]
     hits = _evidence(pooled)
     lit_back = _share(hits, 1) >= LIT

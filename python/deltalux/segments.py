@@ -179,6 +179,18 @@ def trace(
     return segments
 
 
+def landings(scene: Scene, paths: int, seed: int, max_bounces: int) -> tuple[np.ndarray, np.ndarray]:
+    """Where the segments that `trace` would give end.
+
+    Returns
+    -------
+    triangle : (n,) uint32, of all static ones, NOTHING for none
+    direction : (n, 3) float32
+    """
+    columns = _core.trace_paths(flatten(scene).core, paths, seed, max_bounces, BATCHES, False, 0, None)
+    return columns["primitive"], columns["direction"]
+
+
 def uniform_lines(count: int, seed: int = 1) -> Segments:
     """Chords of the unit sphere through two uniform points of its surface (paper 4.2, Figure 8)."""
     check_integer("uniform_lines", count, 1, 2**32 - 1)

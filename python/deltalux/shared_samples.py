@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from . import _core
 from .display_mesh import DisplayMesh
 from .sharing import NEIGHBOURS, Sharing
 
@@ -37,7 +37,8 @@ def shared(display: DisplayMesh, covered: np.ndarray, most: int = MOST_SAMPLES) 
     """
     if len(display.points) <= most:
         return display
-    piece = _joined(*_edges(display), len(display.points))  # smooth pieces of surface
+    # Smooth ones of surface.
+    piece = np.asarray(_core.connected_components(*_edges(display), len(display.points)))
     edge, group = _grouped(display, piece, covered, most)
     vertices = np.sort(_middles(display, group))
     sharing = _weighted(display, piece, covered, group, vertices, edge)
@@ -52,12 +53,6 @@ def _edges(display: DisplayMesh) -> tuple[np.ndarray, np.ndarray]:
     return triangles.ravel(), triangles[:, (1, 2, 0)].ravel()
 
 
-def _joined(one: np.ndarray, two: np.ndarray, count: int) -> np.ndarray:
-    """(count,) number of the connected part that each is in, of a graph with edges from `one` to `two`."""
-    links = coo_matrix((np.ones(len(one), dtype=bool), (one, two)), shape=(count, count))
-    return connected_components(links, directed=False)[1]
-
-
 def _grouped(
     display: DisplayMesh, piece: np.ndarray, covered: np.ndarray, most: int
 ) -> tuple[float, np.ndarray]:
@@ -65,18 +60,13 @@ def _grouped(
     edges = FARTHEST * display.spacing * 2.0 ** (-0.5 * np.arange(STEPS))
     axis = np.abs(display.normals).argmax(axis=1)
     side = 2 * axis + (display.normals[np.arange(len(axis)), axis] > 0)
-    like = 12 * piece.astype(np.int64) + 2 * side + covered
-
-    one, two = _edges(display)
+    like = 12 * piece + 2 * side + covered
 
     def groups(step: int) -> tuple[int, np.ndarray]:
-        cube = np.floor(display.points / edges[step] + OFFSET).astype(np.int64)
-        order = np.lexsort((*cube.T, like))
-        keys = np.column_stack([like, cube])[order]
-        number = np.zeros(len(keys), dtype=np.int64)
-        number[order] = np.cumsum(np.r_[0, (keys[1:] != keys[:-1]).any(axis=1)])
-        within = number[one] == number[two]  # not across the foot of a partition
-        number = _joined(one[within], two[within], len(number))
+        # Connected ones: not across the foot of a partition.
+        number = np.asarray(
+            _core.groups_in_cubes(display.points, display.triangles, like, edges[step], OFFSET)
+        )
         return int(number.max()) + 1, number
 
     low, high = 0, STEPS - 1  # the smallest that suffices lies between; few edges are tried
@@ -97,6 +87,8 @@ def _close(display: DisplayMesh, group: np.ndarray, vertices: np.ndarray, others
     What lies close in space may be far on the surface: behind a partition.
     """
     one, two = (group[ends] for ends in _edges(display))
+    across = np.flatnonzero(one != two)
+    one, two = one[across], two[across]
     count = int(group.max()) + 1
     own = np.arange(count)
     rows, columns = np.concatenate([one, two, own]), np.concatenate([two, one, own])

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from . import _core
 from .covered_places import Cover
 from .display_mesh import DisplayMesh, Poses
 from .scene import Scene
-from .vectors import normals_by_area
 
 NOTHING = 0xFFFFFFFF
 # Front and back of one sheet are two triangles in one place; their distances differ by rounding.
@@ -23,9 +23,7 @@ CasterType = Callable[[np.ndarray, np.ndarray, int], Any]
 
 def core_caster(vertices: np.ndarray, triangles: np.ndarray, threads: int) -> Any:
     """The engine's own ray caster."""
-    from deltalux._core import RayCaster
-
-    return RayCaster(vertices, triangles, threads)
+    return _core.RayCaster(vertices, triangles, threads)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,9 +72,10 @@ class Surfaces:
         self.scene, self.display, self.poses = scene, display, poses
         self.points, _ = display.world(scene, poses)
         present = display.present(scene, poses)
-        cross = normals_by_area(self.points[display.triangles])
-        self.area = 0.5 * np.linalg.norm(cross, axis=1) * present
-        self.normals = cross / np.maximum(np.linalg.norm(cross, axis=1, keepdims=True), 1e-300)
+        cross = np.asarray(_core.normals_by_area(self.points, display.triangles))
+        size = np.linalg.norm(cross, axis=1)
+        self.area = 0.5 * size * present
+        self.normals = cross / np.maximum(size, 1e-300)[:, None]
         used = self.points[display.triangles[present].ravel()]
         self.bounds = (used.min(axis=0), used.max(axis=0)) if len(used) else (np.zeros(3), np.ones(3))
         self._origin = scene.frame.origin

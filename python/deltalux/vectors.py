@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from . import _core
+
 PLACE = 1.05 * 2.0**-20  # of half the largest extent, what counts as rounding; numbers then have 21 bits
 SAFE = 1e150  # squares of lengths between its inverse and it stay within the range of float64
 
@@ -24,13 +26,7 @@ def unit(vectors: np.ndarray) -> np.ndarray:
 
 def same_places(points: np.ndarray) -> np.ndarray:
     """(n,) of each point (n, 3) the first one that is in the same place, but for rounding."""
-    if len(points) == 0:
-        return np.zeros(0, dtype=np.int64)
-    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
-    cell = max(float(np.abs(points - middle).max()) * PLACE, np.finfo(float).tiny)
-    x, y, z = (np.rint((points - middle) / cell).astype(np.int64) + (1 << 20)).T
-    _, first, place = np.unique((x << 42) | (y << 21) | z, return_index=True, return_inverse=True)
-    return first[place]
+    return np.asarray(_core.same_places(points, PLACE))
 
 
 def normals_by_area(corners: np.ndarray) -> np.ndarray:

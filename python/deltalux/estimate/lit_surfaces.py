@@ -47,7 +47,7 @@ def core_surfaces(scene: Any) -> _core.SurfaceTree:
     normal[len(front) :] *= -1
     one, two = (edge // 3 for edge in shared_edges(seen, int(welded.max()) + 1))
     smooth = np.einsum("ij,ij->i", normal[one], normal[two]) >= cosine[order][one]
-    surface, _ = smoothing_groups((one[smooth], two[smooth]), len(order))
+    surface = smoothing_groups((one[smooth], two[smooth]), len(order))
     placed = np.take_along_axis(corners[order], turn[:, :, None], axis=1)
     return _core.SurfaceTree(np.ascontiguousarray(placed.reshape(-1, 9)), surface.astype(np.uint32))
 

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// Vertices of a mesh that lie together.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/vec.h"
+#include "samples/mesh_edges.h"
+
+namespace deltalux::samples {
+
+/// Of each vertex the number of its group: vertices are in one where edges of triangles lead from
+/// one to the other through vertices of the same kind in the same cube. Cubes are `edge` wide and
+/// begin `offset` of it before the origin. Groups are numbered in the order of their first
+/// vertices.
+std::vector<int32_t> groups_in_cubes(std::span<const Vec3d> vertices,
+                                     std::span<const Triangle> triangles,
+                                     std::span<const int64_t> kind, double edge, double offset);
+
+}  // namespace deltalux::samples
