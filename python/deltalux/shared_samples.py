@@ -86,6 +86,7 @@ def _close(display: DisplayMesh, group: np.ndarray, vertices: np.ndarray, others
 
     What lies close in space may be far on the surface: behind a partition.
     """
+    group = group.astype(np.int64)  # pairs of groups have one number
     one, two = (group[ends] for ends in _edges(display))
     across = np.flatnonzero(one != two)
     one, two = one[across], two[across]

@@ -180,7 +180,7 @@ def test_interrupted_at_work_it_ends_with_130(cli: Cli, session_file: Path, tmp_
     def interrupted(*_: Any) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(watch, "write_targets", interrupted)
+    monkeypatch.setattr(watch, "write_refined", interrupted)
     outcome = cli("update", session_file, "--watch", tmp_path / "edits.json")
     assert (outcome.code, outcome.error) == (130, "error: cancelled")
 

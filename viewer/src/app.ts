@@ -62,6 +62,7 @@ export class App {
   private readonly flyButton: HTMLButtonElement
   private readonly help: HTMLDialogElement
 
+  // long: makes the parts of the page, one after the other.
   constructor(
     root: HTMLElement,
     private readonly info: SceneInfo,

@@ -20,6 +20,7 @@ declare global {
   }
 }
 
+// long: a list of hooks, each of a few lines.
 export function testHooks(app: App): TestHooks {
   const { stage, lit, objects, remote, look, cameras } = app
   const onPage = (point: Vector3): [number, number] => {

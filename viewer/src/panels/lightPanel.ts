@@ -27,101 +27,70 @@ interface Row {
   refresh(): void
 }
 
-export function lightPanel(lights: Lights): HTMLElement {
-  let logarithmic = false
-  const rows: Row[] = []
+/** What one slider stands for. */
+interface Dimmed {
+  title: string
+  label: string
+  members: string[] | null // whose light alone a button shows; null: no such button
+  read: () => number
+  write: (factor: number, dragging: boolean) => void
+}
 
-  /** A dimmer; `read` and `write` say what it stands for. */
-  const dimmer = (
-    title: string,
-    label: string,
-    members: string[] | null, // whose light alone a button shows; null: no such button
-    read: () => number,
-    write: (factor: number, dragging: boolean) => void,
-  ): HTMLElement => {
-    const text = h('output', {})
-    let held = false
-    const send = (dragging: boolean) => () => {
-      held = dragging
-      write(factorAt(Number(slider.value) / STEPS, logarithmic), dragging)
-    }
-    const slider = h('input', {
-      type: 'range',
-      min: 0,
-      max: STEPS,
-      'aria-label': label,
-      input: send(true),
-      change: send(false),
-    })
-    const reset = button('Reset', () => write(1, false), {
-      class: 'bare',
-      'aria-label': `Reset ${label}`,
-      title: 'As loaded',
-    })
-    const solo = button('Solo', () => lights.solo(members ?? []), {
-      class: 'bare',
-      'aria-label': `Solo ${title}`,
-      title: 'Switch all others off, or back on',
-      hidden: members === null || members.length === lights.names.length,
-    })
-    const refresh = () => {
-      const factor = read()
-      if (!held) slider.value = String(Math.round(STEPS * placeOf(factor, logarithmic)))
-      text.textContent = percent(factor)
-      slider.setAttribute('aria-valuetext', percent(factor))
-    }
-    lights.alone.watch((alone) => {
-      const pressed = members?.length === alone.size && members.every((name) => alone.has(name))
-      solo.setAttribute('aria-pressed', String(pressed))
-    })
-    const element = h('div', { class: 'dimmer' }, h('span', { title }, title), text, solo, reset, slider)
-    rows.push({ element, refresh })
-    return element
+/** A dimmer of one light, or of several together. */
+function dimmer(lights: Lights, logarithmic: () => boolean, dimmed: Dimmed): Row {
+  const { title, label, members, read, write } = dimmed
+  const text = h('output', {})
+  let held = false
+  const send = (dragging: boolean) => () => {
+    held = dragging
+    write(factorAt(Number(slider.value) / STEPS, logarithmic()), dragging)
   }
-
-  const together = (title: string, label: string, members: string[], solo: boolean) => {
-    const fader = new Fader(members, lights.factors)
-    return dimmer(
-      title,
-      label,
-      solo ? members : null,
-      () => fader.level,
-      (level, dragging) => lights.set(fader.at(level), dragging),
-    )
-  }
-  const single = (name: string) => {
-    const element = dimmer(
-      name,
-      `Light of ${name}`,
-      [name],
-      () => lights.factors.get(name) ?? 1,
-      (factor, dragging) => lights.set({ [name]: factor }, dragging),
-    )
-    found.push({ name, element })
-    return element
-  }
-  const found: { name: string; element: HTMLElement }[] = []
-  const folds: HTMLDetailsElement[] = []
-  const many = lights.names.length > MANY
-  const all = (
-    many ? [...families(lights.names)] : lights.names.map((name): [string, string[]] => [name, [name]])
-  ).map(([family, members]) => {
-    if (members.length === 1) return single(members[0])
-    const whole = together(family, `Lights of ${family}`, members, true)
-    const fold = h(
-      'details',
-      { class: 'family' },
-      h('summary', {}, `${family}: ${members.length} lights`),
-      ...members.map(single),
-    )
-    folds.push(fold)
-    return h('div', { class: 'fold' }, whole, fold)
+  const slider = h('input', {
+    type: 'range',
+    min: 0,
+    max: STEPS,
+    'aria-label': label,
+    input: send(true),
+    change: send(false),
   })
+  const reset = button('Reset', () => write(1, false), {
+    class: 'bare',
+    'aria-label': `Reset ${label}`,
+    title: 'As loaded',
+  })
+  const solo = button('Solo', () => lights.solo(members ?? []), {
+    class: 'bare',
+    'aria-label': `Solo ${title}`,
+    title: 'Switch all others off, or back on',
+    hidden: members === null || members.length === lights.names.length,
+  })
+  const refresh = () => {
+    const factor = read()
+    if (!held) slider.value = String(Math.round(STEPS * placeOf(factor, logarithmic())))
+    text.textContent = percent(factor)
+    slider.setAttribute('aria-valuetext', percent(factor))
+  }
+  lights.alone.watch((alone) => {
+    const pressed = members?.length === alone.size && members.every((name) => alone.has(name))
+    solo.setAttribute('aria-pressed', String(pressed))
+  })
+  return {
+    element: h('div', { class: 'dimmer' }, h('span', { title }, title), text, solo, reset, slider),
+    refresh,
+  }
+}
+
+interface Found {
+  name: string
+  element: HTMLElement
+}
+
+/** Hides the lights whose names do not hold what is typed, and opens the families of those that do. */
+function searchField(found: Found[], folds: HTMLDetailsElement[]): HTMLInputElement {
   const search = h('input', {
     type: 'search',
-    placeholder: `Search ${lights.names.length} lights`,
+    placeholder: `Search ${found.length} lights`,
     'aria-label': 'Search lights',
-    hidden: !many,
     input: () => {
       const wanted = search.value.trim().toLowerCase()
       for (const { name, element } of found) element.hidden = !name.toLowerCase().includes(wanted)
@@ -132,15 +101,63 @@ export function lightPanel(lights: Lights): HTMLElement {
       }
     },
   })
+  return search
+}
+
+export function lightPanel(lights: Lights): HTMLElement {
+  let logarithmic = false
+  const rows: Row[] = []
+  const found: Found[] = []
+  const folds: HTMLDetailsElement[] = []
+  const many = lights.names.length > MANY
+
+  const add = (dimmed: Dimmed) => {
+    const row = dimmer(lights, () => logarithmic, dimmed)
+    rows.push(row)
+    return row.element
+  }
+  const together = (title: string, label: string, members: string[], solo: boolean) => {
+    const fader = new Fader(members, lights.factors)
+    return add({
+      title,
+      label,
+      members: solo ? members : null,
+      read: () => fader.level,
+      write: (level, dragging) => lights.set(fader.at(level), dragging),
+    })
+  }
+  const single = (name: string) => {
+    const element = add({
+      title: name,
+      label: `Light of ${name}`,
+      members: [name],
+      read: () => lights.factors.get(name) ?? 1,
+      write: (factor, dragging) => lights.set({ [name]: factor }, dragging),
+    })
+    found.push({ name, element })
+    return element
+  }
+  const family = ([title, members]: [string, string[]]) => {
+    if (members.length === 1) return single(members[0])
+    const whole = together(title, `Lights of ${title}`, members, true)
+    const summary = h('summary', {}, `${title}: ${members.length} lights`)
+    const fold = h('details', { class: 'family' }, summary, ...members.map(single))
+    folds.push(fold)
+    return h('div', { class: 'fold' }, whole, fold)
+  }
+  const all = many ? [...families(lights.names)].map(family) : lights.names.map(single)
+  const search = searchField(found, folds)
+  search.hidden = !many
   const master = together('All lights', 'All lights', lights.names, false)
   master.hidden = lights.names.length < 2
+  const refresh = () => {
+    for (const row of rows) row.refresh()
+  }
   const [log] = checkbox('Sliders by stops', (on) => {
     logarithmic = on
-    for (const row of rows) row.refresh()
+    refresh()
   })
-  lights.changed.watch(() => {
-    for (const row of rows) row.refresh()
-  })
+  lights.changed.watch(refresh)
   return panel('Lights', master, search, ...all, log)
 }
 

@@ -8,6 +8,7 @@ import type { GizmoMode, Placement } from '../three/gizmo'
 
 const AXES = ['X', 'Y', 'Z'] as const
 
+// long: a list of controls, each of a few lines.
 export function objectPanel(objects: Objects, remote: RemoteSession, look: Look): HTMLElement {
   const list = h('select', {
     'aria-label': 'Movable object',
