@@ -11,7 +11,8 @@ the picture in the CPU time of Deltalux's paths and picture. Materials are diffu
 What Mitsuba's own noise hides is seen against Deltalux's light by many more rays and paths, unbiased as
 far as Mitsuba can tell ("itself", at pixels of the whole picture).
 
-Each tile is written side by side: Deltalux, Mitsuba in equal time, Mitsuba converged (OUT/NAME-tiles.png).
+OUT/NAME.jpg shows the picture, and its tiles side by side: Deltalux, Mitsuba in equal time, Mitsuba
+converged.
 References are kept (OUT/NAME.npz) and used again where scene, places and number of paths are the same.
 Needs the PyPI package flip-evaluator (FLIP: Andersson et al. 2020, by its authors).
 """
@@ -34,7 +35,7 @@ from deltalux.units import photopic
 from numpy.typing import NDArray
 from oracles import mitsuba_reference, world
 from pictured_rooms import ROOMS, named_scene
-from PIL import Image
+from sheets import write_sheet
 
 FLOOR = 0.05  # of the mean: darker pixels count as that
 BEFORE = 5e-4  # metres
@@ -180,9 +181,9 @@ def compare(scene: dl.Scene, name: str, options: argparse.Namespace) -> dict[str
         everywhere = np.zeros((len(flat), 3))
         everywhere[hit] = values
         pictures.append(shown(rendering, tiles, everywhere, exposure))
-    Image.fromarray(np.concatenate([np.concatenate(list(p)) for p in pictures], axis=1)).save(
-        options.out / f"{name}-tiles.png"
-    )
+    titles = ("Deltalux", "Mitsuba, equal time", "Mitsuba converged")
+    drawn = dict(zip(titles, pictures, strict=True))
+    write_sheet(options.out / f"{name}.jpg", options.out / f"{name}.png", tiles.pixels, drawn)
     noise = np.linalg.norm(true.standard_error, axis=1)
     floor = np.maximum(true.mean.sum(axis=1), FLOOR * true.mean.sum(axis=1).mean())
     return {
