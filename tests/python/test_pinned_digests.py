@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Equal seeds give the bits that they gave before: digests of five scenes, as they were written down.
+"""Equal seeds give the bits that they gave before: digests of six sessions, as they were written down.
 
-That updates equal recomputes says nothing of changes that both take part in. Which bits there are depends on what
-`build` names, so each has values of its own in `pinned_digests.json`; where the present one has none, the tests are
-skipped. After a change that is meant to change results, and on a new machine before any change, pin anew:
+That updates equal recomputes says nothing of changes that both take part in. Which bits there are depends on
+what `build` names, so each build has values of its own in `pinned_digests.json`; where the present one has
+none, the tests are skipped. Pin anew after a change that is meant to change results, and on another machine
+before any, and commit the file:
 
-    DELTALUX_PIN=1 PYTHONPATH=python .venv/bin/pytest -p no:xdist tests/python/test_pinned_digests.py
+    DELTALUX_PIN=1 PYTHONPATH=python .venv/bin/pytest -n 0 tests/python/test_pinned_digests.py
 
-and commit the file; values of other builds are then of the past, too, and `DELTALUX_PIN=only` removes them.
+After such a change the values of other builds are of the past: `DELTALUX_PIN=only` removes them.
 """
 
 from __future__ import annotations
