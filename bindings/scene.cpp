@@ -3,10 +3,10 @@
 #include "scene/scene.h"
 
 #include "common.h"
+#include "lights/kinds.h"
 
 namespace deltalux::python {
 
-using scene::LightKind;
 using scene::Scene;
 
 scene::Object make_object(const std::string& name, const Rows<float, 3>& vertices,
@@ -47,18 +47,15 @@ void bind_scene(nb::module_& m) {
       .def("add_light",
            [](Scene& s, const std::string& name, const std::string& kind,
               std::array<double, 3> position, std::array<double, 3> direction,
-              std::array<float, 3> intensity, float inner_versine, float outer_versine,
-              int64_t attached, uint32_t group) {
+              std::array<float, 3> intensity, std::vector<float> parameters, int64_t attached,
+              uint32_t group) {
              scene::PunctualLight light;
              light.name = name;
-             light.kind = kind == "spot"  ? LightKind::spot
-                          : kind == "sun" ? LightKind::sun
-                                          : LightKind::point;
+             light.kind = &lights::kind_named(kind);
              light.position = {position[0], position[1], position[2]};
              light.direction = {direction[0], direction[1], direction[2]};
              light.intensity = {intensity[0], intensity[1], intensity[2]};
-             light.inner_versine = inner_versine;
-             light.outer_versine = outer_versine;
+             light.parameters = std::move(parameters);
              light.attached = attached < 0 ? scene::kNone : uint32_t(attached);
              light.group = group;
              s.lights.push_back(light);

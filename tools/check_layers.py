@@ -7,7 +7,19 @@ import re
 import sys
 from pathlib import Path
 
-STAGES = ("base", "scene", "trace", "segments", "samples", "estimate", "direct", "gather", "plan", "update")
+STAGES = (
+    "base",
+    "lights",
+    "scene",
+    "trace",
+    "segments",
+    "samples",
+    "estimate",
+    "direct",
+    "gather",
+    "plan",
+    "update",
+)
 ESTIMATORS = (
     "brute_force",
     "disc_index",

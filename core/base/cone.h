@@ -3,6 +3,7 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "base/vec.h"
 
@@ -26,5 +27,15 @@ struct Cone {
     return cosine * other_cosine - sine * other_sine - 1e-4f;
   }
 };
+
+inline float sine_of(float cosine) { return std::sqrt(std::max(0.0f, 1.0f - cosine * cosine)); }
+
+/// The direction at that angle to the unit `axis`, `turn` of the way around it.
+inline Vec3f on_cone(Vec3f axis, float cosine, float sine, float turn) {
+  Vec3f u, v;
+  tangent_frame(axis, u, v);
+  const float phi = 2.0f * std::numbers::pi_v<float> * turn;
+  return u * (std::cos(phi) * sine) + v * (std::sin(phi) * sine) + axis * cosine;
+}
 
 }  // namespace deltalux

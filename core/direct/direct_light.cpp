@@ -120,7 +120,7 @@ std::vector<DirectLight::Column> DirectLight::make_columns(std::span<const trace
     const trace::Light& light = lights[i];
     Column& column = columns.emplace_back();
     column.group = light.group;
-    const Vec3d power(light.kind == scene::LightKind::area ? light.radiance : light.intensity);
+    const Vec3d power(light.strength());
     const double brightest = std::max({power.x, power.y, power.z});
     if (brightest > 0) column.channel = power * (1 / brightest);
     if (!sampled[i]) continue;

@@ -39,13 +39,13 @@ size_t DirectLight::forecast_bytes(size_t samples, uint32_t group_count,
   for (size_t i = 0; i < lights.size(); ++i) {
     if (!sampled[i]) continue;
     per_sample += sizeof(int64_t) + sizeof(uint32_t);
-    if (lights[i].kind == scene::LightKind::area) per_sample += kPartialShare * sizeof(PartialView);
+    if (lights[i].is_area()) per_sample += kPartialShare * sizeof(PartialView);
   }
   return size_t(per_sample * double(samples));
 }
 
 double DirectLight::estimated_rays(const trace::Light& light, size_t samples) {
-  if (light.kind != scene::LightKind::area) return double(samples);
+  if (!light.is_area()) return double(samples);
   return double(samples) * (kFacingShare * (kCoarseRays + kCorners) + kPartialShare * kFineRays +
                             kRaysPerTriangle * double(light.world.size()));
 }

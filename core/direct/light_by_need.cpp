@@ -25,8 +25,7 @@ void light_by_need(const Present& present, std::span<const double> dim, uint64_t
   std::vector<Lamp> lamps;
   for (uint32_t i = 0; i < present.lights.size(); ++i) {
     const trace::Light& light = present.lights[i];
-    const Vec3d own =
-        Vec3d(light.kind == scene::LightKind::area ? light.radiance : light.intensity) * dim[i];
+    const Vec3d own = Vec3d(light.strength()) * dim[i];
     const double brightness = own.x + own.y + own.z;
     if (light.on && brightness > 0)
       lamps.push_back({LightShape(light, i, seed), own, brightness, &light});

@@ -86,18 +86,13 @@ double Strata::share(const trace::RayBits& seen) const {
 }
 
 LightShape::LightShape(const trace::Light& light, uint32_t number, uint64_t seed)
-    : kind_(light.kind),
+    : punctual_(light.punctual),
       two_sided_(light.two_sided),
       on_(light.on),
       key_(combine(mix64(seed), number)) {
-  const bool area = kind_ == scene::LightKind::area;
-  const Vec3f power = area ? light.radiance : light.intensity;
+  const Vec3f power = light.strength();
   brightest_ = std::max({power.x, power.y, power.z});
-  if (!area) {
-    punctual_ = light;
-    if (kind_ != scene::LightKind::sun) slack_ = position_slack(light.position);
-    return;
-  }
+  if (!is_area()) return;
   area_ = float(light.area);
   triangles_.reserve(light.world.size());
   float before = 0;
@@ -145,7 +140,7 @@ void LightShape::find_corners(Vec3f centre) {
 
 double LightShape::open(const Receiver& receiver) const {
   if (!on_ || receiver.normal == Vec3f{}) return 0;
-  if (kind_ != scene::LightKind::area) return open_punctual(receiver);
+  if (!is_area()) return open_punctual(receiver);
   double sum = 0;
   for (const Triangle& triangle : triangles_) sum += open_triangle(triangle, receiver);
   return sum;
@@ -167,28 +162,12 @@ double LightShape::open_triangle(const Triangle& t, const Receiver& receiver) co
 }
 
 double LightShape::open_punctual(const Receiver& receiver) const {
-  if (kind_ == scene::LightKind::sun)
-    return std::max(0.0f, -dot(receiver.normal, punctual_.direction));
-  const Vec3f d = punctual_.position - receiver.point;
-  const float cosine = dot(receiver.normal, d);
-  if (!(cosine > 0)) return 0;
-  // Nearer than a shadow ray can tell, a point light shines no brighter.
-  const double nearest = std::max(double(slack_ + receiver.slack()), 1e-18);
-  const double squared = std::max(double(dot(d, d)), nearest * nearest);
-  const double distance = std::sqrt(squared);
-  const double falloff = kind_ == scene::LightKind::spot ? falloff_towards(-d) : 1.0;
-  return falloff * cosine / (squared * distance);
-}
-
-double LightShape::falloff_towards(Vec3f d) const {
-  // By the chord between unit vectors: a cosine near 1 says nothing of a narrow cone.
-  const Vec3d chord = Vec3d(punctual_.direction) - normalize(Vec3d(d));
-  return trace::spot_falloff(punctual_, 0.5 * dot(chord, chord));
+  return punctual_.kind->irradiance(punctual_, receiver.point, receiver.normal, receiver.slack());
 }
 
 double LightShape::about(const Receiver& receiver) const {
   if (!on_ || receiver.normal == Vec3f{}) return 0;
-  if (kind_ != scene::LightKind::area) return open_punctual(receiver);
+  if (!is_area()) return open_punctual(receiver);
   const Vec3f d = centre_ - receiver.point;
   const float squared = std::max(dot(d, d), radius_ * radius_), distance = std::sqrt(squared);
   const float above = std::min(dot(receiver.normal, d) + radius_, distance);
@@ -205,7 +184,7 @@ double LightShape::about(const Receiver& receiver) const {
 
 bool LightShape::is_small(const Receiver& receiver) const {
   const Vec3f d = centre_ - receiver.point;
-  return kind_ != scene::LightKind::area || dot(d, d) > kClose * kClose * radius_ * radius_;
+  return !is_area() || dot(d, d) > kClose * kClose * radius_ * radius_;
 }
 
 LightShape::Glance LightShape::glance(const Receiver& receiver, float u, float v) const {
@@ -213,7 +192,7 @@ LightShape::Glance LightShape::glance(const Receiver& receiver, float u, float v
   one.fan.origin = receiver.point + receiver.normal * receiver.slack();
   one.fan.to = 1;
   double scale = double(area_);
-  if (kind_ == scene::LightKind::area) {
+  if (is_area()) {
     cast_triangle(receiver, triangle_at(u), &u, &v, 0, 1, one);
   } else {
     cast_single(receiver, one);
@@ -228,7 +207,7 @@ LightShape::Glance LightShape::glance(const Receiver& receiver, float u, float v
 void LightShape::cast(const Receiver& receiver, Level level, Strata& out) const {
   out.fan.origin = receiver.point + receiver.normal * receiver.slack();
   out.countable = {};
-  if (kind_ == scene::LightKind::area)
+  if (is_area())
     cast_area(receiver, level, out);
   else
     cast_single(receiver, out);
@@ -239,14 +218,8 @@ void LightShape::cast_single(const Receiver& receiver, Strata& out) const {
   out.too_coarse = false;
   out.weight[0] = open_punctual(receiver) > 0;
   out.countable[0] = out.weight[0] > 0;
-  Vec3f d = -punctual_.direction;
-  out.fan.to = std::numeric_limits<float>::infinity();
-  if (kind_ != scene::LightKind::sun) {
-    d = punctual_.position - out.fan.origin;
-    // Stops short of the light: it may lie on a surface.
-    const float short_of = 2 * slack_, distance = length(d);
-    out.fan.to = distance > short_of ? 1 - short_of / distance : 0.0f;
-  }
+  const auto [d, to] = punctual_.kind->shadow_ray(punctual_, out.fan.origin);
+  out.fan.to = to;
   out.fan.x[0] = d.x, out.fan.y[0] = d.y, out.fan.z[0] = d.z;
 }
 

@@ -24,7 +24,7 @@ struct Receiver {
 /// Of a place, never of its number: other samples change nothing.
 uint64_t place_key(Vec3f point, Vec3f normal);
 
-/// How finely a light is looked at; point, spot and sun have one ray at either level.
+/// How finely a light is looked at; a punctual one has one ray at either level.
 enum class Level : uint8_t { coarse, fine };
 inline constexpr uint32_t kCoarseRays = 36, kFineRays = 256;
 /// Rays to the ends of an area light, besides those: they tell open from partly hidden, no more.
@@ -77,8 +77,8 @@ class LightShape {
   };
   void find_corners(Vec3f centre);
   double open_triangle(const Triangle& triangle, const Receiver& receiver) const;
+  bool is_area() const { return !punctual_.kind; }
   double open_punctual(const Receiver& receiver) const;
-  double falloff_towards(Vec3f d) const;
   void cast_single(const Receiver& receiver, Strata& out) const;
   void cast_area(const Receiver& receiver, Level level, Strata& out) const;
   void cast_triangle(const Receiver& receiver, Triangle triangle, const float* a, const float* b,
@@ -86,17 +86,15 @@ class LightShape {
   void cast_corners(const Receiver& receiver, Strata& out) const;
   const Triangle& triangle_at(float position) const;
 
-  trace::Light punctual_;  // of point, spot and sun
-  Vec3f centre_{};         // of an area light
-  float radius_ = 0;       // around it
-  Vec3f facing_{};         // of a flat one its normal, else zero
+  lights::Punctual punctual_;  // of no kind: an area light
+  Vec3f centre_{};             // of an area light
+  float radius_ = 0;           // around it
+  Vec3f facing_{};             // of a flat one its normal, else zero
   std::vector<Triangle> triangles_;
   std::array<Corner, kCorners> corners_;
-  scene::LightKind kind_;
   bool two_sided_, on_;
   uint64_t key_;
   float area_ = 0;
-  float slack_ = 0;  // of a point or spot: rays end this far before it
   double brightest_;
   uint32_t rows_[2] = {1,
                        1};  // per level: strata across a triangle; columns run along the triangles

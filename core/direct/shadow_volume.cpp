@@ -7,14 +7,13 @@
 namespace deltalux::direct {
 
 ShadowVolume::ShadowVolume(const trace::Light& light, const Box& blocker, float slack) {
-  const bool sun = light.kind == scene::LightKind::sun;
-  if (blocker.empty() || (!sun && light.bounds.empty())) {
+  if (blocker.empty() || (!light.is_parallel() && light.bounds.empty())) {
     nothing_ = true;
     return;
   }
   // Directions in which shadow runs away from the blocker: all b - l, a box as well.
-  Box away = {light.direction, light.direction};
-  if (!sun) {
+  Box away = {light.punctual.direction, light.punctual.direction};
+  if (!light.is_parallel()) {
     const Box source = light.bounds.padded(slack);
     away = {blocker.low - source.high, blocker.high - source.low};
   }

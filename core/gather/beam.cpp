@@ -54,25 +54,27 @@ bool Beam::Point::is_met(Vec3f origin, Vec3f w, const trace::Hit& hit) const {
 }
 
 bool Beam::is_narrow(const trace::Light& light) {
-  return light.kind == scene::LightKind::spot && light.outer_versine <= kWidest;
+  return !light.is_area() && light.punctual.kind->cone(light.punctual) <= kWidest;
 }
 
 Beam::Beam(const trace::Light& light, const BeamGuide& guide, uint64_t seed)
-    : light_(light),
+    : light_(light.punctual),
+      on_(light.on),
       shape_(light, guide.light, seed),
       guide_(guide),
-      per_solid_(float(1 / trace::spot_solid_angle(light))),
+      per_solid_(float(1 / light_.kind->extent(light_))),
       key_(combine(mix64(seed ^ 0x6265616d21212121ull), guide.light)) {}
 
 bool Beam::differs(const trace::Light& light) const {
-  return light.on != light_.on || !(light.position == light_.position) ||
-         !(light.direction == light_.direction);
+  return light.on != on_ || !(light.punctual.position == light_.position) ||
+         !(light.punctual.direction == light_.direction);
 }
 
 Vec3f Beam::direction(uint32_t k) const {
   const PathRandom random(key_, k);
-  return trace::spot_direction(light_, (float(k % kSide) + random(0, 0)) / kSide,
-                               (float(k / kSide) + random(0, 1)) / kSide);
+  const float u = (float(k % kSide) + random(0, 0)) / kSide;
+  const float v = (float(k / kSide) + random(0, 1)) / kSide;
+  return light_.kind->start(light_, {u, v, 0, 0}).direction;
 }
 
 template <class Caster>
@@ -80,7 +82,7 @@ Beam::Point Beam::cast(uint32_t k, const Caster& closest) const {
   // As far off as shadow rays end before the lamp, which may lie on a surface.
   const float from = 2 * position_slack(light_.position);
   const Vec3f w = direction(k);
-  const trace::Hit hit = light_.on ? closest(light_.position, w, from) : trace::Hit{};
+  const trace::Hit hit = on_ ? closest(light_.position, w, from) : trace::Hit{};
   if (!hit.valid()) return {};
   const Vec3f n = trace::facing_normal(hit, w);
   return is_unit(n) ? Point{light_.position + w * hit.t, n, hit.primitive} : Point{};
@@ -121,7 +123,7 @@ void Beam::find_middle(const trace::RayCaster& caster) {
 }
 
 bool Beam::may_meet(Vec3f centre, float radius) const {
-  const float cosine = 1 - light_.outer_versine;
+  const float cosine = 1 - light_.kind->cone(light_);
   const Cone cone{light_.direction, cosine, std::sqrt(std::max(0.0f, 1 - cosine * cosine))};
   return cone.may_meet(centre - light_.position, radius);
 }

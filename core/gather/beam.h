@@ -90,7 +90,8 @@ class Beam {
   void find_middle(const trace::RayCaster& caster);
   float perhaps(Vec3f from, Vec3f n) const;
 
-  trace::Light light_;
+  lights::Punctual light_;
+  bool on_;
   direct::LightShape shape_;
   BeamGuide guide_;
   float per_solid_;  // chance per solid angle where the spot is brightest

@@ -67,7 +67,7 @@ void OneLight::ask(const trace::RayCaster& caster, const direct::Receiver& recei
   for (size_t l = 0; l < lights_.size(); ++l) {
     if (!shapes_[l]) continue;
     weight[l] = shapes_[l]->about(receiver) * shapes_[l]->brightest();
-    if (weight[l] > 0 && lights_[l].kind == scene::LightKind::sun && hidden(l)) weight[l] = 0;
+    if (weight[l] > 0 && lights_[l].is_parallel() && hidden(l)) weight[l] = 0;
     of_group[lights_[l].group] += weight[l], all += weight[l];
   }
   out.light = scene::kNone, out.direct = {};
@@ -92,7 +92,7 @@ void OneLight::ask(const trace::RayCaster& caster, const direct::Receiver& recei
                                              : close_glance(*shapes_[chosen], receiver, u);
   if (!(ray.irradiance > 0) || caster.occluded(ray.origin, ray.direction, ray.to)) return;
   const trace::Light& light = lights_[chosen];
-  const Vec3f power = light.kind == scene::LightKind::area ? light.radiance : light.intensity;
+  const Vec3f power = light.strength();
   const double factor = ray.irradiance / chance(chosen);
   for (int c = 0; c < 3; ++c) out.direct[size_t(c)] = float(double(power[c]) * factor);
 }

@@ -14,14 +14,14 @@ constexpr float kLitByIt = 2;     // times what a spot gives there is more than 
 std::optional<BeamGuide> find_beam(const Present& present, const Evaluation& evaluation,
                                    const CellFinder& finder, const Votes& votes, uint32_t light,
                                    uint64_t seed) {
-  const trace::Light& lamp = present.lights[light];
-  Beam beam(lamp, {light, 1, 1}, seed);
+  const lights::Punctual& lamp = present.lights[light].punctual;
+  Beam beam(present.lights[light], {light, 1, 1}, seed);
   beam.compute(present.caster);
   // By cell: a pool may be smaller than the one that counts its light.
   std::unordered_map<uint32_t, float> power;
   double sent = 0;
   size_t landed = 0;
-  const double each = trace::spot_solid_angle(lamp) / Beam::kPoints;
+  const double each = lamp.kind->extent(lamp) / Beam::kPoints;
   for (uint32_t k = 0; k < Beam::kPoints; ++k) {
     const Beam::Point& point = beam.point(k);
     const Vec3f d = point.at - lamp.position;

@@ -10,15 +10,14 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr float kReach = 1.5f;    // metres: what is farther from the brightest is apart
-constexpr double kMost = 0.9;     // of what is bright in reach: what lies farther is left over
-constexpr float kBeyond = 1.3f;   // of the distance of that: how far the guide goes
-constexpr float kAlike = 0.9f;    // cosine between normals of one place
-constexpr float kFlat = 0.3f;     // of half a cell's edge: how much a place may rise
-constexpr float kFalloff = 0.3f;  // between two that are about as bright
-constexpr int kMostTried = 1024;  // places
-constexpr int kMostLayers = 4;    // one behind the other
-constexpr float kFar = std::numeric_limits<float>::infinity();
+constexpr float kReach = 1.5f;         // metres: what is farther from the brightest is apart
+constexpr double kMost = 0.9;          // of what is bright in reach: what lies farther is left over
+constexpr float kBeyond = 1.3f;        // of the distance of that: how far the guide goes
+constexpr float kAlike = 0.9f;         // cosine between normals of one place
+constexpr float kFlat = 0.3f;          // of half a cell's edge: how much a place may rise
+constexpr float kFalloff = 0.3f;       // between two that are about as bright
+constexpr int kMostTried = 1024;       // places
+constexpr int kMostLayers = 4;         // one behind the other
 constexpr double kLeastChance = 0.05;  // of a texel, of the mean: cells are not all that is there
 
 /// How far from the first vote most of the bright ones beside it lie, and a little more.
@@ -90,11 +89,12 @@ float sunlight(const Present& present, const Evaluation& evaluation, Vec3f origi
       present.scene.materials[present.scene.material_index(hit.primitive)].reflectance;
   float sum = 0;
   for (const uint32_t number : present.suns.lights()) {
-    const trace::Light& sun = present.lights[number];
-    const float cosine = -dot(at.normal, sun.direction);
+    const lights::Punctual& sun = present.lights[number].punctual;
+    const auto share = float(sun.kind->irradiance(sun, at.point, at.normal, at.slack()));
     const Vec3f from = at.point + at.normal * at.slack();
-    if (cosine > 0 && !present.caster.occluded(from, -sun.direction, kFar))
-      sum += evaluation.dim(number) * cosine * dot(sun.intensity, reflectance);
+    const auto [direction, to] = sun.kind->shadow_ray(sun, from);
+    if (share > 0 && !present.caster.occluded(from, direction, to))
+      sum += evaluation.dim(number) * share * dot(sun.intensity, reflectance);
   }
   return sum;
 }

@@ -173,7 +173,7 @@ class Looks::Suspects {
   }
   /// Whether light at a chain's end is of a sun that the change may hide, or may have hidden.
   bool shines(const Vertex& vertex, Vec3f end) const {
-    if (present_.lights[vertex.light].kind != scene::LightKind::sun) return false;  // in_beam tells
+    if (!present_.lights[vertex.light].is_parallel()) return false;  // in_beam tells
     const auto shadows = shadows_of(vertex.light);
     return std::any_of(shadows.begin(), shadows.end(),
                        [&](const direct::ShadowVolume& shadow) { return shadow.contains(end); });

@@ -45,7 +45,7 @@ std::vector<double> shares_by_use(const scene::Scene& scene, std::span<const Vec
                                   const Workers& workers, Progress& progress) {
   const std::vector<double> power = trace::shares_by_power(lights);
   const auto may_be_guided = [&](const trace::Light& light) {
-    return light.kind == scene::LightKind::sun && !moves(scene, light);
+    return light.is_parallel() && !moves(scene, light);
   };
   if (std::none_of(lights.begin(), lights.end(), may_be_guided) && lights.size() < 2) return power;
   const LightPilot pilot(scene, reflectance, caster, workers, progress);

@@ -31,7 +31,7 @@ struct Trial {
 };
 
 /// Even starts, then those that end on what the sun sees.
-std::vector<Trial> first_starts(const LightPilot& pilot, const trace::Light& sun,
+std::vector<Trial> first_starts(const LightPilot& pilot, const lights::Punctual& light,
                                 const Workers& workers) {
   std::vector<Trial> trials;
   for (uint32_t i = 0; i < kEven; ++i) {
@@ -43,13 +43,13 @@ std::vector<Trial> first_starts(const LightPilot& pilot, const trace::Light& sun
   workers.for_blocks(points.size(), 256, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const Vec3f n =
-          dot(points.normal[i], sun.direction) < 0 ? points.normal[i] : -points.normal[i];
+          dot(points.normal[i], light.direction) < 0 ? points.normal[i] : -points.normal[i];
       const Vec3f p = points.point[i] + n * (points.radius[i] * 0.01f);
-      if (pilot.caster().occluded_static(p, -sun.direction, std::numeric_limits<float>::max()))
+      if (pilot.caster().occluded_static(p, -light.direction, std::numeric_limits<float>::max()))
         continue;
-      const Vec3f d = p - sun.corner;
-      seen[i] = {dot(d, sun.frame_u) / dot(sun.frame_u, sun.frame_u),
-                 dot(d, sun.frame_v) / dot(sun.frame_v, sun.frame_v)};
+      const Vec3f d = p - light.corner;
+      seen[i] = {dot(d, light.frame_u) / dot(light.frame_u, light.frame_u),
+                 dot(d, light.frame_v) / dot(light.frame_v, light.frame_v)};
     }
   });
   for (const auto& [u, v] : seen)
@@ -64,7 +64,7 @@ void follow(const LightPilot& pilot, const trace::Light& sun, std::span<const do
     progress.check();
     std::vector<trace::Emission> starts;
     for (size_t i = from + begin; i < from + end; ++i)
-      starts.push_back(trace::emit_from_sun(sun, trials[i].u, trials[i].v));
+      starts.push_back(trace::emit_from(sun.punctual, {trials[i].u, trials[i].v, 0, 0}));
     double brought[LightPilot::kChunk];
     pilot.brought(sun, starts, kFirstPath + from + begin, weight, brought);
     for (size_t i = begin; i < end; ++i)
@@ -161,7 +161,7 @@ std::shared_ptr<const trace::SunMap> guide_sun(const LightPilot& pilot, const tr
   sun.map = nullptr;
   sun.path_count = 1;
   progress.begin("find windows", 1 + kRounds);
-  std::vector<Trial> trials = first_starts(pilot, sun, workers);
+  std::vector<Trial> trials = first_starts(pilot, sun.punctual, workers);
   follow(pilot, sun, weight, 0, trials, workers, progress);
   std::vector<Square> squares = squares_of(trials);
   for (int round = 1; round <= kRounds && !squares.empty(); ++round) {

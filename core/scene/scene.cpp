@@ -135,6 +135,9 @@ void Scene::finish() {
     }
   }
   for (const PunctualLight& light : lights) {
+    if (!light.kind) throw SceneError("light \"" + light.name + "\": it is of no kind");
+    if (const char* flaw = light.kind->flaw(light.parameters))
+      throw SceneError("light \"" + light.name + "\": found " + flaw);
     if (light.attached != kNone &&
         (light.attached >= objects.size() || !objects[light.attached].movable))
       throw SceneError("light \"" + light.name + "\": attached to something that is not movable");
@@ -198,7 +201,7 @@ Box Scene::measure_world() const {
     if (!box.contains(own)) box.grow(own.padded(0.05f * own.diagonal()));
   }
   for (const PunctualLight& light : lights)
-    if (light.kind != LightKind::sun && light.attached == kNone) box.grow(Vec3f(light.position));
+    if (!light.kind->is_parallel() && light.attached == kNone) box.grow(Vec3f(light.position));
   if (box.empty()) box = {{-1, -1, -1}, {1, 1, 1}};
   return box;
 }
@@ -206,7 +209,7 @@ Box Scene::measure_world() const {
 Box Scene::bounds_at(uint32_t object, const Pose& pose) const {
   Box box = scene::bounds_at(objects[object], pose);
   for (const PunctualLight& light : lights)
-    if (light.attached == object && light.kind != LightKind::sun)
+    if (light.attached == object && !light.kind->is_parallel())
       box.grow(pose.point(Vec3f(light.position)));
   return box;
 }

@@ -8,6 +8,7 @@
 
 #include "base/transform.h"
 #include "base/vec.h"
+#include "lights/kind.h"
 
 namespace deltalux::scene {
 
@@ -34,16 +35,13 @@ struct Object {
   std::vector<Vec3f> world_vertices() const;
 };
 
-enum class LightKind : uint8_t { area, point, spot, sun };
-
 struct PunctualLight {
   std::string name;
-  LightKind kind = LightKind::point;
+  const lights::Kind* kind = nullptr;
   Vec3d position{}, direction{0, -1, 0};  ///< local to `attached`, else world
-  Vec3f intensity;                        ///< power per steradian; for a sun, power per area
-  /// Spot: 1 - cosine of the half angles; the cosine of a narrow cone is 1 in single precision.
-  float inner_versine = 0, outer_versine = 1;
-  uint32_t attached = kNone;  ///< object
+  Vec3f intensity;                        ///< see lights::Punctual
+  std::vector<float> parameters;          ///< what its kind has besides
+  uint32_t attached = kNone;              ///< object
   uint32_t group = 0;
 };
 

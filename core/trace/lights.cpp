@@ -7,6 +7,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "base/cone.h"
 #include "base/error.h"
 
 namespace deltalux::trace {
@@ -77,7 +78,6 @@ void add_area_lights(const scene::Scene& scene, uint32_t index, std::vector<Ligh
     if (pieces.size() > kMostPieces) pieces = {{0u, triangles}};
     for (auto& [_, members] : pieces) {
       Light light;
-      light.kind = scene::LightKind::area;
       light.object = index;
       light.material = key.first;
       light.group = key.second;
@@ -87,36 +87,6 @@ void add_area_lights(const scene::Scene& scene, uint32_t index, std::vector<Ligh
       lights.push_back(std::move(light));
     }
   }
-}
-
-void place_sun(const scene::Scene& scene, Light& light) {
-  const Box& world = scene.world();
-  tangent_frame(light.direction, light.frame_u, light.frame_v);
-  Vec3f low{1e30f, 1e30f, 1e30f}, high = -low;
-  for (int i = 0; i < 8; ++i) {
-    const Vec3f p{i & 1 ? world.high.x : world.low.x, i & 2 ? world.high.y : world.low.y,
-                  i & 4 ? world.high.z : world.low.z};
-    const Vec3f q{dot(p, light.frame_u), dot(p, light.frame_v), dot(p, light.direction)};
-    low = min(low, q), high = max(high, q);
-  }
-  const Vec3f size = high - low;
-  light.corner = light.frame_u * low.x + light.frame_v * low.y + light.direction * low.z;
-  light.frame_u = light.frame_u * size.x;
-  light.frame_v = light.frame_v * size.y;
-  light.area = double(size.x) * double(size.y);
-  light.power = Vec3d(light.intensity) * light.area;
-  // No side of the rectangle is longer than the box's diagonal.
-  if (light.object != scene::kNone)
-    light.most_power = double(world.diagonal()) * double(world.diagonal()) / light.area;
-}
-
-float sine_of(float cosine) { return std::sqrt(std::max(0.0f, 1.0f - cosine * cosine)); }
-
-Vec3f around(Vec3f axis, float cosine, float sine, float turn) {
-  Vec3f u, v;
-  tangent_frame(axis, u, v);
-  const float phi = 2.0f * std::numbers::pi_v<float> * turn;
-  return u * (std::cos(phi) * sine) + v * (std::sin(phi) * sine) + axis * cosine;
 }
 
 Emission emit_from_area(const Light& light, const std::array<float, 4>& r) {
@@ -145,7 +115,7 @@ Emission emit_from_area(const Light& light, const std::array<float, 4>& r) {
   }
   const Vec3f p = t.corner + t.edge_u * a + t.edge_v * b;
   const float cosine = std::sqrt(1.0f - side);
-  return {p + n * t.slack, around(n, cosine, sine_of(cosine), r[3])};
+  return {p + n * t.slack, on_cone(n, cosine, sine_of(cosine), r[3])};
 }
 
 }  // namespace
@@ -155,17 +125,13 @@ std::vector<Light> find_lights(const scene::Scene& scene, uint32_t only_object) 
   for (uint32_t i = 0; i < scene.lights.size() && only_object == scene::kNone; ++i) {
     const scene::PunctualLight& source = scene.lights[i];
     Light light;
-    light.kind = source.kind;
+    light.punctual.kind = source.kind;
+    light.punctual.intensity = source.intensity;
+    light.punctual.parameters = source.parameters;
     light.group = source.group;
     light.object = source.attached;
-    light.punctual = i;
-    light.intensity = source.intensity;
-    light.inner_versine = source.inner_versine;
-    light.outer_versine = source.outer_versine;
+    light.source = i;
     place_light(scene, light);
-    if (source.kind == scene::LightKind::point) light.power = Vec3d(source.intensity) * (4 * kPi);
-    if (source.kind == scene::LightKind::spot)
-      light.power = Vec3d(source.intensity) * spot_solid_angle(light);
     if (luminance(light.power) > 0) lights.push_back(std::move(light));
   }
   for (uint32_t i = 0; i < scene.objects.size(); ++i)
@@ -178,7 +144,7 @@ void place_light(const scene::Scene& scene, Light& light) {
   const Pose pose = attached ? scene.objects[light.object].pose : Pose{};
   light.on = !attached || scene.objects[light.object].present;
   light.bounds = {};
-  if (light.kind == scene::LightKind::area) {
+  if (light.is_area()) {
     const scene::Object& object = scene.objects[light.object];
     light.world.clear();
     for (uint32_t t : light.triangles) {
@@ -198,28 +164,15 @@ void place_light(const scene::Scene& scene, Light& light) {
     }
     return;
   }
-  const scene::PunctualLight& source = scene.lights[light.punctual];
-  light.position = pose.point(Vec3f(source.position));
-  light.direction = pose.direction(Vec3f(normalize(source.direction)));
-  if (light.kind == scene::LightKind::sun)
-    place_sun(scene, light);
-  else
-    light.bounds.grow(light.position);
-}
-
-double spot_solid_angle(const Light& light) {
-  const double inner = light.inner_versine, outer = light.outer_versine;
-  return 2 * kPi * (inner + (outer - inner) / 3);
-}
-
-Vec3f spot_direction(const Light& light, float u, float v) {
-  const float inner = light.inner_versine, outer = light.outer_versine, ring = (outer - inner) / 3;
-  const float x = u * (inner + ring);
-  float versine = x;
-  if (x >= inner && ring > 0)
-    versine = std::max(0.0f, outer - (outer - inner) * std::cbrt((inner + ring - x) / ring));
-  const float sine = std::sqrt(versine * (2.0f - versine));
-  return around(light.direction, 1.0f - versine, sine, v);
+  const scene::PunctualLight& source = scene.lights[light.source];
+  lights::Punctual& own = light.punctual;
+  own.position = pose.point(Vec3f(source.position));
+  own.direction = pose.direction(Vec3f(normalize(source.direction)));
+  own.kind->place(own, scene.world());
+  const double extent = own.kind->extent(own);
+  light.power = Vec3d(own.intensity) * extent;
+  if (attached) light.most_power = own.kind->most_extent(own, scene.world()) / extent;
+  if (!light.is_parallel()) light.bounds.grow(own.position);
 }
 
 std::vector<double> shares_by_power(std::span<const Light> lights) {
@@ -305,20 +258,10 @@ Emission emit(const Light& light, uint64_t seed, uint64_t index, uint32_t batche
   const uint64_t start = (uint64_t(batch) * light.path_count + batches - 1) / batches;
   const uint64_t key = combine(combine(mix64(seed), light.first_path), batch);
   const std::array<float, 4> r = sobol::sample(uint32_t(index - start), key);
-  switch (light.kind) {
-    case scene::LightKind::area:
-      return emit_from_area(light, r);
-    case scene::LightKind::point:
-      return {light.position,
-              around({0, 0, 1}, 1.0f - 2.0f * r[0], sine_of(1.0f - 2.0f * r[0]), r[1])};
-    case scene::LightKind::spot:
-      return {light.position, spot_direction(light, r[0], r[1])};
-    case scene::LightKind::sun:
-      break;
-  }
-  if (!light.map) return emit_from_sun(light, r[0], r[1]);
+  if (light.is_area()) return emit_from_area(light, r);
+  if (!light.map) return emit_from(light.punctual, r);
   const SunMap::Start place = light.map->start(r[0], r[1]);
-  return emit_from_sun(light, place.u, place.v, place.weight);
+  return emit_from(light.punctual, {place.u, place.v, r[2], r[3]}, place.weight);
 }
 
 }  // namespace deltalux::trace

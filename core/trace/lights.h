@@ -8,6 +8,7 @@
 
 #include "base/random.h"
 #include "base/vec.h"
+#include "lights/kind.h"
 #include "scene/scene.h"
 #include "trace/sun_map.h"
 
@@ -24,7 +25,7 @@ struct LightTriangle {
 /// is one entry of Scene::lights. Every path of a light carries the same power at birth, but for
 /// those of a sun with a map.
 struct Light {
-  scene::LightKind kind = scene::LightKind::area;
+  lights::Punctual punctual;  ///< in the present pose; of an area light, of no kind
   uint32_t group = 0;
   uint32_t object = scene::kNone;    ///< the object that carries it, or kNone
   uint32_t material = scene::kNone;  ///< area
@@ -32,39 +33,25 @@ struct Light {
   bool on = true;                    ///< false while its object is removed
   Vec3d power{};                     ///< total emitted per channel, undimmed
   double most_power = 1;             ///< in units of `power`: that in any pose of its object
-  double area = 0;                   ///< area light's surface; a sun's emission rectangle
+  double area = 0;                   ///< area light's surface
   Vec3f radiance{};                  ///< area: per channel
   std::vector<uint32_t> triangles;   ///< area: triangle indices within the object
   std::vector<LightTriangle> world;  ///< area: the same in the present pose
   std::vector<float> cumulative;     ///< area: cumulative share of the area, last = 1
-  uint32_t punctual = scene::kNone;  ///< index into Scene::lights
-  Vec3f position{}, direction{};     ///< punctual, present pose, world
-  Vec3f intensity{};                 ///< punctual (sun: irradiance)
-  float inner_versine = 0, outer_versine = 1;  ///< spot, see scene::PunctualLight
-  Vec3f frame_u{}, frame_v{}, corner{};        ///< sun: its rectangle spans corner + a u + b v
-  std::shared_ptr<const SunMap> map;           ///< sun: where on it paths begin; null = evenly
-  Box bounds;                                  ///< of the source; empty for a sun
+  uint32_t source = scene::kNone;    ///< punctual: index into Scene::lights
+  /// Of a parallel light: where on its rectangle paths begin; null: evenly.
+  std::shared_ptr<const SunMap> map;
+  Box bounds;  ///< of the source; empty for a parallel light
 
   uint64_t first_path = 0, path_count = 0;  ///< its own range of path numbers
 
+  bool is_area() const { return !punctual.kind; }
+  bool is_parallel() const { return punctual.kind && punctual.kind->is_parallel(); }
+  /// Radiance, or intensity where it is strongest.
+  Vec3f strength() const { return is_area() ? radiance : punctual.intensity; }
   /// Power that a path may carry, of the mean.
   double most_weight() const { return map ? double(map->most_weight()) : 1.0; }
 };
-
-/// KHR_lights_punctual: full inside the inner cone, zero outside the outer one. `versine` is 1 -
-/// cosine of the angle to the axis.
-inline double spot_falloff(const Light& light, double versine) {
-  const double inner = light.inner_versine, outer = light.outer_versine;
-  if (versine <= inner) return 1;
-  if (!(versine < outer)) return 0;
-  const double x = (outer - versine) / (outer - inner);
-  return x * x;
-}
-
-/// Of a spot, its falloff as a weight: power per intensity.
-double spot_solid_angle(const Light& light);
-/// A direction of a spot's light, by its intensity. `u`, `v`: random, in [0, 1).
-Vec3f spot_direction(const Light& light, float u, float v);
 
 /// Finds the lights of a scene (kNone = all objects, else only that object's): punctual ones first,
 /// then object by object, so that those of an object that is added come last. Throws SceneError.
@@ -89,9 +76,10 @@ struct Emission {
   float weight = 1;  ///< of the mean path's power
 };
 
-/// Of a sun, at a place of its rectangle, in [0, 1).
-inline Emission emit_from_sun(const Light& light, float u, float v, float weight = 1) {
-  return {light.corner + light.frame_u * u + light.frame_v * v, light.direction, weight};
+inline Emission emit_from(const lights::Punctual& light, const std::array<float, 4>& random,
+                          float weight = 1) {
+  const lights::Start start = light.kind->start(light, random);
+  return {start.origin, start.direction, weight};
 }
 
 /// Start of path `index` of `light` (0 .. path_count). `batch` selects the scrambling, so batches

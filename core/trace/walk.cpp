@@ -27,7 +27,7 @@ Flight Walk::birth(const Light& light, uint64_t index, const Emission& e,
   Flight flight;
   flight.direction = encode_direction(e.direction);
   flight.origin = e.origin;
-  if (light.kind == scene::LightKind::sun) {
+  if (light.is_parallel()) {
     // Start where the world begins; a ray that misses it keeps its start and ends there.
     const float entry = SlabRay(e.origin, decode_direction(flight.direction))
                             .entry(scene_.world(), std::numeric_limits<float>::max());

@@ -26,14 +26,15 @@ double Session::choose_irradiance_quantum() const {
   const double metre = samples::scene_metre(s.scene, *s.caster), area = metre * metre;
   double brightest = 0, most = 0;
   for (const trace::Light& light : s.lights) {
-    const bool surface = light.kind == scene::LightKind::area;
-    const Vec3d intensity = surface ? light.power * (1 / std::numbers::pi) : Vec3d(light.intensity);
+    const bool surface = light.is_area();
+    const Vec3d intensity =
+        surface ? light.power * (1 / std::numbers::pi) : Vec3d(light.strength());
     Vec3d given = intensity * (4 * std::numbers::pi / area), nearby = given * kNearby;
     if (surface) {
       given = light.power * (1 / area);
       nearby = min(nearby, Vec3d(light.radiance) * std::numbers::pi);
     }
-    if (light.kind == scene::LightKind::sun) given = nearby = intensity;
+    if (light.is_parallel()) given = nearby = intensity;
     brightest = std::max({brightest, given.x, given.y, given.z});
     most = std::max({most, nearby.x, nearby.y, nearby.z});
   }

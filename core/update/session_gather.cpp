@@ -110,7 +110,7 @@ std::vector<uint32_t> Session::find_suns(std::span<const uint32_t> hits) const {
   const std::vector<trace::Light>& lights = state_->lights;
   std::vector<uint32_t> suns;
   for (uint32_t i = 0; i < lights.size(); ++i)
-    if (lights[i].kind == scene::LightKind::sun && lights[i].on &&
+    if (lights[i].is_parallel() && lights[i].on &&
         landings.share_lit_by(i, hits) <= gather::Suns::kMostLit)
       suns.push_back(i);
   return suns;

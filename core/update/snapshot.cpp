@@ -59,7 +59,7 @@ void restore_maps(ArchiveSource& archive, std::span<trace::Light> lights) {
   const auto leaves = archive.read_all<uint32_t>("sun_map_leaves", lights.size());
   size_t all = 0;
   for (size_t i = 0; i < lights.size(); ++i) {
-    if (leaves[i] && lights[i].kind != scene::LightKind::sun)
+    if (leaves[i] && !lights[i].is_parallel())
       snapshot::refuse("\"sun_map_leaves\": found leaves of a light that is no sun");
     all += leaves[i];
   }

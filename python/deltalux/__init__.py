@@ -6,11 +6,12 @@ from .cameras import Camera
 from .client import connect
 from .errors import Cancelled, Error, FormatError, OptionError, SceneError
 from .io import load
+from .lights import PointLight, SpotLight, SunLight
 from .nodes import Node
 from .planning import Plan, plan
 from .results import Estimate, Frame, Result
 from .samples import Samples
-from .scene import Material, Mesh, PointLight, Scene, SpotLight, SunLight
+from .scene import Material, Mesh, Scene
 from .segments import Segments, trace, uniform_lines
 from .server import serve, view
 from .session import Session

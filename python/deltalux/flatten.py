@@ -10,9 +10,9 @@ import numpy as np
 from . import _core
 from .errors import SceneError
 from .frame import coarse_places, local_origin
-from .scene import Mesh, PointLight, Scene, SpotLight, SunLight
+from .lights import Light
+from .scene import Mesh, Scene
 from .units import FARTHEST
-from .vectors import versine
 
 _STRONGEST = 1e30  # of what the scene's unit measures: room for what lies close by, and for what adds up
 
@@ -99,21 +99,18 @@ def flatten(scene: Scene) -> FlatScene:
     return flat
 
 
-def _add_light(flat: FlatScene, light: PointLight | SpotLight | SunLight) -> None:
-    strength = light.irradiance if isinstance(light, SunLight) else light.intensity
-    _check_strength(f'light "{light.name}": intensity', strength)
-    kind = "spot" if isinstance(light, SpotLight) else "sun" if isinstance(light, SunLight) else "point"
+def _add_light(flat: FlatScene, light: Light) -> None:
+    _check_strength(f'light "{light.name}": intensity', light.strength)
     place = np.zeros(3)
-    if not isinstance(light, SunLight):
-        place = light.position - (flat.origin if light.attached_to is None else flat.local[light.attached_to])
+    if light.place is not None:
+        place = light.place - (flat.origin if light.attached_to is None else flat.local[light.attached_to])
     flat.core.add_light(
         light.name,
-        kind,
+        light.kind,
         tuple(place.tolist()),
-        (0.0, -1.0, 0.0) if isinstance(light, PointLight) else tuple(light.direction),
-        tuple(strength),
-        versine(light.inner_angle) if isinstance(light, SpotLight) else 0.0,
-        versine(light.outer_angle) if isinstance(light, SpotLight) else 1.0,
+        (0.0, -1.0, 0.0) if light.axis is None else tuple(light.axis),
+        tuple(light.strength),
+        light.parameters(),
         -1 if light.attached_to is None else flat.objects[light.attached_to],
         flat.groups[light.group or light.name],
     )

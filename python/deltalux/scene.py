@@ -10,42 +10,24 @@ from typing import Any
 
 import numpy as np
 
+from .arrays import frozen_array
 from .cameras import Camera
 from .errors import OptionError, SceneError
 from .frame import SceneFrame, coarse_places, scene_frame
+from .lights import Light
 from .look import PLAIN, Look, checked_coordinates
 from .naming import candidates, chosen
 from .nodes import Node
 from .units import UNITS, photopic
-from .vectors import triangle_areas, unit, versine
+from .vectors import triangle_areas
 
 MAX_GROUPS = 8  # sums are kept per group up to this many (API: "Group")
-MIN_CONE = 1e-5  # half angle of a spot, radians; single precision turns directions by 1e-7
-
-
-def _frozen_array(values: Any, dtype: Any, shape: tuple[int, ...], what: str) -> np.ndarray:
-    """Copy `values` to a read-only array of `dtype`; -1 in `shape` matches any length."""
-    try:
-        array = np.array(values, dtype=dtype)
-    except (TypeError, ValueError) as error:
-        raise SceneError(f"{what}: found {values!r:.60}, expected numbers ({error})") from None
-    matches = array.ndim == len(shape) and all(n in (-1, m) for n, m in zip(shape, array.shape, strict=True))
-    if not matches:
-        raise SceneError(f"{what}: found shape {array.shape}, expected {shape} (-1 = any)")
-    if np.issubdtype(array.dtype, np.floating) and not np.isfinite(array).all():
-        bad = np.argwhere(~np.isfinite(array))[0]
-        raise SceneError(
-            f"{what}: found {array[tuple(bad)]} at index {tuple(int(i) for i in bad)}, "
-            "expected finite numbers; repair the input"
-        )
-    array.setflags(write=False)
-    return array
 
 
 def rigid_pose(pose: Any, what: str = "pose") -> np.ndarray:
     """Check that `pose` is a rigid 4x4 matrix (local to world, column vectors)."""
     try:
-        matrix = _frozen_array(pose, np.float64, (4, 4), what)
+        matrix = frozen_array(pose, np.float64, (4, 4), what)
     except SceneError as error:
         raise OptionError(str(error)) from None
     rotation = matrix[:3, :3]
@@ -82,8 +64,8 @@ class Material:
 
     def __post_init__(self) -> None:
         what = f'material "{self.name}"'
-        reflectance = _frozen_array(self.reflectance, np.float64, (3,), f"{what}: reflectance")
-        emission = _frozen_array(self.emission, np.float64, (3,), f"{what}: emission")
+        reflectance = frozen_array(self.reflectance, np.float64, (3,), f"{what}: reflectance")
+        emission = frozen_array(self.emission, np.float64, (3,), f"{what}: emission")
         if (reflectance < 0).any() or (reflectance > 1).any():
             raise SceneError(f"{what}: reflectance: found {reflectance}, expected 0 to 1 per channel")
         if (emission < 0).any():
@@ -131,8 +113,8 @@ class Mesh:
 
     def __post_init__(self) -> None:
         what = f'mesh "{self.name}"'
-        vertices = _frozen_array(self.vertices, np.float64, (-1, 3), f"{what}: vertices")
-        triangles = _frozen_array(self.triangles, np.int64, (-1, 3), f"{what}: triangles")
+        vertices = frozen_array(self.vertices, np.float64, (-1, 3), f"{what}: vertices")
+        triangles = frozen_array(self.triangles, np.int64, (-1, 3), f"{what}: triangles")
         if triangles.size and (triangles.min() < 0 or triangles.max() >= len(vertices)):
             bad = int(triangles.max() if triangles.max() >= len(vertices) else triangles.min())
             raise SceneError(
@@ -142,7 +124,7 @@ class Mesh:
             raise SceneError(f"{what}: vertices: found a coordinate beyond 1e9 m, expected a scene in metres")
         names = (self.material,) if isinstance(self.material, str) else tuple(self.material)
         index = np.zeros(len(triangles), np.int64) if self.material_index is None else self.material_index
-        index = _frozen_array(index, np.int64, (len(triangles),), f"{what}: material_index")
+        index = frozen_array(index, np.int64, (len(triangles),), f"{what}: material_index")
         if index.size and (index.min() < 0 or index.max() >= len(names)):
             raise SceneError(
                 f"{what}: material_index: found {int(index.max())}, expected 0 to {len(names) - 1}"
@@ -164,115 +146,6 @@ class Mesh:
     def triangle_areas(self) -> np.ndarray:
         """(m,) float64 areas, square metres."""
         return triangle_areas(self.vertices[self.triangles])
-
-
-@dataclass(frozen=True, eq=False)
-class _PunctualLight:
-    name: str
-    group: str | None = None
-    attached_to: str | None = None
-
-    def _check(self, **vectors: Any) -> None:
-        for key, value in vectors.items():
-            what = f'light "{self.name}": {key}'
-            array = _frozen_array(value, np.float64, (3,), what)
-            if key in ("intensity", "irradiance") and (array < 0).any():
-                raise SceneError(f"{what}: found {array}, expected no negative channel")
-            if key == "direction":
-                if not array.any():
-                    raise SceneError(f"{what}: found a zero vector, expected a direction")
-                array = unit(array)
-                array.setflags(write=False)
-            object.__setattr__(self, key, array)
-
-
-@dataclass(frozen=True, eq=False)
-class PointLight(_PunctualLight):
-    """Uniform point source; `intensity` in W/sr or candela per channel.
-
-    With `attached_to`, position (and direction) are local to that movable.
-    """
-
-    position: Any = (0.0, 0.0, 0.0)
-    intensity: Any = (1.0, 1.0, 1.0)
-
-    def __init__(
-        self,
-        name: str,
-        position: Any,
-        intensity: Any = (1, 1, 1),
-        group: str | None = None,
-        attached_to: str | None = None,
-    ) -> None:
-        _init(self, name=name, group=group, attached_to=attached_to)
-        self._check(position=position, intensity=intensity)
-
-
-@dataclass(frozen=True, eq=False)
-class SpotLight(_PunctualLight):
-    """Point source within a cone: full inside `inner_angle`, zero outside `outer_angle`.
-
-    Both are half angles in radians. The falloff between them is that of KHR_lights_punctual.
-    """
-
-    position: Any = (0.0, 0.0, 0.0)
-    direction: Any = (0.0, -1.0, 0.0)
-    intensity: Any = (1.0, 1.0, 1.0)
-    inner_angle: float = 0.0
-    outer_angle: float = np.pi / 4
-
-    def __init__(
-        self,
-        name: str,
-        position: Any,
-        direction: Any,
-        intensity: Any = (1, 1, 1),
-        inner_angle: float = 0.0,
-        outer_angle: float = np.pi / 4,
-        group: str | None = None,
-        attached_to: str | None = None,
-    ) -> None:
-        if not (0 <= inner_angle < outer_angle and MIN_CONE <= outer_angle <= np.pi / 2 + 1e-6):
-            raise SceneError(
-                f'light "{name}": found inner angle {inner_angle}, outer angle {outer_angle}; '
-                f"expected 0 <= inner < outer, outer from {MIN_CONE:g} to pi/2 (radians)"
-            )
-        _init(
-            self,
-            name=name,
-            group=group,
-            attached_to=attached_to,
-            inner_angle=float(inner_angle),
-            outer_angle=float(outer_angle),
-        )
-        self._check(position=position, direction=direction, intensity=intensity)
-
-
-@dataclass(frozen=True, eq=False)
-class SunLight(_PunctualLight):
-    """Parallel light; `irradiance` (W/m2 or lux) on a plane facing it, `direction` of travel."""
-
-    direction: Any = (0.0, -1.0, 0.0)
-    irradiance: Any = (1.0, 1.0, 1.0)
-
-    def __init__(
-        self,
-        name: str,
-        direction: Any,
-        irradiance: Any = (1, 1, 1),
-        group: str | None = None,
-        attached_to: str | None = None,
-    ) -> None:
-        _init(self, name=name, group=group, attached_to=attached_to)
-        self._check(direction=direction, irradiance=irradiance)
-
-
-def _init(light: _PunctualLight, **fields: Any) -> None:
-    for key, value in fields.items():
-        object.__setattr__(light, key, value)
-
-
-Light = PointLight | SpotLight | SunLight
 
 
 class Scene:
@@ -424,9 +297,8 @@ class Scene:
                     }
                 )
         for light in self.lights:
-            kind = {PointLight: "point", SpotLight: "spot", SunLight: "sun"}[type(light)]
-            entry = {"name": light.name, "kind": kind, "group": light.group or light.name}
-            lights.append(entry | {"power": punctual_power(light)})
+            entry = {"name": light.name, "kind": light.kind, "group": light.group or light.name}
+            lights.append(entry | {"power": light.power()})
         low, high = self.bounds
         return {
             "triangles": triangles,
@@ -474,20 +346,3 @@ def make_movable(scene: Scene, names: Iterable[str]) -> Scene:
         wanted.update(found)
     meshes = [replace(m, movable=True) if m.name in wanted else m for m in scene.meshes]
     return replace_scene(scene, meshes=meshes)
-
-
-def punctual_power(light: Light) -> float | None:
-    """Total photopic power of a point or spot light; None for a sun, whose power has no bound."""
-    if isinstance(light, PointLight):
-        return float(photopic(4 * np.pi * light.intensity))
-    if isinstance(light, SpotLight):
-        return float(photopic(light.intensity * spot_solid_angle(light.inner_angle, light.outer_angle)))
-    return None
-
-
-def spot_solid_angle(inner: float, outer: float) -> float:
-    """Integral of the KHR_lights_punctual falloff over directions, steradians.
-
-    The falloff is clamp((cos a - cos outer)/(cos inner - cos outer), 0, 1) squared.
-    """
-    return 2 * np.pi * (versine(inner) + (versine(outer) - versine(inner)) / 3)

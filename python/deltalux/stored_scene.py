@@ -12,18 +12,13 @@ from .archive import ArchiveReader, ArchiveWriter
 from .cameras import Camera
 from .errors import FormatError
 from .fields import Fields
+from .lights import KINDS, NUMBER, Light
 from .nodes import Node
-from .scene import Light, Material, Mesh, PointLight, Scene, SpotLight, SunLight
+from .scene import Material, Mesh, Scene
 from .stored_looks import FIELDS as LOOK_FIELDS
 from .stored_looks import pack_looks, unpack_looks, write_looks
 from .units import FARTHEST
 
-_LIGHTS: dict[str, tuple[type, tuple[str, ...]]] = {
-    "point": (PointLight, ("position", "intensity")),
-    "spot": (SpotLight, ("position", "direction", "intensity", "inner_angle", "outer_angle")),
-    "sun": (SunLight, ("direction", "irradiance")),
-}
-_ANGLES = ("inner_angle", "outer_angle")
 _COMMON = ("kind", "name", "group", "attached_to")
 _MESH = ("name", "material", "pose", "movable", "smooth_angle", "vertices", "triangles")
 _MATERIAL = ("name", "reflectance", "emission", "group", "two_sided")
@@ -108,12 +103,7 @@ def _pack_camera(camera: Camera) -> dict[str, Any]:
 
 
 def _pack_light(light: Light) -> dict[str, Any]:
-    for kind, (cls, fields) in _LIGHTS.items():
-        if isinstance(light, cls):
-            values = {field: np.asarray(getattr(light, field)).tolist() for field in fields}
-            common = (kind, light.name, light.group, light.attached_to)
-            return dict(zip(_COMMON, common, strict=True)) | values
-    raise TypeError(f"light of unknown type {type(light).__name__}")
+    return {name: np.asarray(getattr(light, name)).tolist() for name in (*_COMMON, *light.fields)}
 
 
 def unpack_scene(data: Fields, archive: ArchiveReader, folder: Path) -> Scene:
@@ -178,15 +168,16 @@ def _unpack_material(entry: Fields) -> Material:
 
 def _unpack_light(entry: Any, where: str) -> Light:
     kind = entry.get("kind") if isinstance(entry, dict) else None
-    if not isinstance(kind, str) or kind not in _LIGHTS:
-        raise FormatError(f"{where}: found kind {kind!r:.60}, expected one of {list(_LIGHTS)}")
-    cls, names = _LIGHTS[kind]
-    fields = Fields(entry, where, (*_COMMON, *names))
+    if not isinstance(kind, str) or kind not in KINDS:
+        raise FormatError(f"{where}: found kind {kind!r:.60}, expected one of {list(KINDS)}")
+    shapes = KINDS[kind].fields
+    fields = Fields(entry, where, (*_COMMON, *shapes))
     values: dict[str, Any] = {
-        name: fields.number(name) if name in _ANGLES else fields.numbers(name, 3) for name in names
+        name: fields.number(name) if shape == NUMBER else fields.numbers(name, *shape)
+        for name, shape in shapes.items()
     }
     group, attached_to = fields.optional_text("group"), fields.optional_text("attached_to")
-    return cls(fields.text("name"), group=group, attached_to=attached_to, **values)
+    return KINDS[kind](fields.text("name"), group=group, attached_to=attached_to, **values)
 
 
 def _unpack_camera(entry: Fields) -> Camera:

@@ -9,6 +9,7 @@
 
 #include "direct_world.h"
 #include "gather/guide.h"
+#include "lights/kinds.h"
 #include "trace/scatter.h"
 
 namespace deltalux::gather {
@@ -27,12 +28,11 @@ struct SpotRoom : direct::World {
     scene.objects[1].movable = true;
     scene.objects[1].pose.translation = {3.5f, 0.3f, 3.5f};
     scene::PunctualLight spot{};
-    spot.kind = scene::LightKind::spot;
+    spot.kind = &lights::kind_named("spot");
     spot.position = {1.8f, 2.9f, 1.7f};
     spot.direction = {0.1f, -1, 0.12f};
     spot.intensity = {100, 80, 60};
-    spot.inner_versine = 0.01f;
-    spot.outer_versine = kOuter;
+    spot.parameters = {0.01f, kOuter};
     scene.lights = {spot};
     finish();
   }
@@ -58,8 +58,8 @@ TEST(Beam, PointsLieWhereItsLightLands) {
   uint32_t on_table = 0;
   for (uint32_t k = 0; k < Beam::kPoints; ++k) {
     ASSERT_TRUE(beam.point(k).valid());
-    const Vec3f w = normalize(beam.point(k).at - room.lights[0].position);
-    EXPECT_LT(1 - dot(w, room.lights[0].direction), kOuter + 1e-5f);
+    const Vec3f w = normalize(beam.point(k).at - room.lights[0].punctual.position);
+    EXPECT_LT(1 - dot(w, room.lights[0].punctual.direction), kOuter + 1e-5f);
     on_table += beam.point(k).at.y > 0.5f;
   }
   EXPECT_GT(on_table, Beam::kPoints / 4);

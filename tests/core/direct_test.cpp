@@ -7,6 +7,7 @@
 #include <random>
 
 #include "direct_world.h"
+#include "lights/kinds.h"
 
 namespace deltalux::direct {
 namespace {
@@ -94,14 +95,13 @@ TEST(Direct, TwoSidedPanelShinesToBothSides) {
   EXPECT_NEAR(double(direct.sums()[3]) / double(direct.sums()[0]), 1, 1e-6);
 }
 
-scene::PunctualLight punctual(scene::LightKind kind, Vec3d position, Vec3d direction) {
+scene::PunctualLight punctual(const std::string& kind, Vec3d position, Vec3d direction) {
   scene::PunctualLight light;
-  light.kind = kind;
+  light.kind = &lights::kind_named(kind);
   light.position = position;
   light.direction = direction;
   light.intensity = {4, 2, 1};
-  light.inner_versine = 0.1f;
-  light.outer_versine = 0.5f;
+  if (kind == "spot") light.parameters = {0.1f, 0.5f};
   return light;
 }
 
@@ -120,14 +120,14 @@ TEST(Direct, PunctualLightsHaveTheirClosedForms) {
   };
   const Vec3d down{0, -1, 0};
   const double squared = 1 + 4, cosine = 2 / std::sqrt(squared);
-  const auto point_light = punctual(scene::LightKind::point, {0, 2, 0}, down);
+  const auto point_light = punctual("point", {0, 2, 0}, down);
   EXPECT_NEAR(single(point_light, false), 2 * cosine / squared, 1e-6);
   EXPECT_EQ(single(point_light, true), 0);
   const double falloff = std::pow((cosine - 0.5) / (0.9 - 0.5), 2);
-  const auto spot = punctual(scene::LightKind::spot, {0, 2, 0}, down);
+  const auto spot = punctual("spot", {0, 2, 0}, down);
   EXPECT_NEAR(single(spot, false), 2 * falloff * cosine / squared, 1e-6);
-  EXPECT_EQ(single(punctual(scene::LightKind::spot, {0, 2, 0}, {0, 1, 0}), false), 0);
-  const auto sun = punctual(scene::LightKind::sun, {}, {0.6, -0.8, 0});
+  EXPECT_EQ(single(punctual("spot", {0, 2, 0}, {0, 1, 0}), false), 0);
+  const auto sun = punctual("sun", {}, {0.6, -0.8, 0});
   EXPECT_NEAR(single(sun, false), 2 * 0.8, 1e-6);
   EXPECT_EQ(single(sun, true), 0);
 }

@@ -14,6 +14,7 @@
 #include "direct/shadow_volume.h"
 #include "direct/view_code.h"
 #include "direct_world.h"
+#include "lights/kinds.h"
 #include "memory_archive.h"
 
 namespace deltalux::direct {
@@ -65,16 +66,17 @@ struct Room : World {
     add_box(stand, {-0.1f, 0.01f, -0.1f}, {0.1f, 1.2f, 0.1f});
     scene.objects = {room, chair, lamp, stand};
     scene::PunctualLight bulb;
+    bulb.kind = &lights::kind_named("point");
     bulb.position = {0, 2.5, 2};
     bulb.intensity = {3, 3, 3};
     scene::PunctualLight spot = bulb;
-    spot.kind = scene::LightKind::spot;
+    spot.kind = &lights::kind_named("spot");
     spot.position = {0, 1.3, 0};
     spot.direction = {0.5, -1, 0.2};
-    spot.outer_versine = 0.7f;
+    spot.parameters = {0, 0.7f};
     spot.attached = 3;
     scene::PunctualLight sun = bulb;
-    sun.kind = scene::LightKind::sun;
+    sun.kind = &lights::kind_named("sun");
     sun.direction = {0.3, -1, 0.1};
     scene.lights = {bulb, spot, sun};
     there.assign(4, true);
@@ -383,9 +385,9 @@ TEST(ShadowVolume, HoldsEveryPointWhoseRaysMeetTheBox) {
   size_t inside = 0, outside = 0, met = 0;
   for (int round = 0; round < 400; ++round) {
     trace::Light light;
-    light.kind = round % 4 == 3 ? scene::LightKind::sun : scene::LightKind::area;
-    light.direction = normalize(uniform_point(random, {-1, -1, -1}, {1, 1, 1}));
-    if (round % 8 == 7) light.direction = {0, -1, 0};
+    if (round % 4 == 3) light.punctual.kind = &lights::kind_named("sun");
+    light.punctual.direction = normalize(uniform_point(random, {-1, -1, -1}, {1, 1, 1}));
+    if (round % 8 == 7) light.punctual.direction = {0, -1, 0};
     Box blocker;
     for (int k = 0; k < 2; ++k) {
       light.bounds.grow(uniform_point(random, {-3, -3, -3}, {3, 3, 3}));
@@ -402,9 +404,9 @@ TEST(ShadowVolume, HoldsEveryPointWhoseRaysMeetTheBox) {
       x.push_back(p.x), y.push_back(p.y), z.push_back(p.z);
       bool hit = false;
       for (int k = 0; k < 60 && !hit; ++k) {
-        const bool sun = light.kind == scene::LightKind::sun;
-        const Vec3f d =
-            sun ? -light.direction : uniform_point(random, light.bounds.low, light.bounds.high) - p;
+        const bool sun = light.is_parallel();
+        const Vec3f d = sun ? -light.punctual.direction
+                            : uniform_point(random, light.bounds.low, light.bounds.high) - p;
         hit = SlabRay(p, d).entry(blocker, sun ? 1e30f : 1.0f) < 1e30f;
       }
       const bool contained = volume.contains(p);

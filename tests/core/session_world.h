@@ -2,6 +2,7 @@
 // A small room with a lamp and a movable box, samples in it, and options: for tests of sessions.
 #pragma once
 #include "direct_world.h"
+#include "lights/kinds.h"
 #include "update/session.h"
 
 namespace deltalux::update {
@@ -27,11 +28,11 @@ inline scene::Scene room() {
 inline scene::Scene room_with_spot() {
   scene::Scene scene = room();
   scene::PunctualLight spot{};
-  spot.kind = scene::LightKind::spot;
+  spot.kind = &lights::kind_named("spot");
   spot.position = {2, 2.8f, 2};
   spot.direction = {0.1f, -1, 0.05f};
   spot.intensity = {4000, 3000, 2000};
-  spot.inner_versine = 0.001f, spot.outer_versine = 0.003f;
+  spot.parameters = {0.001f, 0.003f};
   scene.lights = {spot};
   scene.finish();
   return scene;

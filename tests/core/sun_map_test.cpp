@@ -6,6 +6,7 @@
 
 #include "base/random.h"
 #include "direct_world.h"
+#include "lights/kinds.h"
 #include "plan/allotment.h"
 
 namespace deltalux::trace {
@@ -76,7 +77,7 @@ scene::Scene room_with_hole() {
                          {0, 0, edge[k + 1] - edge[k]}, 0);
   scene.objects = {room};
   scene::PunctualLight sun{};
-  sun.kind = scene::LightKind::sun;
+  sun.kind = &lights::kind_named("sun");
   sun.direction = {-0.2f, -1, 0.1f};
   sun.intensity = {1000, 1000, 1000};
   scene.lights = {sun};

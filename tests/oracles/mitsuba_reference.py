@@ -18,7 +18,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from deltalux.scene import PointLight, Scene, SpotLight, SunLight
+from deltalux.lights import PointLight, SpotLight, SunLight
+from deltalux.scene import Scene
 from numpy.typing import NDArray
 
 from . import world

@@ -12,7 +12,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from deltalux.scene import Scene, SpotLight
+from deltalux.lights import SpotLight
+from deltalux.scene import Scene
 from numpy.typing import NDArray
 
 from . import world

@@ -17,7 +17,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from deltalux.scene import PointLight, Scene, SpotLight, SunLight
+from deltalux.lights import PointLight, SpotLight, SunLight
+from deltalux.scene import Scene
 from numpy.typing import NDArray
 
 from . import world

@@ -62,7 +62,7 @@ def counts_of(
         paths=default_paths(rays) if paths is None else int(paths),
         rays=0 if rays == "off" else int(rays),
         lights=sum(1 if light["kind"] == "area" else POINT for light in lights),
-        suns=sum(light["kind"] == "sun" for light in lights),
+        suns=sum(light.place is None for light in scene.lights),
         threads=threads or os.cpu_count() or 1,
     )
 

@@ -15,7 +15,6 @@ from rich.text import Text
 import deltalux as dl
 from deltalux.nodes import Node
 from deltalux.quantities import significant
-from deltalux.scene import punctual_power
 from deltalux.units import LUX, photopic
 from deltalux.vectors import triangle_areas
 
@@ -95,7 +94,7 @@ def _contents(scene: dl.Scene, nodes: Sequence[Node]) -> list[_Content]:
                 if lit is not None and area > 0:
                     power = np.pi * area * lit.emission * (2 if lit.two_sided else 1)
                     own.lights.append({"name": f"{name} ({material})", "power": float(photopic(power))})
-        own.lights += [{"name": name, "power": punctual_power(lights[name])} for name in node.lights]
+        own.lights += [{"name": name, "power": lights[name].power()} for name in node.lights]
         found.append(own)
     for node, own in zip(reversed(nodes), reversed(found), strict=True):
         if node.parent >= 0:

@@ -29,7 +29,7 @@ from typing import Any
 
 import numpy as np
 
-from deltalux.scene import Light, PointLight, SpotLight, SunLight, punctual_power
+from deltalux.lights import Light, PointLight, SpotLight, SunLight
 from deltalux.units import LUX, WATTS_PER_SQUARE_METRE, photopic
 
 from .diagnostics import Notes, UniqueNames, element, malformed
@@ -122,12 +122,12 @@ class Lights:
             return
         notes = self._document.notes
         for light in self.found:
-            power = punctual_power(light)
-            if isinstance(light, SunLight):
+            power = light.power()
+            if power is None:
                 _note_range(
-                    notes, light.name, float(photopic(light.irradiance)), PLAUSIBLE_SUN_LUX, "suns", "lx"
+                    notes, light.name, float(photopic(light.strength)), PLAUSIBLE_SUN_LUX, "suns", "lx"
                 )
-            elif power is not None:
+            else:
                 _note_range(notes, light.name, power, PLAUSIBLE_LUMENS, "lamps", "lm")
         for name, lumens in area_lumens:
             _note_range(notes, name, lumens, PLAUSIBLE_LUMENS, "luminous surfaces", "lm")

@@ -11,7 +11,8 @@ import numpy as np
 import pygltflib as gl
 
 from deltalux.cameras import Camera
-from deltalux.scene import Light, PointLight, Scene, SpotLight, SunLight
+from deltalux.lights import Light
+from deltalux.scene import Scene
 from deltalux.units import LUX
 
 from .camera import look_at
@@ -45,13 +46,16 @@ class Places:
             self._document.cameras.append(_camera_definition(camera, scene))
 
     def add_lights(self, scene: Scene, moved: Callable[[str], np.ndarray | None]) -> None:
-        """Add point, spot and sun lights where they are now.
+        """Add the lights that glTF has a kind for where they are now.
 
         `moved` tells where a movable's own space is in the world, by the movable's name; None = nowhere.
         """
         factor = 1.0 if scene.unit == LUX else LUMENS_PER_WATT
         definitions: list[dict[str, Any]] = []
         for light in scene.lights:
+            own = light.gltf()
+            if own is None:
+                continue
             at = _light_matrix(light)
             if light.attached_to is not None:
                 pose = moved(light.attached_to)
@@ -60,7 +64,7 @@ class Places:
                 at = pose @ at
             node = self._node(light.name, at, "extensions", partial(_same_light, light))
             node.extensions = {PUNCTUAL: {"light": len(definitions)}}
-            definitions.append(_light_definition(light, factor))
+            definitions.append(_light_definition(light, own, factor))
         if definitions:
             self._document.extensions[PUNCTUAL] = {"lights": definitions}
             self._document.extensionsUsed.append(PUNCTUAL)
@@ -85,9 +89,9 @@ def _same_pose(world: np.ndarray, pose: np.ndarray) -> bool:
 def _same_light(light: Light, world: np.ndarray, at: np.ndarray) -> bool:
     """Whether it shines there as from `at`: scale and turns about its axis are all the same to it."""
     near = SAME_PLACE * (1 + np.abs(at[:3, 3]).max())
-    placed = isinstance(light, SunLight) or np.allclose(world[:3, 3], at[:3, 3], rtol=0, atol=near)
+    placed = light.place is None or np.allclose(world[:3, 3], at[:3, 3], rtol=0, atol=near)
     along = world[:3, 2] / np.linalg.norm(world[:3, 2])
-    return bool(placed and (isinstance(light, PointLight) or np.allclose(along, at[:3, 2], atol=SAME_PLACE)))
+    return bool(placed and (light.axis is None or np.allclose(along, at[:3, 2], atol=SAME_PLACE)))
 
 
 def _camera_definition(camera: Camera, scene: Scene) -> gl.Camera:
@@ -111,21 +115,21 @@ def _far_end(camera: Camera, scene: Scene) -> float:
 
 def _light_matrix(light: Light) -> np.ndarray:
     """To the world from a light's own space, where it shines along -Z."""
-    towards = np.array((0.0, 0.0, -1.0) if isinstance(light, PointLight) else light.direction)
+    towards = np.array((0.0, 0.0, -1.0)) if light.axis is None else light.axis
     matrix = look_at(np.zeros(3), towards)
-    if not isinstance(light, SunLight):
-        matrix[:3, 3] = light.position
+    if light.place is not None:
+        matrix[:3, 3] = light.place
     return matrix
 
 
-def _light_definition(light: Light, factor: float) -> dict[str, Any]:
-    """The light as KHR_lights_punctual has it: candela or lux, `factor` times its own intensity."""
-    power = factor * np.asarray(light.irradiance if isinstance(light, SunLight) else light.intensity)
+def _light_definition(light: Light, own: dict[str, Any], factor: float) -> dict[str, Any]:
+    """The light as KHR_lights_punctual has it: candela or lux, `factor` times its own intensity.
+
+    `own`: what its kind says there.
+    """
+    power = factor * light.strength
     brightest = float(power.max())
-    kind = {PointLight: "point", SpotLight: "spot", SunLight: "directional"}[type(light)]
-    made: dict[str, Any] = {"name": light.name, "type": kind, "intensity": brightest}
+    made: dict[str, Any] = {"name": light.name, "type": own["type"], "intensity": brightest}
     if brightest > 0:
         made["color"] = (power / brightest).tolist()
-    if isinstance(light, SpotLight):
-        made["spot"] = {"innerConeAngle": light.inner_angle, "outerConeAngle": light.outer_angle}
-    return made
+    return made | own

@@ -9,7 +9,8 @@ import numpy as np
 
 from deltalux.cameras import Camera
 from deltalux.errors import OptionError
-from deltalux.scene import Material, Mesh, Scene, SunLight
+from deltalux.lights import SunLight
+from deltalux.scene import Material, Mesh, Scene
 
 from . import courtyard, furniture, masonry
 from .placing import COOL, WARM, lamp_luminance, look_at, luminance

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deltalux.scene import Material, Mesh, Scene, SpotLight
+from deltalux.lights import SpotLight
+from deltalux.scene import Material, Mesh, Scene
 
 from . import furniture as make
 from . import sculptures as art

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// Kinds of lights that shine from a point: each says how much goes where, the rest is the same.
+#pragma once
+#include "lights/kind.h"
+
+namespace deltalux::lights {
+
+class Placed : public Kind {
+ public:
+  bool is_parallel() const final { return false; }
+  void place(Punctual&, const Box&) const final {}
+  double most_extent(const Punctual& light, const Box&) const final { return extent(light); }
+  Start start(const Punctual& light, const std::array<float, 4>& random) const final;
+  double irradiance(const Punctual& light, Vec3f point, Vec3f normal, float slack) const final;
+  ShadowRay shadow_ray(const Punctual& light, Vec3f origin) const final;
+
+ private:
+  /// Share of its intensity that it sends along `d`, of any length, in [0, 1]; extent() is the
+  /// integral over all directions.
+  virtual double share(const Punctual& light, Vec3f d) const = 0;
+  /// A direction drawn by that share. `u`, `v`: random, in [0, 1).
+  virtual Vec3f draw(const Punctual& light, float u, float v) const = 0;
+};
+
+}  // namespace deltalux::lights
