@@ -45,6 +45,10 @@ def test_scales_choose_round_ends_and_ticks():
     assert (wide.low, wide.high) == (1, 5000)
     assert wide.ticks().tolist() == [1, 10, 100, 1000]
     assert scale_for(np.geomspace(1, 3000, 1000), logarithmic=False).low == 0
+    even = np.full(9, 100.0)
+    assert (scale_for(even).low, scale_for(even).high) == (0, 100)
+    assert (scale_for(even, logarithmic=True).low, scale_for(even, logarithmic=True).high) == (10, 100)
+    assert scale_for(np.linspace(99.5, 100, 9)).low == 0  # noise is not spread over all colours
     for empty in (np.zeros(5), np.full(3, np.nan)):
         assert (scale_for(empty).low, scale_for(empty).high) == (0, 1)
     assert symmetric_scale(np.zeros(5)).high == 1

@@ -27,6 +27,7 @@ export const DIVERGING: readonly Anchor[] = [
 ]
 export const TABLE_SIZE = 256
 const LOG_BEYOND = 8 // spread of values from which a logarithmic scale reads better
+const LEAST_SPREAD = 0.1 // of the largest value: values that differ by less are shown from zero on
 
 /** 256 linear sRGB colours through evenly spaced anchors, as RGBA. */
 export function colourTable(anchors: readonly Anchor[]): Float32Array {
@@ -94,12 +95,13 @@ export function scaleFor(values: Float32Array, logarithmic: boolean | null = nul
   const high = roundUp(top)
   if (!(logarithmic ?? top / Math.max(percentile(sorted, 0.5), 1e-30) > LOG_BEYOND)) {
     const bottom = percentile(sorted, 0.02)
+    if (high - bottom < LEAST_SPREAD * high) return { low: 0, high, logarithmic: false, diverging: false }
     const step = roundUp((high - bottom) / 6)
     const low = Number((Math.floor(bottom / step) * step).toPrecision(12))
     return { low, high, logarithmic: false, diverging: false }
   }
   const positive = sorted.subarray(sorted.findIndex((value) => value > 0))
-  const bottom = Math.max(percentile(positive, 0.02), high / 1e4)
+  const bottom = Math.min(Math.max(percentile(positive, 0.02), high / 1e4), high / 10)
   return { low: roundDown(bottom), high, logarithmic: true, diverging: false }
 }
 

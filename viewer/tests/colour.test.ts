@@ -41,6 +41,8 @@ describe('scales', () => {
     const dark = scaleFor(Float32Array.of(0, 0, 0, 1, 2, 30, 900))
     expect(dark).toEqual({ low: 1, high: 1000, logarithmic: true, diverging: false })
     expect(scaleFor(Float32Array.of(0, 0))).toEqual(linear(0, 1))
+    expect(scaleFor(Float32Array.of(100, 100, 100))).toEqual(linear(0, 100))
+    expect(scaleFor(Float32Array.of(100, 100), true)).toEqual({ ...linear(10, 100), logarithmic: true })
   })
 
   it('are symmetric for changes and do not mind how much stays', () => {

@@ -17,6 +17,7 @@ DIVERGING = (  # dark in the middle: what stays recedes, what changes shines
     (0.52, 0.16, 35), (0.76, 0.15, 62), (0.95, 0.09, 98),
 )  # fmt: skip
 LOG_BEYOND = 8.0  # spread of values from which a logarithmic scale reads better
+LEAST_SPREAD = 0.1  # of the largest value: values that differ by less are shown from zero on
 
 
 def _oklab_to_linear(lab: np.ndarray) -> np.ndarray:
@@ -109,9 +110,12 @@ def scale_for(values: np.ndarray, logarithmic: bool | None = None) -> ColourScal
         logarithmic = top / max(float(np.median(values)), 1e-30) > LOG_BEYOND
     if not logarithmic:
         bottom = float(np.percentile(values, 2))
+        if high - bottom < LEAST_SPREAD * high:
+            return ColourScale(0.0, high)
         step = _round_up((high - bottom) / 6)
         return ColourScale(float(f"{np.floor(bottom / step) * step:.12g}"), high)
-    bottom = max(float(np.percentile(values[values > 0], 2)), high / 1e4)
+    bottom = float(np.percentile(values[values > 0], 2))
+    bottom = min(max(bottom, high / 1e4), high / 10)
     return ColourScale(_round_down(bottom), high, logarithmic=True)
 
 
