@@ -21,14 +21,13 @@ def small_atrium(monkeypatch: pytest.MonkeyPatch) -> None:
     """Put the Cornell box in the atrium's place, and its first movable in the trolley's."""
     box = dl.scenes.cornell_box()
     monkeypatch.setattr(dl.scenes, "atrium", lambda: box, raising=False)
-    monkeypatch.setattr(demo, "SIZE", (96, 60))
     monkeypatch.setattr(demo, "TROLLEY", box.movable[0])
     monkeypatch.setattr(demo, "MOVE", demo.Move(box.movable[0], (0.05, 0, 0.05), 0))
 
 
 def test_writes_pictures_mesh_and_report(cli: Cli, small_atrium: None, tmp_path: Path) -> None:
     folder = tmp_path / "new" / "demo"
-    outcome = cli("demo", "-o", folder, "--paths", "20000")
+    outcome = cli("demo", "-o", folder, "--paths", "20000", "--size", "96x60")
     assert outcome.code == 0
     assert {p.name for p in folder.iterdir()} == FILES
     assert "update and recompute have the same digest: " in outcome.out
@@ -43,7 +42,7 @@ def test_writes_pictures_mesh_and_report(cli: Cli, small_atrium: None, tmp_path:
 
 
 def test_json_has_the_speed_up(cli: Cli, small_atrium: None, tmp_path: Path) -> None:
-    data = cli("demo", "-o", tmp_path, "--paths", "20000", "--json").data
+    data = cli("demo", "-o", tmp_path, "--paths", "20000", "--size", "96x60", "--json").data
     assert data["same_digest"] is True
     assert data["speed_up"] == pytest.approx(data["recompute_milliseconds"] / data["update_milliseconds"])
     assert {Path(p).name for p in data["outputs"]} == FILES
@@ -59,6 +58,6 @@ def test_fails_when_update_and_recompute_differ(
         return recompute(session)
 
     monkeypatch.setattr(dl.Session, "recompute", wrong)
-    outcome = cli("demo", "-o", tmp_path, "--paths", "20000")
+    outcome = cli("demo", "-o", tmp_path, "--paths", "20000", "--size", "96x60")
     assert outcome.code == 1
     assert "update and recompute differ" in outcome.error

@@ -54,8 +54,8 @@ def served(session, *messages, close_after=None):
 
         hub.open()
         try:
-            websocket = WebSocket({"type": "websocket"}, connection.receive, send)
-            await asyncio.wait_for(_serve_page(hub, websocket), 30)
+            websocket = WebSocket({"type": "websocket", "query_string": b""}, connection.receive, send)
+            await asyncio.wait_for(_serve_page(hub, websocket, True), 30)
             assert not hub._pages
         finally:
             await asyncio.to_thread(hub.close)

@@ -25,8 +25,8 @@ export function withControl(key: string, shift: boolean, does: string, action: (
 /** Listens to keys unless the user types; `first` may take one before (flying does). */
 export function listen(shortcuts: Shortcut[], first: (code: string, down: boolean) => boolean): void {
   window.addEventListener('keydown', (event) => {
-    if (typing(event.target) || document.querySelector('dialog[open]')) return
     const plainKey = !event.ctrlKey && !event.metaKey && !event.altKey
+    if (typing(event.target, plainKey) || document.querySelector('dialog[open]')) return
     if (plainKey && first(event.code, true)) return
     const shortcut = shortcuts.find((candidate) => candidate.matches(event))
     if (!shortcut) return
@@ -36,8 +36,11 @@ export function listen(shortcuts: Shortcut[], first: (code: string, down: boolea
   window.addEventListener('keyup', (event) => first(event.code, false))
 }
 
-function typing(target: EventTarget | null): boolean {
-  if (target instanceof HTMLInputElement) return target.type !== 'checkbox'
+/** Sliders keep plain keys, such as arrows; what undoes their last step is not for them. */
+function typing(target: EventTarget | null, plainKey: boolean): boolean {
+  if (target instanceof HTMLInputElement) {
+    return target.type === 'range' ? plainKey : target.type !== 'checkbox'
+  }
   return target instanceof HTMLSelectElement
 }
 

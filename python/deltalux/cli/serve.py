@@ -50,9 +50,9 @@ def run(
     with terminal.progress() as progress:
         opened = dl.Session.open(session, threads=threads, progress=progress)
     terminal.warn(foreign_light(opened, str(session)))
-    warn_of_others(terminal, host)
     with opened, _ended_by_sigterm():
         served = dl.serve(opened, host=host, port=port, folder=folder)
+        warn_of_others(terminal, host)
         data = {"session": str(session), "folder": str(folder.resolve()), "pid": os.getpid(), **served.places}
         terminal.record(data)
         terminal.say(f"{session} is served at {served.url}\nCtrl-C ends it")

@@ -24,7 +24,7 @@ def test_automatic_range_is_that_of_what_is_seen(viewer):
     scale, expected = viewer.state()["scale"], scale_for(seen)
     assert (scale["low"], scale["high"]) == (expected.low, expected.high)
     assert (seen < scale["low"]).mean() <= 0.03 and (seen > scale["high"]).mean() <= 0.03
-    assert scale["high"] / scale["low"] < 1000
+    assert not scale["logarithmic"] or scale["high"] / scale["low"] < 1000
 
 
 def test_range_is_changed_in_the_legend(viewer):
@@ -69,8 +69,10 @@ def test_isolines_carry_their_values(viewer):
     ticks = ColourScale(**scale).ticks()
     for label in viewer.state()["isolineLabels"]:
         assert np.isclose(ticks, label["value"]).any()
-        read = viewer.probe(label["x"], label["y"])["reading"]["value"]
-        assert abs(read / label["value"] - 1) < 0.1
+        # An isoline may run along an edge, where light jumps: its value lies between what is around.
+        around = [(label["x"] + dx, label["y"] + dy) for dx in (-4, 0, 4) for dy in (-4, 0, 4)]
+        read = [hit["reading"]["value"] for hit in (viewer.probe(*place) for place in around) if hit]
+        assert min(read) <= 1.02 * label["value"] and max(read) >= 0.98 * label["value"]
     viewer.press("i")
     viewer.until("deltalux.state().isolineLabels.length === 0")
 
