@@ -124,7 +124,7 @@ void Beam::find_middle(const trace::RayCaster& caster) {
 
 bool Beam::may_meet(Vec3f centre, float radius) const {
   const float cosine = 1 - light_.kind->cone(light_);
-  const Cone cone{light_.direction, cosine, std::sqrt(std::max(0.0f, 1 - cosine * cosine))};
+  const Cone cone{light_.direction, cosine, sine_of(cosine)};
   return cone.may_meet(centre - light_.position, radius);
 }
 

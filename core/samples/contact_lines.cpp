@@ -5,14 +5,14 @@
 
 #include <numeric>
 
+#include "samples/triangle_shapes.h"
+
 namespace deltalux::samples {
 namespace {
 
 constexpr double kFlat = 0.996;  // cosine between planes that do not cross but overlap
 constexpr size_t kLeaf = 4;      // pieces
 constexpr size_t kGrain = 1024;  // faces
-
-using Corners = std::array<Vec3d, 3>;
 
 Box box_of(const Corners& corners, double pad) {
   Box box;
@@ -82,10 +82,6 @@ class PieceTree {
   std::vector<Box> boxes_;
   std::vector<Node> nodes_;
 };
-
-Vec3d doubled_area(const Corners& corners) {
-  return cross(corners[1] - corners[0], corners[2] - corners[0]);
-}
 
 bool neighbours(const Triangle& one, const Triangle& two) {
   int common = 0;

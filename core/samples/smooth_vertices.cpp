@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "samples/components.h"
+#include "samples/triangle_shapes.h"
 
 namespace deltalux::samples {
 namespace {
@@ -19,8 +20,6 @@ struct Face {
 
 size_t next(size_t corner) { return corner - corner % 3 + (corner + 1) % 3; }
 size_t previous(size_t corner) { return corner - corner % 3 + (corner + 2) % 3; }
-/// Products are added in the order of x, z, y.
-double along(Vec3d a, Vec3d b) { return a.x * b.x + a.z * b.z + a.y * b.y; }
 Vec3d over(Vec3d v, double length) { return {v.x / length, v.y / length, v.z / length}; }
 
 Face face_of(std::span<const Vec3d> points, const Triangle& triangle) {
@@ -38,7 +37,7 @@ Face face_of(std::span<const Vec3d> points, const Triangle& triangle) {
   for (size_t k = 0; k < 3; ++k) ahead[k] = over(ahead[k], size[k]);
   for (size_t k = 0; k < 3; ++k) {
     const Vec3d behind = -ahead[(k + 2) % 3];
-    face.angle[k] = std::acos(std::clamp(along(ahead[k], behind), -1.0, 1.0));
+    face.angle[k] = std::acos(std::clamp(inner(ahead[k], behind), -1.0, 1.0));
     const Vec3d middle = ahead[k] + behind;
     face.bisector[k] = over(middle, std::max(length(middle), 1e-12));
   }
@@ -59,7 +58,7 @@ class Smoothing {
     for (size_t i = 0; i < one.size(); ++i) {
       const size_t a = size_t(one[i]), b = size_t(two[i]);
       const bool smooth =
-          along(faces_[a / 3].normal, faces_[b / 3].normal) >= mesh_.cosine[a / 3] &&
+          inner(faces_[a / 3].normal, faces_[b / 3].normal) >= mesh_.cosine[a / 3] &&
           !mesh_.parted[a] && !mesh_.parted[b];
       if (!smooth) continue;
       joined_[a] = joined_[b] = 1;
@@ -107,7 +106,7 @@ class Smoothing {
     for (size_t c = 0; c < corners; ++c) {
       const size_t v = size_t(out.of_corner[c]);
       if (!incomplete[v] || !counts(c)) continue;
-      const double looks = along(bisector(c), out.inset[v]);
+      const double looks = inner(bisector(c), out.inset[v]);
       if (looks < most[v]) continue;
       most[v] = looks;
       chosen[v] = c;
@@ -115,10 +114,10 @@ class Smoothing {
     for (size_t v = 0; v < vertices; ++v) {
       if (!incomplete[v]) continue;
       const Vec3d normal = faces_[chosen[v] / 3].normal, own = bisector(chosen[v]);
-      Vec3d inward = out.inset[v] - normal * along(out.inset[v], normal);
+      Vec3d inward = out.inset[v] - normal * inner(out.inset[v], normal);
       const double size = length(inward);
       inward = over(inward, std::max(size, 1e-12));
-      const bool inside = along(inward, own) >= std::cos(angle(chosen[v]) / 2);
+      const bool inside = inner(inward, own) >= std::cos(angle(chosen[v]) / 2);
       if (size < 1e-6 || !inside) inward = own;
       out.inset[v] = inward * std::min(farthest, share * height[v]);
     }

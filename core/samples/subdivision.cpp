@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "samples/triangle_shapes.h"
+
 namespace deltalux::samples {
 namespace {
 
@@ -19,7 +21,7 @@ struct Turned {
         ca(m[(first + 2) % 3]) {}
 };
 
-double squared(Vec3d v) { return v.x * v.x + v.z * v.z + v.y * v.y; }
+double squared(Vec3d v) { return inner(v, v); }
 
 Marks long_edges(std::span<const Vec3d> points, const Triangle& t, double squared_limit) {
   Marks marks;

@@ -10,18 +10,13 @@ namespace {
 
 constexpr double kNoArea = 1e-9;  // twice that of a triangle, of the square of its longest edge
 
-using Corners = std::array<Vec3d, 3>;
-
 Corners corners_of(std::span<const Vec3d> points, const Triangle& t) {
   return {points[size_t(t[0])], points[size_t(t[1])], points[size_t(t[2])]};
 }
 
-Vec3d doubled_area(const Corners& c) { return cross(c[1] - c[0], c[2] - c[0]); }
-
-double squared(Vec3d v) { return v.x * v.x + v.z * v.z + v.y * v.y; }
-
 double longest_squared(const Corners& c) {
-  return std::max({squared(c[1] - c[0]), squared(c[2] - c[1]), squared(c[0] - c[2])});
+  const Vec3d a = c[1] - c[0], b = c[2] - c[1], d = c[0] - c[2];
+  return std::max({inner(a, a), inner(b, b), inner(d, d)});
 }
 
 template <class T, class Of>

@@ -138,7 +138,6 @@ class Session {
   void restore(ArchiveSource& archive, Progress& progress);
 
  private:
-  void add_gradient_of_paths(double* gradient, Progress& progress);
   /// What read_samples() gathers where all is asked for.
   auto all_gathered() const;
   /// Gathered light of a block of samples.

@@ -51,6 +51,30 @@ void each_disc(const State& s, const Visit& visit) {
   }
 }
 
+/// Adds the slopes of what paths bring, of discs with these axes in world space.
+void add_slopes_of_paths(State& s, std::span<const Frame> frames, double* gradient,
+                         Progress& progress) {
+  const size_t n = s.samples.size();
+  const uint32_t slabs = s.sum_groups() * kBatches;
+  std::vector<int64_t> sums(size_t(slabs) * n * 3), moments(size_t(slabs) * n * 6);
+  Deposit(s, {sums.data(), n, false, moments.data()}).add_all(progress);
+  each_disc(s, [&](const samples::DiscSet& discs, size_t i, const Pose&, uint32_t) {
+    const uint32_t id = discs.id[i];
+    const samples::OutlineMoments m = samples::outline_moments(discs, i);
+    const double unit = discs.radius[i] / estimate::EnergySums::kMomentSteps;
+    for (int c = 0; c < 3; ++c) {
+      double gu = 0, gv = 0;
+      for (uint32_t slab = 0; slab < slabs; ++slab) {
+        const double factor = s.scale.quantum * s.sum_factor(slab / kBatches);
+        const size_t at = size_t(slab) * n + id;
+        fit(m, factor * double(sums[3 * at + c]), factor * unit * double(moments[6 * at + 2 * c]),
+            factor * unit * double(moments[6 * at + 2 * c + 1]), gu, gv);
+      }
+      frames[id].add(gu, gv, gradient + 9 * size_t(s.given[id]) + 3 * c);
+    }
+  });
+}
+
 }  // namespace
 
 void Session::read_gradient(double* gradient, Progress& progress) {
@@ -58,8 +82,6 @@ void Session::read_gradient(double* gradient, Progress& progress) {
   State& s = *state_;
   const size_t n = s.samples.size();
   std::fill(gradient, gradient + 9 * n, 0.0);
-  add_gradient_of_paths(gradient, progress);
-
   // Receivers a little to either side along u and v.
   std::vector<direct::Receiver> around(4 * n);
   std::vector<Frame> frames(n);
@@ -74,6 +96,7 @@ void Session::read_gradient(double* gradient, Progress& progress) {
     }
     frames[id] = {pose.direction(frame.u), pose.direction(frame.v)};
   });
+  add_slopes_of_paths(s, frames, gradient, progress);
   direct::DirectLight direct(4 * n, s.scene.group_count, direct_->irradiance_quantum(),
                              s.options.seed);
   direct.compute({*s.caster, s.lights, s.light_sampled, around}, s.workers, progress);
@@ -88,31 +111,6 @@ void Session::read_gradient(double* gradient, Progress& progress) {
                        gradient + 9 * size_t(s.given[id]) + 3 * c);
       }
     }
-}
-
-void Session::add_gradient_of_paths(double* gradient, Progress& progress) {
-  State& s = *state_;
-  const size_t n = s.samples.size();
-  const uint32_t slabs = s.sum_groups() * kBatches;
-  std::vector<int64_t> sums(size_t(slabs) * n * 3), moments(size_t(slabs) * n * 6);
-  Deposit(s, {sums.data(), n, false, moments.data()}).add_all(progress);
-  each_disc(s, [&](const samples::DiscSet& discs, size_t i, const Pose& pose, uint32_t) {
-    const uint32_t id = discs.id[i];
-    const Frame local = frame_of(discs.normal[i]);
-    const Frame frame{pose.direction(local.u), pose.direction(local.v)};
-    const samples::OutlineMoments m = samples::outline_moments(discs, i);
-    const double unit = discs.radius[i] / estimate::EnergySums::kMomentSteps;
-    for (int c = 0; c < 3; ++c) {
-      double gu = 0, gv = 0;
-      for (uint32_t slab = 0; slab < slabs; ++slab) {
-        const double factor = s.scale.quantum * s.sum_factor(slab / kBatches);
-        const size_t at = size_t(slab) * n + id;
-        fit(m, factor * double(sums[3 * at + c]), factor * unit * double(moments[6 * at + 2 * c]),
-            factor * unit * double(moments[6 * at + 2 * c + 1]), gu, gv);
-      }
-      frame.add(gu, gv, gradient + 9 * size_t(s.given[id]) + 3 * c);
-    }
-  });
 }
 
 }  // namespace deltalux::update

@@ -194,7 +194,6 @@ Affected Session::apply(std::span<const scene::Edit> edits, EditLog& log, double
     // The last that can fail: it takes back what it did itself.
     update_direct(log.changes(), log.old_lights(), kDirectShare * budget_ms, progress);
     s.irradiance_quantum = direct_->irradiance_quantum();
-    report.end_stage("direct", watch);
   } catch (...) {
     log.undo();
     shrink_cell_sums();
@@ -212,6 +211,7 @@ size_t Session::follow(std::span<const scene::Edit> edits, const EditLog& log,
                        const Affected& affected, double budget_ms, Stopwatch& watch,
                        Progress& progress, Report& report) {
   State& s = *state_;
+  report.end_stage("direct", watch);
   const double left = budget_ms > 0 ? budget_ms - watch.milliseconds() : budget_ms;
   const size_t refused = replace_paths(log, affected, left, progress, report);
   watch.lap();

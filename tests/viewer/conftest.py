@@ -12,17 +12,13 @@ import deltalux as dl
 import pytest
 from deltalux.server.serving import Server
 
-from viewer.served_room import make_session
+from viewer.served_room import make_session, saved
 
 
 @pytest.fixture(scope="session")
 def baked_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A saved session of the room."""
-    path = tmp_path_factory.mktemp("session") / "room.dlx"
-    with make_session() as session:
-        session.bake()
-        session.save(path)
-    return path
+    return saved(make_session(), tmp_path_factory.mktemp("session") / "room.dlx")
 
 
 @pytest.fixture

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import deltalux as dl
 from rooms import room
 
@@ -14,3 +16,11 @@ def make_session(paths: int = PATHS, gather: str | int = "off") -> dl.Session:
     scene = room()
     samples = dl.Samples.on_vertices(scene, spacing=0.6, radius=0.15)
     return dl.Session(scene, samples, paths=paths, threads=2, gather=gather)
+
+
+def saved(session: dl.Session, path: Path) -> Path:
+    """The file of a session, baked, which is closed then."""
+    with session:
+        session.bake()
+        session.save(path)
+    return path

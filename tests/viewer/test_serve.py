@@ -9,8 +9,6 @@ import json
 import re
 import signal
 import socket
-import subprocess
-import sys
 import threading
 from pathlib import Path
 
@@ -19,9 +17,9 @@ import pytest
 from deltalux.client.connection import socket_address
 from deltalux.server.serving import Server
 
+from viewer.commands import running
 from viewer.page_client import PageClient
 from viewer.test_client import TIMEOUT, edit
-from viewer.test_view import environment, listen
 
 # ---- who cannot connect ------------------------------------------------------------------------------
 
@@ -141,32 +139,21 @@ def test_the_command_serves_until_it_is_ended_and_leaves_the_file_as_it_is(
     baked_file: Path, tmp_path: Path, own: dl.Session, end: signal.Signals
 ) -> None:
     before = hashlib.sha256(baked_file.read_bytes()).digest()
-    words = ["serve", str(baked_file), "--json", "--folder", str(tmp_path)]
-    with subprocess.Popen(
-        [sys.executable, "-m", "deltalux.cli", *words],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env=environment(),
-        preexec_fn=listen,
-    ) as process:
-        try:
-            assert process.stdout is not None
-            said = json.loads(process.stdout.readline())
-            assert said["pid"] == process.pid
-            assert (said["session"], said["folder"], said["page"]) == (str(baked_file), str(tmp_path), True)
-            assert said["address"] == f"http://127.0.0.1:{said['port']}/?token={said['token']}"
-            for address in (said["address"], said["websocket"]):
-                with dl.connect(address) as client:
-                    edit(client) if address == said["address"] else None
-                    client.update()
-                    digest = client.digest()
-            with pytest.raises(dl.OptionError, match="found no token"):
-                dl.connect(said["address"][:-1])
-            process.send_signal(end)
-            out, errors = process.communicate(timeout=TIMEOUT)
-        finally:
-            process.kill()
+    with running("serve", str(baked_file), "--json", "--folder", str(tmp_path)) as process:
+        assert process.stdout is not None
+        said = json.loads(process.stdout.readline())
+        assert said["pid"] == process.pid
+        assert (said["session"], said["folder"], said["page"]) == (str(baked_file), str(tmp_path), True)
+        assert said["address"] == f"http://127.0.0.1:{said['port']}/?token={said['token']}"
+        for address in (said["address"], said["websocket"]):
+            with dl.connect(address) as client:
+                edit(client) if address == said["address"] else None
+                client.update()
+                digest = client.digest()
+        with pytest.raises(dl.OptionError, match="found no token"):
+            dl.connect(said["address"][:-1])
+        process.send_signal(end)
+        out, errors = process.communicate(timeout=TIMEOUT)
     assert (process.returncode, out, errors) == (0, "", "")
     edit(own)
     own.update()

@@ -3,14 +3,12 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import signal
 import subprocess
 import sys
 import types
 import urllib.request
-from pathlib import Path
 
 import deltalux as dl
 import deltalux.server.extra as extra
@@ -19,7 +17,7 @@ import pytest
 from deltalux.cli import run
 from session_files import rewrite
 
-SOURCES = Path(dl.__file__).parent.parent
+from viewer.commands import environment, running
 
 
 def test_a_view_serves_until_it_is_closed(session):
@@ -75,35 +73,14 @@ def test_what_is_neither_session_nor_scene_is_refused():
         dl.view("office")
 
 
-def listen():
-    """A job in the background of a script starts with Ctrl-C ignored."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-
-def environment():
-    return os.environ | {"PYTHONPATH": str(SOURCES)}
-
-
 def test_the_command_prints_the_address_and_ends_with_ctrl_c(baked_file, tmp_path):
-    words = ["view", str(baked_file), "--no-browser", "--folder", str(tmp_path)]
-    command = [sys.executable, "-m", "deltalux.cli", *words]
-    with subprocess.Popen(
-        command,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env=environment(),
-        preexec_fn=listen,
-    ) as process:
-        try:
-            line = process.stdout.readline()
-            address = line.split()[-1]
-            assert address.startswith("http://127.0.0.1:")
-            assert urllib.request.urlopen(address, timeout=30).status == 200
-            process.send_signal(signal.SIGINT)
-            _, errors = process.communicate(timeout=30)
-        finally:
-            process.kill()  # else leaving the block waits for ever
+    with running("view", str(baked_file), "--no-browser", "--folder", str(tmp_path)) as process:
+        line = process.stdout.readline()
+        address = line.split()[-1]
+        assert address.startswith("http://127.0.0.1:")
+        assert urllib.request.urlopen(address, timeout=30).status == 200
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=30)
     assert process.returncode == 0
     assert errors == ""
 

@@ -15,6 +15,7 @@ const ALIKE_APART = 240 // and between two of the same line
 const MARGIN = 26 // pixels to the picture's border
 const MOST_NUMBERS = 40
 const ONE_SURFACE = 0.04 // relative step in distance that still is one surface
+const STEEPEST = 0.1 // of the value, from one place that is read back to the next: else light jumps there
 
 export interface IsolineLabel {
   value: number
@@ -40,6 +41,7 @@ export function placeLabels(
         const passed = levels.filter((level) => a < level !== b < level)
         if (passed.length !== 1) continue // none, or an edge over which the light jumps
         const steepness = Math.abs(b - a) / passed[0]
+        if (steepness > STEEPEST) continue
         found.push({ value: passed[0], x: (x + 0.5) * cell, y: (height - y - 0.5) * cell, steepness })
       }
     }

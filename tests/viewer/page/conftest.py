@@ -14,6 +14,7 @@ from deltalux.server.serving import Server
 
 from viewer.page.driver import BROWSER_ARGUMENTS, Viewer
 from viewer.page.two_cells import make_session
+from viewer.served_room import saved
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 SIZE = {"width": 940, "height": 440}  # leaves 640 × 360 to the picture
@@ -57,11 +58,7 @@ def open_page(browser: Any) -> Iterator[Callable[..., Viewer]]:
 
 @pytest.fixture(scope="session")
 def baked_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("baked") / "cells.dlx"
-    with make_session() as session:
-        session.bake()
-        session.save(path)
-    return path
+    return saved(make_session(), tmp_path_factory.mktemp("baked") / "cells.dlx")
 
 
 @pytest.fixture

@@ -8,15 +8,12 @@ import pytest
 from deltalux.server.serving import Server
 
 from viewer.page.many_lamps import NAMES, make_session
+from viewer.served_room import saved
 
 
 @pytest.fixture(scope="module")
 def lamps_file(tmp_path_factory):
-    path = tmp_path_factory.mktemp("lamps") / "lamps.dlx"
-    with make_session() as session:
-        session.bake()
-        session.save(path)
-    return path
+    return saved(make_session(), tmp_path_factory.mktemp("lamps") / "lamps.dlx")
 
 
 @pytest.fixture
