@@ -158,6 +158,21 @@ def test_equal_edits_write_nothing(tmp_path: Path, start: Callable[..., Running]
     assert running.end() == (0, "", "")
 
 
+def test_of_refused_edits_nothing_is_left(tmp_path: Path, start: Callable[..., Running]) -> None:
+    """Nor does what they began to say count as done: said again, it is."""
+    result = tmp_path / "now.csv"
+    running = start("-o", str(result))
+    write(running.file, {})
+    before = running.record()["digest"]
+    write(running.file, MOVE | {"dim": {"nobody": 0.5}})
+    assert "nobody" in running.record()["problem"]
+    write(running.file, MOVE)
+    done = running.record()
+    assert done["outputs"] == [str(result)]
+    assert done["digest"] != before
+    running.end()
+
+
 def test_waiting_takes_no_time_of_a_processor(start: Callable[..., Running]) -> None:
     running = start()
     write(running.file, {})

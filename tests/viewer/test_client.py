@@ -246,6 +246,17 @@ def test_pages_see_what_clients_do_and_clients_what_pages_do(served: Server, own
             assert_same(client, own)
 
 
+def test_what_is_made_together_is_one_step_back(served: Server, own: dl.Session) -> None:
+    with dl.connect(served.url) as client, PageClient(served) as page:
+        edit(client)
+        client.update()
+        page.until(lambda data: data["type"] == "state" and data["undo"] == "move lamp and 3 more")
+        page.ask("undo")
+        page.until(lambda data: data["type"] == "state" and data["undo"] is None)
+        client.update()
+        assert_same(client, own)
+
+
 def test_what_is_read_is_the_light_of_the_state(session: dl.Session, own: dl.Session) -> None:
     """Also where the engine has not begun to follow it."""
     answers: queue.Queue = queue.Queue()
