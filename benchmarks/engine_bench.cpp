@@ -10,9 +10,9 @@
 #include "base/direction.h"
 #include "raw_rays.h"
 #include "scene_dump.h"
+#include "session/scan.h"
+#include "session/session.h"
 #include "timing.h"
-#include "update/scan.h"
-#include "update/session.h"
 
 using namespace deltalux;
 using namespace deltalux::benchmarks;
@@ -20,7 +20,7 @@ using namespace deltalux::benchmarks;
 namespace {
 
 /// Every `stride`-th stored segment, in storage order: as incoherent as the tracer's own rays.
-Rays stored_rays(const update::State& state, size_t stride) {
+Rays stored_rays(const session::State& state, size_t stride) {
   Rays rays;
   size_t k = 0;
   for (const segments::Level& level : state.store.levels())
@@ -41,19 +41,19 @@ int main(int argc, char** argv) {
     return 2;
   }
   Dump dump = read_dump(argv[1]);
-  update::Options options;
+  session::Options options;
   options.paths = std::strtoull(argv[2], nullptr, 10);
   options.threads = std::atoi(argv[3]);
-  options.direct = update::DirectMode::paths;
+  options.direct = session::DirectMode::paths;
   const double step = std::atof(argv[4]);
   const size_t samples = dump.samples.size();
   const uint32_t object = first_movable(dump.scene);
-  update::Session session(std::move(dump.scene), std::move(dump.samples), options);
+  session::Session session(std::move(dump.scene), std::move(dump.samples), options);
   Progress progress;
   const double bake_start = cpu_seconds();
   session.bake(progress);
   const double bake = cpu_seconds() - bake_start;
-  const update::State& state = session.state();
+  const session::State& state = session.state();
   const double segments = double(state.store.live());
 
   // Tracing and depositing of a whole recompute, beside raw rays, in turn.
@@ -62,7 +62,7 @@ int main(int argc, char** argv) {
   for (int turn = 0; turn < 3; ++turn) {
     raw.push_back(raw_ray_ns(*state.caster, rays));
     const double cpu = cpu_seconds(), wall = wall_seconds();
-    const update::Report report = session.recompute(progress);
+    const session::Report report = session.recompute(progress);
     full.push_back(1e3 * (cpu_seconds() - cpu));
     full_wall.push_back(1e3 * (wall_seconds() - wall));
     const double share = full.back() / full_wall.back();
@@ -72,8 +72,8 @@ int main(int argc, char** argv) {
   const double raw_ns = median(raw);
 
   // The scan alone, over all outlines, for the box of the movable.
-  const update::ScanBox box =
-      update::scan_box(state.store.grid(), state.caster->object_bounds(object));
+  const session::ScanBox box =
+      session::scan_box(state.store.grid(), state.caster->object_bounds(object));
   std::vector<double> scan;
   std::vector<uint32_t> candidates;
   for (int turn = 0; turn < 15; ++turn) {
@@ -82,7 +82,7 @@ int main(int argc, char** argv) {
     for (const segments::Level& level : state.store.levels())
       for (uint32_t slot = 0; slot < level.size(); slot += segments::Level::kChunk) {
         const segments::Level::Chunk& chunk = level.chunk(slot);
-        update::scan(chunk.low, chunk.high, segments::Level::kChunk, {&box, 1}, slot, candidates);
+        session::scan(chunk.low, chunk.high, segments::Level::kChunk, {&box, 1}, slot, candidates);
       }
     scan.push_back(1e9 * (cpu_seconds() - start) / segments);
   }
@@ -97,7 +97,7 @@ int main(int argc, char** argv) {
   for (int turn = 0; turn < 24; ++turn) {
     const scene::Edit edit = scene::Move{object, turn % 2 ? home : away};
     const double cpu = cpu_seconds(), wall = wall_seconds();
-    const update::Report report = session.update({&edit, 1}, 0, progress);
+    const session::Report report = session.update({&edit, 1}, 0, progress);
     if (turn < 4) continue;  // warm up
     frame.push_back(1e3 * (cpu_seconds() - cpu));
     frame_wall.push_back(1e3 * (wall_seconds() - wall));

@@ -16,7 +16,7 @@ using namespace deltalux::benchmarks;
 namespace {
 
 /// Of every fourth sample.
-Rays sample_rays(const update::State& state, uint32_t count) {
+Rays sample_rays(const session::State& state, uint32_t count) {
   const gather::Directions directions(count, 7);
   Rays rays;
   for (size_t i = 0; i < state.samples.size(); i += 4)
@@ -37,17 +37,17 @@ int main(int argc, char** argv) {
     return 2;
   }
   Dump dump = read_dump(argv[1]);
-  update::Options options;
+  session::Options options;
   options.paths = std::strtoull(argv[2], nullptr, 10);
   options.gather_rays = uint32_t(std::strtoul(argv[3], nullptr, 10));
   options.threads = 1;
   const double step = std::atof(argv[4]);
   const size_t samples = dump.samples.size();
   const uint32_t object = first_movable(dump.scene);
-  update::Session session(std::move(dump.scene), std::move(dump.samples), options);
+  session::Session session(std::move(dump.scene), std::move(dump.samples), options);
   Progress progress;
   session.bake(progress);
-  const update::State& state = session.state();
+  const session::State& state = session.state();
   const double rays = double(samples) * options.gather_rays;
 
   const Rays raw_rays = sample_rays(state, options.gather_rays);
@@ -56,7 +56,7 @@ int main(int argc, char** argv) {
   for (int turn = 0; turn < 3; ++turn) {
     raw.push_back(raw_ray_ns(*state.caster, raw_rays));
     double cpu = cpu_seconds(), wall = wall_seconds();
-    const update::Report report = session.recompute(progress);
+    const session::Report report = session.recompute(progress);
     full.push_back(1e3 * (cpu_seconds() - cpu));
     cast.push_back(1e6 * stage(report, "gather", (cpu_seconds() - cpu) / (wall_seconds() - wall)) /
                    rays);
@@ -73,7 +73,7 @@ int main(int argc, char** argv) {
   for (int turn = 0; turn < 8; ++turn) {
     const scene::Edit edit = scene::Move{object, turn % 2 ? home : away};
     const double cpu = cpu_seconds(), wall = wall_seconds();
-    const update::Report report = session.update({&edit, 1}, 0, progress);
+    const session::Report report = session.update({&edit, 1}, 0, progress);
     if (turn < 2) continue;  // warm up
     const double used = cpu_seconds() - cpu;
     frame.push_back(1e3 * used);

@@ -5,7 +5,7 @@
 #include <ctime>
 #include <vector>
 
-#include "update/session.h"
+#include "session/session.h"
 
 namespace deltalux::benchmarks {
 
@@ -27,7 +27,7 @@ inline double median(std::vector<double> values) {
 }
 
 /// Wall-clock milliseconds of a stage, scaled to CPU time by what the whole call used of each.
-inline double stage(const update::Report& report, const char* name, double cpu_per_wall) {
+inline double stage(const session::Report& report, const char* name, double cpu_per_wall) {
   double sum = 0;
   for (const auto& [key, ms] : report.milliseconds)
     if (key == name) sum += ms;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sessions: bake, edit, update, read.
-#include "update/session.h"
+#include "session/session.h"
 
 #include <cstdio>
 #include <cstring>
@@ -12,9 +12,9 @@
 namespace deltalux::python {
 namespace {
 
-using update::Session;
+using session::Session;
 
-nb::dict to_dict(const update::Report& report) {
+nb::dict to_dict(const session::Report& report) {
   nb::dict ms, out;
   for (const auto& [stage, value] : report.milliseconds) {
     const double before = ms.contains(stage.c_str()) ? nb::cast<double>(ms[stage.c_str()]) : 0.0;
@@ -65,11 +65,11 @@ plan::Policy to_policy(const std::string& name) {
                                 : plan::Policy::measured;
 }
 
-update::Options to_options(uint64_t paths, uint64_t seed, int threads, const std::string& end,
-                           const std::string& area, const std::string& direct,
-                           const std::string& static_method, const std::string& moving_method,
-                           uint32_t max_bounces, uint64_t memory_limit, uint32_t gather_rays) {
-  update::Options o;
+session::Options to_options(uint64_t paths, uint64_t seed, int threads, const std::string& end,
+                            const std::string& area, const std::string& direct,
+                            const std::string& static_method, const std::string& moving_method,
+                            uint32_t max_bounces, uint64_t memory_limit, uint32_t gather_rays) {
+  session::Options o;
   o.paths = paths;
   o.seed = seed;
   o.threads = threads;
@@ -77,9 +77,9 @@ update::Options to_options(uint64_t paths, uint64_t seed, int threads, const std
                   : end == "second" ? segments::SegmentEnd::second
                                     : segments::SegmentEnd::bounded;
   o.disc_area = area == "whole" ? samples::DiscArea::whole : samples::DiscArea::reachable;
-  o.direct = direct == "paths"     ? update::DirectMode::paths
-             : direct == "sampled" ? update::DirectMode::sampled
-                                   : update::DirectMode::automatic;
+  o.direct = direct == "paths"     ? session::DirectMode::paths
+             : direct == "sampled" ? session::DirectMode::sampled
+                                   : session::DirectMode::automatic;
   o.static_method = to_method(static_method);
   o.moving_method = to_method(moving_method);
   o.max_bounces = max_bounces;
@@ -157,7 +157,7 @@ void bind_session(nb::module_& m) {
               uint32_t gather_rays) {
              samples::SampleSet set{to_vectors(points), to_vectors(normals), to_vector(radius),
                                     to_vector(attached)};
-             const update::Options options =
+             const session::Options options =
                  to_options(paths, seed, threads, segment_end, disc_area, direct, static_method,
                             moving_method, max_bounces, memory_limit, gather_rays);
              nb::gil_scoped_release release;
@@ -166,7 +166,7 @@ void bind_session(nb::module_& m) {
       .def(
           "bake",
           [](Session& s, nb::object callback) {
-            update::Report report;
+            session::Report report;
             run(callback, [&](Progress& p) { report = s.bake(p); });
             return to_dict(report);
           },
@@ -174,7 +174,7 @@ void bind_session(nb::module_& m) {
       .def(
           "recompute",
           [](Session& s, nb::object callback) {
-            update::Report report;
+            session::Report report;
             run(callback, [&](Progress& p) { report = s.recompute(p); });
             return to_dict(report);
           },
@@ -182,7 +182,7 @@ void bind_session(nb::module_& m) {
       .def(
           "update",
           [](Session& s, const EditList& list, double budget_ms, nb::object callback) {
-            update::Report report;
+            session::Report report;
             run(callback, [&](Progress& p) { report = s.update(list.edits, budget_ms, p); });
             return to_dict(report);
           },
@@ -324,7 +324,7 @@ void bind_session(nb::module_& m) {
            })
       .def("audit",
            [](const Session& s) {
-             const update::EnergyAudit audit = s.audit();
+             const session::EnergyAudit audit = s.audit();
              nb::dict out;
              out["emitted"] = audit.emitted;
              out["absorbed"] = audit.absorbed;
@@ -334,7 +334,7 @@ void bind_session(nb::module_& m) {
            })
       .def("statistics",
            [](const Session& s) {
-             const update::State& state = s.state();
+             const session::State& state = s.state();
              nb::dict out;
              uint64_t paths = 0;
              nb::list lights;

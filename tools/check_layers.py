@@ -12,13 +12,13 @@ STAGES = (
     "lights",
     "scene",
     "trace",
+    "direct",
     "segments",
     "samples",
     "estimate",
-    "direct",
     "gather",
     "plan",
-    "update",
+    "session",
 )
 ESTIMATORS = (
     "brute_force",
@@ -39,7 +39,7 @@ THIRD_PARTIES = {
 # The core neither prints, nor reads files, nor knows Python.
 BANNED_HEADERS = {"cstdio", "stdio.h", "iostream", "fstream", "filesystem", "Python.h"}
 BANNED_CALLS = re.compile(r"\b(?:f?printf|puts|abort|exit)\s*\(|std::c(?:out|err)\b")
-# Types that only their own stage and update/ may change.
+# Types that only their own stage and session/ may change.
 OWNED = {"Scene": "scene", "SegmentStore": "segments", "SampleSet": "samples", "DiscSet": "samples"}
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*(["<])([^">]+)[">]', re.MULTILINE)
@@ -102,12 +102,12 @@ def check_file(path: Path, core: Path) -> list[str]:
     for match in BANNED_CALLS.finditer(code):
         found.append((match.start(), f"{match[0].rstrip('(')}: the core reports by exceptions and results"))
     for name, owner in OWNED.items():
-        if stage in (owner, "update"):
+        if stage in (owner, "session"):
             continue
         for match in re.finditer(rf"(?<!const )\b(?:\w+::)*{name}\s*[&*](?!&)", code):
             before = code[: match.start()]
             if not re.search(r"const\s+(?:\w+::)*$", before):
-                found.append((match.start(), f"mutable {name}: only {owner} and update may change it"))
+                found.append((match.start(), f"mutable {name}: only {owner} and session may change it"))
     return [f"{path}:{text.count(chr(10), 0, at) + 1}: {problem}" for at, problem in found]
 
 

@@ -43,7 +43,7 @@ void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory
 void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
 #endif
 
-namespace deltalux::update {
+namespace deltalux::session {
 namespace {
 
 using Digest = std::array<uint64_t, 4>;
@@ -234,4 +234,4 @@ TEST(Faults, CellsOfAnObjectAreTakenBackWhole) {
 #endif
 
 }  // namespace
-}  // namespace deltalux::update
+}  // namespace deltalux::session

@@ -6,11 +6,11 @@
 
 #include "base/error.h"
 #include "disc_world.h"
+#include "session/scan.h"
 #include "session_world.h"
-#include "update/scan.h"
 #include "with_isa.h"
 
-namespace deltalux::update {
+namespace deltalux::session {
 namespace {
 
 using estimate::Draw;
@@ -200,4 +200,4 @@ INSTANTIATE_TEST_SUITE_P(All, IsaSessions,
                                          plan::Method::sphere_cache, plan::Method::ray_map));
 
 }  // namespace
-}  // namespace deltalux::update
+}  // namespace deltalux::session

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A small session through every kind of edit: what the sanitizers see of baking and updating.
-#include "update/session.h"
+#include "session/session.h"
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
@@ -9,7 +9,7 @@
 #include "memory_archive.h"
 #include "session_world.h"
 
-namespace deltalux::update {
+namespace deltalux::session {
 namespace {
 
 TEST(Session, UpdatesEqualARecompute) {
@@ -116,4 +116,4 @@ TEST(RayCaster, LeavesOtherThreadsAlone) {
 }
 
 }  // namespace
-}  // namespace deltalux::update
+}  // namespace deltalux::session

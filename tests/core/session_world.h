@@ -3,9 +3,9 @@
 #pragma once
 #include "direct_world.h"
 #include "lights/kinds.h"
-#include "update/session.h"
+#include "session/session.h"
 
-namespace deltalux::update {
+namespace deltalux::session {
 
 /// A room of 4 x 3 x 4 m with a lamp under the ceiling and a movable box.
 inline scene::Scene room() {
@@ -85,4 +85,4 @@ inline scene::Object second_lamp() {
   return lamp;
 }
 
-}  // namespace deltalux::update
+}  // namespace deltalux::session

@@ -8,7 +8,7 @@
 #include "session_world.h"
 #include "trace/scatter.h"
 
-namespace deltalux::update {
+namespace deltalux::session {
 namespace {
 
 /// Steps of diffuse walks inside a closed box, turned and moved off zero, that got out of it. The
@@ -150,4 +150,4 @@ TEST(Allotment, EachGroupKeepsAFloor) {
 }
 
 }  // namespace
-}  // namespace deltalux::update
+}  // namespace deltalux::session

@@ -60,7 +60,7 @@ def test_layers_accept(tmp_path: Path, file: str, text: str) -> None:
         ("estimate/ray_map.cpp", '#include "estimate/disc_index.h"\n', "another estimator"),
         ("plan/cost_model.cpp", '#include "scene/scene.h"\n', "includes base only"),
         ("trace/walk.cpp", "#include <embree4/rtcore.h>\n", "belongs to core/trace/embree_scene"),
-        ("update/session.cpp", "#include <tbb/task_arena.h>\n", "belongs to core/base/parallel"),
+        ("session/session.cpp", "#include <tbb/task_arena.h>\n", "belongs to core/base/parallel"),
         ("scene/a.cpp", "#include <nanobind/nanobind.h>\n", "neither bindings nor file formats"),
         ("scene/a.cpp", "#include <fstream>\n", "does not print, read files"),
         ("scene/a.cpp", 'void f() { printf("x"); }\n', "reports by exceptions"),

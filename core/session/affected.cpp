@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+// The search for affected segments: one pass over the outlines yields the candidates of every
+// changed object, for both poses and for its moving samples.
+#include "session/affected.h"
+
+#include <algorithm>
+
+#include "base/direction.h"
+#include "session/scan.h"
+
+namespace deltalux::session {
+namespace {
+
+using segments::Level;
+using segments::Segment;
+
+constexpr size_t kGrain = 16 * Level::kChunk;
+constexpr size_t kAhead = 16;
+
+/// What one block of slots yields; blocks are joined in order.
+struct Found {
+  std::vector<AffectedSegment> affected;
+  std::vector<std::vector<uint32_t>> near;
+  uint64_t candidates = 0;
+};
+
+class Finder {
+ public:
+  Finder(const State& state, std::span<const ObjectChange> changes,
+         std::span<const uint8_t> materials)
+      : state_(state),
+        changes_(changes),
+        materials_(materials),
+        changed_(state.scene.objects.size()) {
+    for (const ObjectChange& change : changes) {
+      changed_[change.object] = 1;
+      Box near = change.after;
+      for (const MovingPart& part : state.moving)
+        if (part.object == change.object && !change.after.empty()) near.grow(part.world);
+      near_.push_back(near);
+      add_box(change.before);
+      add_box(near);
+    }
+  }
+
+  Found search(const Level& level, uint32_t begin, uint32_t end) const {
+    Found found;
+    found.near.resize(changes_.size());
+    thread_local std::vector<uint32_t> candidates;
+    candidates.clear();
+    for (uint32_t slot = begin; slot < end; slot += Level::kChunk) {
+      const Level::Chunk& chunk = level.chunk(slot);
+      if (materials_.empty()) {
+        scan(chunk.low, chunk.high, Level::kChunk, boxes_, slot, candidates);
+      } else {
+        for (uint32_t i = 0; i < Level::kChunk; ++i)
+          if (chunk.segment[i].length >= 0) candidates.push_back(slot + i);
+      }
+    }
+    found.candidates = candidates.size();
+    for (size_t i = 0; i < candidates.size(); ++i) {
+      if (i + kAhead < candidates.size()) {
+        const char* ahead = reinterpret_cast<const char*>(&level.at(candidates[i + kAhead]));
+        __builtin_prefetch(ahead);
+        __builtin_prefetch(ahead + sizeof(Segment) - 1);
+      }
+      test(level, candidates[i], found);
+    }
+    return found;
+  }
+
+ private:
+  void add_box(const Box& box) {
+    if (!box.empty()) boxes_.push_back(scan_box(state_.store.grid(), box));
+  }
+
+  void test(const Level& level, uint32_t slot, Found& found) const {
+    const Segment& segment = level.at(slot);
+    if (segment.length < 0) return;
+    const Vec3f o = segment.origin, w = decode_direction(segment.direction);
+    const SlabRay ray(o, w);
+    const float reach = level.extended_or_length(slot);
+    AffectedSegment result{slot, false, {}};
+    bool affected = false;
+    if (segment.primitive != scene::kNone) {
+      if (segment.primitive >= state_.scene.static_primitives())
+        affected = changed_[state_.scene.object_of(segment.primitive)];
+      if (!materials_.empty())
+        affected |= materials_[state_.scene.material_index(segment.primitive)] != 0;
+    }
+    const bool retrace = affected || state_.store.with_extended();
+    if (segment.primitive != scene::kNone) result.hit = {segment.length, segment.primitive, {}};
+    for (size_t k = 0; k < changes_.size(); ++k) {
+      const ObjectChange& change = changes_[k];
+      if (!near_[k].empty() && ray.entry(near_[k], reach) <= reach) found.near[k].push_back(slot);
+      if (state_.store.with_extended())
+        // The piece behind the first hit counts too; re-tracing decides what really changed.
+        affected |=
+            ray.entry(change.before, reach) <= reach || ray.entry(change.after, reach) <= reach;
+      if (retrace || change.after.empty()) continue;
+      result.hit = state_.caster->closer(result.hit, change.object, o, w);
+    }
+    if (!retrace && result.hit.primitive != segment.primitive) {
+      // The other objects and the static scene are as before, so this is the new first hit.
+      affected = result.hit_known = true;
+    }
+    if (affected) found.affected.push_back(result);
+  }
+
+  const State& state_;
+  std::span<const ObjectChange> changes_;
+  std::span<const uint8_t> materials_;
+  std::vector<uint8_t> changed_;
+  std::vector<Box> near_;
+  std::vector<ScanBox> boxes_;
+};
+
+}  // namespace
+
+std::vector<Box> boxes_of(std::span<const ObjectChange> changes) {
+  std::vector<Box> boxes;
+  for (const ObjectChange& change : changes)
+    for (const Box& box : {change.before, change.after})
+      if (!box.empty()) boxes.push_back(box);
+  return boxes;
+}
+
+std::vector<uint32_t> moved_samples(const State& state, std::span<const ObjectChange> changes) {
+  std::vector<uint32_t> out;
+  for (const MovingPart& part : state.moving)
+    for (const ObjectChange& change : changes)
+      if (change.object == part.object) {
+        const std::vector<uint32_t>& ids = part.index->discs().id;
+        out.insert(out.end(), ids.begin(), ids.end());
+      }
+  return out;
+}
+
+Affected find_affected(const State& state, std::span<const ObjectChange> changes,
+                       std::span<const uint8_t> materials, Progress& progress) {
+  const Finder finder(state, changes, materials);
+  const std::vector<Level>& levels = state.store.levels();
+  Affected out;
+  out.segments.resize(levels.size());
+  out.near.assign(changes.size(), std::vector<std::vector<uint32_t>>(levels.size()));
+  progress.begin("find affected paths", levels.size());
+  for (size_t bounce = 0; bounce < levels.size(); ++bounce) {
+    const Level& level = levels[bounce];
+    std::vector<Found> blocks((level.size() + kGrain - 1) / kGrain);
+    state.workers.for_blocks(level.size(), kGrain, [&](size_t begin, size_t end) {
+      progress.check();
+      blocks[begin / kGrain] = finder.search(level, uint32_t(begin), uint32_t(end));
+    });
+    out.scanned += level.size();
+    for (const Found& block : blocks) {
+      out.candidates += block.candidates;
+      out.segments[bounce].insert(out.segments[bounce].end(), block.affected.begin(),
+                                  block.affected.end());
+      for (size_t k = 0; k < changes.size(); ++k)
+        out.near[k][bounce].insert(out.near[k][bounce].end(), block.near[k].begin(),
+                                   block.near[k].end());
+    }
+    progress.advance(1);
+  }
+  return out;
+}
+
+}  // namespace deltalux::session

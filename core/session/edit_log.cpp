@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whatever can fail is made aside first; undoing only swaps back.
+#include "session/edit_log.h"
+
+#include <algorithm>
+
+namespace deltalux::session {
+
+std::vector<trace::Light> added_lights(const State& s, const scene::Scene& scene, uint32_t object) {
+  constexpr double kFewQuanta = 0x1p12;  // of a path's power: fainter ones are coarse
+  constexpr double kEven = 0x1p29;       // quanta: half of what the others' brightest path has
+  std::vector<trace::Light> lights = trace::find_lights(scene, object);
+  uint64_t next = s.lights.empty() ? 0 : s.lights.back().first_path + s.lights.back().path_count;
+  const double paths = double(s.options.paths), count = double(lights.size());
+  const double floor = trace::kGroupFloor / std::max(2u, s.scene.group_count) * paths / count;
+  for (trace::Light& light : lights) {
+    double wanted = paths / count;  // in the dark: all
+    if (!s.lights.empty()) {
+      const double quanta =
+          std::max({light.power.x, light.power.y, light.power.z}) / s.scale.quantum;
+      wanted = std::max(quanta / kEven, std::min(floor, quanta / kFewQuanta));
+    }
+    light.first_path = next;
+    light.path_count = kBatches * uint64_t(std::clamp(wanted / kBatches, 1.0, 0x1p40));
+    next += light.path_count;
+  }
+  return lights;
+}
+
+EditLog::EditLog(State& state)
+    : s_(state),
+      old_factors_(state.group_factor),
+      old_materials_(state.scene.materials),
+      old_lights_(state.lights.size()),
+      old_scale_(state.scale) {
+  for (const scene::Object& object : state.scene.objects)
+    old_objects_.emplace_back(object.pose, object.present);
+}
+
+bool EditLog::differs(uint32_t object) const {
+  if (object >= old_objects_.size()) return true;
+  const scene::Object& now = s_.scene.objects[object];
+  return now.pose != old_objects_[object].first || now.present != old_objects_[object].second;
+}
+
+void EditLog::apply(std::span<const scene::Edit> edits) {
+  set(edits);
+  place_lights();
+  if (s_.caster) place_objects();
+  add_lights();
+}
+
+void EditLog::set(std::span<const scene::Edit> edits) {
+  scene::Scene& scene = s_.scene;
+  for (const scene::Edit& edit : edits) {
+    if (const auto* move = std::get_if<scene::Move>(&edit)) {
+      scene.objects[move->object].pose = move->pose;
+    } else if (const auto* presence = std::get_if<scene::SetPresent>(&edit)) {
+      scene.objects[presence->object].present = presence->present;
+    } else if (const auto* dim = std::get_if<scene::Dim>(&edit)) {
+      s_.group_factor[dim->group] = dim->factor;
+    } else if (const auto* paint = std::get_if<scene::SetReflectance>(&edit)) {
+      scene.materials[paint->material].reflectance = paint->reflectance;
+    } else if (const auto* insert = std::get_if<scene::Insert>(&edit)) {
+      scene.add_object(insert->object);
+    }
+  }
+  for (size_t m = 0; m < old_materials_.size(); ++m) {
+    const Vec3f now = scene.materials[m].reflectance, before = old_materials_[m].reflectance;
+    if (now == before) continue;
+    materials_.resize(old_materials_.size(), 0);
+    materials_[m] = 1;
+    reflects_more_ |= now.x > before.x || now.y > before.y || now.z > before.z;
+  }
+}
+
+void EditLog::place_lights() {
+  for (size_t l = 0; l < s_.lights.size(); ++l) {
+    trace::Light& light = s_.lights[l];
+    if (light.object == scene::kNone || !differs(light.object)) continue;
+    trace::Light placed = light;
+    trace::place_light(s_.scene, placed);
+    old_placed_.emplace_back(l, std::move(placed));
+    std::swap(light, old_placed_.back().second);
+  }
+}
+
+void EditLog::place_objects() {
+  for (uint32_t i = 0; i < s_.scene.objects.size(); ++i) {
+    if (!differs(i)) continue;
+    const bool fresh = i >= old_objects_.size();
+    if (!fresh) old_structures_.push_back(s_.caster->save_object(i));
+    ObjectChange change{i, fresh ? Box{} : s_.caster->object_bounds(i), {}};
+    s_.caster->update_object(s_.scene, i);
+    change.after = s_.caster->object_bounds(i);
+    changes_.push_back(change);
+  }
+}
+
+void EditLog::add_lights() {
+  for (uint32_t i = uint32_t(old_objects_.size()); i < s_.scene.objects.size(); ++i) {
+    const bool dark = s_.lights.empty();
+    for (trace::Light& light : added_lights(s_, s_.scene, i)) {
+      s_.light_sampled.push_back(s_.options.direct == DirectMode::sampled);
+      s_.lights.push_back(std::move(light));
+    }
+    if (!dark || s_.lights.empty()) continue;
+    s_.scale = trace::choose_scale(s_.lights, s_.options.max_bounces);
+    first_light_ = true;
+  }
+}
+
+bool EditLog::reborn(size_t l) const {
+  const trace::Light& light = s_.lights[l];
+  const bool moved = std::any_of(changes_.begin(), changes_.end(),
+                                 [&](const auto& c) { return c.object == light.object; });
+  return moved ||
+         (s_.merged(light.group) && s_.group_factor[light.group] != old_factors_[light.group]);
+}
+
+void EditLog::undo() noexcept {
+  s_.group_factor = std::move(old_factors_);
+  s_.scene.materials = std::move(old_materials_);
+  s_.scale = old_scale_;
+  s_.lights.erase(s_.lights.begin() + long(old_lights_), s_.lights.end());
+  if (s_.light_sampled.size() > old_lights_) s_.light_sampled.resize(old_lights_);
+  for (auto& [l, light] : old_placed_) std::swap(s_.lights[l], light);
+  for (size_t i = 0; i < old_objects_.size(); ++i) {
+    s_.scene.objects[i].pose = old_objects_[i].first;
+    s_.scene.objects[i].present = old_objects_[i].second;
+  }
+  while (s_.scene.objects.size() > old_objects_.size()) s_.scene.drop_last_object();
+  if (!s_.caster) return;
+  s_.caster->drop_objects(old_objects_.size());
+  for (trace::RayCaster::Saved& saved : old_structures_) s_.caster->put_back(std::move(saved));
+}
+
+}  // namespace deltalux::session

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// A place keeps its light where it lies in no shadow that what moved may have thrown, or throws.
+#include "session/kept_direct.h"
+
+#include <algorithm>
+
+#include "base/random.h"
+#include "direct/shadow_volume.h"
+
+namespace deltalux::session {
+
+uint64_t KeptDirect::key_of(const direct::Receiver& receiver, bool by_need) {
+  return combine(receiver.key, by_need);
+}
+
+const Vec3d* KeptDirect::find(const direct::Receiver& receiver, bool by_need) const {
+  const auto found = places_.find(key_of(receiver, by_need));
+  if (found == places_.end() || !(found->second.receiver == receiver)) return nullptr;
+  found->second.used = true;
+  return &found->second.light;
+}
+
+void KeptDirect::keep(const direct::Receiver& receiver, bool by_need, Vec3d light) {
+  places_.insert_or_assign(key_of(receiver, by_need), Kept{receiver, light});
+}
+
+void KeptDirect::note(const gather::Change& change) {
+  if (change_)
+    change_->merge(change);
+  else
+    change_ = change;
+}
+
+void KeptDirect::follow_changes(std::span<const trace::Light> lights, std::span<const double> dim,
+                                float slack) {
+  if (!std::equal(dim.begin(), dim.end(), dim_.begin(), dim_.end()) ||
+      (change_ && (change_->lights || change_->suns)))
+    places_.clear();
+  dim_.assign(dim.begin(), dim.end());
+  if (!change_) return;
+  std::vector<direct::ShadowVolume> shadows;
+  for (const gather::MovedObject& moved : change_->objects)
+    for (const Box& box : moved.passed)
+      for (const trace::Light& light : lights) shadows.emplace_back(light, box, slack);
+  change_.reset();
+  std::erase_if(places_, [&](const auto& entry) {
+    const Kept& kept = entry.second;
+    const Vec3f p = kept.receiver.point;
+    if (!kept.used || std::any_of(shadows.begin(), shadows.end(),
+                                  [&](const auto& shadow) { return shadow.contains(p); }))
+      return true;
+    kept.used = false;
+    return false;
+  });
+}
+
+size_t KeptDirect::bytes() const {
+  constexpr size_t kNode = 3 * sizeof(void*) + sizeof(uint64_t);  // about, of the table
+  return places_.size() * (sizeof(Kept) + kNode);
+}
+
+}  // namespace deltalux::session

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// Integer sums: in which order threads add does not matter.
+#include "session/landings.h"
+
+#include <atomic>
+
+#include "base/direction.h"
+
+namespace deltalux::session {
+namespace {
+
+constexpr size_t kGrain = 1024;
+
+}  // namespace
+
+Landings::Landings(State& state) : state_(state) {
+  if (!state.gather) return;
+  finder_.emplace(state.scene, state.gather->cells);
+  asked_for_.resize(state.lights.size());
+  for (const gather::BeamGuide& beam : state.guiding.beams) asked_for_[beam.light] = 1;
+  for (const uint32_t sun : state.guiding.suns) asked_for_[sun] = 1;
+}
+
+void Landings::note(segments::Level& level, uint32_t slot) const {
+  if (!finder_) return;
+  const segments::Segment& segment = level.at(slot);
+  level.landing(slot) = segment.primitive == scene::kNone
+                            ? gather::kNoCell
+                            : finder_->find(segment.primitive, segment.origin,
+                                            decode_direction(segment.direction), segment.length);
+}
+
+void Landings::add(uint32_t bounce, std::span<const uint32_t> slots, int sign) const {
+  if (!finder_) return;
+  segments::Level& level = state_.store.level(bounce);
+  gather::CellSums& sums = state_.gather->sums;
+  state_.workers.for_blocks(slots.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const segments::Segment& segment = level.at(slots[i]);
+      const uint32_t cell = segment.length < 0 ? gather::kNoCell : level.landing(slots[i]);
+      if (cell == gather::kNoCell) continue;
+      const size_t number = state_.light_of(segment.path);
+      if (bounce == 0 && asked_for_[number]) continue;
+      const trace::Light& light = state_.lights[number];
+      const size_t at = sums.at(cell, state_.sum_group(light.group),
+                                trace::batch_of(light, segment.path - light.first_path, kBatches));
+      for (size_t c = 0; c < 3; ++c)
+        std::atomic_ref(sums.quanta[at + c])
+            .fetch_add(sign * int64_t(segment.power[c]), std::memory_order_relaxed);
+      std::atomic_ref(sums.touched[cell]).store(1, std::memory_order_relaxed);
+    }
+  });
+}
+
+double Landings::share_lit_by(uint32_t light, std::span<const uint32_t> hits) const {
+  std::vector<uint8_t> lit(hits.size());
+  segments::Level& level = state_.store.level(0);
+  for (uint32_t slot = 0; slot < level.size(); ++slot) {
+    const segments::Segment& segment = level.at(slot);
+    const uint32_t cell = segment.length < 0 ? gather::kNoCell : level.landing(slot);
+    if (cell != gather::kNoCell && state_.light_of(segment.path) == light) lit[cell] = 1;
+  }
+  uint64_t all = 0, own = 0;
+  for (size_t cell = 0; cell < hits.size(); ++cell)
+    all += hits[cell], own += lit[cell] * hits[cell];
+  return all ? double(own) / double(all) : 0.0;
+}
+
+}  // namespace deltalux::session

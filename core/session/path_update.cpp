@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+// Wavefronts: all segments of one bounce are traced, stored and deposited before the next bounce.
+#include "session/path_update.h"
+
+#include "base/stopwatch.h"
+
+namespace deltalux::session {
+namespace {
+
+using segments::kNoSlot;
+using segments::Level;
+using segments::Segment;
+
+constexpr size_t kGrain = 256;
+constexpr size_t kAhead = 12;
+
+}  // namespace
+
+PathUpdate::PathUpdate(State& state)
+    : state_(state), walk_(state.walk()), deposit_(state), landings_(state) {
+  for (const trace::Light& light : state.lights)
+    quanta_.push_back(trace::birth_quanta(light, state.scale, state.birth_factor(light)));
+}
+
+void PathUpdate::write_birth(Segment& segment, const trace::Light& light, uint64_t index) const {
+  if (!light.on) {
+    segment.path = uint32_t(light.first_path + index);
+    segment.length = -1;
+    return;
+  }
+  const trace::Flight flight =
+      walk_.birth(light, index, quanta_[size_t(&light - state_.lights.data())]);
+  segment.origin = flight.origin;
+  segment.direction = flight.direction;
+  std::copy(flight.power, flight.power + 3, segment.power);
+  segment.path = flight.path;
+  segment.length = 0;
+}
+
+void PathUpdate::start(std::span<const uint32_t> paths, const Progress& progress) {
+  Level& level = state_.store.level(0);
+  std::vector<Front> fresh(1);
+  fresh[0].slots.assign(paths.begin(), paths.end());
+  std::vector<uint32_t>& slots = fresh[0].slots;
+  state_.workers.for_blocks(slots.size(), kGrain, [&](size_t from, size_t to) {
+    for (size_t i = from; i < to; ++i) {
+      const trace::Light& light = state_.lights[state_.light_of(slots[i])];
+      Segment& segment = level.at(slots[i]);
+      segment = segments::unused_segment(slots[i]);
+      write_birth(segment, light, slots[i] - light.first_path);
+    }
+  });
+  std::erase_if(slots, [&](uint32_t slot) { return level.at(slot).length < 0; });
+  advance(std::move(fresh), &progress);
+}
+
+void PathUpdate::replace(std::span<const PendingPath> pending,
+                         const std::function<void()>& between) {
+  std::vector<Level>& levels = state_.store.levels();
+  // cut[b]: traced again in place; gone[b]: successors that vanish.
+  std::vector<std::vector<uint32_t>> cut(levels.size() + 1), gone(levels.size() + 1);
+  std::vector<Front> fresh(levels.size() + 1);
+  std::vector<PendingPath> unknown;
+  {
+    ScopeTime watch(counts_.remove_ms);
+    for (const PendingPath& p : pending) {
+      state_.cut[p.path] = kNotCut;
+      cut[p.bounce].push_back(p.slot);
+      // Those with a known hit come first.
+      if (p.hit_known) {
+        fresh[p.bounce].slots.push_back(p.slot);
+        fresh[p.bounce].hits.push_back(p.hit);
+      } else {
+        unknown.push_back(p);
+      }
+      ++counts_.paths;
+    }
+    for (const PendingPath& p : unknown) fresh[p.bounce].slots.push_back(p.slot);
+    for (uint32_t b = 0; b < levels.size(); ++b) {
+      for (const auto* list : {&cut[b], &gone[b]})
+        for (size_t i = 0; i < list->size(); ++i) {
+          if (i + kAhead < list->size()) __builtin_prefetch(&levels[b].at((*list)[i + kAhead]));
+          const Segment& segment = levels[b].at((*list)[i]);
+          counts_.removed += segment.length >= 0;
+          if (segment.next != kNoSlot) gone[b + 1].push_back(segment.next);
+        }
+      for (const auto* list : {&cut[b], &gone[b]}) {
+        deposit_.remove(b, *list);
+        landings_.add(b, *list, -1);
+      }
+    }
+    deposit_.finish();
+    for (uint32_t b = 0; b < levels.size(); ++b) {
+      for (uint32_t slot : gone[b]) {
+        levels[b].at(slot).length = -1;
+        levels[b].set_cell_box(slot, segments::ScanGrid::kUnused);
+        levels[b].release(slot);
+      }
+      for (uint32_t slot : cut[b]) {
+        Segment& segment = levels[b].at(slot);
+        segment.length = -1;
+        segment.next = kNoSlot;
+      }
+    }
+  }
+  if (between) {
+    ScopeTime watch(counts_.moving_ms);
+    between();
+  }
+  for (uint32_t slot : cut[0]) {
+    Segment& segment = levels[0].at(slot);
+    const trace::Light& light = state_.lights[state_.light_of(segment.path)];
+    write_birth(segment, light, segment.path - light.first_path);
+    if (segment.length < 0) levels[0].set_cell_box(slot, segments::ScanGrid::kUnused);
+  }
+  // Lights that are off have no paths; theirs come after the known ones.
+  std::erase_if(fresh[0].slots, [&](uint32_t slot) { return levels[0].at(slot).length < 0; });
+  advance(std::move(fresh), nullptr);
+}
+
+void PathUpdate::advance(std::vector<Front> fresh, const Progress* progress) {
+  std::vector<uint32_t> children;
+  for (uint32_t b = 0; b < fresh.size() || !children.empty(); ++b) {
+    Front front;
+    if (b < fresh.size()) front = std::move(fresh[b]);
+    front.slots.insert(front.slots.end(), children.begin(), children.end());
+    children.clear();
+    if (front.slots.empty()) continue;
+    if (progress) progress->check();
+    {
+      ScopeTime watch(counts_.trace_ms);
+      trace(b, front, children);
+      counts_.traced += front.slots.size();
+    }
+    if (progress) progress->check();
+    ScopeTime watch(counts_.deposit_ms);
+    deposit_.add(b, front.slots);
+    landings_.add(b, front.slots, +1);
+  }
+  ScopeTime watch(counts_.deposit_ms);
+  deposit_.finish();
+}
+
+void PathUpdate::trace(uint32_t bounce, const Front& front, std::vector<uint32_t>& children) {
+  const std::vector<uint32_t>& slots = front.slots;
+  Level* level = &state_.store.level(bounce);
+  const size_t blocks = (slots.size() + kGrain - 1) / kGrain;
+  struct Child {
+    trace::Flight flight;
+    uint32_t parent;
+  };
+  std::vector<std::vector<Child>> born(blocks);
+  state_.workers.for_blocks(slots.size(), kGrain, [&](size_t begin, size_t end) {
+    std::vector<Child>& own = born[begin / kGrain];
+    for (size_t i = begin; i < end; ++i) {
+      if (i + kAhead < end) __builtin_prefetch(&level->at(slots[i + kAhead]));
+      const uint32_t slot = slots[i];
+      Segment& segment = level->at(slot);
+      trace::Flight flight{segment.origin,
+                           segment.direction,
+                           {segment.power[0], segment.power[1], segment.power[2]},
+                           segment.path};
+      const trace::Landing landing = i < front.hits.size()
+                                         ? walk_.land(flight, bounce, front.hits[i])
+                                         : walk_.fly(flight, bounce);
+      segment.length = landing.length;
+      segment.primitive = landing.primitive;
+      segment.next = kNoSlot;
+      if (state_.store.with_extended()) level->extended(slot) = landing.extended;
+      landings_.note(*level, slot);
+      state_.store.index(bounce, slot);
+      if (landing.survives) own.push_back({landing.next, slot});
+    }
+  });
+  size_t total = 0;
+  for (const auto& own : born) total += own.size();
+  if (!total) return;
+  Level& next = state_.store.level(bounce + 1);
+  level = &state_.store.level(bounce);  // the line above may have moved the levels
+  next.allocate(total, state_.store.extras(), children);
+  size_t k = 0;
+  for (const auto& own : born)
+    for (const Child& child : own) {
+      const uint32_t slot = children[k++];
+      Segment& segment = next.at(slot);
+      segment.origin = child.flight.origin;
+      segment.direction = child.flight.direction;
+      std::copy(child.flight.power, child.flight.power + 3, segment.power);
+      segment.path = child.flight.path;
+      level->at(child.parent).next = slot;
+    }
+}
+
+}  // namespace deltalux::session

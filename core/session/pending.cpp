@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// A counting sort into groups: within a group the order of the search stays, which is that of
+// memory.
+#include "session/pending.h"
+
+#include <array>
+
+namespace deltalux::session {
+
+namespace {
+constexpr uint32_t kGroups = 64;
+}
+
+EditMarks::EditMarks(State& state, std::vector<PendingPath>& waiting)
+    : state_(state), waiting_(waiting), older_(waiting.size()) {
+  if (older_) place_.resize(state.cut.size());
+  for (size_t i = 0; i < older_; ++i) {
+    waiting_[i].hit_known = false;
+    place_[waiting_[i].path] = uint32_t(i);
+  }
+}
+
+void EditMarks::mark(const PendingPath& path) {
+  uint8_t& cut = state_.cut[path.path];
+  if (cut <= path.bounce) return;
+  // A path is touched at ascending bounces, so what waits already is an older edit's.
+  if (cut == kNotCut)
+    waiting_.push_back(path);
+  else
+    waiting_[place_[path.path]] = path;
+  cut = path.bounce;
+}
+
+void EditMarks::order() {
+  std::vector<uint8_t> group(waiting_.size() - older_);
+  std::array<size_t, kGroups + 1> start{};
+  for (size_t i = 0; i < group.size(); ++i) {
+    const uint32_t path = waiting_[older_ + i].path;
+    const trace::Light& light = state_.lights[state_.light_of(path)];
+    group[i] = uint8_t((path - light.first_path) * kGroups / light.path_count);
+    ++start[group[i] + 1u];
+  }
+  for (uint32_t g = 0; g < kGroups; ++g) start[g + 1] += start[g];
+  std::vector<PendingPath> sorted(group.size());
+  for (size_t i = 0; i < group.size(); ++i) sorted[start[group[i]]++] = waiting_[older_ + i];
+  std::copy(sorted.begin(), sorted.end(), waiting_.begin() + long(older_));
+}
+
+}  // namespace deltalux::session

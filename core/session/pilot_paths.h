@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// A few of a session's paths, walked before the bake but not stored: what forecasts rest on.
+#pragma once
+#include <vector>
+
+#include "session/state.h"
+
+namespace deltalux::session {
+
+struct PilotFlight {
+  Vec3f origin, direction;
+  float length = 0, extended = 0;
+  uint32_t light = 0, primitive = scene::kNone;
+  uint32_t bounce = 0;  ///< 0 begins a path
+};
+
+struct PilotPaths {
+  std::vector<PilotFlight> flights;  ///< path by path
+  uint64_t walked = 0;               ///< paths
+  uint64_t all = 0;                  ///< paths of the session
+  uint32_t deepest = 0;              ///< bounce
+
+  /// How many of a session's segments one flight stands for.
+  double weight() const { return walked ? double(all) / double(walked) : 0.0; }
+};
+
+/// Every k-th path of each light, about 8192 in all. Throws Cancelled.
+PilotPaths walk_pilot_paths(const State& state, Progress& progress);
+
+}  // namespace deltalux::session

@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bake and recompute: from a scene to sums.
+#include "session/session.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "base/cpu.h"
+#include "base/error.h"
+#include "samples/curve_order.h"
+#include "session/pilot_paths.h"
+#include "session/session_parts.h"
+
+namespace deltalux::session {
+namespace {
+
+constexpr uint64_t kSlotsPerStep = 65536;  // taken between two looks at the cancel flag
+// Where things touch, less of a disc than this may be left: a single crossing of it would outshine
+// the scene. Such samples, some per cent of the vertices of a furnished room, become darker.
+constexpr float kLeastShare = 0.01f;
+
+void check_samples(const scene::Scene& scene, samples::SampleSet& samples) {
+  const size_t n = samples.size();
+  if (samples.normal.size() != n || samples.radius.size() != n || samples.attached.size() != n)
+    throw OptionError("samples: points, normals, radius and attached differ in length");
+  for (size_t i = 0; i < n; ++i) {
+    const std::string where = "sample " + std::to_string(i) + ": ";
+    const Vec3f p = samples.point[i];
+    const float l = length(samples.normal[i]);
+    const float far = std::max({std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)});
+    if (!std::isfinite(p.x + p.y + p.z) || far > kFarthest)
+      throw OptionError(where + "point: found a coordinate that is not finite or beyond 1e15 m");
+    if (!(l > 0) || !std::isfinite(l))
+      throw OptionError(where + "normal is zero or not finite, expected a direction");
+    samples.normal[i] = normalize(samples.normal[i]);
+    const float r = samples.radius[i];
+    if (!std::isnan(r) && !(r > 0 && r <= kFarthest))
+      throw OptionError(where + "radius: found " + std::to_string(r) +
+                        ", expected positive metres up to 1e15");
+    const uint32_t object = samples.attached[i];
+    if (object != scene::kNone &&
+        (object >= scene.objects.size() || !scene.objects[object].movable))
+      throw OptionError(where + "attached to something that is not movable");
+  }
+}
+
+/// Samples may lie beyond all geometry, where light that leaves the scene passes.
+void reach_samples(State& s) {
+  // Automatic radii are hardly larger.
+  const float radius = 0.02f * s.scene.world().diagonal();
+  s.sample_bounds.assign(s.scene.objects.size(), {});
+  const auto disc = [&](size_t i) {
+    const float own = std::isnan(s.samples.radius[i]) ? radius : s.samples.radius[i];
+    return Box{s.samples.point[i], s.samples.point[i]}.padded(own);
+  };
+  for (size_t i = 0; i < s.samples.size(); ++i) {
+    const uint32_t object = s.samples.attached[i];
+    const Vec3f p = s.samples.point[i];
+    if (object != scene::kNone)
+      s.sample_bounds[object].grow(p);
+    else if (!s.scene.world().contains(Box{p, p}))
+      s.scene.extend_world(disc(i));
+  }
+  for (uint32_t i = 0; i < s.scene.objects.size(); ++i) {
+    const Box own = s.bounds_at(i, s.scene.objects[i].pose);
+    if (s.scene.objects[i].movable && !s.scene.world().contains(own)) s.scene.extend_world(own);
+  }
+}
+
+/// Along a curve; what lies at one point by its normal, so that the given order does not matter.
+std::vector<uint32_t> places_in_order(const samples::SampleSet& samples) {
+  std::vector<uint64_t> ties(samples.size());
+  for (size_t i = 0; i < ties.size(); ++i)
+    ties[i] = direct::place_key(samples.point[i], samples.normal[i]);
+  return samples::curve_order(samples.point, samples::Curve::hilbert, nullptr, ties);
+}
+
+}  // namespace
+
+Session::Session(scene::Scene scene, samples::SampleSet samples, const Options& options)
+    : state_(std::make_unique<State>(options)) {
+  isa();  // refuses a wrong DELTALUX_ISA before any work
+  if (options.paths < 1) throw OptionError("paths: found 0, expected at least 1");
+  if (options.paths > 0xfffffff0u) throw OptionError("paths: expected at most 4e9");
+  if (options.max_bounces < 1 || options.max_bounces > 250)
+    throw OptionError("max_bounces: expected 1 to 250");
+  scene.finish();
+  check_samples(scene, samples);
+  state_->scene = std::move(scene);
+  state_->given = places_in_order(samples);
+  state_->samples = samples.reordered(state_->given);
+  reach_samples(*state_);
+  state_->group_factor.assign(state_->scene.group_count, 1.0);
+  state_->lights = trace::find_lights(state_->scene);
+  trace::allot_paths(state_->lights, trace::shares_by_power(state_->lights), options.paths,
+                     kBatches);
+  state_->scale = trace::choose_scale(state_->lights, options.max_bounces);
+  for (const scene::Material& material : state_->scene.materials)
+    state_->loaded_reflectance.push_back(material.reflectance);
+}
+
+Session::~Session() = default;
+
+void Session::trace_all(Progress& progress, Report& report) {
+  State& s = *state_;
+  uint64_t paths = 0;
+  for (const trace::Light& light : s.lights) paths += light.path_count;
+  s.store = segments::SegmentStore(s.scene.world(), s.extras());
+  s.cut.assign(paths, kNotCut);
+  s.sums.assign(size_t(s.sum_groups()) * kBatches * s.samples.size() * 3, 0);
+  pending_.clear();
+  for (MovingPart& part : s.moving) {
+    place_part(s, part);
+    part.current = true;
+  }
+  progress.begin("trace paths", paths);
+  const PathCounts counts = trace_lights(progress);
+  report.traced_segments = counts.traced;
+  report.affected_paths = paths;
+  report.milliseconds.emplace_back("trace", counts.trace_ms);
+  report.milliseconds.emplace_back("deposit", counts.deposit_ms);
+}
+
+PathCounts Session::trace_lights(Progress& progress) {
+  State& s = *state_;
+  const uint64_t total = s.cut.size();
+  std::vector<uint32_t> slots;
+  for (uint64_t done = 0; done < total; done += slots.size()) {
+    progress.check();
+    s.store.level(0).allocate(std::min(total - done, kSlotsPerStep), s.store.extras(), slots);
+  }
+  PathUpdate update(s);
+  const uint64_t steps = (total + kPathsPerStep - 1) / kPathsPerStep;
+  for (uint64_t step = 0; step < steps; ++step) {
+    slots.clear();
+    for (const trace::Light& light : s.lights) {
+      // Batches are equal, contiguous ranges: each gives its own share to every step.
+      for (uint32_t batch = 0; batch < kBatches; ++batch) {
+        const uint64_t from = (batch * light.path_count + kBatches - 1) / kBatches;
+        const uint64_t count = ((batch + 1) * light.path_count + kBatches - 1) / kBatches - from;
+        for (uint64_t i = count * step / steps; i < count * (step + 1) / steps; ++i)
+          slots.push_back(uint32_t(light.first_path + from + i));
+      }
+    }
+    update.start(slots, progress);
+    progress.advance(slots.size());
+  }
+  return update.counts();
+}
+
+Report Session::bake(Progress& progress) {
+  // Work on a copy of what the user gave, so that a cancelled bake leaves no trace.
+  auto fresh = std::make_unique<State>(state_->options);
+  fresh->scene = state_->scene;
+  fresh->samples = state_->samples;
+  fresh->given = state_->given;
+  fresh->sample_bounds = state_->sample_bounds;
+  fresh->lights = state_->lights;
+  fresh->group_factor = state_->group_factor;
+  fresh->scale = state_->scale;
+  fresh->loaded_reflectance = state_->loaded_reflectance;
+  std::swap(state_, fresh);
+  auto old_direct = std::move(direct_);
+  auto old_pending = std::exchange(pending_, {});
+  try {
+    Report report;
+    Stopwatch watch;
+    Parts parts = place_parts(progress);
+    make_cells();
+    allot_paths(progress);
+    const PilotPaths paths = walk_pilot_paths(*state_, progress);
+    forecast_memory(paths);
+    choose_direct();
+    refuse_beyond_limit();
+    report.end_stage("prepare", watch);
+    plan_parts(parts, paths, false, progress);
+    make_estimators(parts, progress);
+    report.end_stage("plan", watch);
+    trace_all(progress, report);
+    watch.lap();
+    compute_direct(progress);
+    report.end_stage("direct", watch);
+    look_around(progress, true);
+    report.end_stage("gather", watch);
+    refresh_areas(nullptr);
+    baked_ = true;
+    damaged_ = false;
+    return report;
+  } catch (...) {
+    std::swap(state_, fresh);
+    direct_ = std::move(old_direct);
+    pending_ = std::move(old_pending);
+    dispose(std::move(fresh));
+    throw;
+  }
+}
+
+Report Session::recompute(Progress& progress) {
+  State& s = *state_;
+  std::vector<trace::Light> lights = s.lights;
+  for (trace::Light& light : lights) trace::place_light(s.scene, light);
+  // What a cancelled recompute has to bring back.
+  std::swap(s.lights, lights);
+  auto old_caster = std::move(s.caster);
+  auto old_store = std::move(s.store);
+  auto old_sums = std::move(s.sums);
+  auto old_cut = std::move(s.cut);
+  auto old_pending = std::move(pending_);
+  auto old_direct = std::move(direct_);
+  auto old_gather = std::move(s.gather);
+  try {
+    Report report;
+    progress.begin("index triangles", 1);
+    s.caster = std::make_unique<trace::RayCaster>(s.scene, progress);
+    make_cells();
+    trace_all(progress, report);
+    Stopwatch watch;
+    compute_direct(progress);
+    report.end_stage("direct", watch);
+    look_around(progress);
+    report.end_stage("gather", watch);
+    refresh_areas(nullptr);
+    damaged_ = false;
+    return report;
+  } catch (...) {
+    std::swap(s.lights, lights);
+    s.caster = std::move(old_caster);
+    std::swap(s.store, old_store);
+    dispose(std::move(old_store));
+    s.sums = std::move(old_sums);
+    s.cut = std::move(old_cut);
+    pending_ = std::move(old_pending);
+    direct_ = std::move(old_direct);
+    s.gather = std::move(old_gather);
+    throw;
+  }
+}
+
+void Session::refresh_areas(const std::vector<ObjectChange>* changes) {
+  State& s = *state_;
+  std::vector<float> area = s.area;
+  area.resize(s.samples.size(), 1.0f);
+  const bool whole = s.options.disc_area == samples::DiscArea::whole;
+  const auto refresh = [&](const samples::DiscSet& discs, const MovingPart* part) {
+    const Pose pose = part ? s.scene.objects[part->object].pose : Pose{};
+    samples::ForeignGeometry foreign{s.caster.get(), part != nullptr,
+                                     part ? part->object : scene::kNone};
+    const bool part_moved = part && changes &&
+                            std::any_of(changes->begin(), changes->end(),
+                                        [&](const auto& c) { return c.object == part->object; });
+    s.workers.for_blocks(discs.size(), 512, [&](size_t begin, size_t end) {
+      for (size_t i = begin; i < end; ++i) {
+        const Vec3f centre = part ? pose.point(discs.centre[i]) : discs.centre[i];
+        bool touched = !changes || part_moved;
+        for (size_t k = 0; changes && !touched && k < changes->size(); ++k)
+          touched = (*changes)[k].before.touches_sphere(centre, discs.radius[i]) ||
+                    (*changes)[k].after.touches_sphere(centre, discs.radius[i]);
+        if (!touched) continue;
+        bool reached = part != nullptr;
+        for (uint32_t object : s.caster->present())
+          reached =
+              reached || s.caster->object_bounds(object).touches_sphere(centre, discs.radius[i]);
+        const float counted = reached && !whole ? samples::uncovered_area(discs, i, pose, foreign)
+                                                : samples::outline_area(discs, i);
+        const float circle = std::numbers::pi_v<float> * discs.radius[i] * discs.radius[i];
+        const float openness = discs.openness[i];
+        area[discs.id[i]] =
+            counted > 0 && openness > 0 ? std::max(counted, kLeastShare * circle) / openness : 0.0f;
+      }
+    });
+  };
+  refresh(s.static_index->discs(), nullptr);
+  for (const MovingPart& part : s.moving) refresh(part.index->discs(), &part);
+  s.area = std::move(area);
+}
+
+void Session::check_whole() const {
+  if (damaged_)
+    throw Error(
+        "session: memory ran out in the middle of an update, and again when everything was "
+        "to be computed anew; free memory, then call update() or recompute()");
+}
+
+size_t Session::bytes() const {
+  const State& s = *state_;
+  size_t sum = s.store.bytes() + s.cut.capacity() + s.sums.capacity() * sizeof(int64_t) +
+               pending_.capacity() * sizeof(PendingPath) +
+               receivers_.capacity() * sizeof(direct::Receiver);
+  if (direct_) sum += direct_->bytes();
+  if (kept_) sum += kept_->bytes();
+  if (s.gather)
+    sum += s.gather->cells.bytes() + s.gather->looks.bytes() + s.gather->coverage.bytes() +
+           s.gather->beams.bytes() + s.gather->sums.bytes() + s.gather->light.bytes() +
+           s.gather->glance.bytes() + s.guiding.bytes();
+  if (s.static_index) sum += s.static_index->bytes();
+  for (const MovingPart& part : s.moving) sum += part.index->bytes();
+  return sum;
+}
+
+double Session::pending_share() const {
+  const size_t paths = state_->cut.size();
+  const double lights = direct_ ? 1 - direct_->current_share() : 0.0;
+  const double looks = state_->gather ? state_->gather->looks.pending_share() : 0.0;
+  return std::max({lights, looks, paths ? double(pending_.size()) / double(paths) : 0.0});
+}
+
+}  // namespace deltalux::session

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where the session meets direct light by shadow rays: which lights, which receivers, what changed.
+#include <algorithm>
+#include <numbers>
+#include <numeric>
+
+#include "samples/placement.h"
+#include "session/session.h"
+#include "session/snapshot_check.h"
+
+namespace deltalux::session {
+namespace {
+
+constexpr double kWorthRays = 64;  // of each sample
+
+}  // namespace
+
+/// A tiny share of what the brightest light could give at a metre. Poses do not matter. A spot
+/// counts as if it shone all around: the power of a narrow one says little of how bright its beam
+/// is.
+double Session::choose_irradiance_quantum() const {
+  // 40 bits for that, and fewer where a light much smaller than the metre gives more nearby: as
+  // much as there is on its surface, or what a point gives at 1/29,000 of the metre.
+  constexpr double kFine = 0x1p-40, kNearby = 0x1p26;
+  const State& s = *state_;
+  const double metre = samples::scene_metre(s.scene, *s.caster), area = metre * metre;
+  double brightest = 0, most = 0;
+  for (const trace::Light& light : s.lights) {
+    const bool surface = light.is_area();
+    const Vec3d intensity =
+        surface ? light.power * (1 / std::numbers::pi) : Vec3d(light.strength());
+    Vec3d given = intensity * (4 * std::numbers::pi / area), nearby = given * kNearby;
+    if (surface) {
+      given = light.power * (1 / area);
+      nearby = min(nearby, Vec3d(light.radiance) * std::numbers::pi);
+    }
+    if (light.is_parallel()) given = nearby = intensity;
+    brightest = std::max({brightest, given.x, given.y, given.z});
+    most = std::max({most, nearby.x, nearby.y, nearby.z});
+  }
+  return brightest > 0 ? std::max(brightest * kFine, most / direct::kMostWeight) : 1.0;
+}
+
+std::unique_ptr<direct::DirectLight> Session::make_direct(double irradiance_quantum) const {
+  const State& s = *state_;
+  return std::make_unique<direct::DirectLight>(s.samples.size(), s.scene.group_count,
+                                               irradiance_quantum, s.options.seed);
+}
+
+void Session::choose_direct() {
+  State& s = *state_;
+  s.light_sampled.assign(s.lights.size(), s.options.direct == DirectMode::sampled);
+  if (s.options.direct != DirectMode::automatic) return;
+  // A shadow ray costs a tenth to a thirtieth of a segment that is traced, stored and deposited.
+  // Shadow rays may cost as much as the paths; lights with most power per ray come first. Where
+  // samples gather, discs would be most of the error: some rays are worth a light's shadows.
+  const double gathered =
+      s.options.gather_rays ? std::max(kWorthRays, double(s.options.gather_rays)) : 0.0;
+  double budget =
+      std::max(15.0 * double(forecast_.segments), 10.0 * gathered * double(s.samples.size()));
+  std::vector<size_t> order(s.lights.size());
+  std::iota(order.begin(), order.end(), size_t(0));
+  const auto rays = [&](size_t i) {
+    return direct::DirectLight::estimated_rays(s.lights[i], s.samples.size());
+  };
+  const auto worth = [&](size_t i) {
+    const Vec3d p = s.lights[i].power * s.lights[i].most_power;
+    return (p.x + p.y + p.z) / std::max(1.0, rays(i));
+  };
+  std::sort(order.begin(), order.end(),
+            [&](size_t a, size_t b) { return worth(a) != worth(b) ? worth(a) > worth(b) : a < b; });
+  for (size_t i : order) {
+    if (rays(i) > budget) continue;
+    budget -= rays(i);
+    s.light_sampled[i] = 1;
+  }
+}
+
+void Session::place_receivers(const std::vector<uint8_t>* changed) {
+  const State& s = *state_;
+  receivers_.resize(s.samples.size());
+  const auto place = [&](const samples::DiscSet& discs, const Pose& pose, uint32_t object) {
+    // Not the discs' centres: their lift would bring a sample nearer to its lights.
+    for (size_t i = 0; i < discs.size(); ++i)
+      receivers_[discs.id[i]] = {pose.point(s.samples.point[discs.id[i]]),
+                                 pose.direction(discs.normal[i]), object, discs.slack[i],
+                                 direct::place_key(s.samples.point[discs.id[i]], discs.normal[i])};
+  };
+  if (!changed) place(s.static_index->discs(), {}, scene::kNone);
+  for (const MovingPart& part : s.moving)
+    if (!changed || (*changed)[part.object])
+      place(part.index->discs(), s.scene.objects[part.object].pose, part.object);
+}
+
+void Session::compute_direct(Progress& progress) {
+  State& s = *state_;
+  if (!(s.irradiance_quantum > 0)) s.irradiance_quantum = choose_irradiance_quantum();
+  auto fresh = make_direct(s.irradiance_quantum);
+  place_receivers(nullptr);
+  fresh->compute({*s.caster, s.lights, s.light_sampled, receivers_}, s.workers, progress);
+  direct_ = std::move(fresh);
+}
+
+void Session::update_direct(std::span<const ObjectChange> changes, size_t old_lights,
+                            double budget_ms, Progress& progress) {
+  const State& s = *state_;
+  if (changes.empty() && old_lights == s.lights.size() && direct_->current_share() == 1) return;
+  direct::Change change;
+  std::vector<uint8_t> changed(s.scene.objects.size());
+  for (const ObjectChange& c : changes) changed[c.object] = 1;
+  change.boxes = boxes_of(changes);
+  for (uint32_t i = 0; i < s.lights.size(); ++i) {
+    const uint32_t object = s.lights[i].object;
+    if (i >= old_lights || (object != scene::kNone && changed[object])) change.lights.push_back(i);
+  }
+  change.samples = moved_samples(s, changes);
+  place_receivers(&changed);
+  // Also where it only learns of lights that paths bring: it counts all of them.
+  if (old_lights != s.lights.size() ||
+      std::any_of(s.light_sampled.begin(), s.light_sampled.end(), [](uint8_t yes) { return yes; }))
+    direct_->update({*s.caster, s.lights, s.light_sampled, receivers_}, change, s.workers, progress,
+                    budget_ms);
+}
+
+void Session::restore_direct(ArchiveSource& archive) {
+  const State& s = *state_;
+  const auto quantum = archive.read_all<double>("direct.quantum", 1);
+  snapshot::check_quantum("direct.quantum", quantum[0], choose_irradiance_quantum());
+  state_->irradiance_quantum = quantum[0];
+  auto fresh = make_direct(quantum[0]);
+  fresh->restore(archive, s.lights, s.light_sampled);
+  place_receivers(nullptr);
+  direct_ = std::move(fresh);
+}
+
+}  // namespace deltalux::session

@@ -1,0 +1,373 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where the session meets the final gather: cells, what samples see, and what an edit changes.
+#include <numeric>
+#include <utility>
+
+#include "base/random.h"
+#include "direct/receivers.h"
+#include "gather/find_beams.h"
+#include "gather/find_guides.h"
+#include "samples/placement.h"
+#include "session/landings.h"
+#include "session/session.h"
+#include "session/session_parts.h"
+
+namespace deltalux::session {
+namespace {
+
+constexpr size_t kGrain = 64;
+constexpr size_t kPlaces = 512;  // that tell about all, about
+constexpr float kUnder = 1e-3f;  // metres: the surface of a point is within
+
+/// What a few rays of these receivers tell about all of theirs.
+gather::Looks::PerRay few_rays(const gather::Present& present, uint64_t seed,
+                               const Workers& workers) {
+  constexpr uint32_t kRays = 32;
+  const std::vector<int8_t> as_told(present.receivers.size());
+  gather::Looks looks({as_told, kRays}, seed);
+  Progress part;
+  looks.cast(present, workers, part);
+  return looks.per_ray();
+}
+
+}  // namespace
+
+void Session::make_cells() {
+  State& s = *state_;
+  s.gather.reset();
+  kept_.reset();
+  if (!s.options.gather_rays) return;
+  s.gather = std::make_unique<Gather>(
+      Gather{gather::Cells(s.scene, samples::scene_metre(s.scene, *s.caster)),
+             {},
+             {},
+             {},
+             gather::Looks({}, s.options.seed),
+             {}});
+  grow_cell_sums();
+}
+
+void Session::grow_cell_sums() {
+  State& s = *state_;
+  if (!s.gather) return;
+  for (uint32_t i = uint32_t(s.gather->cells.objects()); i < s.scene.objects.size(); ++i)
+    s.gather->cells.add_object(s.scene, i);
+  gather::CellSums& sums = s.gather->sums;
+  sums.groups = s.sum_groups();
+  sums.batches = kBatches;
+  sums.quanta.resize(sums.at(s.gather->cells.size(), 0, 0), 0);
+  sums.touched.resize(s.gather->cells.size(), 1);
+}
+
+void Session::shrink_cell_sums() noexcept {
+  State& s = *state_;
+  if (!s.gather) return;
+  s.gather->cells.drop_objects(s.scene.objects.size());
+  gather::CellSums& sums = s.gather->sums;
+  sums.quanta.resize(sums.at(s.gather->cells.size(), 0, 0));
+  sums.touched.resize(s.gather->cells.size());
+}
+
+gather::LitCells Session::lit_cells(const gather::Evaluation& now) const {
+  const State& s = *state_;
+  return {present(receivers_, s.guiding), now, s.gather->coverage.covered()};
+}
+
+gather::Evaluation Session::choose_guides(Progress& progress) {
+  State& s = *state_;
+  const auto votes = [&](const gather::Evaluation& now) {
+    return gather::Votes(present(receivers_, s.guiding), now, lit_cells(now), s.options.seed,
+                         s.workers, progress);
+  };
+  // What comes straight from lamps that are asked for was counted to find them.
+  const auto choose = [&](const auto& chosen) {
+    const Landings before(s);
+    chosen();
+    const Landings after(s);
+    std::vector<uint32_t> slots(s.store.level(0).size());
+    std::iota(slots.begin(), slots.end(), 0u);
+    before.add(0, slots, -1);
+    after.add(0, slots, +1);
+    place_asked();
+    return *evaluation(false);
+  };
+  gather::Evaluation now = *evaluation(false);
+  gather::Votes found = votes(now);
+  auto beams = gather::find_beams(present(receivers_, s.guiding), now, found, s.options.seed);
+  if (!beams.empty()) {
+    now = choose([&] { s.guiding.beams = std::move(beams); });
+    found = votes(now);
+  }
+  // The votes hold what suns light.
+  std::vector<uint32_t> suns = find_suns(found.hits);
+  if (!suns.empty()) now = choose([&] { s.guiding.suns = std::move(suns); });
+  s.guiding.guides = gather::find_guides(present(receivers_, s.guiding), now, found, progress);
+  return now;
+}
+
+std::vector<uint32_t> Session::find_suns(std::span<const uint32_t> hits) const {
+  const Landings landings(*state_);
+  const std::vector<trace::Light>& lights = state_->lights;
+  std::vector<uint32_t> suns;
+  for (uint32_t i = 0; i < lights.size(); ++i)
+    if (lights[i].is_parallel() && lights[i].on &&
+        landings.share_lit_by(i, hits) <= gather::Suns::kMostLit)
+      suns.push_back(i);
+  return suns;
+}
+
+void Session::place_asked() {
+  State& s = *state_;
+  s.gather->beams =
+      gather::Beams(s.guiding.beams, s.scene, s.lights, *s.caster, s.gather->cells, s.options.seed);
+  s.gather->suns = gather::Suns(s.guiding.suns, s.lights);
+}
+
+gather::SeenGuides Session::guides_at(const direct::Receiver& receiver, uint32_t rays) const {
+  const State& s = *state_;
+  return gather::see_guides(s.guiding.guides, s.gather->beams, receiver, rays, *s.caster,
+                            s.options.seed);
+}
+
+gather::RayShares Session::share(size_t sample) const {
+  return gather::share_rays(guides_at(receivers_[sample], state_->options.gather_rays),
+                            state_->gather->looks.rays().count(sample));
+}
+
+void Session::renew_share(size_t sample) {
+  State& s = *state_;
+  if (!s.guiding.empty()) s.guiding.shares[sample] = share(sample);
+}
+
+std::vector<gather::SeenGuides> Session::guides_at(std::span<const direct::Receiver> receivers,
+                                                   uint32_t rays, Progress& progress) const {
+  const State& s = *state_;
+  if (s.guiding.empty()) return {};
+  std::vector<gather::SeenGuides> seen(receivers.size());
+  s.workers.for_blocks(seen.size(), kGrain, [&](size_t begin, size_t end) {
+    progress.check();
+    for (size_t i = begin; i < end; ++i) seen[i] = guides_at(receivers[i], rays);
+    progress.advance(end - begin);
+  });
+  return seen;
+}
+
+void Session::look_around(Progress& progress, bool new_guides) {
+  State& s = *state_;
+  if (!s.gather) return;
+  progress.begin("cover cells", 1);
+  s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
+  std::optional<gather::Evaluation> now;
+  if (new_guides)
+    now = choose_guides(progress);
+  else
+    place_asked();
+  aim(now, progress);
+  s.gather->looks.cast(present(receivers_, s.guiding), s.workers, progress);
+}
+
+void Session::choose_rays(const gather::Evaluation& now, std::span<const gather::SeenGuides> seen,
+                          Progress& progress) {
+  State& s = *state_;
+  const std::vector<direct::Receiver> places = gather::lit_places(lit_cells(now));
+  s.guiding.need = {};
+  s.guiding.doublings.assign(receivers_.size(), 0);
+  if (places.empty()) return;
+  const uint32_t rays = s.options.gather_rays;
+  const std::vector<Vec3d> direct =
+      irradiance_of(*direct_at(places, s.light_sampled), 0, places.size());
+  Progress part;
+  const std::vector<gather::SeenGuides> around = guides_at(places, rays, part);
+  s.guiding.need = gather::RayNeed(pilots_of({places, around, direct}, rays, now), rays);
+  progress.begin("find noisy places", receivers_.size());
+  const size_t together = seen_together(rays);
+  for (size_t first = 0; first < receivers_.size(); first += together) {
+    const size_t count = std::min(together, receivers_.size() - first);
+    const std::span<const direct::Receiver> receivers = std::span(receivers_).subspan(first, count);
+    if (needs_pilots()) {
+      const std::vector<Vec3d> straight = irradiance_of(*direct_, first, count);
+      const std::vector<int8_t> own = doublings_of(
+          receivers,
+          pilots_of({receivers, s.guiding.empty() ? seen : seen.subspan(first, count), straight},
+                    rays, now),
+          rays);
+      std::copy(own.begin(), own.end(), s.guiding.doublings.begin() + long(first));
+    }
+    progress.advance(count);
+    progress.check();
+  }
+  // Those that cast more rays or fewer than told may begin more chains than others.
+  const gather::RayCounts counts(s.guiding.doublings, rays);
+  std::vector<direct::Receiver> some;  // evenly among all rays
+  for (size_t i = 0; i < receivers_.size(); ++i)
+    if (counts.first(i + 1) * kPlaces >= some.size() * counts.all()) some.push_back(receivers_[i]);
+  const double all = double(counts.all());
+  const bool weighted = !s.guiding.empty();
+  const size_t before = forecast_.bytes;
+  forecast_.bytes = size_t(
+      double(before) +
+      all * few_rays(present(some, {}), s.options.seed ^ kPilotSeed, s.workers).bytes(weighted) -
+      ray_bytes(s, forecast_, all, weighted));
+  // Where memory is short all samples cast the standard number, as was forecast.
+  if (fits(counts)) return;
+  forecast_.bytes = before;
+  s.guiding.need = {};
+  s.guiding.doublings.assign(receivers_.size(), 0);
+}
+
+gather::Looks::PerRay Session::pilot_rays() const {
+  const State& s = *state_;
+  std::vector<Vec3f> points, normals;
+  const size_t stride = std::max<size_t>(1, s.samples.size() / kPlaces);
+  for (size_t i = 0; i < s.samples.size(); i += stride) {
+    const uint32_t object = s.samples.attached[i];
+    const Pose pose = object == scene::kNone ? Pose{} : s.scene.objects[object].pose;
+    points.push_back(pose.point(s.samples.point[i]));
+    normals.push_back(pose.direction(s.samples.normal[i]));
+  }
+  const std::vector<direct::Receiver> receivers = receivers_at(points, normals);
+  return few_rays(present(receivers, {}), s.options.seed ^ kPilotSeed, s.workers);
+}
+
+std::vector<gather::RayShares> Session::shares_of(std::span<const gather::SeenGuides> seen,
+                                                  const gather::RayCounts& rays) const {
+  std::vector<gather::RayShares> shares(seen.size());
+  for (size_t i = 0; i < shares.size(); ++i) shares[i] = gather::share_rays(seen[i], rays.count(i));
+  return shares;
+}
+
+void Session::aim(const std::optional<gather::Evaluation>& now, Progress& progress) {
+  State& s = *state_;
+  const uint32_t rays = s.options.gather_rays;
+  if (!s.guiding.empty()) progress.begin("share rays", receivers_.size());
+  const std::vector<gather::SeenGuides> seen = guides_at(receivers_, rays, progress);
+  if (now) choose_rays(*now, seen, progress);
+  s.gather->looks = gather::Looks({s.guiding.doublings, rays}, s.options.seed);
+  s.guiding.shares = shares_of(seen, s.gather->looks.rays());
+}
+
+std::unique_ptr<direct::DirectLight> Session::direct_at(std::span<const direct::Receiver> receivers,
+                                                        std::span<const uint8_t> lights) const {
+  const State& s = *state_;
+  Progress part;
+  auto direct = std::make_unique<direct::DirectLight>(
+      receivers.size(), s.scene.group_count, direct_->irradiance_quantum(), s.options.seed);
+  direct->compute({*s.caster, s.lights, lights, receivers}, s.workers, part);
+  return direct;
+}
+
+std::vector<Vec3d> Session::irradiance_of(const direct::DirectLight& direct, size_t first,
+                                          size_t count) const {
+  const State& s = *state_;
+  const size_t all = direct.sums().size() / (3 * size_t(s.scene.group_count));
+  std::vector<Vec3d> irradiance(count);
+  for (size_t i = 0; i < count; ++i)
+    for (uint32_t g = 0; g < s.scene.group_count; ++g)
+      for (int c = 0; c < 3; ++c)
+        irradiance[i][c] += s.group_factor[g] * direct.irradiance_quantum() *
+                            double(direct.sums()[3 * (size_t(g) * all + first + i) + size_t(c)]);
+  return irradiance;
+}
+
+gather::Present Session::present(std::span<const direct::Receiver> receivers,
+                                 const gather::Guiding& guiding) const {
+  const State& s = *state_;
+  const Gather& own = *s.gather;
+  return {s.scene, *s.caster, s.lights, receivers, own.cells, guiding, own.beams, own.suns};
+}
+
+std::optional<gather::Evaluation> Session::evaluation(bool errors) const {
+  const State& s = *state_;
+  if (!s.gather) return std::nullopt;
+  std::vector<double> factor;
+  for (uint32_t g = 0; g < s.sum_groups(); ++g) factor.push_back(s.sum_factor(g));
+  Gather& own = *s.gather;
+  const gather::Scales scales{s.scale.quantum, factor};
+  const gather::CellState state{s.scene, own.cells, own.coverage, own.sums, scales};
+  gather::Paint paint;
+  for (const scene::Material& material : s.scene.materials)
+    paint.reflectance.push_back(material.reflectance);
+  for (const trace::Light& light : s.lights)
+    paint.dim.push_back(float(s.group_factor[light.group]));
+  paint.dim.push_back(0);
+  own.light.renew(state, s.workers);
+  own.looks.paint(paint, s.workers);
+  return gather::Evaluation(state, own.light, std::move(paint), errors, s.workers);
+}
+
+std::vector<direct::Receiver> Session::receivers_at(std::span<const Vec3f> points,
+                                                    std::span<const Vec3f> normals) const {
+  const State& s = *state_;
+  return direct::receivers_at(s.scene, *s.caster, points, normals, kUnder * s.gather->cells.metre(),
+                              s.workers);
+}
+
+void Session::restore_looks(ArchiveSource& archive, Progress& progress) {
+  State& s = *state_;
+  if (!s.gather) return;
+  s.guiding.restore(archive, s.lights, s.samples.size(), s.options.gather_rays);
+  const double rays = double(gather::RayCounts(s.guiding.doublings, s.options.gather_rays).all());
+  const double bytes = rays * gather::Looks::PerRay{}.bytes();
+  if (s.options.memory_limit && bytes > double(s.options.memory_limit))
+    throw FormatError(
+        std::string("\"gather.doublings\": its rays would need about ")
+            .append(std::to_string(uint64_t(bytes) >> 20) + " MiB, the limit is ")
+            .append(std::to_string(s.options.memory_limit >> 20) + " MiB; raise memory_limit"));
+  const Landings landings(s);
+  std::vector<uint32_t> slots;
+  for (uint32_t b = 0; b < s.store.levels().size(); ++b) {
+    slots.resize(s.store.levels()[b].size());
+    std::iota(slots.begin(), slots.end(), 0u);
+    landings.add(b, slots, +1);
+  }
+  progress.begin("cover cells", 1);
+  s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
+  place_asked();
+  if (s.guiding.shares.empty())
+    aim({}, progress);
+  else
+    s.gather->looks = gather::Looks({s.guiding.doublings, s.options.gather_rays}, s.options.seed);
+  s.gather->looks.restore(archive, present(receivers_, s.guiding), s.workers, progress);
+}
+
+void Session::note_beams(std::span<const uint32_t> objects, std::span<const Box> boxes,
+                         gather::Change& change) {
+  State& s = *state_;
+  if (s.guiding.empty()) return;
+  change.beams =
+      s.gather->beams.update(s.scene, s.lights, *s.caster, s.gather->cells, objects, boxes);
+  if (!change.beams.placed) return;
+  s.workers.for_blocks(s.samples.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      if (change.samples[i]) continue;  // follow() renews these
+      const gather::RayShares own = share(i);
+      change.samples[i] = !(own == s.guiding.shares[i]);
+      s.guiding.shares[i] = own;
+    }
+  });
+}
+
+void Session::note_looks(std::span<const ObjectChange> changes, bool lights) {
+  State& s = *state_;
+  if (!s.gather || (changes.empty() && !lights)) return;
+  gather::Change change;
+  change.lights = lights;
+  change.samples.assign(s.samples.size(), 0);
+  std::vector<uint32_t> objects;
+  for (const ObjectChange& c : changes) {
+    objects.push_back(c.object);
+    change.objects.push_back({c.object, boxes_of({&c, 1}), c.after});
+    for (const trace::Light& light : s.lights) change.lights |= light.object == c.object;
+  }
+  for (uint32_t id : moved_samples(s, changes)) change.samples[id] = 1;
+  const std::vector<Box> boxes = boxes_of(changes);
+  s.gather->coverage.update(s.scene, *s.caster, s.gather->cells, objects, boxes, s.workers);
+  note_beams(objects, boxes, change);
+  const gather::Suns suns(s.guiding.suns, s.lights);
+  change.suns = !(suns == s.gather->suns);
+  s.gather->suns = suns;
+  if (kept_) kept_->note(change);
+  s.gather->looks.note(present(receivers_, s.guiding), change);
+}
+
+}  // namespace deltalux::session

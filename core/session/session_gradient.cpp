@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+// Surface gradients of irradiance: from the first moments of the crossings,
+// corrected for clipped discs; direct light by shadow rays adds central differences.
+#include "session/session.h"
+
+namespace deltalux::session {
+namespace {
+
+constexpr float kDifferenceStep = 0.25f;  // of the radius, to either side
+
+/// Solves E0 and the gradient (gu, gv) from energy and moments over an outline.
+void fit(const samples::OutlineMoments& m, double energy, double su, double sv, double& gu,
+         double& gv) {
+  if (!(m.area > 0)) return;
+  // Eliminate E0 = (energy - g . m1) / m0.
+  const double uu = m.uu - m.u * m.u / m.area, uv = m.uv - m.u * m.v / m.area,
+               vv = m.vv - m.v * m.v / m.area;
+  const double a = su - energy * m.u / m.area, b = sv - energy * m.v / m.area;
+  const double determinant = uu * vv - uv * uv;
+  if (!(determinant > 1e-6 * m.area * m.area * m.area * m.area)) return;  // almost a line
+  gu += (a * vv - b * uv) / determinant;
+  gv += (b * uu - a * uv) / determinant;
+}
+
+/// Two axes of a sample's plane.
+struct Frame {
+  Vec3f u{}, v{};
+
+  /// Adds slopes along them to a gradient in world space.
+  void add(double along_u, double along_v, double* gradient) const {
+    for (int axis = 0; axis < 3; ++axis) gradient[axis] += along_u * u[axis] + along_v * v[axis];
+  }
+};
+
+Frame frame_of(Vec3f normal) {
+  Frame frame;
+  tangent_frame(normal, frame.u, frame.v);
+  return frame;
+}
+
+/// Calls visit(discs, number among them, pose, object) for those of all present samples.
+template <class Visit>
+void each_disc(const State& s, const Visit& visit) {
+  const samples::DiscSet& still = s.static_index->discs();
+  for (size_t i = 0; i < still.size(); ++i) visit(still, i, Pose{}, scene::kNone);
+  for (const MovingPart& part : s.moving) {
+    const scene::Object& object = s.scene.objects[part.object];
+    const samples::DiscSet& discs = part.index->discs();
+    if (object.present)
+      for (size_t i = 0; i < discs.size(); ++i) visit(discs, i, object.pose, part.object);
+  }
+}
+
+/// Adds the slopes of what paths bring, of discs with these axes in world space.
+void add_slopes_of_paths(State& s, std::span<const Frame> frames, double* gradient,
+                         Progress& progress) {
+  const size_t n = s.samples.size();
+  const uint32_t slabs = s.sum_groups() * kBatches;
+  std::vector<int64_t> sums(size_t(slabs) * n * 3), moments(size_t(slabs) * n * 6);
+  Deposit(s, {sums.data(), n, false, moments.data()}).add_all(progress);
+  each_disc(s, [&](const samples::DiscSet& discs, size_t i, const Pose&, uint32_t) {
+    const uint32_t id = discs.id[i];
+    const samples::OutlineMoments m = samples::outline_moments(discs, i);
+    const double unit = discs.radius[i] / estimate::EnergySums::kMomentSteps;
+    for (int c = 0; c < 3; ++c) {
+      double gu = 0, gv = 0;
+      for (uint32_t slab = 0; slab < slabs; ++slab) {
+        const double factor = s.scale.quantum * s.sum_factor(slab / kBatches);
+        const size_t at = size_t(slab) * n + id;
+        fit(m, factor * double(sums[3 * at + c]), factor * unit * double(moments[6 * at + 2 * c]),
+            factor * unit * double(moments[6 * at + 2 * c + 1]), gu, gv);
+      }
+      frames[id].add(gu, gv, gradient + 9 * size_t(s.given[id]) + 3 * c);
+    }
+  });
+}
+
+}  // namespace
+
+void Session::read_gradient(double* gradient, Progress& progress) {
+  check_whole();
+  State& s = *state_;
+  const size_t n = s.samples.size();
+  std::fill(gradient, gradient + 9 * n, 0.0);
+  // Receivers a little to either side along u and v.
+  std::vector<direct::Receiver> around(4 * n);
+  std::vector<Frame> frames(n);
+  each_disc(s, [&](const samples::DiscSet& discs, size_t i, const Pose& pose, uint32_t object) {
+    const uint32_t id = discs.id[i];
+    const Frame frame = frames[id] = frame_of(discs.normal[i]);
+    const float step = kDifferenceStep * discs.radius[i];
+    for (int k = 0; k < 4; ++k) {
+      const Vec3f axis = k < 2 ? frame.u : frame.v;
+      around[4 * id + k] = {pose.point(discs.centre[i] + axis * (k % 2 ? step : -step)),
+                            pose.direction(discs.normal[i]), object};
+    }
+    frames[id] = {pose.direction(frame.u), pose.direction(frame.v)};
+  });
+  add_slopes_of_paths(s, frames, gradient, progress);
+  direct::DirectLight direct(4 * n, s.scene.group_count, direct_->irradiance_quantum(),
+                             s.options.seed);
+  direct.compute({*s.caster, s.lights, s.light_sampled, around}, s.workers, progress);
+  const auto light = direct.sums();
+  for (uint32_t g = 0; g < s.scene.group_count; ++g)
+    for (size_t id = 0; id < n; ++id) {
+      const double per_metre = s.group_factor[g] * direct.irradiance_quantum() /
+                               (2 * kDifferenceStep * double(s.samples.radius[id]));
+      for (int c = 0; c < 3; ++c) {
+        const int64_t* e = light.data() + 3 * (size_t(g) * 4 * n + 4 * id) + c;
+        frames[id].add(double(e[3] - e[0]) * per_metre, double(e[9] - e[6]) * per_metre,
+                       gradient + 9 * size_t(s.given[id]) + 3 * c);
+      }
+    }
+}
+
+}  // namespace deltalux::session

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+// What precedes the tracing of a bake: discs, shares of paths, forecasts, estimators.
+#include "session/session_parts.h"
+
+#include <algorithm>
+#include <map>
+
+#include "base/error.h"
+#include "plan/allotment.h"
+#include "samples/openness.h"
+#include "samples/placement.h"
+#include "session/pilot_paths.h"
+#include "session/session.h"
+
+namespace deltalux::session {
+namespace {
+
+constexpr float kFar = std::numeric_limits<float>::infinity();
+constexpr uint64_t kFewestRays = 8;  // that a session may ask for
+constexpr Box kEverywhere{{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
+
+/// Most samples of most scenes cast no more rays than they are told.
+double expected_rays(const State& s) {
+  constexpr double kMoreRays = 0.2;
+  return (1 + kMoreRays) * double(s.samples.size()) * double(s.options.gather_rays);
+}
+
+/// A caster over one object's own triangles, in its own space: outlines that do not depend on the
+/// pose, not even by rounding.
+scene::Scene local_scene(const scene::Scene& scene, uint32_t object) {
+  scene::Scene local;
+  local.materials = scene.materials;
+  local.group_count = scene.group_count;
+  local.objects.push_back(scene.objects[object]);
+  local.objects[0].movable = false;
+  local.objects[0].pose = {};
+  local.finish();
+  return local;
+}
+
+}  // namespace
+
+double ray_bytes(const State& s, const Forecast& forecast, double rays, bool weighted) {
+  const double told = double(s.samples.size()) * double(s.options.gather_rays);
+  return std::min(rays, told) * forecast.per_ray.bytes(weighted) +
+         std::max(0.0, rays - told) * gather::Looks::kAddedRays.bytes(weighted);
+}
+
+Parts Session::place_parts(Progress& progress, std::span<const float> openness) {
+  State& s = *state_;
+  progress.begin("index triangles", 1);
+  s.caster = std::make_unique<trace::RayCaster>(s.scene, progress);
+  samples::resolve_lengths(s.scene, *s.caster, s.options.paths, s.workers, progress, s.samples);
+  s.largest_radius = 0;
+  for (float r : s.samples.radius) s.largest_radius = std::max(s.largest_radius, r);
+  std::map<uint32_t, std::vector<uint32_t>> by_object;
+  for (uint32_t i = 0; i < s.samples.size(); ++i) by_object[s.samples.attached[i]].push_back(i);
+  // `scene`: what openness is found in, the ground alone.
+  const auto pilot = [&](std::vector<uint32_t> ids, const scene::Scene& scene,
+                         const samples::Ground& ground) {
+    samples::DiscSet discs = samples::make_discs(s.samples, std::move(ids), s.options.disc_area,
+                                                 ground, s.workers, progress);
+    if (!openness.empty())
+      for (size_t i = 0; i < discs.size(); ++i) discs.openness[i] = openness[discs.id[i]];
+    else if (s.options.disc_area == samples::DiscArea::reachable && !s.options.gather_rays)
+      samples::find_openness(discs, scene, ground.caster, s.workers, progress);
+    return plan::Pilot(std::move(discs), s.options.segment_end, s.workers);
+  };
+  Parts parts{pilot(by_object[scene::kNone], s.scene, {s.scene, *s.caster, 0, s.scene.world()}),
+              {}};
+  s.moving.clear();
+  for (auto& [object, ids] : by_object) {
+    if (object == scene::kNone) continue;
+    const scene::Scene local = local_scene(s.scene, object);
+    const trace::RayCaster caster(local, progress);
+    const uint32_t first = s.scene.objects[object].first_primitive;
+    parts.moving.push_back(pilot(std::move(ids), local, {s.scene, caster, first, kEverywhere}));
+    MovingPart part;
+    part.object = object;
+    const samples::DiscSet& discs = parts.moving.back().discs();
+    for (size_t i = 0; i < discs.size(); ++i)
+      part.local.grow(Box{discs.centre[i], discs.centre[i]}.padded(discs.radius[i]));
+    s.moving.push_back(std::move(part));
+  }
+  return parts;
+}
+
+void Session::make_estimators(Parts& parts, Progress& progress) {
+  State& s = *state_;
+  s.static_index = parts.still.release(s.plans[0].chosen, &progress);
+  for (size_t i = 0; i < s.moving.size(); ++i)
+    s.moving[i].index = parts.moving[i].release(s.plans[i + 1].chosen, &progress);
+}
+
+void Session::allot_paths(Progress& progress) {
+  State& s = *state_;
+  trace::allot_paths(
+      s.lights,
+      plan::shares_by_use(s.scene, s.loaded_reflectance, *s.caster, s.lights, s.workers, progress),
+      s.options.paths, kBatches);
+  s.scale = trace::choose_scale(s.lights, s.options.max_bounces);
+}
+
+double Session::bytes_per_segment() const {
+  const bool extended = state_->options.segment_end != segments::SegmentEnd::first;
+  constexpr double kSpare = 1.05;  // chunks are not all full
+  return kSpare * (sizeof(segments::Level::Chunk) / double(segments::Level::kChunk) +
+                   (extended ? double(sizeof(float)) : 0.0) +
+                   (state_->options.gather_rays ? double(sizeof(uint32_t)) : 0.0));
+}
+
+void Session::forecast_memory(const PilotPaths& paths) {
+  const State& s = *state_;
+  const double per_path = paths.walked ? double(paths.flights.size()) / double(paths.walked) : 1.0;
+  const double fixed = double(s.samples.size()) * (s.sum_groups() * kBatches * 24.0 + 256.0) +
+                       double(s.scene.primitives()) * 200.0 +
+                       // Each bounce ends in a chunk that is partly empty; more paths go deeper.
+                       (1.5 * paths.deepest + 4.0) * double(sizeof(segments::Level::Chunk));
+  forecast_.bytes_per_path = per_path * bytes_per_segment() + 1.0;
+  forecast_.segments = uint64_t(per_path * double(paths.all));
+  forecast_.bytes = size_t(forecast_.bytes_per_path * double(paths.all) + fixed);
+}
+
+void Session::refuse_beyond_limit() {
+  const State& s = *state_;
+  uint64_t paths = 0;
+  for (const trace::Light& light : s.lights) paths += light.path_count;
+  forecast_.bytes += direct::DirectLight::forecast_bytes(s.samples.size(), s.scene.group_count,
+                                                         s.lights, s.light_sampled);
+  double rays = 0;  // with what they take while they are cast
+  if (s.gather) {
+    forecast_.per_ray = pilot_rays();
+    rays = ray_bytes(s, forecast_, expected_rays(s), true) +
+           gather::Looks::forecast_working_bytes(s.samples.size(), double(s.options.gather_rays),
+                                                 forecast_.per_ray);
+    forecast_.bytes += size_t(rays) + s.gather->cells.bytes() + s.gather->sums.bytes() +
+                       gather::CellLight::forecast_bytes(s.gather->cells.size());
+  }
+  const double fixed = double(forecast_.bytes) - forecast_.bytes_per_path * double(paths);
+  const double room = double(s.options.memory_limit) - fixed;
+  // A little less than that: another number of paths sees another pilot.
+  forecast_.paths_that_fit = room > 0 ? uint64_t(0.95 * room / forecast_.bytes_per_path) : 0;
+  if (!s.options.memory_limit || forecast_.bytes <= s.options.memory_limit) return;
+  // Fewer rays help where they need more than all else leaves them.
+  const double left = double(s.options.memory_limit) - (double(forecast_.bytes) - rays);
+  const auto fewer = uint64_t(std::max(0.0, 0.95 * left / rays * s.options.gather_rays));
+  const bool by_rays = rays > 0 && !forecast_.paths_that_fit && fewer >= kFewestRays;
+  throw OptionError("memory: " + std::to_string(paths) + " paths would need about " +
+                    std::to_string(forecast_.bytes >> 20) + " MiB, the limit is " +
+                    std::to_string(s.options.memory_limit >> 20) + " MiB; about " +
+                    (by_rays ? std::to_string(fewer) + " rays of each sample (gather)"
+                             : std::to_string(forecast_.paths_that_fit) + " paths") +
+                    " would fit, or raise the memory limit");
+}
+
+bool Session::fits(const gather::RayCounts& rays) {
+  const State& s = *state_;
+  const size_t bytes = size_t(double(forecast_.bytes) +
+                              ray_bytes(s, forecast_, double(rays.all()), !s.guiding.empty()) -
+                              ray_bytes(s, forecast_, expected_rays(s), true));
+  if (s.options.memory_limit && bytes > s.options.memory_limit) return false;
+  forecast_.bytes = bytes;
+  return true;
+}
+
+}  // namespace deltalux::session

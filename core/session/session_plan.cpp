@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+// The choice of methods: what the bake and the frames of a session will bring to each part.
+#include <algorithm>
+
+#include "plan/planner.h"
+#include "session/deposit.h"
+#include "session/pilot_paths.h"
+#include "session/session.h"
+#include "session/session_parts.h"
+
+namespace deltalux::session {
+namespace {
+
+using plan::Traffic;
+
+/// How large something is: the sphere around the middle of its box, and the box's diagonal.
+struct Extent {
+  double radius = 0, diagonal = 0;
+
+  explicit Extent(std::span<const Vec3f> points) {
+    if (points.empty()) return;
+    Box box;
+    for (const Vec3f& p : points) box.grow(p);
+    const Vec3f middle = (box.low + box.high) * 0.5f;
+    for (const Vec3f& p : points) radius = std::max(radius, double(length(p - middle)));
+    diagonal = double(length(box.extent()));
+  }
+};
+
+std::vector<Vec3f> all_vertices(const scene::Scene& scene) {
+  std::vector<Vec3f> all;
+  for (const scene::Object& object : scene.objects) {
+    const std::vector<Vec3f> own = object.world_vertices();
+    all.insert(all.end(), own.begin(), own.end());
+  }
+  return all;
+}
+
+class TrafficForecast {
+ public:
+  TrafficForecast(const State& state, const PilotPaths& paths)
+      : s_(state), paths_(paths), scene_(all_vertices(state.scene)) {
+    // With several threads, methods that collect segments get each slab's by themselves.
+    slabs_ = s_.workers.threads() > 1 ? double(s_.sum_groups() * kBatches) : 1.0;
+    for (const scene::Object& object : s_.scene.objects) movables_ += object.movable;
+  }
+
+  Traffic of_static() const {
+    Traffic traffic = empty();
+    double affected = 0;
+    std::vector<uint8_t> cut(s_.scene.objects.size());
+    for (const PilotFlight& flight : paths_.flights) {
+      if (flight.bounce == 0) std::ranges::fill(cut, uint8_t(0));
+      const uint32_t object = object_of(flight);
+      if (object != scene::kNone && s_.scene.objects[object].movable) cut[object] = 1;
+      if (!counts(flight)) continue;
+      traffic.sample.add(flight.origin, flight.direction, flight.length, flight.extended);
+      affected += double(std::ranges::count(cut, uint8_t(1)));
+    }
+    traffic.removed = 1;
+    set_loads(traffic, movables_ ? affected / double(movables_) * paths_.weight() : 0.0,
+              double(kMostPerStep));
+    return traffic;
+  }
+
+  Traffic of_moving(const MovingPart& part) const {
+    Traffic traffic = empty();
+    traffic.moving = true;
+    const scene::Object& object = s_.scene.objects[part.object];
+    const FastTransform to_local(object.pose.inverse());
+    for (const PilotFlight& flight : paths_.flights) {
+      if (!counts(flight)) continue;
+      const SlabRay ray(flight.origin, flight.direction);
+      if (ray.entry(part.world, flight.extended) > flight.extended) continue;
+      traffic.sample.add(to_local.point(flight.origin), to_local.direction(flight.direction),
+                         flight.length, flight.extended);
+    }
+    // A moved part starts again from all segments near it, at once.
+    const double all = double(traffic.sample.count()) * paths_.weight();
+    set_loads(traffic, all, double(paths_.all));
+    const Extent own(object.world_vertices());
+    traffic.size_by_sphere = own.radius / std::max(1e-30, scene_.radius);
+    traffic.size_by_box = own.diagonal / std::max(1e-30, scene_.diagonal);
+    return traffic;
+  }
+
+ private:
+  Traffic empty() const {
+    Traffic traffic;
+    traffic.frames = movables_ ? s_.options.expected_frames : 0.0;
+    traffic.rebuilds = s_.options.rebuilds;
+    return traffic;
+  }
+  bool counts(const PilotFlight& flight) const {
+    return flight.bounce > 0 || !s_.light_sampled[flight.light];
+  }
+  uint32_t object_of(const PilotFlight& flight) const {
+    return flight.primitive == scene::kNone ? scene::kNone : s_.scene.object_of(flight.primitive);
+  }
+  /// `step`: paths after which a frame passes on what was collected.
+  void set_loads(Traffic& traffic, double frame, double step) const {
+    const double bake = double(traffic.sample.count()) * paths_.weight();
+    const double paths = std::max(1.0, double(paths_.all));
+    const auto span = [&](double segments, double per_step) {
+      const double collected = segments * std::min(1.0, per_step / paths);
+      return std::max(1.0, std::min(collected, double(kPortion)) / slabs_);
+    };
+    traffic.bake = {bake, span(bake, double(kPathsPerStep))};
+    traffic.frame = {frame, span(frame, step)};
+  }
+
+  const State& s_;
+  const PilotPaths& paths_;
+  const Extent scene_;
+  double slabs_ = 1;
+  size_t movables_ = 0;
+};
+
+}  // namespace
+
+void Session::plan_parts(Parts& parts, const PilotPaths& paths, bool thorough, Progress& progress) {
+  State& s = *state_;
+  progress.begin("plan", 1);
+  const TrafficForecast forecast(s, paths);
+  s.plans.clear();
+  const auto plan_one = [&](plan::Pilot& pilot, uint32_t object, Method asked, auto&& traffic) {
+    plan::PartPlan plan;
+    plan.chosen = asked;
+    plan.discs = double(pilot.discs().size());
+    if (thorough || asked == Method::automatic)
+      plan = plan::plan_part(pilot, traffic(), s.options.policy, s.options.machine, thorough,
+                             &progress);
+    if (asked != Method::automatic) plan.chosen = asked;
+    plan.object = object;
+    s.plans.push_back(std::move(plan));
+  };
+  plan_one(parts.still, scene::kNone, s.options.static_method,
+           [&] { return forecast.of_static(); });
+  for (size_t i = 0; i < s.moving.size(); ++i) {
+    place_part(s, s.moving[i]);
+    plan_one(parts.moving[i], s.moving[i].object, s.options.moving_method,
+             [&] { return forecast.of_moving(s.moving[i]); });
+  }
+}
+
+void Session::set_planning(const plan::Machine& machine, plan::Policy policy,
+                           std::optional<double> frames, bool rebuilds) {
+  Options& options = state_->options;
+  options.machine = machine;
+  options.policy = policy;
+  options.expected_frames = frames.value_or(kExpectedFrames);
+  options.rebuilds = rebuilds;
+}
+
+const std::vector<plan::PartPlan>& Session::plan(Progress& progress) {
+  // Openness takes longer to find than all else here, and no cost depends on it.
+  const std::vector<float> open(state_->samples.size(), 1.0f);
+  Parts parts = place_parts(progress, open);
+  allot_paths(progress);
+  const PilotPaths paths = walk_pilot_paths(*state_, progress);
+  forecast_memory(paths);
+  choose_direct();
+  plan_parts(parts, paths, true, progress);
+  return state_->plans;
+}
+
+}  // namespace deltalux::session

@@ -1,0 +1,405 @@
+// SPDX-License-Identifier: Apache-2.0
+// Results: from integer sums to irradiance, standard errors, gradients, digests.
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <optional>
+#include <utility>
+
+#include "base/direction.h"
+#include "base/random.h"
+#include "session/session.h"
+#include "session/unreached.h"
+
+namespace deltalux::session {
+namespace {
+
+/// Two independent 64-bit lanes; order-free where lanes of items are added.
+struct Lanes {
+  uint64_t a = 0, b = 0;
+  void chain(uint64_t word) {
+    a = combine(a ^ 0x243f6a8885a308d3ull, word);
+    b = combine(b ^ 0x13198a2e03707344ull, ~word);
+  }
+  void merge(const Lanes& o) { a += o.a, b += o.b; }
+};
+
+uint64_t bits(float v) {
+  v += 0.0f;  // one zero
+  uint32_t u;
+  std::memcpy(&u, &v, 4);
+  return u;
+}
+uint64_t bits(double v) {
+  v += 0.0;  // one zero
+  uint64_t u;
+  std::memcpy(&u, &v, 8);
+  return u;
+}
+
+Lanes of_segment(const State& s, const segments::Segment& g, float extended, uint32_t bounce) {
+  Lanes lanes;
+  lanes.chain(uint64_t(g.path) << 32 | bounce);
+  lanes.chain(bits(g.origin.x) << 32 | bits(g.origin.y));
+  lanes.chain(bits(g.origin.z) << 32 | g.direction);
+  lanes.chain(bits(g.length) << 32 | bits(extended));
+  lanes.chain(uint64_t(g.power[0]) << 32 | g.power[1]);
+  const uint32_t object =
+      g.primitive == scene::kNone ? scene::kNone : s.scene.object_of(g.primitive);
+  const uint32_t local =
+      g.primitive == scene::kNone ? 0 : g.primitive - s.scene.objects[object].first_primitive;
+  lanes.chain(uint64_t(g.power[2]) << 32 | local);
+  lanes.chain(object);
+  return lanes;
+}
+
+void chain_looks(Lanes& lanes, const gather::Looks& looks) {
+  for (size_t sample = 0; sample < looks.samples(); ++sample) {
+    for (float weight : looks.weights(sample)) lanes.chain(bits(weight));
+    for (uint32_t target : looks.targets(sample)) {
+      if (!gather::Looks::is_chain(target)) {
+        lanes.chain(target);
+        continue;
+      }
+      const gather::ChainPool& chains = looks.chains();
+      const uint32_t number = gather::Looks::chain_of(target);
+      lanes.chain(uint64_t(bits(chains.weight(number))) << 32 | chains.end(number));
+      for (const gather::Vertex& vertex : chains.vertices(number)) {
+        lanes.chain(uint64_t(vertex.material) << 32 | vertex.light);
+        for (float value : vertex.direct) lanes.chain(bits(value));
+      }
+    }
+  }
+}
+
+void chain_guiding(Lanes& lanes, const gather::Guiding& guiding) {
+  static_assert(sizeof(gather::Guide) % 4 == 0 && sizeof(gather::BeamGuide) % 4 == 0 &&
+                sizeof(gather::RayShares) % 4 == 0);
+  const auto chain = [&lanes](const void* bytes, size_t size) {
+    uint32_t word;
+    for (size_t at = 0; at < size; at += sizeof word) {
+      std::memcpy(&word, static_cast<const char*>(bytes) + at, sizeof word);
+      lanes.chain(word);
+    }
+  };
+  chain(guiding.guides.data(), guiding.guides.size() * sizeof(gather::Guide));
+  chain(guiding.beams.data(), guiding.beams.size() * sizeof(gather::BeamGuide));
+  chain(guiding.suns.data(), guiding.suns.size() * sizeof(uint32_t));
+  chain(&guiding.need, sizeof guiding.need);
+  for (int8_t own : guiding.doublings) lanes.chain(uint64_t(own));
+  chain(guiding.shares.data(), guiding.shares.size() * sizeof(gather::RayShares));
+}
+
+/// double(x) in operations that AVX2 has: the halves of `x` become mantissas, rounding happens
+/// once. Reading took 1.4 times as long with conversions one by one.
+double to_double(int64_t x) {
+  const double low = std::bit_cast<double>((uint64_t(x) & 0xffffffffu) | 0x4330000000000000u);
+  const double high =
+      std::bit_cast<double>((uint64_t(x) >> 32 ^ 0x80000000u) | 0x4530000000000000u);
+  return (high - (0x1p84 + 0x1p63 + 0x1p52)) + low;
+}
+
+/// Energy and direct light of a block of samples, three channels each, and the energy's variance
+/// from the spread of batches.
+class BlockSums {
+ public:
+  static constexpr size_t kSamples = 512;
+
+  /// Adds the energy of one light group: kBatches rows of `values` sums, `stride` apart.
+  void add_energy(const int64_t* row, size_t stride, size_t values, double factor) {
+    std::fill_n(total_, values, int64_t(0));
+    for (uint32_t k = 0; k < kBatches; ++k)
+      for (size_t j = 0; j < values; ++j) total_[j] += row[k * stride + j];
+    for (size_t j = 0; j < values; ++j) mean_[j] = to_double(total_[j]) / kBatches;
+    std::fill_n(spread_, values, 0.0);
+    for (uint32_t k = 0; k < kBatches; ++k)
+      for (size_t j = 0; j < values; ++j) {
+        const double off = to_double(row[k * stride + j]) - mean_[j];
+        spread_[j] += off * off;
+      }
+    const double share = factor * factor * kBatches / (kBatches - 1.0);
+    for (size_t j = 0; j < values; ++j) {
+      energy[j] += factor * to_double(total_[j]);
+      variance[j] += share * spread_[j];
+    }
+  }
+  /// Adds the variance of what no path of the group that was added last reached.
+  void add_unreached(const UnreachedError& unreached, uint32_t group, const float* area,
+                     size_t samples) {
+    for (size_t i = 0; i < samples; ++i) {
+      if (total_[3 * i] && total_[3 * i + 1] && total_[3 * i + 2]) continue;
+      const Vec3d error = unreached.at(group, double(area[i]));
+      for (size_t c = 0; c < 3; ++c)
+        if (!total_[3 * i + c]) variance[3 * i + c] += error[int(c)] * error[int(c)];
+    }
+  }
+  /// Adds one light group's direct light, `unit` per quantum.
+  void add_direct(const int64_t* row, size_t values, double unit) {
+    for (size_t j = 0; j < values; ++j) direct[j] += unit * to_double(row[j]);
+  }
+
+  double energy[3 * kSamples] = {}, variance[3 * kSamples] = {}, direct[3 * kSamples] = {};
+
+ private:
+  int64_t total_[3 * kSamples];
+  double mean_[3 * kSamples], spread_[3 * kSamples];
+};
+
+/// Whether a ray of the sample meets what a path reached, or what a light shines on.
+bool sees_light(const Gather& own, size_t sample) {
+  const auto lit = [&](uint32_t cell) {
+    if (cell == gather::kDark) return false;
+    for (uint32_t g = 0; g < own.sums.groups; ++g)
+      for (uint32_t k = 0; k < own.sums.batches; ++k)
+        for (size_t c = 0; c < 3; ++c)
+          if (own.sums.quanta[own.sums.at(cell, g, k) + c]) return true;
+    return false;
+  };
+  const gather::ChainPool& chains = own.looks.chains();
+  for (const uint32_t target : own.looks.targets(sample)) {
+    if (!gather::Looks::is_chain(target)) {
+      if (lit(target)) return true;
+      continue;
+    }
+    const uint32_t number = gather::Looks::chain_of(target);
+    if (lit(chains.end(number))) return true;
+    for (const gather::Vertex& vertex : chains.vertices(number))
+      if (vertex.direct != std::array<float, 3>{}) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+size_t Session::unreached() const {
+  check_whole();
+  const State& s = *state_;
+  const size_t n = s.samples.size(), slabs = s.sums.size() / std::max<size_t>(1, 3 * n);
+  size_t count = 0;
+  for (size_t i = 0; i < n; ++i) {
+    bool dark = is_present(i);
+    for (size_t slab = 0; dark && slab < slabs; ++slab)
+      for (size_t c = 0; c < 3; ++c) dark = dark && s.sums[3 * (slab * n + i) + c] == 0;
+    count += dark && !(s.gather && sees_light(*s.gather, i));
+  }
+  return count;
+}
+
+template <class Gathered, class Write>
+void Session::read_samples(bool errors, const Gathered& gathered, const Write& write) const {
+  const State& s = *state_;
+  const size_t n = s.samples.size();
+  check_whole();
+  const std::span<const int64_t> direct = direct_->sums();
+  const UnreachedError unreached(s);
+  std::optional<gather::Evaluation> now = evaluation(errors);
+  if (now && errors) now->learn_spread(s.gather->looks);
+  const auto sampled = [](uint8_t yes) { return yes != 0; };
+  const bool discs = !now || !std::all_of(s.light_sampled.begin(), s.light_sampled.end(), sampled);
+  s.workers.for_blocks(n, BlockSums::kSamples, [&](size_t begin, size_t end) {
+    BlockSums block;
+    const size_t values = 3 * (end - begin);
+    for (uint32_t g = 0; discs && g < s.sum_groups(); ++g) {
+      block.add_energy(&s.sums[3 * (size_t(g) * kBatches * n + begin)], 3 * n, values,
+                       s.sum_factor(g));
+      if (!now) block.add_unreached(unreached, g, &s.area[begin], end - begin);
+    }
+    for (uint32_t g = 0; g < s.scene.group_count; ++g)
+      block.add_direct(&direct[3 * (size_t(g) * n + begin)], values,
+                       s.group_factor[g] * direct_->irradiance_quantum());
+    const std::vector<gather::Estimate> around =
+        now ? gathered_block(*now, gathered, begin, end, errors)
+            : std::vector<gather::Estimate>(end - begin);
+    for (size_t i = begin; i < end; ++i) {
+      const double area = s.area[i];
+      const double per_area = area > 0 ? s.scale.quantum / area : 0.0;
+      double irradiance[3] = {}, error[3] = {};
+      for (size_t c = 0; is_present(i) && c < 3; ++c) {
+        const size_t j = 3 * (i - begin) + c;
+        const gather::Estimate& own = around[i - begin];
+        irradiance[c] = block.energy[j] * per_area + block.direct[j] + own.irradiance[c];
+        error[c] = std::sqrt(block.variance[j] * per_area * per_area + own.error[c] * own.error[c]);
+      }
+      write(size_t(s.given[i]), irradiance, error);
+    }
+  });
+}
+
+bool Session::is_present(size_t sample) const {
+  const uint32_t object = state_->samples.attached[sample];
+  return object == scene::kNone || state_->scene.objects[object].present;
+}
+
+template <class Gathered>
+std::vector<gather::Estimate> Session::gathered_block(const gather::Evaluation& now,
+                                                      const Gathered& gathered, size_t begin,
+                                                      size_t end, bool errors) const {
+  const State& s = *state_;
+  std::vector<gather::Estimate> out(end - begin);
+  for (size_t i = begin; i < end; ++i) {
+    gather::Estimate& own = out[i - begin];
+    own.point = receivers_[i].point, own.normal = receivers_[i].normal;
+    own.object = s.samples.attached[i], own.rays = s.gather->looks.rays().count(i);
+    if (is_present(i)) gathered(now, i, own.irradiance, own.error);
+  }
+  if (errors) gather::pool_errors(out, s.gather->cells.metre());
+  return out;
+}
+
+auto Session::all_gathered() const {
+  return [&looks = state_->gather](const gather::Evaluation& now, size_t i, double* irradiance,
+                                   double* error) { now.read(looks->looks, i, irradiance, error); };
+}
+
+void Session::read(double* irradiance, double* standard_error) const {
+  read_samples(true, all_gathered(), [&](size_t i, const double* value, const double* error) {
+    std::copy_n(value, 3, irradiance + 3 * i);
+    std::copy_n(error, 3, standard_error + 3 * i);
+  });
+}
+
+void Session::read_irradiance(double* irradiance) const {
+  read_samples(false, all_gathered(), [&](size_t i, const double* value, const double*) {
+    std::copy_n(value, 3, irradiance + 3 * i);
+  });
+}
+
+void Session::read_direct(double* irradiance) const {
+  const auto nothing = [](const gather::Evaluation&, size_t, double*, double*) {};
+  read_samples(false, nothing, [&](size_t i, const double* value, const double*) {
+    std::copy_n(value, 3, irradiance + 3 * i);
+  });
+}
+
+void Session::read_packed(const std::array<double, 3>& weights, bool errors, float* values) const {
+  if (state_->gather)
+    state_->gather->glance.stale = true;  // or the next one would show older light
+  read_samples(errors, all_gathered(), [&](size_t i, const double* value, const double* error) {
+    for (int c = 0; c < 3; ++c) values[4 * i + c] = float(value[c]);
+    if (errors)
+      values[4 * i + 3] =
+          float(weights[0] * error[0] + weights[1] * error[1] + weights[2] * error[2]);
+  });
+}
+
+void Session::glance(float* values) {
+  constexpr size_t kTurns = 8;
+  if (!state_->gather) return read_packed({}, false, values);
+  gather::Looks& looks = state_->gather->looks;
+  Glance& glance = state_->gather->glance;
+  const bool all = std::exchange(glance.stale, true);  // until it is done
+  glance.irradiance.resize(state_->samples.size());
+  const auto gathered = [&](const gather::Evaluation& now, size_t i, double* irradiance,
+                            double* error) {
+    std::array<double, 3>& shown = glance.irradiance[i];
+    // Scattered, so that no patch of a surface lags behind its surroundings.
+    if (all || looks.changed(i) || i % kTurns == glance.turn)
+      now.read(looks, i, shown.data(), error);
+    std::copy(shown.begin(), shown.end(), irradiance);
+  };
+  read_samples(false, gathered, [&](size_t i, const double* value, const double*) {
+    for (int c = 0; c < 3; ++c) values[4 * i + c] = float(value[c]);
+  });
+  looks.forget_changes();
+  glance.stale = false;
+  glance.turn = (glance.turn + 1) % kTurns;
+}
+
+void Session::read_sums(int64_t* sums) const {
+  check_whole();
+  const State& s = *state_;
+  const size_t n = 3 * s.samples.size();
+  std::fill(sums, sums + n, 0);
+  for (uint32_t slab = 0; slab < s.sum_groups() * kBatches; ++slab)
+    for (size_t i = 0; i < n; ++i) sums[3 * size_t(s.given[i / 3]) + i % 3] += s.sums[slab * n + i];
+}
+
+std::vector<float> Session::as_given(const std::vector<float>& own) const {
+  std::vector<float> out(own.size());
+  for (size_t i = 0; i < own.size(); ++i) out[state_->given[i]] = own[i];
+  return out;
+}
+
+std::array<uint64_t, 4> Session::digest() const {
+  check_whole();
+  const State& s = *state_;
+  Lanes all;
+  for (uint32_t b = 0; b < s.store.levels().size(); ++b) {
+    const segments::Level& level = s.store.levels()[b];
+    for (uint32_t slot = 0; slot < level.size(); ++slot)
+      if (level.at(slot).length >= 0)
+        all.merge(of_segment(s, level.at(slot), level.extended_or_length(slot), b));
+  }
+  Lanes ordered = all;
+  const size_t n = s.samples.size();
+  for (uint32_t g = 0; g < s.sum_groups(); ++g)
+    for (size_t i = 0; i < 3 * n; ++i) {
+      int64_t sum = 0;
+      for (uint32_t k = 0; k < kBatches; ++k) sum += s.sums[3 * size_t(g * kBatches + k) * n + i];
+      ordered.chain(uint64_t(sum));
+    }
+  for (int64_t value : direct_->sums()) ordered.chain(uint64_t(value));
+  if (s.gather) {
+    for (int64_t value : s.gather->sums.quanta) ordered.chain(uint64_t(value));
+    for (uint16_t covered : s.gather->coverage.covered()) ordered.chain(covered);
+    chain_looks(ordered, s.gather->looks);
+    chain_guiding(ordered, s.guiding);
+  }
+  for (const scene::Object& object : s.scene.objects) {
+    if (!object.movable) continue;
+    ordered.chain(object.present);
+    for (const Vec3d& row : object.pose.row)
+      for (int axis = 0; axis < 3; ++axis) ordered.chain(bits(row[axis]));
+    for (int axis = 0; axis < 3; ++axis) ordered.chain(bits(object.pose.translation[axis]));
+  }
+  for (double factor : s.group_factor) ordered.chain(bits(factor));
+  for (const scene::Material& material : s.scene.materials)
+    for (int c = 0; c < 3; ++c) ordered.chain(bits(material.reflectance[c]));
+  return {all.a, all.b, ordered.a, ordered.b};
+}
+
+std::vector<uint8_t> Session::visible(std::span<const Vec3f> from,
+                                      std::span<const Vec3f> to) const {
+  std::vector<uint8_t> out(from.size());
+  const trace::RayCaster& caster = *state_->caster;
+  state_->workers.for_blocks(out.size(), 1024, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const Vec3f way = to[i] - from[i];
+      out[i] = !caster.occluded(from[i], way, 1.0f);
+    }
+  });
+  return out;
+}
+
+EnergyAudit Session::audit() const {
+  const State& s = *state_;
+  EnergyAudit audit;
+  audit.quantum = s.scale.quantum;
+  for (const trace::Light& light : s.lights) {
+    if (!light.on) continue;
+    const auto quanta = trace::birth_quanta(light, s.scale, s.birth_factor(light));
+    const trace::Walk walk = s.walk();
+    for (uint64_t i = 0; i < light.path_count; ++i) {
+      const trace::Flight flight = walk.birth(light, i, quanta);
+      for (int c = 0; c < 3; ++c) audit.emitted[c] += flight.power[c];
+    }
+  }
+  const auto& levels = s.store.levels();
+  for (uint32_t b = 0; b < levels.size(); ++b)
+    for (uint32_t slot = 0; slot < levels[b].size(); ++slot) {
+      const segments::Segment& g = levels[b].at(slot);
+      if (g.length < 0) continue;
+      for (int c = 0; c < 3; ++c) {
+        if (g.primitive == scene::kNone) {
+          audit.escaped[c] += g.power[c];
+          continue;
+        }
+        audit.absorbed[c] += g.power[c];
+        if (g.next != segments::kNoSlot) audit.absorbed[c] -= levels[b + 1].at(g.next).power[c];
+      }
+    }
+  return audit;
+}
+
+}  // namespace deltalux::session

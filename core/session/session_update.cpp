@@ -1,0 +1,355 @@
+// SPDX-License-Identifier: Apache-2.0
+// Edits: validation, what they touch, and the replacement of the paths they change.
+#include <algorithm>
+#include <numbers>
+#include <utility>
+
+#include "base/error.h"
+#include "session/edit_log.h"
+#include "session/pending.h"
+#include "session/pilot_paths.h"
+#include "session/session.h"
+
+namespace deltalux::session {
+namespace {
+
+constexpr double kDirectShare = 0.4;  // of a time budget, for shadow rays
+constexpr size_t kFirstStep = 128;    // with a time budget it measures how many paths fit
+
+/// The object that an edit means: in the scene, or inserted by one of the edits `before` it.
+const scene::Object& movable_object(const scene::Scene& scene, std::span<const scene::Edit> before,
+                                    uint32_t index) {
+  if (index < scene.objects.size()) {
+    const scene::Object& object = scene.objects[index];
+    if (!object.movable)
+      throw OptionError("\"" + object.name + "\" is static; list it in `movable` to edit it");
+    return object;
+  }
+  size_t number = index - scene.objects.size();
+  for (const scene::Edit& edit : before)
+    if (const auto* insert = std::get_if<scene::Insert>(&edit); insert && number-- == 0)
+      return insert->object;
+  throw OptionError("edit: no such object");
+}
+
+void check_inside(const scene::Scene& scene, const scene::Object& object, const Box& bounds) {
+  if (!scene.world().contains(bounds))
+    throw OptionError("\"" + object.name +
+                      "\" would leave the box that the session was baked for (the scene's bounds); "
+                      "move it inside, or start a new session with it there");
+}
+
+PendingPath whole_path(uint32_t path) { return {path, path, 0, false, {}}; }
+
+/// Paths of new lights wait like those that are cut: as segments that are not in use yet.
+void add_paths(State& s, EditMarks& marks) {
+  const size_t all = s.lights.back().first_path + s.lights.back().path_count;
+  std::vector<uint32_t> slots;
+  s.store.level(0).allocate(all - s.cut.size(), s.store.extras(), slots);
+  s.cut.resize(all, kNotCut);
+  for (uint32_t slot : slots) {
+    s.store.level(0).at(slot) = segments::unused_segment(slot);
+    s.store.level(0).slots(slot) = {};
+    marks.mark(whole_path(slot));
+  }
+}
+
+std::string mebibytes(double bytes) { return std::to_string(uint64_t(bytes) >> 20) + " MiB"; }
+
+/// Dimmed lamps and new colours.
+bool shows_everywhere(std::span<const scene::Edit> edits) {
+  return std::any_of(edits.begin(), edits.end(), [](const scene::Edit& edit) {
+    return std::holds_alternative<scene::Dim>(edit) ||
+           std::holds_alternative<scene::SetReflectance>(edit);
+  });
+}
+
+}  // namespace
+
+void Session::check_insert(const scene::Object& object, std::span<const scene::Edit> before) const {
+  const State& s = *state_;
+  if (!baked_) throw OptionError("add: bake the session before adding a new mesh");
+  const std::string what = "add \"" + object.name + "\": ";
+  s.scene.check(object);
+  check_inside(s.scene, object, bounds_at(object, object.pose));
+  uint64_t more = 0;
+  double brightest = 0;
+  const auto count = [&](const scene::Object& own) {
+    scene::Scene alone;
+    alone.materials = s.scene.materials;
+    alone.group_count = s.scene.group_count;
+    alone.objects.push_back(own);
+    alone.finish();
+    for (const trace::Light& light : added_lights(s, alone, 0)) {
+      more += light.path_count;
+      brightest = std::max({brightest, double(light.radiance.x), double(light.radiance.y),
+                            double(light.radiance.z)});
+    }
+  };
+  for (const scene::Edit& edit : before)
+    if (const auto* insert = std::get_if<scene::Insert>(&edit)) count(insert->object);
+  count(object);
+  if (!more) return;
+  const uint64_t paths = s.cut.size(), most = (uint64_t(1) << 32) / s.options.max_bounces;
+  if (more > most - std::min(most, paths))
+    throw OptionError(what + "its light needs " + std::to_string(more) + " paths beside the " +
+                      std::to_string(paths) + " of the session, expected at most " +
+                      std::to_string(most) +
+                      " in all so that no integer sum can overflow; "
+                      "start a new session with it in the scene");
+  if (s.options.direct == DirectMode::sampled && !s.lights.empty() &&
+      std::numbers::pi * brightest > direct::kMostWeight * direct_->irradiance_quantum())
+    throw OptionError(what +
+                      "its light is brighter than the session's integer scale holds; start a "
+                      "new session with it in the scene");
+  const double per_path =
+      paths ? double(s.store.bytes()) / double(paths) : 4.0 * sizeof(segments::Segment);
+  const double needed = double(bytes()) + per_path * double(more);
+  if (s.options.memory_limit && needed > double(s.options.memory_limit))
+    throw OptionError(what + "memory: with the paths of its light the session would need about " +
+                      mebibytes(needed) + ", the limit is " +
+                      mebibytes(double(s.options.memory_limit)) +
+                      "; raise the memory limit, or start a new session with it in the scene");
+}
+
+void Session::check(const scene::Edit& edit, std::span<const scene::Edit> before) const {
+  const scene::Scene& scene = state_->scene;
+  if (const auto* move = std::get_if<scene::Move>(&edit)) {
+    const scene::Object& object = movable_object(scene, before, move->object);
+    check_inside(scene, object,
+                 move->object < scene.objects.size() ? state_->bounds_at(move->object, move->pose)
+                                                     : bounds_at(object, move->pose));
+  } else if (const auto* presence = std::get_if<scene::SetPresent>(&edit)) {
+    movable_object(scene, before, presence->object);
+  } else if (const auto* insert = std::get_if<scene::Insert>(&edit)) {
+    check_insert(insert->object, before);
+  } else if (const auto* dim = std::get_if<scene::Dim>(&edit)) {
+    if (dim->group >= scene.group_count) throw OptionError("dim: no such group");
+    if (!(dim->factor >= 0) || !(dim->factor <= 1e6))
+      throw OptionError("dim: found factor " + std::to_string(dim->factor) +
+                        ", expected 0 to 1e6 (1 = as loaded)");
+    if (state_->merged(dim->group) && dim->factor > 1.5)
+      throw OptionError(
+          "dim: more than eight groups share sums, and this one has no room for a "
+          "factor above 1.5");
+  } else if (const auto* paint = std::get_if<scene::SetReflectance>(&edit)) {
+    if (paint->material >= scene.materials.size())
+      throw OptionError("reflectance: no such material");
+    for (int c = 0; c < 3; ++c)
+      if (!(paint->reflectance[c] >= 0 && paint->reflectance[c] <= 1))
+        throw OptionError("reflectance: expected 0 to 1 per channel");
+  }
+}
+
+Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Progress& progress) {
+  edits_applied_ = false;
+  if (damaged_) rebuild(progress);
+  for (size_t i = 0; i < edits.size(); ++i) check(edits[i], edits.first(i));
+  Report report;
+  Stopwatch watch;
+  EditLog log(*state_);
+  const Affected affected = apply(edits, log, budget_ms, watch, progress, report);
+  edits_applied_ = true;
+  if (!baked_) return report;
+  report.scanned_segments = affected.scanned;
+  report.candidates = affected.candidates;
+  size_t refused = 0;
+  try {
+    refused = follow(edits, log, affected, budget_ms, watch, progress, report);
+  } catch (...) {
+    // Memory ran out between two states, which only a new start makes one.
+    rebuild(progress);
+  }
+  report.milliseconds.emplace_back("total", watch.milliseconds());
+  if (refused)
+    throw OptionError("memory: with longer paths the session needs more than its limit of " +
+                      mebibytes(double(state_->options.memory_limit)) + "; " +
+                      std::to_string(refused) +
+                      " paths wait as they were. Take the edit back, or raise the memory limit");
+  if (state_->gather)
+    report.done = std::min(report.done, 1 - state_->gather->looks.pending_share());
+  if (pending_share() > 0 && progress.cancelled()) throw Cancelled();
+  return report;
+}
+
+Affected Session::apply(std::span<const scene::Edit> edits, EditLog& log, double budget_ms,
+                        Stopwatch& watch, Progress& progress, Report& report) {
+  State& s = *state_;
+  Affected affected;
+  std::unique_ptr<direct::DirectLight> dark;  // what the first light replaces
+  try {
+    log.apply(edits);
+    if (!baked_) return affected;
+    grow_cell_sums();
+    report.end_stage("geometry", watch);
+    if (log.reflects_more()) refuse_growth(progress);
+    for (MovingPart& part : s.moving) place_part(s, part);
+    if (!log.changes().empty() || !log.materials().empty())
+      affected = find_affected(s, log.changes(), log.materials(), progress);
+    report.end_stage("scan", watch);
+    if (log.first_light()) {
+      auto fresh = make_direct(choose_irradiance_quantum());
+      dark = std::exchange(direct_, std::move(fresh));
+    }
+    // The last that can fail: it takes back what it did itself.
+    update_direct(log.changes(), log.old_lights(), kDirectShare * budget_ms, progress);
+    s.irradiance_quantum = direct_->irradiance_quantum();
+  } catch (...) {
+    log.undo();
+    shrink_cell_sums();
+    if (dark) direct_ = std::move(dark);
+    if (baked_) {
+      for (MovingPart& part : s.moving) place_part(s, part);
+      place_receivers(nullptr);
+    }
+    throw;
+  }
+  return affected;
+}
+
+size_t Session::follow(std::span<const scene::Edit> edits, const EditLog& log,
+                       const Affected& affected, double budget_ms, Stopwatch& watch,
+                       Progress& progress, Report& report) {
+  State& s = *state_;
+  report.end_stage("direct", watch);
+  const double left = budget_ms > 0 ? budget_ms - watch.milliseconds() : budget_ms;
+  const size_t refused = replace_paths(log, affected, left, progress, report);
+  watch.lap();
+  note_looks(log.changes(), s.lights.size() > log.old_lights());
+  if (s.gather && shows_everywhere(edits)) s.gather->glance.stale = true;
+  if (s.gather)
+    report.gathered_rays = s.gather->looks.follow(
+        present(receivers_, s.guiding), s.workers, progress, [&](size_t i) { renew_share(i); },
+        [&] {
+          return !progress.cancelled() && (budget_ms == 0 || watch.milliseconds() < budget_ms);
+        });
+  report.end_stage("gather", watch);
+  if (!log.changes().empty()) refresh_areas(&log.changes());
+  report.end_stage("areas", watch);
+  return refused;
+}
+
+void Session::rebuild(Progress& progress) {
+  damaged_ = true;
+  Report report;
+  Progress unstoppable;
+  pending_.clear();
+  progress.announce("compute again", 1);
+  make_cells();
+  trace_all(unstoppable, report);
+  compute_direct(unstoppable);
+  look_around(unstoppable);
+  refresh_areas(nullptr);
+  damaged_ = false;
+}
+
+size_t Session::replace_paths(const EditLog& log, const Affected& affected, double budget_ms,
+                              Progress& progress, Report& report) {
+  State& s = *state_;
+  const std::vector<ObjectChange>& changes = log.changes();
+  // A path is cut at the earliest bounce that any edit touches.
+  EditMarks marks(s, pending_);
+  // Lights first: their paths are born anew, along other rays than the search saw.
+  for (size_t l = 0; l < log.old_lights(); ++l) {
+    const trace::Light& light = s.lights[l];
+    if (!log.reborn(l)) continue;
+    for (uint64_t i = 0; i < light.path_count; ++i)
+      marks.mark(whole_path(uint32_t(light.first_path + i)));
+  }
+  for (uint32_t b = 0; b < affected.segments.size(); ++b)
+    for (const AffectedSegment& segment : affected.segments[b])
+      marks.mark({s.store.level(b).at(segment.slot).path, segment.slot, uint8_t(b),
+                  segment.hit_known, segment.hit});
+  if (s.lights.size() > log.old_lights()) add_paths(s, marks);
+  if (budget_ms != 0) marks.order();
+
+  // Samples of moved objects start again from the stored segments near the new pose.
+  std::vector<size_t> again;
+  for (MovingPart& part : s.moving)
+    for (size_t k = 0; k < changes.size(); ++k)
+      if (changes[k].object == part.object) {
+        part.current = false;
+        again.push_back(k);
+      }
+  const auto between = [&] {
+    Deposit deposit(s);
+    for (size_t k : again)
+      for (MovingPart& part : s.moving) {
+        if (part.object != changes[k].object) continue;
+        clear_part(s, part);
+        part.current = true;
+        if (!s.scene.objects[part.object].present) continue;
+        for (uint32_t b = 0; b < affected.near[k].size(); ++b)
+          deposit.add_to_part(part, b, affected.near[k][b]);
+      }
+    deposit.finish();
+    again.clear();
+  };
+  return run_pending(budget_ms, progress, report, between);
+}
+
+size_t Session::run_pending(double budget_ms, Progress& progress, Report& report,
+                            const std::function<void()>& between) {
+  const Stopwatch watch;
+  State& s = *state_;
+  const size_t total = pending_.size();
+  size_t done = 0;
+  // What is not stored segments was allowed when it came.
+  const size_t held = s.store.bytes(), other = bytes() - held;
+  const size_t most =
+      std::max(held, s.options.memory_limit - std::min(other, s.options.memory_limit));
+  PathUpdate update(s);
+  progress.announce("replace paths", total);
+  // The moving samples come in the first step, which always runs: from then on they follow every
+  // replacement as the static ones do.
+  size_t step = budget_ms != 0 ? kFirstStep : kMostPerStep;
+  bool refused = false;
+  do {
+    // The paths that fit if all were of the longest kind: what is beyond the limit is noticed soon.
+    const double longest = double(s.options.max_bounces) * bytes_per_segment();
+    const double room = double(most) - double(std::min(most, s.store.bytes()));
+    const size_t fit = s.options.memory_limit ? size_t(room / longest) : kMostPerStep;
+    const size_t end = std::min({total, done + step, done + std::max(kFirstStep, fit)});
+    const size_t removed = update.counts().removed, traced = update.counts().traced;
+    update.replace(std::span(pending_).subspan(done, end - done), done ? nullptr : between);
+    progress.advance(end - done);
+    done = end;
+    // Paths that become shorter again need no more, though what they free is not given back.
+    refused = s.options.memory_limit && s.store.bytes() > most && done < total &&
+              update.counts().traced - traced > update.counts().removed - removed;
+    if (refused) break;
+    if (budget_ms == 0 || done == total) continue;
+    const double spent = watch.milliseconds(), left = budget_ms - spent;
+    if (left <= 0) break;
+    const double fits = double(done) * left / spent;  // beyond any integer, perhaps
+    step = size_t(std::clamp(fits, 1.0, double(std::min(2 * step, kMostPerStep))));
+  } while (done < total && !progress.cancelled());
+  pending_.erase(pending_.begin(), pending_.begin() + long(done));
+  report.affected_paths = update.counts().paths;
+  report.removed_segments = update.counts().removed;
+  report.traced_segments = update.counts().traced;
+  report.done = std::min(direct_->current_share(), total ? double(done) / double(total) : 1.0);
+  report.milliseconds.emplace_back("remove", update.counts().remove_ms);
+  report.milliseconds.emplace_back("moving samples", update.counts().moving_ms);
+  report.milliseconds.emplace_back("trace", update.counts().trace_ms);
+  report.milliseconds.emplace_back("deposit", update.counts().deposit_ms);
+  return refused ? total - done : 0;
+}
+
+void Session::refuse_growth(Progress& progress) {
+  const State& s = *state_;
+  const double limit = double(s.options.memory_limit), paths = double(s.cut.size());
+  const double other = double(bytes() - s.store.bytes());
+  const double longest = double(s.options.max_bounces) * bytes_per_segment();
+  if (!s.options.memory_limit || other + paths * longest <= limit) return;
+  const PilotPaths pilot = walk_pilot_paths(s, progress);
+  const double needed = other + pilot.weight() * double(pilot.flights.size()) * bytes_per_segment();
+  if (needed > limit && needed > double(bytes()))
+    throw OptionError(
+        "reflectance: memory: brighter surfaces make longer paths, which would need "
+        "about " +
+        mebibytes(needed) + ", the limit is " + mebibytes(limit) +
+        "; set it back, raise the memory limit, or bake with fewer paths");
+}
+
+}  // namespace deltalux::session

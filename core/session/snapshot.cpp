@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: Apache-2.0
+// Session state as named arrays, and back. The scene, samples and options travel with the caller,
+// who makes a fresh session of them; this restores what baking and editing made of it.
+//
+// A source may be hostile: sizes are compared before memory is taken, values before their first
+// use.
+#include <cmath>
+
+#include "base/error.h"
+#include "session/pilot_paths.h"
+#include "session/session.h"
+#include "session/session_parts.h"
+#include "session/snapshot_check.h"
+
+namespace deltalux::session {
+namespace {
+
+constexpr double kFarthestMove = 4.0 * kFarthest;  // translations; what they lead to is checked
+constexpr uint32_t kPerChunk = segments::Level::kChunk;
+
+std::string level_name(size_t bounce, const char* what) {
+  return "level" + std::to_string(bounce) + "." + what;
+}
+
+void append_level(const segments::Level& level, size_t bounce, const segments::Extras& extras,
+                  ArchiveView& archive) {
+  const std::string segments = level_name(bounce, "segments"), hits = level_name(bounce, "hits"),
+                    extended = level_name(bounce, "extended"),
+                    landing = level_name(bounce, "landing");
+  archive.append(segments, std::span<const segments::Segment>());
+  archive.append(hits, std::span<const segments::HitSlots>());
+  archive.append(extended, std::span<const float>());
+  if (extras.landing) archive.append(landing, std::span<const uint32_t>());
+  for (uint32_t slot = 0; slot < level.size(); slot += kPerChunk) {
+    const segments::Level::Chunk& chunk = level.chunk(slot);
+    const size_t count = std::min(kPerChunk, level.size() - slot);
+    archive.append(segments, std::span(chunk.segment).first(count));
+    archive.append(hits, std::span(chunk.slots).first(count));
+    if (extras.extended)
+      archive.append(extended, std::span<const float>(chunk.extended.get(), count));
+    if (extras.landing)
+      archive.append(landing, std::span<const uint32_t>(chunk.landing.get(), count));
+  }
+}
+
+static_assert(sizeof(trace::SunMap::Leaf) == 16);
+
+void save_maps(std::span<const trace::Light> lights, ArchiveView& archive) {
+  std::vector<uint32_t> leaves;
+  archive.append("sun_maps", std::span<const trace::SunMap::Leaf>());
+  for (const trace::Light& light : lights) {
+    leaves.push_back(light.map ? uint32_t(light.map->leaves.size()) : 0);
+    if (light.map) archive.append("sun_maps", light.map->leaves);
+  }
+  archive.keep("sun_map_leaves", leaves);
+}
+
+void restore_maps(ArchiveSource& archive, std::span<trace::Light> lights) {
+  const auto leaves = archive.read_all<uint32_t>("sun_map_leaves", lights.size());
+  size_t all = 0;
+  for (size_t i = 0; i < lights.size(); ++i) {
+    if (leaves[i] && !lights[i].is_parallel())
+      snapshot::refuse("\"sun_map_leaves\": found leaves of a light that is no sun");
+    all += leaves[i];
+  }
+  archive.expect<trace::SunMap::Leaf>("sun_maps", all);
+  for (size_t i = 0; i < lights.size(); ++i) {
+    lights[i].map = nullptr;
+    if (!leaves[i]) continue;
+    auto map = std::make_shared<trace::SunMap>();
+    map->leaves.resize(leaves[i]);
+    archive.read("sun_maps", std::span(map->leaves));
+    if (const char* flaw = map->flaw())
+      snapshot::refuse("\"sun_maps\": found " + std::string(flaw));
+    lights[i].map = std::move(map);
+  }
+}
+
+}  // namespace
+
+ArchiveView Session::save() const {
+  check_whole();
+  const State& s = *state_;
+  ArchiveView archive;
+  std::vector<double> poses;
+  std::vector<uint8_t> present;
+  for (const scene::Object& object : s.scene.objects) {
+    for (const Vec3d& row : object.pose.row) poses.insert(poses.end(), {row.x, row.y, row.z});
+    const Vec3d t = object.pose.translation;
+    poses.insert(poses.end(), {t.x, t.y, t.z});
+    present.push_back(object.present);
+  }
+  std::vector<Vec3f> reflectance;
+  for (const scene::Material& m : s.scene.materials) reflectance.push_back(m.reflectance);
+  const Box& world = s.scene.world();
+  archive.keep("world", std::vector<Vec3f>{world.low, world.high});
+  archive.keep("poses", poses);
+  archive.keep("present", present);
+  archive.keep("reflectance", reflectance);
+  archive.append("group_factor", s.group_factor);
+  archive.append("radius", s.samples.radius);
+  if (!baked_) return archive;
+  std::vector<float> openness(s.samples.size());
+  const auto note = [&](const samples::DiscSet& discs) {
+    for (size_t i = 0; i < discs.size(); ++i) openness[discs.id[i]] = discs.openness[i];
+  };
+  note(s.static_index->discs());
+  for (const MovingPart& part : s.moving) note(part.index->discs());
+  archive.keep("openness", openness);
+
+  std::vector<uint64_t> light_paths, level_sizes;
+  for (const trace::Light& light : s.lights) light_paths.push_back(light.path_count);
+  archive.keep("light_paths", light_paths);
+  save_maps(s.lights, archive);
+  archive.append("light_sampled", s.light_sampled);
+  archive.keep("quantum", std::vector<double>{s.scale.quantum});
+  archive.append("cut", s.cut);
+  std::vector<uint32_t> pending;  // known hits are left out: they only save time
+  for (const PendingPath& p : pending_) pending.insert(pending.end(), {p.path, p.slot, p.bounce});
+  archive.keep("pending", pending);
+  archive.append("sums", s.sums);
+  archive.append("area", s.area);
+  for (size_t b = 0; b < s.store.levels().size(); ++b) {
+    level_sizes.push_back(s.store.levels()[b].size());
+    append_level(s.store.levels()[b], b, s.store.extras(), archive);
+  }
+  archive.keep("level_sizes", level_sizes);
+  archive.keep("direct.quantum", std::vector<double>{direct_->irradiance_quantum()});
+  direct_->save(archive);
+  if (s.gather) {
+    s.guiding.save(archive, !(s.gather->looks.pending_share() > 0));
+    s.gather->looks.save(archive);
+  }
+  return archive;
+}
+
+void Session::restore(ArchiveSource& archive, Progress& progress) {
+  State& s = *state_;
+  restore_scene(archive);
+  if (!archive.bytes("level_sizes")) return;
+  const uint64_t paths = restore_lights(archive);
+  const size_t sums = size_t(s.sum_groups()) * kBatches * s.samples.size() * 3;
+  archive.expect<int64_t>("sums", sums);
+  archive.expect<float>("area", s.samples.size());
+  const auto openness = archive.read_all<float>("openness", s.samples.size());
+  snapshot::check_range("openness", openness, 0, 1e6);
+  s.area = archive.read_all<float>("area", s.samples.size());
+  snapshot::check_areas(s.area, s.samples.radius, openness);
+
+  Parts parts = place_parts(progress, openness);
+  plan_parts(parts, walk_pilot_paths(s, progress), false, progress);
+  make_estimators(parts, progress);
+  make_cells();
+  restore_segments(archive, paths, progress);
+  s.sums = archive.read_all<int64_t>("sums", sums);
+  snapshot::check_sums(s.sums, s.store.live());
+  s.cut = archive.read_all<uint8_t>("cut", paths);
+  restore_pending(archive);
+  for (MovingPart& part : s.moving) {
+    place_part(s, part);
+    part.current = true;
+  }
+  restore_direct(archive);
+  restore_looks(archive, progress);
+  baked_ = true;
+}
+
+void Session::restore_scene(ArchiveSource& archive) {
+  State& s = *state_;
+  const size_t objects = s.scene.objects.size();
+  const auto poses = archive.read_all<double>("poses", 12 * objects);
+  snapshot::check_range("poses", poses, -kFarthestMove, kFarthestMove);
+  const auto present = archive.read_all<uint8_t>("present", objects);
+  snapshot::check_range("present", present, 0, 1);
+  const std::vector<scene::Object> original = s.scene.objects;
+  for (size_t i = 0; i < objects; ++i) {
+    const double* p = poses.data() + 12 * i;
+    Pose& pose = s.scene.objects[i].pose;
+    for (int r = 0; r < 3; ++r) pose.row[r] = {p[3 * r], p[3 * r + 1], p[3 * r + 2]};
+    pose.translation = {p[9], p[10], p[11]};
+    s.scene.objects[i].present = present[i] != 0;
+  }
+  // The scene's own measure counts meshes that were added since: it is never smaller.
+  const auto world = archive.read_all<Vec3f>("world", 2);
+  if (!s.scene.world().contains({world[0], world[1]}))
+    snapshot::refuse("\"world\" is larger than the scene");
+  s.scene.set_world({world[0], world[1]});
+  snapshot::check_poses(original, s.scene);
+  const auto reflectance = archive.read_all<float>("reflectance", 3 * s.scene.materials.size());
+  snapshot::check_range("reflectance", reflectance, 0, 1);
+  for (size_t m = 0; m < s.scene.materials.size(); ++m)
+    s.scene.materials[m].reflectance = {reflectance[3 * m], reflectance[3 * m + 1],
+                                        reflectance[3 * m + 2]};
+  s.group_factor = archive.read_all<double>("group_factor", s.scene.group_count);
+  for (uint32_t group = 0; group < s.scene.group_count; ++group)
+    check(scene::Dim{group, s.group_factor[group]}, {});
+  auto radius = archive.read_all<float>("radius", s.samples.size());
+  snapshot::check_radii(radius, s.samples.radius, s.scene.world(),
+                        archive.bytes("level_sizes").has_value());
+  for (size_t i = 0; i < radius.size(); ++i)
+    if (!std::isnan(radius[i]))
+      s.samples.radius[i] = radius[i];  // NaN: ours, which does not signal
+  for (trace::Light& light : s.lights) trace::place_light(s.scene, light);
+}
+
+uint64_t Session::restore_lights(ArchiveSource& archive) {
+  State& s = *state_;
+  const auto light_paths = archive.read_all<uint64_t>("light_paths", s.lights.size());
+  snapshot::check_range("light_paths", light_paths, 1, double(UINT32_MAX));
+  uint64_t paths = 0;
+  for (size_t i = 0; i < s.lights.size(); ++i) {
+    s.lights[i].first_path = paths;
+    s.lights[i].path_count = light_paths[i];
+    paths += light_paths[i];
+  }
+  restore_maps(archive, s.lights);
+  if (paths > (uint64_t(1) << 32) / s.options.max_bounces)
+    snapshot::refuse("\"light_paths\": found " + std::to_string(paths) + " paths, more than fit");
+  archive.expect<uint8_t>("cut", paths);
+  s.light_sampled = archive.read_all<uint8_t>("light_sampled", s.lights.size());
+  snapshot::check_range("light_sampled", s.light_sampled, 0, 1);
+  const auto quantum = archive.read_all<double>("quantum", 1);
+  snapshot::check_quantum("quantum", quantum[0],
+                          trace::choose_scale(s.lights, s.options.max_bounces).quantum);
+  s.scale.quantum = quantum[0];
+  for (const trace::Light& light : s.lights)
+    trace::birth_quanta(light, s.scale, s.birth_factor(light));  // refuses a scale that is too fine
+  return paths;
+}
+
+void Session::restore_segments(ArchiveSource& archive, uint64_t paths, Progress& progress) {
+  State& s = *state_;
+  s.store = segments::SegmentStore(s.scene.world(), s.extras());
+  const segments::Extras extras = s.extras();
+  const uint32_t cells = s.gather ? s.gather->cells.size() : 0;
+  const auto sizes =
+      archive.read_all<uint64_t>("level_sizes", archive.count<uint64_t>("level_sizes"));
+  snapshot::check_level_sizes(sizes, paths, s.options.max_bounces);
+  uint64_t total = 0;
+  for (size_t b = 0; b < sizes.size(); ++b, total += sizes[b - 1]) {
+    archive.expect<segments::Segment>(level_name(b, "segments"), sizes[b]);
+    archive.expect<segments::HitSlots>(level_name(b, "hits"), sizes[b]);
+    archive.expect<float>(level_name(b, "extended"), extras.extended ? sizes[b] : 0);
+    if (extras.landing) archive.expect<uint32_t>(level_name(b, "landing"), sizes[b]);
+  }
+  progress.begin("restore segments", total);
+  const snapshot::SegmentCheck check(s.scene, paths, s.static_index->discs().size());
+  std::vector<uint32_t> slots, unused;
+  for (uint32_t b = 0; b < sizes.size(); ++b) {
+    segments::Level& level = s.store.level(b);
+    level.allocate(sizes[b], extras, slots);
+    unused.clear();
+    for (uint32_t begin = 0; begin < sizes[b]; begin += kPerChunk) {
+      segments::Level::Chunk& chunk = level.chunk(begin);
+      const uint32_t count = uint32_t(std::min<uint64_t>(kPerChunk, sizes[b] - begin));
+      archive.read(level_name(b, "segments"), std::span(chunk.segment).first(count));
+      archive.read(level_name(b, "hits"), std::span(chunk.slots).first(count));
+      if (extras.extended)
+        archive.read(level_name(b, "extended"), std::span(chunk.extended.get(), count));
+      if (extras.landing)
+        archive.read(level_name(b, "landing"), std::span(chunk.landing.get(), count));
+      for (uint32_t slot = begin; slot < begin + count; ++slot) {
+        segments::Segment& g = level.at(slot);
+        if (g.length < 0) {
+          g = segments::unused_segment(g.path);
+          level.slots(slot) = {};
+          if (b > 0) unused.push_back(slot);
+          continue;
+        }
+        check(g, level.extended_or_length(slot), level.slots(slot), b);
+        if (extras.landing && level.landing(slot) != gather::kNoCell &&
+            level.landing(slot) >= cells)
+          snapshot::refuse("\"" + level_name(b, "landing") + "\" names a cell that is not there");
+        s.store.index(b, slot);
+      }
+      progress.advance(count);
+      progress.check();
+    }
+    for (uint32_t slot : unused) level.release(slot);
+  }
+  snapshot::check_chains(s.store);
+}
+
+void Session::restore_pending(ArchiveSource& archive) {
+  const size_t count = archive.count<uint32_t>("pending");
+  if (count % 3 || count / 3 > state_->cut.size()) snapshot::refuse("\"pending\" is incomplete");
+  const auto pending = archive.read_all<uint32_t>("pending", count);
+  for (size_t i = 0; i < pending.size(); i += 3) {
+    if (pending[i + 2] >= kNotCut) snapshot::refuse("\"pending\" names a bounce that is not there");
+    pending_.push_back({pending[i], pending[i + 1], uint8_t(pending[i + 2]), false, {}});
+  }
+  snapshot::check_pending(pending_, state_->cut, state_->store);
+}
+
+}  // namespace deltalux::session

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+// A file with right checksums may still be hostile: nothing in it may lead outside an array, round
+// in circles or into NaN.
+#include "session/snapshot_check.h"
+
+#include <cmath>
+#include <numbers>
+#include <sstream>
+
+#include "base/error.h"
+
+namespace deltalux::session::snapshot {
+
+using segments::HitSlots;
+using segments::kNoSlot;
+using segments::Level;
+using segments::Segment;
+
+void refuse(const std::string& what) {
+  throw FormatError("session file: " + what + "; the file is damaged or was not written by save");
+}
+
+void refuse_entry(const char* name, size_t entry, double found, double low, double high) {
+  std::ostringstream text;
+  text << '"' << name << "\": found " << found << " at entry " << entry << ", expected " << low
+       << " to " << high;
+  refuse(text.str());
+}
+
+void check_quantum(const char* name, double found, double chosen) {
+  constexpr double kLeast = 1e-200, kSlack = 0x1p20;
+  // Of a session that began without light it is 1.
+  const double most = std::max(1.0, kSlack * chosen);
+  if (!(found >= kLeast && found <= most)) refuse_entry(name, 0, found, kLeast, most);
+}
+
+void check_poses(const std::vector<scene::Object>& original, const scene::Scene& scene) {
+  for (uint32_t i = 0; i < scene.objects.size(); ++i) {
+    const scene::Object& object = scene.objects[i];
+    const Pose& pose = object.pose;
+    if (object.present == original[i].present && pose == original[i].pose) continue;
+    if (!object.movable) refuse("\"" + object.name + "\" is static, but was moved or removed");
+    bool rigid = dot(cross(pose.row[0], pose.row[1]), pose.row[2]) > 0;
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c)
+        rigid = rigid && std::fabs(dot(pose.row[r], pose.row[c]) - double(r == c)) < 1e-3;
+    if (!rigid || !scene.world().contains(scene.bounds_at(i, pose)))
+      refuse("\"" + object.name + "\" has no rigid pose within the scene's bounds");
+  }
+}
+
+void check_radii(std::span<const float> radius, std::span<const float> given, const Box& world,
+                 bool baked) {
+  const float most = world.diagonal();
+  for (size_t i = 0; i < radius.size(); ++i) {
+    const float r = radius[i];
+    const bool automatic = std::isnan(given[i]);
+    const bool sound =
+        automatic ? (r > 0 && r <= most) || (std::isnan(r) && !baked) : r == given[i];
+    if (!sound) refuse_entry("radius", i, r, automatic ? 0 : given[i], automatic ? most : given[i]);
+  }
+}
+
+void check_areas(std::span<const float> area, std::span<const float> radius,
+                 std::span<const float> openness) {
+  // Wider than any rule for what a disc counts.
+  constexpr double kLeastShare = 1e-4, kMostShare = 2;
+  for (size_t i = 0; i < area.size(); ++i) {
+    if (area[i] == 0) continue;
+    const double counted =
+        std::numbers::pi * double(radius[i]) * double(radius[i]) / double(openness[i]);
+    const double least = kLeastShare * counted, most = kMostShare * counted;
+    // Single precision may have overflown.
+    const bool fits = double(area[i]) <= most || most > double(std::numeric_limits<float>::max());
+    if (!(double(area[i]) >= least && fits)) refuse_entry("area", i, double(area[i]), least, most);
+  }
+}
+
+void check_sums(std::span<const int64_t> sums, size_t segments) {
+  const double most = 0x1p31 * double(segments);
+  for (size_t i = 0; i < sums.size(); ++i)
+    if (sums[i] < 0 || double(sums[i]) > most) refuse_entry("sums", i, double(sums[i]), 0, most);
+}
+
+void check_level_sizes(std::span<const uint64_t> sizes, uint64_t paths, uint32_t max_bounces) {
+  if (sizes.size() > max_bounces) refuse("\"level_sizes\" has too many bounces");
+  const uint64_t first = sizes.empty() ? 0 : sizes[0];
+  if (first != paths)
+    refuse("bounce 0 has " + std::to_string(first) + " segments for " + std::to_string(paths) +
+           " paths");
+  for (uint64_t size : sizes)
+    if (size > paths) refuse("a bounce has more segments than there are paths");
+}
+
+SegmentCheck::SegmentCheck(const scene::Scene& scene, uint64_t paths, size_t discs)
+    // A sun's rays may begin a diagonal beside the world and miss it.
+    : around_(scene.world().padded(2 * scene.world().diagonal())),
+      longest_(4 * around_.diagonal()),
+      paths_(paths),
+      primitives_(scene.primitives()),
+      discs_(discs) {}
+
+void SegmentCheck::operator()(const Segment& s, float reach, const HitSlots& hits,
+                              uint32_t bounce) const {
+  const Vec3f o = s.origin;
+  const bool sound = s.path < paths_ && std::isfinite(o.x + o.y + o.z) &&
+                     around_.contains(Box{o, o}) && s.length >= 0 && reach >= s.length &&
+                     reach <= longest_ &&
+                     std::max({s.power[0], s.power[1], s.power[2]}) <= 1u << 31 &&
+                     (s.primitive == scene::kNone || s.primitive < primitives_);
+  if (!sound) refuse("a segment of bounce " + std::to_string(bounce) + " is not sound");
+  const auto known = [&](uint32_t disc) { return disc == HitSlots::kFree || disc < discs_; };
+  if (hits.disc[0] != HitSlots::kMany && !(known(hits.disc[0]) && known(hits.disc[1])))
+    refuse("a segment refers to a disc that is not there");
+}
+
+void check_chains(const segments::SegmentStore& store) {
+  const std::vector<Level>& levels = store.levels();
+  for (uint32_t b = 0; b < levels.size(); ++b) {
+    const bool last = b + 1 == levels.size();
+    std::vector<bool> followed(last ? 0 : levels[b + 1].size());
+    for (uint32_t slot = 0; slot < levels[b].size(); ++slot) {
+      const Segment& s = levels[b].at(slot);
+      if (b == 0 && s.path != slot) refuse("a first segment is not that of its path");
+      if (s.length < 0 || s.next == kNoSlot) continue;
+      if (s.next >= followed.size() || followed[s.next] || levels[b + 1].at(s.next).length < 0 ||
+          levels[b + 1].at(s.next).path != s.path)
+        refuse("a path is not one chain of segments");
+      followed[s.next] = true;
+    }
+    for (uint32_t slot = 0; slot < followed.size(); ++slot)
+      if (levels[b + 1].at(slot).length >= 0 && !followed[slot])
+        refuse("a segment does not belong to the path before it");
+  }
+}
+
+void check_pending(const std::vector<PendingPath>& pending, const std::vector<uint8_t>& cut,
+                   const segments::SegmentStore& store) {
+  std::vector<bool> waiting(cut.size());
+  for (const PendingPath& p : pending) {
+    if (p.path >= cut.size() || waiting[p.path] || cut[p.path] != p.bounce ||
+        p.bounce >= store.levels().size() || p.slot >= store.levels()[p.bounce].size() ||
+        store.levels()[p.bounce].at(p.slot).path != p.path ||
+        (p.bounce > 0 && store.levels()[p.bounce].at(p.slot).length < 0))
+      refuse("\"pending\" refers to a segment that is not there");
+    waiting[p.path] = true;
+  }
+  for (size_t path = 0; path < cut.size(); ++path)
+    if (cut[path] != kNotCut && !waiting[path]) refuse("\"cut\" marks a path that does not wait");
+}
+
+}  // namespace deltalux::session::snapshot

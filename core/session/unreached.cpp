@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// Power of one path from the lights, missing light from those samples that one batch reached.
+#include "session/unreached.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace deltalux::session {
+namespace {
+
+constexpr size_t kAsked = 1024;  // samples at most, evenly among all
+
+/// The most that a reflection leaves of a path's power.
+Vec3d scattered_share(const scene::Scene& scene) {
+  Vec3d most{};
+  for (const scene::Material& material : scene.materials) {
+    const Vec3d r(material.reflectance);
+    const double survival = std::sqrt(std::max({r.x, r.y, r.z}));
+    for (int c = 0; survival > 0 && c < 3; ++c) most[c] = std::max(most[c], r[c] / survival);
+  }
+  return most;
+}
+
+double dim_factor(const State& s, uint32_t sum_group) {
+  return s.merged(sum_group) ? 1.0 : s.group_factor[sum_group];
+}
+
+}  // namespace
+
+UnreachedError::UnreachedError(const State& s) : groups_(s.sum_groups()) {
+  const Vec3d scattered = scattered_share(s.scene);
+  std::vector<double> paths(groups_.size());
+  for (size_t l = 0; l < s.lights.size(); ++l) {
+    const trace::Light& light = s.lights[l];
+    if (!light.on) continue;
+    const uint32_t g = s.sum_group(light.group);
+    const double factor = s.birth_factor(light) * dim_factor(s, g) / s.scale.quantum;
+    for (int c = 0; c < 3; ++c)
+      groups_[g].one[c] += factor * light.power[c] * (s.light_sampled[l] ? scattered[c] : 1.0);
+    paths[g] += double(light.path_count);
+  }
+  const size_t n = s.samples.size(), step = (n + kAsked - 1) / kAsked;
+  for (size_t g = 0; g < groups_.size(); ++g) {
+    if (!(paths[g] > 0)) continue;
+    Group& group = groups_[g];
+    group.one = group.one * (1 / paths[g]);
+    Vec3d missing = group.one, dark{};  // as if one path more had come
+    for (size_t i = 0; i < n; i += step) {
+      double sum[3] = {};
+      int batches[3] = {};
+      for (size_t k = 0; k < kBatches; ++k)
+        for (size_t c = 0; c < 3; ++c)
+          if (const int64_t own = s.sums[3 * ((g * kBatches + k) * n + i) + c])
+            sum[c] += double(own), ++batches[c];
+      for (int c = 0; c < 3; ++c) {
+        if (batches[c] == 0) dark[c] += double(s.area[i]);
+        if (batches[c] == 1) missing[c] += sum[c] * dim_factor(s, uint32_t(g));
+      }
+    }
+    for (int c = 0; c < 3; ++c) group.density[c] = dark[c] > 0 ? missing[c] / dark[c] : 0.0;
+  }
+}
+
+Vec3d UnreachedError::at(uint32_t sum_group, double area) const {
+  const Group& group = groups_[sum_group];
+  Vec3d error{};
+  for (int c = 0; c < 3; ++c) error[c] = std::min(group.one[c], group.density[c] * area);
+  return error;
+}
+
+}  // namespace deltalux::session
