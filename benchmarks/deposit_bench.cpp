@@ -21,7 +21,7 @@
 #include "base/parallel.h"
 #include "base/random.h"
 #include "base/vec.h"
-#include "estimate/disc_index.h"
+#include "estimate/disc_index/disc_index.h"
 
 using namespace deltalux;
 

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "base/random.h"
-#include "estimate/disc_index.h"
-#include "estimate/ray_map_tally.h"
+#include "estimate/disc_index/disc_index.h"
+#include "estimate/ray_map/tally.h"
 
 namespace {
 

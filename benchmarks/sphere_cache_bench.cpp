@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "base/random.h"
-#include "estimate/disc_index.h"
-#include "estimate/sphere_cache.h"
+#include "estimate/disc_index/disc_index.h"
+#include "estimate/sphere_cache/sphere_cache.h"
 
 using namespace deltalux;
 

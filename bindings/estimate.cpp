@@ -3,7 +3,7 @@
 #include "base/parallel.h"
 #include "base/random.h"
 #include "estimate/brute_force.h"
-#include "estimate/disc_index.h"
+#include "estimate/disc_index/disc_index.h"
 #include "estimate_inputs.h"
 
 namespace deltalux::python {

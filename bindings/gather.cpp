@@ -5,7 +5,7 @@
 #include "base/parallel.h"
 #include "estimate/local_linear.h"
 #include "estimate/patch_sum.h"
-#include "estimate/photon_map.h"
+#include "estimate/photon_map/photon_map.h"
 #include "estimate_inputs.h"
 
 namespace deltalux::python {

@@ -6,10 +6,10 @@
 
 #include "base/parallel.h"
 #include "common.h"
-#include "estimate/ray_map_discs.h"
-#include "estimate/ray_map_nearest.h"
-#include "estimate/ray_map_region.h"
-#include "estimate/ray_map_tally.h"
+#include "estimate/ray_map/discs.h"
+#include "estimate/ray_map/nearest.h"
+#include "estimate/ray_map/region.h"
+#include "estimate/ray_map/tally.h"
 #include "estimate_inputs.h"
 
 namespace deltalux::python {

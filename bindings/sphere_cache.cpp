@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The sphere cache on plain arrays, with its statistics per level.
-#include "estimate/sphere_cache.h"
+#include "estimate/sphere_cache/sphere_cache.h"
 
 #include "base/parallel.h"
 #include "estimate_inputs.h"

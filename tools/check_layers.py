@@ -34,7 +34,7 @@ THIRD_PARTIES = {
     "embree": "trace/embree_scene",
     "tbb": "base/parallel",
     "oneapi": "base/parallel",
-    "nanoflann": "estimate/photon_map",
+    "nanoflann": "estimate/photon_map/photon_map",
 }
 # The core neither prints, nor reads files, nor knows Python.
 BANNED_HEADERS = {"cstdio", "stdio.h", "iostream", "fstream", "filesystem", "Python.h"}
@@ -46,24 +46,29 @@ INCLUDE = re.compile(r'^\s*#\s*include\s*(["<])([^">]+)[">]', re.MULTILINE)
 COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 
 
-def estimator_of(name: str) -> str | None:
-    """Return the estimator that a file of estimate/ belongs to, or None for shared ones."""
+def estimator_of(below: str) -> str | None:
+    """Return the estimator that a file of estimate/ belongs to, by folder or name; None for shared ones."""
+    first, in_folder, _ = below.partition("/")
+    if in_folder:
+        return first if first in ESTIMATORS else None
+    name = Path(first).stem
     return next((e for e in ESTIMATORS if name == e or name.startswith(e + "_")), None)
 
 
-def check_own_include(stage: str, stem: str, target: str) -> str | None:
-    """Return what is wrong when core/<stage>/<stem> includes the core header <target>, or None."""
+def check_own_include(where: str, target: str) -> str | None:
+    """Return what is wrong when core/<where> includes the core header <target>, or None."""
+    stage, _, below = where.partition("/")
     other, _, rest = target.partition("/")
     if other not in STAGES or not rest:
         return f'"{target}" is not of the form "<stage>/<header>.h"'
     if STAGES.index(other) > STAGES.index(stage):
         return f'"{target}" lies downstream: {stage} may include only {", ".join(stages_up_to(stage))}'
-    if stage == "plan" and stem == "cost_model" and other != "base" and rest != "cost_model.h":
+    if where == "plan/cost_model" and other != "base" and rest != "cost_model.h":
         return f'"{target}": the cost model runs without a scene and includes base only'
     if stage == "estimate":
-        if other == "trace":
+        if other in ("trace", "direct"):
             return f'"{target}": estimators see segments and samples only'
-        mine, theirs = estimator_of(stem), estimator_of(Path(rest).stem)
+        mine, theirs = estimator_of(below), estimator_of(rest)
         if other == "estimate" and theirs and mine != theirs:
             return f'"{target}" is another estimator'
     return None
@@ -74,13 +79,13 @@ def stages_up_to(stage: str) -> tuple[str, ...]:
     return STAGES[: STAGES.index(stage) + 1]
 
 
-def check_foreign_include(stage: str, stem: str, target: str) -> str | None:
-    """Return what is wrong when core/<stage>/<stem> includes the foreign header <target>, or None."""
+def check_foreign_include(where: str, target: str) -> str | None:
+    """Return what is wrong when core/<where> includes the foreign header <target>, or None."""
     if target in BANNED_HEADERS:
         return f"<{target}>: the core does not print, read files or know Python"
     library = re.split(r"[/.]", target)[0]
     for name, owner in THIRD_PARTIES.items():
-        if library.rstrip("34") == name and owner not in (f"{stage}/{stem}", f"{stage}/{stem}_avx512"):
+        if library.rstrip("34") == name and where not in (owner, f"{owner}_avx512"):
             return f"<{target}> belongs to core/{owner} alone"
     if library.startswith(("nanobind", "pybind11", "nlohmann", "rapidjson")):
         return f"<{target}>: the core knows neither bindings nor file formats"
@@ -89,14 +94,17 @@ def check_foreign_include(stage: str, stem: str, target: str) -> str | None:
 
 def check_file(path: Path, core: Path) -> list[str]:
     """Return the violations of one file as "path:line: what"."""
-    stage, stem = path.relative_to(core).parts[0], path.stem
+    where = path.relative_to(core).with_suffix("").as_posix()
+    stage, _, below = where.partition("/")
     if stage not in STAGES:
         return [f"{path}:1: core/{stage} is not a stage: use one of {', '.join(STAGES)}"]
+    if stage == "estimate" and "/" in below and not estimator_of(below):
+        return [f"{path}:1: core/{where.rpartition('/')[0]} is no estimator's folder: add it to ESTIMATORS"]
     text = path.read_text(encoding="utf-8")
     found: list[tuple[int, str]] = []
     for match in INCLUDE.finditer(text):
         check = check_own_include if match[1] == '"' else check_foreign_include
-        if problem := check(stage, stem, match[2]):
+        if problem := check(where, match[2]):
             found.append((match.start(2), problem))
     code = COMMENT.sub(lambda m: re.sub(r"[^\n]", " ", m[0]), text)
     for match in BANNED_CALLS.finditer(code):

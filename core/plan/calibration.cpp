@@ -10,7 +10,7 @@
 #include <functional>
 #include <utility>
 
-#include "estimate/sphere_cache_run.h"
+#include "estimate/sphere_cache/run.h"
 #include "plan/calibration_world.h"
 #include "plan/fit.h"
 

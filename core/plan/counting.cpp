@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "estimate/brute_force.h"
-#include "estimate/ray_map_discs.h"
+#include "estimate/ray_map/discs.h"
 #include "samples/curve_order.h"
 
 namespace deltalux::plan {

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "base/vec.h"
-#include "estimate/disc_index.h"
-#include "estimate/sphere_cache.h"
+#include "estimate/disc_index/disc_index.h"
+#include "estimate/sphere_cache/sphere_cache.h"
 #include "plan/cost_model.h"
 
 namespace deltalux::plan {

@@ -8,7 +8,7 @@
 
 #include "base/parallel.h"
 #include "base/progress.h"
-#include "estimate/disc_index.h"
+#include "estimate/disc_index/disc_index.h"
 #include "samples/sample_set.h"
 #include "scene/scene.h"
 #include "trace/lights.h"

@@ -3,9 +3,9 @@
 #include "plan/methods.h"
 
 #include "estimate/brute_force.h"
-#include "estimate/disc_index.h"
-#include "estimate/ray_map_discs.h"
-#include "estimate/sphere_cache.h"
+#include "estimate/disc_index/disc_index.h"
+#include "estimate/ray_map/discs.h"
+#include "estimate/sphere_cache/sphere_cache.h"
 
 namespace deltalux::plan {
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimate/ray_map.h"
+#include "estimate/ray_map/ray_map.h"
 #include "plan/methods.h"
 
 namespace deltalux::plan {

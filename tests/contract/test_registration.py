@@ -29,7 +29,7 @@ def test_every_estimator_of_the_package_is_under_contract():
 
 def test_every_signed_estimator_of_the_core_is_under_contract():
     """By name, in the C++ half of the suite: the package does not show all of them with a sign."""
-    headers = sorted((ROOT / "core/estimate").glob("*.h"))
+    headers = sorted((ROOT / "core/estimate").rglob("*.h"))
     classes = [
         name
         for header in headers

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The disc index equals brute force: sums, hit counts and slots, on ordinary and on hostile input.
-#include "estimate/disc_index.h"
+#include "estimate/disc_index/disc_index.h"
 
 #include "disc_world.h"
 

@@ -6,9 +6,9 @@
 #include <numeric>
 
 #include "disc_world.h"
-#include "estimate/disc_index.h"
-#include "estimate/ray_map_discs.h"
-#include "estimate/sphere_cache.h"
+#include "estimate/disc_index/disc_index.h"
+#include "estimate/ray_map/discs.h"
+#include "estimate/sphere_cache/sphere_cache.h"
 #include "with_isa.h"
 
 namespace deltalux::estimate {

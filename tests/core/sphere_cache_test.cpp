@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The sphere cache equals brute force on ordinary and on hostile input: sums, moments, slots, hits,
 // with every containment that promises it, every number of lanes; and counts alike on all threads.
-#include "estimate/sphere_cache.h"
+#include "estimate/sphere_cache/sphere_cache.h"
 
 #include "base/error.h"
 #include "disc_world.h"

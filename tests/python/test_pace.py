@@ -169,7 +169,7 @@ def test_steps_are_in_the_order_in_which_a_bake_reports_them():
 
 
 def test_every_stage_of_the_engine_has_a_step():
-    sources = [path for part in ("update", "gather", "direct", "samples", "plan", "trace")
+    sources = [path for part in ("session", "gather", "direct", "samples", "plan", "trace")
                for path in (ROOT / "core" / part).glob("*.cpp")]  # fmt: skip
     found = {name for path in sources
              for name in re.findall(r'(?:begin|announce)\("([^"]+)"', path.read_text())}  # fmt: skip

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "estimate/estimator.h"
-#include "estimate/ray_map.h"
+#include "estimate/ray_map/ray_map.h"
 
 namespace deltalux::estimate {
 

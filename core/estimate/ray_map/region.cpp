@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Regions of a ray map: the segments that meet a sphere or a box.
-#include "estimate/ray_map_region.h"
+#include "estimate/ray_map/region.h"
 
 #include <algorithm>
 #include <mutex>

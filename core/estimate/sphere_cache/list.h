@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "base/vec.h"
-#include "estimate/sphere_cache_kernels.h"
+#include "estimate/sphere_cache/kernels.h"
 
 namespace deltalux::estimate::sphere_cache {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The sphere cache's inner loops in AVX-512: sixteen segments at a time.
-#include "estimate/sphere_cache_kernels.h"
+#include "estimate/sphere_cache/kernels.h"
 
 #if defined(__AVX512F__)
 #include <immintrin.h>

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Disc queries of a ray map: leaves by SIMD, eight segments against one disc at a time.
-#include "estimate/ray_map_discs.h"
+#include "estimate/ray_map/discs.h"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 
 #include "estimate/crossing.h"
-#include "estimate/ray_map_clip.h"
+#include "estimate/ray_map/clip.h"
 
 namespace deltalux::estimate {
 namespace {

@@ -5,7 +5,7 @@
 // at 1e6, batches of 128 segments instead of 32 saved 15 %; AVX-512 (packing, masks), leaves filled
 // up to eight discs and huge pages gained nothing or little. Fetching of an outline only the sector
 // that is asked, and hits in portions of 256, saved 17 % where most discs are clipped.
-#include "estimate/disc_index.h"
+#include "estimate/disc_index/disc_index.h"
 
 #include <algorithm>
 #include <bit>

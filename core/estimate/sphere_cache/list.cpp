@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Filtering of ray lists: lanes decide the clear cases in single precision, the few near the
 // sphere's surface are decided in double precision.
-#include "estimate/sphere_cache_list.h"
+#include "estimate/sphere_cache/list.h"
 
 #include "base/cpu.h"
 #include "estimate/lanes.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sums of one set of discs that follow the changes of a ray map.
-#include "estimate/ray_map_tally.h"
+#include "estimate/ray_map/tally.h"
 
 #include <algorithm>
 #include <mutex>

@@ -3,7 +3,7 @@
 #pragma once
 #include <vector>
 
-#include "estimate/sphere_cache.h"
+#include "estimate/sphere_cache/sphere_cache.h"
 
 namespace deltalux::estimate::sphere_cache {
 

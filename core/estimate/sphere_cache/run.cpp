@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Renewal of ray lists from sample to sample, and the crossings found in the innermost one.
-#include "estimate/sphere_cache_run.h"
+#include "estimate/sphere_cache/run.h"
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "estimate/lanes.h"
-#include "estimate/ray_map.h"
+#include "estimate/ray_map/ray_map.h"
 
 namespace deltalux::estimate {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Disc indexing (paper 2.4): the discs stand in a hierarchy of boxes, every segment visits it.
 #pragma once
-#include "estimate/disc_index_tree.h"
+#include "estimate/disc_index/tree.h"
 #include "estimate/estimator.h"
 
 namespace deltalux::estimate {

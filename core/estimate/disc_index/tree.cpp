@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Builds the disc hierarchy: a binary tree by binned surface-area heuristic (Wald 2007), then the
 // cheapest grouping of its nodes into nodes of eight children (Aila et al. 2013, appendix).
-#include "estimate/disc_index_tree.h"
+#include "estimate/disc_index/tree.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Segments of a ray map: coming, going, and starting the tree anew when they outgrow its numbers.
-#include "estimate/ray_map.h"
+#include "estimate/ray_map/ray_map.h"
 
 #include <algorithm>
 #include <cmath>

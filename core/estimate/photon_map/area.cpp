@@ -2,7 +2,7 @@
 // The area that a photon map divides by: a disc's, or that of real surfaces (Hey & Purgathofer
 // 2002).
 #include "estimate/disc_moments.h"
-#include "estimate/photon_map.h"
+#include "estimate/photon_map/photon_map.h"
 
 namespace deltalux::estimate {
 namespace {

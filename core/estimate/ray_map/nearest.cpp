@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The nearest segments of points. The tree is first opened around all points, then around the balls
 // that hold enough segments; the searches proper only read it, so that threads cannot matter.
-#include "estimate/ray_map_nearest.h"
+#include "estimate/ray_map/nearest.h"
 
 #include <algorithm>
 #include <cmath>

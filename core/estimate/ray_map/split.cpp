@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where to split a leaf of a ray map.
-#include "estimate/ray_map_split.h"
+#include "estimate/ray_map/split.h"
 
 #include <algorithm>
 

@@ -2,14 +2,14 @@
 // The walk along the samples, whole or cut into runs for several threads. Under `all`, where
 // spheres stand follows from the samples alone, so a run can begin with the state that the samples
 // before it leave, and count what a single walk would count.
-#include "estimate/sphere_cache.h"
+#include "estimate/sphere_cache/sphere_cache.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <string>
 
-#include "estimate/sphere_cache_run.h"
+#include "estimate/sphere_cache/run.h"
 
 namespace deltalux::estimate {
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <string>
 
-#include "estimate/ray_map.h"
-#include "estimate/ray_map_clip.h"
-#include "estimate/ray_map_split.h"
+#include "estimate/ray_map/clip.h"
+#include "estimate/ray_map/ray_map.h"
+#include "estimate/ray_map/split.h"
 
 namespace deltalux::estimate {
 namespace {

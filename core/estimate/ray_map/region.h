@@ -3,7 +3,7 @@
 #pragma once
 #include <vector>
 
-#include "estimate/ray_map.h"
+#include "estimate/ray_map/ray_map.h"
 
 namespace deltalux::estimate {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The only file that uses nanoflann. The tree holds the hits; the ellipsoid lies inside the sphere
 // that the tree searches, so its distance sorts what the tree finds.
-#include "estimate/photon_map.h"
+#include "estimate/photon_map/photon_map.h"
 
 #include <algorithm>
 #include <nanoflann.hpp>

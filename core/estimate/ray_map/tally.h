@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "estimate/ray_map_discs.h"
+#include "estimate/ray_map/discs.h"
 
 namespace deltalux::estimate {
 

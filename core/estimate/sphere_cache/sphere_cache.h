@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "estimate/estimator.h"
-#include "estimate/sphere_cache_chain.h"
-#include "estimate/sphere_cache_list.h"
+#include "estimate/sphere_cache/chain.h"
+#include "estimate/sphere_cache/list.h"
 #include "samples/curve_order.h"
 
 namespace deltalux::estimate {
