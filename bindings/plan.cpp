@@ -56,7 +56,7 @@ void bind_plan(nb::module_& m) {
   m.attr("METHODS") =
       nb::tuple(nb::cast(std::vector(kMethodNames.begin() + 1, kMethodNames.end())));
   m.attr("PILOT_DIVISOR") = plan::kPilotDivisor;
-  m.attr("LEAST_PILOT") = plan::kLeastPilot;
+  m.attr("LEAST_PILOT") = plan::kMinPilot;
   m.attr("PAPER_SIZE") = plan::kPaperSize;
   m.def("count_names", [] { return kCountNames; });
   m.def(

@@ -30,7 +30,7 @@ int64_t weigh(const Present& present, const LightShape& shape, double quantum, s
   const double share = visible_share(present.caster, shape, receiver, view, movables);
   if (!(share > 0)) return 0;
   const double open = shape.open(receiver) * shape.brightest() / quantum;
-  return std::llround(std::min(open * share, kMostWeight));
+  return std::llround(std::min(open * share, kMaxWeight));
 }
 
 }  // namespace

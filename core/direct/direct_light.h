@@ -35,7 +35,7 @@ struct Change {
 
 /// The most that one light counts at one sample, in quanta; reached only next to point lights. The
 /// sums of 127 such lights still fit.
-inline constexpr double kMostWeight = 0x1p56;
+inline constexpr double kMaxWeight = 0x1p56;
 
 class DirectLight {
  public:

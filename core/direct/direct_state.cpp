@@ -84,7 +84,7 @@ void DirectLight::restore(ArchiveSource& archive, std::span<const trace::Light> 
     archive.read("direct.views", std::span(column.view));
     for (size_t i = 0; i < column.view.size(); ++i) {
       const uint32_t code = column.view[i];
-      if (column.weight[i] < 0 || column.weight[i] > int64_t(kMostWeight)) refuse("direct.weights");
+      if (column.weight[i] < 0 || column.weight[i] > int64_t(kMaxWeight)) refuse("direct.weights");
       if (is_kind(code) ? kind_of(code) > FixedView::Kind::open : code >= places || used[code])
         refuse("direct.views");
       if (!is_kind(code)) used[code] = true;

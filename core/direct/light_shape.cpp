@@ -16,7 +16,7 @@ constexpr float kSmall = 4e-4f;
 // Thirty-six rays are too few where one of them stands for more than an eighth of the light, or
 // where the light is large (irradiance over radiance; the whole sky is pi): a gap between them
 // could be as bright as the rest of the room.
-constexpr float kMostPerRay = 0.125f, kLarge = 0.3f;
+constexpr float kMaxPerRay = 0.125f, kLarge = 0.3f;
 constexpr float kFlat = 0.999999f;  // cosine between normals of one plane
 constexpr float kClose = 3.0f;      // radii: nearer than this, a light's points differ much
 
@@ -75,7 +75,7 @@ uint64_t place_key(Vec3f p, Vec3f n) {
 
 double Strata::share(const trace::RayBits& seen) const {
   if (seen == countable) return 1;
-  alignas(64) std::array<float, trace::RayFan::kMost> lit;
+  alignas(64) std::array<float, trace::RayFan::kMaxRays> lit;
   const auto sum = [&](const trace::RayBits& rays) {
     for (size_t i = 0; i < fan.count; ++i)
       lit[i] = (rays[i / 64] >> (i % 64)) & 1 ? weight[i] : 0.0f;
@@ -235,7 +235,7 @@ void LightShape::cast_area(const Receiver& receiver, Level level, Strata& out) c
   const uint64_t key = combine(key_, place_key(receiver.point, receiver.normal));
   const uint32_t stream = level == Level::coarse ? uint32_t(key) : uint32_t(key >> 32);
   // Points keep off the borders of their strata: a light may end at another surface.
-  constexpr float kMostJitter = 0x1ffffp-17f;
+  constexpr float kMaxJitter = 0x1ffffp-17f;
   alignas(64) float a[kFineRays], b[kFineRays];
   for (uint32_t i = 0; i < count; ++i) {
     const uint32_t jitter = mix32(stream + i * 0x9e3779b9u);
@@ -246,7 +246,7 @@ void LightShape::cast_area(const Receiver& receiver, Level level, Strata& out) c
   for (size_t i = 0; i < count;) {
     const Triangle& t = triangle_at(strata.a[i]);
     size_t end = i;
-    while (end < count && strata.a[end] + kMostJitter * strata.wide < t.before + t.share) ++end;
+    while (end < count && strata.a[end] + kMaxJitter * strata.wide < t.before + t.share) ++end;
     if (end > i) {
       cast_triangle(receiver, t, a, b, i, end, out);
       i = end;
@@ -266,7 +266,7 @@ void LightShape::cast_area(const Receiver& receiver, Level level, Strata& out) c
   if (level == Level::fine) return;
   const float all = sum_of(out.weight.data(), count);
   const float largest = *std::max_element(out.weight.begin(), out.weight.begin() + count);
-  out.too_coarse = !(largest < kMostPerRay * all) || all * area_ > kLarge * float(count);
+  out.too_coarse = !(largest < kMaxPerRay * all) || all * area_ > kLarge * float(count);
   cast_corners(receiver, out);
 }
 

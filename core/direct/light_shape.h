@@ -33,7 +33,8 @@ inline constexpr uint32_t kCorners = 4;
 /// Shadow rays to a light and what each stands for.
 struct Strata {
   trace::RayFan fan;
-  alignas(64) std::array<float, trace::RayFan::kMost> weight;  ///< share of the light, not normed
+  alignas(
+      64) std::array<float, trace::RayFan::kMaxRays> weight;  ///< share of the light, not normed
   trace::RayBits countable{};  ///< rays with weight: those in front of the receiver and the light
   bool too_coarse = false;     ///< the light is near or large: look at the fine level
 

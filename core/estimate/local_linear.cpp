@@ -15,7 +15,7 @@ constexpr double kTurned = 0.6;        // least cosine between a sample's plane 
 constexpr double kSampleReach = 0.01;  // of the scene's diagonal: how far samples lie off a surface
 // Least variance of the kernel's domain along a direction, in squared bandwidths, for a slope to be
 // fitted: a strip a tenth of a bandwidth wide. Across narrower ones the fit is constant.
-constexpr double kLeastVariance = 1e-3;
+constexpr double kMinVariance = 1e-3;
 constexpr size_t kGrain = 64;
 
 /// The part of the kernel's disc that is surface, as a weight: K(u) (level + slope . u) integrates
@@ -37,7 +37,7 @@ Fit fit(const double a[6]) {
   const double axis[2][2] = {{c, s}, {-s, c}};
   f.level = 1;
   for (int k = 0; k < 2; ++k) {
-    if (!(variance[k] > kLeastVariance)) continue;
+    if (!(variance[k] > kMinVariance)) continue;
     const double along = axis[k][0] * mu + axis[k][1] * mv, slope = along / variance[k];
     f.level += slope * along;
     f.slope_u -= slope * axis[k][0], f.slope_v -= slope * axis[k][1];

@@ -10,7 +10,7 @@
 
 namespace deltalux::gather {
 
-inline constexpr uint32_t kMostBeams = 64;
+inline constexpr uint32_t kMaxBeams = 64;
 
 /// What an edit did to beams.
 struct BeamChange {

@@ -10,15 +10,15 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr double kFlatAngle = 0x1p-10;    // normals of one plane differ by less, per coordinate
-constexpr double kFlatOffset = 0x1p-6;    // of the edge: offsets of what is compared
-constexpr double kLeastFlat = 0.5;        // of a square: what has less area is put together
-constexpr double kMostSquares = 1 << 14;  // of one plane; beyond, squares are larger
-constexpr double kLeastPart = 1e-5;       // of a square: what is cut off
-constexpr size_t kMostFrames = 32;        // tried for a plane
-constexpr double kTighter = 0.999;        // frames of one size: the longest edge's
+constexpr double kFlatAngle = 0x1p-10;   // normals of one plane differ by less, per coordinate
+constexpr double kFlatOffset = 0x1p-6;   // of the edge: offsets of what is compared
+constexpr double kMinFlat = 0.5;         // of a square: what has less area is put together
+constexpr double kMaxSquares = 1 << 14;  // of one plane; beyond, squares are larger
+constexpr double kMinPart = 1e-5;        // of a square: what is cut off
+constexpr size_t kMaxFrames = 32;        // tried for a plane
+constexpr double kTighter = 0.999;       // frames of one size: the longest edge's
 constexpr double kFar = std::numeric_limits<double>::infinity();
-constexpr double kMostEmpty = 8;  // times as many squares as are used, for a table
+constexpr double kMaxEmpty = 8;  // times as many squares as are used, for a table
 
 uint64_t rounded(double x) { return uint64_t(int64_t(std::llround(x))); }
 
@@ -42,7 +42,7 @@ void CellBuilder::build(BodyCells& out) {
   out.faces_.assign(triangles_.size(), {{}, kNoCell, kNoCell});
   std::vector<uint32_t> small;
   for (const Flat& flat : find_flats()) {
-    if (flat.longest > edge_ || flat.area > kLeastFlat * edge_ * edge_)
+    if (flat.longest > edge_ || flat.area > kMinFlat * edge_ * edge_)
       make_patch(out, flat);
     else
       small.insert(small.end(), flat.triangles.begin(), flat.triangles.end());
@@ -114,7 +114,7 @@ CellBuilder::Frame CellBuilder::tightest_frame(const Flat& flat) const {
                    [](Vec3d p, Vec3d q) { return dot(p, p) > dot(q, q); });
   Frame best{};
   double least = kFar;
-  for (size_t i = 0; i < std::min(edges.size(), kMostFrames); ++i) {
+  for (size_t i = 0; i < std::min(edges.size(), kMaxFrames); ++i) {
     if (!(dot(edges[i], edges[i]) > 0)) break;
     const Frame frame = frame_along(flat, edges[i]);
     const double area = (frame.high[0] - frame.low[0]) * (frame.high[1] - frame.low[1]);
@@ -127,7 +127,7 @@ void CellBuilder::make_patch(BodyCells& out, const Flat& flat) {
   const Frame frame = tightest_frame(flat);
   const Vec3d u = frame.u, v = frame.v, base = frame.base;
   const double *low = frame.low, *high = frame.high;
-  const double edge = std::max(edge_, std::sqrt(flat.area / kMostSquares));
+  const double edge = std::max(edge_, std::sqrt(flat.area / kMaxSquares));
   const auto divisions = [&](int axis) {
     return uint32_t(std::clamp(std::ceil((high[axis] - low[axis]) / edge - 0.25), 1.0, 1e6));
   };
@@ -145,7 +145,7 @@ void CellBuilder::make_patch(BodyCells& out, const Flat& flat) {
   }
   for (auto& [key, square] : found) squares_[square].patch = number;
   const double all = double(patch.columns) * patch.rows;
-  if (all > kMostEmpty * double(found.size()) + 64) {
+  if (all > kMaxEmpty * double(found.size()) + 64) {
     patch.first = out.keys_.size();
     patch.count = uint32_t(found.size());
     out.keys_.insert(out.keys_.end(), found.begin(), found.end());
@@ -254,7 +254,7 @@ void CellBuilder::make_side(BodyCells& out, BodyCells::Square& own, bool back, c
       if (piece.size() >= 3) parts_.push_back(piece);
     }
     uint32_t cell = kNoCell;
-    if (area > kLeastPart * all) {
+    if (area > kMinPart * all) {
       cell = add_cell(out, area, square.material);
       if (area > largest) largest = area, side.largest = cell;
       BodyCells::Spot& spot = out.spot_[cell];

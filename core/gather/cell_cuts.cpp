@@ -16,11 +16,11 @@ namespace {
 // In units of the edge.
 constexpr double kHeight = 0.25;      // above the square that is looked at
 constexpr double kStandsBelow = 0.1;  // what begins higher up lets light through
-constexpr double kLeastTrace = 0.15;  // what is shorter hides little
-constexpr double kLeastRise = 0.05;
-constexpr double kLeastPart = 0.01;  // nearer to the square's border nothing is parted
+constexpr double kMinTrace = 0.15;    // what is shorter hides little
+constexpr double kMinRise = 0.05;
+constexpr double kMinPart = 0.01;  // nearer to the square's border nothing is parted
 constexpr double kSameLine = 0.01;
-constexpr size_t kMostCuts = 4;   // of a side
+constexpr size_t kMaxCuts = 4;    // of a side
 constexpr double kUpright = 0.2;  // sine of the least angle between square and what stands
 
 struct VoxelHash {
@@ -92,7 +92,7 @@ void CellBuilder::find_cuts(const BodyCells& out) {
   }
   std::vector<uint32_t> seen(squares_.size(), kNoCell);
   for (uint32_t t = 0; t < triangles_.size(); ++t) {
-    if (out.faces_[t].normal == Vec3f{} || longest_edge(t) < kLeastTrace * edge_) continue;
+    if (out.faces_[t].normal == Vec3f{} || longest_edge(t) < kMinTrace * edge_) continue;
     const auto visit = [&](const std::vector<uint32_t>& near) {
       for (uint32_t square : near)
         if (std::exchange(seen[square], t) != t) try_cut(out, t, square);
@@ -115,7 +115,7 @@ void CellBuilder::find_cuts(const BodyCells& out) {
       std::sort(cuts.begin(), cuts.end(), [](const Cut& p, const Cut& q) {
         return std::tie(q.weight, p.a, p.b, p.c) < std::tie(p.weight, q.a, q.b, q.c);
       });
-      if (cuts.size() > kMostCuts) cuts.resize(kMostCuts);
+      if (cuts.size() > kMaxCuts) cuts.resize(kMaxCuts);
     }
 }
 
@@ -154,7 +154,7 @@ void CellBuilder::try_cut(const BodyCells& out, uint32_t triangle, uint32_t numb
       const double off = cut.a * p.x + cut.b * p.y - cut.c;
       least = std::min(least, off), most = std::max(most, off);
     }
-  if (least > -kLeastPart * edge_ || most < kLeastPart * edge_) return;
+  if (least > -kMinPart * edge_ || most < kMinPart * edge_) return;
   for (int side = 0; side < 2; ++side) {
     const double sign = side ? -1 : 1;
     const Polygon above = clipped(stands, [&](const Point& p) { return sign * p.z; });
@@ -165,8 +165,8 @@ void CellBuilder::try_cut(const BodyCells& out, uint32_t triangle, uint32_t numb
       const double along = -cut.b * p.x + cut.a * p.y;
       from = std::min(from, along), to = std::max(to, along);
     }
-    if (low > kStandsBelow * edge_ || high - low < kLeastRise * edge_ ||
-        to - from < kLeastTrace * edge_)
+    if (low > kStandsBelow * edge_ || high - low < kMinRise * edge_ ||
+        to - from < kMinTrace * edge_)
       continue;
     cut.weight = (to - from) * (high - low);
     add_cut(cuts_[number][size_t(side)], cut);

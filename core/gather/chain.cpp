@@ -136,7 +136,7 @@ Chain ChainTracer::trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w,
     w = aim.w;
     chain.passage.origin = chain.passage.last = origin;
     ++chain.count;
-    if (chain.count == kMostTouched ||
+    if (chain.count == kMaxTouched ||
         (chain.count > kSurely && !(random(chain.count, kStays) < kGoesOn)) || w == Vec3f{})
       return chain;
     hit = present_.caster.closest(origin, w);

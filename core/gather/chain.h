@@ -36,9 +36,9 @@ struct Present {
   }
 };
 
-inline constexpr uint32_t kMostTouched = 16;
-inline constexpr uint32_t kMostVertices = kMostTouched + 1;  ///< its end may have two, by then
-inline constexpr uint32_t kDark = kNoCell;                   // where a ray meets nothing
+inline constexpr uint32_t kMaxTouched = 16;
+inline constexpr uint32_t kMaxVertices = kMaxTouched + 1;  ///< its end may have two, by then
+inline constexpr uint32_t kDark = kNoCell;                 // where a ray meets nothing
 
 /// Surface that a chain touches: direct light there of one light that stands for all.
 struct Vertex {
@@ -63,7 +63,7 @@ struct Passage {
 /// or nothing. Cells hold no light that comes straight from a beam's lamp, or from a sun that is
 /// asked for: the end may have a vertex of its own for each of these.
 struct Chain {
-  std::array<Vertex, kMostVertices> vertex;
+  std::array<Vertex, kMaxVertices> vertex;
   uint32_t count = 0;
   uint32_t end = kDark;
   float weight = 1;      ///< of the end; the vertices' light is weighted

@@ -12,9 +12,9 @@ namespace deltalux::gather {
 
 uint32_t ChainPool::add(std::span<const Vertex> vertices, uint32_t end, float weight,
                         const Passage& passage) {
-  constexpr size_t kMost = size_t(1) << 31;
+  constexpr size_t kMaxChains = size_t(1) << 31;
   if (free_.empty()) {
-    if (chains_.size() >= kMost - 1)
+    if (chains_.size() >= kMaxChains - 1)
       throw OptionError("gather: more than 2e9 rays meet something near, expected fewer rays");
     free_.reserve(1);
     passages_.grow(1), sent_.grow(1), chains_.grow(1);

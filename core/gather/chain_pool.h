@@ -24,7 +24,7 @@ class ChainPool {
   };
 
  public:
-  /// Returns its number. `vertices`: at most kMostVertices.
+  /// Returns its number. `vertices`: at most kMaxVertices.
   uint32_t add(std::span<const Vertex> vertices, uint32_t end, float weight,
                const Passage& passage);
   void remove(uint32_t number);
@@ -60,8 +60,8 @@ class ChainPool {
   Chunks<Sent> sent_;         // of each; apart, since evaluation reads nothing else
   Chunks<Passage> passages_;  // of each
   std::vector<uint32_t> free_;
-  Chunks<Vertex> vertices_;                                    // those of a chain in a row
-  std::array<std::vector<uint32_t>, kMostVertices + 1> gaps_;  // in vertices_, by length
+  Chunks<Vertex> vertices_;                                   // those of a chain in a row
+  std::array<std::vector<uint32_t>, kMaxVertices + 1> gaps_;  // in vertices_, by length
 };
 
 }  // namespace deltalux::gather

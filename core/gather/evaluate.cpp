@@ -10,9 +10,9 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr size_t kPupils = 2048;        // samples that tell how evenly rays are spread
-constexpr size_t kLeastPupils = 64;     // of a kind; fewer tell nothing
-constexpr double kMostRelative = 0.04;  // variance: beyond, a single ray may have met a lot
+constexpr size_t kPupils = 2048;       // samples that tell how evenly rays are spread
+constexpr size_t kMinPupils = 64;      // of a kind; fewer tell nothing
+constexpr double kMaxRelative = 0.04;  // variance: beyond, a single ray may have met a lot
 
 /// Variances of the mean of all entries, rows and columns both drawn at random (two-way analysis of
 /// variance): what rows share and what columns share, the rest counted in both, and the rest.
@@ -87,14 +87,14 @@ void Evaluation::learn_spread(const Looks& looks) {
       double means[kParts][kParts];
       table.means(c, means);
       const Variances own = crossed_variances(means);
-      if (!(mean > 0) || own.rows > kMostRelative * mean * mean) continue;
+      if (!(mean > 0) || own.rows > kMaxRelative * mean * mean) continue;
       parts[kind] += (own.rows - own.rest) / (mean * mean);
       halves[kind] += (own.halves - own.rest) / (mean * mean);
     }
   }
   // From eight parts to two halves the number of rays doubles twice, to the whole three times.
   for (size_t kind = 0; kind < kKinds; ++kind)
-    if (count[kind] >= kLeastPupils && parts[kind] > 0)
+    if (count[kind] >= kMinPupils && parts[kind] > 0)
       evenness_[kind] = std::pow(std::clamp(halves[kind] / parts[kind], 0.1, 1.0), 1.5);
 }
 

@@ -65,7 +65,7 @@ std::vector<BeamGuide> find_beams(const Present& present, const Evaluation& eval
   std::vector<BeamGuide> beams;
   for (uint32_t light = 0; light < present.lights.size(); ++light) {
     const trace::Light& lamp = present.lights[light];
-    if (beams.size() == kMostBeams || !lamp.on || !Beam::is_narrow(lamp)) continue;
+    if (beams.size() == kMaxBeams || !lamp.on || !Beam::is_narrow(lamp)) continue;
     if (const auto beam = find_beam(present, evaluation, finder, votes, light, seed))
       beams.push_back(*beam);
   }

@@ -10,15 +10,15 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr float kReach = 1.5f;         // metres: what is farther from the brightest is apart
-constexpr double kMost = 0.9;          // of what is bright in reach: what lies farther is left over
-constexpr float kBeyond = 1.3f;        // of the distance of that: how far the guide goes
-constexpr float kAlike = 0.9f;         // cosine between normals of one place
-constexpr float kFlat = 0.3f;          // of half a cell's edge: how much a place may rise
-constexpr float kFalloff = 0.3f;       // between two that are about as bright
-constexpr int kMostTried = 1024;       // places
-constexpr int kMostLayers = 4;         // one behind the other
-constexpr double kLeastChance = 0.05;  // of a texel, of the mean: cells are not all that is there
+constexpr float kReach = 1.5f;       // metres: what is farther from the brightest is apart
+constexpr double kTaken = 0.9;       // of what is bright in reach: what lies farther is left over
+constexpr float kBeyond = 1.3f;      // of the distance of that: how far the guide goes
+constexpr float kAlike = 0.9f;       // cosine between normals of one place
+constexpr float kFlat = 0.3f;        // of half a cell's edge: how much a place may rise
+constexpr float kFalloff = 0.3f;     // between two that are about as bright
+constexpr int kMaxTried = 1024;      // places
+constexpr int kMaxLayers = 4;        // one behind the other
+constexpr double kMinChance = 0.05;  // of a texel, of the mean: cells are not all that is there
 
 /// How far from the first vote most of the bright ones beside it lie, and a little more.
 template <class Beside>
@@ -33,7 +33,7 @@ float extent(const std::vector<Vote>& votes, const Beside& beside, float margin)
   std::sort(found.begin(), found.end());
   double sum = 0;
   for (const auto& [distance, weight] : found)
-    if ((sum += weight) >= kMost * all) return kBeyond * distance + margin;
+    if ((sum += weight) >= kTaken * all) return kBeyond * distance + margin;
   return margin;
 }
 
@@ -106,7 +106,7 @@ float brightest_layer(const Guide& guide, Vec3f at, const Present& present,
   // From close by: a shade may stand before it.
   const Vec3f above = at + guide.normal * guide.rise;
   float from = 0, brightest = 0;
-  for (int layer = 0; layer < kMostLayers; ++layer) {
+  for (int layer = 0; layer < kMaxLayers; ++layer) {
     const trace::Hit hit = present.caster.closest(above, -guide.normal, from, 2 * guide.rise);
     if (!hit.valid()) break;
     const uint32_t cell = finder.find(hit.primitive, above, -guide.normal, hit.t);
@@ -134,7 +134,7 @@ void paint(Guide& guide, const Present& present, const Evaluation& evaluation,
   guide.radiosity = float(sum / kTexels), guide.brightest = float(std::sqrt(squares / kTexels));
   // A texel across a cell's border is as bright as its brightest part.
   const auto brightest = [&](size_t k, size_t i) {
-    float most = float(kLeastChance * sum / kTexels);
+    float most = float(kMinChance * sum / kTexels);
     for (size_t y = k > 0 ? k - 1 : 0; y < std::min(k + 2, kSide); ++y)
       for (size_t x = i > 0 ? i - 1 : 0; x < std::min(i + 2, kSide); ++x)
         most = std::max(most, texel[y][x]);
@@ -164,7 +164,7 @@ std::vector<Guide> find_guides(const Present& present, const Evaluation& evaluat
   std::vector<Vote> left = votes.all;
   std::vector<Guide> guides;
   const float margin = 0.5f * present.cells.edge();
-  for (int tried = 0; tried < kMostTried && guides.size() < kMostGuides; ++tried) {
+  for (int tried = 0; tried < kMaxTried && guides.size() < kMaxGuides; ++tried) {
     if (left.empty() || !left.front().bright()) break;
     std::optional<Guide> guide = take_place(left, kReach * present.cells.metre(), margin);
     progress.check();

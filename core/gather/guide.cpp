@@ -36,16 +36,16 @@ Vec3f Guide::point(float u, float v) const {
 }
 
 const char* Guide::flaw() const {
-  constexpr float kLeastHalf = 1e-12f;    // its square is a number still
-  constexpr float kMostContrast = 1e12f;  // sums of shares stay finite, whatever else is there
+  constexpr float kMinHalf = 1e-12f;     // its square is a number still
+  constexpr float kMaxContrast = 1e12f;  // sums of shares stay finite, whatever else is there
   for (int axis = 0; axis < 3; ++axis)
     if (!(std::fabs(centre[axis]) <= kFarthest)) return "a place that is not finite";
   if (!is_unit(normal)) return "a normal that is not of unit length";
-  if (!(half >= kLeastHalf && half <= kFarthest)) return "a size that no scene has";
+  if (!(half >= kMinHalf && half <= kFarthest)) return "a size that no scene has";
   if (!(rise > 0 && rise <= half)) return "a rise beyond its size";
   for (float value : {radiosity, brightest, around})
     if (!(value > 0 && std::isfinite(value))) return "light that is not positive and finite";
-  if (!(std::max(radiosity, brightest) / around <= kMostContrast))
+  if (!(std::max(radiosity, brightest) / around <= kMaxContrast))
     return "light too bright for its surroundings";
   const auto off = [](const std::array<float, kSide + 1>& chances) {
     for (size_t i = 0; i < kSide; ++i)

@@ -49,7 +49,7 @@ class Target {
   Vec3f to_centre_{};
 };
 
-inline constexpr uint32_t kMostGuides = 64;
+inline constexpr uint32_t kMaxGuides = 64;
 
 /// Squares of guides, column by column: one by one they lie too far apart in memory.
 template <size_t N>

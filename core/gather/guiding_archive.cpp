@@ -26,7 +26,7 @@ static_assert(sizeof(Guide) == 4 * (11 + 33 * 33) && sizeof(BeamGuide) == 12 &&
 /// Why no sample of so many rays has these shares; null where one may.
 const char* flaw(const RayShares& shares, uint32_t rays, size_t guides, size_t beams) {
   if (shares.guided() > rays / (2 * kParts)) return "more guided rays than a sample has";
-  for (size_t slot = 0; slot < kMostUsed; ++slot) {
+  for (size_t slot = 0; slot < kMaxUsed; ++slot) {
     const size_t guide = shares.guide[slot];
     const bool is_beam = guide >= RayShares::kFirstBeam;
     if (shares.eighth[slot] &&
@@ -50,8 +50,8 @@ void Guiding::save(ArchiveView& archive, bool current) const {
 void Guiding::restore(ArchiveSource& archive, std::span<const trace::Light> lights, size_t samples,
                       uint32_t rays) {
   const size_t count = archive.count<Guide>(kGuides), narrow = archive.count<BeamGuide>(kBeams);
-  if (count > kMostGuides) refuse(kGuides, "more than " + std::to_string(kMostGuides));
-  if (narrow > kMostBeams) refuse(kBeams, "more than " + std::to_string(kMostBeams));
+  if (count > kMaxGuides) refuse(kGuides, "more than " + std::to_string(kMaxGuides));
+  if (narrow > kMaxBeams) refuse(kBeams, "more than " + std::to_string(kMaxBeams));
   guides = archive.read_all<Guide>(kGuides, count);
   beams = archive.read_all<BeamGuide>(kBeams, narrow);
   for (const Guide& guide : guides)
@@ -66,7 +66,7 @@ void Guiding::restore(ArchiveSource& archive, std::span<const trace::Light> ligh
   if (const char* flaw = need.flaw()) refuse(kNeed, flaw);
   doublings = archive.read_all<int8_t>(kDoublings, samples);
   for (int8_t own : doublings)
-    if (own < RayCounts::kLeast || own > RayCounts::kMost)
+    if (own < RayCounts::kMinDoublings || own > RayCounts::kMaxDoublings)
       refuse(kDoublings, "a number of rays no sample has");
   shares.clear();
   if (empty() || !archive.bytes(kShares)) return;

@@ -15,20 +15,20 @@ namespace {
 
 constexpr size_t kGrain = 64;      // samples
 constexpr size_t kPortion = 2048;  // samples
-constexpr size_t kMostPassed = 6;  // boxes of an object; more are put together
+constexpr size_t kMaxPassed = 6;   // boxes of an object; more are put together
 
 // What follows an edit. Samples on what moved cast all their rays, most others none.
-constexpr size_t kBlock = 16;        // samples
-constexpr size_t kMostBlocks = 256;  // between two looks at the clock
-constexpr size_t kFew = 16;          // blocks
-constexpr double kSoon = 4;          // milliseconds between those, about
+constexpr size_t kBlock = 16;       // samples
+constexpr size_t kMaxBlocks = 256;  // between two looks at the clock
+constexpr size_t kFew = 16;         // blocks
+constexpr double kSoon = 4;         // milliseconds between those, about
 
 class Step {
  public:
   /// Blocks to take next.
   size_t size() const { return size_; }
   void took(double milliseconds) {
-    if (2 * milliseconds < kSoon) size_ = std::min(2 * size_, kMostBlocks);
+    if (2 * milliseconds < kSoon) size_ = std::min(2 * size_, kMaxBlocks);
     if (milliseconds > 2 * kSoon) size_ = std::max(size_ / 2, size_t(1));
   }
 
@@ -258,7 +258,7 @@ void Change::merge(const Change& later) {
     }
     same->passed.insert(same->passed.end(), moved.passed.begin(), moved.passed.end());
     same->now = moved.now;
-    if (same->passed.size() <= kMostPassed) continue;
+    if (same->passed.size() <= kMaxPassed) continue;
     Box all;
     for (const Box& box : same->passed) all.grow(box);
     same->passed = {all};

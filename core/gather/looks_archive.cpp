@@ -20,7 +20,7 @@ constexpr const char* kVertices = "gather.vertices";
 constexpr size_t kPerStep = size_t(1) << 16;  // rays between two looks at the cancel flag
 
 /// At least half of the rays are even, so none counts more than twice, but for rounding.
-constexpr float kMostWeight = 2.01f;
+constexpr float kMaxWeight = 2.01f;
 
 /// Of lamps as bright as a scene may have them; sums stay finite.
 constexpr float kBrightest = 1e33f;
@@ -40,10 +40,10 @@ static_assert(sizeof(Record) == 60 && sizeof(Vertex) == 20);
 bool is_finite(Vec3f p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); }
 
 void check(const Record& record, uint32_t cells) {
-  if (record.count < 1 || record.count > kMostVertices)
+  if (record.count < 1 || record.count > kMaxVertices)
     refuse(kChains, "found a chain of " + std::to_string(record.count) + " vertices");
   if (record.end != kDark && record.end >= cells) refuse(kChains, "found a cell that is not there");
-  if (!(record.weight >= 0 && record.weight <= float(std::pow(kMostWeight, kMostVertices))))
+  if (!(record.weight >= 0 && record.weight <= float(std::pow(kMaxWeight, kMaxVertices))))
     refuse(kChains, "found a weight no chain has");
   const Passage& passage = record.passage;
   for (Vec3f p : {passage.near.low, passage.near.high, passage.origin, passage.last})
@@ -152,12 +152,12 @@ void Looks::restore(ArchiveSource& archive, const Present& present, const Worker
   weights_ = archive.read_all<float>(kWeights, weighted ? targets_.size() : 0);
   in_beam_ = archive.read_all<uint64_t>(kInBeam, beams ? (targets_.size() + 63) / 64 : 0);
   for (float weight : weights_)
-    if (!(weight >= 0 && weight <= kMostWeight)) refuse(kWeights, "found a weight no ray has");
+    if (!(weight >= 0 && weight <= kMaxWeight)) refuse(kWeights, "found a weight no ray has");
   Entries<Record> records(archive, kChains);
   Entries<Vertex> vertices(archive, kVertices);
   const uint32_t cells = present.cells.size();
   chains_.clear();
-  std::array<Vertex, kMostVertices> own;
+  std::array<Vertex, kMaxVertices> own;
   for (size_t ray = 0; ray < targets_.size(); ++ray) {
     if (ray % kPerStep == 0 && ray) {
       progress.advance(kPerStep);

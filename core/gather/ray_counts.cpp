@@ -14,13 +14,13 @@ constexpr float kFiner = 0.8409f;  // the fourth root of a half
 constexpr float kDark = 0.1f;      // of the mean irradiance
 // A cube that cut the pool of a 4 degree spot: error of the change 18 % without, 8.5 % from 128 on,
 // 5.5 % from 32 on, 5.0 % from 8 on.
-constexpr float kBeside = 32, kMostBeside = 1e12f;
+constexpr float kBeside = 32, kMaxBeside = 1e12f;
 constexpr double kShareBeside = 0.5;  // of the additional rays, at most
 
 }  // namespace
 
 float RayNeed::relative_noise(const PilotLook& pilot, uint32_t standard) const {
-  const float few = float(RayCounts::rays(standard, RayCounts::kLeast));
+  const float few = float(RayCounts::rays(standard, RayCounts::kMinDoublings));
   const float noise =
       std::sqrt(pilot.variance * few / float(standard)) / std::max(pilot.irradiance, dark);
   return noise;
@@ -35,8 +35,7 @@ RayNeed::RayNeed(std::span<const PilotLook> pilots, uint32_t standard) {
     return;
   }
   beside = kBeside;
-  while (beside < kMostBeside && more_rays(pilots, standard) > kShareBeside * kMoreRays)
-    beside *= 2;
+  while (beside < kMaxBeside && more_rays(pilots, standard) > kShareBeside * kMoreRays) beside *= 2;
   float most = 0, mean = 0;
   for (const PilotLook& pilot : pilots) {
     const float own = relative_noise(pilot, standard);
@@ -61,7 +60,8 @@ double RayNeed::more_rays(std::span<const PilotLook> pilots, uint32_t standard) 
 
 int RayNeed::doublings_beside(const PilotLook& pilot) const {
   int doublings = 0;
-  while (beside > 0 && doublings < RayCounts::kMost && pilot.beside > std::ldexp(beside, doublings))
+  while (beside > 0 && doublings < RayCounts::kMaxDoublings &&
+         pilot.beside > std::ldexp(beside, doublings))
     ++doublings;
   return doublings;
 }
@@ -71,7 +71,7 @@ int RayNeed::doublings(const PilotLook& pilot, uint32_t standard, int least) con
   int doublings = doublings_beside(pilot);
   if (!(noise > 0) || !std::isfinite(own)) return doublings;
   // Twice the rays leave half of the variance.
-  while (doublings < RayCounts::kMost && own * own > std::ldexp(noise * noise, doublings))
+  while (doublings < RayCounts::kMaxDoublings && own * own > std::ldexp(noise * noise, doublings))
     ++doublings;
   while (doublings <= 0 && doublings > least &&
          own * own <= std::ldexp(kQuiet * noise * noise, doublings - 1))

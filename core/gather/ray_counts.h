@@ -11,8 +11,8 @@ namespace deltalux::gather {
 /// Rays of many receivers, one after the other.
 class RayCounts {
  public:
-  static constexpr int kLeast = -2, kMost = 3;  ///< doublings of the standard number
-  static constexpr uint32_t kFewest = 32;       ///< halving ends here
+  static constexpr int kMinDoublings = -2, kMaxDoublings = 3;  ///< doublings of the standard number
+  static constexpr uint32_t kFewest = 32;                      ///< halving ends here
   static uint32_t rays(uint32_t standard, int doublings) {
     if (doublings >= 0) return standard << doublings;
     return std::max(standard >> -doublings, std::min(standard, kFewest));
@@ -58,7 +58,7 @@ struct RayNeed {
   /// So that at receivers like these at most kMoreRays are cast in addition. A receiver's number
   /// depends on no other receiver then.
   explicit RayNeed(std::span<const PilotLook> pilots, uint32_t standard);
-  /// Of a receiver, between `least` and RayCounts::kMost.
+  /// Of a receiver, between `least` and RayCounts::kMaxDoublings.
   int doublings(const PilotLook& pilot, uint32_t standard, int least) const;
   const char* flaw() const;
 

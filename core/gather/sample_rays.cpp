@@ -12,10 +12,10 @@ namespace {
 
 constexpr float kWorth = 0.01f;      // of a sample's irradiance: less noise than this is let be
 constexpr float kRest = 0.25f;       // what all other light weighs beside guides, of a sample's
-constexpr float kMostShare = 1e20f;  // more is no number
-constexpr size_t kMostAsked = 32;    // guides that a sample looks for, the noisiest first
+constexpr float kMaxShare = 1e20f;   // more is no number
+constexpr size_t kMaxAsked = 32;     // guides that a sample looks for, the noisiest first
 constexpr uint32_t kLooks = 8;       // rays that tell how much of a guide is seen
-constexpr uint32_t kMostLooks = 64;  // where none of those sees it: a slit is enough to be bright
+constexpr uint32_t kMaxLooks = 64;   // where none of those sees it: a slit is enough to be bright
 constexpr uint32_t kAllLooks = 512;  // of a sample, about
 
 /// What a sample may cast rays to.
@@ -32,7 +32,7 @@ template <class Look>
 void keep_seen(std::vector<Candidate>& candidates, const Look& look) {
   const auto by_noise = [](const Candidate& a, const Candidate& b) { return a.noise > b.noise; };
   std::stable_sort(candidates.begin(), candidates.end(), by_noise);
-  if (candidates.size() > kMostAsked) candidates.resize(kMostAsked);
+  if (candidates.size() > kMaxAsked) candidates.resize(kMaxAsked);
   std::vector<Candidate*> asked;
   for (Candidate& own : candidates) asked.push_back(&own);
   uint32_t all = 0;
@@ -40,13 +40,13 @@ void keep_seen(std::vector<Candidate>& candidates, const Look& look) {
     look(asked);
     all += uint32_t(asked.size()) * kLooks;
     std::erase_if(asked,
-                  [](const Candidate* own) { return own->hits > 0 || own->looks >= kMostLooks; });
+                  [](const Candidate* own) { return own->hits > 0 || own->looks >= kMaxLooks; });
     asked.resize(std::min(asked.size(), size_t(kAllLooks - std::min(kAllLooks, all)) / kLooks));
   }
   std::erase_if(candidates, [](const Candidate& own) { return own.hits == 0; });
   for (Candidate& own : candidates) own.noise *= std::sqrt(own.seen()), own.share *= own.seen();
   std::stable_sort(candidates.begin(), candidates.end(), by_noise);
-  if (candidates.size() > kMostUsed) candidates.resize(kMostUsed);
+  if (candidates.size() > kMaxUsed) candidates.resize(kMaxUsed);
 }
 
 /// Lines from a place to points of guides; those that nothing static crosses count as hits.
@@ -55,7 +55,7 @@ class SightLines {
   SightLines(const trace::RayCaster& caster, Vec3f from) : caster_(caster) { fan_.origin = from; }
   /// To `d` from there.
   void add(Vec3f d, Candidate& candidate) {
-    if (fan_.count == trace::RayFan::kMost) cast();
+    if (fan_.count == trace::RayFan::kMaxRays) cast();
     fan_.x[fan_.count] = d.x, fan_.y[fan_.count] = d.y, fan_.z[fan_.count] = d.z;
     owner_[fan_.count++] = &candidate;
   }
@@ -70,7 +70,7 @@ class SightLines {
  private:
   const trace::RayCaster& caster_;
   trace::RayFan fan_;
-  std::array<Candidate*, trace::RayFan::kMost> owner_;
+  std::array<Candidate*, trace::RayFan::kMaxRays> owner_;
 };
 
 }  // namespace
@@ -86,7 +86,7 @@ SeenGuides see_guides(std::span<const Guide> guides, const Beams& beams,
     const float noise = std::sqrt(square / float(rays)) / around;
     const float share = irradiance / around;
     if (noise > kWorth)
-      candidates.push_back({noise, share < kMostShare ? share : kMostShare, uint16_t(guide)});
+      candidates.push_back({noise, share < kMaxShare ? share : kMaxShare, uint16_t(guide)});
   };
   for (size_t g = 0; g < guides.size(); ++g) {
     const Guide& guide = guides[g];
@@ -154,7 +154,7 @@ SampleRays::SampleRays(const Directions& directions, const Guiding& guiding, con
   if (guiding.shares.empty()) return;
   shares_ = guiding.shares[sample];
   guided_ = shares_.guided();
-  for (uint32_t slot = 0; slot < kMostUsed; ++slot) {
+  for (uint32_t slot = 0; slot < kMaxUsed; ++slot) {
     if (!shares_.eighth[slot]) continue;
     const uint32_t guide = shares_.guide[slot];
     if (guide < RayShares::kFirstBeam) {
@@ -175,7 +175,7 @@ uint32_t SampleRays::ray_of_even(uint32_t number) const {
 std::pair<uint32_t, uint32_t> SampleRays::slot_of(uint32_t ray) const {
   const uint32_t part = uint32_t((uint64_t(ray) * kParts + kParts - 1) / count_);
   const uint32_t even = end_of(part) - guided_;
-  if (ray < even) return {kMostUsed, ray - part * guided_};
+  if (ray < even) return {kMaxUsed, ray - part * guided_};
   uint32_t number = ray - even, slot = 0;
   while (number >= shares_.eighth[slot]) number -= shares_.eighth[slot++];
   return {slot, part * shares_.eighth[slot] + number};
@@ -184,7 +184,7 @@ std::pair<uint32_t, uint32_t> SampleRays::slot_of(uint32_t ray) const {
 Aim SampleRays::aim(uint32_t ray) const {
   if (!guided_) return {directions_(key_, ray, normal_)};
   const auto [slot, number] = slot_of(ray);
-  if (slot == kMostUsed) return {directions_(key_, number, normal_)};
+  if (slot == kMaxUsed) return {directions_(key_, number, normal_)};
   Aim aim;
   if (beam_[slot]) {
     aim.point = &beam_[slot]->point(point_of(slot, number));
@@ -200,7 +200,7 @@ Aim SampleRays::aim(uint32_t ray) const {
 std::array<float, 2> SampleRays::beyond(uint32_t ray) const {
   if (!guided_) return directions_.beyond(key_, 0, ray);
   const auto [slot, number] = slot_of(ray);
-  return directions_.beyond(key_, slot == kMostUsed ? 0 : slot + 1, number);
+  return directions_.beyond(key_, slot == kMaxUsed ? 0 : slot + 1, number);
 }
 
 float SampleRays::weight(uint32_t ray, Vec3f w, float t, const direct::Receiver& at,
@@ -210,10 +210,10 @@ float SampleRays::weight(uint32_t ray, Vec3f w, float t, const direct::Receiver&
   if (!(cosine > 0)) return 0;
   const uint32_t own_slot = slot_of(ray).first;
   const float all = float(count_);
-  PowerHeuristic heuristic(double(cosine * (all - float(kParts * guided_))), own_slot == kMostUsed);
-  alignas(64) std::array<float, kMostUsed> may;
-  squares_.may_meet(origin_, w, kMostUsed, may);
-  for (uint32_t slot = 0; slot < kMostUsed; ++slot) {
+  PowerHeuristic heuristic(double(cosine * (all - float(kParts * guided_))), own_slot == kMaxUsed);
+  alignas(64) std::array<float, kMaxUsed> may;
+  squares_.may_meet(origin_, w, kMaxUsed, may);
+  for (uint32_t slot = 0; slot < kMaxUsed; ++slot) {
     if (!shares_.eighth[slot]) continue;
     if (!beam_[slot] && !(may[slot] > 0) && slot != own_slot) continue;
     const float density =

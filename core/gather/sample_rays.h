@@ -16,14 +16,14 @@
 
 namespace deltalux::gather {
 
-inline constexpr uint32_t kParts = 8;     // of the rays, each an estimate by itself
-inline constexpr uint32_t kMostUsed = 8;  // guides of one sample, beams included
+inline constexpr uint32_t kParts = 8;    // of the rays, each an estimate by itself
+inline constexpr uint32_t kMaxUsed = 8;  // guides of one sample, beams included
 
 /// How many of a sample's rays go towards guides. In eighths: each part of the rays has the same
 /// share of them.
 struct RayShares {
-  static constexpr uint16_t kFirstBeam = kMostGuides;  ///< in `guide`
-  std::array<uint16_t, kMostUsed> guide{}, eighth{};
+  static constexpr uint16_t kFirstBeam = kMaxGuides;  ///< in `guide`
+  std::array<uint16_t, kMaxUsed> guide{}, eighth{};
   /// In one part of the rays.
   uint32_t guided() const {
     uint32_t sum = 0;
@@ -62,7 +62,7 @@ struct SeenGuides {
     float share;  ///< its light, of the receiver's
     uint16_t guide;
   };
-  std::array<Seen, kMostUsed> each{};
+  std::array<Seen, kMaxUsed> each{};
   uint32_t count = 0;
 };
 
@@ -118,7 +118,7 @@ class SampleRays {
   /// Calls visit(ray) for rays towards points that differ. `moved_points`: BeamChange::points.
   template <class Visit>
   void each_moved(std::span<const uint8_t> moved_points, const Visit& visit) const {
-    for (uint32_t slot = 0; slot < kMostUsed; ++slot) {
+    for (uint32_t slot = 0; slot < kMaxUsed; ++slot) {
       if (!beam_[slot]) continue;
       const size_t beam = shares_.guide[slot] - RayShares::kFirstBeam;
       each_of_slot(slot, [&](uint32_t ray, uint32_t number) {
@@ -134,7 +134,7 @@ class SampleRays {
     const uint32_t even = count_ - kParts * guided_;
     directions_.each_towards(key_, even, normal_, to_centre, radius,
                              [&](uint32_t number) { visit(ray_of_even(number)); });
-    for (uint32_t slot = 0; slot < kMostUsed; ++slot)
+    for (uint32_t slot = 0; slot < kMaxUsed; ++slot)
       if (shares_.eighth[slot] && (beam_[slot] || targets_[slot].may_meet(to_centre, radius)))
         each_of_slot(slot, [&](uint32_t ray, uint32_t) { visit(ray); });
   }
@@ -157,7 +157,7 @@ class SampleRays {
     return Beam::number(u, v);
   }
   uint32_t ray_of_even(uint32_t number) const;
-  /// Which guide's ray it is, and its number among those; slot kMostUsed: evenly spread.
+  /// Which guide's ray it is, and its number among those; slot kMaxUsed: evenly spread.
   std::pair<uint32_t, uint32_t> slot_of(uint32_t ray) const;
 
   const Directions& directions_;
@@ -166,9 +166,9 @@ class SampleRays {
   Vec3f origin_, normal_;
   uint32_t guided_ = 0;  // of each part
   RayShares shares_;
-  std::array<Target, kMostUsed> targets_;
-  GuideSquares<kMostUsed> squares_;            // of the targets
-  std::array<const Beam*, kMostUsed> beam_{};  // of a slot; null: it has a target
+  std::array<Target, kMaxUsed> targets_;
+  GuideSquares<kMaxUsed> squares_;            // of the targets
+  std::array<const Beam*, kMaxUsed> beam_{};  // of a slot; null: it has a target
 };
 
 }  // namespace deltalux::gather

@@ -5,7 +5,7 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr uint32_t kRays = 32, kMostFar = 4;
+constexpr uint32_t kRays = 32, kMaxFar = 4;
 
 }  // namespace
 
@@ -18,13 +18,13 @@ bool SlitFinder::operator()(const direct::Receiver& receiver) const {
   if (receiver.object != scene::kNone || receiver.normal == Vec3f{}) return false;
   const Vec3f origin = receiver.point + receiver.normal * receiver.slack();
   uint32_t far = 0;
-  for (uint32_t ray = 0; ray < kRays && far <= kMostFar; ++ray) {
+  for (uint32_t ray = 0; ray < kRays && far <= kMaxFar; ++ray) {
     const Vec3f w = directions_(receiver.key, ray, receiver.normal);
     const trace::Hit hit = present_.caster.closest_static(origin, w);
     const uint32_t cell = hit.valid() ? finder_.find(hit.primitive, origin, w, hit.t) : kNoCell;
     far += cell == kNoCell || hit.t >= present_.cells.near(cell);
   }
-  return far <= kMostFar;
+  return far <= kMaxFar;
 }
 
 }  // namespace deltalux::gather

@@ -15,7 +15,7 @@ class Suns {
  public:
   /// The largest share of rays that meet what a sun lights, for it to be asked for: outdoors cells
   /// tell as much, and cost less.
-  static constexpr double kMostLit = 0.2;
+  static constexpr double kMaxLit = 0.2;
 
   Suns() = default;
   Suns(std::span<const uint32_t> chosen, std::span<const trace::Light> lights);

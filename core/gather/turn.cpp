@@ -25,8 +25,8 @@ GuideColumns::GuideColumns(std::span<const Guide> all) : guides(all) {
 
 Turn::Turn(const GuideColumns& guides, const Beams& beams, Vec3f from, Vec3f n)
     : columns_(guides), guides_(guides.guides), beams_(beams), from_(from), normal_(n) {
-  const GuideSquares<kMostGuides>& at = guides.squares;
-  alignas(64) std::array<float, kMostGuides> share;
+  const GuideSquares<kMaxGuides>& at = guides.squares;
+  alignas(64) std::array<float, kMaxGuides> share;
   for (size_t g = 0; g < guides.padded; ++g)
     share[g] = guides.brought[g] * share_of_view({at.x[g], at.y[g], at.z[g]},
                                                  {at.normal_x[g], at.normal_y[g], at.normal_z[g]},
@@ -73,7 +73,7 @@ float Turn::weight(const Aim& aim, float t, const direct::Receiver& at,
   if (!(cosine > 0)) return 0;
   const bool by_guide = aim.guide != scene::kNone;
   PowerHeuristic heuristic(double(cosine * (1 - guided_)), !by_guide);
-  alignas(64) std::array<float, kMostGuides> may;
+  alignas(64) std::array<float, kMaxGuides> may;
   columns_.squares.may_meet(from_, aim.w, columns_.padded, may);
   for (size_t i = 0; i < count_; ++i) {
     const size_t g = which_[i];

@@ -14,8 +14,8 @@ struct GuideColumns {
   std::span<const Guide> guides;
   size_t padded =
       0;  ///< a multiple of the lanes of a vector; those beyond the guides bring nothing
-  GuideSquares<kMostGuides> squares;
-  alignas(64) std::array<float, kMostGuides> brought{};  ///< if it filled the view
+  GuideSquares<kMaxGuides> squares;
+  alignas(64) std::array<float, kMaxGuides> brought{};  ///< if it filled the view
 };
 
 /// Directions about a unit normal: cosine-distributed, or towards one of the guides by what it may
@@ -35,8 +35,8 @@ class Turn {
   const Beams& beams_;
   Vec3f from_, normal_;
   size_t count_ = 0;  // of those that bring something
-  std::array<uint16_t, kMostGuides + kMostBeams> which_;
-  std::array<float, kMostGuides + kMostBeams> share_;
+  std::array<uint16_t, kMaxGuides + kMaxBeams> which_;
+  std::array<float, kMaxGuides + kMaxBeams> share_;
   float all_ = 0, guided_ = 0;  // of the shares; chance of guides together
 };
 

@@ -23,15 +23,15 @@ struct Vote {
 };
 
 struct Votes {
-  static constexpr size_t kLeast = 3;          ///< for a guide
-  static constexpr double kLeastShare = 0.01;  ///< of the variance, for a place to be worth one
+  static constexpr size_t kMinBright = 3;    ///< for a guide
+  static constexpr double kMinShare = 0.01;  ///< of the variance, for a place to be worth one
 
   Votes(const Present& present, const Evaluation& evaluation, const LitCells& lit, uint64_t seed,
         const Workers& workers, Progress& progress);
   /// Whether `bright` ones of `count`, of that weight together, are bright to most who see them,
   /// and worth a guide beside the variance that is left.
   static bool suffice(size_t bright, size_t count, double weight, double variance) {
-    return bright >= kLeast && 2 * bright >= count && weight > kLeastShare * variance;
+    return bright >= kMinBright && 2 * bright >= count && weight > kMinShare * variance;
   }
 
   std::vector<Vote> all;       ///< bright ones first, of these and of the others the heaviest

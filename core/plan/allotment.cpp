@@ -13,9 +13,9 @@ namespace {
 
 constexpr uint32_t kPathsPerLight = 2048;  // fewer where there are many lights
 constexpr uint32_t kPathsInAll = 65536;
-constexpr double kFloor = 0.1;        // of the irradiance of others: darker points count as that
-constexpr double kDim = 0.25;         // share of the lit places that are dimmer
-constexpr double kLeastShare = 0.02;  // of what power alone would give
+constexpr double kFloor = 0.1;      // of the irradiance of others: darker points count as that
+constexpr double kDim = 0.25;       // share of the lit places that are dimmer
+constexpr double kMinShare = 0.02;  // of what power alone would give
 
 bool moves(const scene::Scene& scene, const trace::Light& light) {
   return light.object != scene::kNone && scene.objects[light.object].movable;
@@ -100,7 +100,7 @@ std::vector<double> shares_by_use(const scene::Scene& scene, std::span<const Vec
     total += wanted[l];
   }
   for (size_t l = 0; l < lights.size(); ++l)
-    wanted[l] = std::max(wanted[l] / total, kLeastShare * power[l] / total_power);
+    wanted[l] = std::max(wanted[l] / total, kMinShare * power[l] / total_power);
   return wanted;
 }
 

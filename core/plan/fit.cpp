@@ -8,8 +8,8 @@
 namespace deltalux::plan {
 namespace {
 
-constexpr double kHold = 0.02;   // one search weighs as much as fifty priors
-constexpr double kLeast = 0.05;  // of the scaled prior: noise must not make a test free
+constexpr double kHold = 0.02;      // one search weighs as much as fifty priors
+constexpr double kMinShare = 0.05;  // of the scaled prior: noise must not make a test free
 
 using Matrix = std::array<std::array<double, kCounts + 1>, kCounts>;
 
@@ -51,7 +51,7 @@ Counts fit_constants(std::span<const Timed> searches, const Counts& prior) {
   solve(m);
   Counts found;
   for (size_t i = 0; i < kCounts; ++i)
-    found[i] = speed * prior[i] * std::max(kLeast, m[i][kCounts]);
+    found[i] = speed * prior[i] * std::max(kMinShare, m[i][kCounts]);
   return found;
 }
 

@@ -16,7 +16,7 @@ constexpr Count kFixed[] = {kVisits, kBoxTests, kRebuilds, kSplits};
 
 /// How many of a call's segments take part.
 size_t pilot_size(double per_call, size_t available) {
-  const double wanted = std::max(kLeastPilot, per_call / kPilotDivisor);
+  const double wanted = std::max(kMinPilot, per_call / kPilotDivisor);
   return std::min(available, size_t(std::ceil(std::min(wanted, per_call))));
 }
 

@@ -18,9 +18,9 @@ struct Load {
   double per_call() const { return segments / calls(); }
 };
 
-/// One segment of so many is enough; where these are fewer than kLeast, more are taken.
+/// One segment of so many is enough; where these are fewer than kMinPilot, more are taken.
 inline constexpr double kPilotDivisor = 100;
-inline constexpr double kLeastPilot = 4096;
+inline constexpr double kMinPilot = 4096;
 
 /// Counts of the methods on one set of discs.
 class Pilot {

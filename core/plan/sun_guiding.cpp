@@ -143,11 +143,11 @@ std::vector<Square> squares_of(std::vector<Trial>& trials) {
 trace::SunMap map_of(const std::vector<Square>& squares) {
   double all = 0, below = 0;
   for (const Square& s : squares) all += area(s) * std::sqrt(s.square);
-  constexpr double kLeast = double(trace::SunMap::kLeastDensity);
+  constexpr double kMinDensity = double(trace::SunMap::kMinDensity);
   trace::SunMap map;
   for (const Square& s : squares) {
     map.leaves.push_back({s.u, s.v, s.size, float(below)});
-    below += area(s) * (kLeast + (1 - kLeast) * std::sqrt(s.square) / all);
+    below += area(s) * (kMinDensity + (1 - kMinDensity) * std::sqrt(s.square) / all);
   }
   return map;
 }

@@ -147,7 +147,7 @@ float rounding_above(const Ground& ground, Vec3f point, Vec3f normal, float with
 
 DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea rule,
                    const Ground& ground, const Workers& workers, Progress& progress) {
-  constexpr float kLeastLift = 2;   // of what rounding asks for
+  constexpr float kMinLift = 2;     // of what rounding asks for
   constexpr float kGround = 0.01f;  // radii: the surface under a sample is no further
   DiscSet discs;
   const size_t n = ids.size();
@@ -169,9 +169,8 @@ DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea
       const float radius = samples.radius[id];
       discs.slack[i] = plane_slack_under(ground, samples.point[id], normal, kGround * radius);
       const float rounding = position_slack(samples.point[id]) + discs.slack[i];
-      const float lift = rule == DiscArea::reachable
-                             ? std::max(kLeastLift * rounding, kLift * radius)
-                             : kLeastLift * rounding;
+      const float lift = rule == DiscArea::reachable ? std::max(kMinLift * rounding, kLift * radius)
+                                                     : kMinLift * rounding;
       discs.normal[i] = normal;
       discs.radius[i] = radius;
       // Under a ceiling lower than that the disc stays below it.

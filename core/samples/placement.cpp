@@ -20,7 +20,7 @@ constexpr float kTail = 0.05f;          // of the places met, on either side: wh
 constexpr int kRays = 16;               // from a sample
 constexpr int kWalks = 8;               // of those rays go on
 constexpr int kBounces = 3;             // as often
-constexpr int kLeastFlights = 10;       // of the 40 that must end somewhere to tell a size
+constexpr int kMinFlights = 10;         // of the 40 that must end somewhere to tell a size
 
 /// Directions around +z: of the rays, evenly over the hemisphere, and of the bounces, as the
 /// cosine.
@@ -50,7 +50,7 @@ struct Surroundings {
 
   /// A share of the diagonal of the box that most places lie in.
   std::optional<float> metre() const {
-    if (ended < kLeastFlights) return std::nullopt;
+    if (ended < kMinFlights) return std::nullopt;
     Vec3f size{};
     std::array<float, kRays + kWalks * kBounces> along;
     for (int axis = 0; axis < 3; ++axis) {

@@ -22,7 +22,7 @@ bool is_near(Vec3f p) {
 /// is; a movable's may turn, so that all count. Corners are rounded themselves.
 float plane_slack(const Object& object, const std::array<uint32_t, 3>& triangle) {
   constexpr double kRounding = 0x1p-21;  // of a sum of products, twice: hit, and ray that leaves
-  constexpr double kMost = 1e-4;         // of the longest edge; what is thinner has no plane
+  constexpr double kMaxShare = 1e-4;     // of the longest edge; what is thinner has no plane
   Vec3d p[3];
   for (int k = 0; k < 3; ++k) {
     const Vec3f local = object.vertices[triangle[k]];
@@ -44,8 +44,8 @@ float plane_slack(const Object& object, const std::array<uint32_t, 3>& triangle)
   double far = 0;
   for (const Vec3d& corner : p)
     for (int i = 0; i < 3; ++i) far = std::max(far, std::fabs(corner[i]));
-  const double slack = area > 0 ? kRounding * terms / area : kMost * longest;
-  return float(std::min(slack, kMost * longest) + kRounding * far);
+  const double slack = area > 0 ? kRounding * terms / area : kMaxShare * longest;
+  return float(std::min(slack, kMaxShare * longest) + kRounding * far);
 }
 
 }  // namespace

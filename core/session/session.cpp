@@ -19,7 +19,7 @@ namespace {
 constexpr uint64_t kSlotsPerStep = 65536;  // taken between two looks at the cancel flag
 // Where things touch, less of a disc than this may be left: a single crossing of it would outshine
 // the scene. Such samples, some per cent of the vertices of a furnished room, become darker.
-constexpr float kLeastShare = 0.01f;
+constexpr float kMinShare = 0.01f;
 
 void check_samples(const scene::Scene& scene, samples::SampleSet& samples) {
   const size_t n = samples.size();
@@ -267,7 +267,7 @@ void Session::refresh_areas(const std::vector<ObjectChange>* changes) {
         const float circle = std::numbers::pi_v<float> * discs.radius[i] * discs.radius[i];
         const float openness = discs.openness[i];
         area[discs.id[i]] =
-            counted > 0 && openness > 0 ? std::max(counted, kLeastShare * circle) / openness : 0.0f;
+            counted > 0 && openness > 0 ? std::max(counted, kMinShare * circle) / openness : 0.0f;
       }
     });
   };

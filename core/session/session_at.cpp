@@ -40,7 +40,7 @@ gather::Looks Session::looks_of(std::span<const direct::Receiver> receivers,
 }
 
 gather::RayCounts Session::pilot_rays_of(size_t receivers, uint32_t rays) {
-  const std::vector<int8_t> few(receivers, int8_t(gather::RayCounts::kLeast));
+  const std::vector<int8_t> few(receivers, int8_t(gather::RayCounts::kMinDoublings));
   return {few, rays};
 }
 
@@ -82,7 +82,7 @@ std::vector<int8_t> Session::doublings_of(std::span<const direct::Receiver> rece
   // What is dark under some of the lamps alone may be noisy under others.
   bool all_lit = true;
   for (const trace::Light& light : s.lights) all_lit &= light.on && s.group_factor[light.group] > 0;
-  const int least = all_lit ? gather::RayCounts::kLeast : 0;
+  const int least = all_lit ? gather::RayCounts::kMinDoublings : 0;
   s.workers.for_blocks(doublings.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       int own = s.guiding.need.doublings(pilots[i], rays, least);
@@ -260,7 +260,8 @@ void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> no
   if (indirect) now = evaluation(false);
   if (indirect && kept) follow_kept(*now, progress);
   const size_t together =
-      indirect ? seen_together(gather::RayCounts::rays(rays, gather::RayCounts::kMost)) : kBatch;
+      indirect ? seen_together(gather::RayCounts::rays(rays, gather::RayCounts::kMaxDoublings))
+               : kBatch;
   progress.announce(indirect ? "gather" : "direct light", points.size());
   for (size_t first = 0; first < points.size(); first += together) {
     const size_t count = std::min(together, points.size() - first);

@@ -38,7 +38,7 @@ double Session::choose_irradiance_quantum() const {
     brightest = std::max({brightest, given.x, given.y, given.z});
     most = std::max({most, nearby.x, nearby.y, nearby.z});
   }
-  return brightest > 0 ? std::max(brightest * kFine, most / direct::kMostWeight) : 1.0;
+  return brightest > 0 ? std::max(brightest * kFine, most / direct::kMaxWeight) : 1.0;
 }
 
 std::unique_ptr<direct::DirectLight> Session::make_direct(double irradiance_quantum) const {

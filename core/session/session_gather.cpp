@@ -111,7 +111,7 @@ std::vector<uint32_t> Session::find_suns(std::span<const uint32_t> hits) const {
   std::vector<uint32_t> suns;
   for (uint32_t i = 0; i < lights.size(); ++i)
     if (lights[i].is_parallel() && lights[i].on &&
-        landings.share_lit_by(i, hits) <= gather::Suns::kMostLit)
+        landings.share_lit_by(i, hits) <= gather::Suns::kMaxLit)
       suns.push_back(i);
   return suns;
 }

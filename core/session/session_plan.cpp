@@ -59,7 +59,7 @@ class TrafficForecast {
     }
     traffic.removed = 1;
     set_loads(traffic, movables_ ? affected / double(movables_) * paths_.weight() : 0.0,
-              double(kMostPerStep));
+              double(kMaxPerStep));
     return traffic;
   }
 

@@ -98,7 +98,7 @@ void Session::check_insert(const scene::Object& object, std::span<const scene::E
                       " in all so that no integer sum can overflow; "
                       "start a new session with it in the scene");
   if (s.options.direct == DirectMode::sampled && !s.lights.empty() &&
-      std::numbers::pi * brightest > direct::kMostWeight * direct_->irradiance_quantum())
+      std::numbers::pi * brightest > direct::kMaxWeight * direct_->irradiance_quantum())
     throw OptionError(what +
                       "its light is brighter than the session's integer scale holds; start a "
                       "new session with it in the scene");
@@ -302,13 +302,13 @@ size_t Session::run_pending(double budget_ms, Progress& progress, Report& report
   progress.announce("replace paths", total);
   // The moving samples come in the first step, which always runs: from then on they follow every
   // replacement as the static ones do.
-  size_t step = budget_ms != 0 ? kFirstStep : kMostPerStep;
+  size_t step = budget_ms != 0 ? kFirstStep : kMaxPerStep;
   bool refused = false;
   do {
     // The paths that fit if all were of the longest kind: what is beyond the limit is noticed soon.
     const double longest = double(s.options.max_bounces) * bytes_per_segment();
     const double room = double(most) - double(std::min(most, s.store.bytes()));
-    const size_t fit = s.options.memory_limit ? size_t(room / longest) : kMostPerStep;
+    const size_t fit = s.options.memory_limit ? size_t(room / longest) : kMaxPerStep;
     const size_t end = std::min({total, done + step, done + std::max(kFirstStep, fit)});
     const size_t removed = update.counts().removed, traced = update.counts().traced;
     update.replace(std::span(pending_).subspan(done, end - done), done ? nullptr : between);
@@ -322,7 +322,7 @@ size_t Session::run_pending(double budget_ms, Progress& progress, Report& report
     const double spent = watch.milliseconds(), left = budget_ms - spent;
     if (left <= 0) break;
     const double fits = double(done) * left / spent;  // beyond any integer, perhaps
-    step = size_t(std::clamp(fits, 1.0, double(std::min(2 * step, kMostPerStep))));
+    step = size_t(std::clamp(fits, 1.0, double(std::min(2 * step, kMaxPerStep))));
   } while (done < total && !progress.cancelled());
   pending_.erase(pending_.begin(), pending_.begin() + long(done));
   report.affected_paths = update.counts().paths;

@@ -28,10 +28,10 @@ void refuse_entry(const char* name, size_t entry, double found, double low, doub
 }
 
 void check_quantum(const char* name, double found, double chosen) {
-  constexpr double kLeast = 1e-200, kSlack = 0x1p20;
+  constexpr double kMinQuantum = 1e-200, kSlack = 0x1p20;
   // Of a session that began without light it is 1.
   const double most = std::max(1.0, kSlack * chosen);
-  if (!(found >= kLeast && found <= most)) refuse_entry(name, 0, found, kLeast, most);
+  if (!(found >= kMinQuantum && found <= most)) refuse_entry(name, 0, found, kMinQuantum, most);
 }
 
 void check_poses(const std::vector<scene::Object>& original, const scene::Scene& scene) {
@@ -64,12 +64,12 @@ void check_radii(std::span<const float> radius, std::span<const float> given, co
 void check_areas(std::span<const float> area, std::span<const float> radius,
                  std::span<const float> openness) {
   // Wider than any rule for what a disc counts.
-  constexpr double kLeastShare = 1e-4, kMostShare = 2;
+  constexpr double kMinShare = 1e-4, kMaxShare = 2;
   for (size_t i = 0; i < area.size(); ++i) {
     if (area[i] == 0) continue;
     const double counted =
         std::numbers::pi * double(radius[i]) * double(radius[i]) / double(openness[i]);
-    const double least = kLeastShare * counted, most = kMostShare * counted;
+    const double least = kMinShare * counted, most = kMaxShare * counted;
     // Single precision may have overflown.
     const bool fits = double(area[i]) <= most || most > double(std::numeric_limits<float>::max());
     if (!(double(area[i]) >= least && fits)) refuse_entry("area", i, double(area[i]), least, most);

@@ -18,13 +18,13 @@
 
 namespace deltalux::session {
 
-inline constexpr uint32_t kBatches = 8;        // independent estimates behind the standard error
-inline constexpr uint32_t kMostSumGroups = 8;  // later groups share the last one's sums
+inline constexpr uint32_t kBatches = 8;       // independent estimates behind the standard error
+inline constexpr uint32_t kMaxSumGroups = 8;  // later groups share the last one's sums
 inline constexpr uint8_t kNotCut = 255;
 inline constexpr double kExpectedFrames = 100;    // of a session with movables
 inline constexpr uint64_t kPathsPerStep = 32768;  // of a bake; each gives every batch its share
 // Paths replaced between two looks at clock and cancel flag.
-inline constexpr size_t kMostPerStep = 8192;
+inline constexpr size_t kMaxPerStep = 8192;
 
 using plan::Method;
 
@@ -117,13 +117,13 @@ struct State {
   segments::Extras extras() const {
     return {options.segment_end != segments::SegmentEnd::first, options.gather_rays > 0};
   }
-  uint32_t sum_groups() const { return std::min(scene.group_count, kMostSumGroups); }
+  uint32_t sum_groups() const { return std::min(scene.group_count, kMaxSumGroups); }
   bool merged(uint32_t group) const {
-    return scene.group_count > kMostSumGroups && group + 1 >= kMostSumGroups;
+    return scene.group_count > kMaxSumGroups && group + 1 >= kMaxSumGroups;
   }
   /// What a group's sums are to be multiplied by.
   double sum_factor(uint32_t group) const { return merged(group) ? 1.0 : group_factor[group]; }
-  uint32_t sum_group(uint32_t group) const { return std::min(group, kMostSumGroups - 1); }
+  uint32_t sum_group(uint32_t group) const { return std::min(group, kMaxSumGroups - 1); }
   estimate::EnergySums energy() { return {sums.data(), samples.size()}; }
   size_t light_of(uint32_t path) const {
     size_t low = 0, high = lights.size();

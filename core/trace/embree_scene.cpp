@@ -34,12 +34,11 @@ RTCScene handle(const std::shared_ptr<void>& scene) { return static_cast<RTCScen
 /// Embree may end the process at other rays. NaN fails every comparison; without branches, as this
 /// is asked for each ray.
 inline bool can_be_traced(Vec3f o, Vec3f d) {
-  constexpr float kLeast = 1e-18f, kMost = 4 * kFarthest;
+  constexpr float kMin = 1e-18f, kMax = 4 * kFarthest;
   const float x = std::fabs(d.x), y = std::fabs(d.y), z = std::fabs(d.z);
   const bool near =
       (std::fabs(o.x) <= kFarthest) & (std::fabs(o.y) <= kFarthest) & (std::fabs(o.z) <= kFarthest);
-  return near & (x <= kMost) & (y <= kMost) & (z <= kMost) &
-         ((x >= kLeast) | (y >= kLeast) | (z >= kLeast));
+  return near & (x <= kMax) & (y <= kMax) & (z <= kMax) & ((x >= kMin) | (y >= kMin) | (z >= kMin));
 }
 
 /// In place: as a copy, the ray would wait for its own parts on their way to memory.

@@ -14,7 +14,7 @@ namespace deltalux::trace {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr size_t kMostPieces = 64;  // an object in more pieces than this is one light
+constexpr size_t kMaxPieces = 64;  // an object in more pieces than this is one light
 
 double luminance(Vec3d c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
 
@@ -75,7 +75,7 @@ void add_area_lights(const scene::Scene& scene, uint32_t index, std::vector<Ligh
     std::map<uint32_t, std::vector<uint32_t>> pieces;
     const std::vector<uint32_t> piece = connected_pieces(object, triangles);
     for (uint32_t i = 0; i < triangles.size(); ++i) pieces[piece[i]].push_back(triangles[i]);
-    if (pieces.size() > kMostPieces) pieces = {{0u, triangles}};
+    if (pieces.size() > kMaxPieces) pieces = {{0u, triangles}};
     for (auto& [_, members] : pieces) {
       Light light;
       light.object = index;

@@ -20,13 +20,13 @@ struct Hit {
 
 /// Shadow rays from one point: origin + t * (x, y, z)[i] for 0 < t <= to.
 struct RayFan {
-  static constexpr size_t kMost = 256;
+  static constexpr size_t kMaxRays = 256;
   Vec3f origin;
   float to = 1;
   size_t count = 0;
-  alignas(64) std::array<float, kMost> x, y, z;  ///< need not be normalised
+  alignas(64) std::array<float, kMaxRays> x, y, z;  ///< need not be normalised
 };
-using RayBits = std::array<uint64_t, RayFan::kMost / 64>;  ///< one bit per ray of a fan
+using RayBits = std::array<uint64_t, RayFan::kMaxRays / 64>;  ///< one bit per ray of a fan
 
 /// Where a line passes through a surface.
 struct Passage {

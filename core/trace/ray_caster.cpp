@@ -135,21 +135,22 @@ RayBits RayCaster::occluded_object(uint32_t object, const RayFan& fan,
 
 void RayCaster::add_inside(uint32_t object, Vec3f o, Vec3f d, float to,
                            std::vector<Stretch>& out) const {
-  constexpr size_t kMost = 512;  // passages; a solid with more of them on one line counts as none
+  constexpr size_t kMaxPassages =
+      512;  // passages; a solid with more of them on one line counts as none
   constexpr int kTries = 4;
   const Movable& movable = movables_[object];
   if (!movable.scene || !movable.solid || !reaches(movable, o, d, to)) return;
   // The whole line, from before the object: what goes in must come out.
   const float before = length(movable.bounds.extent()) + length(movable.bounds.centre() - o);
   const Vec3f from = movable.to_local.point(o);
-  std::array<Passage, kMost> passages;
+  std::array<Passage, kMaxPassages> passages;
   for (int attempt = 0; attempt < kTries; ++attempt) {
     // A line through an edge may meet one of its triangles or both: then one beside it tells.
     const float aside = 1e-4f * float(attempt);
     const Vec3f turned = movable.to_local.direction(d) + Vec3f{aside, -aside, 0.5f * aside};
     const Vec3f w = normalize(turned);
     const size_t count = movable.solid.passages(from - w * before, w, passages);
-    if (count == kMost) return;
+    if (count == kMaxPassages) return;
     const auto end = passages.begin() + long(count);
     std::sort(passages.begin(), end, [](const Passage& a, const Passage& b) {
       return a.t != b.t ? a.t < b.t : a.primitive < b.primitive;

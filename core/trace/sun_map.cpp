@@ -25,7 +25,7 @@ float SunMap::most_weight() const {
 }
 
 const char* SunMap::flaw() const {
-  if (leaves.empty() || leaves.size() > kMost) return "a number of leaves that no map has";
+  if (leaves.empty() || leaves.size() > kMaxLeaves) return "a number of leaves that no map has";
   double area = 0;
   for (size_t i = 0; i < leaves.size(); ++i) {
     const Leaf& leaf = leaves[i];
@@ -39,7 +39,7 @@ const char* SunMap::flaw() const {
   if (leaves.front().below != 0) return "chances that do not grow from 0 to 1";
   if (!(std::fabs(area - 1) < 1e-9)) return "leaves that do not fill their rectangle";
   // Rounding of small chances.
-  if (!(most_weight() < 2 / kLeastDensity)) return "a leaf that gets hardly any paths";
+  if (!(most_weight() < 2 / kMinDensity)) return "a leaf that gets hardly any paths";
   return nullptr;
 }
 

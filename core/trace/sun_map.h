@@ -17,8 +17,8 @@ struct SunMap {
     float u, v;
     float weight;  ///< of a path's power: chance if starts were spread evenly, over that here
   };
-  static constexpr float kLeastDensity = 0.25f;  ///< of an even one
-  static constexpr size_t kMost = 1 << 16;       ///< leaves
+  static constexpr float kMinDensity = 0.25f;    ///< of an even one
+  static constexpr size_t kMaxLeaves = 1 << 16;  ///< leaves
 
   /// `r`, `s`: random, in [0, 1); well spread ones stay so.
   Start start(float r, float s) const;

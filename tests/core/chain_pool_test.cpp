@@ -21,7 +21,7 @@ float number(uint64_t seed, uint32_t i) { return PathRandom(seed, i)(0, 0); }
 
 Added make_chain(uint32_t i) {
   Added out{{}, i, 0.5f + number(1, i)};
-  const uint32_t count = 1 + uint32_t(number(2, i) * kMostVertices);
+  const uint32_t count = 1 + uint32_t(number(2, i) * kMaxVertices);
   for (uint32_t k = 0; k < count; ++k) {
     Vertex vertex;
     vertex.material = (i + k) % 3;

@@ -432,7 +432,7 @@ TEST(RayFan, AgreesWithSingleRays) {
     trace::RayFan fan;
     fan.origin = uniform_point(random, {-3.9f, 0.1f, -2.9f}, {3.9f, 2.8f, 2.9f});
     fan.to = round % 3 ? 1.0f : std::numeric_limits<float>::infinity();
-    fan.count = 1 + random() % trace::RayFan::kMost;
+    fan.count = 1 + random() % trace::RayFan::kMaxRays;
     trace::RayBits wanted{};
     for (size_t i = 0; i < fan.count; ++i) {
       const Vec3f d = uniform_point(random, {-3, -3, -3}, {3, 3, 3});

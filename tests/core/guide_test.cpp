@@ -49,25 +49,25 @@ TEST(Guide, ChancesOfDirectionsAddUpToOne) {
 
 TEST(Guide, WhatSquaresRuleOutHasNoDensity) {
   std::vector<Guide> guides;
-  for (uint32_t g = 0; g < kMostUsed; ++g) {
+  for (uint32_t g = 0; g < kMaxUsed; ++g) {
     Guide guide = ramp(random_direction(g, 5) * std::ldexp(1.0f, int(g) - 2), 0.2f);
     guide.normal = random_direction(g, 6);
     guides.push_back(guide);
   }
-  GuideSquares<kMostUsed> squares;
-  for (uint32_t g = 0; g < kMostUsed; ++g) squares.set(g, guides[g]);
+  GuideSquares<kMaxUsed> squares;
+  for (uint32_t g = 0; g < kMaxUsed; ++g) squares.set(g, guides[g]);
   size_t ruled_out = 0, dense = 0;
   constexpr uint32_t kCount = 1 << 16;
   for (uint32_t i = 0; i < kCount; ++i) {
     const Vec3f from = random_direction(i, 8) * 0.5f;
     // Every second one towards a guide's rim.
     const auto r = sobol::sample(i, 9);
-    const Guide& guide = guides[i / 2 % kMostUsed];
+    const Guide& guide = guides[i / 2 % kMaxUsed];
     const Vec3f w = i % 2 ? random_direction(i, 10)
                           : normalize(guide.point(1.1f * r[0] - 0.05f, i % 4 ? r[1] : 1) - from);
-    alignas(64) std::array<float, kMostUsed> may;
-    squares.may_meet(from, w, kMostUsed, may);
-    for (uint32_t g = 0; g < kMostUsed; ++g) {
+    alignas(64) std::array<float, kMaxUsed> may;
+    squares.may_meet(from, w, kMaxUsed, may);
+    for (uint32_t g = 0; g < kMaxUsed; ++g) {
       const bool is_dense = Target(guides[g], from).density(w) > 0;
       ruled_out += !(may[g] > 0), dense += is_dense;
       ASSERT_FALSE(is_dense && !(may[g] > 0)) << i << ", guide " << g;

@@ -57,11 +57,11 @@ TEST(RayNeed, CountsDarkPlacesAsATenthOfTheMean) {
 
 TEST(RayNeed, HalvesOnlyWhereHalfWouldDo) {
   const RayNeed need(few_noisy(), kStandard);
-  EXPECT_EQ(need.doublings({10, 0}, kStandard, RayCounts::kLeast), RayCounts::kLeast);
+  EXPECT_EQ(need.doublings({10, 0}, kStandard, RayCounts::kMinDoublings), RayCounts::kMinDoublings);
   EXPECT_EQ(need.doublings({10, 0}, kStandard, 0), 0);
   const float doubles = need.noise * need.noise * 100 * (kStandard / 64.0f);  // variance, at 10
-  EXPECT_EQ(need.doublings({10, 0.9f * doubles}, kStandard, RayCounts::kLeast), 0);
-  EXPECT_EQ(need.doublings({10, 1.1f * doubles}, kStandard, RayCounts::kLeast), 1);
+  EXPECT_EQ(need.doublings({10, 0.9f * doubles}, kStandard, RayCounts::kMinDoublings), 0);
+  EXPECT_EQ(need.doublings({10, 1.1f * doubles}, kStandard, RayCounts::kMinDoublings), 1);
 }
 
 TEST(RayNeed, IsNowhereWhereAllIsAlikeOrDark) {
@@ -78,8 +78,9 @@ TEST(RayNeed, GoesBesideBrightPoolsWithinHalfOfWhatThereIs) {
   for (int i = 0; i < 4; ++i) pilots[size_t(i)].beside = 1000;
   const RayNeed few(pilots, kStandard);
   EXPECT_EQ(few.beside, 256);  // from 32 on it would be 28 % more rays
-  EXPECT_EQ(few.doublings(pilots[0], kStandard, RayCounts::kLeast), 2);
-  EXPECT_EQ(few.doublings({10, 0, 4000}, kStandard, RayCounts::kLeast), RayCounts::kMost);
+  EXPECT_EQ(few.doublings(pilots[0], kStandard, RayCounts::kMinDoublings), 2);
+  EXPECT_EQ(few.doublings({10, 0, 4000}, kStandard, RayCounts::kMinDoublings),
+            RayCounts::kMaxDoublings);
   EXPECT_EQ(few.doublings({10, 0, 200}, kStandard, 0), 0);
   for (PilotLook& pilot : pilots) pilot.beside = 1000;
   const RayNeed all(pilots, kStandard);

@@ -98,11 +98,11 @@ void RayMap::sweep() {
 }
 
 void RayMap::widen(float reach, float radius) {
-  constexpr float kLeastReach = 1e-12f;  // squares of what is tested against it must not underflow
+  constexpr float kMinReach = 1e-12f;  // squares of what is tested against it must not underflow
   const bool further = reach > reach_,
              wider = rule_ == segments::SegmentEnd::bounded && radius > radius_;
   if (!further && !wider) return;
-  if (further) reach_ = std::max(kLeastReach, std::exp2(std::ceil(std::log2(reach))));
+  if (further) reach_ = std::max(kMinReach, std::exp2(std::ceil(std::log2(reach))));
   if (wider) radius_ = radius;
   // A tree without lists to lose is one whose root is a leaf.
   if (!root_.child && root_.settled == 0) return;

@@ -7,8 +7,8 @@
 namespace deltalux::estimate {
 namespace {
 
-constexpr size_t kMostLooked = 64;  // queries that stand for all
-constexpr int kPlanes = 9;          // per axis
+constexpr size_t kMaxLooked = 64;  // queries that stand for all
+constexpr int kPlanes = 9;         // per axis
 
 float half_area(Vec3f e) { return e.x * e.y + e.y * e.z + e.z * e.x; }
 
@@ -17,9 +17,9 @@ float half_area(Vec3f e) { return e.x * e.y + e.y * e.z + e.z * e.x; }
 SplitChoice choose_split(std::span<const Box> boxes, std::span<const uint32_t> queries,
                          const Box& cell, const Box& bounds, uint32_t visits, float split_cost) {
   SplitChoice best;
-  const size_t count = queries.size(), stride = (count + kMostLooked - 1) / kMostLooked;
+  const size_t count = queries.size(), stride = (count + kMaxLooked - 1) / kMaxLooked;
   if (!count || float(visits) <= split_cost) return best;
-  Box looked[kMostLooked], around;
+  Box looked[kMaxLooked], around;
   size_t n = 0;
   for (size_t i = 0; i < count; i += stride) {
     looked[n] = boxes[queries[i]];

@@ -11,7 +11,7 @@
 namespace deltalux::estimate::sphere_cache {
 namespace {
 
-constexpr size_t kMostLevels = 10000;
+constexpr size_t kMaxLevels = 10000;
 /// Segments: a list of so many says how long lists here are. Where the limit of rays ends chains,
 /// disc tests of 21 pilots were -1.4 to +4.8 % off with it, with 16 -1.6 to +8.4, with 24 to 64
 /// -1.7 to +6.6 %.
@@ -46,9 +46,9 @@ std::vector<double> make_radii(double outer, double ratio, double least, size_t 
   std::vector<double> radius{outer};
   while (outer * std::pow(ratio, double(radius.size())) > least) {
     if (most_levels && radius.size() > most_levels) break;
-    if (radius.size() > kMostLevels)
+    if (radius.size() > kMaxLevels)
       throw OptionError("sphere_cache: ratio: found " + std::to_string(ratio) +
-                        ", which needs over " + std::to_string(kMostLevels) + " spheres from " +
+                        ", which needs over " + std::to_string(kMaxLevels) + " spheres from " +
                         std::to_string(outer) + " m down to discs of " + std::to_string(least) +
                         " m; expected a smaller ratio or larger discs");
     radius.push_back(outer * std::pow(ratio, double(radius.size())));

@@ -57,9 +57,9 @@ SphereCache::Result SphereCache::accumulate_levels(const segments::SegmentSpan& 
   if (discs_.size() == 0) return result;
   const Root root = sphere_cache::make_root(segments, options_, discs_, progress);
   const bool cut = options_.containment == Containment::all && workers.threads() > 1;
-  constexpr size_t kLeastRun = 64, kRunsPerThread = 4;
+  constexpr size_t kMinRun = 64, kRunsPerThread = 4;
   const size_t wanted = cut ? kRunsPerThread * size_t(workers.threads()) : 1;
-  const size_t grain = std::max(kLeastRun, (order_.size() + wanted - 1) / wanted);
+  const size_t grain = std::max(kMinRun, (order_.size() + wanted - 1) / wanted);
 
   std::vector<SphereChain> starts;
   SphereChain chain(root.radius, options_.containment);
