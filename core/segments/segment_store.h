@@ -112,11 +112,9 @@ class Level {
 class SegmentStore {
  public:
   SegmentStore() = default;
-  SegmentStore(const Box& world, const Extras& extras)
-      : grid_(world), world_(world), extras_(extras) {}
+  SegmentStore(const Box& world, const Extras& extras) : grid_(world), extras_(extras) {}
 
   const ScanGrid& grid() const { return grid_; }
-  const Box& world() const { return world_; }
   const Extras& extras() const { return extras_; }
   bool with_extended() const { return extras_.extended; }
   std::vector<Level>& levels() { return levels_; }
@@ -132,7 +130,6 @@ class SegmentStore {
 
  private:
   ScanGrid grid_;
-  Box world_;
   Extras extras_;
   std::vector<Level> levels_;
 };
