@@ -23,11 +23,11 @@ namespace {
 Rays stored_rays(const session::State& state, size_t stride) {
   Rays rays;
   size_t k = 0;
-  for (const segments::Level& level : state.store.levels())
-    for (uint32_t slot = 0; slot < level.size(); ++slot)
-      if (level.at(slot).length >= 0 && k++ % stride == 0) {
-        rays.origin.push_back(level.at(slot).origin);
-        rays.direction.push_back(decode_direction(level.at(slot).direction));
+  for (const segments::BounceSegments& stored : state.store.bounces())
+    for (uint32_t slot = 0; slot < stored.size(); ++slot)
+      if (stored.at(slot).length >= 0 && k++ % stride == 0) {
+        rays.origin.push_back(stored.at(slot).origin);
+        rays.direction.push_back(decode_direction(stored.at(slot).direction));
       }
   return rays;
 }
@@ -62,12 +62,12 @@ int main(int argc, char** argv) {
   for (int turn = 0; turn < 3; ++turn) {
     raw.push_back(raw_ray_ns(*state.caster, rays));
     const double cpu = cpu_seconds(), wall = wall_seconds();
-    const session::Report report = session.recompute(progress);
+    const session::Frame done = session.recompute(progress);
     full.push_back(1e3 * (cpu_seconds() - cpu));
     full_wall.push_back(1e3 * (wall_seconds() - wall));
     const double share = full.back() / full_wall.back();
-    trace.push_back(1e6 * stage(report, "trace", share) / segments);
-    deposit.push_back(1e6 * stage(report, "deposit", share) / segments);
+    trace.push_back(1e6 * stage(done, "trace", share) / segments);
+    deposit.push_back(1e6 * stage(done, "deposit", share) / segments);
   }
   const double raw_ns = median(raw);
 
@@ -79,10 +79,11 @@ int main(int argc, char** argv) {
   for (int turn = 0; turn < 15; ++turn) {
     const double start = cpu_seconds();
     candidates.clear();
-    for (const segments::Level& level : state.store.levels())
-      for (uint32_t slot = 0; slot < level.size(); slot += segments::Level::kChunk) {
-        const segments::Level::Chunk& chunk = level.chunk(slot);
-        session::scan(chunk.low, chunk.high, segments::Level::kChunk, {&box, 1}, slot, candidates);
+    for (const segments::BounceSegments& stored : state.store.bounces())
+      for (uint32_t slot = 0; slot < stored.size(); slot += segments::BounceSegments::kChunk) {
+        const segments::BounceSegments::Chunk& chunk = stored.chunk(slot);
+        session::scan(chunk.low, chunk.high, segments::BounceSegments::kChunk, {&box, 1}, slot,
+                      candidates);
       }
     scan.push_back(1e9 * (cpu_seconds() - start) / segments);
   }
@@ -97,18 +98,18 @@ int main(int argc, char** argv) {
   for (int turn = 0; turn < 24; ++turn) {
     const scene::Edit edit = scene::Move{object, turn % 2 ? home : away};
     const double cpu = cpu_seconds(), wall = wall_seconds();
-    const session::Report report = session.update({&edit, 1}, 0, progress);
+    const session::Frame done = session.update({&edit, 1}, 0, progress);
     if (turn < 4) continue;  // warm up
     frame.push_back(1e3 * (cpu_seconds() - cpu));
     frame_wall.push_back(1e3 * (wall_seconds() - wall));
     const double share = frame.back() / frame_wall.back();
-    search.push_back(1e6 * stage(report, "scan", share) / segments);
-    moving.push_back(stage(report, "moving samples", share) / frame.back());
-    traced.push_back(double(report.traced_segments));
-    removed.push_back(double(report.removed_segments));
-    affected.push_back(double(report.affected_paths));
-    candidates_seen = report.candidates;
-    for (const auto& [key, ms] : report.milliseconds) stages[key].push_back(ms * share);
+    search.push_back(1e6 * stage(done, "scan", share) / segments);
+    moving.push_back(stage(done, "moving samples", share) / frame.back());
+    traced.push_back(double(done.retraced_segments));
+    removed.push_back(double(done.removed_segments));
+    affected.push_back(double(done.affected_paths));
+    candidates_seen = done.candidates;
+    for (const auto& [key, ms] : done.milliseconds) stages[key].push_back(ms * share);
   }
   const auto updated = session.digest();
   session.recompute(progress);
@@ -120,10 +121,10 @@ int main(int argc, char** argv) {
   session.read_sums(sums.data());
   for (int64_t v : sums) sum += v;
   double power = 0;
-  for (const segments::Level& level : state.store.levels())
-    for (uint32_t slot = 0; slot < level.size(); ++slot)
-      if (level.at(slot).length >= 0)
-        for (uint32_t p : level.at(slot).power) power += p;
+  for (const segments::BounceSegments& stored : state.store.bounces())
+    for (uint32_t slot = 0; slot < stored.size(); ++slot)
+      if (stored.at(slot).length >= 0)
+        for (uint32_t p : stored.at(slot).power) power += p;
   const double hits = double(sum) / power;
   const double least_ms =
       1e-6 * (median(traced) * raw_ns + (median(traced) + median(removed)) * hits * 5.0);

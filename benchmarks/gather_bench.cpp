@@ -56,9 +56,9 @@ int main(int argc, char** argv) {
   for (int turn = 0; turn < 3; ++turn) {
     raw.push_back(raw_ray_ns(*state.caster, raw_rays));
     double cpu = cpu_seconds(), wall = wall_seconds();
-    const session::Report report = session.recompute(progress);
+    const session::Frame done = session.recompute(progress);
     full.push_back(1e3 * (cpu_seconds() - cpu));
-    cast.push_back(1e6 * stage(report, "gather", (cpu_seconds() - cpu) / (wall_seconds() - wall)) /
+    cast.push_back(1e6 * stage(done, "gather", (cpu_seconds() - cpu) / (wall_seconds() - wall)) /
                    rays);
     cpu = cpu_seconds();
     session.read(irradiance.data(), error.data());
@@ -73,12 +73,12 @@ int main(int argc, char** argv) {
   for (int turn = 0; turn < 8; ++turn) {
     const scene::Edit edit = scene::Move{object, turn % 2 ? home : away};
     const double cpu = cpu_seconds(), wall = wall_seconds();
-    const session::Report report = session.update({&edit, 1}, 0, progress);
+    const session::Frame done = session.update({&edit, 1}, 0, progress);
     if (turn < 2) continue;  // warm up
     const double used = cpu_seconds() - cpu;
     frame.push_back(1e3 * used);
-    share.push_back(stage(report, "gather", used / (wall_seconds() - wall)) / frame.back());
-    again.push_back(double(report.gathered_rays) / rays);
+    share.push_back(stage(done, "gather", used / (wall_seconds() - wall)) / frame.back());
+    again.push_back(double(done.gathered_rays) / rays);
   }
   const auto updated = session.digest();
   session.recompute(progress);

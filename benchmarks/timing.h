@@ -27,9 +27,9 @@ inline double median(std::vector<double> values) {
 }
 
 /// Wall-clock milliseconds of a stage, scaled to CPU time by what the whole call used of each.
-inline double stage(const session::Report& report, const char* name, double cpu_per_wall) {
+inline double stage(const session::Frame& frame, const char* name, double cpu_per_wall) {
   double sum = 0;
-  for (const auto& [key, ms] : report.milliseconds)
+  for (const auto& [key, ms] : frame.milliseconds)
     if (key == name) sum += ms;
   return sum * cpu_per_wall;
 }

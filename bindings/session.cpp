@@ -14,19 +14,19 @@ namespace {
 
 using session::Session;
 
-nb::dict to_dict(const session::Report& report) {
+nb::dict to_dict(const session::Frame& frame) {
   nb::dict ms, out;
-  for (const auto& [stage, value] : report.milliseconds) {
+  for (const auto& [stage, value] : frame.milliseconds) {
     const double before = ms.contains(stage.c_str()) ? nb::cast<double>(ms[stage.c_str()]) : 0.0;
     ms[stage.c_str()] = before + value;
   }
-  out["affected_paths"] = report.affected_paths;
-  out["removed_segments"] = report.removed_segments;
-  out["retraced_segments"] = report.traced_segments;
-  out["scanned_segments"] = report.scanned_segments;
-  out["gathered_rays"] = report.gathered_rays;
-  out["candidates"] = report.candidates;
-  out["done"] = report.done;
+  out["affected_paths"] = frame.affected_paths;
+  out["removed_segments"] = frame.removed_segments;
+  out["retraced_segments"] = frame.retraced_segments;
+  out["scanned_segments"] = frame.scanned_segments;
+  out["gathered_rays"] = frame.gathered_rays;
+  out["candidates"] = frame.candidates;
+  out["done"] = frame.done;
   out["milliseconds"] = ms;
   return out;
 }
@@ -166,25 +166,25 @@ void bind_session(nb::module_& m) {
       .def(
           "bake",
           [](Session& s, nb::object callback) {
-            session::Report report;
-            run(callback, [&](Progress& p) { report = s.bake(p); });
-            return to_dict(report);
+            session::Frame frame;
+            run(callback, [&](Progress& p) { frame = s.bake(p); });
+            return to_dict(frame);
           },
           nb::arg("progress").none())
       .def(
           "recompute",
           [](Session& s, nb::object callback) {
-            session::Report report;
-            run(callback, [&](Progress& p) { report = s.recompute(p); });
-            return to_dict(report);
+            session::Frame frame;
+            run(callback, [&](Progress& p) { frame = s.recompute(p); });
+            return to_dict(frame);
           },
           nb::arg("progress").none())
       .def(
           "update",
           [](Session& s, const EditList& list, double budget_ms, nb::object callback) {
-            session::Report report;
-            run(callback, [&](Progress& p) { report = s.update(list.edits, budget_ms, p); });
-            return to_dict(report);
+            session::Frame frame;
+            run(callback, [&](Progress& p) { frame = s.update(list.edits, budget_ms, p); });
+            return to_dict(frame);
           },
           nb::arg("edits"), nb::arg("budget_ms"), nb::arg("progress").none())
       .def(

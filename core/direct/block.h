@@ -16,8 +16,8 @@ inline constexpr size_t kBlock = 256;
 constexpr size_t block_count(size_t receivers) { return (receivers + kBlock - 1) / kBlock; }
 
 /// Points of up to kBlock receivers as structure of arrays.
-struct Block {
-  Block(std::span<const Receiver> receivers, size_t first, size_t last)
+struct ReceiverBlock {
+  ReceiverBlock(std::span<const Receiver> receivers, size_t first, size_t last)
       : begin(first), end(last), count(last - first) {
     for (size_t i = 0; i < count; ++i) {
       const Vec3f p = receivers[begin + i].point;
@@ -37,7 +37,7 @@ inline float slack(const trace::RayCaster& caster) { return 4 * caster.margin();
 /// The movables that may stand between a light and receivers of a block.
 class Blockers {
  public:
-  Blockers(const trace::RayCaster& caster, const trace::Light& light, const Block& block) {
+  Blockers(const trace::RayCaster& caster, const trace::Light& light, const ReceiverBlock& block) {
     for (uint32_t object : caster.present()) {
       const ShadowVolume volume(light, caster.object_bounds(object), slack(caster));
       if (!volume.misses(block.bounds)) near_.push_back({object, volume});

@@ -154,7 +154,7 @@ void DirectLight::compute(const Present& present, const Workers& workers, Progre
   std::vector<std::vector<PartialView>> partial(block_count(samples_));
   progress.begin("direct light", samples_);
   workers.for_blocks(samples_, kBlock, [&](size_t begin, size_t end) {
-    const Block block(present.receivers, begin, end);
+    const ReceiverBlock block(present.receivers, begin, end);
     std::vector<PartialView>& own = partial[begin / kBlock];
     for (size_t light = 0; light < shapes.size(); ++light) {
       if (!shapes[light]) continue;
@@ -260,7 +260,7 @@ void DirectLight::find_changes(const Present& present, const Outstanding& outsta
 
   constexpr uint32_t kShadowed = 1, kRenewed = 2;
   workers.for_blocks(samples_, kBlock, [&](size_t begin, size_t end) {
-    const Block block(present.receivers, begin, end);
+    const ReceiverBlock block(present.receivers, begin, end);
     Found& own = found[begin / kBlock];
     for (size_t l = 0; l < lights.size(); ++l) {
       progress.check();

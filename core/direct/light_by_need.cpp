@@ -31,7 +31,7 @@ void light_by_need(const Present& present, std::span<const double> dim, uint64_t
       lamps.push_back({LightShape(light, i, seed), own, brightness, &light});
   }
   workers.for_blocks(present.receivers.size(), kBlock, [&](size_t begin, size_t end) {
-    const Block block(present.receivers, begin, end);
+    const ReceiverBlock block(present.receivers, begin, end);
     std::vector<Blockers> blockers;
     for (const Lamp& lamp : lamps) blockers.emplace_back(present.caster, *lamp.light, block);
     std::vector<std::pair<double, uint32_t>> order;

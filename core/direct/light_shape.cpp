@@ -49,12 +49,12 @@ struct Grid {
   }
 };
 
-const Grid& grid(Level level, uint32_t rows) {
+const Grid& grid(Detail detail, uint32_t rows) {
   static const Grid coarse[] = {
       {kCoarseRays, 1}, {kCoarseRays, 2}, {kCoarseRays, 3}, {kCoarseRays, 6}};
   static const Grid fine[] = {
       {kFineRays, 1}, {kFineRays, 2}, {kFineRays, 4}, {kFineRays, 8}, {kFineRays, 16}};
-  if (level == Level::coarse) return coarse[rows == 6 ? 3 : rows - 1];
+  if (detail == Detail::coarse) return coarse[rows == 6 ? 3 : rows - 1];
   return fine[std::countr_zero(rows)];
 }
 
@@ -110,8 +110,8 @@ LightShape::LightShape(const trace::Light& light, uint32_t number, uint64_t seed
   for (const Triangle& t : triangles_)
     if (!(dot(t.normal, facing_) > kFlat)) facing_ = {};
   find_corners(centre_);
-  rows_[int(Level::coarse)] = rows_for(triangles_.size(), kCoarseRays, {6, 3, 2});
-  rows_[int(Level::fine)] = rows_for(triangles_.size(), kFineRays, {16, 8, 4, 2});
+  rows_[int(Detail::coarse)] = rows_for(triangles_.size(), kCoarseRays, {6, 3, 2});
+  rows_[int(Detail::fine)] = rows_for(triangles_.size(), kFineRays, {16, 8, 4, 2});
 }
 
 void LightShape::find_corners(Vec3f centre) {
@@ -204,11 +204,11 @@ LightShape::Glance LightShape::glance(const Receiver& receiver, float u, float v
           scale * double(one.weight[0])};
 }
 
-void LightShape::cast(const Receiver& receiver, Level level, Strata& out) const {
+void LightShape::cast(const Receiver& receiver, Detail detail, Strata& out) const {
   out.fan.origin = receiver.point + receiver.normal * receiver.slack();
   out.countable = {};
   if (is_area())
-    cast_area(receiver, level, out);
+    cast_area(receiver, detail, out);
   else
     cast_single(receiver, out);
 }
@@ -229,11 +229,11 @@ const LightShape::Triangle& LightShape::triangle_at(float position) const {
   return *(after - 1);
 }
 
-void LightShape::cast_area(const Receiver& receiver, Level level, Strata& out) const {
-  const size_t count = level == Level::coarse ? kCoarseRays : kFineRays;
-  const Grid& strata = grid(level, rows_[int(level)]);
+void LightShape::cast_area(const Receiver& receiver, Detail detail, Strata& out) const {
+  const size_t count = detail == Detail::coarse ? kCoarseRays : kFineRays;
+  const Grid& strata = grid(detail, rows_[int(detail)]);
   const uint64_t key = combine(key_, place_key(receiver.point, receiver.normal));
-  const uint32_t stream = level == Level::coarse ? uint32_t(key) : uint32_t(key >> 32);
+  const uint32_t stream = detail == Detail::coarse ? uint32_t(key) : uint32_t(key >> 32);
   // Points keep off the borders of their strata: a light may end at another surface.
   constexpr float kMaxJitter = 0x1ffffp-17f;
   alignas(64) float a[kFineRays], b[kFineRays];
@@ -263,7 +263,7 @@ void LightShape::cast_area(const Receiver& receiver, Level level, Strata& out) c
     out.countable[i / 64] |= bits << (i % 64);
   }
   out.too_coarse = false;
-  if (level == Level::fine) return;
+  if (detail == Detail::fine) return;
   const float all = sum_of(out.weight.data(), count);
   const float largest = *std::max_element(out.weight.begin(), out.weight.begin() + count);
   out.too_coarse = !(largest < kMaxPerRay * all) || all * area_ > kLarge * float(count);

@@ -24,8 +24,8 @@ struct Receiver {
 /// Of a place, never of its number: other samples change nothing.
 uint64_t place_key(Vec3f point, Vec3f normal);
 
-/// How finely a light is looked at; a punctual one has one ray at either level.
-enum class Level : uint8_t { coarse, fine };
+/// How finely a light is looked at; a punctual one has one ray in either.
+enum class Detail : uint8_t { coarse, fine };
 inline constexpr uint32_t kCoarseRays = 36, kFineRays = 256;
 /// Rays to the ends of an area light, besides those: they tell open from partly hidden, no more.
 inline constexpr uint32_t kCorners = 4;
@@ -36,7 +36,7 @@ struct Strata {
   alignas(
       64) std::array<float, trace::RayFan::kMaxRays> weight;  ///< share of the light, not normed
   trace::RayBits countable{};  ///< rays with weight: those in front of the receiver and the light
-  bool too_coarse = false;     ///< the light is near or large: look at the fine level
+  bool too_coarse = false;     ///< the light is near or large: look in fine detail
 
   /// Share of the light that the rays in `seen` (a subset of `countable`) stand for, in [0, 1].
   double share(const trace::RayBits& seen) const;
@@ -64,7 +64,7 @@ class LightShape {
   Glance glance(const Receiver& receiver, float u, float v) const;
   /// Radiance or intensity of the strongest channel.
   double brightest() const { return brightest_; }
-  void cast(const Receiver& receiver, Level level, Strata& out) const;
+  void cast(const Receiver& receiver, Detail detail, Strata& out) const;
 
  private:
   struct Triangle {
@@ -81,7 +81,7 @@ class LightShape {
   bool is_area() const { return !punctual_.kind; }
   double open_punctual(const Receiver& receiver) const;
   void cast_single(const Receiver& receiver, Strata& out) const;
-  void cast_area(const Receiver& receiver, Level level, Strata& out) const;
+  void cast_area(const Receiver& receiver, Detail detail, Strata& out) const;
   void cast_triangle(const Receiver& receiver, Triangle triangle, const float* a, const float* b,
                      size_t begin, size_t end, Strata& out) const;
   void cast_corners(const Receiver& receiver, Strata& out) const;
@@ -98,7 +98,7 @@ class LightShape {
   float area_ = 0;
   double brightest_;
   uint32_t rows_[2] = {1,
-                       1};  // per level: strata across a triangle; columns run along the triangles
+                       1};  // per detail: strata across a triangle; columns run along the triangles
 };
 
 }  // namespace deltalux::direct

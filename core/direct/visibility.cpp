@@ -47,7 +47,7 @@ FixedView look(const trace::RayCaster& caster, const LightShape& light, const Re
   const auto kind = [&](const RayBits& free) {
     return free == kNoRays ? Kind::hidden : free == strata.countable ? Kind::open : Kind::partial;
   };
-  light.cast(receiver, Level::coarse, strata);
+  light.cast(receiver, Detail::coarse, strata);
   const bool too_coarse = strata.too_coarse;
   if (!too_coarse) {
     const RayBits free = free_rays();
@@ -55,7 +55,7 @@ FixedView look(const trace::RayCaster& caster, const LightShape& light, const Re
     if (view.kind != Kind::partial) return view;
     view.coarse = free[0];
   }
-  light.cast(receiver, Level::fine, strata);
+  light.cast(receiver, Detail::fine, strata);
   view.fine = free_rays();
   view.share = strata.share(view.fine);
   if (too_coarse) view.kind = kind(view.fine);
@@ -71,14 +71,14 @@ double visible_share(const trace::RayCaster& caster, const LightShape& light,
   const double share = open ? 1 : fixed.share;
   if (movables.empty()) return share;
   Strata strata;
-  light.cast(receiver, Level::coarse, strata);
+  light.cast(receiver, Detail::coarse, strata);
   if (!strata.too_coarse) {
     const RayBits free = open ? strata.countable : RayBits{fixed.coarse, 0, 0, 0};
     const RayBits seen = pass(caster, strata.fan, free, movables);
     if (seen == kNoRays) return 0;
     if (seen == free) return share;
   }
-  light.cast(receiver, Level::fine, strata);
+  light.cast(receiver, Detail::fine, strata);
   return strata.share(pass(caster, strata.fan, open ? strata.countable : fixed.fine, movables));
 }
 
@@ -86,7 +86,7 @@ double coarse_share(const trace::RayCaster& caster, const LightShape& light,
                     const Receiver& receiver, std::optional<uint32_t> third,
                     std::span<const uint32_t> movables) {
   Strata strata;
-  light.cast(receiver, Level::coarse, strata);
+  light.cast(receiver, Detail::coarse, strata);
   // The rays to a light's ends stand for nothing.
   strata.fan.count = std::min<size_t>(strata.fan.count, kCoarseRays);
   uint64_t& asked = strata.countable[0];

@@ -23,7 +23,7 @@ enum : uint32_t {
 direct::LightShape::Glance close_glance(const direct::LightShape& shape,
                                         const direct::Receiver& receiver, float place) {
   direct::Strata strata;
-  shape.cast(receiver, direct::Level::coarse, strata);
+  shape.cast(receiver, direct::Detail::coarse, strata);
   double all = 0;
   const auto weight = [&](size_t i) {
     return strata.countable[i / 64] >> (i % 64) & 1 ? double(strata.weight[i]) : 0.0;

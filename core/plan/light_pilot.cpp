@@ -107,10 +107,10 @@ namespace {
 template <class Visit>
 void follow(const trace::Walk& walk, trace::Flight flight, const Visit& visit) {
   for (uint32_t bounce = 0;; ++bounce) {
-    const trace::Landing landing = walk.fly(flight, bounce);
-    if (landing.primitive != scene::kNone) visit(flight, landing.length, bounce);
-    if (!landing.survives) return;
-    flight = landing.next;
+    const trace::Interaction interaction = walk.fly(flight, bounce);
+    if (interaction.primitive != scene::kNone) visit(flight, interaction.length, bounce);
+    if (!interaction.survives) return;
+    flight = interaction.next;
   }
 }
 

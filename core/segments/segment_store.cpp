@@ -41,7 +41,7 @@ CellBox ScanGrid::cell_box(Vec3f a, Vec3f b) const {
   return out;
 }
 
-void Level::allocate(size_t count, const Extras& extras, std::vector<uint32_t>& out) {
+void BounceSegments::allocate(size_t count, const Extras& extras, std::vector<uint32_t>& out) {
   out.resize(count);
   for (uint32_t& slot : out) {
     if (!free_.empty()) {
@@ -65,7 +65,7 @@ void Level::allocate(size_t count, const Extras& extras, std::vector<uint32_t>& 
   }
 }
 
-size_t Level::bytes() const {
+size_t BounceSegments::bytes() const {
   // Chunks are alike: asked at every update.
   const bool extended = !chunks_.empty() && chunks_.front()->extended;
   const bool landing = !chunks_.empty() && chunks_.front()->landing;
@@ -76,22 +76,22 @@ size_t Level::bytes() const {
 
 size_t SegmentStore::live() const {
   size_t sum = 0;
-  for (const Level& level : levels_) sum += level.live();
+  for (const BounceSegments& stored : bounces_) sum += stored.live();
   return sum;
 }
 
 size_t SegmentStore::bytes() const {
   size_t sum = 0;
-  for (const Level& level : levels_) sum += level.bytes();
+  for (const BounceSegments& stored : bounces_) sum += stored.bytes();
   return sum;
 }
 
 void SegmentStore::index(uint32_t bounce, uint32_t slot) {
-  const Level::Chunk& chunk = levels_[bounce].chunk(slot);
-  const uint32_t i = slot % Level::kChunk;
+  const BounceSegments::Chunk& chunk = bounces_[bounce].chunk(slot);
+  const uint32_t i = slot % BounceSegments::kChunk;
   const Segment& s = chunk.segment[i];
   const float reach = chunk.extended ? std::max(s.length, chunk.extended[i]) : s.length;
-  levels_[bounce].set_cell_box(
+  bounces_[bounce].set_cell_box(
       slot,
       grid_.cell_box(s.origin, s.origin + decode_direction(s.direction) * std::max(reach, 0.0f)));
 }

@@ -66,12 +66,12 @@ struct Extras {
 };
 
 /// One bounce of all paths.
-class Level {
+class BounceSegments {
  public:
   static constexpr uint32_t kChunk = 2048;
   struct Chunk {
     Segment segment[kChunk];
-    uint32_t low[kChunk], high[kChunk];  ///< outlines
+    uint32_t low[kChunk], high[kChunk];  ///< cell boxes
     HitSlots slots[kChunk];
     std::unique_ptr<float[]> extended;    ///< see Extras
     std::unique_ptr<uint32_t[]> landing;  ///< see Extras
@@ -117,11 +117,11 @@ class SegmentStore {
   const ScanGrid& grid() const { return grid_; }
   const Extras& extras() const { return extras_; }
   bool with_extended() const { return extras_.extended; }
-  std::vector<Level>& levels() { return levels_; }
-  const std::vector<Level>& levels() const { return levels_; }
-  Level& level(size_t bounce) {
-    if (levels_.size() <= bounce) levels_.resize(bounce + 1);
-    return levels_[bounce];
+  std::vector<BounceSegments>& bounces() { return bounces_; }
+  const std::vector<BounceSegments>& bounces() const { return bounces_; }
+  BounceSegments& bounce(size_t bounce) {
+    if (bounces_.size() <= bounce) bounces_.resize(bounce + 1);
+    return bounces_[bounce];
   }
   size_t live() const;
   size_t bytes() const;
@@ -131,7 +131,7 @@ class SegmentStore {
  private:
   ScanGrid grid_;
   Extras extras_;
-  std::vector<Level> levels_;
+  std::vector<BounceSegments> bounces_;
 };
 
 }  // namespace deltalux::segments

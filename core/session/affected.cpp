@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The search for affected segments: one pass over the outlines yields the candidates of every
+// The search for affected segments: one pass over the cell boxes yields the candidates of every
 // changed object, for both poses and for its moving samples.
 #include "session/affected.h"
 
@@ -11,10 +11,10 @@
 namespace deltalux::session {
 namespace {
 
-using segments::Level;
+using segments::BounceSegments;
 using segments::Segment;
 
-constexpr size_t kGrain = 16 * Level::kChunk;
+constexpr size_t kGrain = 16 * BounceSegments::kChunk;
 constexpr size_t kAhead = 16;
 
 /// What one block of slots yields; blocks are joined in order.
@@ -43,28 +43,28 @@ class Finder {
     }
   }
 
-  Found search(const Level& level, uint32_t begin, uint32_t end) const {
+  Found search(const BounceSegments& stored, uint32_t begin, uint32_t end) const {
     Found found;
     found.near.resize(changes_.size());
     thread_local std::vector<uint32_t> candidates;
     candidates.clear();
-    for (uint32_t slot = begin; slot < end; slot += Level::kChunk) {
-      const Level::Chunk& chunk = level.chunk(slot);
+    for (uint32_t slot = begin; slot < end; slot += BounceSegments::kChunk) {
+      const BounceSegments::Chunk& chunk = stored.chunk(slot);
       if (materials_.empty()) {
-        scan(chunk.low, chunk.high, Level::kChunk, boxes_, slot, candidates);
+        scan(chunk.low, chunk.high, BounceSegments::kChunk, boxes_, slot, candidates);
       } else {
-        for (uint32_t i = 0; i < Level::kChunk; ++i)
+        for (uint32_t i = 0; i < BounceSegments::kChunk; ++i)
           if (chunk.segment[i].length >= 0) candidates.push_back(slot + i);
       }
     }
     found.candidates = candidates.size();
     for (size_t i = 0; i < candidates.size(); ++i) {
       if (i + kAhead < candidates.size()) {
-        const char* ahead = reinterpret_cast<const char*>(&level.at(candidates[i + kAhead]));
+        const char* ahead = reinterpret_cast<const char*>(&stored.at(candidates[i + kAhead]));
         __builtin_prefetch(ahead);
         __builtin_prefetch(ahead + sizeof(Segment) - 1);
       }
-      test(level, candidates[i], found);
+      test(stored, candidates[i], found);
     }
     return found;
   }
@@ -74,12 +74,12 @@ class Finder {
     if (!box.empty()) boxes_.push_back(scan_box(state_.store.grid(), box));
   }
 
-  void test(const Level& level, uint32_t slot, Found& found) const {
-    const Segment& segment = level.at(slot);
+  void test(const BounceSegments& stored, uint32_t slot, Found& found) const {
+    const Segment& segment = stored.at(slot);
     if (segment.length < 0) return;
     const Vec3f o = segment.origin, w = decode_direction(segment.direction);
     const SlabRay ray(o, w);
-    const float reach = level.extended_or_length(slot);
+    const float reach = stored.extended_or_length(slot);
     AffectedSegment result{slot, false, {}};
     bool affected = false;
     if (segment.primitive != scene::kNone) {
@@ -139,19 +139,19 @@ std::vector<uint32_t> moved_samples(const State& state, std::span<const ObjectCh
 Affected find_affected(const State& state, std::span<const ObjectChange> changes,
                        std::span<const uint8_t> materials, Progress& progress) {
   const Finder finder(state, changes, materials);
-  const std::vector<Level>& levels = state.store.levels();
+  const std::vector<BounceSegments>& bounces = state.store.bounces();
   Affected out;
-  out.segments.resize(levels.size());
-  out.near.assign(changes.size(), std::vector<std::vector<uint32_t>>(levels.size()));
-  progress.begin("find affected paths", levels.size());
-  for (size_t bounce = 0; bounce < levels.size(); ++bounce) {
-    const Level& level = levels[bounce];
-    std::vector<Found> blocks((level.size() + kGrain - 1) / kGrain);
-    state.workers.for_blocks(level.size(), kGrain, [&](size_t begin, size_t end) {
+  out.segments.resize(bounces.size());
+  out.near.assign(changes.size(), std::vector<std::vector<uint32_t>>(bounces.size()));
+  progress.begin("find affected paths", bounces.size());
+  for (size_t bounce = 0; bounce < bounces.size(); ++bounce) {
+    const BounceSegments& stored = bounces[bounce];
+    std::vector<Found> blocks((stored.size() + kGrain - 1) / kGrain);
+    state.workers.for_blocks(stored.size(), kGrain, [&](size_t begin, size_t end) {
       progress.check();
-      blocks[begin / kGrain] = finder.search(level, uint32_t(begin), uint32_t(end));
+      blocks[begin / kGrain] = finder.search(stored, uint32_t(begin), uint32_t(end));
     });
-    out.scanned += level.size();
+    out.scanned += stored.size();
     for (const Found& block : blocks) {
       out.candidates += block.candidates;
       out.segments[bounce].insert(out.segments[bounce].end(), block.affected.begin(),

@@ -9,7 +9,7 @@
 namespace deltalux::session {
 
 using estimate::HitSlots;
-using segments::Level;
+using segments::BounceSegments;
 using segments::Segment;
 
 namespace {
@@ -18,7 +18,7 @@ constexpr size_t kAhead = 12;  // prefetch distance of random segment reads
 constexpr uint32_t kAllAtOnce = 16384;
 }  // namespace
 
-struct Deposit::Block {
+struct Deposit::SegmentBlock {
   float ox[kGrain], oy[kGrain], oz[kGrain], dx[kGrain], dy[kGrain], dz[kGrain];
   float length[kGrain], extended[kGrain];
   uint32_t power[3 * kGrain];
@@ -50,17 +50,17 @@ void Deposit::settle() {
 }
 
 void Deposit::add_all(Progress& progress) {
-  const std::vector<Level>& levels = state_.store.levels();
-  progress.begin("deposit", levels.size());
+  const std::vector<BounceSegments>& bounces = state_.store.bounces();
+  progress.begin("deposit", bounces.size());
   std::vector<uint32_t> slots;
-  for (uint32_t bounce = 0; bounce < levels.size(); ++bounce, progress.advance(1))
-    for (uint32_t begin = 0; begin < levels[bounce].size(); begin += kAllAtOnce) {
+  for (uint32_t bounce = 0; bounce < bounces.size(); ++bounce, progress.advance(1))
+    for (uint32_t begin = 0; begin < bounces[bounce].size(); begin += kAllAtOnce) {
       progress.check();
       slots.clear();
-      const uint32_t end = std::min(levels[bounce].size(), begin + kAllAtOnce);
+      const uint32_t end = std::min(bounces[bounce].size(), begin + kAllAtOnce);
       for (uint32_t slot = begin; slot < end; ++slot) slots.push_back(slot);
       for_slabs(bounce, slots, [&](std::span<const uint32_t> own) {
-        thread_local Block block;
+        thread_local SegmentBlock block;
         gather_counting(block, bounce, own);
         if (!block.count) return;
         feeds_[0].add(block.span(), +1);
@@ -73,7 +73,7 @@ void Deposit::add_all(Progress& progress) {
 
 void Deposit::for_slabs(uint32_t bounce, std::span<const uint32_t> slots,
                         const std::function<void(std::span<const uint32_t>)>& body) {
-  const Level& level = state_.store.level(bounce);
+  const BounceSegments& stored = state_.store.bounce(bounce);
   if (state_.workers.threads() == 1) {
     for (size_t begin = 0; begin < slots.size(); begin += kGrain)
       body(slots.subspan(begin, std::min(kGrain, slots.size() - begin)));
@@ -84,7 +84,7 @@ void Deposit::for_slabs(uint32_t bounce, std::span<const uint32_t> slots,
   std::vector<uint16_t> bin(slots.size());
   state_.workers.for_blocks(slots.size(), 4096, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i)
-      if (!counts(bounce, level.at(slots[i]), bin[i])) bin[i] = uint16_t(bins - 1);
+      if (!counts(bounce, stored.at(slots[i]), bin[i])) bin[i] = uint16_t(bins - 1);
   });
   std::vector<size_t> start(bins + 1);
   for (uint16_t b : bin) ++start[b + 1];
@@ -112,7 +112,7 @@ bool Deposit::counts(uint32_t bounce, const Segment& segment, uint16_t& slab) co
   return true;
 }
 
-void Deposit::gather(Block& block, uint32_t bounce, uint32_t slot, const Segment& segment,
+void Deposit::gather(SegmentBlock& block, uint32_t bounce, uint32_t slot, const Segment& segment,
                      uint16_t slab) const {
   const size_t i = block.count++;
   const Vec3f w = decode_direction(segment.direction);
@@ -120,28 +120,28 @@ void Deposit::gather(Block& block, uint32_t bounce, uint32_t slot, const Segment
   block.dx[i] = w.x, block.dy[i] = w.y, block.dz[i] = w.z;
   block.length[i] = segment.length;
   block.extended[i] = state_.store.with_extended()
-                          ? state_.store.levels()[bounce].extended_or_length(slot)
+                          ? state_.store.bounces()[bounce].extended_or_length(slot)
                           : segment.length;
   for (int c = 0; c < 3; ++c) block.power[3 * i + c] = segment.power[c];
   block.slab[i] = slab;
   block.slot[i] = slot;
 }
 
-void Deposit::gather_counting(Block& block, uint32_t bounce,
+void Deposit::gather_counting(SegmentBlock& block, uint32_t bounce,
                               std::span<const uint32_t> slots) const {
-  const Level& level = state_.store.levels()[bounce];
+  const BounceSegments& stored = state_.store.bounces()[bounce];
   block.count = 0;
   for (size_t i = 0; i < slots.size(); ++i) {
-    if (i + kAhead < slots.size()) __builtin_prefetch(&level.at(slots[i + kAhead]));
-    const Segment& segment = level.at(slots[i]);
+    if (i + kAhead < slots.size()) __builtin_prefetch(&stored.at(slots[i + kAhead]));
+    const Segment& segment = stored.at(slots[i]);
     uint16_t slab = 0;
     if (counts(bounce, segment, slab)) gather(block, bounce, slots[i], segment, slab);
   }
 }
 
-void Deposit::to_part(const MovingPart& part, const Block& block, int sign) {
+void Deposit::to_part(const MovingPart& part, const SegmentBlock& block, int sign) {
   const FastTransform to_local(state_.scene.objects[part.object].pose.inverse());
-  thread_local Block local;
+  thread_local SegmentBlock local;
   local.count = 0;
   for (size_t i = 0; i < block.count; ++i) {
     const Vec3f o{block.ox[i], block.oy[i], block.oz[i]}, w{block.dx[i], block.dy[i], block.dz[i]};
@@ -157,41 +157,41 @@ void Deposit::to_part(const MovingPart& part, const Block& block, int sign) {
   if (local.count) feeds_[1 + size_t(&part - state_.moving.data())].add(local.span(), sign);
 }
 
-void Deposit::to_moving(const Block& block, int sign) {
+void Deposit::to_moving(const SegmentBlock& block, int sign) {
   for (const MovingPart& part : state_.moving)
     if (part.current && state_.scene.objects[part.object].present) to_part(part, block, sign);
 }
 
 void Deposit::add(uint32_t bounce, std::span<const uint32_t> slots) {
-  Level& level = state_.store.level(bounce);
-  for (uint32_t slot : slots) level.slots(slot) = {};
+  BounceSegments& stored = state_.store.bounce(bounce);
+  for (uint32_t slot : slots) stored.slots(slot) = {};
   for_slabs(bounce, slots, [&](std::span<const uint32_t> own) {
-    thread_local Block block;
+    thread_local SegmentBlock block;
     gather_counting(block, bounce, own);
     if (!block.count) return;
     feeds_[0].add(block.span(), +1, block.hits);
-    for (size_t i = 0; i < block.count; ++i) level.slots(block.slot[i]) = block.hits[i];
+    for (size_t i = 0; i < block.count; ++i) stored.slots(block.slot[i]) = block.hits[i];
     to_moving(block, +1);
   });
   settle();
 }
 
 void Deposit::remove(uint32_t bounce, std::span<const uint32_t> slots) {
-  Level& level = state_.store.level(bounce);
+  BounceSegments& stored = state_.store.bounce(bounce);
   const samples::DiscSet& discs = state_.static_index->discs();
   for_slabs(bounce, slots, [&](std::span<const uint32_t> own) {
-    thread_local Block block, many;
+    thread_local SegmentBlock block, many;
     block.count = many.count = 0;
     for (size_t i = 0; i < own.size(); ++i) {
       if (i + kAhead < own.size()) {
-        __builtin_prefetch(&level.at(own[i + kAhead]));
-        __builtin_prefetch(&level.slots(own[i + kAhead]));
+        __builtin_prefetch(&stored.at(own[i + kAhead]));
+        __builtin_prefetch(&stored.slots(own[i + kAhead]));
       }
-      const Segment& segment = level.at(own[i]);
+      const Segment& segment = stored.at(own[i]);
       uint16_t slab = 0;
       if (!counts(bounce, segment, slab)) continue;
       if (!state_.moving.empty()) gather(block, bounce, own[i], segment, slab);
-      const HitSlots& hits = level.slots(own[i]);
+      const HitSlots& hits = stored.slots(own[i]);
       if (hits.disc[0] == HitSlots::kMany) {
         gather(many, bounce, own[i], segment, slab);
         continue;
@@ -208,7 +208,7 @@ void Deposit::remove(uint32_t bounce, std::span<const uint32_t> slots) {
 void Deposit::add_to_part(const MovingPart& part, uint32_t bounce,
                           std::span<const uint32_t> slots) {
   for_slabs(bounce, slots, [&](std::span<const uint32_t> own) {
-    thread_local Block block;
+    thread_local SegmentBlock block;
     gather_counting(block, bounce, own);
     to_part(part, block, +1);
   });

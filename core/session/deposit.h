@@ -32,13 +32,13 @@ class Deposit {
   void add_to_part(const MovingPart& part, uint32_t bounce, std::span<const uint32_t> slots);
 
  private:
-  struct Block;
+  struct SegmentBlock;
   bool counts(uint32_t bounce, const segments::Segment& segment, uint16_t& slab) const;
-  void gather(Block& block, uint32_t bounce, uint32_t slot, const segments::Segment& segment,
+  void gather(SegmentBlock& block, uint32_t bounce, uint32_t slot, const segments::Segment& segment,
               uint16_t slab) const;
-  void gather_counting(Block& block, uint32_t bounce, std::span<const uint32_t> slots) const;
-  void to_moving(const Block& block, int sign);
-  void to_part(const MovingPart& part, const Block& block, int sign);
+  void gather_counting(SegmentBlock& block, uint32_t bounce, std::span<const uint32_t> slots) const;
+  void to_moving(const SegmentBlock& block, int sign);
+  void to_part(const MovingPart& part, const SegmentBlock& block, int sign);
   void settle();
   /// Calls body(slots of one slab) for all slabs, in parallel; slots that do not count are left
   /// out.

@@ -21,23 +21,23 @@ Landings::Landings(State& state) : state_(state) {
   for (const uint32_t sun : state.guiding.suns) asked_for_[sun] = 1;
 }
 
-void Landings::note(segments::Level& level, uint32_t slot) const {
+void Landings::note(segments::BounceSegments& stored, uint32_t slot) const {
   if (!finder_) return;
-  const segments::Segment& segment = level.at(slot);
-  level.landing(slot) = segment.primitive == scene::kNone
-                            ? gather::kNoCell
-                            : finder_->find(segment.primitive, segment.origin,
-                                            decode_direction(segment.direction), segment.length);
+  const segments::Segment& segment = stored.at(slot);
+  stored.landing(slot) = segment.primitive == scene::kNone
+                             ? gather::kNoCell
+                             : finder_->find(segment.primitive, segment.origin,
+                                             decode_direction(segment.direction), segment.length);
 }
 
 void Landings::add(uint32_t bounce, std::span<const uint32_t> slots, int sign) const {
   if (!finder_) return;
-  segments::Level& level = state_.store.level(bounce);
+  segments::BounceSegments& stored = state_.store.bounce(bounce);
   gather::CellSums& sums = state_.gather->sums;
   state_.workers.for_blocks(slots.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      const segments::Segment& segment = level.at(slots[i]);
-      const uint32_t cell = segment.length < 0 ? gather::kNoCell : level.landing(slots[i]);
+      const segments::Segment& segment = stored.at(slots[i]);
+      const uint32_t cell = segment.length < 0 ? gather::kNoCell : stored.landing(slots[i]);
       if (cell == gather::kNoCell) continue;
       const size_t number = state_.light_of(segment.path);
       if (bounce == 0 && asked_for_[number]) continue;
@@ -54,10 +54,10 @@ void Landings::add(uint32_t bounce, std::span<const uint32_t> slots, int sign) c
 
 double Landings::share_lit_by(uint32_t light, std::span<const uint32_t> hits) const {
   std::vector<uint8_t> lit(hits.size());
-  segments::Level& level = state_.store.level(0);
-  for (uint32_t slot = 0; slot < level.size(); ++slot) {
-    const segments::Segment& segment = level.at(slot);
-    const uint32_t cell = segment.length < 0 ? gather::kNoCell : level.landing(slot);
+  segments::BounceSegments& stored = state_.store.bounce(0);
+  for (uint32_t slot = 0; slot < stored.size(); ++slot) {
+    const segments::Segment& segment = stored.at(slot);
+    const uint32_t cell = segment.length < 0 ? gather::kNoCell : stored.landing(slot);
     if (cell != gather::kNoCell && state_.light_of(segment.path) == light) lit[cell] = 1;
   }
   uint64_t all = 0, own = 0;

@@ -16,7 +16,7 @@ class Landings {
  public:
   explicit Landings(State& state);
   /// Notes where the segment ends. Thread-safe for different slots.
-  void note(segments::Level& level, uint32_t slot) const;
+  void note(segments::BounceSegments& stored, uint32_t slot) const;
   /// Adds (sign 1) or takes away (-1) what is in use; its cells were noted.
   void add(uint32_t bounce, std::span<const uint32_t> slots, int sign) const;
   /// Share of these rays that met cells where paths come straight from the light. `hits`: per cell.

@@ -7,8 +7,8 @@
 namespace deltalux::session {
 namespace {
 
+using segments::BounceSegments;
 using segments::kNoSlot;
-using segments::Level;
 using segments::Segment;
 
 constexpr size_t kGrain = 256;
@@ -38,28 +38,28 @@ void PathUpdate::write_birth(Segment& segment, const trace::Light& light, uint64
 }
 
 void PathUpdate::start(std::span<const uint32_t> paths, const Progress& progress) {
-  Level& level = state_.store.level(0);
-  std::vector<Front> fresh(1);
+  BounceSegments& stored = state_.store.bounce(0);
+  std::vector<Wavefront> fresh(1);
   fresh[0].slots.assign(paths.begin(), paths.end());
   std::vector<uint32_t>& slots = fresh[0].slots;
   state_.workers.for_blocks(slots.size(), kGrain, [&](size_t from, size_t to) {
     for (size_t i = from; i < to; ++i) {
       const trace::Light& light = state_.lights[state_.light_of(slots[i])];
-      Segment& segment = level.at(slots[i]);
+      Segment& segment = stored.at(slots[i]);
       segment = segments::unused_segment(slots[i]);
       write_birth(segment, light, slots[i] - light.first_path);
     }
   });
-  std::erase_if(slots, [&](uint32_t slot) { return level.at(slot).length < 0; });
+  std::erase_if(slots, [&](uint32_t slot) { return stored.at(slot).length < 0; });
   advance(std::move(fresh), &progress);
 }
 
 void PathUpdate::replace(std::span<const PendingPath> pending,
                          const std::function<void()>& between) {
-  std::vector<Level>& levels = state_.store.levels();
+  std::vector<BounceSegments>& bounces = state_.store.bounces();
   // cut[b]: traced again in place; gone[b]: successors that vanish.
-  std::vector<std::vector<uint32_t>> cut(levels.size() + 1), gone(levels.size() + 1);
-  std::vector<Front> fresh(levels.size() + 1);
+  std::vector<std::vector<uint32_t>> cut(bounces.size() + 1), gone(bounces.size() + 1);
+  std::vector<Wavefront> fresh(bounces.size() + 1);
   std::vector<PendingPath> unknown;
   {
     ScopeTime watch(counts_.remove_ms);
@@ -76,11 +76,11 @@ void PathUpdate::replace(std::span<const PendingPath> pending,
       ++counts_.paths;
     }
     for (const PendingPath& p : unknown) fresh[p.bounce].slots.push_back(p.slot);
-    for (uint32_t b = 0; b < levels.size(); ++b) {
+    for (uint32_t b = 0; b < bounces.size(); ++b) {
       for (const auto* list : {&cut[b], &gone[b]})
         for (size_t i = 0; i < list->size(); ++i) {
-          if (i + kAhead < list->size()) __builtin_prefetch(&levels[b].at((*list)[i + kAhead]));
-          const Segment& segment = levels[b].at((*list)[i]);
+          if (i + kAhead < list->size()) __builtin_prefetch(&bounces[b].at((*list)[i + kAhead]));
+          const Segment& segment = bounces[b].at((*list)[i]);
           counts_.removed += segment.length >= 0;
           if (segment.next != kNoSlot) gone[b + 1].push_back(segment.next);
         }
@@ -90,14 +90,14 @@ void PathUpdate::replace(std::span<const PendingPath> pending,
       }
     }
     deposit_.finish();
-    for (uint32_t b = 0; b < levels.size(); ++b) {
+    for (uint32_t b = 0; b < bounces.size(); ++b) {
       for (uint32_t slot : gone[b]) {
-        levels[b].at(slot).length = -1;
-        levels[b].set_cell_box(slot, segments::ScanGrid::kUnused);
-        levels[b].release(slot);
+        bounces[b].at(slot).length = -1;
+        bounces[b].set_cell_box(slot, segments::ScanGrid::kUnused);
+        bounces[b].release(slot);
       }
       for (uint32_t slot : cut[b]) {
-        Segment& segment = levels[b].at(slot);
+        Segment& segment = bounces[b].at(slot);
         segment.length = -1;
         segment.next = kNoSlot;
       }
@@ -108,42 +108,43 @@ void PathUpdate::replace(std::span<const PendingPath> pending,
     between();
   }
   for (uint32_t slot : cut[0]) {
-    Segment& segment = levels[0].at(slot);
+    Segment& segment = bounces[0].at(slot);
     const trace::Light& light = state_.lights[state_.light_of(segment.path)];
     write_birth(segment, light, segment.path - light.first_path);
-    if (segment.length < 0) levels[0].set_cell_box(slot, segments::ScanGrid::kUnused);
+    if (segment.length < 0) bounces[0].set_cell_box(slot, segments::ScanGrid::kUnused);
   }
   // Lights that are off have no paths; theirs come after the known ones.
-  std::erase_if(fresh[0].slots, [&](uint32_t slot) { return levels[0].at(slot).length < 0; });
+  std::erase_if(fresh[0].slots, [&](uint32_t slot) { return bounces[0].at(slot).length < 0; });
   advance(std::move(fresh), nullptr);
 }
 
-void PathUpdate::advance(std::vector<Front> fresh, const Progress* progress) {
+void PathUpdate::advance(std::vector<Wavefront> fresh, const Progress* progress) {
   std::vector<uint32_t> children;
   for (uint32_t b = 0; b < fresh.size() || !children.empty(); ++b) {
-    Front front;
-    if (b < fresh.size()) front = std::move(fresh[b]);
-    front.slots.insert(front.slots.end(), children.begin(), children.end());
+    Wavefront wavefront;
+    if (b < fresh.size()) wavefront = std::move(fresh[b]);
+    wavefront.slots.insert(wavefront.slots.end(), children.begin(), children.end());
     children.clear();
-    if (front.slots.empty()) continue;
+    if (wavefront.slots.empty()) continue;
     if (progress) progress->check();
     {
       ScopeTime watch(counts_.trace_ms);
-      trace(b, front, children);
-      counts_.traced += front.slots.size();
+      trace(b, wavefront, children);
+      counts_.traced += wavefront.slots.size();
     }
     if (progress) progress->check();
     ScopeTime watch(counts_.deposit_ms);
-    deposit_.add(b, front.slots);
-    landings_.add(b, front.slots, +1);
+    deposit_.add(b, wavefront.slots);
+    landings_.add(b, wavefront.slots, +1);
   }
   ScopeTime watch(counts_.deposit_ms);
   deposit_.finish();
 }
 
-void PathUpdate::trace(uint32_t bounce, const Front& front, std::vector<uint32_t>& children) {
-  const std::vector<uint32_t>& slots = front.slots;
-  Level* level = &state_.store.level(bounce);
+void PathUpdate::trace(uint32_t bounce, const Wavefront& wavefront,
+                       std::vector<uint32_t>& children) {
+  const std::vector<uint32_t>& slots = wavefront.slots;
+  BounceSegments* stored = &state_.store.bounce(bounce);
   const size_t blocks = (slots.size() + kGrain - 1) / kGrain;
   struct Child {
     trace::Flight flight;
@@ -153,30 +154,30 @@ void PathUpdate::trace(uint32_t bounce, const Front& front, std::vector<uint32_t
   state_.workers.for_blocks(slots.size(), kGrain, [&](size_t begin, size_t end) {
     std::vector<Child>& own = born[begin / kGrain];
     for (size_t i = begin; i < end; ++i) {
-      if (i + kAhead < end) __builtin_prefetch(&level->at(slots[i + kAhead]));
+      if (i + kAhead < end) __builtin_prefetch(&stored->at(slots[i + kAhead]));
       const uint32_t slot = slots[i];
-      Segment& segment = level->at(slot);
+      Segment& segment = stored->at(slot);
       trace::Flight flight{segment.origin,
                            segment.direction,
                            {segment.power[0], segment.power[1], segment.power[2]},
                            segment.path};
-      const trace::Landing landing = i < front.hits.size()
-                                         ? walk_.land(flight, bounce, front.hits[i])
-                                         : walk_.fly(flight, bounce);
-      segment.length = landing.length;
-      segment.primitive = landing.primitive;
+      const trace::Interaction interaction = i < wavefront.hits.size()
+                                                 ? walk_.scatter(flight, bounce, wavefront.hits[i])
+                                                 : walk_.fly(flight, bounce);
+      segment.length = interaction.length;
+      segment.primitive = interaction.primitive;
       segment.next = kNoSlot;
-      if (state_.store.with_extended()) level->extended(slot) = landing.extended;
-      landings_.note(*level, slot);
+      if (state_.store.with_extended()) stored->extended(slot) = interaction.extended;
+      landings_.note(*stored, slot);
       state_.store.index(bounce, slot);
-      if (landing.survives) own.push_back({landing.next, slot});
+      if (interaction.survives) own.push_back({interaction.next, slot});
     }
   });
   size_t total = 0;
   for (const auto& own : born) total += own.size();
   if (!total) return;
-  Level& next = state_.store.level(bounce + 1);
-  level = &state_.store.level(bounce);  // the line above may have moved the levels
+  BounceSegments& next = state_.store.bounce(bounce + 1);
+  stored = &state_.store.bounce(bounce);  // the line above may have moved the bounces
   next.allocate(total, state_.store.extras(), children);
   size_t k = 0;
   for (const auto& own : born)
@@ -187,7 +188,7 @@ void PathUpdate::trace(uint32_t bounce, const Front& front, std::vector<uint32_t
       segment.direction = child.flight.direction;
       std::copy(child.flight.power, child.flight.power + 3, segment.power);
       segment.path = child.flight.path;
-      level->at(child.parent).next = slot;
+      stored->at(child.parent).next = slot;
     }
 }
 

@@ -31,8 +31,8 @@ class PathUpdate {
  public:
   explicit PathUpdate(State& state);
 
-  /// Traces new paths; their level-0 slots, of the same numbers, are allocated. Throws Cancelled in
-  /// the middle: the state is of no use then.
+  /// Traces new paths; their slots at bounce 0, of the same numbers, are allocated. Throws
+  /// Cancelled in the middle: the state is of no use then.
   void start(std::span<const uint32_t> paths, const Progress& progress);
   /// Replaces the given pending paths. `between` runs after the old segments went and before the
   /// new ones come.
@@ -42,13 +42,13 @@ class PathUpdate {
 
  private:
   /// What to trace at one bounce, and what is known of it (the first `hits`.size() slots).
-  struct Front {
+  struct Wavefront {
     std::vector<uint32_t> slots;
     std::vector<trace::Hit> hits;
   };
   /// Looks at `progress`, if any, between the bounces.
-  void advance(std::vector<Front> fresh, const Progress* progress);
-  void trace(uint32_t bounce, const Front& front, std::vector<uint32_t>& children);
+  void advance(std::vector<Wavefront> fresh, const Progress* progress);
+  void trace(uint32_t bounce, const Wavefront& wavefront, std::vector<uint32_t>& children);
   void write_birth(segments::Segment& segment, const trace::Light& light, uint64_t index) const;
 
   State& state_;

@@ -24,13 +24,13 @@ PilotPaths walk_pilot_paths(const State& state, Progress& progress) {
     for (uint64_t i = stride / 2; i < light.path_count; i += stride) {
       trace::Flight flight = walk.birth(light, i, quanta);
       for (uint32_t bounce = 0;; ++bounce) {
-        const trace::Landing landing = walk.fly(flight, bounce);
-        paths.flights.push_back({flight.origin, decode_direction(flight.direction), landing.length,
-                                 std::max(landing.length, landing.extended), l, landing.primitive,
-                                 bounce});
+        const trace::Interaction interaction = walk.fly(flight, bounce);
+        paths.flights.push_back(
+            {flight.origin, decode_direction(flight.direction), interaction.length,
+             std::max(interaction.length, interaction.extended), l, interaction.primitive, bounce});
         paths.deepest = std::max(paths.deepest, bounce);
-        if (!landing.survives) break;
-        flight = landing.next;
+        if (!interaction.survives) break;
+        flight = interaction.next;
       }
       if ((++paths.walked & 255) == 0) progress.check();
     }

@@ -14,7 +14,7 @@ namespace deltalux::session {
 using segments::ScanGrid;
 
 ScanBox scan_box(const segments::ScanGrid& grid, const Box& box) {
-  // Ends of outlines are off by half a cell; the rest covers float rounding.
+  // Ends of cell boxes are off by half a cell; the rest covers float rounding.
   constexpr float kWiden = 0.55f;
   const Vec3f widen{kWiden, kWiden, kWiden};
   const Vec3f low = grid.to_cells(box.low) - widen, high = grid.to_cells(box.high) + widen;

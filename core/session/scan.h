@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scan of all segments' 8-byte outlines against boxes: finds candidates for an exact test. Measured
-// faster than any search structure over segments.
+// Scan of all segments' 8-byte cell boxes against boxes: finds candidates for an exact test.
+// Measured faster than any search structure over segments.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -11,7 +11,7 @@
 
 namespace deltalux::session {
 
-/// A box on the scan's grid, widened by the rounding of the outlines.
+/// A box on the scan's grid, widened by the rounding of cell boxes.
 struct ScanBox {
   uint32_t low, high;        ///< as in segments::CellBox, both with guards clear or set alike
   float centre[3], half[3];  ///< in half cells
@@ -19,7 +19,7 @@ struct ScanBox {
 
 ScanBox scan_box(const segments::ScanGrid& grid, const Box& box);
 
-/// Appends `base + i` for every i < count whose outline may meet one of `boxes`. `count` is a
+/// Appends `base + i` for every i < count whose cell box may meet one of `boxes`. `count` is a
 /// multiple of 16.
 void scan(const uint32_t* low, const uint32_t* high, size_t count, std::span<const ScanBox> boxes,
           uint32_t base, std::vector<uint32_t>& out);

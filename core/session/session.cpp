@@ -103,7 +103,7 @@ Session::Session(scene::Scene scene, samples::SampleSet samples, const Options& 
 
 Session::~Session() = default;
 
-void Session::trace_all(Progress& progress, Report& report) {
+void Session::trace_all(Progress& progress, Frame& frame) {
   State& s = *state_;
   uint64_t paths = 0;
   for (const trace::Light& light : s.lights) paths += light.path_count;
@@ -117,10 +117,10 @@ void Session::trace_all(Progress& progress, Report& report) {
   }
   progress.begin("trace paths", paths);
   const PathCounts counts = trace_lights(progress);
-  report.traced_segments = counts.traced;
-  report.affected_paths = paths;
-  report.milliseconds.emplace_back("trace", counts.trace_ms);
-  report.milliseconds.emplace_back("deposit", counts.deposit_ms);
+  frame.retraced_segments = counts.traced;
+  frame.affected_paths = paths;
+  frame.milliseconds.emplace_back("trace", counts.trace_ms);
+  frame.milliseconds.emplace_back("deposit", counts.deposit_ms);
 }
 
 PathCounts Session::trace_lights(Progress& progress) {
@@ -129,7 +129,7 @@ PathCounts Session::trace_lights(Progress& progress) {
   std::vector<uint32_t> slots;
   for (uint64_t done = 0; done < total; done += slots.size()) {
     progress.check();
-    s.store.level(0).allocate(std::min(total - done, kSlotsPerStep), s.store.extras(), slots);
+    s.store.bounce(0).allocate(std::min(total - done, kSlotsPerStep), s.store.extras(), slots);
   }
   PathUpdate update(s);
   const uint64_t steps = (total + kPathsPerStep - 1) / kPathsPerStep;
@@ -150,7 +150,7 @@ PathCounts Session::trace_lights(Progress& progress) {
   return update.counts();
 }
 
-Report Session::bake(Progress& progress) {
+Frame Session::bake(Progress& progress) {
   // Work on a copy of what the user gave, so that a cancelled bake leaves no trace.
   auto fresh = std::make_unique<State>(state_->options);
   fresh->scene = state_->scene;
@@ -165,7 +165,7 @@ Report Session::bake(Progress& progress) {
   auto old_direct = std::move(direct_);
   auto old_pending = std::exchange(pending_, {});
   try {
-    Report report;
+    Frame frame;
     Stopwatch watch;
     Parts parts = place_parts(progress);
     make_cells();
@@ -174,20 +174,20 @@ Report Session::bake(Progress& progress) {
     forecast_memory(paths);
     choose_direct();
     refuse_beyond_limit();
-    report.end_stage("prepare", watch);
+    frame.end_stage("prepare", watch);
     plan_parts(parts, paths, false, progress);
     make_estimators(parts, progress);
-    report.end_stage("plan", watch);
-    trace_all(progress, report);
+    frame.end_stage("plan", watch);
+    trace_all(progress, frame);
     watch.lap();
     compute_direct(progress);
-    report.end_stage("direct", watch);
+    frame.end_stage("direct", watch);
     look_around(progress, true);
-    report.end_stage("gather", watch);
+    frame.end_stage("gather", watch);
     refresh_areas(nullptr);
     baked_ = true;
     damaged_ = false;
-    return report;
+    return frame;
   } catch (...) {
     std::swap(state_, fresh);
     direct_ = std::move(old_direct);
@@ -197,7 +197,7 @@ Report Session::bake(Progress& progress) {
   }
 }
 
-Report Session::recompute(Progress& progress) {
+Frame Session::recompute(Progress& progress) {
   State& s = *state_;
   std::vector<trace::Light> lights = s.lights;
   for (trace::Light& light : lights) trace::place_light(s.scene, light);
@@ -211,19 +211,19 @@ Report Session::recompute(Progress& progress) {
   auto old_direct = std::move(direct_);
   auto old_gather = std::move(s.gather);
   try {
-    Report report;
+    Frame frame;
     progress.begin("index triangles", 1);
     s.caster = std::make_unique<trace::RayCaster>(s.scene, progress);
     make_cells();
-    trace_all(progress, report);
+    trace_all(progress, frame);
     Stopwatch watch;
     compute_direct(progress);
-    report.end_stage("direct", watch);
+    frame.end_stage("direct", watch);
     look_around(progress);
-    report.end_stage("gather", watch);
+    frame.end_stage("gather", watch);
     refresh_areas(nullptr);
     damaged_ = false;
-    return report;
+    return frame;
   } catch (...) {
     std::swap(s.lights, lights);
     s.caster = std::move(old_caster);

@@ -24,8 +24,8 @@
 namespace deltalux::session {
 
 /// What a bake, a recompute or an update did.
-struct Report {
-  uint64_t affected_paths = 0, removed_segments = 0, traced_segments = 0;
+struct Frame {
+  uint64_t affected_paths = 0, removed_segments = 0, retraced_segments = 0;
   uint64_t scanned_segments = 0, candidates = 0;
   uint64_t gathered_rays = 0;
   double done = 1;  ///< share of the pending paths that were replaced
@@ -62,12 +62,12 @@ class Session {
 
   /// Everything: acceleration structures, discs, paths, direct light. Throws Cancelled and leaves
   /// the session as before; throws OptionError before tracing where memory would not suffice.
-  Report bake(Progress& progress);
+  Frame bake(Progress& progress);
   /// Everything that depends on poses, lights and reflectances, from scratch.
-  Report recompute(Progress& progress);
+  Frame recompute(Progress& progress);
   /// Applies `edits` together. Throws Cancelled: then either nothing changed, or the rest is
   /// pending and the next update() finishes it. With `budget_ms` > 0 stops after about that time.
-  Report update(std::span<const scene::Edit> edits, double budget_ms, Progress& progress);
+  Frame update(std::span<const scene::Edit> edits, double budget_ms, Progress& progress);
   /// Throws OptionError or SceneError where `edit` cannot be applied after the edits `before` it,
   /// none of which has been applied yet.
   void check(const scene::Edit& edit, std::span<const scene::Edit> before) const;
@@ -160,7 +160,7 @@ class Session {
   bool fits(const gather::RayCounts& rays);
   void check_insert(const scene::Object& object, std::span<const scene::Edit> before) const;
   void choose_direct();
-  void trace_all(Progress& progress, Report& report);
+  void trace_all(Progress& progress, Frame& frame);
   /// Traces all paths, in steps that touch every batch alike.
   PathCounts trace_lights(Progress& progress);
   void compute_direct(Progress& progress);
@@ -276,15 +276,15 @@ class Session {
   void restore_looks(ArchiveSource& archive, Progress& progress);
   /// Applies `edits` and finds what they affect; where it throws, everything is as before.
   Affected apply(std::span<const scene::Edit> edits, EditLog& log, double budget_ms,
-                 Stopwatch& watch, Progress& progress, Report& report);
+                 Stopwatch& watch, Progress& progress, Frame& frame);
   /// Brings paths, rays and areas up to date with edits that were applied. Returns what
   /// run_pending() does.
   size_t follow(std::span<const scene::Edit> edits, const EditLog& log, const Affected& affected,
-                double budget_ms, Stopwatch& watch, Progress& progress, Report& report);
+                double budget_ms, Stopwatch& watch, Progress& progress, Frame& frame);
   /// Cuts and traces again what `log` and the search after it found, and what waited before.
   /// Returns what run_pending() does.
   size_t replace_paths(const EditLog& log, const Affected& affected, double budget_ms,
-                       Progress& progress, Report& report);
+                       Progress& progress, Frame& frame);
   /// Throws OptionError where paths between brighter surfaces would need more than the limit.
   void refuse_growth(Progress& progress);
   /// Paths and sums of the present state from scratch, after an update that failed in the middle.
@@ -295,7 +295,7 @@ class Session {
   double choose_irradiance_quantum() const;
   std::unique_ptr<direct::DirectLight> make_direct(double irradiance_quantum) const;
   /// Returns how many paths wait because memory would not suffice for them.
-  size_t run_pending(double budget_ms, Progress& progress, Report& report,
+  size_t run_pending(double budget_ms, Progress& progress, Frame& frame,
                      const std::function<void()>& between);
 
   std::unique_ptr<State> state_;

@@ -84,7 +84,7 @@ gather::Evaluation Session::choose_guides(Progress& progress) {
     const Landings before(s);
     chosen();
     const Landings after(s);
-    std::vector<uint32_t> slots(s.store.level(0).size());
+    std::vector<uint32_t> slots(s.store.bounce(0).size());
     std::iota(slots.begin(), slots.end(), 0u);
     before.add(0, slots, -1);
     after.add(0, slots, +1);
@@ -315,8 +315,8 @@ void Session::restore_looks(ArchiveSource& archive, Progress& progress) {
             .append(std::to_string(s.options.memory_limit >> 20) + " MiB; raise memory_limit"));
   const Landings landings(s);
   std::vector<uint32_t> slots;
-  for (uint32_t b = 0; b < s.store.levels().size(); ++b) {
-    slots.resize(s.store.levels()[b].size());
+  for (uint32_t b = 0; b < s.store.bounces().size(); ++b) {
+    slots.resize(s.store.bounces()[b].size());
     std::iota(slots.begin(), slots.end(), 0u);
     landings.add(b, slots, +1);
   }

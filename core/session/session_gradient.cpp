@@ -23,7 +23,7 @@ void fit(const samples::OutlineMoments& m, double energy, double su, double sv, 
 }
 
 /// Two axes of a sample's plane.
-struct Frame {
+struct TangentFrame {
   Vec3f u{}, v{};
 
   /// Adds slopes along them to a gradient in world space.
@@ -32,8 +32,8 @@ struct Frame {
   }
 };
 
-Frame frame_of(Vec3f normal) {
-  Frame frame;
+TangentFrame frame_of(Vec3f normal) {
+  TangentFrame frame;
   tangent_frame(normal, frame.u, frame.v);
   return frame;
 }
@@ -52,7 +52,7 @@ void each_disc(const State& s, const Visit& visit) {
 }
 
 /// Adds the slopes of what paths bring, of discs with these axes in world space.
-void add_slopes_of_paths(State& s, std::span<const Frame> frames, double* gradient,
+void add_slopes_of_paths(State& s, std::span<const TangentFrame> frames, double* gradient,
                          Progress& progress) {
   const size_t n = s.samples.size();
   const uint32_t slabs = s.sum_groups() * kBatches;
@@ -84,10 +84,10 @@ void Session::read_gradient(double* gradient, Progress& progress) {
   std::fill(gradient, gradient + 9 * n, 0.0);
   // Receivers a little to either side along u and v.
   std::vector<direct::Receiver> around(4 * n);
-  std::vector<Frame> frames(n);
+  std::vector<TangentFrame> frames(n);
   each_disc(s, [&](const samples::DiscSet& discs, size_t i, const Pose& pose, uint32_t object) {
     const uint32_t id = discs.id[i];
-    const Frame frame = frames[id] = frame_of(discs.normal[i]);
+    const TangentFrame frame = frames[id] = frame_of(discs.normal[i]);
     const float step = kDifferenceStep * discs.radius[i];
     for (int k = 0; k < 4; ++k) {
       const Vec3f axis = k < 2 ? frame.u : frame.v;

@@ -104,18 +104,20 @@ void Session::allot_paths(Progress& progress) {
 double Session::bytes_per_segment() const {
   const bool extended = state_->options.segment_end != segments::SegmentEnd::first;
   constexpr double kSpare = 1.05;  // chunks are not all full
-  return kSpare * (sizeof(segments::Level::Chunk) / double(segments::Level::kChunk) +
-                   (extended ? double(sizeof(float)) : 0.0) +
-                   (state_->options.gather_rays ? double(sizeof(uint32_t)) : 0.0));
+  return kSpare *
+         (sizeof(segments::BounceSegments::Chunk) / double(segments::BounceSegments::kChunk) +
+          (extended ? double(sizeof(float)) : 0.0) +
+          (state_->options.gather_rays ? double(sizeof(uint32_t)) : 0.0));
 }
 
 void Session::forecast_memory(const PilotPaths& paths) {
   const State& s = *state_;
   const double per_path = paths.walked ? double(paths.flights.size()) / double(paths.walked) : 1.0;
-  const double fixed = double(s.samples.size()) * (s.sum_groups() * kBatches * 24.0 + 256.0) +
-                       double(s.scene.primitives()) * 200.0 +
-                       // Each bounce ends in a chunk that is partly empty; more paths go deeper.
-                       (1.5 * paths.deepest + 4.0) * double(sizeof(segments::Level::Chunk));
+  const double fixed =
+      double(s.samples.size()) * (s.sum_groups() * kBatches * 24.0 + 256.0) +
+      double(s.scene.primitives()) * 200.0 +
+      // Each bounce ends in a chunk that is partly empty; more paths go deeper.
+      (1.5 * paths.deepest + 4.0) * double(sizeof(segments::BounceSegments::Chunk));
   forecast_.bytes_per_path = per_path * bytes_per_segment() + 1.0;
   forecast_.segments = uint64_t(per_path * double(paths.all));
   forecast_.bytes = size_t(forecast_.bytes_per_path * double(paths.all) + fixed);

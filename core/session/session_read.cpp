@@ -325,11 +325,11 @@ std::array<uint64_t, 4> Session::digest() const {
   check_whole();
   const State& s = *state_;
   Lanes all;
-  for (uint32_t b = 0; b < s.store.levels().size(); ++b) {
-    const segments::Level& level = s.store.levels()[b];
-    for (uint32_t slot = 0; slot < level.size(); ++slot)
-      if (level.at(slot).length >= 0)
-        all.merge(of_segment(s, level.at(slot), level.extended_or_length(slot), b));
+  for (uint32_t b = 0; b < s.store.bounces().size(); ++b) {
+    const segments::BounceSegments& stored = s.store.bounces()[b];
+    for (uint32_t slot = 0; slot < stored.size(); ++slot)
+      if (stored.at(slot).length >= 0)
+        all.merge(of_segment(s, stored.at(slot), stored.extended_or_length(slot), b));
   }
   Lanes ordered = all;
   const size_t n = s.samples.size();
@@ -385,10 +385,10 @@ EnergyAudit Session::audit() const {
       for (int c = 0; c < 3; ++c) audit.emitted[c] += flight.power[c];
     }
   }
-  const auto& levels = s.store.levels();
-  for (uint32_t b = 0; b < levels.size(); ++b)
-    for (uint32_t slot = 0; slot < levels[b].size(); ++slot) {
-      const segments::Segment& g = levels[b].at(slot);
+  const auto& bounces = s.store.bounces();
+  for (uint32_t b = 0; b < bounces.size(); ++b)
+    for (uint32_t slot = 0; slot < bounces[b].size(); ++slot) {
+      const segments::Segment& g = bounces[b].at(slot);
       if (g.length < 0) continue;
       for (int c = 0; c < 3; ++c) {
         if (g.primitive == scene::kNone) {
@@ -396,7 +396,7 @@ EnergyAudit Session::audit() const {
           continue;
         }
         audit.absorbed[c] += g.power[c];
-        if (g.next != segments::kNoSlot) audit.absorbed[c] -= levels[b + 1].at(g.next).power[c];
+        if (g.next != segments::kNoSlot) audit.absorbed[c] -= bounces[b + 1].at(g.next).power[c];
       }
     }
   return audit;

@@ -45,11 +45,11 @@ PendingPath whole_path(uint32_t path) { return {path, path, 0, false, {}}; }
 void add_paths(State& s, EditMarks& marks) {
   const size_t all = s.lights.back().first_path + s.lights.back().path_count;
   std::vector<uint32_t> slots;
-  s.store.level(0).allocate(all - s.cut.size(), s.store.extras(), slots);
+  s.store.bounce(0).allocate(all - s.cut.size(), s.store.extras(), slots);
   s.cut.resize(all, kNotCut);
   for (uint32_t slot : slots) {
-    s.store.level(0).at(slot) = segments::unused_segment(slot);
-    s.store.level(0).slots(slot) = {};
+    s.store.bounce(0).at(slot) = segments::unused_segment(slot);
+    s.store.bounce(0).slots(slot) = {};
     marks.mark(whole_path(slot));
   }
 }
@@ -141,39 +141,38 @@ void Session::check(const scene::Edit& edit, std::span<const scene::Edit> before
   }
 }
 
-Report Session::update(std::span<const scene::Edit> edits, double budget_ms, Progress& progress) {
+Frame Session::update(std::span<const scene::Edit> edits, double budget_ms, Progress& progress) {
   edits_applied_ = false;
   if (damaged_) rebuild(progress);
   for (size_t i = 0; i < edits.size(); ++i) check(edits[i], edits.first(i));
-  Report report;
+  Frame frame;
   Stopwatch watch;
   EditLog log(*state_);
-  const Affected affected = apply(edits, log, budget_ms, watch, progress, report);
+  const Affected affected = apply(edits, log, budget_ms, watch, progress, frame);
   edits_applied_ = true;
-  if (!baked_) return report;
-  report.scanned_segments = affected.scanned;
-  report.candidates = affected.candidates;
+  if (!baked_) return frame;
+  frame.scanned_segments = affected.scanned;
+  frame.candidates = affected.candidates;
   size_t refused = 0;
   try {
-    refused = follow(edits, log, affected, budget_ms, watch, progress, report);
+    refused = follow(edits, log, affected, budget_ms, watch, progress, frame);
   } catch (...) {
     // Memory ran out between two states, which only a new start makes one.
     rebuild(progress);
   }
-  report.milliseconds.emplace_back("total", watch.milliseconds());
+  frame.milliseconds.emplace_back("total", watch.milliseconds());
   if (refused)
     throw OptionError("memory: with longer paths the session needs more than its limit of " +
                       mebibytes(double(state_->options.memory_limit)) + "; " +
                       std::to_string(refused) +
                       " paths wait as they were. Take the edit back, or raise the memory limit");
-  if (state_->gather)
-    report.done = std::min(report.done, 1 - state_->gather->looks.pending_share());
+  if (state_->gather) frame.done = std::min(frame.done, 1 - state_->gather->looks.pending_share());
   if (pending_share() > 0 && progress.cancelled()) throw Cancelled();
-  return report;
+  return frame;
 }
 
 Affected Session::apply(std::span<const scene::Edit> edits, EditLog& log, double budget_ms,
-                        Stopwatch& watch, Progress& progress, Report& report) {
+                        Stopwatch& watch, Progress& progress, Frame& frame) {
   State& s = *state_;
   Affected affected;
   std::unique_ptr<direct::DirectLight> dark;  // what the first light replaces
@@ -181,12 +180,12 @@ Affected Session::apply(std::span<const scene::Edit> edits, EditLog& log, double
     log.apply(edits);
     if (!baked_) return affected;
     grow_cell_sums();
-    report.end_stage("geometry", watch);
+    frame.end_stage("geometry", watch);
     if (log.reflects_more()) refuse_growth(progress);
     for (MovingPart& part : s.moving) place_part(s, part);
     if (!log.changes().empty() || !log.materials().empty())
       affected = find_affected(s, log.changes(), log.materials(), progress);
-    report.end_stage("scan", watch);
+    frame.end_stage("scan", watch);
     if (log.first_light()) {
       auto fresh = make_direct(choose_irradiance_quantum());
       dark = std::exchange(direct_, std::move(fresh));
@@ -209,34 +208,34 @@ Affected Session::apply(std::span<const scene::Edit> edits, EditLog& log, double
 
 size_t Session::follow(std::span<const scene::Edit> edits, const EditLog& log,
                        const Affected& affected, double budget_ms, Stopwatch& watch,
-                       Progress& progress, Report& report) {
+                       Progress& progress, Frame& frame) {
   State& s = *state_;
-  report.end_stage("direct", watch);
+  frame.end_stage("direct", watch);
   const double left = budget_ms > 0 ? budget_ms - watch.milliseconds() : budget_ms;
-  const size_t refused = replace_paths(log, affected, left, progress, report);
+  const size_t refused = replace_paths(log, affected, left, progress, frame);
   watch.lap();
   note_looks(log.changes(), s.lights.size() > log.old_lights());
   if (s.gather && shows_everywhere(edits)) s.gather->glance.stale = true;
   if (s.gather)
-    report.gathered_rays = s.gather->looks.follow(
+    frame.gathered_rays = s.gather->looks.follow(
         present(receivers_, s.guiding), s.workers, progress, [&](size_t i) { renew_share(i); },
         [&] {
           return !progress.cancelled() && (budget_ms == 0 || watch.milliseconds() < budget_ms);
         });
-  report.end_stage("gather", watch);
+  frame.end_stage("gather", watch);
   if (!log.changes().empty()) refresh_areas(&log.changes());
-  report.end_stage("areas", watch);
+  frame.end_stage("areas", watch);
   return refused;
 }
 
 void Session::rebuild(Progress& progress) {
   damaged_ = true;
-  Report report;
+  Frame frame;
   Progress unstoppable;
   pending_.clear();
   progress.announce("compute again", 1);
   make_cells();
-  trace_all(unstoppable, report);
+  trace_all(unstoppable, frame);
   compute_direct(unstoppable);
   look_around(unstoppable);
   refresh_areas(nullptr);
@@ -244,7 +243,7 @@ void Session::rebuild(Progress& progress) {
 }
 
 size_t Session::replace_paths(const EditLog& log, const Affected& affected, double budget_ms,
-                              Progress& progress, Report& report) {
+                              Progress& progress, Frame& frame) {
   State& s = *state_;
   const std::vector<ObjectChange>& changes = log.changes();
   // A path is cut at the earliest bounce that any edit touches.
@@ -258,7 +257,7 @@ size_t Session::replace_paths(const EditLog& log, const Affected& affected, doub
   }
   for (uint32_t b = 0; b < affected.segments.size(); ++b)
     for (const AffectedSegment& segment : affected.segments[b])
-      marks.mark({s.store.level(b).at(segment.slot).path, segment.slot, uint8_t(b),
+      marks.mark({s.store.bounce(b).at(segment.slot).path, segment.slot, uint8_t(b),
                   segment.hit_known, segment.hit});
   if (s.lights.size() > log.old_lights()) add_paths(s, marks);
   if (budget_ms != 0) marks.order();
@@ -285,10 +284,10 @@ size_t Session::replace_paths(const EditLog& log, const Affected& affected, doub
     deposit.finish();
     again.clear();
   };
-  return run_pending(budget_ms, progress, report, between);
+  return run_pending(budget_ms, progress, frame, between);
 }
 
-size_t Session::run_pending(double budget_ms, Progress& progress, Report& report,
+size_t Session::run_pending(double budget_ms, Progress& progress, Frame& frame,
                             const std::function<void()>& between) {
   const Stopwatch watch;
   State& s = *state_;
@@ -325,14 +324,14 @@ size_t Session::run_pending(double budget_ms, Progress& progress, Report& report
     step = size_t(std::clamp(fits, 1.0, double(std::min(2 * step, kMaxPerStep))));
   } while (done < total && !progress.cancelled());
   pending_.erase(pending_.begin(), pending_.begin() + long(done));
-  report.affected_paths = update.counts().paths;
-  report.removed_segments = update.counts().removed;
-  report.traced_segments = update.counts().traced;
-  report.done = std::min(direct_->current_share(), total ? double(done) / double(total) : 1.0);
-  report.milliseconds.emplace_back("remove", update.counts().remove_ms);
-  report.milliseconds.emplace_back("moving samples", update.counts().moving_ms);
-  report.milliseconds.emplace_back("trace", update.counts().trace_ms);
-  report.milliseconds.emplace_back("deposit", update.counts().deposit_ms);
+  frame.affected_paths = update.counts().paths;
+  frame.removed_segments = update.counts().removed;
+  frame.retraced_segments = update.counts().traced;
+  frame.done = std::min(direct_->current_share(), total ? double(done) / double(total) : 1.0);
+  frame.milliseconds.emplace_back("remove", update.counts().remove_ms);
+  frame.milliseconds.emplace_back("moving samples", update.counts().moving_ms);
+  frame.milliseconds.emplace_back("trace", update.counts().trace_ms);
+  frame.milliseconds.emplace_back("deposit", update.counts().deposit_ms);
   return refused ? total - done : 0;
 }
 

@@ -16,14 +16,14 @@ namespace deltalux::session {
 namespace {
 
 constexpr double kFarthestMove = 4.0 * kFarthest;  // translations; what they lead to is checked
-constexpr uint32_t kPerChunk = segments::Level::kChunk;
+constexpr uint32_t kPerChunk = segments::BounceSegments::kChunk;
 
 std::string level_name(size_t bounce, const char* what) {
   return "level" + std::to_string(bounce) + "." + what;
 }
 
-void append_level(const segments::Level& level, size_t bounce, const segments::Extras& extras,
-                  ArchiveView& archive) {
+void append_bounce(const segments::BounceSegments& stored, size_t bounce,
+                   const segments::Extras& extras, ArchiveView& archive) {
   const std::string segments = level_name(bounce, "segments"), hits = level_name(bounce, "hits"),
                     extended = level_name(bounce, "extended"),
                     landing = level_name(bounce, "landing");
@@ -31,9 +31,9 @@ void append_level(const segments::Level& level, size_t bounce, const segments::E
   archive.append(hits, std::span<const segments::HitSlots>());
   archive.append(extended, std::span<const float>());
   if (extras.landing) archive.append(landing, std::span<const uint32_t>());
-  for (uint32_t slot = 0; slot < level.size(); slot += kPerChunk) {
-    const segments::Level::Chunk& chunk = level.chunk(slot);
-    const size_t count = std::min(kPerChunk, level.size() - slot);
+  for (uint32_t slot = 0; slot < stored.size(); slot += kPerChunk) {
+    const segments::BounceSegments::Chunk& chunk = stored.chunk(slot);
+    const size_t count = std::min(kPerChunk, stored.size() - slot);
     archive.append(segments, std::span(chunk.segment).first(count));
     archive.append(hits, std::span(chunk.slots).first(count));
     if (extras.extended)
@@ -120,9 +120,9 @@ ArchiveView Session::save() const {
   archive.keep("pending", pending);
   archive.append("sums", s.sums);
   archive.append("area", s.area);
-  for (size_t b = 0; b < s.store.levels().size(); ++b) {
-    level_sizes.push_back(s.store.levels()[b].size());
-    append_level(s.store.levels()[b], b, s.store.extras(), archive);
+  for (size_t b = 0; b < s.store.bounces().size(); ++b) {
+    level_sizes.push_back(s.store.bounces()[b].size());
+    append_bounce(s.store.bounces()[b], b, s.store.extras(), archive);
   }
   archive.keep("level_sizes", level_sizes);
   archive.keep("direct.quantum", std::vector<double>{direct_->irradiance_quantum()});
@@ -247,11 +247,11 @@ void Session::restore_segments(ArchiveSource& archive, uint64_t paths, Progress&
   const snapshot::SegmentCheck check(s.scene, paths, s.static_index->discs().size());
   std::vector<uint32_t> slots, unused;
   for (uint32_t b = 0; b < sizes.size(); ++b) {
-    segments::Level& level = s.store.level(b);
-    level.allocate(sizes[b], extras, slots);
+    segments::BounceSegments& stored = s.store.bounce(b);
+    stored.allocate(sizes[b], extras, slots);
     unused.clear();
     for (uint32_t begin = 0; begin < sizes[b]; begin += kPerChunk) {
-      segments::Level::Chunk& chunk = level.chunk(begin);
+      segments::BounceSegments::Chunk& chunk = stored.chunk(begin);
       const uint32_t count = uint32_t(std::min<uint64_t>(kPerChunk, sizes[b] - begin));
       archive.read(level_name(b, "segments"), std::span(chunk.segment).first(count));
       archive.read(level_name(b, "hits"), std::span(chunk.slots).first(count));
@@ -260,23 +260,23 @@ void Session::restore_segments(ArchiveSource& archive, uint64_t paths, Progress&
       if (extras.landing)
         archive.read(level_name(b, "landing"), std::span(chunk.landing.get(), count));
       for (uint32_t slot = begin; slot < begin + count; ++slot) {
-        segments::Segment& g = level.at(slot);
+        segments::Segment& g = stored.at(slot);
         if (g.length < 0) {
           g = segments::unused_segment(g.path);
-          level.slots(slot) = {};
+          stored.slots(slot) = {};
           if (b > 0) unused.push_back(slot);
           continue;
         }
-        check(g, level.extended_or_length(slot), level.slots(slot), b);
-        if (extras.landing && level.landing(slot) != gather::kNoCell &&
-            level.landing(slot) >= cells)
+        check(g, stored.extended_or_length(slot), stored.slots(slot), b);
+        if (extras.landing && stored.landing(slot) != gather::kNoCell &&
+            stored.landing(slot) >= cells)
           snapshot::refuse("\"" + level_name(b, "landing") + "\" names a cell that is not there");
         s.store.index(b, slot);
       }
       progress.advance(count);
       progress.check();
     }
-    for (uint32_t slot : unused) level.release(slot);
+    for (uint32_t slot : unused) stored.release(slot);
   }
   snapshot::check_chains(s.store);
 }

@@ -11,9 +11,9 @@
 
 namespace deltalux::session::snapshot {
 
+using segments::BounceSegments;
 using segments::HitSlots;
 using segments::kNoSlot;
-using segments::Level;
 using segments::Segment;
 
 void refuse(const std::string& what) {
@@ -115,21 +115,21 @@ void SegmentCheck::operator()(const Segment& s, float reach, const HitSlots& hit
 }
 
 void check_chains(const segments::SegmentStore& store) {
-  const std::vector<Level>& levels = store.levels();
-  for (uint32_t b = 0; b < levels.size(); ++b) {
-    const bool last = b + 1 == levels.size();
-    std::vector<bool> followed(last ? 0 : levels[b + 1].size());
-    for (uint32_t slot = 0; slot < levels[b].size(); ++slot) {
-      const Segment& s = levels[b].at(slot);
+  const std::vector<BounceSegments>& bounces = store.bounces();
+  for (uint32_t b = 0; b < bounces.size(); ++b) {
+    const bool last = b + 1 == bounces.size();
+    std::vector<bool> followed(last ? 0 : bounces[b + 1].size());
+    for (uint32_t slot = 0; slot < bounces[b].size(); ++slot) {
+      const Segment& s = bounces[b].at(slot);
       if (b == 0 && s.path != slot) refuse("a first segment is not that of its path");
       if (s.length < 0 || s.next == kNoSlot) continue;
-      if (s.next >= followed.size() || followed[s.next] || levels[b + 1].at(s.next).length < 0 ||
-          levels[b + 1].at(s.next).path != s.path)
+      if (s.next >= followed.size() || followed[s.next] || bounces[b + 1].at(s.next).length < 0 ||
+          bounces[b + 1].at(s.next).path != s.path)
         refuse("a path is not one chain of segments");
       followed[s.next] = true;
     }
     for (uint32_t slot = 0; slot < followed.size(); ++slot)
-      if (levels[b + 1].at(slot).length >= 0 && !followed[slot])
+      if (bounces[b + 1].at(slot).length >= 0 && !followed[slot])
         refuse("a segment does not belong to the path before it");
   }
 }
@@ -139,9 +139,9 @@ void check_pending(const std::vector<PendingPath>& pending, const std::vector<ui
   std::vector<bool> waiting(cut.size());
   for (const PendingPath& p : pending) {
     if (p.path >= cut.size() || waiting[p.path] || cut[p.path] != p.bounce ||
-        p.bounce >= store.levels().size() || p.slot >= store.levels()[p.bounce].size() ||
-        store.levels()[p.bounce].at(p.slot).path != p.path ||
-        (p.bounce > 0 && store.levels()[p.bounce].at(p.slot).length < 0))
+        p.bounce >= store.bounces().size() || p.slot >= store.bounces()[p.bounce].size() ||
+        store.bounces()[p.bounce].at(p.slot).path != p.path ||
+        (p.bounce > 0 && store.bounces()[p.bounce].at(p.slot).length < 0))
       refuse("\"pending\" refers to a segment that is not there");
     waiting[p.path] = true;
   }

@@ -12,7 +12,7 @@ constexpr size_t kRound = 64 * kPaths;  // paths whose flights are held twice
 
 struct Row {
   Flight flight;
-  Landing landing;
+  Interaction interaction;
   uint32_t bounce;
 };
 
@@ -20,11 +20,11 @@ void append(FlightColumns& out, const Row& row, uint32_t group) {
   const Vec3f w = decode_direction(row.flight.direction), o = row.flight.origin;
   out.origin.insert(out.origin.end(), {o.x, o.y, o.z});
   out.direction.insert(out.direction.end(), {w.x, w.y, w.z});
-  out.length.push_back(row.landing.length);
-  out.extended.push_back(row.landing.extended);
+  out.length.push_back(row.interaction.length);
+  out.extended.push_back(row.interaction.extended);
   out.power.insert(out.power.end(), row.flight.power, row.flight.power + 3);
   out.path.push_back(row.flight.path);
-  out.primitive.push_back(row.landing.primitive);
+  out.primitive.push_back(row.interaction.primitive);
   out.bounce.push_back(uint8_t(row.bounce));
   out.group.push_back(group);
 }
@@ -47,10 +47,10 @@ FlightColumns trace_flights(const Walk& walk, std::span<const Light> lights,
         for (size_t i = begin; i < end; ++i) {
           Flight flight = walk.birth(light, first + i, quanta);
           for (uint32_t bounce = 0;; ++bounce) {
-            const Landing landing = walk.fly(flight, bounce);
-            blocks[begin / kPaths].push_back({flight, landing, bounce});
-            if (!landing.survives) break;
-            flight = landing.next;
+            const Interaction interaction = walk.fly(flight, bounce);
+            blocks[begin / kPaths].push_back({flight, interaction, bounce});
+            if (!interaction.survives) break;
+            flight = interaction.next;
           }
         }
         progress.advance(end - begin);

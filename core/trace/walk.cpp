@@ -41,45 +41,47 @@ Flight Walk::birth(const Light& light, uint64_t index, const Emission& e,
   return flight;
 }
 
-Landing Walk::fly(const Flight& flight, uint32_t bounce) const {
+Interaction Walk::fly(const Flight& flight, uint32_t bounce) const {
   const Vec3f direction = decode_direction(flight.direction);
-  return land(flight, bounce,
-              options_.static_only ? caster_.closest_static(flight.origin, direction)
-                                   : caster_.closest(flight.origin, direction));
+  return scatter(flight, bounce,
+                 options_.static_only ? caster_.closest_static(flight.origin, direction)
+                                      : caster_.closest(flight.origin, direction));
 }
 
-Landing Walk::land(const Flight& flight, uint32_t bounce, const Hit& hit) const {
+Interaction Walk::scatter(const Flight& flight, uint32_t bounce, const Hit& hit) const {
   const Vec3f w = decode_direction(flight.direction);
-  Landing landing;
-  landing.primitive = hit.primitive;
+  Interaction interaction;
+  interaction.primitive = hit.primitive;
   if (!hit.valid()) {
-    landing.length = landing.extended = distance_to_border(scene_.world(), flight.origin, w);
-    return landing;
+    interaction.length = interaction.extended =
+        distance_to_border(scene_.world(), flight.origin, w);
+    return interaction;
   }
-  landing.length = landing.extended = hit.t;
+  interaction.length = interaction.extended = hit.t;
   if (options_.second_hit) {
     const float border = distance_to_border(scene_.world(), flight.origin, w);
     const float limit = std::max(hit.t, std::min(hit.t + options_.second_reach, border));
     const float beyond = surface_slack(flight.origin, w, hit, scene_.slack_of(hit.primitive));
     const Hit second = caster_.closest(flight.origin, w, hit.t + beyond, limit);
-    landing.extended = second.valid() ? second.t : limit;
+    interaction.extended = second.valid() ? second.t : limit;
   }
   const Vec3f reflectance = scene_.material_of(hit.primitive).reflectance;
   // The root makes paths longer and fainter than the reflectance itself would. In an office that
   // took 1.7 times the work and left 2.3 times less variance, most of it in dim corners.
   const float survival = std::sqrt(std::max({reflectance.x, reflectance.y, reflectance.z}));
   const PathRandom random(options_.seed, flight.path);
-  if (bounce + 1 >= options_.max_bounces || !(random(bounce, kSurvive) < survival)) return landing;
+  if (bounce + 1 >= options_.max_bounces || !(random(bounce, kSurvive) < survival))
+    return interaction;
   const Vec3f n = facing_normal(hit, w);
-  landing.survives = true;
-  landing.next.origin = leave_surface(flight.origin, w, hit, n, scene_.slack_of(hit.primitive));
-  landing.next.direction =
+  interaction.survives = true;
+  interaction.next.origin = leave_surface(flight.origin, w, hit, n, scene_.slack_of(hit.primitive));
+  interaction.next.direction =
       encode_direction(cosine_direction(n, random(bounce, kScatterU), random(bounce, kScatterV)));
   for (int c = 0; c < 3; ++c)
-    landing.next.power[c] =
+    interaction.next.power[c] =
         uint32_t(double(flight.power[c]) * (double(reflectance[c]) / double(survival)) + 0.5);
-  landing.next.path = flight.path;
-  return landing;
+  interaction.next.path = flight.path;
+  return interaction;
 }
 
 EnergyScale choose_scale(std::span<const Light> lights, uint32_t max_bounces) {

@@ -22,7 +22,7 @@ struct Flight {
 };
 
 /// Where a flight ends and what leaves from there.
-struct Landing {
+struct Interaction {
   float length = 0;    ///< to the first hit, or to the world's border
   float extended = 0;  ///< to the second hit or the border, at most `reach` beyond the first
   uint32_t primitive = scene::kNone;
@@ -56,9 +56,9 @@ class Walk {
   Flight birth(const Light& light, uint64_t index, const Emission& start,
                const std::array<uint32_t, 3>& quanta) const;
   /// Traces `flight` and scatters it.
-  Landing fly(const Flight& flight, uint32_t bounce) const;
+  Interaction fly(const Flight& flight, uint32_t bounce) const;
   /// The same for a first hit that is known already.
-  Landing land(const Flight& flight, uint32_t bounce, const Hit& hit) const;
+  Interaction scatter(const Flight& flight, uint32_t bounce, const Hit& hit) const;
 
  private:
   const scene::Scene& scene_;

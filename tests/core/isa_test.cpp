@@ -159,9 +159,9 @@ Shown run(plan::Method method, segments::SegmentEnd end, std::vector<Isa> isas) 
   Options chosen = options(2, DirectMode::paths, end);
   chosen.static_method = chosen.moving_method = method;
   Session session(room(), some_samples(), chosen);
-  const auto show = [&](const Report& report) {
+  const auto show = [&](const Frame& frame) {
     shown.digests.push_back(session.digest());
-    shown.candidates.push_back(report.candidates);
+    shown.candidates.push_back(frame.candidates);
     const size_t values = 3 * some_samples().point.size(), sums = shown.sums.size(),
                  light = shown.light.size();
     shown.sums.resize(sums + values), shown.light.resize(light + 2 * values);

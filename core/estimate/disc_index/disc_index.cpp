@@ -210,9 +210,9 @@ size_t DiscIndex::bytes() const { return tree_.bytes() + discs_.bytes(); }
 namespace {
 
 /// Adds a batch's hits to the sums and notes them in the slots.
-class Deposit {
+class HitSink {
  public:
-  Deposit(const samples::DiscSet& discs, segments::SegmentEnd rule,
+  HitSink(const samples::DiscSet& discs, segments::SegmentEnd rule,
           const segments::SegmentSpan& segments, int sign, const EnergySums& sums, HitSlots* slots)
       : discs_(discs), rule_(rule), segments_(segments), sign_(sign), sums_(sums), slots_(slots) {}
 
@@ -305,19 +305,19 @@ Stats DiscIndex::accumulate(const segments::SegmentSpan& segments, int sign, con
                             HitSlots* slots) const {
   Stats stats;
   const Kernels run = kernels();
-  Deposit deposit(discs_, rule_, segments, sign, sums, slots);
+  HitSink sink(discs_, rule_, segments, sign, sums, slots);
   Scratch scratch;
   // The stack is sorted by depth at any time, a chunk leaves at most 8 * kChunk visits per depth.
   std::vector<uint32_t> stack(size_t(kBatch) + kLanes * kChunk * size_t(tree_.depth + 1));
   for (size_t first = 0; first < segments.count; first += kBatch) {
     const int count = int(std::min<size_t>(kBatch, segments.count - first));
-    deposit.begin(first, count);
+    sink.begin(first, count);
     if (tree_.nodes.empty()) continue;
     if (prepare(scratch.batch, segments, first, count, rule_, tree_))
       for (int i = 0; i < count; ++i) {
         if (!scratch.batch.unusual[i]) continue;
         scratch.batch.end[i] = -1;
-        stats.disc_tests += deposit.try_all(uint32_t(i));
+        stats.disc_tests += sink.try_all(uint32_t(i));
       }
     uint32_t top = 0;
     for (; top < uint32_t(count); ++top) stack[top] = top << kNodeBits;
@@ -331,15 +331,15 @@ Stats DiscIndex::accumulate(const segments::SegmentSpan& segments, int sign, con
       }
       for (uint32_t next = 0; next < scratch.leaf_count;) {
         next = run.visit_leaves(scratch, tree_.leaves.data(), next, rule_);
-        deposit.add_all(scratch.hit_segment, scratch.hit_disc, scratch.hit_count);
+        sink.add_all(scratch.hit_segment, scratch.hit_disc, scratch.hit_count);
         scratch.hit_count = 0;
       }
       stats.disc_tests += uint64_t(kLanes) * scratch.leaf_count;
       scratch.leaf_count = 0;
     }
   }
-  stats.hits = deposit.hits();
-  stats.outline_tests = deposit.outline_tests();
+  stats.hits = sink.hits();
+  stats.outline_tests = sink.outline_tests();
   return stats;
 }
 

@@ -51,7 +51,7 @@ void SegmentList::reserve(size_t size) {
   const size_t blocks = ((size + kRoom) / 16 + 1) | 1;
   capacity_ = 16 * blocks;
   columns_memory_.reset();
-  columns_memory_ = std::make_unique_for_overwrite<Block[]>(blocks * kColumns);
+  columns_memory_ = std::make_unique_for_overwrite<FloatBlock[]>(blocks * kColumns);
   index_memory_.reset();
   index_memory_ = std::make_unique_for_overwrite<IndexBlock[]>(blocks);
   for (size_t k = 0; k < kColumns; ++k) columns_.of[k] = columns_memory_[k * blocks].place;

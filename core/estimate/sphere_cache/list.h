@@ -38,13 +38,13 @@ class SegmentList {
   size_t count = 0, size = 0;
 
  private:
-  struct alignas(64) Block {
+  struct alignas(64) FloatBlock {
     float place[16];
   };
   bool meets(size_t i, Vec3f centre, double radius) const;
   void copy(const SegmentList& from, size_t i);
 
-  std::unique_ptr<Block[]> columns_memory_;
+  std::unique_ptr<FloatBlock[]> columns_memory_;
   struct alignas(64) IndexBlock {
     uint32_t place[16];
   };
