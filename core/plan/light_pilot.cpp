@@ -101,21 +101,6 @@ struct LightPilot::Flights {
   }
 };
 
-namespace {
-
-/// Calls visit(flight, its length, bounce) for each flight of a path that lands.
-template <class Visit>
-void follow(const trace::Walk& walk, trace::Flight flight, const Visit& visit) {
-  for (uint32_t bounce = 0;; ++bounce) {
-    const trace::Interaction interaction = walk.fly(flight, bounce);
-    if (interaction.primitive != scene::kNone) visit(flight, interaction.length, bounce);
-    if (!interaction.survives) return;
-    flight = interaction.next;
-  }
-}
-
-}  // namespace
-
 LightPilot::LightPilot(const scene::Scene& scene, std::span<const Vec3f> reflectance,
                        const trace::RayCaster& caster, const Workers& workers, Progress& progress)
     : scene_(painted(scene, reflectance)),
@@ -134,15 +119,16 @@ LightPilot::Given LightPilot::given(const trace::Light& light) const {
   Flights all(*this), weighed(*this);
   for (uint64_t i = 0; i < light.path_count; ++i) {
     const trace::Emission start = trace::emit(light, kSeed, i, 1);
-    follow(paths, paths.birth(light, i, start, quanta),
-           [&](trace::Flight flight, float length, uint32_t bounce) {
-             all.add(flight, length, 0);
-             if (bounce == 0) return;
-             // No more than the scale holds: divided by the greatest weight for now.
-             for (uint32_t& power : flight.power)
-               power = uint32_t(double(power) * (double(start.weight) / most));
-             weighed.add(flight, length, 0);
-           });
+    const auto add = [&](trace::Flight flight, const trace::Interaction& end, uint32_t bounce) {
+      if (end.primitive == scene::kNone) return;
+      all.add(flight, end.length, 0);
+      if (bounce == 0) return;
+      // No more than the scale holds: divided by the greatest weight for now.
+      for (uint32_t& power : flight.power)
+        power = uint32_t(double(power) * (double(start.weight) / most));
+      weighed.add(flight, end.length, 0);
+    };
+    paths.follow(paths.birth(light, i, start, quanta), add);
   }
   const auto read = [&](const Flights& flights, double factor) {
     const size_t n = points();
@@ -161,11 +147,13 @@ void LightPilot::brought(const trace::Light& light, std::span<const trace::Emiss
   const auto quanta = trace::birth_quanta(light, scale, 1.0);
   const trace::Walk paths = walk(1);
   Flights flights(*this);
-  for (size_t k = 0; k < starts.size(); ++k)
-    follow(paths, paths.birth(light, first + k, starts[k], quanta),
-           [&](const trace::Flight& flight, float length, uint32_t bounce) {
-             if (bounce > 0) flights.add(flight, length, uint16_t(k));
-           });
+  for (size_t k = 0; k < starts.size(); ++k) {
+    const auto add = [&](const trace::Flight& flight, const trace::Interaction& end,
+                         uint32_t bounce) {
+      if (bounce > 0 && end.primitive != scene::kNone) flights.add(flight, end.length, uint16_t(k));
+    };
+    paths.follow(paths.birth(light, first + k, starts[k], quanta), add);
+  }
   const size_t n = points();
   std::vector<int64_t> sums(3 * n * starts.size());
   index_.accumulate(flights.span(), +1, {sums.data(), n, false});

@@ -22,16 +22,14 @@ PilotPaths walk_pilot_paths(const State& state, Progress& progress) {
     const trace::Light& light = state.lights[l];
     const auto quanta = trace::birth_quanta(light, state.scale, 1.0);
     for (uint64_t i = stride / 2; i < light.path_count; i += stride) {
-      trace::Flight flight = walk.birth(light, i, quanta);
-      for (uint32_t bounce = 0;; ++bounce) {
-        const trace::Interaction interaction = walk.fly(flight, bounce);
+      const auto keep = [&](const trace::Flight& flight, const trace::Interaction& interaction,
+                            uint32_t bounce) {
         paths.flights.push_back(
             {flight.origin, decode_direction(flight.direction), interaction.length,
              std::max(interaction.length, interaction.extended), l, interaction.primitive, bounce});
         paths.deepest = std::max(paths.deepest, bounce);
-        if (!interaction.survives) break;
-        flight = interaction.next;
-      }
+      };
+      walk.follow(walk.birth(light, i, quanta), keep);
       if ((++paths.walked & 255) == 0) progress.check();
     }
   }

@@ -44,15 +44,12 @@ FlightColumns trace_flights(const Walk& walk, std::span<const Light> lights,
       std::vector<std::vector<Row>> blocks((count + kPaths - 1) / kPaths);
       workers.for_blocks(count, kPaths, [&](size_t begin, size_t end) {
         progress.check();
-        for (size_t i = begin; i < end; ++i) {
-          Flight flight = walk.birth(light, first + i, quanta);
-          for (uint32_t bounce = 0;; ++bounce) {
-            const Interaction interaction = walk.fly(flight, bounce);
-            blocks[begin / kPaths].push_back({flight, interaction, bounce});
-            if (!interaction.survives) break;
-            flight = interaction.next;
-          }
-        }
+        std::vector<Row>& own = blocks[begin / kPaths];
+        for (size_t i = begin; i < end; ++i)
+          walk.follow(walk.birth(light, first + i, quanta),
+                      [&](const Flight& flight, const Interaction& interaction, uint32_t bounce) {
+                        own.push_back({flight, interaction, bounce});
+                      });
         progress.advance(end - begin);
       });
       for (const std::vector<Row>& block : blocks)

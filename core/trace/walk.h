@@ -59,6 +59,16 @@ class Walk {
   Interaction fly(const Flight& flight, uint32_t bounce) const;
   /// The same for a first hit that is known already.
   Interaction scatter(const Flight& flight, uint32_t bounce, const Hit& hit) const;
+  /// Calls visit(flight, interaction, bounce) for each flight of the path that begins so.
+  template <class Visit>
+  void follow(Flight flight, const Visit& visit) const {
+    for (uint32_t bounce = 0;; ++bounce) {
+      const Interaction interaction = fly(flight, bounce);
+      visit(flight, interaction, bounce);
+      if (!interaction.survives) return;
+      flight = interaction.next;
+    }
+  }
 
  private:
   const scene::Scene& scene_;
