@@ -8,11 +8,11 @@
 
 namespace deltalux::python {
 void bind_estimate(nb::module_& m) {
-  nb::class_<SegmentArrays>(m, "SegmentArrays")
-      .def("__init__", [](SegmentArrays* self, const Rows<float, 3>& origin,
+  nb::class_<SegmentColumns>(m, "SegmentArrays")
+      .def("__init__", [](SegmentColumns* self, const Rows<float, 3>& origin,
                           const Rows<float, 3>& direction, const Column<float>& length,
                           const Column<float>& extended, const Rows<uint32_t, 3>& power) {
-        new (self) SegmentArrays(to_segments(origin, direction, length, extended, power));
+        new (self) SegmentColumns(to_segments(origin, direction, length, extended, power));
       });
   nb::class_<samples::DiscSet>(m, "DiscSet")
       .def("__init__", [](samples::DiscSet* self, const Rows<float, 3>& points,
@@ -21,7 +21,7 @@ void bind_estimate(nb::module_& m) {
       });
   m.def(
       "disc_method",
-      [](const std::string& method, const SegmentArrays& segments, const samples::DiscSet& discs,
+      [](const std::string& method, const SegmentColumns& segments, const samples::DiscSet& discs,
          const std::string& rule, int threads, nb::object progress) {
         const size_t n = discs.size();
         std::vector<int64_t> sums(3 * n, 0);

@@ -3,10 +3,11 @@
 #pragma once
 #include "common.h"
 #include "samples/disc_set.h"
-#include "segments/segment_span.h"
+#include "segments/segment_columns.h"
 
 namespace deltalux::python {
 
+using segments::SegmentColumns;
 using segments::SegmentEnd;
 
 inline SegmentEnd to_rule(const std::string& name) {
@@ -15,23 +16,11 @@ inline SegmentEnd to_rule(const std::string& name) {
                             : SegmentEnd::bounded;
 }
 
-/// Segments as a user holds them (rows) turned into structure of arrays.
-struct SegmentArrays {
-  std::vector<float> column[8];
-  std::vector<uint32_t> power;
-  size_t count() const { return column[0].size(); }
-  segments::SegmentSpan span(size_t begin, size_t end) const {
-    const auto at = [&](int k) { return column[k].data() + begin; };
-    return {end - begin, at(0), at(1), at(2), at(3),
-            at(4),       at(5), at(6), at(7), power.data() + 3 * begin,
-            nullptr};
-  }
-};
-
-inline SegmentArrays to_segments(const Rows<float, 3>& origin, const Rows<float, 3>& direction,
-                                 const Column<float>& length, const Column<float>& extended,
-                                 const Rows<uint32_t, 3>& power) {
-  SegmentArrays out;
+/// Segments as a user holds them (rows) turned into columns.
+inline SegmentColumns to_segments(const Rows<float, 3>& origin, const Rows<float, 3>& direction,
+                                  const Column<float>& length, const Column<float>& extended,
+                                  const Rows<uint32_t, 3>& power) {
+  SegmentColumns out;
   const size_t n = origin.shape(0);
   for (int k = 0; k < 3; ++k) {
     out.column[k].resize(n);

@@ -63,7 +63,7 @@ void bind_photon_map(nb::module_& m) {
           nb::arg("unbiased"), nb::arg("compression"), nb::arg("cone"), nb::arg("surfaces").none())
       .def(
           "estimate",
-          [](const PhotonMap& self, const SegmentArrays& segments, int threads,
+          [](const PhotonMap& self, const SegmentColumns& segments, int threads,
              nb::object progress) {
             estimate::Gathered found;
             run(progress, [&](Progress& p) {
@@ -74,7 +74,7 @@ void bind_photon_map(nb::module_& m) {
           nb::arg("segments"), nb::arg("threads"), nb::arg("progress").none())
       .def(
           "neighbours",
-          [](const PhotonMap& self, const SegmentArrays& segments,
+          [](const PhotonMap& self, const SegmentColumns& segments,
              std::optional<Column<double>> reach2, int threads, nb::object progress) {
             Neighbours found;
             run(progress, [&](Progress& p) {
@@ -92,7 +92,7 @@ void bind_photon_map(nb::module_& m) {
           nb::arg("progress").none())
       .def(
           "weigh",
-          [](const PhotonMap& self, const SegmentArrays& segments, const Column<uint64_t>& start,
+          [](const PhotonMap& self, const SegmentColumns& segments, const Column<uint64_t>& start,
              const Column<uint32_t>& photon, const Column<double>& distance2,
              const Column<double>& radius2, int threads, nb::object progress) {
             const Neighbours lists = to_neighbours(start, photon, distance2, radius2);
@@ -125,7 +125,7 @@ void bind_gather(nb::module_& m) {
   bind_photon_map(m);
   m.def(
       "patch_sum",
-      [](const SharedTree& patches, const SegmentArrays& segments, int sign, int threads,
+      [](const SharedTree& patches, const SegmentColumns& segments, int sign, int threads,
          nb::object progress) {
         const size_t n = patches.tree->triangles().size();
         std::vector<int64_t> sums(3 * n, 0);
@@ -142,7 +142,7 @@ void bind_gather(nb::module_& m) {
       nb::arg("progress").none());
   m.def(
       "local_linear",
-      [](const SharedTree& surfaces, const SegmentArrays& segments, const Rows<double, 3>& points,
+      [](const SharedTree& surfaces, const SegmentColumns& segments, const Rows<double, 3>& points,
          const Rows<double, 3>& normals, const std::string& kernel, double bandwidth,
          double expected_hits, int threads, nb::object progress) {
         const LocalLinear method(to_doubles(points), to_doubles(normals),

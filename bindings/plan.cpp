@@ -17,7 +17,7 @@ class PilotObject {
       : workers_(threads), pilot_(discs, to_rule(rule), workers_) {}
 
   /// Counts of a method for `total` segments in calls of `span`, of which `segments` are a sample.
-  nb::dict count(const std::string& method, const SegmentArrays& segments, double total,
+  nb::dict count(const std::string& method, const SegmentColumns& segments, double total,
                  double span, double outer_radius, nb::object progress) {
     plan::Counts counts;
     run(progress, [&](Progress& p) {

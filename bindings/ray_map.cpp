@@ -37,7 +37,7 @@ nb::dict to_dict(const RayMapStats& stats) {
 
 Vec3f to_vector3(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
 
-nb::tuple ray_map_sums(const SegmentArrays& segments, const samples::DiscSet& discs,
+nb::tuple ray_map_sums(const SegmentColumns& segments, const samples::DiscSet& discs,
                        const std::string& rule, uint32_t leaf_size, size_t memory_limit,
                        int threads, nb::object progress) {
   const size_t n = discs.size();
@@ -57,7 +57,7 @@ nb::tuple ray_map_sums(const SegmentArrays& segments, const samples::DiscSet& di
   return nb::make_tuple(make_array(std::move(sums), {n, 3}), to_dict(stats));
 }
 
-nb::tuple ray_map_nearest(const SegmentArrays& segments, const Rows<float, 3>& points,
+nb::tuple ray_map_nearest(const SegmentColumns& segments, const Rows<float, 3>& points,
                           const Rows<float, 3>& normals, const std::string& rule,
                           const std::string& metric, uint32_t k, bool unbiased, uint32_t leaf_size,
                           size_t memory_limit, int threads, nb::object progress) {
@@ -79,7 +79,7 @@ class RayMapObject {
   RayMapObject(const std::string& rule, uint32_t leaf_size, size_t memory_limit)
       : map_(to_rule(rule), {leaf_size, memory_limit, true}) {}
 
-  nb::object push(const SegmentArrays& segments) {
+  nb::object push(const SegmentColumns& segments) {
     std::vector<uint32_t> ids;
     exclusively([&] {
       ids = map_.push(segments.span(0, segments.count()));

@@ -47,7 +47,7 @@ nb::dict to_dict(const estimate::SphereCache::Result& result) {
   return counts;
 }
 
-nb::tuple sphere_cache(const SegmentArrays& segments, const samples::DiscSet& discs,
+nb::tuple sphere_cache(const SegmentColumns& segments, const samples::DiscSet& discs,
                        const std::string& rule, double ratio, uint64_t min_rays,
                        const std::string& order, const std::string& containment,
                        double outer_radius, int threads, nb::object progress) {
@@ -64,7 +64,7 @@ nb::tuple sphere_cache(const SegmentArrays& segments, const samples::DiscSet& di
 }
 
 /// Counts of the upper levels alone: no disc is tested, nothing is summed.
-nb::dict sphere_cache_upper(const SegmentArrays& segments, const samples::DiscSet& discs,
+nb::dict sphere_cache_upper(const SegmentColumns& segments, const samples::DiscSet& discs,
                             const std::string& rule, double ratio, uint64_t min_rays,
                             const std::string& order, double outer_radius, uint32_t levels,
                             int threads, nb::object progress) {
@@ -92,7 +92,7 @@ void bind_sphere_cache(nb::module_& m) {
         nb::arg("outer_radius"), nb::arg("levels"), nb::arg("threads"), nb::arg("progress").none());
   m.def(
       "enclosing_radius",
-      [](const SegmentArrays& segments, const std::string& rule, float most_radius) {
+      [](const SegmentColumns& segments, const std::string& rule, float most_radius) {
         return estimate::enclosing_radius(segments.span(0, segments.count()), to_rule(rule),
                                           most_radius);
       },

@@ -47,23 +47,14 @@ double far_tests(const estimate::SphereLevels& levels, double share) {
 
 }  // namespace
 
-void SegmentSample::add(Vec3f o, Vec3f w, float length, float extended) {
-  const float values[8] = {o.x, o.y, o.z, w.x, w.y, w.z, length, extended};
-  for (int k = 0; k < 8; ++k) column_[k].push_back(values[k]);
-  power_.insert(power_.end(), {1, 1, 1});
-}
-
-segments::SegmentSpan SegmentSample::span() const {
-  const auto at = [&](int k) { return column_[k].data(); };
-  return {count(), at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7), power_.data(), nullptr};
+void SegmentSample::add(Vec3f origin, Vec3f direction, float length, float extended) {
+  constexpr uint32_t kOne[3] = {1, 1, 1};
+  columns_.add(origin, direction, length, extended, kOne);
 }
 
 SegmentSample SegmentSample::repeated(size_t times) const {
   SegmentSample many;
-  for (int c = 0; c < 8; ++c)
-    for (size_t k = 0; k < times; ++k)
-      many.column_[c].insert(many.column_[c].end(), column_[c].begin(), column_[c].end());
-  many.power_.assign(3 * many.count(), 1);
+  for (size_t k = 0; k < times; ++k) many.columns_.append(span());
   return many;
 }
 
@@ -71,18 +62,16 @@ SegmentSample SegmentSample::thinned(size_t wanted) const {
   if (wanted >= count()) return *this;
   std::vector<Vec3f> middle(count());
   for (size_t i = 0; i < count(); ++i) {
-    const auto at = [&](int k) { return column_[k][i]; };
+    const auto at = [&](int k) { return columns_.column[k][i]; };
     const float half = at(6) <= kFarthest ? 0.5f * at(6) : 0.0f;
     middle[i] = Vec3f{at(0), at(1), at(2)} + Vec3f{at(3), at(4), at(5)} * half;
   }
   const std::vector<uint32_t> order = samples::curve_order(middle, samples::Curve::hilbert);
+  std::vector<uint32_t> taken(wanted);
+  for (size_t i = 0; i < wanted; ++i)  // the middle of the i-th of `wanted` equal parts
+    taken[i] = order[(2 * i + 1) * count() / (2 * wanted)];
   SegmentSample few;
-  for (size_t i = 0; i < wanted; ++i) {
-    // The middle of the i-th of `wanted` equal parts.
-    const size_t k = order[(2 * i + 1) * count() / (2 * wanted)];
-    for (int c = 0; c < 8; ++c) few.column_[c].push_back(column_[c][k]);
-  }
-  few.power_.assign(3 * wanted, 1);
+  few.columns_.assign(columns_, taken);
   return few;
 }
 

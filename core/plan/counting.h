@@ -7,6 +7,7 @@
 #include "estimate/disc_index/disc_index.h"
 #include "estimate/sphere_cache/sphere_cache.h"
 #include "plan/cost_model.h"
+#include "segments/segment_columns.h"
 
 namespace deltalux::plan {
 
@@ -14,17 +15,16 @@ namespace deltalux::plan {
 class SegmentSample {
  public:
   void add(Vec3f origin, Vec3f direction, float length, float extended);
-  size_t count() const { return column_[0].size(); }
+  size_t count() const { return columns_.count(); }
   /// All of them so often.
   SegmentSample repeated(size_t times) const;
-  segments::SegmentSpan span() const;
+  segments::SegmentSpan span() const { return columns_.span(); }
   /// At most `count` of them, evenly spaced along a curve through their middles: their counts have
   /// a quarter of the error of as many taken at random.
   SegmentSample thinned(size_t count) const;
 
  private:
-  std::vector<float> column_[8];
-  std::vector<uint32_t> power_;
+  segments::SegmentColumns columns_;
 };
 
 /// Sums that nobody reads, as large as those of a session.

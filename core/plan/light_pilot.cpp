@@ -9,6 +9,7 @@
 #include "base/random.h"
 #include "samples/disc_area.h"
 #include "samples/placement.h"
+#include "segments/segment_columns.h"
 
 namespace deltalux::plan {
 namespace {
@@ -79,25 +80,15 @@ samples::SampleSet surface_points(const scene::Scene& scene, const trace::RayCas
 /// The ends of flights, as arrays: discs that stick out of a room see those that pass by outside.
 struct LightPilot::Flights {
   float reach;  ///< longer ones begin so far before their end
-  std::vector<float> column[7];
-  std::vector<uint32_t> power;
-  std::vector<uint16_t> slab;
+  segments::SegmentColumns columns;
 
   explicit Flights(const LightPilot& pilot) : reach(2 * pilot.index_.discs().radius.front()) {}
   void add(const trace::Flight& flight, float length, uint16_t path) {
     const Vec3f w = decode_direction(flight.direction);
     const float left = std::min(length, reach);
     const Vec3f o = flight.origin + w * (length - left);
-    const float values[7] = {o.x, o.y, o.z, w.x, w.y, w.z, left};
-    for (int k = 0; k < 7; ++k) column[k].push_back(values[k]);
-    power.insert(power.end(), flight.power, flight.power + 3);
-    slab.push_back(path);
-  }
-  segments::SegmentSpan span() const {
-    const float* c[7];
-    for (int k = 0; k < 7; ++k) c[k] = column[k].data();
-    return {column[0].size(), c[0],       c[1], c[2], c[3], c[4], c[5], c[6], c[6],
-            power.data(),     slab.data()};
+    columns.add(o, w, left, left, flight.power);
+    columns.slab.push_back(path);
   }
 };
 
@@ -133,7 +124,7 @@ LightPilot::Given LightPilot::given(const trace::Light& light) const {
   const auto read = [&](const Flights& flights, double factor) {
     const size_t n = points();
     std::vector<int64_t> sums(3 * n);
-    index_.accumulate(flights.span(), +1, {sums.data(), n, false});
+    index_.accumulate(flights.columns.span(), +1, {sums.data(), n, false});
     std::vector<double> out(n);
     for (size_t i = 0; i < n; ++i) out[i] = photopic(sums.data() + 3 * i) * factor;
     return out;
@@ -156,7 +147,7 @@ void LightPilot::brought(const trace::Light& light, std::span<const trace::Emiss
   }
   const size_t n = points();
   std::vector<int64_t> sums(3 * n * starts.size());
-  index_.accumulate(flights.span(), +1, {sums.data(), n, false});
+  index_.accumulate(flights.columns.span(), +1, {sums.data(), n, false});
   for (size_t k = 0; k < starts.size(); ++k) {
     const int64_t* own = sums.data() + 3 * n * k;
     out[k] = 0;

@@ -13,10 +13,6 @@ namespace {
 
 constexpr size_t kAtOnce = 256;  // methods content with this get their segments at once
 
-const float* SegmentSpan::* const kColumns[8] = {
-    &SegmentSpan::ox, &SegmentSpan::oy, &SegmentSpan::oz,     &SegmentSpan::dx,
-    &SegmentSpan::dy, &SegmentSpan::dz, &SegmentSpan::length, &SegmentSpan::extended};
-
 }  // namespace
 
 Feed::Feed(const estimate::SignedEstimator& estimator, const estimate::EnergySums& sums,
@@ -34,50 +30,30 @@ void Feed::add(const SegmentSpan& span, int sign, HitSlots* slots) {
   if (slots) std::fill_n(slots, span.count, HitSlots{{HitSlots::kMany, HitSlots::kFree}});
   const std::lock_guard lock(mutex_);
   sign_ = sign;
-  for (int k = 0; k < 8; ++k) {
-    const float* from = span.*kColumns[k];
-    column_[k].insert(column_[k].end(), from, from + span.count);
-  }
-  power_.insert(power_.end(), span.power, span.power + 3 * span.count);
-  slab_.insert(slab_.end(), span.slab, span.slab + span.count);
+  collected_.append(span);
 }
 
 void Feed::settle() {
-  if (slab_.size() >= kPortion) finish();
+  if (collected_.count() >= kPortion) finish();
 }
 
 void Feed::finish() {
-  if (slab_.empty()) return;
+  const std::vector<uint16_t>& slab = collected_.slab;
+  if (slab.empty()) return;
   // By slab: with several threads, each slab's sums belong to one of them.
-  const size_t slabs = size_t(*std::max_element(slab_.begin(), slab_.end())) + 1;
+  const size_t slabs = size_t(*std::max_element(slab.begin(), slab.end())) + 1;
   std::vector<std::vector<uint32_t>> orders(workers_.threads() > 1 ? slabs : 1);
-  for (uint32_t i = 0; i < slab_.size(); ++i) orders[slab_[i] % orders.size()].push_back(i);
+  for (uint32_t i = 0; i < slab.size(); ++i) orders[slab[i] % orders.size()].push_back(i);
   workers_.for_blocks(orders.size(), 1, [&](size_t k, size_t) { pass_on(orders[k]); });
-  for (std::vector<float>& column : column_) column.clear();
-  power_.clear();
-  slab_.clear();
+  collected_.clear();
 }
 
 void Feed::pass_on(const std::vector<uint32_t>& order) const {
-  std::vector<float> column[8];
-  std::vector<uint32_t> power;
-  std::vector<uint16_t> slab;
+  segments::SegmentColumns portion;
   for (size_t begin = 0; begin < order.size(); begin += kPortion) {
-    const size_t end = std::min(order.size(), begin + kPortion);
-    for (int k = 0; k < 8; ++k) {
-      column[k].clear();
-      for (size_t i = begin; i < end; ++i) column[k].push_back(column_[k][order[i]]);
-    }
-    power.clear();
-    slab.clear();
-    for (size_t i = begin; i < end; ++i) {
-      const uint32_t* p = power_.data() + 3 * size_t(order[i]);
-      power.insert(power.end(), p, p + 3);
-      slab.push_back(slab_[order[i]]);
-    }
-    SegmentSpan span{.count = end - begin, .power = power.data(), .slab = slab.data()};
-    for (int k = 0; k < 8; ++k) span.*kColumns[k] = column[k].data();
-    estimator_.accumulate(span, sign_, sums_);
+    const size_t count = std::min(order.size() - begin, kPortion);
+    portion.assign(collected_, std::span(order).subspan(begin, count));
+    estimator_.accumulate(portion.span(), sign_, sums_);
   }
 }
 

@@ -6,6 +6,7 @@
 
 #include "base/parallel.h"
 #include "estimate/estimator.h"
+#include "segments/segment_columns.h"
 
 namespace deltalux::session {
 
@@ -35,9 +36,7 @@ class Feed {
   bool collects_;
   std::mutex mutex_;
   int sign_ = 1;
-  std::vector<float> column_[8];
-  std::vector<uint32_t> power_;
-  std::vector<uint16_t> slab_;
+  segments::SegmentColumns collected_;
 };
 
 }  // namespace deltalux::session
