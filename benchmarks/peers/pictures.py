@@ -29,7 +29,8 @@ from typing import Any
 import deltalux as dl
 import flip_evaluator
 import numpy as np
-from deltalux.outputs.tone import automatic_exposure, decode_srgb, encode_srgb, tone_map
+from deltalux.io.texels import LINEAR_OF_BYTE
+from deltalux.outputs.tone import automatic_exposure, encode_srgb, tone_map
 from deltalux.rendering import MOST_RAYS, PATHS, Rendering, lit_picture, render_session
 from deltalux.units import photopic
 from numpy.typing import NDArray
@@ -156,7 +157,7 @@ def shown(rendering: Rendering, tiles: Tiles, irradiance: NDArray, exposure: flo
 def flip(true: NDArray, found: NDArray) -> float:
     """Mean FLIP error of tiles."""
     pairs = (
-        (decode_srgb(a).astype(np.float32), decode_srgb(b).astype(np.float32))
+        (LINEAR_OF_BYTE[a].astype(np.float32), LINEAR_OF_BYTE[b].astype(np.float32))
         for a, b in zip(true, found, strict=True)
     )
     return float(np.mean([flip_evaluator.evaluate(a, b, "LDR", inputsRGB=False)[1] for a, b in pairs]))

@@ -12,10 +12,11 @@ from deltalux import contact_cuts, outputs
 from deltalux.clearance import Clearance, covered_samples
 from deltalux.display_mesh import BACK, BOTH, DisplayMesh, refine
 from deltalux.errors import OptionError
+from deltalux.io.texels import LINEAR_OF_BYTE
 from deltalux.outputs.camera import automatic_camera, look_at
 from deltalux.outputs.colour_scale import ColourScale
 from deltalux.outputs.images import SURROUNDINGS, UNSAMPLED
-from deltalux.outputs.tone import automatic_exposure, decode_srgb, encode_srgb, metered, tone_map
+from deltalux.outputs.tone import automatic_exposure, encode_srgb, metered, tone_map
 from deltalux.outputs.view import camera_rays
 from deltalux.results import Result
 from deltalux.samples import Samples
@@ -306,7 +307,7 @@ def test_light_sources_are_metered_where_there_is_nothing_else():
 
 def test_srgb_round_trip():
     every = np.arange(256, dtype=np.uint8)
-    np.testing.assert_array_equal(encode_srgb(decode_srgb(every)), every)
+    np.testing.assert_array_equal(encode_srgb(LINEAR_OF_BYTE[every]), every)
     assert encode_srgb(np.array([0.2140]))[0] == 127  # middle grey
 
 
@@ -385,7 +386,7 @@ def test_grid_picture_shows_values_and_holes():
     cell, top = 20, (200 - 120) // 2
     hole = picture.pixels[top + 2 * cell + 10, 3 * cell + 10]
     assert hole.tolist() == encode_srgb(np.full(3, SURROUNDINGS)).tolist()
-    shown = decode_srgb(picture.pixels[top + 5 * cell + 10, 10 : 12 * cell : cell])
+    shown = LINEAR_OF_BYTE[picture.pixels[top + 5 * cell + 10, 10 : 12 * cell : cell]]
     expected = ColourScale(0, 100).colours(np.linspace(0, 100, 12))
     np.testing.assert_allclose(shown, expected, atol=0.03)
     for shape in ((1, 1), (1, 5), (7, 1)):

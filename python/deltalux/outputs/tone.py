@@ -62,9 +62,3 @@ def encode_srgb(linear: np.ndarray) -> np.ndarray:
     linear = np.clip(linear, 0, 1)
     encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
     return np.rint(255 * encoded).astype(np.uint8)
-
-
-def decode_srgb(encoded: np.ndarray) -> np.ndarray:
-    """Linear values of 8-bit sRGB."""
-    value = np.asarray(encoded, dtype=np.float64) / 255
-    return np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
