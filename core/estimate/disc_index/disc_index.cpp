@@ -12,6 +12,7 @@
 #include <cmath>
 
 #include "estimate/crossing.h"
+#include "estimate/crossing_lanes.h"
 #include "estimate/lanes.h"
 
 namespace deltalux::estimate {
@@ -136,33 +137,22 @@ uint32_t visit_nodes(Scratch& scratch, const DiscNode* nodes, uint32_t count, ui
   return top;
 }
 
-/// SIMD twin of cross_circle() and segment_end(): the same operations in the same order.
+/// The discs of a leaf that a segment of the batch crosses, if they were whole. By force inline:
+/// GCC would call it for every leaf.
 template <class L>
-uint32_t cross_circles(const DiscLeaf& leaf, const Batch& b, uint32_t segment,
-                       segments::SegmentEnd rule) {
+[[gnu::always_inline]] inline uint32_t cross_leaf(const DiscLeaf& leaf, const Batch& b,
+                                                  uint32_t segment, segments::SegmentEnd rule) {
   using Floats = typename L::Floats;
-  const Floats ox = L::broadcast(b.origin[0][segment]), oy = L::broadcast(b.origin[1][segment]),
-               oz = L::broadcast(b.origin[2][segment]), wx = L::broadcast(b.direction[0][segment]),
-               wy = L::broadcast(b.direction[1][segment]),
-               wz = L::broadcast(b.direction[2][segment]);
-  const Floats cx = L::load(leaf.cx), cy = L::load(leaf.cy), cz = L::load(leaf.cz);
-  const Floats nx = L::load(leaf.nx), ny = L::load(leaf.ny), nz = L::load(leaf.nz);
-  const Floats radius = L::load(leaf.radius), zero = L::broadcast(0.0f);
-  Floats end = L::broadcast(b.length[segment]);
-  if (rule != segments::SegmentEnd::first) {
-    const Floats extended = L::broadcast(b.extended[segment]);
-    end = rule == segments::SegmentEnd::second
-              ? extended
-              : L::min(end + L::broadcast(segments::kBoundedRadii) * radius, extended);
-  }
-  const Floats facing = nx * wx + ny * wy + nz * wz;
-  const Floats height = nx * (cx - ox) + ny * (cy - oy) + nz * (cz - oz);
-  const Floats s = height / facing;
-  const Floats px = (ox + s * wx) - cx, py = (oy + s * wy) - cy, pz = (oz + s * wz) - cz;
-  const Floats distance2 = px * px + py * py + pz * pz;
-  return L::mask(
-      L::both(L::both(L::less(facing, zero), L::less(zero, s)),
-              L::both(L::less_equal(s, end), L::less_equal(distance2, radius * radius))));
+  const Floats o[3] = {L::broadcast(b.origin[0][segment]), L::broadcast(b.origin[1][segment]),
+                       L::broadcast(b.origin[2][segment])};
+  const Floats w[3] = {L::broadcast(b.direction[0][segment]), L::broadcast(b.direction[1][segment]),
+                       L::broadcast(b.direction[2][segment])};
+  const Floats c[3] = {L::load(leaf.cx), L::load(leaf.cy), L::load(leaf.cz)};
+  const Floats n[3] = {L::load(leaf.nx), L::load(leaf.ny), L::load(leaf.nz)};
+  const Floats radius = L::load(leaf.radius);
+  const Floats end = segment_ends<L>(rule, L::broadcast(b.length[segment]),
+                                     L::broadcast(b.extended[segment]), radius);
+  return cross_circles<L>(o, w, end, c, n, radius * radius);
 }
 
 /// Tests the discs of waiting leaves from `next` on, while there is room for hits. Returns the
@@ -181,7 +171,7 @@ uint32_t visit_leaves(Scratch& scratch, const DiscLeaf* leaves, uint32_t next,
     prefetch(&leaves[leaf[next + kAhead] & kNodeMask]);
     const uint32_t segment = leaf[next] >> kNodeBits;
     const DiscLeaf& discs = leaves[leaf[next] & kNodeMask];
-    const uint32_t hit = cross_circles<L>(discs, scratch.batch, segment, rule);
+    const uint32_t hit = cross_leaf<L>(discs, scratch.batch, segment, rule);
     L::store_packed(scratch.hit_disc + hit_count, discs.disc, hit);
     L::store_all(scratch.hit_segment + hit_count, segment);
     hit_count += uint32_t(std::popcount(hit));

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "estimate/crossing.h"
+#include "estimate/crossing_lanes.h"
 #include "estimate/ray_map/clip.h"
 
 namespace deltalux::estimate {
@@ -18,30 +19,16 @@ Box disc_box(Vec3f c, Vec3f n, float radius) {
   return {c - half, c + half};
 }
 
-/// SIMD twin of cross_circle() and segment_end(): the same operations in the same order.
+/// The segments that cross a disc, if it were whole.
 template <class L>
-uint32_t cross_circles(const RayLanes<L>& rays, Vec3f centre, Vec3f normal, float disc_radius,
-                       segments::SegmentEnd rule) {
+inline uint32_t cross_disc(const RayLanes<L>& rays, Vec3f centre, Vec3f normal, float disc_radius,
+                           segments::SegmentEnd rule) {
   using Floats = typename L::Floats;
-  const Floats cx = L::broadcast(centre.x), cy = L::broadcast(centre.y),
-               cz = L::broadcast(centre.z);
-  const Floats nx = L::broadcast(normal.x), ny = L::broadcast(normal.y),
-               nz = L::broadcast(normal.z);
-  const Floats radius = L::broadcast(disc_radius), zero = L::broadcast(0.0f);
-  const Floats &ox = rays.o[0], &oy = rays.o[1], &oz = rays.o[2];
-  const Floats &wx = rays.w[0], &wy = rays.w[1], &wz = rays.w[2];
-  Floats end = rays.length;
-  if (rule == segments::SegmentEnd::second) end = rays.extended;
-  if (rule == segments::SegmentEnd::bounded)
-    end = L::min(end + L::broadcast(segments::kBoundedRadii) * radius, rays.extended);
-  const Floats facing = nx * wx + ny * wy + nz * wz;
-  const Floats height = nx * (cx - ox) + ny * (cy - oy) + nz * (cz - oz);
-  const Floats s = height / facing;
-  const Floats px = (ox + s * wx) - cx, py = (oy + s * wy) - cy, pz = (oz + s * wz) - cz;
-  const Floats distance2 = px * px + py * py + pz * pz;
-  return rays.valid & L::mask(L::both(L::both(L::less(facing, zero), L::less(zero, s)),
-                                      L::both(L::less_equal(s, end),
-                                              L::less_equal(distance2, radius * radius))));
+  const Floats c[3] = {L::broadcast(centre.x), L::broadcast(centre.y), L::broadcast(centre.z)};
+  const Floats n[3] = {L::broadcast(normal.x), L::broadcast(normal.y), L::broadcast(normal.z)};
+  const Floats radius = L::broadcast(disc_radius);
+  const Floats end = segment_ends<L>(rule, rays.length, rays.extended, radius);
+  return rays.valid & cross_circles<L>(rays.o, rays.w, end, c, n, radius * radius);
 }
 
 /// A segment stands in every leaf that it passes: a crossing belongs to the leaf that holds it.
@@ -82,7 +69,7 @@ class CrossingFinder {
       const RayLanes<L> rays(map_.records().data(), ids, first);
       for (const uint32_t k : leaf.queries) {
         uint32_t met =
-            cross_circles(rays, discs_.centre[k], discs_.normal[k], discs_.radius[k], map_.rule());
+            cross_disc(rays, discs_.centre[k], discs_.normal[k], discs_.radius[k], map_.rule());
         if (discs_.outline[k] != samples::kWholeDisc) outline_tests += uint64_t(std::popcount(met));
         for (; met; met &= met - 1)
           try_pair(ids[first + size_t(std::countr_zero(met))], k, &leaf.cell, hits);

@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "estimate/crossing_lanes.h"
+
 namespace deltalux::estimate::sphere_cache {
 
 inline constexpr int kColumns = 7;   // origin, direction, end
@@ -67,8 +69,8 @@ Found meet_sphere(const Columns& from, size_t count, const SphereTest& sphere, c
                  z = W::about_less_product(vz, t, wz);
     const Floats distance2 = W::about_multiply_add(z, z, W::about_multiply_add(y, y, x * x));
     const uint32_t there = lanes_below<W>(count - i);
-    const uint32_t in = W::less_equal(distance2, surely2) & there;
-    const uint32_t near = W::less_equal(distance2, maybe2) & there & ~in;
+    const uint32_t in = W::mask(W::less_equal(distance2, surely2)) & there;
+    const uint32_t near = W::mask(W::less_equal(distance2, maybe2)) & there & ~in;
     for (int k = 0; k < kColumns; ++k) W::store_packed(to.of[k] + found.surely, column[k], in);
     W::store_packed(to.index + found.surely, from.index + i, in);
     found.surely += size_t(__builtin_popcount(in));
@@ -80,27 +82,20 @@ Found meet_sphere(const Columns& from, size_t count, const SphereTest& sphere, c
   return found;
 }
 
-/// Twin of cross_circle(): the same operations in the same order.
 template <class W>
 size_t cross_disc(const Columns& list, size_t count, const DiscTest& disc, uint32_t* hits) {
   using Floats = typename W::Floats;
-  const Floats cx = W::broadcast(disc.centre[0]), cy = W::broadcast(disc.centre[1]),
-               cz = W::broadcast(disc.centre[2]), nx = W::broadcast(disc.normal[0]),
-               ny = W::broadcast(disc.normal[1]), nz = W::broadcast(disc.normal[2]),
-               zero = W::broadcast(0.0f), radius = W::broadcast(disc.radius);
-  const Floats radius2 = radius * radius;
+  const Floats c[3] = {W::broadcast(disc.centre[0]), W::broadcast(disc.centre[1]),
+                       W::broadcast(disc.centre[2])};
+  const Floats n[3] = {W::broadcast(disc.normal[0]), W::broadcast(disc.normal[1]),
+                       W::broadcast(disc.normal[2])};
+  const Floats radius = W::broadcast(disc.radius), radius2 = radius * radius;
   size_t found = 0;
   for (size_t i = 0; i < count; i += W::kWidth) {
     Floats column[kColumns];
     for (int k = 0; k < kColumns; ++k) column[k] = W::load(list.of[k] + i);
-    const auto& [ox, oy, oz, wx, wy, wz, end] = column;
-    const Floats facing = nx * wx + ny * wy + nz * wz;
-    const Floats height = nx * (cx - ox) + ny * (cy - oy) + nz * (cz - oz);
-    const Floats s = height / facing;
-    const Floats px = (ox + s * wx) - cx, py = (oy + s * wy) - cy, pz = (oz + s * wz) - cz;
-    const Floats distance2 = px * px + py * py + pz * pz;
-    const uint32_t hit = W::less(facing, zero) & W::less(zero, s) & W::less_equal(s, end) &
-                         W::less_equal(distance2, radius2) & lanes_below<W>(count - i);
+    const uint32_t hit =
+        cross_circles<W>(column, column + 3, column[6], c, n, radius2) & lanes_below<W>(count - i);
     if (!hit) continue;
     W::store_packed_sequence(hits + found, uint32_t(i), hit);
     found += size_t(__builtin_popcount(hit));

@@ -23,6 +23,8 @@ struct Sixteen {
   }
   static uint32_t less(Floats a, Floats b) { return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ); }
   static uint32_t less_equal(Floats a, Floats b) { return _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ); }
+  static uint32_t both(uint32_t a, uint32_t b) { return a & b; }
+  static uint32_t mask(uint32_t flags) { return flags; }
   // Packed in a register and stored whole: several times faster than a compressing store on Zen 4.
   static void store_packed(float* to, Floats values, uint32_t mask) {
     _mm512_storeu_ps(to, _mm512_maskz_compress_ps(__mmask16(mask), values));

@@ -12,9 +12,6 @@ namespace {
 template <class L>
 struct Eight : L {
   static constexpr size_t kWidth = 8;
-  using typename L::Floats;
-  static uint32_t less(Floats a, Floats b) { return L::mask(L::less(a, b)); }
-  static uint32_t less_equal(Floats a, Floats b) { return L::mask(L::less_equal(a, b)); }
 };
 
 struct One {
@@ -28,6 +25,8 @@ struct One {
   static float about_less_product(float c, float a, float b) { return c - a * b; }
   static uint32_t less(float a, float b) { return a < b; }
   static uint32_t less_equal(float a, float b) { return a <= b; }
+  static uint32_t both(uint32_t a, uint32_t b) { return a & b; }
+  static uint32_t mask(uint32_t flags) { return flags; }
   // Always stored: a branch that goes either way at random takes twice the time.
   static void store_packed(float* to, float value, uint32_t) { *to = value; }
   static void store_packed(uint32_t* to, const uint32_t* value, uint32_t) { *to = *value; }
