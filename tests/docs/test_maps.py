@@ -61,9 +61,9 @@ def test_recipes_name_what_there_is() -> None:
 @pytest.mark.parametrize(
     ("file", "name", "found"),
     [
-        ("core/trace/walk.cpp", "Walk::land", True),
+        ("core/trace/walk.cpp", "Walk::scatter", True),
         ("core/trace/walk.cpp", "Walk::fall", False),
-        ("core/trace/walk.cpp", "land", False),  # called there, and a member
+        ("core/trace/walk.cpp", "scatter", False),  # called there, and a member
         ("core/trace/walk.cpp", "facing_normal", False),  # called there
         ("core/trace/scatter.h", "facing_normal", True),
         ("core/gather/looks.cpp", "Looks::Caster::look", True),
