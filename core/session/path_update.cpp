@@ -130,7 +130,7 @@ void PathUpdate::advance(std::vector<Wavefront> fresh, const Progress* progress)
     {
       ScopeTime watch(counts_.trace_ms);
       trace(b, wavefront, children);
-      counts_.traced += wavefront.slots.size();
+      counts_.retraced += wavefront.slots.size();
     }
     if (progress) progress->check();
     ScopeTime watch(counts_.deposit_ms);

@@ -23,7 +23,7 @@ struct PendingPath {
 };
 
 struct PathCounts {
-  uint64_t paths = 0, removed = 0, traced = 0;
+  uint64_t paths = 0, removed = 0, retraced = 0;
   double remove_ms = 0, trace_ms = 0, deposit_ms = 0, moving_ms = 0;
 };
 

@@ -117,7 +117,7 @@ void Session::trace_all(Progress& progress, Frame& frame) {
   }
   progress.begin("trace paths", paths);
   const PathCounts counts = trace_lights(progress);
-  frame.retraced_segments = counts.traced;
+  frame.retraced_segments = counts.retraced;
   frame.affected_paths = paths;
   frame.milliseconds.emplace_back("trace", counts.trace_ms);
   frame.milliseconds.emplace_back("deposit", counts.deposit_ms);

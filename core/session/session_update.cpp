@@ -309,13 +309,13 @@ size_t Session::run_pending(double budget_ms, Progress& progress, Frame& frame,
     const double room = double(most) - double(std::min(most, s.store.bytes()));
     const size_t fit = s.options.memory_limit ? size_t(room / longest) : kMaxPerStep;
     const size_t end = std::min({total, done + step, done + std::max(kFirstStep, fit)});
-    const size_t removed = update.counts().removed, traced = update.counts().traced;
+    const size_t removed = update.counts().removed, retraced = update.counts().retraced;
     update.replace(std::span(pending_).subspan(done, end - done), done ? nullptr : between);
     progress.advance(end - done);
     done = end;
     // Paths that become shorter again need no more, though what they free is not given back.
     refused = s.options.memory_limit && s.store.bytes() > most && done < total &&
-              update.counts().traced - traced > update.counts().removed - removed;
+              update.counts().retraced - retraced > update.counts().removed - removed;
     if (refused) break;
     if (budget_ms == 0 || done == total) continue;
     const double spent = watch.milliseconds(), left = budget_ms - spent;
@@ -326,7 +326,7 @@ size_t Session::run_pending(double budget_ms, Progress& progress, Frame& frame,
   pending_.erase(pending_.begin(), pending_.begin() + long(done));
   frame.affected_paths = update.counts().paths;
   frame.removed_segments = update.counts().removed;
-  frame.retraced_segments = update.counts().traced;
+  frame.retraced_segments = update.counts().retraced;
   frame.done = std::min(direct_->current_share(), total ? double(done) / double(total) : 1.0);
   frame.milliseconds.emplace_back("remove", update.counts().remove_ms);
   frame.milliseconds.emplace_back("moving samples", update.counts().moving_ms);
