@@ -71,7 +71,7 @@ nb::dict sphere_cache_upper(const SegmentColumns& segments, const samples::DiscS
   estimate::SphereCache::Result result;
   estimate::SphereCacheOptions options =
       to_options(rule, ratio, min_rays, order, "all", outer_radius);
-  options.most_levels = levels;
+  options.max_levels = levels;
   options.deposits = false;
   run(progress, [&](Progress& p) {
     const estimate::SphereCache cache(discs, options, &p);
@@ -92,9 +92,9 @@ void bind_sphere_cache(nb::module_& m) {
         nb::arg("outer_radius"), nb::arg("levels"), nb::arg("threads"), nb::arg("progress").none());
   m.def(
       "enclosing_radius",
-      [](const SegmentColumns& segments, const std::string& rule, float most_radius) {
+      [](const SegmentColumns& segments, const std::string& rule, float max_radius) {
         return estimate::enclosing_radius(segments.span(0, segments.count()), to_rule(rule),
-                                          most_radius);
+                                          max_radius);
       },
       nb::arg("segments"), nb::arg("rule"), nb::arg("most_radius"));
 }

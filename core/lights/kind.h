@@ -54,7 +54,7 @@ class Kind {
   /// Power over intensity: steradians, of a parallel light square metres.
   virtual double extent(const Punctual& light) const = 0;
   /// The most of it, wherever an object takes the light.
-  virtual double most_extent(const Punctual& light, const Box& world) const = 0;
+  virtual double max_extent(const Punctual& light, const Box& world) const = 0;
   /// A path's start, drawn by power; of a parallel light the first two numbers are its place on the
   /// rectangle. `random`: in [0, 1).
   virtual Start start(const Punctual& light, const std::array<float, 4>& random) const = 0;

@@ -9,7 +9,7 @@ class Placed : public Kind {
  public:
   bool is_parallel() const final { return false; }
   void place(Punctual&, const Box&) const final {}
-  double most_extent(const Punctual& light, const Box&) const final { return extent(light); }
+  double max_extent(const Punctual& light, const Box&) const final { return extent(light); }
   Start start(const Punctual& light, const std::array<float, 4>& random) const final;
   double irradiance(const Punctual& light, Vec3f point, Vec3f normal, float slack) const final;
   ShadowRay shadow_ray(const Punctual& light, Vec3f origin) const final;

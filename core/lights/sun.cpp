@@ -34,7 +34,7 @@ class Sun final : public Kind {
   }
 
   double extent(const Punctual& light) const override { return light.area; }
-  double most_extent(const Punctual&, const Box& world) const override {
+  double max_extent(const Punctual&, const Box& world) const override {
     // No side of the rectangle is longer than the box's diagonal.
     return double(world.diagonal()) * double(world.diagonal());
   }

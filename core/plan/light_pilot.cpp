@@ -106,7 +106,7 @@ LightPilot::Given LightPilot::given(const trace::Light& light) const {
   const trace::EnergyScale scale = trace::choose_scale({&light, 1}, kBounces);
   const auto quanta = trace::birth_quanta(light, scale, 1.0);
   const trace::Walk paths = walk(1);
-  const double most = light.most_weight();
+  const double most = light.max_weight();
   Flights all(*this), weighed(*this);
   for (uint64_t i = 0; i < light.path_count; ++i) {
     const trace::Emission start = trace::emit(light, kSeed, i, 1);

@@ -34,8 +34,8 @@ KeptPlaces::Place KeptPlaces::find(const direct::Receiver& receiver, uint32_t ra
 
 void KeptPlaces::keep(std::unique_ptr<Batch> batch) {
   const size_t own = batch->bytes();
-  if (own > most_bytes_) return;
-  while (own + bytes() > most_bytes_ && !batches_.empty()) {
+  if (own > max_bytes_) return;
+  while (own + bytes() > max_bytes_ && !batches_.empty()) {
     forget_places(*batches_.front());
     batches_.pop_front();
   }
@@ -46,7 +46,7 @@ void KeptPlaces::keep(std::unique_ptr<Batch> batch) {
 
 void KeptPlaces::keep_direct(std::span<const direct::Receiver> receivers, bool by_need,
                              std::span<const Vec3d> light) {
-  if (bytes() > most_bytes_) return;
+  if (bytes() > max_bytes_) return;
   for (size_t i = 0; i < receivers.size(); ++i) direct_.keep(receivers[i], by_need, light[i]);
 }
 

@@ -37,7 +37,7 @@ class KeptPlaces {
     uint32_t number = 0;
   };
 
-  explicit KeptPlaces(size_t most_bytes) : most_bytes_(most_bytes) {}
+  explicit KeptPlaces(size_t max_bytes) : max_bytes_(max_bytes) {}
 
   /// Of a place that looks as it did: the same receiver, told the same number of rays.
   Place find(const direct::Receiver& receiver, uint32_t rays) const;
@@ -76,7 +76,7 @@ class KeptPlaces {
   void forget_unused();
   void forget_places(const Batch& batch);
 
-  size_t most_bytes_;
+  size_t max_bytes_;
   uint64_t taken_ = 0;
   KeptDirect direct_;
   std::deque<std::unique_ptr<Batch>> batches_;  // the oldest first

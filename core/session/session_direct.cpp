@@ -64,7 +64,7 @@ void Session::choose_direct() {
     return direct::DirectLight::estimated_rays(s.lights[i], s.samples.size());
   };
   const auto worth = [&](size_t i) {
-    const Vec3d p = s.lights[i].power * s.lights[i].most_power;
+    const Vec3d p = s.lights[i].power * s.lights[i].max_power;
     return (p.x + p.y + p.z) / std::max(1.0, rays(i));
   };
   std::sort(order.begin(), order.end(),

@@ -171,13 +171,13 @@ void place_light(const scene::Scene& scene, Light& light) {
   own.kind->place(own, scene.world());
   const double extent = own.kind->extent(own);
   light.power = Vec3d(own.intensity) * extent;
-  if (attached) light.most_power = own.kind->most_extent(own, scene.world()) / extent;
+  if (attached) light.max_power = own.kind->max_extent(own, scene.world()) / extent;
   if (!light.is_parallel()) light.bounds.grow(own.position);
 }
 
 std::vector<double> shares_by_power(std::span<const Light> lights) {
   std::vector<double> shares;
-  for (const Light& light : lights) shares.push_back(light.most_power * luminance(light.power));
+  for (const Light& light : lights) shares.push_back(light.max_power * luminance(light.power));
   return shares;
 }
 

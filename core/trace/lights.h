@@ -32,7 +32,7 @@ struct Light {
   bool two_sided = false;            ///< area
   bool on = true;                    ///< false while its object is removed
   Vec3d power{};                     ///< total emitted per channel, undimmed
-  double most_power = 1;             ///< in units of `power`: that in any pose of its object
+  double max_power = 1;              ///< in units of `power`: that in any pose of its object
   double area = 0;                   ///< area light's surface
   Vec3f radiance{};                  ///< area: per channel
   std::vector<uint32_t> triangles;   ///< area: triangle indices within the object
@@ -50,7 +50,7 @@ struct Light {
   /// Radiance, or intensity where it is strongest.
   Vec3f strength() const { return is_area() ? radiance : punctual.intensity; }
   /// Power that a path may carry, of the mean.
-  double most_weight() const { return map ? double(map->most_weight()) : 1.0; }
+  double max_weight() const { return map ? double(map->max_weight()) : 1.0; }
 };
 
 /// Finds the lights of a scene (kNone = all objects, else only that object's): punctual ones first,

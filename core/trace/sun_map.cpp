@@ -17,7 +17,7 @@ SunMap::Start SunMap::start(float r, float s) const {
   return {leaf.u + leaf.size * within, leaf.v + leaf.size * s, leaf.size * leaf.size / wide};
 }
 
-float SunMap::most_weight() const {
+float SunMap::max_weight() const {
   float most = 0;
   for (size_t i = 0; i < leaves.size(); ++i)
     most = std::max(most, leaves[i].size * leaves[i].size / chance(i));
@@ -39,7 +39,7 @@ const char* SunMap::flaw() const {
   if (leaves.front().below != 0) return "chances that do not grow from 0 to 1";
   if (!(std::fabs(area - 1) < 1e-9)) return "leaves that do not fill their rectangle";
   // Rounding of small chances.
-  if (!(most_weight() < 2 / kMinDensity)) return "a leaf that gets hardly any paths";
+  if (!(max_weight() < 2 / kMinDensity)) return "a leaf that gets hardly any paths";
   return nullptr;
 }
 

@@ -22,7 +22,7 @@ struct SunMap {
 
   /// `r`, `s`: random, in [0, 1); well spread ones stay so.
   Start start(float r, float s) const;
-  float most_weight() const;
+  float max_weight() const;
   /// Why starts can't follow it; null where they can.
   const char* flaw() const;
 

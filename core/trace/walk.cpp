@@ -89,7 +89,7 @@ EnergyScale choose_scale(std::span<const Light> lights, uint32_t max_bounces) {
   for (const Light& light : lights) {
     paths += double(light.path_count);
     for (int c = 0; c < 3; ++c)
-      most = std::max(most, light.most_weight() * light.most_power * light.power[c] /
+      most = std::max(most, light.max_weight() * light.max_power * light.power[c] /
                                 double(std::max<uint64_t>(1, light.path_count)));
   }
   if (!(most > 0)) return {1.0};
@@ -105,7 +105,7 @@ std::array<uint32_t, 3> birth_quanta(const Light& light, const EnergyScale& scal
   for (int c = 0; c < 3; ++c) {
     const double q =
         std::nearbyint(factor * light.power[c] / double(light.path_count) / scale.quantum);
-    if (!(q * light.most_weight() <= 0x1p31))
+    if (!(q * light.max_weight() <= 0x1p31))
       throw OptionError(
           "light: a path would carry more than the session's integer scale holds; "
           "start a new session with this light in the scene");

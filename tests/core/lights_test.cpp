@@ -83,7 +83,7 @@ TEST(Lights, ASunsRectangleIsBehindTheScene) {
   const Box world{{-1, 0, -2}, {3, 2, 4}};
   sun.kind->place(sun, world);
   EXPECT_TRUE(sun.kind->is_parallel());
-  EXPECT_LE(sun.kind->extent(sun), sun.kind->most_extent(sun, world));
+  EXPECT_LE(sun.kind->extent(sun), sun.kind->max_extent(sun, world));
   double low = 1e9, high = -1e9;
   for (const float a : {0.0f, 1.0f})
     for (const float b : {0.0f, 1.0f}) {

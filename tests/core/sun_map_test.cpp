@@ -35,7 +35,7 @@ TEST(SunMap, WeightsMakeUpForChances) {
     const auto r = sobol::sample(i, 5);
     const SunMap::Start start = map.start(r[0], r[1]);
     ASSERT_TRUE(start.u >= 0 && start.u < 1 && start.v >= 0 && start.v < 1);
-    ASSERT_LE(start.weight, map.most_weight());
+    ASSERT_LE(start.weight, map.max_weight());
     power[int(start.v * kSide)][int(start.u * kSide)] += double(start.weight) / kCount;
   }
   for (auto& row : power)

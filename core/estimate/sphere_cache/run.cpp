@@ -42,10 +42,10 @@ double radius_around(const SegmentList& list, Vec3d centre, Progress* progress) 
   return std::sqrt(most2);
 }
 
-std::vector<double> make_radii(double outer, double ratio, double least, size_t most_levels) {
+std::vector<double> make_radii(double outer, double ratio, double least, size_t max_levels) {
   std::vector<double> radius{outer};
   while (outer * std::pow(ratio, double(radius.size())) > least) {
-    if (most_levels && radius.size() > most_levels) break;
+    if (max_levels && radius.size() > max_levels) break;
     if (radius.size() > kMaxLevels)
       throw OptionError("sphere_cache: ratio: found " + std::to_string(ratio) +
                         ", which needs over " + std::to_string(kMaxLevels) + " spheres from " +
@@ -68,7 +68,7 @@ struct Gathered {
   }
 };
 
-Gathered gather(const segments::SegmentSpan& s, segments::SegmentEnd rule, float most_radius,
+Gathered gather(const segments::SegmentSpan& s, segments::SegmentEnd rule, float max_radius,
                 Progress* progress) {
   Gathered all;
   all.list.reserve(s.count);
@@ -80,7 +80,7 @@ Gathered gather(const segments::SegmentSpan& s, segments::SegmentEnd rule, float
       continue;
     }
     // The longest part that any disc counts.
-    const float end = segment_end(rule, s.length[i], s.extended[i], most_radius);
+    const float end = segment_end(rule, s.length[i], s.extended[i], max_radius);
     if (all.list.size == 0) all.low = all.high = Vec3d(o);
     const Vec3d to = Vec3d(o) + Vec3d(w) * (double(end) <= kFarthest ? double(end) : 0.0);
     all.low = min(all.low, min(Vec3d(o), to)), all.high = max(all.high, max(Vec3d(o), to));
@@ -102,7 +102,7 @@ Root make_root(const segments::SegmentSpan& s, const SphereCacheOptions& options
   Gathered all = gather(s, options.rule, *most, progress);
   const double outer = options.outer_radius > 0 ? options.outer_radius : all.radius(progress);
   return {std::move(all.list), std::move(all.strays),
-          make_radii(outer, options.ratio, double(*least), options.most_levels),
+          make_radii(outer, options.ratio, double(*least), options.max_levels),
           kMargin * (reach + all.far)};
 }
 
@@ -113,7 +113,7 @@ Run::Run(const samples::DiscSet& discs, const SphereCacheOptions& options, const
       root_(root),
       target_(target),
       kernels_(kernels(options.lanes)),
-      most_radius_(*std::max_element(discs.radius.begin(), discs.radius.end())),
+      max_radius_(*std::max_element(discs.radius.begin(), discs.radius.end())),
       chain_(chain),
       lists_(root.radius.size()),
       expected_(root.radius.size()),
@@ -177,7 +177,7 @@ void Run::deposit(const SegmentList& list, uint32_t disc) {
   for (size_t k = 0; k < count; ++k)
     __builtin_prefetch(s.power + 3 * size_t(list.columns().index[scratch_[k]]));
   // The lists' ends are those of the largest disc.
-  const bool shorter = options_.rule == segments::SegmentEnd::bounded && radius < most_radius_;
+  const bool shorter = options_.rule == segments::SegmentEnd::bounded && radius < max_radius_;
   const bool clipped = discs_.outline[disc] != samples::kWholeDisc;
   if (clipped) stats.outline_tests += count;
   for (size_t k = 0; k < count; ++k) {
@@ -224,8 +224,8 @@ void Run::add(uint32_t disc, uint32_t segment, Vec3f offset) {
 namespace deltalux::estimate {
 
 double enclosing_radius(const segments::SegmentSpan& segments, segments::SegmentEnd rule,
-                        float most_radius, Progress* progress) {
-  return sphere_cache::gather(segments, rule, most_radius, progress).radius(progress);
+                        float max_radius, Progress* progress) {
+  return sphere_cache::gather(segments, rule, max_radius, progress).radius(progress);
 }
 
 }  // namespace deltalux::estimate

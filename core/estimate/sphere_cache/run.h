@@ -54,7 +54,7 @@ class Run {
   const Root& root_;
   const Target& target_;
   const Kernels kernels_;
-  float most_radius_ = 0;
+  float max_radius_ = 0;
   SphereChain chain_;
   /// Lists of S_1 to S_built_. Under `all` the chain is known to its full depth, whether or not
   /// lists are long enough to be divided, so that it can be followed without them.

@@ -19,9 +19,9 @@ struct SphereCacheOptions {
   uint64_t min_rays = 100;  ///< shorter lists are not subdivided
   samples::Curve order = samples::Curve::hilbert;
   Containment containment = Containment::all;
-  double outer_radius = 0;   ///< of S_0; 0 = around all segments of a call
-  uint32_t most_levels = 0;  ///< below S_0; 0 = as many as the discs ask for
-  bool deposits = true;      ///< false: lists are built and counted, no disc is tested
+  double outer_radius = 0;  ///< of S_0; 0 = around all segments of a call
+  uint32_t max_levels = 0;  ///< below S_0; 0 = as many as the discs ask for
+  bool deposits = true;     ///< false: lists are built and counted, no disc is tested
   /// Below 1 the segments stand for more of their kind: lists are divided where all of these would
   /// be `min_rays`. Lists too short to tell are judged by those around them: that of S_i has
   /// `shrink[i]` times the segments of the one around it (where it is not given: Q² times).
@@ -39,9 +39,9 @@ struct SphereLevels {
   std::vector<uint64_t> tests;         ///< of segments against S_i; their sum is all sphere tests
 };
 
-/// Radius of the S_0 that a cache puts around these segments, for discs of up to `most_radius`.
+/// Radius of the S_0 that a cache puts around these segments, for discs of up to `max_radius`.
 double enclosing_radius(const segments::SegmentSpan& segments, segments::SegmentEnd rule,
-                        float most_radius, Progress* progress = nullptr);
+                        float max_radius, Progress* progress = nullptr);
 
 /// Finds for each disc all segments that cross it: under `all` and `nested` the same ones as
 /// BruteForce to the bit, under `literal` (lossy) fewer. 32 bytes per segment, and for
