@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Disc queries of a ray map: leaves by SIMD, eight segments against one disc at a time.
+// Disc queries of a ray map. In leaves, SIMD code tests eight segments against one disc at a time.
 #include "estimate/ray_map_discs.h"
 
 #include <algorithm>
@@ -44,7 +44,8 @@ uint32_t cross_circles(const RayLanes<L>& rays, Vec3f centre, Vec3f normal, floa
                                               L::less_equal(distance2, radius * radius))));
 }
 
-/// A segment stands in every leaf that it passes: a crossing belongs to the leaf that holds it.
+/// A segment is listed in every leaf that it passes; its crossing counts in the leaf that contains
+/// it.
 bool holds(const Box& cell, Vec3f p) {
   return p.x >= cell.low.x && p.y >= cell.low.y && p.z >= cell.low.z && p.x < cell.high.x &&
          p.y < cell.high.y && p.z < cell.high.z;
