@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Segments and discs as a user holds them, turned into what the estimators take.
+// Converts a user's segments and discs into the form that estimators need.
 #pragma once
 #include "common.h"
 #include "samples/disc_set.h"
@@ -15,7 +15,7 @@ inline SegmentEnd to_rule(const std::string& name) {
                             : SegmentEnd::bounded;
 }
 
-/// Segments as a user holds them (rows) turned into structure of arrays.
+/// Segments as a structure of arrays, made from a user's rows.
 struct SegmentArrays {
   std::vector<float> column[8];
   std::vector<uint32_t> power;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays on plain arrays, for pictures, and light paths as arrays.
+// Bindings of ray queries on plain arrays, for images, and of light paths as arrays.
 #include "base/direction.h"
 #include "base/parallel.h"
 #include "common.h"
@@ -14,7 +14,7 @@ namespace {
 
 constexpr size_t kGrain = 1024;
 
-/// A caster over one triangle mesh, for pictures and places.
+/// A ray caster over one triangle mesh, for images and placement of samples.
 class MeshCaster {
  public:
   MeshCaster(const Rows<float, 3>& vertices, const Rows<uint32_t, 3>& triangles, int threads)
@@ -55,7 +55,7 @@ class MeshCaster {
                           make_array(std::move(u), {n}), make_array(std::move(v), {n}));
   }
 
-  /// `behind`: the mesh of backs, see samples::Layers.
+  /// `behind`: a mesh with reversed winding, see samples::Layers.
   nb::object covered(const Rows<float, 3>& origins, const Rows<float, 3>& normals, float contact,
                      const MeshCaster* behind) const {
     const size_t n = origins.shape(0);
@@ -88,7 +88,7 @@ class MeshCaster {
   trace::EmbreeScene scene_;
 };
 
-/// All segments of all paths of a scene, as columns.
+/// Traces all paths of a scene; returns their segments as columns.
 nb::dict trace_paths(scene::Scene scene, uint64_t paths, uint64_t seed, uint32_t max_bounces,
                      uint32_t batches, bool second_hit, int threads, nb::object callback) {
   trace::FlightColumns flights;
