@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Named arrays and a JSON index in one zip, written and read in pieces; every size is checked.
 
-
 A file may come from an untrusted source. Nothing in it is compressed, so reading it takes no more
 memory than the file's length.
 """

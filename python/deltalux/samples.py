@@ -90,7 +90,6 @@ class Samples:
     def areas(self) -> np.ndarray:
         """(n,) square metres that each sample represents: a third of the display triangles around it.
 
-
         Samples without a display mesh all represent the same area: a grid's cell, or one square metre.
         """
         if self.display is not None:
@@ -109,7 +108,6 @@ class Samples:
         detail: float | str | None = None,
     ) -> Samples:
         """Samples on the vertices of the scene's display mesh, refined to `spacing` without cracks.
-
 
         If there are more than 60,000 vertices, those of one smooth surface that lie much closer together than
         `spacing` share samples: `display.at_vertices` computes the value of each vertex.
@@ -150,7 +148,6 @@ class Samples:
     @classmethod
     def on_grid(cls, origin: Any, u: Any, v: Any, spacing: float, radius: Any = None) -> Samples:
         """Samples on a working plane: points every `spacing` from origin along u and v, normal u × v.
-
 
         The points are the centres of cells that fill the rectangle spanned by u and v, row by row along u;
         `grid_shape` is (rows along v, columns along u).

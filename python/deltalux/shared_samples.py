@@ -26,7 +26,6 @@ OFFSET = 0.37
 def shared(display: DisplayMesh, covered: np.ndarray, most: int = MOST_SAMPLES) -> DisplayMesh:
     """The display mesh with samples at only some of its vertices, if it has more vertices than `most`.
 
-
     Vertices of one connected smooth surface that lie in the same cube and have similar normals share the
     sample at the vertex nearest to their centroid. Cubes are as small as `most` allows, but no larger than
     half the spacing, so that plain surfaces, whose vertices come from refinement, keep a sample at each.
@@ -88,7 +87,6 @@ def _grouped(
 
 def _close(display: DisplayMesh, group: np.ndarray, vertices: np.ndarray, others: np.ndarray) -> np.ndarray:
     """(k, j) bool: whether the groups of vertices (k,) and of others (k, j) are at most two steps apart.
-
 
     Places that are close in space may be far apart on the surface, for example behind a partition.
     """

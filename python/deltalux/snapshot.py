@@ -48,7 +48,6 @@ _MISFITS = (
 def write(path: Path, session: Session, command: str = "Session.save") -> None:
     """Write `session` to `path`, under a temporary name first; the core's arrays are written in pieces.
 
-
     `command` tells readers of the file which command wrote it.
 
     Raises
