@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shared by the bindings: array types, long calls with progress and Ctrl-C, edit translation.
+// Helpers of the bindings: array types, and long calls with progress and Ctrl-C.
 #pragma once
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
@@ -57,8 +57,8 @@ inline Pose to_pose(const Matrix& m) {
   return pose;
 }
 
-/// Runs `work` in a thread of its own while this one, the caller's, reports progress (every 20 ms,
-/// see set_report_seconds) to `callback` (stage, fraction) -> keep going, and watches for Ctrl-C.
+/// Runs `work` in a new thread, while the calling thread reports progress every 20 ms (see
+/// set_report_seconds) to `callback` (stage, fraction) -> keep going, and checks for Ctrl-C.
 /// Releases the GIL.
 void run(nb::object callback, const std::function<void(Progress&)>& work);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Of the stage of direct light: what arrives straight from lamps at any places.
+// Bindings of direct light: what arrives straight from lights at arbitrary points.
 #include "common.h"
 #include "direct/light_by_need.h"
 #include "direct/receivers.h"
@@ -8,10 +8,11 @@
 namespace deltalux::python {
 namespace {
 
-constexpr float kUnder = 1e-3f;                // metres: the surface of a point is within
-constexpr size_t kTogether = size_t(1) << 16;  // points
+// metres: how far above a surface a point may lie that belongs to it
+constexpr float kUnder = 1e-3f;
+constexpr size_t kTogether = size_t(1) << 16;  // points per report of progress
 
-/// Direct light at points of a scene, found once and asked often.
+/// Computes direct light at points of a scene; prepared once for many calls.
 class DirectAt {
  public:
   DirectAt(scene::Scene scene, uint64_t seed, int threads, nb::object callback)

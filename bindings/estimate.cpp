@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Estimators on plain arrays: the same segments and samples for every method.
+// Bindings of estimators on plain arrays: the same segments and samples for every method.
 #include "base/parallel.h"
 #include "base/random.h"
 #include "estimate/brute_force.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Segments and discs as a user holds them, turned into what the estimators take.
+// Converts a user's segments and discs into the form that estimators need.
 #pragma once
 #include "common.h"
 #include "samples/disc_set.h"
@@ -16,7 +16,7 @@ inline SegmentEnd to_rule(const std::string& name) {
                             : SegmentEnd::bounded;
 }
 
-/// Segments as a user holds them (rows) turned into columns.
+/// Segments as columns, made from a user's rows.
 inline SegmentColumns to_segments(const Rows<float, 3>& origin, const Rows<float, 3>& direction,
                                   const Column<float>& length, const Column<float>& extended,
                                   const Rows<uint32_t, 3>& power) {

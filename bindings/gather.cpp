@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gather methods and patch sums on plain arrays.
+// Bindings of gather methods and patch sums on plain arrays.
 #include <nanobind/stl/optional.h>
 
 #include "base/parallel.h"
@@ -24,7 +24,7 @@ std::vector<Vec3d> to_doubles(const Rows<double, 3>& rows) {
   return out;
 }
 
-/// Python's handle of triangles that several estimators share.
+/// Python's handle of a tree of triangles that several estimators share.
 struct SharedTree {
   Tree tree;
 };

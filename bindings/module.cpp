@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The extension module: translation of errors, long calls, and the parts below.
+// The extension module: translates errors, runs long calls, and registers all bindings.
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
@@ -14,7 +14,7 @@
 namespace deltalux::python {
 namespace {
 
-/// Between two reports of progress.
+/// Interval between two reports of progress.
 std::atomic<double> report_seconds{0.02};
 
 }  // namespace
@@ -51,7 +51,7 @@ void run(nb::object callback, const std::function<void(Progress&)>& work) {
         if (!interrupted && !callback.is_none()) {
           PyObject* answer =
               PyObject_CallFunction(callback.ptr(), "sd", progress.stage(), progress.fraction());
-          // Only an explicit False stops: a callback that returns nothing keeps going.
+          // Only an explicit False cancels: a callback that returns nothing lets the work continue.
           if (!answer)
             interrupted = true;
           else if (answer == Py_False)
@@ -81,7 +81,7 @@ NB_MODULE(_core, m) {
         "deltalux was built for processors with AVX2, which this one lacks; "
         "build from source with -DDELTALUX_ISA=x86-64");
 #endif
-  // Never destroyed: the interpreter may be gone by then.
+  // Never destroyed, since the interpreter may be gone by then.
   static const auto& errors = *new nb::object(nb::module_::import_("deltalux.errors"));
   nb::register_exception_translator([](const std::exception_ptr& p, void*) {
     const auto raise = [](const char* type, const std::exception& e) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Planning on plain arrays: the machine's constants, and what a method will count.
+// Bindings of the planner on plain arrays: the machine's constants, and predicted counts.
 #include <optional>
 
 #include "base/error.h"
@@ -10,13 +10,14 @@
 namespace deltalux::python {
 namespace {
 
-/// Pilots of one set of discs.
+/// Pilot runs for one set of discs.
 class PilotObject {
  public:
   PilotObject(const samples::DiscSet& discs, const std::string& rule, int threads)
       : workers_(threads), pilot_(discs, to_rule(rule), workers_) {}
 
-  /// Counts of a method for `total` segments in calls of `span`, of which `segments` are a sample.
+  /// Predicted counts of a method for `total` segments in calls of `span`, of which `segments` are
+  /// a sample.
   nb::dict count(const std::string& method, const SegmentColumns& segments, double total,
                  double span, double outer_radius, nb::object progress) {
     plan::Counts counts;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Methods, counts and constants of the planner, between their names in Python and the core.
+// Converts methods, counts and constants of the planner between Python and the core.
 #pragma once
 #include "base/error.h"
 #include "common.h"
@@ -13,7 +13,7 @@ inline const std::array<std::string, plan::kCounts> kCountNames{
     "segments", "visits", "node_tests", "disc_tests", "sphere_tests",  "far_tests", "box_tests",
     "rebuilds", "splits", "turns",      "hits",       "outline_tests", "far_hits"};
 
-/// The name was checked in Python; any other is "auto".
+/// Names are checked in Python; an unknown one means "auto".
 inline plan::Method to_method(const std::string& name) {
   const auto found = std::find(kMethodNames.begin(), kMethodNames.end(), name);
   return plan::Method(found == kMethodNames.end() ? 0 : found - kMethodNames.begin());
@@ -66,7 +66,8 @@ inline nb::list to_list(const std::vector<plan::PartPlan>& plans) {
   return out;
 }
 
-/// By method name, by size: size, seconds to build per disc, then seconds per count.
+/// By method name, then by size; a row holds size, seconds to build per disc, and seconds per
+/// count.
 using MachineRows = std::map<std::string, std::vector<std::vector<double>>>;
 
 inline MachineRows to_rows(const plan::Machine& machine) {
@@ -80,7 +81,7 @@ inline MachineRows to_rows(const plan::Machine& machine) {
   return rows;
 }
 
-/// Throws OptionError for rows that are no constants of every method.
+/// Throws OptionError for rows that do not hold constants of every method.
 inline plan::Machine to_machine(const MachineRows& rows) {
   plan::Machine machine;
   for (const plan::Method method : plan::kMethods) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The ray map: on plain arrays in one call, and as an object that segments enter and leave.
+// Bindings of the ray map: one call on plain arrays, and an object with addition and removal of
+// segments.
 #include <atomic>
 #include <mutex>
 #include <optional>
@@ -73,7 +74,7 @@ nb::tuple ray_map_nearest(const SegmentColumns& segments, const Rows<float, 3>& 
   return nb::make_tuple(make_array(std::move(found.irradiance), {n, 3}), to_dict(stats));
 }
 
-/// A map with its powers and the discs that were asked about last. Calls exclude each other.
+/// A map with the powers of its segments and the discs given to follow(). Calls exclude each other.
 class RayMapObject {
  public:
   RayMapObject(const std::string& rule, uint32_t leaf_size, size_t memory_limit)
@@ -104,7 +105,7 @@ class RayMapObject {
     exclusively([&] { tally_.emplace(discs, ++followers_); });
   }
 
-  /// Sums of the discs of follow().
+  /// Sums of the discs given to follow().
   nb::object sums(int threads, nb::object progress) {
     std::vector<int64_t> sums;
     run(progress, [&](Progress& p) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Of the stage of samples: where surfaces meet, and what display meshes are made of.
+// Bindings of the samples stage: contact lines, and operations on display meshes.
 #include "common.h"
 #include "samples/components.h"
 #include "samples/contact_lines.h"
@@ -36,7 +36,7 @@ std::span<const uint8_t> flags_of(const Flags& flags) {
   return {reinterpret_cast<const uint8_t*>(flags.data()), 3 * flags.shape(0)};
 }
 
-/// Numbers from elsewhere are looked at before anything is read or written by them.
+/// Throws unless all numbers are in [0, limit): indices from outside are checked before use.
 template <class T>
 void check_below(const T* numbers, size_t count, size_t limit) {
   for (size_t i = 0; i < count; ++i)
@@ -56,7 +56,7 @@ nb::object array(std::vector<T>&& values) {
   return make_array(std::move(values), {n});
 }
 
-/// Rows of numbers of type T; the array owns their memory.
+/// An array with rows of numbers of type T; the array owns the memory.
 template <class T, class Row>
 nb::object table(std::vector<Row>&& values, std::initializer_list<size_t> shape) {
   auto* owner = new std::vector<Row>(std::move(values));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes: filled from arrays, object by object.
+// Bindings of scenes, which are filled from arrays, object by object.
 #include "scene/scene.h"
 
 #include "common.h"

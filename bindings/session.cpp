@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sessions: bake, edit, update, read.
+// Bindings of sessions: bake, edit, update, read.
 #include "session/session.h"
 
 #include <cstdio>
@@ -31,8 +31,7 @@ nb::dict to_dict(const session::Frame& frame) {
   return out;
 }
 
-/// Rows of `width` numbers, one for each sample, that read(pointer) fills while Python goes on
-/// elsewhere.
+/// An array with `width` numbers per sample, which read(pointer) fills with the GIL released.
 template <class T, class Read>
 auto read_array(const Session& session, size_t width, const Read& read) {
   const size_t n = session.state().samples.size();
@@ -44,7 +43,7 @@ auto read_array(const Session& session, size_t width, const Read& read) {
   return make_array(std::move(values), {n, width});
 }
 
-/// The Python side's list of edits, in core's terms.
+/// The Python side's list of edits, as edits of the core.
 class EditList {
  public:
   void move(uint32_t object, const Matrix& pose) {
@@ -90,7 +89,7 @@ session::Options to_options(uint64_t paths, uint64_t seed, int threads, const st
 
 nb::object read_bytes(const ArchiveView& archive, const std::string& name, size_t offset,
                       size_t count) {
-  // Within the array, before memory is taken for it.
+  // Check the range before allocating memory.
   if (offset > archive.bytes(name) || count > archive.bytes(name) - offset)
     throw OptionError("archive: array \"" + name + "\" is shorter than that");
   nb::object out = nb::steal(PyBytes_FromStringAndSize(nullptr, Py_ssize_t(count)));
@@ -101,8 +100,8 @@ nb::object read_bytes(const ArchiveView& archive, const std::string& name, size_
   return out;
 }
 
-/// Arrays that a Python object reads from a file: bytes(name) -> int or None, and read_into(name,
-/// buffer) for the next ones.
+/// Arrays that a Python object reads from a file: bytes(name) -> int or None; read_into(name,
+/// buffer) reads the next bytes.
 class PythonSource : public ArchiveSource {
  public:
   explicit PythonSource(nb::object source) : source_(std::move(source)) {}

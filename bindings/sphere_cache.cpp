@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sphere cache on plain arrays, with its statistics per level.
+// Bindings of the sphere cache on plain arrays, with its statistics by level.
 #include "estimate/sphere_cache/sphere_cache.h"
 
 #include "base/parallel.h"
@@ -63,7 +63,7 @@ nb::tuple sphere_cache(const SegmentColumns& segments, const samples::DiscSet& d
   return nb::make_tuple(make_array(std::move(sums), {n, 3}), to_dict(result));
 }
 
-/// Counts of the upper levels alone: no disc is tested, nothing is summed.
+/// Counts of the upper levels only: no disc is tested, nothing is summed.
 nb::dict sphere_cache_upper(const SegmentColumns& segments, const samples::DiscSet& discs,
                             const std::string& rule, double ratio, uint64_t min_rays,
                             const std::string& order, double outer_radius, uint32_t levels,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays on plain arrays, for pictures, and light paths as arrays.
+// Bindings of ray queries on plain arrays, for images, and of light paths as arrays.
 #include "base/parallel.h"
 #include "common.h"
 #include "plan/scene_flights.h"
@@ -59,7 +59,7 @@ class ArrayCaster {
                           make_array(std::move(u), {n}), make_array(std::move(v), {n}));
   }
 
-  /// `behind`: the mesh of backs, see samples::Layers.
+  /// `behind`: a mesh with reversed winding, see samples::Layers.
   nb::object covered(const Rows<float, 3>& origins, const Rows<float, 3>& normals, float contact,
                      const ArrayCaster* behind) const {
     const size_t n = origins.shape(0);
@@ -80,7 +80,7 @@ class ArrayCaster {
   std::unique_ptr<trace::MeshCaster> mesh_;
 };
 
-/// All segments of all paths of a scene, as columns.
+/// Traces all paths of a scene; returns their segments as columns.
 nb::dict trace_paths(scene::Scene scene, uint64_t paths, uint64_t seed, uint32_t max_bounces,
                      uint32_t batches, bool second_hit, int threads, nb::object callback) {
   plan::SceneFlights found;

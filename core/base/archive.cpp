@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reading across the pieces of an array; sizes that must be right before anything is allocated.
+// Reads arrays across their pieces, and checks sizes before anything is allocated.
 #include "base/archive.h"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A session's arrays on their way to a file and back: in pieces, so that neither way takes memory
-// for a second copy of them.
+// A session's arrays on their way to a file and back. They are passed in pieces, so that neither
+// direction needs memory for a second copy.
 #pragma once
 #include <cstddef>
 #include <cstring>
@@ -18,13 +18,13 @@
 
 namespace deltalux {
 
-/// Named arrays that lie where their owner keeps them. Valid until the owner changes.
+/// Named arrays, which stay in the memory of their owner. Valid until the owner changes.
 class ArchiveView {
  public:
   ArchiveView() = default;
   ArchiveView(ArchiveView&&) = default;
 
-  /// Appends `values`, which stay where they are, to array `name`; makes it where there is none.
+  /// Appends `values`, which are not copied, to array `name`; creates the array if necessary.
   template <class T>
   void append(const std::string& name, std::span<const T> values) {
     static_assert(std::is_trivially_copyable_v<T>);
@@ -34,7 +34,7 @@ class ArchiveView {
   void append(const std::string& name, const std::vector<T>& values) {
     append(name, std::span<const T>(values));
   }
-  /// The same for values made for the purpose, which are kept here.
+  /// The same for temporary values, which this object keeps.
   template <class T>
   void keep(const std::string& name, std::vector<T> values) {
     const auto own = std::make_shared<const std::vector<T>>(std::move(values));
@@ -42,8 +42,8 @@ class ArchiveView {
     append(name, *own);
   }
 
-  /// Appends `count` values that are made when they are read, more than once perhaps: `make`
-  /// returns so many. For a part of an array that no one keeps as a file has it.
+  /// Appends `count` values that `make` returns when they are read, possibly more than once: for
+  /// parts of an array that nobody keeps in the file's form.
   template <class T>
   void make(const std::string& name, size_t count, std::function<std::vector<T>()> make) {
     static_assert(std::is_trivially_copyable_v<T>);
@@ -55,22 +55,22 @@ class ArchiveView {
   }
 
   std::vector<std::string> names() const;
-  /// Throws OptionError where there is no such array.
+  /// Throws OptionError if there is no such array.
   size_t bytes(const std::string& name) const { return array(name).bytes; }
-  /// Copies the bytes of array `name` from number `offset` on. Throws OptionError beyond its end.
+  /// Copies bytes of array `name`, from byte `offset` on. Throws OptionError beyond its end.
   void read(const std::string& name, size_t offset, std::span<std::byte> to) const;
 
  private:
   struct Piece {
     size_t bytes = 0;
     std::span<const std::byte> at;
-    std::function<std::vector<std::byte>()> make;  // where it lies nowhere
+    std::function<std::vector<std::byte>()> make;  // for pieces that are not in memory
   };
   struct Array {
     size_t bytes = 0;
     std::vector<Piece> pieces;
-    std::vector<size_t> begin;  // of each piece
-    mutable size_t made = 0;    // number of the piece that `last` holds, and one
+    std::vector<size_t> begin;  // offset of each piece
+    mutable size_t made = 0;    // index of the piece in `last`, plus 1; 0: none
     mutable std::vector<std::byte> last;
     std::span<const std::byte> piece(size_t number) const;
   };
@@ -84,21 +84,21 @@ class ArchiveView {
   std::vector<std::shared_ptr<const void>> kept_;
 };
 
-/// Where a session gets its arrays from, each from its beginning on.
+/// The source from which a session is restored; each array is read sequentially.
 class ArchiveSource {
  public:
   virtual ~ArchiveSource() = default;
-  /// Length of array `name`; nullopt where there is none. No longer than what is really there.
+  /// Length of array `name` in bytes; nullopt if there is none. Must not exceed what can be read.
   virtual std::optional<size_t> bytes(const std::string& name) = 0;
-  /// The next bytes of array `name`. Throws FormatError beyond its end.
+  /// Reads the next bytes of array `name`. Throws FormatError beyond its end.
   virtual void read(const std::string& name, std::span<std::byte> to) = 0;
 
-  /// Throws FormatError unless array `name` has `count` entries of type T; nothing was allocated.
+  /// Throws FormatError unless array `name` has `count` entries of type T. Allocates nothing.
   template <class T>
   void expect(const std::string& name, size_t count) {
     expect_bytes(name, count, sizeof(T));
   }
-  /// Number of entries of type T in array `name`. Throws FormatError where there is none.
+  /// Number of entries of type T in array `name`. Throws FormatError if there is no such array.
   template <class T>
   size_t count(const std::string& name) {
     return count_of(name, sizeof(T));
@@ -108,7 +108,7 @@ class ArchiveSource {
     static_assert(std::is_trivially_copyable_v<T>);
     read(name, std::as_writable_bytes(to));
   }
-  /// The whole array, which must have `count` entries.
+  /// Reads the whole array, which must have `count` entries.
   template <class T>
   std::vector<T> read_all(const std::string& name, size_t count) {
     expect<T>(name, count);

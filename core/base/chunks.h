@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A vector that grows piece by piece: nothing is copied, and no more than one piece lies idle.
+// A vector that grows by chunks: nothing is copied, and at most one chunk is partly unused.
 #pragma once
 #include <cstddef>
 #include <memory>
@@ -11,7 +11,7 @@ namespace deltalux {
 template <class T>
 class Chunks {
  public:
-  static constexpr size_t kChunk = size_t(1) << 14;  ///< elements that lie in a row
+  static constexpr size_t kChunk = size_t(1) << 14;  ///< contiguous elements
 
   Chunks() = default;
   Chunks(Chunks&& other) noexcept
@@ -25,7 +25,7 @@ class Chunks {
   size_t size() const { return size_; }
   T& operator[](size_t i) { return pieces_[i / kChunk][i % kChunk]; }
   const T& operator[](size_t i) const { return pieces_[i / kChunk][i % kChunk]; }
-  /// Appends `count` elements as they are made without arguments.
+  /// Appends `count` default-constructed elements.
   void grow(size_t count) {
     while (pieces_.size() * kChunk < size_ + count)
       pieces_.push_back(std::make_unique<T[]>(kChunk));

@@ -9,12 +9,12 @@
 
 namespace deltalux {
 
-/// All directions within an angle of at most 90 degrees about a unit axis.
+/// A cone of all directions within an angle of at most 90 degrees about a unit axis.
 struct Cone {
   Vec3f axis;
-  float cosine, sine;  ///< of that angle
+  float cosine, sine;  ///< of the half angle
 
-  /// False only where no direction meets the ball.
+  /// Whether a direction of the cone may meet the ball; false only if none does.
   bool may_meet(Vec3f to_centre, float radius) const {
     const float distance = length(to_centre);
     if (!(distance > radius)) return true;
@@ -22,7 +22,7 @@ struct Cone {
     const float ball_cosine = std::sqrt(std::max(0.0f, 1 - ball_sine * ball_sine));
     return dot(axis, to_centre) >= distance * limit(ball_cosine, ball_sine);
   }
-  /// Cosine of the angle between the axes of two cones that touch, and a little less.
+  /// Cosine of the angle between the axes of two cones that touch, minus a small margin.
   float limit(float other_cosine, float other_sine) const {
     return cosine * other_cosine - sine * other_sine - 1e-4f;
   }
@@ -30,7 +30,7 @@ struct Cone {
 
 inline float sine_of(float cosine) { return std::sqrt(std::max(0.0f, 1.0f - cosine * cosine)); }
 
-/// The direction at that angle to the unit `axis`, `turn` of the way around it.
+/// The direction at the given angle to the unit `axis`; `turn`: fraction of a turn around it.
 inline Vec3f on_cone(Vec3f axis, float cosine, float sine, float turn) {
   Vec3f u, v;
   tangent_frame(axis, u, v);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Asks the processor once, and the environment.
+// Queries the processor and the environment once.
 #include "base/cpu.h"
 
 #include <algorithm>

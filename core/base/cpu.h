@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which instruction set the loops use that are written for several. All give the same sums.
+// Chooses the instruction set of loops that exist for several. All give the same sums.
 #pragma once
 #include <cstdint>
 #include <string_view>
@@ -7,27 +7,29 @@
 
 namespace deltalux {
 
-/// Each processor that has one has those before it, too.
+/// Each processor that has one also has those before it.
 enum class Isa : uint8_t {
   portable,  ///< nothing but standard C++
   avx2,      ///< with FMA
   avx512,    ///< F, BW, DQ and VL
 };
 
-/// The best that the processor has, whatever this build is written for.
+/// The best instruction set of the processor, regardless of this build.
 Isa processor_isa();
 
-/// Those that processor and build have, the best one last.
+/// The instruction sets of both processor and build, the best one last.
 std::vector<Isa> available_isas();
 
-/// "portable", "avx2" or "avx512". Throws OptionError for others and for what is not available.
+/// Converts "portable", "avx2" or "avx512". Throws OptionError for other names and for unavailable
+/// sets.
 Isa isa_named(std::string_view name);
 
-/// The one in use: the best available, or that which the environment's DELTALUX_ISA names when
-/// first asked, so that the slower loops can be tried anywhere. Throws OptionError as above.
+/// The instruction set in use: the best available one, or the one named by the environment variable
+/// DELTALUX_ISA at the first call, so that slower loops can be tested anywhere. Throws OptionError
+/// as above.
 Isa isa();
 
-/// Uses this one from now on, for tests. Throws OptionError where it is not available.
+/// Switches to another instruction set, for tests. Throws OptionError if it is not available.
 void use_isa(Isa isa);
 
 }  // namespace deltalux

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Directions in 4 bytes: 16+16-bit octahedral. Rays are traced along the decoded direction, so
-// nothing is lost when a segment is read back.
+// Encodes directions in 4 bytes (octahedral, 16+16 bits). Rays are traced along the decoded
+// direction, so that reading a segment back loses nothing.
 #pragma once
 #include <cmath>
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace deltalux {
 
-/// Unit vector of a code (Cigolle et al. 2014, JCGT 3(2)).
+/// Decodes a unit vector (Cigolle et al. 2014, JCGT 3(2)).
 inline Vec3f decode_direction(uint32_t code) {
   const float x = float(int32_t(code & 0xffffu) - 32767) * (1.0f / 32767.0f);
   const float y = float(int32_t(code >> 16) - 32767) * (1.0f / 32767.0f);

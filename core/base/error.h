@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The exceptions of the core; the binding translates each to its Python twin.
+// The core's exceptions; the bindings translate each to its Python equivalent.
 #pragma once
 #include <stdexcept>
 #include <string>
@@ -9,7 +9,7 @@ namespace deltalux {
 struct Error : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
-/// The scene's content cannot be used.
+/// The scene's contents cannot be used.
 struct SceneError : Error {
   using Error::Error;
 };
@@ -17,11 +17,11 @@ struct SceneError : Error {
 struct OptionError : Error {
   using Error::Error;
 };
-/// A saved state is malformed or foreign.
+/// A saved state is malformed, or belongs to something else.
 struct FormatError : Error {
   using Error::Error;
 };
-/// The caller asked to stop.
+/// The caller cancelled the operation.
 struct Cancelled : Error {
   Cancelled() : Error("cancelled") {}
 };

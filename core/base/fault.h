@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Failures on purpose: tests let the k-th of what can fail do so. Costs one load where it is asked.
+// Fault injection for tests: lets the k-th operation of a kind fail. Costs one load per operation.
 #pragma once
 #include <atomic>
 #include <cstdint>
 
 namespace deltalux::fault {
 
-enum class Kind : uint8_t { commit, cancel };  ///< of an acceleration structure; a look at the flag
+/// building an acceleration structure; checking for cancellation
+enum class Kind : uint8_t { commit, cancel };
 
 inline std::atomic<int64_t> countdown[2] = {0, 0};  // 0 = none
 
-/// The k-th time from now that `kind` is asked, it fails, once.
+/// Lets the k-th operation of `kind` from now on fail, once.
 inline void arm(Kind kind, int64_t k) { countdown[size_t(kind)].store(k); }
 
 inline bool due(Kind kind) noexcept {

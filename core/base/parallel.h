@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Threads: one arena whose size the user sets. Only parallel.cpp knows oneTBB.
+// Threads: one arena whose size the user chooses. Only parallel.cpp uses oneTBB.
 #pragma once
 #include <cstddef>
 #include <functional>
@@ -7,8 +7,9 @@
 
 namespace deltalux {
 
-/// Work must give the same result for every number of threads: blocks have fixed bounds
-/// (multiples of `grain`), and callers combine them by integer sums or by block index.
+/// Runs work in parallel. Work must give the same result for every number of threads: blocks have
+/// fixed bounds (multiples of `grain`), and callers combine results by integer sums or by block
+/// index.
 class Workers {
  public:
   /// 0 = all processors.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Progress and cancellation of long calls: workers write, the calling thread reads.
+// Progress and cancellation of long calls: worker threads write, the calling thread reads.
 #pragma once
 #include <atomic>
 #include <cstddef>
@@ -16,7 +16,7 @@ class Progress {
     announce(stage, total);
     check();
   }
-  /// begin() for work that has to start once it got here.
+  /// The same for work that can no longer be cancelled at its start.
   void announce(const char* stage, size_t total) {
     done_.store(0, std::memory_order_relaxed);
     total_.store(total ? total : 1, std::memory_order_relaxed);

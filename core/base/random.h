@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random numbers as a function of (seed, path, bounce, dimension): any path can be traced again
-// from any bounce. The first four dimensions of a path are an Owen-scrambled Sobol' sequence.
+// Random numbers as a function of (seed, path, bounce, dimension), so that any path can be traced
+// again from any bounce. The first four dimensions of a path are an Owen-scrambled Sobol' sequence.
 #pragma once
 #include <array>
 #include <bit>
@@ -23,7 +23,7 @@ constexpr uint64_t combine(uint64_t a, uint64_t b) {
 constexpr float unit_float(uint64_t bits) { return float(uint32_t(bits >> 40)) * 0x1p-24f; }
 constexpr float unit_float32(uint32_t bits) { return float(bits >> 8) * 0x1p-24f; }
 
-/// One stream per (seed, path); draws are indexed, never sequential.
+/// One stream per (seed, path); draws are indexed, not sequential.
 class PathRandom {
  public:
   constexpr PathRandom(uint64_t seed, uint64_t path) : key_(combine(mix64(seed), path)) {}
@@ -37,7 +37,7 @@ class PathRandom {
 
 namespace sobol {
 
-/// Direction numbers of the first four Sobol' dimensions (Joe & Kuo 2008), built from their
+/// Direction numbers of the first four Sobol' dimensions (Joe & Kuo 2008), computed from their
 /// primitive polynomials.
 constexpr std::array<std::array<uint32_t, 32>, 4> make_directions() {
   std::array<std::array<uint32_t, 32>, 4> v{};
@@ -81,7 +81,7 @@ constexpr uint32_t owen_scramble(uint32_t x, uint32_t seed) {
   return reverse_bits(x);
 }
 
-/// XORs of direction numbers by byte of the index: a point is four look-ups per dimension.
+/// XORs of direction numbers by byte of the index: a point takes four look-ups per dimension.
 constexpr std::array<std::array<std::array<uint32_t, 256>, 4>, 4> make_tables() {
   std::array<std::array<std::array<uint32_t, 256>, 4>, 4> table{};
   for (int d = 0; d < 4; ++d)

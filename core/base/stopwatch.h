@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How long things take, in milliseconds of wall clock. No result depends on it, only what is left
-// for later.
+// Measures wall-clock time in milliseconds. Time never affects results, except for how much work an
+// update leaves for later.
 #pragma once
 #include <chrono>
 #include <utility>
@@ -9,9 +9,9 @@ namespace deltalux {
 
 class Stopwatch {
  public:
-  /// Since it was made.
+  /// Since construction.
   double milliseconds() const { return between(start_, Clock::now()); }
-  /// Since it was made, or since the last lap.
+  /// Since construction, or since the last lap.
   double lap() {
     const Clock::time_point now = Clock::now();
     return between(std::exchange(lap_, now), now);

@@ -6,7 +6,8 @@
 namespace deltalux {
 
 struct Pose {
-  // Rows of the rotation and the translation; double, so that a pose survives a round trip.
+  // Rows of the rotation, and the translation; in double precision, so that poses survive a round
+  // trip.
   Vec3d row[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   Vec3d translation{};
 
@@ -18,7 +19,7 @@ struct Pose {
     return Vec3f(Vec3d{dot(row[0], q), dot(row[1], q), dot(row[2], q)});
   }
   Vec3f direction(Vec3f p) const { return direction(Vec3d(p)); }
-  /// Encloses `box` when it is turned.
+  /// Bounds of a transformed box.
   Box box(const Box& local) const {
     Box out;
     for (int i = 0; i < 8 && !local.empty(); ++i)
@@ -36,7 +37,8 @@ struct Pose {
   friend bool operator==(const Pose&, const Pose&) = default;
 };
 
-/// The same in single precision: world to object space for segments, one definition for all users.
+/// The same in single precision, for transforming segments to object space; one definition for all
+/// users.
 struct FastTransform {
   Vec3f row[3];
   Vec3f translation;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small vectors and boxes. Expressions are written in one fixed order: results must not depend on
-// who evaluates them.
+// Small vectors and boxes. Expressions are evaluated in a fixed order, so that results are
+// reproducible.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -31,8 +31,8 @@ struct Vec3 {
 using Vec3f = Vec3<float>;
 using Vec3d = Vec3<double>;
 
-/// Metres from the origin beyond which nothing is looked for: products of coordinates could
-/// overflow, and at rays from beyond 1.8e18 m Embree may end the process.
+/// The largest distance from the origin, in metres: beyond it, products of coordinates could
+/// overflow, and Embree may crash for rays from beyond 1.8e18 m.
 inline constexpr float kFarthest = 1e15f;
 
 template <class T>
@@ -70,15 +70,15 @@ void tangent_frame(Vec3<T> n, Vec3<T>& u, Vec3<T>& v) {
   v = {b, sign + n.y * n.y * a, -n.y};
 }
 
-/// `local`, given in tangent_frame(n) with n as its third axis, in the frame that n is given in.
+/// Transforms `local` from tangent_frame(n), with n as its third axis, to the space of n.
 inline Vec3f turned(Vec3f local, Vec3f n) {
   Vec3f u, v;
   tangent_frame(n, u, v);
   return u * local.x + v * local.y + n * local.z;
 }
 
-/// Distance by which rounding may put a ray's origin or end off a surface at `p`: coordinates, and
-/// distances as long as they are, have 24 bits. Thirty-two roundings.
+/// Bound of the rounding errors of a ray's origin or end near a surface at `p`: 32 rounding errors
+/// of single precision (24 bits), for coordinates and for distances of the same magnitude.
 inline float position_slack(Vec3f p) {
   return 0x1p-19f * std::max({std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)});
 }
@@ -98,7 +98,7 @@ struct Box {
   Vec3f centre() const { return (low + high) * 0.5f; }
   Vec3f extent() const { return empty() ? Vec3f{} : high - low; }
   float diagonal() const { return length(extent()); }
-  /// The largest coordinate's magnitude; 0 when empty.
+  /// Largest absolute coordinate; 0 if empty.
   float reach() const {
     if (empty()) return 0;
     const Vec3f far = max(high, -low);
@@ -112,14 +112,14 @@ struct Box {
     return low.x <= b.high.x && b.low.x <= high.x && low.y <= b.high.y && b.low.y <= high.y &&
            low.z <= b.high.z && b.low.z <= high.z;
   }
-  /// True when the sphere may touch the box; exact.
+  /// Whether the sphere touches the box.
   bool touches_sphere(Vec3f c, float radius) const {
     const Vec3f nearest = max(low, min(c, high)) - c;
     return dot(nearest, nearest) <= radius * radius;
   }
 };
 
-/// Distance along `d` from `o`, inside the box, to its border; 0 from outside.
+/// Distance from `o` along `d` to the border of the box, if `o` is inside; 0 if outside.
 inline float distance_to_border(const Box& box, Vec3f o, Vec3f d) {
   float leave = std::numeric_limits<float>::infinity();
   for (int axis = 0; axis < 3; ++axis) {
@@ -130,11 +130,12 @@ inline float distance_to_border(const Box& box, Vec3f o, Vec3f d) {
   return std::max(0.0f, leave);
 }
 
-/// Precomputed ray for conservative box tests.
+/// A ray with precomputed inverse direction, for conservative box tests.
 struct SlabRay {
   Vec3f origin, inverse;
   SlabRay(Vec3f o, Vec3f d) : origin(o), inverse{1.0f / d.x, 1.0f / d.y, 1.0f / d.z} {}
-  /// Entry distance into `box` within [0, end], or infinity. NaN from 0*inf counts as inside.
+  /// Distance at which the ray enters `box` within [0, end], or infinity. NaN from 0*inf counts as
+  /// inside.
   float entry(const Box& box, float end) const {
     float enter = 0.0f, leave = end;
     for (int axis = 0; axis < 3; ++axis) {

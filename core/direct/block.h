@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Receivers in blocks: work is handed out, and shadow volumes are passed over, by the block.
+// Blocks of receivers: the unit of parallel work, and of culling by shadow volumes.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -15,7 +15,7 @@ inline constexpr size_t kBlock = 256;
 
 constexpr size_t block_count(size_t receivers) { return (receivers + kBlock - 1) / kBlock; }
 
-/// Points of up to kBlock receivers as structure of arrays.
+/// Points of up to kBlock receivers as a structure of arrays.
 struct ReceiverBlock {
   ReceiverBlock(std::span<const Receiver> receivers, size_t first, size_t last)
       : begin(first), end(last), count(last - first) {
@@ -31,10 +31,10 @@ struct ReceiverBlock {
   alignas(64) float x[kBlock], y[kBlock], z[kBlock];
 };
 
-/// Shadow volumes are this much wider than exact: rays start and end a little off their surfaces.
+/// How much shadow volumes are widened: shadow rays start and end slightly off their surfaces.
 inline float slack(const trace::RayCaster& caster) { return 4 * caster.margin(); }
 
-/// The movables that may stand between a light and receivers of a block.
+/// The movable objects that may block light between one light and the receivers of a block.
 class Blockers {
  public:
   Blockers(const trace::RayCaster& caster, const trace::Light& light, const ReceiverBlock& block) {
@@ -43,8 +43,8 @@ class Blockers {
       if (!volume.misses(block.bounds)) near_.push_back({object, volume});
     }
   }
-  /// Those that may hide a part of the light from `receiver`, its own object left out: the fixed
-  /// view holds what that hides. Valid until the next call.
+  /// The objects that may hide a part of the light from `receiver`. Leaves out the receiver's own
+  /// object, whose occlusion is part of FixedView. The result is valid until the next call.
   std::span<const uint32_t> of(const Receiver& receiver) {
     found_.clear();
     for (const Near& n : near_)

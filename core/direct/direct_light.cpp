@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The state of direct light: computing it, and finding what an edit changes.
+// Computes direct light, and finds what an edit changes of it.
 #include "direct/direct_light.h"
 
 #include <algorithm>
@@ -17,13 +17,14 @@ namespace {
 
 using Shapes = std::vector<std::optional<LightShape>>;
 
+/// Shapes of the given lights, by light; the others are empty.
 Shapes make_shapes(const Present& present, std::span<const uint32_t> lights, uint64_t seed) {
   Shapes shapes(present.lights.size());
   for (uint32_t i : lights) shapes[i].emplace(present.lights[i], i, seed);
   return shapes;
 }
 
-/// Irradiance of the strongest channel in quanta.
+/// Irradiance of the light's strongest channel, in quanta.
 int64_t weigh(const Present& present, const LightShape& shape, double quantum, size_t sample,
               const FixedView& view, std::span<const uint32_t> movables) {
   const Receiver& receiver = present.receivers[sample];
@@ -39,15 +40,16 @@ int64_t weigh(const Present& present, const LightShape& shape, double quantum, s
 struct DirectLight::Record {
   uint32_t light, sample;
   int64_t weight;
-  bool renewed;   // the fixed view too
-  uint32_t view;  // then: its code, or an index into Found::partial
+  bool renewed;   // whether the fixed view has changed, too
+  uint32_t view;  // if so: its code, or an index into Found::partial
 };
+/// The changes found in one block of receivers.
 struct DirectLight::Found {
   std::vector<Record> records;
   std::vector<PartialView> partial;
 };
 
-/// What each light has yet to take in of the recent changes.
+/// The recent changes that each light does not take into account yet.
 class DirectLight::Outstanding {
  public:
   explicit Outstanding(const DirectLight& direct)
@@ -55,7 +57,7 @@ class DirectLight::Outstanding {
         light_(direct.columns_.size()),
         sample_(direct.samples_),
         block_(block_count(direct.samples_)) {
-    uint64_t number = direct.past_;  // of changes up to this one
+    uint64_t number = direct.past_;  // of changes up to the current one
     for (const Change& change : direct.recent_) {
       ++number;
       first_box_.push_back(boxes_.size());
@@ -80,9 +82,10 @@ class DirectLight::Outstanding {
   uint64_t taken(uint32_t light) const { return direct_.columns_[light].taken; }
 
   const DirectLight& direct_;
-  std::vector<uint64_t> light_, sample_, block_;  // number of the last change that names it
+  // number of the last change that names the light, sample or block
+  std::vector<uint64_t> light_, sample_, block_;
   std::vector<Box> boxes_;
-  std::vector<size_t> first_box_;  // per change
+  std::vector<size_t> first_box_;  // by change
 };
 
 DirectLight::DirectLight(size_t samples, uint32_t group_count, double irradiance_quantum,
@@ -218,7 +221,7 @@ void DirectLight::update(const Present& present, const Change& change, const Wor
     columns_.resize(old_columns);
     throw;
   }
-  // Nothing throws from here on.
+  // Nothing throws below this line.
   commit(found);
   for (uint32_t light : std::span(lights).first(std::min(done, lights.size())))
     columns_[light].taken = past_ + recent_.size();
@@ -253,7 +256,7 @@ void DirectLight::find_changes(const Present& present, const Outstanding& outsta
                                std::span<const uint32_t> lights, const Workers& workers,
                                Progress& progress, std::vector<Found>& found) const {
   const Shapes shapes = make_shapes(present, lights, seed_);
-  std::vector<std::vector<ShadowVolume>> shadows(lights.size());  // of the changed boxes
+  std::vector<std::vector<ShadowVolume>> shadows(lights.size());  // of the changed objects' boxes
   for (size_t l = 0; l < lights.size(); ++l)
     for (const Box& box : outstanding.boxes(lights[l]))
       shadows[l].emplace_back(present.lights[lights[l]], box, slack(present.caster));
@@ -267,7 +270,7 @@ void DirectLight::find_changes(const Present& present, const Outstanding& outsta
       const uint32_t light = lights[l];
       uint32_t marks[kBlock] = {};
       const bool all = outstanding.light_changed(light);
-      bool any = all || outstanding.block_changed(light, begin);  // spares the samples of most
+      bool any = all || outstanding.block_changed(light, begin);  // skip the samples of most blocks
       for (size_t i = 0; any && i < block.count; ++i)
         if (all || outstanding.sample_changed(light, begin + i)) marks[i] = kRenewed;
       for (const ShadowVolume& shadow : shadows[l]) {

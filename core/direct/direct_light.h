@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Direct light by deterministic stratified shadow rays, kept exact under edits: once all lights
-// have taken in all changes, the sums are those of a computation from scratch, to the bit.
+// Direct light by deterministic, stratified shadow rays, kept exact under edits: once all lights
+// are up to date with all changes, the sums equal those of a computation from scratch, to the bit.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -17,71 +17,75 @@
 
 namespace deltalux::direct {
 
-/// The scene as it is now. Lights keep their numbers; later ones are appended.
+/// The scene in its present state. Lights keep their indices; new lights are appended.
 struct Present {
   const trace::RayCaster& caster;
   std::span<const trace::Light> lights;
-  std::span<const uint8_t> sampled;     ///< per light: 1 = done here
-  std::span<const Receiver> receivers;  ///< per sample, world
+  std::span<const uint8_t> sampled;     ///< 1 for each light whose direct light is computed here
+  std::span<const Receiver> receivers;  ///< by sample, in world space
 };
 
-/// What differs between two states of the scene.
+/// The difference between two states of the scene.
 struct Change {
-  std::vector<Box> boxes;         ///< RayCaster::object_bounds before and after, of every movable
-                                  ///< object that moved, appeared or vanished
+  /// RayCaster::object_bounds() before and after, of every movable object that was moved, added or
+  /// removed
+  std::vector<Box> boxes;
   std::vector<uint32_t> lights;   ///< moved, switched on or off, or new
-  std::vector<uint32_t> samples;  ///< receivers that changed
+  std::vector<uint32_t> samples;  ///< receivers that were moved or removed
 };
 
-/// The most that one light counts at one sample, in quanta; reached only next to point lights. The
-/// sums of 127 such lights still fit.
+/// Upper bound of what one light adds to one sample, in quanta; only reached close to point lights.
+/// The sums of 127 such lights still fit.
 inline constexpr double kMaxWeight = 0x1p56;
 
+/// The direct light of all samples.
 class DirectLight {
  public:
   /// `irradiance_quantum`: irradiance per unit of the sums. Throws OptionError.
   DirectLight(size_t samples, uint32_t group_count, double irradiance_quantum, uint64_t seed);
 
-  /// Everything from scratch. Throws Cancelled (within milliseconds) and leaves the object as it
-  /// was; so does update().
+  /// Computes everything. Throws Cancelled (within milliseconds) and leaves the object as it was;
+  /// so does update().
   void compute(const Present& present, const Workers& workers, Progress& progress);
-  /// Only what changes concern, this one and those that some light has yet to take in: receivers
-  /// that a changed object's box may part from a light ask the movables between them again; the
-  /// static scene is asked for changed lights and samples only. With `budget_ms` > 0 the lights
-  /// take turns, at least one and as many as fit the time; an empty change lets the next ones
-  /// follow.
+  /// Applies this change and any that lights still lag behind on. A receiver's visibility of a
+  /// light is tested again, against movable objects, if a changed object's shadow volume contains
+  /// the receiver; against static geometry only if the light or the receiver itself changed. With
+  /// `budget_ms` > 0, lights are updated in turn: at least one, and as many as fit the time; call
+  /// with an empty change to update the next ones.
   void update(const Present& present, const Change& change, const Workers& workers,
               Progress& progress, double budget_ms = 0);
-  /// Share of the lights that have taken in all changes, 0 to 1.
+  /// The share of the lights that are up to date, from 0 to 1.
   double current_share() const;
 
-  /// In quanta, undimmed: sums()[(group * samples + sample) * 3 + channel].
+  /// In quanta, without dimming: sums()[(group * samples + sample) * 3 + channel].
   std::span<const int64_t> sums() const { return sums_; }
   double irradiance_quantum() const { return quantum_; }
 
   size_t bytes() const;
+  /// Predicts bytes().
   static size_t forecast_bytes(size_t samples, uint32_t group_count,
                                std::span<const trace::Light> lights,
                                std::span<const uint8_t> sampled);
-  /// Shadow rays that `samples` receivers will cost for `light`; one takes 25 to 120 ns on one core
-  /// (office, atrium).
+  /// The expected number of shadow rays for `samples` receivers and this light. One ray takes 25 to
+  /// 120 ns on one core (office, atrium).
   static double estimated_rays(const trace::Light& light, size_t samples);
 
-  /// Arrays named "direct.…", valid until this object changes.
+  /// Writes arrays named "direct.…", valid until this object changes.
   void save(ArchiveView& archive) const;
-  /// The state that save() wrote, of the same samples, lights and seed. Throws FormatError.
+  /// Restores what save() wrote, for the same samples, lights and seed. Throws FormatError.
   void restore(ArchiveSource& archive, std::span<const trace::Light> lights,
                std::span<const uint8_t> sampled);
 
  private:
-  /// Per sample what one light gives. Empty for lights that are not done here.
+  /// What one light gives to each sample. Empty for lights that are not computed here.
   struct Column {
     uint32_t group = 0;
-    Vec3d channel{};              ///< relative to the strongest
-    uint64_t taken = 0;           ///< number of changes taken in
-    std::vector<int64_t> weight;  ///< irradiance of the strongest channel in quanta
-    std::vector<uint32_t> view;   ///< FixedView: a kind, else an index into partial_
+    Vec3d channel{};              ///< colour relative to the strongest channel
+    uint64_t taken = 0;           ///< number of changes that are taken into account
+    std::vector<int64_t> weight;  ///< by sample: irradiance of the strongest channel in quanta
+    std::vector<uint32_t> view;   ///< by sample: the FixedView's kind, or an index into partial_
   };
+  /// The data of a FixedView of kind `partial`.
   struct PartialView {
     uint64_t coarse;
     trace::RayBits fine;
@@ -91,23 +95,30 @@ class DirectLight {
   struct Found;
   class Outstanding;
 
+  /// Throws OptionError if sizes or light groups do not fit.
   void check(std::span<const trace::Light> lights, std::span<const uint8_t> sampled) const;
   void check(const Present& present) const;
+  /// Empty columns of the lights from index `first` on.
   std::vector<Column> make_columns(std::span<const trace::Light> lights,
                                    std::span<const uint8_t> sampled, size_t first) const;
+  /// Adds (sign 1) or removes (-1) what a light gives to a sample.
   void add(const Column& column, size_t sample, int64_t weight, int sign);
   FixedView view_of(const Column& column, size_t sample) const;
+  /// Whether the light is up to date.
   bool current(const Column& column) const {
     return column.weight.empty() || column.taken == past_ + recent_.size();
   }
-  /// Lights that have yet to take in a change, the one whose turn it is first.
+  /// The lights that are not up to date, beginning with the one whose turn it is.
   std::vector<uint32_t> waiting() const;
+  /// Finds what outstanding changes alter for the given lights; changes nothing.
   void find_changes(const Present& present, const Outstanding& outstanding,
                     std::span<const uint32_t> lights, const Workers& workers, Progress& progress,
                     std::vector<Found>& found) const;
-  void make_room(const std::vector<Found>& found);  // so that commit() does not throw
+  // reserves memory, so that commit() cannot throw
+  void make_room(const std::vector<Found>& found);
+  /// Applies the changes found.
   void commit(const std::vector<Found>& found);
-  /// Forgets changes that all lights have taken in.
+  /// Drops changes that all lights have taken into account.
   void forget();
 
   size_t samples_;
@@ -115,12 +126,12 @@ class DirectLight {
   double quantum_;
   uint64_t seed_;
   std::vector<int64_t> sums_;
-  std::vector<Column> columns_;  // per light
+  std::vector<Column> columns_;  // by light
   std::vector<PartialView> partial_;
-  std::vector<uint32_t> unused_;  // free places of partial_
-  std::deque<Change> recent_;     // that some light has yet to take in, and later ones
-  uint64_t past_ = 0;             // number of those before
-  uint32_t turn_ = 0;             // the light that is next
+  std::vector<uint32_t> unused_;  // free entries of partial_
+  std::deque<Change> recent_;     // from the first one that some light does not take into account
+  uint64_t past_ = 0;             // number of changes dropped before recent_
+  uint32_t turn_ = 0;             // index of the light whose turn is next
 };
 
 }  // namespace deltalux::direct

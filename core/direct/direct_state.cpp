@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Size and snapshot of direct light.
+// Memory and snapshots of direct light.
 #include <algorithm>
 
 #include "base/error.h"
@@ -9,9 +9,9 @@
 namespace deltalux::direct {
 namespace {
 
-// Measured in the office, the exhibition hall and the atrium: the share of pairs where sample and
-// light face each other (0.60 to 0.66), the share that static geometry parts (0.03, 0.14, 0.21),
-// and what a triangle costs in closed form, in shadow rays.
+// Measured in the office, the exhibition hall and the atrium: the share of (sample, light) pairs
+// that face each other (0.60 to 0.66), the share of pairs with partial visibility of the light due
+// to static geometry (0.03, 0.14, 0.21), and the cost of a triangle's closed form, in shadow rays.
 constexpr double kFacingShare = 0.6, kPartialShare = 0.15, kRaysPerTriangle = 0.2;
 
 [[noreturn]] void refuse(const char* name) {
@@ -53,7 +53,7 @@ double DirectLight::estimated_rays(const trace::Light& light, size_t samples) {
 void DirectLight::save(ArchiveView& archive) const {
   archive.append("direct.weights", std::span<const int64_t>());
   archive.append("direct.views", std::span<const uint32_t>());
-  // Lights with changes to take in begin anew: the changes are not written.
+  // Changes are not saved; lights that are not up to date are recomputed after loading.
   std::vector<uint8_t> behind;
   for (const Column& column : columns_) {
     archive.append("direct.weights", column.weight);

@@ -8,8 +8,8 @@
 
 namespace deltalux::direct {
 
-/// `v`: corners as seen from the receiver; `normal`: the receiver's, unit. Counts what lies above
-/// the receiver's plane, whichever way the triangle faces.
+/// `v`: the corners relative to the receiver; `normal`: unit normal of the receiver. Clips the
+/// triangle to the receiver's horizon; counts both sides of the triangle.
 inline double triangle_irradiance(const Vec3d v[3], Vec3d normal) {
   Vec3d clipped[4];
   int count = 0;

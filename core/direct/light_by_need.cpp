@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lamps in the order of what they may bring.
+// Visits lights in descending order of their unshadowed contribution.
 #include "direct/light_by_need.h"
 
 #include <algorithm>
@@ -52,7 +52,8 @@ void light_by_need(const Present& present, std::span<const double> dim, uint64_t
         const double of_all = -minus / (found + left);
         left = std::max(0.0, left + minus);
         const std::span<const uint32_t> movables = blockers[k].of(receiver);
-        std::optional<uint32_t> third;  // another for other places and lamps: no bias
+        // the choice varies with place and light, so that it has no bias
+        std::optional<uint32_t> third;
         if (of_all < kLittle) third = uint32_t((key + k) % 3);
         const double share =
             of_all > kMuch ? visible_share(present.caster, lamp.shape, receiver,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Direct light of many receivers that nobody keeps, as the pixels of a picture: shadow rays where a
-// lamp brings much.
+// Direct light of many receivers whose result is not kept, such as the pixels of an image:
+// important lights get more shadow rays.
 #pragma once
 #include <span>
 
@@ -10,9 +10,10 @@
 
 namespace deltalux::direct {
 
-/// Irradiance of each receiver by all of `present.lights`, dimmed by `dim` (per light). A lamp that
-/// brings a quarter or more of what may still come is looked at as DirectLight does; lesser ones
-/// with 36 rays, the least with 12. A pure function of place and scene. Throws Cancelled.
+/// Irradiance at each receiver from all of `present.lights`, with dimming by `dim` (per light). A
+/// light that contributes more than a quarter of the estimated total is sampled as in DirectLight;
+/// others with 36 rays, those below one per cent with 12. A pure function of place and scene.
+/// Throws Cancelled.
 void light_by_need(const Present& present, std::span<const double> dim, uint64_t seed,
                    const Workers& workers, Progress& progress, std::span<Vec3d> irradiance);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Strata over a light's surface, and its irradiance in the open.
+// Shadow rays to strata of a light's surface, and the light's unshadowed irradiance.
 #include "direct/light_shape.h"
 
 #include <algorithm>
@@ -11,14 +11,16 @@
 namespace deltalux::direct {
 namespace {
 
-// A triangle this much smaller than its distance (squared) is taken at its centre: 1e-4 off.
+// A triangle whose squared size is below this multiple of its squared distance is treated as a
+// point: relative error 1e-4.
 constexpr float kSmall = 4e-4f;
-// Thirty-six rays are too few where one of them stands for more than an eighth of the light, or
-// where the light is large (irradiance over radiance; the whole sky is pi): a gap between them
+// 36 rays are too few where one of them represents more than an eighth of the light, or where the
+// light is large (irradiance over radiance; pi for the whole sky): light through a gap between rays
 // could be as bright as the rest of the room.
 constexpr float kMaxPerRay = 0.125f, kLarge = 0.3f;
-constexpr float kFlat = 0.999999f;  // cosine between normals of one plane
-constexpr float kClose = 3.0f;      // radii: nearer than this, a light's points differ much
+constexpr float kFlat = 0.999999f;  // cosine: normals of one plane differ by less
+// in radii of the light: at a smaller distance, its points contribute very differently
+constexpr float kClose = 3.0f;
 
 constexpr uint32_t mix32(uint32_t h) {  // finaliser of MurmurHash3
   h = (h ^ (h >> 16)) * 0x85ebca6bu;
@@ -30,7 +32,8 @@ uint64_t pair_bits(float a, float b) {
   return uint64_t(std::bit_cast<uint32_t>(a)) << 32 | std::bit_cast<uint32_t>(b);
 }
 
-/// The most rows that still leave strata about as wide as high with `triangles` of them in line.
+/// The largest number of rows for which strata are still about as wide as high, with `triangles` of
+/// them side by side.
 uint32_t rows_for(size_t triangles, uint32_t rays, std::initializer_list<uint32_t> divisors) {
   for (uint32_t rows : divisors)
     if (size_t(rows) * rows * triangles <= 2 * size_t(rays)) return rows;
@@ -58,7 +61,7 @@ const Grid& grid(Detail detail, uint32_t rows) {
   return fine[std::countr_zero(rows)];
 }
 
-/// Sum in eight lanes, a fixed order that vectorises.
+/// Sums in eight lanes: a fixed order that can be vectorised.
 float sum_of(const float* values, size_t count) {
   float lane[8] = {};
   for (size_t i = 0; i + 8 <= count; i += 8)
@@ -115,8 +118,8 @@ LightShape::LightShape(const trace::Light& light, uint32_t number, uint64_t seed
 }
 
 void LightShape::find_corners(Vec3f centre) {
-  // Greedily the vertex farthest from those chosen before, drawn a little into its triangle, away
-  // from a frame that touches the light.
+  // Choose vertices greedily, each the farthest from those chosen before. Draw each a little into
+  // its triangle, away from a frame that may touch the light.
   constexpr float kInset = 0.02f;
   const auto vertex = [&](size_t i) {
     const Triangle& t = triangles_[i / 3];
@@ -174,7 +177,7 @@ double LightShape::about(const Receiver& receiver) const {
   if (!(above > 0)) return 0;
   float front = 0.5f * distance;
   if (!(facing_ == Vec3f{})) {
-    // What its own rounding hides is not taken for behind.
+    // Do not treat a light as facing away because of rounding errors.
     const float side = -dot(facing_, d), least = 2e-3f * distance;
     front = two_sided_ ? std::max(std::fabs(side), least) : side + least;
     if (!(front > 0)) return 0;
@@ -234,7 +237,8 @@ void LightShape::cast_area(const Receiver& receiver, Detail detail, Strata& out)
   const Grid& strata = grid(detail, rows_[int(detail)]);
   const uint64_t key = combine(key_, place_key(receiver.point, receiver.normal));
   const uint32_t stream = detail == Detail::coarse ? uint32_t(key) : uint32_t(key >> 32);
-  // Points keep off the borders of their strata: a light may end at another surface.
+  // Keep points away from the borders of their strata: another surface may adjoin the light's
+  // border.
   constexpr float kMaxJitter = 0x1ffffp-17f;
   alignas(64) float a[kFineRays], b[kFineRays];
   for (uint32_t i = 0; i < count; ++i) {
@@ -242,7 +246,8 @@ void LightShape::cast_area(const Receiver& receiver, Detail detail, Strata& out)
     a[i] = strata.a[i] + (float(int32_t(jitter >> 16)) + 0.5f) * (0x1p-16f * strata.wide);
     b[i] = strata.b[i] + (float(int32_t(jitter & 0xffffu)) + 0.5f) * (0x1p-16f * strata.high);
   }
-  // Strata wholly on one triangle in one go, which vectorises; the others one by one.
+  // Process strata that lie on one triangle together, which can be vectorised; the others one by
+  // one.
   for (size_t i = 0; i < count;) {
     const Triangle& t = triangle_at(strata.a[i]);
     size_t end = i;
@@ -296,7 +301,7 @@ void LightShape::cast_triangle(const Receiver& receiver, Triangle t, const float
   float* const __restrict y = out.fan.y.data();
   float* const __restrict z = out.fan.z.data();
   for (size_t i = begin; i < end; ++i) {
-    // Square to triangle by a low-distortion map (Heitz 2019).
+    // Map the square to the triangle with low distortion (Heitz 2019).
     const float inside = (a[i] - t.before) * stretch;
     const float along = inside < 1 ? inside : 1.0f;
     const float half = 0.5f * (along < b[i] ? along : b[i]);
@@ -312,7 +317,8 @@ void LightShape::cast_triangle(const Receiver& receiver, Triangle t, const float
     const float squared = dx * dx + dy * dy + dz * dz;
     const float cosines = (above > 0 ? above : 0.0f) * front;
     weight[i] = cosines / (squared * squared + std::numeric_limits<float>::min());
-    // Both ends leave their surface along its normal: a ray that grazes one stays clear of it.
+    // Offset both ends of the ray along their surfaces' normals, so that a grazing ray does not hit
+    // the surfaces themselves.
     const float lift = std::copysign(slack, facing * behind + (1 - behind));
     x[i] = lifted.x + px + t.normal.x * lift;
     y[i] = lifted.y + py + t.normal.y * lift;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A light as its receivers see it: irradiance without anything in between, and shadow rays.
+// A light as receivers see it: unshadowed irradiance, and shadow rays.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -10,67 +10,76 @@
 
 namespace deltalux::direct {
 
-/// A surface point that takes light: its irradiance is asked. A zero normal takes none (its object
-/// is removed). Points need a little room: shadow rays start off their surface, see slack().
+/// A surface point whose irradiance is computed. A zero normal (of a removed object) receives none.
+/// Shadow rays start slightly off the surface, see slack().
 struct Receiver {
   Vec3f point, normal;
-  uint32_t object = scene::kNone;  ///< the movable that it lies on
-  float plane = 0;                 ///< scene::Scene::slack_of what it lies on
-  uint64_t key = 0;                ///< of random numbers that stay while it moves
+  uint32_t object = scene::kNone;  ///< the movable that it lies on, or kNone
+  /// Scene::slack_of() of the surface that it lies on.
+  float plane = 0;
+  uint64_t key = 0;  ///< key of random numbers, which stay the same when its object moves
   float slack() const { return position_slack(point) + plane; }
   friend bool operator==(const Receiver&, const Receiver&) = default;
 };
 
-/// Of a place, never of its number: other samples change nothing.
+/// A key that depends on the place only, not on the sample's index, so that other samples do not
+/// affect it.
 uint64_t place_key(Vec3f point, Vec3f normal);
 
-/// How finely a light is looked at; a punctual one has one ray in either.
+/// How many shadow rays sample a light; a punctual light has one ray in either.
 enum class Detail : uint8_t { coarse, fine };
 inline constexpr uint32_t kCoarseRays = 36, kFineRays = 256;
-/// Rays to the ends of an area light, besides those: they tell open from partly hidden, no more.
+/// Additional rays to the extremities of an area light: they only distinguish full from partial
+/// visibility.
 inline constexpr uint32_t kCorners = 4;
 
-/// Shadow rays to a light and what each stands for.
+/// Shadow rays to a light, and what each represents.
 struct Strata {
   trace::RayFan fan;
   alignas(
-      64) std::array<float, trace::RayFan::kMaxRays> weight;  ///< share of the light, not normed
-  trace::RayBits countable{};  ///< rays with weight: those in front of the receiver and the light
-  bool too_coarse = false;     ///< the light is near or large: look in fine detail
+      64) std::array<float, trace::RayFan::kMaxRays> weight;  ///< unnormalised share of the light
+  trace::RayBits countable{};  ///< rays in front of both the receiver and the light
+  /// whether the light is close or large, so that fine detail is needed
+  bool too_coarse = false;
 
-  /// Share of the light that the rays in `seen` (a subset of `countable`) stand for, in [0, 1].
+  /// The share of the light, in [0, 1], that the rays in `seen` (a subset of `countable`)
+  /// represent.
   double share(const trace::RayBits& seen) const;
 };
 
 class LightShape {
  public:
-  /// `number`: of the light; with `seed` and the receiver it determines the strata's points.
+  /// `number`: index of the light; with `seed` and the receiver it determines the points in the
+  /// strata.
   LightShape(const trace::Light& light, uint32_t number, uint64_t seed);
 
-  /// Irradiance that the unblocked light gives, as a factor of brightest(): exact for area lights.
+  /// Unshadowed irradiance, in units of brightest(); exact for area lights.
   double open(const Receiver& receiver) const;
-  /// The same at a glance: zero only where open() is, else within a few times of it for receivers
-  /// that the light is not close to.
+  /// A fast approximation of open(): zero only if open() is zero; otherwise within a small factor
+  /// of it, unless the receiver is close to the light.
   double about(const Receiver& receiver) const;
-  /// Whether the light is small as seen from the receiver, so that its points give about the same.
+  /// Whether the light is small as seen from the receiver, so that all its points contribute about
+  /// equally.
   bool is_small(const Receiver& receiver) const;
-  /// One shadow ray to a point drawn evenly from its surface, `u` and `v` in [0, 1), and the
-  /// irradiance where nothing is between, as a factor of brightest(): unbiased.
+  /// One shadow ray to a point drawn uniformly from the light's surface by `u` and `v` in [0, 1),
+  /// and the irradiance if it is unoccluded, in units of brightest(). The estimate is unbiased.
   struct Glance {
     Vec3f origin, direction;
     float to;
     double irradiance;
   };
   Glance glance(const Receiver& receiver, float u, float v) const;
-  /// Radiance or intensity of the strongest channel.
+  /// Radiance, or intensity, of the strongest channel.
   double brightest() const { return brightest_; }
+  /// Makes the shadow rays of a level.
   void cast(const Receiver& receiver, Detail detail, Strata& out) const;
 
  private:
   struct Triangle {
     Vec3f corner, edge_u, edge_v, normal;
     float area, longest_squared, slack;
-    float before, share;  // cumulative share of the light's area before it, and its own
+    // cumulative share of the light's area before this triangle, and its own share
+    float before, share;
   };
   struct Corner {
     Vec3f point, normal;
@@ -87,10 +96,10 @@ class LightShape {
   void cast_corners(const Receiver& receiver, Strata& out) const;
   const Triangle& triangle_at(float position) const;
 
-  lights::Punctual punctual_;  // of no kind: an area light
-  Vec3f centre_{};             // of an area light
-  float radius_ = 0;           // around it
-  Vec3f facing_{};             // of a flat one its normal, else zero
+  lights::Punctual punctual_;  // without a kind for an area light
+  Vec3f centre_{};             // of an area light's bounding box
+  float radius_ = 0;           // half of the box's diagonal
+  Vec3f facing_{};             // the normal of a flat light; otherwise zero
   std::vector<Triangle> triangles_;
   std::array<Corner, kCorners> corners_;
   bool two_sided_, on_;

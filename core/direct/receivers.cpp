@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A short ray downwards tells what a place lies on.
+// Finds with a short ray the surface that a place lies on.
 #include "direct/receivers.h"
 
 namespace deltalux::direct {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Receivers at any places of a scene as it is: which object they belong to, how precisely they lie
-// on it.
+// Receivers at arbitrary places of the present scene: finds the object that each lies on, and how
+// accurately.
 #pragma once
 #include <span>
 #include <vector>
@@ -12,7 +12,7 @@
 
 namespace deltalux::direct {
 
-/// On the surface that is closer than `within` (metres) to each point, if there is one.
+/// The surface of a point is the one within `within` metres of it, if there is any.
 std::vector<Receiver> receivers_at(const scene::Scene& scene, const trace::RayCaster& caster,
                                    std::span<const Vec3f> points, std::span<const Vec3f> normals,
                                    float within, const Workers& workers);

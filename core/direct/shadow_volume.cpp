@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Planes of shadow volumes, from the three axis-parallel projections of blocker and light.
+// Builds shadow volumes from the three axis-parallel projections of blocker and light.
 #include "direct/shadow_volume.h"
 
 #include <algorithm>
@@ -11,7 +11,7 @@ ShadowVolume::ShadowVolume(const trace::Light& light, const Box& blocker, float 
     nothing_ = true;
     return;
   }
-  // Directions in which shadow runs away from the blocker: all b - l, a box as well.
+  // Directions in which the shadow extends from the blocker: all b - l, which form a box, too.
   Box away = {light.punctual.direction, light.punctual.direction};
   if (!light.is_parallel()) {
     const Box source = light.bounds.padded(slack);
@@ -19,7 +19,7 @@ ShadowVolume::ShadowVolume(const trace::Light& light, const Box& blocker, float 
   }
   bool done[3][3] = {};
   for (int i = 0; i < 3; ++i) {
-    // An axis along which the blocker lies wholly on one side of the light.
+    // An axis along which the blocker lies completely on one side of the light.
     const double side = away.low[i] > 0 ? 1 : away.high[i] < 0 ? -1 : 0;
     if (side == 0) continue;
     Vec3d facing{};
@@ -30,7 +30,7 @@ ShadowVolume::ShadowVolume(const trace::Light& light, const Box& blocker, float 
     for (int j = 0; j < 3; ++j) {
       if (i == j || done[i][j]) continue;
       done[i][j] = done[j][i] = true;
-      // Steepest and flattest direction of the wedge that this projection of `away` spans.
+      // The steepest and the flattest direction of the wedge that this projection of `away` spans.
       const double high = away.high[j], low = away.low[j];
       const double steepest = high / (high > 0 ? near : far);
       const double flattest = low / (low > 0 ? far : near);
@@ -65,7 +65,7 @@ bool ShadowVolume::misses(const Box& points) const {
 void ShadowVolume::mark(const float* x, const float* y, const float* z, size_t count,
                         uint32_t* marks) const {
   if (nothing_) return;
-  constexpr size_t kWidth = 64;  // a mask that stays in registers or the first cache
+  constexpr size_t kWidth = 64;  // a mask that fits into registers or the first-level cache
   for (size_t begin = 0; begin < count; begin += kWidth) {
     const size_t n = std::min(kWidth, count - begin);
     uint32_t inside[kWidth];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where an object can throw its shadow: the points from which it may hide a part of a light.
+// The shadow volume of an object: the points from which it may hide a part of a light.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -10,12 +10,12 @@
 
 namespace deltalux::direct {
 
-/// The points p for which the convex hull of p and the light's box meets the blocker's box, that is
-/// blocker + cone(blocker - light): a convex polyhedron each of whose faces contains the direction
-/// of an axis, so at most nine planes describe it exactly.
+/// The points p for which the convex hull of p and the light's box intersects the blocker's box,
+/// that is, blocker + cone(blocker - light): a convex polyhedron whose faces are each parallel to a
+/// coordinate axis, so that at most nine planes describe it exactly.
 class ShadowVolume {
  public:
-  /// `slack` (metres) widens the volume against rounding. An empty blocker hides nothing.
+  /// `slack` (metres) widens the volume against rounding. An empty blocker has an empty volume.
   ShadowVolume(const trace::Light& light, const Box& blocker, float slack);
 
   bool contains(Vec3f p) const {
@@ -23,10 +23,10 @@ class ShadowVolume {
       if (!(planes_[i].height(p.x, p.y, p.z) <= planes_[i].limit)) return false;
     return !nothing_;
   }
-  /// True when the volume holds no point of `points`. Never true when contains() holds for one of
-  /// them: rounding is monotonic.
+  /// True only if the volume contains no point of the box `points`; never true if contains() holds
+  /// for one of them, since rounding is monotonic.
   bool misses(const Box& points) const;
-  /// marks[i] |= contains(point i) ? 1 : 0, the same bits as contains().
+  /// Sets marks[i] |= 1 where contains(point i), with exactly the same result.
   void mark(const float* x, const float* y, const float* z, size_t count, uint32_t* marks) const;
 
  private:

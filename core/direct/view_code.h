@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// FixedView in 32 bits: a kind, or where the bits of a partial one are kept.
+// Encodes a FixedView in 32 bits: its kind, or the index of its data if it is `partial`.
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shadow rays of one receiver and one light.
+// Visibility of one light from one receiver, by shadow rays.
 #include "direct/visibility.h"
 
 #include <algorithm>
@@ -10,7 +10,7 @@ namespace {
 using trace::RayBits;
 
 constexpr RayBits kNoRays{};
-// A third of the coarse rays, as many of each row and column of the strata.
+// A third of the coarse rays, equally many in each row and column of the strata.
 constexpr uint64_t kFew = 0x88c462311;
 static_assert(kCoarseRays == 36);
 constexpr uint64_t kCoarse = (uint64_t(1) << kCoarseRays) - 1;
@@ -87,7 +87,7 @@ double coarse_share(const trace::RayCaster& caster, const LightShape& light,
                     std::span<const uint32_t> movables) {
   Strata strata;
   light.cast(receiver, Detail::coarse, strata);
-  // The rays to a light's ends stand for nothing.
+  // The rays to the light's extremities have no weight.
   strata.fan.count = std::min<size_t>(strata.fan.count, kCoarseRays);
   uint64_t& asked = strata.countable[0];
   asked &= kCoarse;
@@ -96,7 +96,7 @@ double coarse_share(const trace::RayCaster& caster, const LightShape& light,
     const uint64_t some = asked & (kFew << turn | kFew >> (kCoarseRays - turn));
     if (some) asked = some;
   }
-  if (!asked) return 0;  // a sliver of the light is in front, no more
+  if (!asked) return 0;  // only a sliver of the light is in front of the receiver
   RayBits free = strata.countable;
   if (receiver.object != scene::kNone)
     free = without(free, caster.occluded_object(receiver.object, strata.fan, free));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Brute force over all pairs, without any cleverness on purpose.
+// Brute force over all pairs, deliberately without any optimisation.
 #include "estimate/brute_force.h"
 
 #include "estimate/crossing.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// THE segment-disc test (paper 2.1): every disc method calls crosses() on the same bits,
-// alone or through a SIMD twin that performs the same operations in the same order. The build
-// forbids contraction, so both agree to the bit.
+// THE segment-disc test (paper 2.1). Every disc method calls crosses() on the same bits, directly
+// or through a SIMD twin that performs the same operations in the same order. The build forbids
+// contraction to FMA, so that both agree to the bit.
 #pragma once
 #include <cmath>
 
@@ -11,7 +11,7 @@
 
 namespace deltalux::estimate {
 
-/// Where a segment ends for a disc of this radius.
+/// The distance at which a segment ends for a disc of this radius.
 inline float segment_end(segments::SegmentEnd rule, float length, float extended, float radius) {
   switch (rule) {
     case segments::SegmentEnd::first:
@@ -25,7 +25,7 @@ inline float segment_end(segments::SegmentEnd rule, float length, float extended
   return bound < extended ? bound : extended;
 }
 
-/// cos and sin of the probes' angles, the same on every machine and symmetric to the bit.
+/// Cosines and sines of the probes' angles, the same on every machine and exactly symmetric.
 struct ProbeDirections {
   float cosine[samples::kProbes], sine[samples::kProbes];
 };
@@ -45,8 +45,9 @@ inline constexpr ProbeDirections kProbeDirections = [] {
   return table;
 }();
 
-/// The k with probe k <= angle of (u, v) <= probe k + 1. Comparisons within an octant and mirror
-/// images: several times faster than atan2, which took most of a clipped disc's test.
+/// The sector of (u, v): the k with angle(probe k) <= angle(u, v) <= angle(probe k + 1). Uses
+/// comparisons within an octant and mirror images: several times faster than atan2, which took most
+/// of the time of testing a clipped disc.
 inline int sector_of(float u, float v) {
   const float au = std::fabs(u), av = std::fabs(v);
   const float small = std::min(au, av), large = std::max(au, av);
@@ -64,11 +65,11 @@ inline bool inside_sector(const samples::Outline& outline, int k, float radius, 
   if (a >= radius && b >= radius) return true;
   const float ax = a * kProbeDirections.cosine[k], ay = a * kProbeDirections.sine[k];
   const float bx = b * kProbeDirections.cosine[next], by = b * kProbeDirections.sine[next];
-  // Strictly: where both probes are 0, nothing is inside.
+  // Strict, so that nothing is inside where both probes are 0.
   return (bx - ax) * (v - ay) - (by - ay) * (u - ax) > 0.0f;
 }
 
-/// The crossing of a segment with a disc's plane, relative to the centre.
+/// Where a segment crosses a disc's plane, relative to the disc's centre.
 struct Crossing {
   bool hit = false;
   Vec3f offset{};
@@ -85,7 +86,8 @@ inline Crossing cross_circle(Vec3f o, Vec3f w, float end, Vec3f c, Vec3f n, floa
   return {facing < 0.0f && s > 0.0f && s <= end && distance2 <= radius * radius, p};
 }
 
-/// A circle hit in the frame of its disc; known before the outline is fetched.
+/// A hit on the circle in the disc's own coordinates, with the sector that it lies in: computed
+/// before the outline is read from memory.
 struct InDisc {
   float u, v;
   int sector;
@@ -97,18 +99,19 @@ inline InDisc in_disc(Vec3f normal, Vec3f offset) {
   return {x, y, sector_of(x, y)};
 }
 
-/// Second stage for a circle hit on a clipped disc `i`: its outline.
+/// Second stage, after a hit on the circle of a clipped disc `i`: tests its outline.
 inline bool within_outline(const samples::DiscSet& discs, size_t i, const InDisc& at) {
   return inside_sector(discs.outlines[discs.outline[i]], at.sector, discs.radius[i], at.u, at.v);
 }
 
-/// First stage for disc `i`: its circle.
+/// First stage for disc `i`: tests its circle.
 inline Crossing crosses_circle(const samples::DiscSet& discs, size_t i, Vec3f o, Vec3f w,
                                float length, float extended, segments::SegmentEnd rule) {
   const float end = segment_end(rule, length, extended, discs.radius[i]);
   return cross_circle(o, w, end, discs.centre[i], discs.normal[i], discs.radius[i]);
 }
 
+/// Both stages.
 inline Crossing crosses(const samples::DiscSet& discs, size_t i, Vec3f o, Vec3f w, float length,
                         float extended, segments::SegmentEnd rule) {
   Crossing crossing = crosses_circle(discs, i, o, w, length, extended, rule);

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// Integrals of polynomials over the part of a polygon that lies in the unit disc, in closed form.
+// Integrals of polynomials over the intersection of a polygon with the unit disc, in closed form.
 #pragma once
 #include <algorithm>
 #include <cmath>
 
 namespace deltalux::estimate {
 
-/// Integrals of 1, u, v, u u, u v, v v over (polygon ∩ unit disc), and of the same times u u + v v.
-/// Feed every edge of the polygon once, counter-clockwise; several polygons add up.
+/// Integrals of 1, u, v, u u, u v, v v over (polygon ∩ unit disc), and the same times u u + v v.
+/// Pass every edge of the polygon once, counter-clockwise; several polygons add up.
 struct DiscMoments {
   static constexpr int kDegree[6] = {0, 1, 1, 2, 2, 2};
   double plain[6] = {}, squared[6] = {};
 
   double area() const { return plain[0]; }
 
-  /// The edge from (pu, pv) to (qu, qv): adds the signed part between the edge and the centre.
+  /// Adds the signed part between the edge from (pu, pv) to (qu, qv) and the centre.
   void add_edge(double pu, double pv, double qu, double qv) {
     const double du = qu - pu, dv = qv - pv;
     const double a = du * du + dv * dv, b = pu * du + pv * dv, c = pu * pu + pv * pv - 1;
@@ -47,8 +47,8 @@ struct DiscMoments {
   }
 
   void add_triangle(double pu, double pv, double qu, double qv) {
-    // Along rays from the centre the integrand is a power; along the edge it has at most degree 4,
-    // for which three Gauss points are exact.
+    // Along rays from the centre, the integrand is a power; along the edge, a polynomial of at most
+    // degree 4, for which three Gauss points are exact.
     constexpr double kAt[3] = {0.11270166537925831, 0.5, 0.88729833462074169};
     constexpr double kWeight[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
     const double doubled_area = pu * qv - pv * qu;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The contracts of estimators. Methods that average over a fixed area can add and remove segments
-// (SignedEstimator); methods that average over a count of photons cannot.
+// Interfaces of estimators. Methods that average over a fixed area can add and remove segments
+// (SignedEstimator); methods that average over a fixed number of photons cannot (GatherEstimator).
 #pragma once
 #include <atomic>
 #include <cmath>
@@ -20,12 +20,13 @@ namespace deltalux::estimate {
 struct EnergySums {
   int64_t* data = nullptr;
   size_t samples = 0;
-  /// False when no other thread uses `data` meanwhile: plain adds save a tenth of a deposit.
+  /// Whether several threads may write to `data` at a time. Plain additions save a tenth of a
+  /// deposit's time.
   bool shared = true;
 
-  /// Optional first moments of the crossings for surface gradients, laid out like `data` but with
-  /// six numbers per sample: channel x (u, v) of tangent_frame(normal), in quanta times
-  /// radius / kMomentSteps.
+  /// Optional first moments of the crossings, for surface gradients. Laid out like `data`, but with
+  /// six numbers per sample: channel x (u, v) of tangent_frame(normal), in quanta times radius /
+  /// kMomentSteps.
   int64_t* moments = nullptr;
   static constexpr float kMomentSteps = 64;
 
@@ -60,10 +61,11 @@ inline void add_moments(const EnergySums& sums, const samples::DiscSet& discs, s
   }
 }
 
-/// What a call did; summed over calls by the caller.
+/// Statistics of a call; the caller sums them over calls.
 struct Stats {
   uint64_t disc_tests = 0, node_tests = 0, sphere_tests = 0, triangle_tests = 0, hits = 0;
-  uint64_t outline_tests = 0;  ///< of hits on the circles of clipped discs; not of brute force
+  /// on hits of the circles of clipped discs; brute force does not count them
+  uint64_t outline_tests = 0;
   Stats& operator+=(const Stats& o) {
     disc_tests += o.disc_tests, node_tests += o.node_tests;
     sphere_tests += o.sphere_tests, triangle_tests += o.triangle_tests, hits += o.hits;
@@ -82,13 +84,13 @@ class SignedEstimator {
   virtual Stats accumulate(const segments::SegmentSpan& segments, int sign, const EnergySums& sums,
                            HitSlots* slots = nullptr) const = 0;
   virtual const samples::DiscSet& discs() const = 0;
-  /// Memory of the discs and of what stands between calls.
+  /// Memory of the discs and of everything kept between calls.
   virtual size_t bytes() const { return discs().bytes(); }
-  /// How many segments to pass at once: methods with a cost per call ask for more.
+  /// How many segments to pass at a time: more for methods with a cost per call.
   virtual size_t best_span() const { return 256; }
 };
 
-/// What a gather method returns: irradiance in quanta per square metre, three per sample.
+/// The result of a gather method: irradiance in quanta per square metre, three per sample.
 struct Gathered {
   std::vector<double> irradiance;
   Stats stats;
@@ -97,7 +99,7 @@ struct Gathered {
 class GatherEstimator {
  public:
   virtual ~GatherEstimator() = default;
-  /// Irradiance at all samples from these segments alone. The result does not depend on the number
+  /// Irradiance at all samples from these segments only. The result does not depend on the number
   /// of workers. Throws Cancelled.
   virtual Gathered estimate(const segments::SegmentSpan& segments, const Workers& workers,
                             Progress* progress = nullptr) const = 0;

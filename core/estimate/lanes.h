@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Eight floats at a time, with and without AVX2. Arithmetic is that of single floats, lane by lane,
-// so results are the same; loops take `L`, and with() says which it is.
+// Operations on eight floats, with or without AVX2. Arithmetic is the same as with single floats,
+// so that results are the same. Loops take the implementation as `L`; with() chooses it.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -23,7 +23,7 @@ inline constexpr auto kOrder = [] {
   return order;
 }();
 
-/// What the operations mean.
+/// Portable implementation, which defines the operations.
 struct Portable {
   struct Floats {
     float v[8];
@@ -52,18 +52,18 @@ struct Portable {
   static Floats broadcast(float x) {
     return Floats::each([&](int) { return x; });
   }
-  /// Eight rows of eight floats, turned into columns.
+  /// Transposes eight rows of eight floats.
   static void load_columns(const float* const row[8], Floats column[8]) {
     for (int k = 0; k < 8; ++k) column[k] = Floats::each([&](int i) { return row[i][k]; });
   }
-  /// b when either is NaN; max likewise.
+  /// Returns b if either is NaN; so does max().
   static Floats min(Floats a, Floats b) {
     return Floats::each([&](int i) { return a.v[i] < b.v[i] ? a.v[i] : b.v[i]; });
   }
   static Floats max(Floats a, Floats b) {
     return Floats::each([&](int i) { return a.v[i] > b.v[i] ? a.v[i] : b.v[i]; });
   }
-  /// Rounded once or twice: not for results.
+  /// Rounded once or twice, depending on the implementation: not for results.
   static Floats about_multiply_subtract(Floats a, Floats b, Floats c) { return a * b - c; }
   static Floats about_multiply_add(Floats a, Floats b, Floats c) { return a * b + c; }
   static Floats about_less_product(Floats c, Floats a, Floats b) { return c - a * b; }
@@ -80,7 +80,8 @@ struct Portable {
   }
   static Flags both(Flags a, Flags b) { return a & b; }
   static uint32_t mask(Flags f) { return f; }
-  /// Writes the values whose lane is set in `mask` side by side, then anything up to to[8].
+  /// Writes the values of the lanes set in `mask` contiguously; the rest of the eight places gets
+  /// arbitrary values.
   static void store_packed(uint32_t* to, const uint32_t* values, uint32_t mask) {
     for (int i = 0; i < 8; ++i) to[i] = values[kOrder[mask] >> (8 * i) & 7];
   }
@@ -156,7 +157,7 @@ struct Avx2 {
 };
 #endif
 
-/// Calls `f` with the lanes that isa() allows.
+/// Calls `f` with the best implementation that isa() allows.
 template <class F>
 decltype(auto) with(F&& f) {
 #if DELTALUX_LANES_AVX2

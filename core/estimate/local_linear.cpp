@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Samples look for hits in a grid per surface; moments of the clipped kernel are in closed form.
+// Searches hits in a grid per surface; moments of the clipped kernel are computed in closed form.
 #include "estimate/local_linear.h"
 
 #include <algorithm>
@@ -11,15 +11,18 @@ namespace deltalux::estimate {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kTurned = 0.6;        // least cosine between a sample's plane and its domain
-constexpr double kSampleReach = 0.01;  // of the scene's diagonal: how far samples lie off a surface
-// Least variance of the kernel's domain along a direction, in squared bandwidths, for a slope to be
-// fitted: a strip a tenth of a bandwidth wide. Across narrower ones the fit is constant.
+// smallest cosine between a sample's plane and surfaces of its domain
+constexpr double kTurned = 0.6;
+// relative to the scene's diagonal: largest distance of a sample from a surface
+constexpr double kSampleReach = 0.01;
+// The smallest variance of the kernel's domain along a direction, in squared bandwidths, for which
+// a slope is fitted: a strip a tenth of a bandwidth wide. Across narrower strips the fit is
+// constant.
 constexpr double kMinVariance = 1e-3;
 constexpr size_t kGrain = 64;
 
-/// The part of the kernel's disc that is surface, as a weight: K(u) (level + slope . u) integrates
-/// to 1, and with u to 0.
+/// Weights for the part of the kernel's disc that is surface: K(u) (level + slope . u) integrates
+/// to 1, and its product with u to 0.
 struct Fit {
   double level = 0, slope_u = 0, slope_v = 0;
 };
@@ -59,7 +62,8 @@ struct LocalLinear::Cell {
   auto operator<=>(const Cell&) const = default;
 };
 
-/// Hits by cells as wide as their surface's kernel, in an order that does not know the segments'.
+/// Hits sorted by cells as wide as their surface's kernel, in an order that is independent of the
+/// order of segments.
 class LocalLinear::Grid {
  public:
   Grid(std::vector<Hit> hits, const SurfaceTree& surfaces, const std::vector<double>& bandwidth,
@@ -140,7 +144,7 @@ void LocalLinear::estimate_one(size_t sample, const Grid& grid, uint32_t surface
   const double scale = 1 / bandwidth;
   DiscMoments moments;
   domain.clear();
-  // Slopes up to acos(kTurned) rise at most 4/3 of the bandwidth within its disc.
+  // A surface tilted by up to acos(kTurned) rises at most 4/3 of the bandwidth within the disc.
   surfaces_->near(centre, 5.0 / 3 * bandwidth, [&](uint32_t number) {
     const SurfaceTriangle& t = surfaces_->triangles()[number];
     if (t.surface != surface || !(dot(t.normal, n) > kTurned)) return;
@@ -170,7 +174,7 @@ void LocalLinear::estimate_one(size_t sample, const Grid& grid, uint32_t surface
     const double x = dot(gap, u), y = dot(gap, v), distance2 = x * x + y * y;
     if (!(distance2 < 1) || !std::binary_search(domain.begin(), domain.end(), hit.triangle)) return;
     ++stats.hits;
-    // The plane sees a turned surface's area, and so its power, shortened by the cosine.
+    // The projected area of a tilted surface, and so the power on it, is smaller by the cosine.
     const double w = height * (constant ? 1 : 1 - distance2) *
                      (f.level + f.slope_u * x + f.slope_v * y) *
                      dot(surfaces_->triangles()[hit.triangle].normal, n);

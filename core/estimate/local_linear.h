@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Local-linear density estimation on surfaces (Walter, Hubbard, Shirley & Greenberg 1997): a plane
-// is fitted to the hits around a sample, the kernel clipped to the surface.
+// Local-linear density estimation on surfaces (Walter, Hubbard, Shirley & Greenberg 1997): fits a
+// plane to the hits around a sample, with a kernel clipped to the surface.
 #pragma once
 #include <memory>
 
@@ -14,11 +14,12 @@ class LocalLinear final : public GatherEstimator {
   enum class Kernel : uint8_t { constant, epanechnikov };
   struct Options {
     Kernel kernel = Kernel::epanechnikov;
-    double bandwidth = 0;        ///< radius of the kernel, metres; 0 = from the surface's hits
-    double expected_hits = 100;  ///< then: so many hits in a whole disc, on the surface's average
+    double bandwidth = 0;  ///< radius of the kernel in metres; 0 = from the surface's hits
+    /// For that: the number of hits in a full disc, averaged over the surface.
+    double expected_hits = 100;
   };
 
-  /// A sample belongs to the surface of the triangle nearest to it among those that face its way.
+  /// A sample belongs to the surface of the nearest triangle that faces in its direction.
   LocalLinear(std::vector<Vec3d> points, std::vector<Vec3d> normals, const Options& options,
               std::shared_ptr<const SurfaceTree> surfaces);
 
@@ -26,7 +27,7 @@ class LocalLinear final : public GatherEstimator {
   /// Negative estimates become 0. Independent of the order of segments. Throws Cancelled.
   Gathered estimate(const segments::SegmentSpan& segments, const Workers& workers,
                     Progress* progress = nullptr) const override;
-  /// The kernel's radius on each surface, for so many hits on each; 0 where there are none.
+  /// The kernel's radius on each surface, given the number of hits on each; 0 where there are none.
   std::vector<double> bandwidths(const std::vector<uint64_t>& hits) const;
 
  private:

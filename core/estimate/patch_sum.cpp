@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Locating a hit costs a hundred times what adding it does, so only that is done in parallel.
+// Locating a hit takes a hundred times as long as adding it, so only locating is done in parallel.
 #include "estimate/patch_sum.h"
 
 namespace deltalux::estimate {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Median splits over the triangles' middles; sums of distances as in Ericson 2005, 5.1.5.
+// Builds the tree by median splits of triangles' centroids; nearest points as in Ericson 2005,
+// 5.1.5.
 #include "estimate/surface_tree.h"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The surfaces that light falls on, as one-sided triangles in a hierarchy of boxes: what lies in a
-// sphere, and on which triangle a segment ends.
+// The surfaces that light falls on, as one-sided triangles in a bounding volume hierarchy. Finds
+// the triangles in a sphere, and the triangle on which a segment ends.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -14,7 +14,7 @@ namespace deltalux::estimate {
 
 inline constexpr uint32_t kNoTriangle = 0xffffffffu;
 
-/// Seen from the side where its corners are counter-clockwise.
+/// A triangle, visible from the side where its corners are counter-clockwise.
 struct SurfaceTriangle {
   Vec3d corner[3];
   Vec3d normal;  ///< unit length
@@ -22,14 +22,14 @@ struct SurfaceTriangle {
   uint32_t surface = 0;  ///< triangles of one surface continue each other
 };
 
-/// The end of a segment's first flight, in double precision.
+/// The first hit of a segment, in double precision.
 inline Vec3d end_of(const segments::SegmentSpan& s, size_t i) {
   const double t = s.length[i];
   return {double(s.ox[i]) + t * double(s.dx[i]), double(s.oy[i]) + t * double(s.dy[i]),
           double(s.oz[i]) + t * double(s.dz[i])};
 }
 
-/// Nearest point of a triangle.
+/// The point of a triangle nearest to `p`.
 Vec3d nearest_point(const SurfaceTriangle& triangle, Vec3d p);
 
 class SurfaceTree {
@@ -39,21 +39,21 @@ class SurfaceTree {
 
   const std::vector<SurfaceTriangle>& triangles() const { return triangles_; }
   uint32_t surfaces() const { return surfaces_; }
-  /// Length of the diagonal of all triangles' bounds.
+  /// Diagonal of the bounding box of all triangles.
   double diagonal() const { return diagonal_; }
 
-  /// The triangle nearest to `p`, at most `reach` away, with normal . facing > least; of equally
-  /// near ones the first. kNoTriangle where there is none. Adds to `tests`, if given, the triangles
-  /// whose distance was taken.
+  /// The triangle nearest to `p`, at most `reach` away, with normal . facing > least; the first one
+  /// of those equally near; kNoTriangle if there is none. If `tests` is given, adds the number of
+  /// triangles whose distance was computed.
   uint32_t nearest(Vec3d p, Vec3d facing, double least, double reach,
                    uint64_t* tests = nullptr) const;
-  /// The triangle on whose front each segment ends. Its end may be off by kEndTolerance of the
-  /// diagonal; endless segments, and those that end in free space, have none.
+  /// The triangle on whose front side each segment ends, within a tolerance of kEndTolerance of the
+  /// diagonal; kNoTriangle for endless segments and those that end in free space.
   std::vector<uint32_t> landings(const segments::SegmentSpan& segments, const Workers& workers,
                                  Progress& progress, uint64_t* tests = nullptr) const;
   static constexpr double kEndTolerance = 2e-5;
 
-  /// Calls visit(number) for all triangles that reach into the sphere's bounding box, and others.
+  /// Calls visit(index) for all triangles that reach into the sphere, and for some others.
   template <class Visit>
   void near(Vec3d centre, double radius, Visit&& visit) const {
     uint32_t stack[64], depth = 0;

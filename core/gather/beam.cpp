@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Points of a spot's light, and the chance that one lies at a place.
+// The points that a narrow spot's light lands on, and the probability density with which they are
+// drawn.
 #include "gather/beam.h"
 
 #include <algorithm>
@@ -14,15 +15,19 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr float kWidest = 0.3f;  // versine of a narrow spot's half angle: 45 degrees
-constexpr float kSame = 1e-4f;   // of a flight: hits so close to each other are one
-constexpr uint32_t kStride = 8;  // along each side; points so far apart stand for all
+// versine (1 - cosine) of the half angle of the widest narrow spot: 45 degrees
+constexpr float kWidest = 0.3f;
+// relative to the distance: hits that are closer together count as the same
+constexpr float kSame = 1e-4f;
+constexpr uint32_t kStride = 8;  // every eighth point along each side represents its neighbours
 constexpr float kFewest = kStride * kStride / float(Beam::kPoints);
-constexpr float kPerhaps = 0.03f;  // what light may bring if something stood in its way
+// share of the light that counts as if something stood in the beam's way
+constexpr float kPerhaps = 0.03f;
 constexpr float kFar = std::numeric_limits<float>::infinity();
 constexpr float kPi = std::numbers::pi_v<float>;
 
-/// Finite whatever lies at one point: chances need not be right, only positive.
+/// A finite value even where distances vanish. Sampling probabilities need not be accurate, only
+/// positive.
 float bounded(float x) { return x < 1e20f ? x : 1e20f; }
 
 template <class Visit>
@@ -79,7 +84,8 @@ Vec3f Beam::direction(uint32_t k) const {
 
 template <class Caster>
 Beam::Point Beam::cast(uint32_t k, const Caster& closest) const {
-  // As far off as shadow rays end before the lamp, which may lie on a surface.
+  // Start at the distance from the lamp at which shadow rays end, since the lamp may lie on a
+  // surface.
   const float from = 2 * position_slack(light_.position);
   const Vec3f w = direction(k);
   const trace::Hit hit = on_ ? closest(light_.position, w, from) : trace::Hit{};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a narrow spot's light lands now: points that rays are sent to, whatever stands in its way.
+// Tracks where a narrow spot's light lands at present: points that gather rays are sent to, even if
+// something stands in between.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -11,77 +12,87 @@
 
 namespace deltalux::gather {
 
-/// A spot whose light is worth rays of its own, as the bake found it.
+/// A narrow spot that gather rays are sent towards, as the bake found it.
 struct BeamGuide {
   uint32_t light;
-  float power;   ///< that its first landings send on, all channels; as if all of it landed
-  float around;  ///< irradiance of those samples that see them
-  /// Why rays can't follow it; null where they can. `lights`: of the scene.
+  /// Power that the first landings reflect, sum of all channels, as if all light of the spot
+  /// landed.
+  float power;
+  /// Median irradiance of the places that see them.
+  float around;
+  /// Why these data are invalid; null if they are valid. `lights`: those of the scene.
   const char* flaw(std::span<const trace::Light> lights) const;
 };
 
-/// Points spread over the light of one spot by its power: a pure function of the present scene.
+/// Points spread over the light of one spot in proportion to its power. A pure function of the
+/// present scene.
 class Beam {
  public:
   static constexpr uint32_t kSide = 64, kPoints = kSide * kSide;
+  /// A point where light of the spot lands.
   struct Point {
     Vec3f at, normal;                   ///< the normal faces the lamp
-    uint32_t primitive = scene::kNone;  ///< kNone: light that leaves the scene
+    uint32_t primitive = scene::kNone;  ///< kNone: the light leaves the scene
     bool valid() const { return primitive != scene::kNone; }
-    /// Unit, from there; zero where its back would be seen.
+    /// The unit direction from `origin` to the point; zero if `origin` is behind the surface there.
     Vec3f seen_from(Vec3f origin) const;
-    /// Whether it is what the ray from `origin` along `w` met.
+    /// Whether the ray from `origin` along `w` hit this point.
     bool is_met(Vec3f origin, Vec3f w, const trace::Hit& hit) const;
     friend bool operator==(const Point&, const Point&) = default;
   };
-  /// Of those that is_narrow() holds for.
+  /// Only for lights for which is_narrow() holds.
   Beam(const trace::Light& light, const BeamGuide& guide, uint64_t seed);
+  /// Whether the light is a spot of at most 45 degrees from axis to edge.
   static bool is_narrow(const trace::Light& light);
 
   const BeamGuide& guide() const { return guide_; }
-  /// Whether the lamp has moved, or was switched.
+  /// Whether the lamp was moved or switched since.
   bool differs(const trace::Light& light) const;
-  /// Casts all points.
+  /// Casts a ray for each point.
   void compute(const trace::RayCaster& caster);
-  /// Casts again what a change in these boxes may touch; changed[k] = 1 where a point differs.
-  /// False where nothing of the beam meets them.
+  /// Recasts the points that a change in these boxes may affect; sets changed[k] = 1 where point k
+  /// differs. Returns false if no part of the beam meets the boxes.
   bool update(const trace::RayCaster& caster, std::span<const Box> boxes,
               std::span<uint8_t> changed);
 
   const Point& point(uint32_t k) const { return points_[k]; }
-  /// The point of a place in the unit square.
+  /// Index of the point for a place in the unit square.
   static uint32_t number(float u, float v) {
     return uint32_t(v * kSide) * kSide + uint32_t(u * kSide);
   }
-  /// Of a ray along `w` that lands `t` away: chance per solid angle that a point lies there, times
-  /// pi. `at`: the place, facing the ray. Sets `in_beam` where what stands before the lamp decides.
+  /// The probability density per solid angle with which a point is drawn in direction `w`, times
+  /// pi, for a ray that lands at distance `t`. `at`: where it lands, facing the ray. Sets `in_beam`
+  /// if the result depends on what stands between that place and the lamp.
   float density(Vec3f w, float t, const direct::Receiver& at, const trace::RayCaster& caster,
                 bool& in_beam) const;
 
-  /// False only where no place in the ball can take its light.
+  /// Whether the beam's light may reach a place in the ball; false only if none can.
   bool may_meet(Vec3f centre, float radius) const;
 
-  // What follows does not depend on what moves: chances of rays stay as they are.
-  /// About what of a receiver's light the beam brings, unshadowed, or may bring if something stood
-  /// in its way.
+  // The following functions depend on the lamp and on static geometry only, so that few edits
+  // change sampling probabilities.
+  /// Approximately the beam's share of a receiver's indirect light, unshadowed, or the share that
+  /// it could have if something stood in the beam's way.
   float share(Vec3f from, Vec3f n) const;
-  /// The same in more detail: irradiance that its points bring, and the mean square of what one
-  /// cosine-distributed ray does.
+  /// The same in more detail: `irradiance` from its points, and the mean `square` of what one
+  /// cosine-distributed ray brings.
   struct Brought {
     float irradiance = 0, square = 0;
-    float perhaps = 0;  ///< irradiance, if something stood in its way
+    float perhaps = 0;  ///< irradiance if something stood in the beam's way
   };
   Brought brought(Vec3f from, Vec3f n) const;
-  /// Irradiance of a thing that stood there, by what the light's first landings send on, in that of
-  /// their surroundings: how bright it might become.
+  /// How bright an object might become that was placed there: its irradiance from the light that
+  /// the first landings reflect, relative to the irradiance of their surroundings.
   float beside(Vec3f place) const;
-  /// Radiosity where its light lands, the most of it.
+  /// The largest radiosity where its light lands.
   float brightest() const { return brightest_; }
-  /// Whether a receiver sees one of the places where its light lands, or might: the k-th look.
+  /// The k-th visibility test: whether a receiver sees a place where the beam's light lands, or
+  /// might land. `random`: the receiver's random numbers.
   bool sees(uint32_t k, const trace::RayCaster& caster, Vec3f from, Vec3f n,
             const PathRandom& random) const;
 
  private:
+  /// Direction of the k-th point, seen from the lamp.
   Vec3f direction(uint32_t k) const;
   /// `closest`: (origin, direction, from) -> Hit.
   template <class Caster>
@@ -94,12 +105,12 @@ class Beam {
   bool on_;
   direct::LightShape shape_;
   BeamGuide guide_;
-  float per_solid_;  // chance per solid angle where the spot is brightest
+  float per_solid_;  // probability density per solid angle where the spot is brightest
   uint64_t key_;
   std::vector<Point> points_;
-  // As if nothing that moves were there; a negative extent: nothing is.
+  // Computed without movable objects; a negative extent means that no light lands.
   std::vector<Point> few_;
-  std::vector<float> radiosity_;  // of those
+  std::vector<float> radiosity_;  // of the points in few_
   Vec3f middle_{}, normal_{};
   float extent_ = -1, rise_ = 0, brightest_ = 0;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Beams after edits, and which cells they may reach.
+// Updates the beams after edits, and finds the cells that they may reach.
 #include "gather/beams.h"
 
 #include <algorithm>
@@ -7,7 +7,8 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr float kAside = 5;  // slacks: a place may be told by a cell that it lies so far beside
+// multiples of position_slack(): how far beside its cell a point may lie
+constexpr float kAside = 5;
 
 }  // namespace
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which cell a point lies in.
+// Finds the cell that a point lies in.
 #include "gather/body_cells.h"
 
 #include <algorithm>
@@ -39,7 +39,7 @@ uint32_t BodyCells::find(uint32_t triangle, Vec3f p, Vec3f w, float t, float nud
   const uint32_t column = place(x * patch.columns_per_metre, patch.columns);
   const uint32_t row = place(y * patch.rows_per_metre, patch.rows);
   uint32_t square = square_at(patch, column, row);
-  // Rounding may lead a little off the triangle's border.
+  // Rounding may move the point slightly off the triangle's border: try the neighbouring squares.
   for (uint32_t k = 0; square == kNoCell && k < 9; ++k)
     square = square_at(patch, column + k % 3 - 1, row + k / 3 - 1);
   if (square == kNoCell) return kNoCell;
@@ -85,7 +85,8 @@ Vec3f BodyCells::normal(uint32_t cell) const {
 }
 
 BodyCells::Ball BodyCells::ball(uint32_t cell) const {
-  constexpr float kRounding = 1.01f;  // what is told by a square may lie a little off it
+  // a point may lie slightly outside of the square that it is assigned to
+  constexpr float kRounding = 1.01f;
   const Spot& spot = spot_[cell];
   if (spot.patch == kNoCell)
     return {spot.box.centre(), 0.5f * kRounding * spot.box.diagonal() + rise_};

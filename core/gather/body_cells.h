@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The surface of one rigid body divided into cells: where light lands, it is counted by cell. In
-// the body's own space, so that a movable takes its cells along.
+// Divides the surface of one rigid body into cells, which sum the light that lands on them. Cells
+// are defined in the body's local space, so that a movable takes its cells along.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -13,10 +13,10 @@ namespace deltalux::gather {
 
 inline constexpr uint32_t kNoCell = 0xffffffffu;
 
-/// Triangles of one plane and material share a grid of squares, whichever triangle they lie on;
-/// where something stands on a square, its plane cuts it, so that no light leaks under a wall.
-/// Triangles too small for that are put together by place and direction. Each side has cells of
-/// its own. All is a pure function of the triangles and the edge's length.
+/// Triangles of one plane and material share a grid of squares, whichever triangle a square lies
+/// on. Where something stands on a square, its plane cuts the square, so that no light leaks under
+/// a wall. Triangles too small for squares are merged into cells by position and direction. Each
+/// side has cells of its own. A pure function of the triangles and of the squares' edge length.
 class BodyCells {
  public:
   struct Triangle {
@@ -25,31 +25,31 @@ class BodyCells {
   };
 
   BodyCells() = default;
-  /// `edge`: of a square, metres.
+  /// `edge`: edge length of a square, in metres.
   BodyCells(std::span<const Triangle> triangles, float edge);
 
   size_t size() const { return area_.size(); }
-  /// How far from their cells' plane triangles may lie.
+  /// The largest distance of a triangle from the plane of its cell.
   float rise() const { return rise_; }
-  /// The cell at `p` on `triangle`, on the side that a ray along `w` meets; kNoCell on a triangle
-  /// without area. `nudge`: looked up so far back, along the surface, towards where the ray came
-  /// from, but no farther than half its flight of length `t`: at the foot of a wall its side is
-  /// then beyond doubt.
+  /// The cell at point `p` of `triangle`, on the side that a ray along `w` hits; kNoCell for a
+  /// triangle without area. The point is first moved back by `nudge` along the surface, towards the
+  /// origin of the ray, but by no more than half of the ray's length `t`: at the foot of a wall, it
+  /// is then clearly on one side.
   uint32_t find(uint32_t triangle, Vec3f p, Vec3f w, float t = 0, float nudge = 0) const;
   std::span<const float> areas() const { return area_; }
   std::span<const uint32_t> materials() const { return material_; }
-  /// Points spread evenly over a cell; cells of small triangles have none.
+  /// Points spread evenly over a cell. Cells of small triangles have none.
   static constexpr uint32_t kProbes = 16;
   bool has_probes(uint32_t cell) const { return spot_[cell].patch != kNoCell; }
   Vec3f probe(uint32_t cell, uint32_t number) const;
-  /// Triangles of each cell of small ones, in the order of the cells, both of a pair; begin[cell]
-  /// and begin[cell + 1] are the ends of each. Other cells have none.
+  /// Lists the triangles of each cell of small triangles, cell by cell (each for both sides): those
+  /// of `cell` are triangles[begin[cell]] to triangles[begin[cell + 1] - 1]. Other cells have none.
   void sort_small(std::vector<uint32_t>& triangles, std::vector<uint32_t>& begin) const;
-  /// Of a cell of small triangles: whether it is their back.
+  /// Whether a cell of small triangles is their back side.
   bool is_back(uint32_t cell) const { return spot_[cell].back; }
-  /// Unit normal on the cell's side; not of small triangles.
+  /// Unit normal on the cell's side; only for cells with probes.
   Vec3f normal(uint32_t cell) const;
-  /// All of the cell lies in it.
+  /// A bounding sphere of the cell.
   struct Ball {
     Vec3f centre;
     float radius;
@@ -59,47 +59,55 @@ class BodyCells {
 
  private:
   friend class CellBuilder;
-  static constexpr float kRise = 0x1p-10f;  // of the edge
-  /// Parts a square in two: a * x + b * y > c, in the patch's frame.
+  static constexpr float kRise = 0x1p-10f;  // in units of the edge
+  /// Cuts a square in two: a * x + b * y > c, in the coordinates of the patch.
   struct Line {
     float a, b, c;
   };
+  /// A triangle: its plane's patch or its cell.
   struct Face {
     Vec3f normal;
-    uint32_t patch;  ///< or kNoCell: then all of it is in `cell`, its back in the one after
+    /// kNoCell for a small triangle, which lies in `cell` as a whole; its back is the next cell.
+    uint32_t patch;
     uint32_t cell;
   };
+  /// The grid of squares of one plane and material.
   struct Patch {
     Vec3f origin, u, v;
     float columns_per_metre, rows_per_metre;
     uint32_t columns, rows;
-    size_t first;    ///< in table_, or in keys_
-    uint32_t count;  ///< of keys_; 0: in table_
+    size_t first;    ///< index of its first entry in table_, or in keys_
+    uint32_t count;  ///< number of its entries in keys_; 0 if it uses table_
   };
+  /// One side of a square, divided into parts by lines.
   struct Side {
     uint32_t first_line = 0, lines = 0;
-    uint32_t first_part = 0;  ///< in parts_, 2^lines cells; those without area are kNoCell
+    /// Index in parts_ of its 2^lines parts; parts without area are kNoCell.
+    uint32_t first_part = 0;
     uint32_t largest = kNoCell;
   };
   struct Square {
     Side side[2];
   };
 
+  /// What belongs to a cell beside area and material.
   struct Spot {
     uint32_t patch = kNoCell;
-    float low[2]{}, high[2]{};  ///< of its square, in the patch's frame
+    float low[2]{}, high[2]{};  ///< bounds of its square, in the coordinates of the patch
     bool back = false;
-    std::array<uint8_t, 2 * kProbes> probe{};  ///< in 256ths of the square
-    Box box{};                                 ///< of small triangles
+    std::array<uint8_t, 2 * kProbes> probe{};  ///< positions in units of 1/256 of the square
+    Box box{};                                 ///< bounds of small triangles
   };
 
   uint32_t square_at(const Patch& patch, uint32_t column, uint32_t row) const;
 
+  /// Index of a square, or kNoCell.
   float rise_ = 0;
   std::vector<Face> faces_;
   std::vector<Patch> patches_;
-  std::vector<uint32_t> table_;                      // per square of a patch's rectangle
-  std::vector<std::pair<uint64_t, uint32_t>> keys_;  // the same of patches that fill little of it
+  std::vector<uint32_t> table_;  // index of each square in the patch's rectangle
+  // sparse variant of table_, for patches that fill little of their rectangle
+  std::vector<std::pair<uint64_t, uint32_t>> keys_;
   std::vector<Square> squares_;
   std::vector<Line> lines_;
   std::vector<uint32_t> parts_;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Planes, squares, and what is too small for them.
+// Groups triangles into planes, lays squares over them, and merges the triangles that are too
+// small.
 #include "gather/cell_builder.h"
 
 #include <algorithm>
@@ -10,15 +11,18 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr double kFlatAngle = 0x1p-10;   // normals of one plane differ by less, per coordinate
-constexpr double kFlatOffset = 0x1p-6;   // of the edge: offsets of what is compared
+constexpr double kFlatAngle = 0x1p-10;  // of components: normals of one plane differ by less
+// offsets of planes are compared in units of this share of the edge
+constexpr double kFlatOffset = 0x1p-6;
 constexpr double kMinFlat = 0.5;         // of a square: what has less area is put together
 constexpr double kMaxSquares = 1 << 14;  // of one plane; beyond, squares are larger
 constexpr double kMinPart = 1e-5;        // of a square: what is cut off
 constexpr size_t kMaxFrames = 32;        // tried for a plane
-constexpr double kTighter = 0.999;       // frames of one size: the longest edge's
+// a later edge's frame must be smaller by this factor; otherwise the longest edge's is kept
+constexpr double kTighter = 0.999;
 constexpr double kFar = std::numeric_limits<double>::infinity();
-constexpr double kMaxEmpty = 8;  // times as many squares as are used, for a table
+// use a table unless it would have this many times more squares than are used
+constexpr double kMaxEmpty = 8;
 
 uint64_t rounded(double x) { return uint64_t(int64_t(std::llround(x))); }
 
@@ -106,7 +110,7 @@ CellBuilder::Frame CellBuilder::frame_along(const Flat& flat, Vec3d along) const
 }
 
 CellBuilder::Frame CellBuilder::tightest_frame(const Flat& flat) const {
-  // Most surfaces are rectangles, which whole squares then fill.
+  // Most surfaces are rectangles; along their edges, whole squares fill them.
   std::vector<Vec3d> edges;
   for (uint32_t t : flat.triangles)
     for (int k = 0; k < 3; ++k) edges.push_back(corner(t, (k + 1) % 3) - corner(t, k));
@@ -176,7 +180,7 @@ void CellBuilder::add_squares(const BodyCells::Patch& patch, uint32_t triangle,
   const auto rows = range(low_y, high_y, high, patch.rows);
   for (uint32_t row = rows.first; row <= rows.second; ++row) {
     const double y0 = row * high, y1 = (row + 1) * high;
-    // Rounding must not lose what lies along the border.
+    // Do not clip at the border of the rectangle, where rounding could lose a strip.
     Polygon strip = whole;
     if (row > 0) strip = clipped(strip, [&](const Point& p) { return p.y - y0; });
     if (row + 1 < patch.rows) strip = clipped(strip, [&](const Point& p) { return y1 - p.y; });
@@ -200,7 +204,7 @@ void CellBuilder::add_squares(const BodyCells::Patch& patch, uint32_t triangle,
 }
 
 void CellBuilder::merge_small(BodyCells& out, std::vector<uint32_t> triangles) {
-  // By place, main direction and material.
+  // Merge by position, dominant direction and material.
   std::map<std::array<int64_t, 5>, uint32_t> found;
   for (uint32_t t : triangles) {
     const Vec3d c = across(t), n = c * (1 / length(c));
@@ -283,7 +287,7 @@ void CellBuilder::place_probes(BodyCells::Spot& spot, const std::vector<Polygon>
     while (number + 1 < fans_.size() && before + fans_[number].area < wanted)
       before += fans_[number++].area;
     const Fan& fan = fans_[number];
-    // Its share of the area, and a radical inverse across it.
+    // Place the probe in its triangle by its share of the area, and across by a radical inverse.
     const double along = std::sqrt(std::clamp((wanted - before) / fan.area, 0.0, 1.0));
     const double aside = double(sobol::reverse_bits(k)) * 0x1p-32 + 0.5 / BodyCells::kProbes;
     const double wb = along * (1 - aside), wc = along * aside;

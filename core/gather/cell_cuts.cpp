@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What stands on a square parts it: a wall through it must not let light of one side count on the
-// other.
+// Finds what stands on a square and cuts the square there, so that light on one side of a wall does
+// not count on the other.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,15 +13,15 @@
 namespace deltalux::gather {
 namespace {
 
-// In units of the edge.
-constexpr double kHeight = 0.25;      // above the square that is looked at
-constexpr double kStandsBelow = 0.1;  // what begins higher up lets light through
-constexpr double kMinTrace = 0.15;    // what is shorter hides little
+// All lengths in units of the edge.
+constexpr double kHeight = 0.25;      // height above the square within which triangles are examined
+constexpr double kStandsBelow = 0.1;  // triangles that begin higher let light through below
+constexpr double kMinTrace = 0.15;    // shorter lines of contact hide little light
 constexpr double kMinRise = 0.05;
 constexpr double kMinPart = 0.01;  // nearer to the square's border nothing is parted
 constexpr double kSameLine = 0.01;
 constexpr size_t kMaxCuts = 4;    // of a side
-constexpr double kUpright = 0.2;  // sine of the least angle between square and what stands
+constexpr double kUpright = 0.2;  // sine of the smallest angle between square and triangle
 
 struct VoxelHash {
   size_t operator()(const std::array<int64_t, 3>& v) const {
@@ -30,6 +30,7 @@ struct VoxelHash {
 };
 using Voxels = std::unordered_map<std::array<int64_t, 3>, std::vector<uint32_t>, VoxelHash>;
 
+/// A box of voxels.
 struct Range {
   int64_t low[3], high[3];
   double count() const {
@@ -50,7 +51,7 @@ struct Range {
   }
 };
 
-/// What of a polygon lies above or below a rectangle, by at most `height`.
+/// Clips a polygon to the rectangle and to at most `height` above or below it.
 Polygon within(Polygon polygon, const double (&low)[2], const double (&high)[2], double height) {
   polygon = clipped(polygon, [&](const Point& p) { return p.x - low[0]; });
   polygon = clipped(polygon, [&](const Point& p) { return high[0] - p.x; });
@@ -60,6 +61,7 @@ Polygon within(Polygon polygon, const double (&low)[2], const double (&high)[2],
   return clipped(polygon, [&](const Point& p) { return height + p.z; });
 }
 
+/// The voxels that the bounding box of `points` overlaps.
 Range voxels_of(std::span<const Vec3d> points, double padding, double edge) {
   Range out;
   for (int k = 0; k < 3; ++k) {
@@ -75,7 +77,8 @@ Range voxels_of(std::span<const Vec3d> points, double padding, double edge) {
 
 void CellBuilder::find_cuts(const BodyCells& out) {
   cuts_.resize(squares_.size());
-  // By size of squares in powers of two: a landscape's large ones take few voxels, too.
+  // Use one grid per size of squares (in powers of two), so that large squares, as of a landscape,
+  // occupy few voxels, too.
   std::map<int, Voxels> by_size;
   for (uint32_t i = 0; i < squares_.size(); ++i) {
     const Square& square = squares_[i];
@@ -144,7 +147,7 @@ void CellBuilder::try_cut(const BodyCells& out, uint32_t triangle, uint32_t numb
   const Polygon stands =
       within({corners[0], corners[1], corners[2]}, square.low, square.high, height);
   if (stands.size() < 3) return;
-  // Its plane at height 0: a x + b y = c.
+  // The line where the triangle's plane meets the square's: a x + b y = c.
   const Vec3d d = corner(triangle, 0) - Vec3d(patch.origin);
   Cut cut{across_u / sine, across_v / sine, dot(normal, d) / sine, 0};
   if (cut.a < 0 || (cut.a == 0 && cut.b < 0)) cut.a = -cut.a, cut.b = -cut.b, cut.c = -cut.c;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One division a cell and channel.
+// Computes the cells' radiosity from sums of landed power.
 #include "gather/cell_light.h"
 
 #include <algorithm>
@@ -11,7 +11,7 @@ namespace {
 constexpr size_t kGrain = 1024;
 constexpr double kSteps = 65535;
 
-/// Power that landed, in quanta, dimmed as it is now.
+/// Landed power in quanta, with the present dimming.
 double landed(const CellState& state, uint32_t cell, uint32_t batch, size_t channel) {
   double sum = 0;
   for (uint32_t g = 0; g < state.sums.groups; ++g)
@@ -20,7 +20,7 @@ double landed(const CellState& state, uint32_t cell, uint32_t batch, size_t chan
   return sum;
 }
 
-/// Radiosity per quantum; 0: the cell has no area.
+/// Radiosity per quantum; 0 for a cell without area.
 Vec3d unit_of(const CellState& state, uint32_t cell, float bare) {
   const double area = double(state.cells.area(cell)) * double(bare);
   if (!(area > 0)) return {};
@@ -40,7 +40,7 @@ void CellLight::renew(const CellState& state, const Workers& workers) {
   std::vector<double> factor = state.scales.sum_factor;
   factor.push_back(state.scales.quantum);
   const bool all = reflectance != reflectance_ || factor != factor_;
-  if (all) reflectance_.clear();  // should memory end below, all are made next time
+  if (all) reflectance_.clear();  // if memory runs out below, the next call renews all cells
   radiosity_.resize(count);
   bare_.resize(count);
   workers.for_blocks(count, kGrain, [&](size_t begin, size_t end) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Radiosity of the cells: from sums of landed energy, a pure function of each cell's own.
+// Radiosity of the cells: a pure function of each cell's sum of landed power.
 #pragma once
 #include <array>
 #include <vector>
@@ -10,10 +10,10 @@
 
 namespace deltalux::gather {
 
-/// Sums of landed energy in quanta: [((cell * groups) + group) * batches + batch) * 3 + channel].
+/// Sums of landed power in quanta: [(((cell * groups) + group) * batches + batch) * 3 + channel].
 struct CellSums {
   std::vector<int64_t> quanta;
-  std::vector<uint8_t> touched;  ///< per cell: whether they changed since CellLight was renewed
+  std::vector<uint8_t> touched;  ///< by cell: whether it changed since the last CellLight::renew()
   uint32_t groups = 1, batches = 1;
   size_t at(uint32_t cell, uint32_t group, uint32_t batch) const {
     return 3 * ((size_t(cell) * groups + group) * batches + batch);
@@ -21,13 +21,13 @@ struct CellSums {
   size_t bytes() const { return quanta.capacity() * sizeof(int64_t) + touched.capacity(); }
 };
 
-/// What turns sums into light.
+/// Factors from sums to power.
 struct Scales {
   double quantum = 0;              ///< power per quantum
-  std::vector<double> sum_factor;  ///< per group of the sums
+  std::vector<double> sum_factor;  ///< by group of the sums
 };
 
-/// What radiosity is made of.
+/// All that radiosity depends on.
 struct CellState {
   const scene::Scene& scene;
   const Cells& cells;
@@ -36,11 +36,12 @@ struct CellState {
   const Scales& scales;
 };
 
-/// Kept between readings, so that an edit costs what it touched.
+/// The radiosity of all cells, kept between reads, so that an update costs only what it changed.
 class CellLight {
  public:
   using Radiosity = std::array<float, 3>;
-  /// Takes in what changed, all of it after a change of scales or reflectances.
+  /// Recomputes the radiosity of changed cells, or of all cells after a change of scales or
+  /// reflectances.
   void renew(const CellState& state, const Workers& workers);
   const Radiosity& operator[](uint32_t cell) const { return radiosity_[cell]; }
   static size_t forecast_bytes(size_t cells) { return cells * (sizeof(Radiosity) + sizeof(float)); }
@@ -50,17 +51,18 @@ class CellLight {
 
  private:
   std::vector<Radiosity> radiosity_;
-  std::vector<float> bare_;  // per cell: Coverage::bare of then
+  std::vector<float> bare_;  // by cell: the value of Coverage::bare at the last renewal
   std::vector<Vec3f> reflectance_;
   std::vector<double> factor_;
 };
 
-/// Radiosity of a cell by each batch of paths, times their number, in steps: rounding is the least
-/// of the noise, and one look-up meets one line of the cache.
+/// A cell's radiosity as estimated by each batch of paths, in integer steps. Rounding errors are
+/// far below the noise, and one look-up touches one cache line.
 struct alignas(64) CellBatches {
   uint16_t steps[3][kParts];
   float step;
 };
+/// The estimates of all cells.
 std::vector<CellBatches> batches_of(const CellState& state, const Workers& workers);
 
 }  // namespace deltalux::gather

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies side by side, and how a world-space landing finds its cell.
+// Cells of all bodies, and the search for the cell where a path lands.
 #include "gather/cells.h"
 
 #include <algorithm>
@@ -10,11 +10,11 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr float kStaticEdge = 0.18f;  // metres: 0.022 of a room's diagonal
+constexpr float kStaticEdge = 0.18f;  // scene metres: 0.022 of a room's diagonal
 constexpr float kMovableEdge = 0.12f;
-constexpr float kShareOfMovable = 0.25f;  // of its diagonal, at most
-constexpr float kNear = 2.0f;             // square roots of a cell's area
-constexpr float kNudge = 4.0f;            // roundings of a place, see BodyCells::find
+constexpr float kShareOfMovable = 0.25f;  // at most this share of the movable's diagonal
+constexpr float kNear = 2.0f;             // in units of the square root of a cell's area
+constexpr float kNudge = 4.0f;            // multiples of position_slack(), see BodyCells::find
 
 std::vector<BodyCells::Triangle> triangles_of(const scene::Object& object, bool placed) {
   std::vector<BodyCells::Triangle> out;
@@ -60,7 +60,7 @@ void Cells::add(uint32_t object, uint32_t first_primitive,
   BodyCells cells(triangles, edge > 0 ? edge : 1.0f);
   if (uint64_t(size()) + cells.size() >= kNoCell / 2)
     throw SceneError("gather: more than 2e9 cells; bake with gather=\"off\"");
-  // The body first: where memory ends behind it, drop_objects() knows what to take back.
+  // Add the body first: if memory runs out afterwards, drop_objects() knows what to remove.
   bodies_.push_back({object, uint32_t(size()), first_primitive, std::move(cells)});
   const BodyCells& own = bodies_.back().cells;
   for (size_t i = 0; i < own.size(); ++i) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cells of a scene: of the static geometry, then of each movable in the order of objects.
+// All cells of a scene: first those of the static geometry, then those of each movable, in the
+// order of objects.
 #pragma once
 #include <deque>
 
@@ -9,29 +10,31 @@
 
 namespace deltalux::gather {
 
-/// A pure function of the scene's geometry, of a metre and of no pose.
+/// A pure function of the scene's geometry and scene metre; independent of poses.
 class Cells {
  public:
   Cells() = default;
-  /// `metre`: samples::scene_metre of the scene. Throws SceneError where there are too many.
+  /// `metre`: samples::scene_metre of the scene. Throws SceneError if there are too many cells.
   Cells(const scene::Scene& scene, float metre);
-  /// Cells of an object that was added last.
+  /// Adds the cells of an object that was added to the scene last.
   void add_object(const scene::Scene& scene, uint32_t object);
-  /// Forgets objects from number `count` on.
+  /// Removes the cells of objects from index `count` on.
   void drop_objects(size_t count);
 
   size_t objects() const { return body_of_.size(); }
   uint32_t size() const { return uint32_t(area_.size()); }
-  /// Square metres, and what a hit must be farther away than to be told by its cell.
+  /// Area in square metres; and the distance below which a hit counts as near, so that the ray
+  /// continues as a chain instead of reading this cell.
   float area(uint32_t cell) const { return area_[cell]; }
   float near(uint32_t cell) const { return near_[cell]; }
   uint32_t material(uint32_t cell) const { return material_[cell]; }
-  /// First cell of a movable, and the one behind its last.
+  /// Index of the first cell of a movable, and of the one behind its last.
   std::pair<uint32_t, uint32_t> of_object(uint32_t object) const;
-  /// Edge of squares of the static scene.
+  /// Edge length of the squares of static geometry.
   float edge() const;
   float metre() const { return metre_; }
-  /// Calls visit(first cell, object or kNone, its cells) for each body.
+  /// Calls visit(first cell, object or kNone, its cells) for each body: the static geometry, then
+  /// each movable.
   template <class Visit>
   void each_body(const Visit& visit) const {
     for (const Body& body : bodies_) visit(body.first_cell, body.object, body.cells);
@@ -40,6 +43,7 @@ class Cells {
 
  private:
   friend class CellFinder;
+  /// A rigid body with its cells.
   struct Body {
     uint32_t object;  ///< kNone: the static scene
     uint32_t first_cell, first_primitive;
@@ -50,17 +54,17 @@ class Cells {
 
   float metre_ = 1;
   std::deque<Body> bodies_;
-  std::vector<uint32_t> body_of_;  // per object
+  std::vector<uint32_t> body_of_;  // by object: index in bodies_
   std::vector<float> area_, near_;
   std::vector<uint32_t> material_;
 };
 
-/// Finds cells in the present poses; made anew after each edit.
+/// Finds cells in the present poses; has to be made anew after each edit.
 class CellFinder {
  public:
   CellFinder(const scene::Scene& scene, const Cells& cells);
-  /// Where a ray from `origin` along `w` lands at distance `t` on `primitive`; kNoCell on a
-  /// triangle without area.
+  /// The cell where a ray from `origin` along `w` lands at distance `t` on `primitive`; kNoCell on
+  /// a triangle without area.
   uint32_t find(uint32_t primitive, Vec3f origin, Vec3f w, float t) const;
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Short paths from receivers, with one shadow ray at each vertex.
+// Traces short paths from receivers, with one shadow ray at each vertex.
 #include "gather/chain.h"
 
 #include <algorithm>
@@ -18,8 +18,9 @@ enum : uint32_t {
   kStays
 };  // dimensions of a vertex's random numbers
 
-/// As LightShape::glance beside a light, where points drawn evenly differ much: the exact
-/// irradiance, and one of many rays by its share of it.
+/// Replaces LightShape::glance close to a light, where points drawn uniformly differ much in
+/// contribution: returns the exact unshadowed irradiance, and one of many shadow rays, chosen by
+/// its share of it.
 direct::LightShape::Glance close_glance(const direct::LightShape& shape,
                                         const direct::Receiver& receiver, float place) {
   direct::Strata strata;
@@ -85,7 +86,7 @@ void OneLight::ask(const trace::RayCaster& caster, const direct::Receiver& recei
     left -= chance(l);
   }
   out.light = uint32_t(chosen);
-  // What chose is used again: stretched over its interval it is as random.
+  // Reuse the random number of the choice: rescaled within its interval, it is uniform again.
   const float u = float(std::clamp((left + chance(chosen)) / chance(chosen), 0.0, 1 - 0x1p-24));
   const direct::LightShape::Glance ray = shapes_[chosen]->is_small(receiver)
                                              ? shapes_[chosen]->glance(receiver, u, draw[1])
@@ -156,7 +157,7 @@ Chain ChainTracer::trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w,
 void ChainTracer::finish(const Draw& draw, const direct::Receiver& at, uint32_t material,
                          uint32_t cell, Chain& chain) const {
   chain.end = cell;
-  // Also where something stands in the way: it may move.
+  // Keep the vertex even if something hides the light: it may move.
   const auto ask = [&](const OneLight& one) {
     Vertex& vertex = chain.vertex[chain.count];
     one.ask(present_.caster, at, draw, vertex);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a ray sees that meets something near: a cell there is averaged over what the ray is to tell
-// apart, contact shadows, so the ray goes on as a path does.
+// Chains: continuation of a gather ray that hits something near. A cell there averages light over
+// an area as large as the contact shadows that the ray should resolve, so the ray goes on as a
+// path.
 #pragma once
 #include <array>
 #include <functional>
@@ -18,17 +19,17 @@
 
 namespace deltalux::gather {
 
-/// The scene as it is now.
+/// The scene in its present state.
 struct Present {
   const scene::Scene& scene;
   const trace::RayCaster& caster;
   std::span<const trace::Light> lights;
-  std::span<const direct::Receiver> receivers;  ///< per sample, world
+  std::span<const direct::Receiver> receivers;  ///< by sample, in world space
   const Cells& cells;
   const Guiding& guiding;
   const Beams& beams;
   const Suns& suns;
-  /// Where a ray lands, on the side that it meets.
+  /// The receiver where a ray lands, on the side that it hits.
   direct::Receiver landing(Vec3f origin, Vec3f w, const trace::Hit& hit) const {
     const uint32_t object = scene.object_of(hit.primitive);
     return {origin + w * hit.t, trace::facing_normal(hit, w),
@@ -40,48 +41,59 @@ inline constexpr uint32_t kMaxTouched = 16;
 inline constexpr uint32_t kMaxVertices = kMaxTouched + 1;  ///< its end may have two, by then
 inline constexpr uint32_t kDark = kNoCell;                 // where a ray meets nothing
 
-/// Surface that a chain touches: direct light there of one light that stands for all.
+/// A surface point of a chain, with the direct light there of one randomly chosen light, which
+/// represents all lights.
 struct Vertex {
-  static constexpr uint32_t kEnd = 0x80000000u;  ///< in `material`: it is the chain's end itself
+  /// Flag in `material`: the vertex is the far end of the chain itself.
+  static constexpr uint32_t kEnd = 0x80000000u;
   uint32_t material = 0;
-  uint32_t light = scene::kNone;  ///< or kNone: no light shines there, whatever is between
-  std::array<float, 3> direct{};  ///< irradiance, undimmed, times the weight of the way there
+  /// Or kNone: no light illuminates the point, even unshadowed.
+  uint32_t light = scene::kNone;
+  /// Irradiance without dimming, times the weight of the chain up to this vertex.
+  std::array<float, 3> direct{};
   bool is_of_end() const { return material & kEnd; }
   friend bool operator==(const Vertex&, const Vertex&) = default;
 };
 
-/// Behind the third vertex chains go on by chance: fixed, for reflectances may change.
+/// From the third vertex on, chains continue with the probability kGoesOn. It is fixed, since
+/// reflectances may be edited.
 inline constexpr uint32_t kSurely = 2;
 inline constexpr float kGoesOn = 0.7f;
-/// Where a chain passes, for whoever looks for what an edit touches.
+/// The space that a chain passes through, to find the chains that an edit may affect.
 struct Passage {
-  Box near;            ///< all flights but the last
-  Vec3f origin, last;  ///< the last flight, if any: to its end, or far beyond the world
+  Box near;  ///< bounds of all segments but the last
+  /// Start and end of the last segment, if any; the end lies far outside of the world if it hits
+  /// nothing.
+  Vec3f origin, last;
 };
 
-/// A path that begins at a near hit, or ends at a far one; beyond its last vertex is `end`, a cell
-/// or nothing. Cells hold no light that comes straight from a beam's lamp, or from a sun that is
-/// asked for: the end may have a vertex of its own for each of these.
+/// A path that begins at a near hit, or one that ends at a far hit immediately. After its last
+/// vertex comes `end`, a cell or nothing. Cells hold no direct light of beams and suns that gather
+/// rays ask for, so the end may have a vertex of its own for each of these two.
 struct Chain {
   std::array<Vertex, kMaxVertices> vertex;
   uint32_t count = 0;
   uint32_t end = kDark;
-  float weight = 1;      ///< of the end; the vertices' light is weighted
-  bool in_beam = false;  ///< it depends on where a beam lands
+  /// Weight of the end; the vertices' light is weighted already.
+  float weight = 1;
+  bool in_beam = false;  ///< whether it depends on where a beam's light lands
   Passage passage;
 };
 
 /// Two random numbers in [0, 1).
 using Draw = std::array<float, 2>;
 
-/// Direct light at a point by one shadow ray.
+/// Estimates direct light at a point by one shadow ray.
 class OneLight {
  public:
-  /// Of those of the lights, by number, that take part.
+  /// Chooses among the lights for which takes_part(index) holds.
   OneLight(std::span<const trace::Light> lights, const std::function<bool(uint32_t)>& takes_part,
            uint32_t groups, uint64_t seed);
-  /// A light by about its unshadowed share, half of all lights' and half within its group, so that
-  /// no group is left out where others are dimmed. Suns that static things hide are left out.
+  /// Chooses one light with a probability that is half by its approximate unshadowed share of all
+  /// light, and half by its share within its group (with equal chances for all groups that
+  /// contribute), so that no group is neglected when others are dimmed. Suns hidden by static
+  /// geometry are left out. Writes the light and its irradiance, divided by the probability, to
+  /// `out`.
   void ask(const trace::RayCaster& caster, const direct::Receiver& receiver, const Draw& draw,
            Vertex& out) const;
 
@@ -91,15 +103,19 @@ class OneLight {
   uint32_t groups_;
 };
 
+/// Traces chains through the present scene.
 class ChainTracer {
  public:
   ChainTracer(const Present& present, const CellFinder& finder, uint64_t seed);
-  /// Goes on from the first hit, which is near. `key`: of the ray; `first`: for that hit.
+  /// Continues from the first hit, which is near. `key`: random key of the ray; `first`: random
+  /// numbers for the light at that hit.
   Chain trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w, const trace::Hit& hit) const;
-  /// Ends at the first hit, in `cell`, which is far.
+  /// Makes a chain that ends at the first hit, in `cell`, which is far. It has vertices only for
+  /// beams and suns.
   Chain end(const Draw& first, Vec3f origin, Vec3f w, const trace::Hit& hit, uint32_t cell) const;
 
  private:
+  /// Sets the chain's end, and adds vertices for the direct light of beams and suns there.
   void finish(const Draw& draw, const direct::Receiver& at, uint32_t material, uint32_t cell,
               Chain& chain) const;
 

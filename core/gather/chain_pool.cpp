@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gaps of one length are filled by chains of that length.
+// Stores chains compactly: gaps are reused by chains of the same length.
 #include "gather/chain_pool.h"
 
 #include <algorithm>
@@ -59,7 +59,7 @@ void ChainPool::clear() {
 void ChainPool::paint(const Paint& paint, const Workers& workers) {
   if (paint == paint_) return;
   Paint own = paint;
-  paint_ = {};  // should something fail below
+  paint_ = {};  // stays empty if something fails below
   workers.for_blocks(chains_.size(), 1024, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) send(uint32_t(i), own);
   });
@@ -68,14 +68,15 @@ void ChainPool::paint(const Paint& paint, const Workers& workers) {
 
 void ChainPool::send(uint32_t number, const Paint& paint) {
   Sent& out = sent_[number];
-  if (!chains_[number].count) return;  // nobody's yet
+  if (!chains_[number].count) return;  // the chain's storage is free
   out.direct = {0, 0, 0}, out.through = {1, 1, 1};
   const std::span<const Vertex> own = vertices(number);
   for (size_t i = 0; i < own.size(); ++i) {
     const Vertex& vertex = own[i];
     const bool is_end = vertex.is_of_end();
     const Vec3f reflectance = paint.reflectance[vertex.material & ~Vertex::kEnd];
-    // Chance decides behind a vertex, not about its own light.
+    // The probability of continuation divides what comes from beyond the vertex, not the vertex's
+    // own light.
     const float goes_on = i < kSurely ? 1.0f : 1 / kGoesOn;
     const float dim = paint.dim[std::min<size_t>(vertex.light, paint.dim.size() - 1)];
     for (size_t c = 0; c < 3; ++c) {

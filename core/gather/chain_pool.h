@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Chains of all samples, stored tightly; freed places are used again.
+// The chains of all samples in compact storage; freed storage is reused.
 #pragma once
 #include <array>
 #include <span>
@@ -11,20 +11,21 @@
 
 namespace deltalux::gather {
 
-/// What chains are seen by: it changes without any of them.
+/// What light along chains depends on beside their geometry: reflectances and dimming.
 struct Paint {
-  std::vector<Vec3f> reflectance;  ///< per material
-  std::vector<float> dim;          ///< per light; one more, 0, for none
+  std::vector<Vec3f> reflectance;  ///< by material
+  std::vector<float> dim;          ///< by light, followed by a 0 for vertices without light
   friend bool operator==(const Paint&, const Paint&) = default;
 };
 
+/// Stores chains by number.
 class ChainPool {
   struct Place {
     uint32_t first = 0, count = 0;
   };
 
  public:
-  /// Returns its number. `vertices`: at most kMaxVertices.
+  /// Stores a chain and returns its number. `vertices`: at most kMaxVertices.
   uint32_t add(std::span<const Vertex> vertices, uint32_t end, float weight,
                const Passage& passage);
   void remove(uint32_t number);
@@ -35,19 +36,22 @@ class ChainPool {
   }
   uint32_t end(uint32_t number) const { return sent_[number].end; }
   float weight(uint32_t number) const { return sent_[number].weight; }
-  /// What a chain sends: from its own lights, and how much of its end's radiosity.
+  /// The light that a chain sends back along the ray: `direct` from its vertices, plus `through`
+  /// times the radiosity of its end.
   struct Sent {
     std::array<float, 3> direct{}, through{};
     uint32_t end = kDark;
     float weight = 1;
   };
-  static constexpr size_t kBytes = sizeof(Place) + sizeof(Sent) + sizeof(Passage);  ///< of a chain
-  /// As painted last.
+  /// of one chain, without vertices
+  static constexpr size_t kBytes = sizeof(Place) + sizeof(Sent) + sizeof(Passage);
+  /// As computed by the last paint().
   const Sent& sent(uint32_t number) const { return sent_[number]; }
+  /// Recomputes the light of all chains if `paint` changed.
   void paint(const Paint& paint, const Workers& workers);
   const Passage& passage(uint32_t number) const { return passages_[number]; }
   size_t size() const { return chains_.size() - free_.size(); }
-  /// Of all chains, and some that are gone.
+  /// Number of vertices of all chains, including some of removed chains.
   size_t vertex_count() const { return vertices_.size(); }
   size_t bytes() const;
 
@@ -55,13 +59,15 @@ class ChainPool {
   void send(uint32_t number, const Paint& paint);
   void add_gap(size_t length);
 
-  Paint paint_;               // without materials: not painted yet
-  Chunks<Place> chains_;      // in vertices_
-  Chunks<Sent> sent_;         // of each; apart, since evaluation reads nothing else
-  Chunks<Passage> passages_;  // of each
+  Paint paint_;           // without materials: paint() was not called yet
+  Chunks<Place> chains_;  // storage of each chain in vertices_
+  // By chain; stored separately, since evaluation reads nothing else.
+  Chunks<Sent> sent_;
+  Chunks<Passage> passages_;  // by chain
   std::vector<uint32_t> free_;
-  Chunks<Vertex> vertices_;                                   // those of a chain in a row
-  std::array<std::vector<uint32_t>, kMaxVertices + 1> gaps_;  // in vertices_, by length
+  Chunks<Vertex> vertices_;  // the vertices of a chain are contiguous
+  // free storage in vertices_, by length
+  std::array<std::vector<uint32_t>, kMaxVertices + 1> gaps_;
 };
 
 }  // namespace deltalux::gather

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A few probes per cell look along its normal.
+// Tests a few probes per cell along the cell's normal.
 #include "gather/coverage.h"
 
 #include <algorithm>
@@ -10,11 +10,12 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr float kContact = 0.05f;  // of a square's edge: what is nearer covers
+// In units of a square's edge: anything closer covers the probe.
+constexpr float kContact = 0.05f;
 constexpr size_t kGrain = 256;
 constexpr float kFar = std::numeric_limits<float>::infinity();
 
-/// Whether static objects are closed, and boxes around objects, found when it matters.
+/// Caches whether static objects are closed, and their bounding boxes, computed on first use.
 class Bodies {
  public:
   explicit Bodies(const scene::Scene& scene)
@@ -42,14 +43,16 @@ class Bodies {
   std::vector<std::optional<Box>> bounds_;
 };
 
+/// Tests whether probes are covered.
 class Prober {
  public:
   Prober(const scene::Scene& scene, const trace::RayCaster& caster, const Cells& cells)
       : scene_(scene), caster_(caster), bodies_(scene), contact_(kContact * cells.edge()) {}
 
-  /// By the static scene: something touches, or the probe is inside of a closed object that its own
-  /// one, `object` or what lies `lift` below, sticks out of. Closed objects around whole others are
-  /// rooms that are wound outward, or nobody sees what they hold.
+  /// Whether the static scene covers a probe: something touches it, or it lies inside of a closed
+  /// object from which the probe's own object sticks out (`object`, or the one found `lift` below
+  /// the probe). A closed object that contains the probe's whole object does not cover it: it is a
+  /// room whose triangles are wound outward, or nobody sees its contents.
   bool by_static(Vec3f o, Vec3f n, uint32_t object, float lift) {
     const trace::Hit hit = caster_.closest_static(o, n);
     if (!hit.valid()) return false;
@@ -64,6 +67,7 @@ class Prober {
     if (object == around) return false;
     return !bodies_.bounds(around).padded(contact_).contains(bodies_.bounds(object));
   }
+  /// Whether a movable object touches or contains the probe.
   bool by_object(uint32_t object, Vec3f o, Vec3f n) const {
     if (caster_.closest_object(object, o, n, 0, contact_).valid()) return true;
     thread_local std::vector<trace::Stretch> inside;

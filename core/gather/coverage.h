@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What of each cell lies bare: neither under something that stands or lies on it, nor inside of a
-// body. No light lands on the rest, and no ray meets it.
+// Finds the uncovered area of each cell: a cell is covered where something stands or lies on it, or
+// where it is inside of a body. No light lands on covered area, and no ray meets it.
 #pragma once
 #include <span>
 #include <vector>
@@ -13,15 +13,17 @@ namespace deltalux::gather {
 
 class Coverage {
  public:
-  /// All from scratch.
+  /// Recomputes all cells.
   void compute(const scene::Scene& scene, const trace::RayCaster& caster, const Cells& cells,
                const Workers& workers);
-  /// After objects changed: `boxes` are theirs before and after. New cells come last.
+  /// Updates the cells after objects changed; `boxes` are the objects' bounds before and after. New
+  /// cells come last.
   void update(const scene::Scene& scene, const trace::RayCaster& caster, const Cells& cells,
               std::span<const uint32_t> objects, std::span<const Box> boxes,
               const Workers& workers);
 
-  /// Share of a cell's area, at least a part of one probe.
+  /// The uncovered share of a cell's area; at least a quarter.
+  /// By cell: one bit for each covered probe.
   float bare(uint32_t cell) const;
   std::span<const uint16_t> covered() const { return covered_; }
   size_t bytes() const {
@@ -30,10 +32,10 @@ class Coverage {
   }
 
  private:
-  // One bit per probe. Static cells: by the static scene, which never changes.
+  // One bit per probe: what the static scene covers. Probes of static cells are tested once.
   std::vector<uint16_t> fixed_;
-  std::vector<uint16_t> covered_;  // by whatever is there now
-  std::vector<Box> reach_;         // of static cells' probes: what comes into it may cover them
+  std::vector<uint16_t> covered_;  // covered by anything at present
+  std::vector<Box> reach_;         // by static cell: the space where an object may cover its probes
 };
 
 }  // namespace deltalux::gather

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Strata of the unit square, and the cones that hold their directions.
+// Strata of the unit square, and the cones that contain their directions.
 #include "gather/directions.h"
 
 #include <algorithm>
@@ -41,7 +41,8 @@ std::array<Cone, Directions::kSide * Directions::kSide> Directions::make_cones()
         if (a > 0) step = std::max(step, angle(at(i, a, b), at(i, a - 1, b)));
         if (b > 0) step = std::max(step, angle(at(i, a, b), at(i, a, b - 1)));
       }
-    // What lies between two of these points is no farther from them than they from each other.
+    // A direction between these points is at most as far from the nearest as they are from each
+    // other.
     const double half = widest + step;
     cones[i] = {axis, float(std::cos(half)), float(std::sin(half))};
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The fixed directions in which samples look around.
+// The fixed directions of samples' gather rays.
 #pragma once
 #include <array>
 #include <span>
@@ -11,23 +11,24 @@
 
 namespace deltalux::gather {
 
-/// Cosine-distributed: Sobol' points, their digits shifted at random by sample, so that each square
-/// of the strata holds as many for every sample.
+/// Cosine-distributed directions from Sobol' points, with a random digital shift for each sample,
+/// so that each square stratum holds equally many directions of every sample.
 class Directions {
  public:
-  /// Of samples that cast at most `count` rays each.
+  /// For samples that cast at most `count` rays each.
   Directions(uint32_t count, uint64_t seed);
-  /// Of ray `ray` of the sample with that key, about the unit normal `n`.
+  /// Direction of ray `ray` of the sample with key `sample`, about the unit normal `n`.
   Vec3f operator()(uint64_t sample, uint32_t ray, Vec3f n) const {
     const auto [u, v] = shifted(ray, combine(key_, sample));
     return trace::cosine_direction(n, u, v);
   }
-  /// Point `number` of another sequence of the sample's, `stream` > 0, in the unit square.
+  /// Point `number` of another sequence of that sample, `stream` > 0, in the unit square.
   std::array<float, 2> point(uint64_t sample, uint32_t stream, uint32_t number) const {
     return shifted(number, combine(combine(key_, sample), stream));
   }
 
-  /// Two more dimensions of either sequence (0: of the rays), for what happens where a ray lands.
+  /// Two more dimensions of either sequence (stream 0: that of the rays), for what happens where a
+  /// ray lands.
   std::array<float, 2> beyond(uint64_t sample, uint32_t stream, uint32_t number) const {
     const uint64_t shift = combine(combine(key_, sample), ~uint64_t(stream));
     const auto& p = points_[number];
@@ -35,8 +36,8 @@ class Directions {
             unit_float32(sobol::owen_scramble(p[3], uint32_t(shift >> 32)))};
   }
 
-  /// Calls visit(ray) for all of the first `count` rays of `sample` about `n` that may meet the
-  /// ball, and for few others.
+  /// Calls visit(ray) for those of the first `count` rays of `sample`, about normal `n`, that may
+  /// meet the ball, and for a few others.
   template <class Visit>
   void each_towards(uint64_t sample, uint32_t count, Vec3f n, Vec3f to_centre, float radius,
                     const Visit& visit) const {
@@ -55,7 +56,7 @@ class Directions {
       const Cone& cone = cones()[i];
       if (!inside && dot(cone.axis, local) < cone.limit(cosine, sine)) continue;
       const uint32_t own = ((i / kSide) ^ turned_v) * kSide + ((i % kSide) ^ turned_u);
-      // Ascending.
+      // Rays of a stratum are in ascending order.
       for (uint32_t ray : std::span(rays_).subspan(first_[own], first_[own + 1] - first_[own])) {
         if (ray >= count) break;
         visit(ray);
@@ -64,8 +65,9 @@ class Directions {
   }
 
  private:
-  static constexpr uint32_t kBits = 3, kSide = 1u << kBits;  // strata along the unit square
-  /// Around all directions of each stratum, about +z.
+  // log2 of the number of strata along each side, and that number
+  static constexpr uint32_t kBits = 3, kSide = 1u << kBits;
+  /// A cone around all directions of each stratum, about +z.
   static std::array<Cone, kSide * kSide> make_cones();
   static const std::array<Cone, kSide * kSide>& cones() {
     static const std::array<Cone, kSide * kSide> all = make_cones();
@@ -78,8 +80,8 @@ class Directions {
 
   uint64_t key_;
   std::vector<std::array<uint32_t, 4>> points_;
-  std::vector<uint32_t> rays_;                       // by stratum of their points
-  std::array<uint32_t, kSide * kSide + 1> first_{};  // in rays_
+  std::vector<uint32_t> rays_;                       // sorted by the stratum of their points
+  std::array<uint32_t, kSide * kSide + 1> first_{};  // of each stratum, in rays_
 };
 
 }  // namespace deltalux::gather

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One look-up a ray.
+// Computes gathered irradiance and its standard error, with one look-up per ray.
 #include "gather/evaluate.h"
 
 #include <algorithm>
@@ -10,15 +10,18 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr size_t kPupils = 2048;       // samples that tell how evenly rays are spread
+// Number of samples from which learn_spread() learns.
+constexpr size_t kPupils = 2048;
 constexpr size_t kMinPupils = 64;      // of a kind; fewer tell nothing
 constexpr double kMaxRelative = 0.04;  // variance: beyond, a single ray may have met a lot
 
-/// Variances of the mean of all entries, rows and columns both drawn at random (two-way analysis of
-/// variance): what rows share and what columns share, the rest counted in both, and the rest.
+/// Variances of the mean of a matrix whose rows and columns are drawn at random (two-way analysis
+/// of variance): `rows` and `columns` are the variances between row means and between column means,
+/// each of which includes `rest`, that of the residuals.
 struct Variances {
   double rows = 0, columns = 0, rest = 0;
-  double halves = 0;  ///< that of the rows, by the difference of two halves of them
+  /// variance of the mean over rows, from the difference of two halves of the rows
+  double halves = 0;
 };
 template <size_t N>
 Variances crossed_variances(const double (&x)[N][N]) {
@@ -92,7 +95,7 @@ void Evaluation::learn_spread(const Looks& looks) {
       halves[kind] += (own.halves - own.rest) / (mean * mean);
     }
   }
-  // From eight parts to two halves the number of rays doubles twice, to the whole three times.
+  // From eight parts to two halves, the number of rays doubles twice; to the whole, three times.
   for (size_t kind = 0; kind < kKinds; ++kind)
     if (count[kind] >= kMinPupils && parts[kind] > 0)
       evenness_[kind] = std::pow(std::clamp(halves[kind] / parts[kind], 0.1, 1.0), 1.5);
@@ -114,7 +117,7 @@ void Evaluation::read(const Looks& looks, size_t sample, double* irradiance, dou
     const Variances own = crossed_variances(means);
     const double variance = evenness * (own.rows - own.rest) + own.columns;
     const double least = 0.25 * std::max(evenness * own.rows, own.columns);
-    // Dark: as if one more ray had met a surface of mean brightness.
+    // In darkness, as if one more ray had met a surface of mean radiosity.
     error[c] =
         irradiance[c] > 0 ? std::sqrt(std::max(variance, least)) : mean_radiosity_[c] / double(n);
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A pilot's votes, by the spot that lights them.
+// Decides for each narrow spot, by the votes, whether it becomes a beam.
 #include "gather/find_beams.h"
 
 #include <optional>
@@ -8,8 +8,9 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr float kFalloff = 0.3f;  // between cells that are about as bright
-constexpr float kLitByIt = 2;     // times what a spot gives there is more than all light
+constexpr float kFalloff = 0.3f;  // cells within this factor of each other count as equally bright
+// a cell is lit by the spot if it gets at least half of its light from it
+constexpr float kLitByIt = 2;
 
 std::optional<BeamGuide> find_beam(const Present& present, const Evaluation& evaluation,
                                    const CellFinder& finder, const Votes& votes, uint32_t light,
@@ -17,7 +18,7 @@ std::optional<BeamGuide> find_beam(const Present& present, const Evaluation& eva
   const lights::Punctual& lamp = present.lights[light].punctual;
   Beam beam(present.lights[light], {light, 1, 1}, seed);
   beam.compute(present.caster);
-  // By cell: a pool may be smaller than the one that counts its light.
+  // By cell: a pool of light may be smaller than the cell that counts it.
   std::unordered_map<uint32_t, float> power;
   double sent = 0;
   size_t landed = 0;
@@ -48,7 +49,7 @@ std::optional<BeamGuide> find_beam(const Present& present, const Evaluation& eva
   double weight = 0;
   for (const Vote* vote : lit) {
     around.push_back(vote->around);
-    // Cells at the rim hold little of its light.
+    // Leave out cells at the pool's rim, which hold little of its light.
     as_bright += vote->radiosity > kFalloff * brightest;
     if (vote->bright()) ++bright, weight += vote->weight;
   }

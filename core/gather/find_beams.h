@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which narrow spots light so small a place that it wants rays of its own.
+// Chooses the narrow spots that light so small a place that gather rays should be sent towards it.
 #pragma once
 #include "gather/votes.h"
 
 namespace deltalux::gather {
 
-/// Spots whose light is bright to most who see where it lands. `votes` of cells that hold all
-/// light.
+/// Returns the spots whose light stands out for most places that see where it lands. `votes`: for
+/// cells that hold all light.
 std::vector<BeamGuide> find_beams(const Present& present, const Evaluation& evaluation,
                                   const Votes& votes, uint64_t seed);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A pilot votes for bright places; what lies close together makes a guide.
+// Finds bright places by votes; those close together form one guide.
 #include "gather/find_guides.h"
 
 #include <algorithm>
@@ -10,17 +10,20 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr float kReach = 1.5f;       // metres: what is farther from the brightest is apart
-constexpr double kTaken = 0.9;       // of what is bright in reach: what lies farther is left over
-constexpr float kBeyond = 1.3f;      // of the distance of that: how far the guide goes
-constexpr float kAlike = 0.9f;       // cosine between normals of one place
-constexpr float kFlat = 0.3f;        // of half a cell's edge: how much a place may rise
-constexpr float kFalloff = 0.3f;     // between two that are about as bright
-constexpr int kMaxTried = 1024;      // places
-constexpr int kMaxLayers = 4;        // one behind the other
-constexpr double kMinChance = 0.05;  // of a texel, of the mean: cells are not all that is there
+// scene metres: farther from the brightest vote, another place begins
+constexpr float kReach = 1.5f;
+constexpr double kTaken = 0.9;   // share of the bright votes in reach that a guide must contain
+constexpr float kBeyond = 1.3f;  // times the radius of those: the guide's radius
+constexpr float kAlike = 0.9f;   // cosine: normals of one place differ by less
+// in units of half a cell's edge: how far a place may deviate from a plane
+constexpr float kFlat = 0.3f;
+constexpr float kFalloff = 0.3f;  // radiosities within this factor of each other count as equal
+constexpr int kMaxTried = 1024;   // places
+constexpr int kMaxLayers = 4;     // surfaces, one behind the other
+// of a texel, relative to the mean: cells do not tell of all light
+constexpr double kMinChance = 0.05;
 
-/// How far from the first vote most of the bright ones beside it lie, and a little more.
+/// The distance from the first vote within which most bright votes beside it lie, plus a margin.
 template <class Beside>
 float extent(const std::vector<Vote>& votes, const Beside& beside, float margin) {
   std::vector<std::pair<float, double>> found;
@@ -37,8 +40,8 @@ float extent(const std::vector<Vote>& votes, const Beside& beside, float margin)
   return margin;
 }
 
-/// Takes out the first vote and others around it. A guide, if the place is bright to most who see
-/// it: a wall is, to those who see it through a gap alone.
+/// Removes the first vote and those around it from the list. Returns a guide if most places that
+/// see these votes see them as bright. A wall is bright only to those who see it through a gap.
 std::optional<Guide> take_place(std::vector<Vote>& votes, float reach, float margin) {
   const Vote first = votes.front();
   const auto beside = [&](const Vote& other) {
@@ -52,14 +55,15 @@ std::optional<Guide> take_place(std::vector<Vote>& votes, float reach, float mar
            kFalloff * other.radiosity < first.radiosity && beside(other);
   };
   size_t bright = 0, as_bright = 0;
-  double weight = 0, variance = 0;  // of the place, of all that is left
+  double weight = 0, variance = 0;  // of the place; of all votes left
   Box box;
   Vec3d normal{};
   std::vector<float> around;
   for (const Vote& vote : votes) {
     variance += vote.weight;
     if (!beside(vote)) continue;
-    // Of all who look there: those whose ray met the brightest take it for too bright a room.
+    // Use the median over all that look there: those that happened to hit the brightest point
+    // overestimate their surroundings.
     around.push_back(vote.around);
     if (alike(vote)) ++as_bright, bright += vote.bright();
     if (!vote.bright()) continue;
@@ -81,7 +85,7 @@ std::optional<Guide> take_place(std::vector<Vote>& votes, float reach, float mar
   return guide;
 }
 
-/// Light that suns which no cell counts send on from where a ray lands.
+/// Radiosity at a ray's hit due to suns whose light no cell counts.
 float sunlight(const Present& present, const Evaluation& evaluation, Vec3f origin, Vec3f w,
                const trace::Hit& hit) {
   const direct::Receiver at = present.landing(origin, w, hit);
@@ -99,11 +103,11 @@ float sunlight(const Present& present, const Evaluation& evaluation, Vec3f origi
   return sum;
 }
 
-/// Of what lies there, seen along the guide's normal, each layer by itself: a bulb stands close
-/// before its socket.
+/// The brightest of the surfaces near a point of the guide, seen along the guide's normal, each by
+/// itself: a bulb is close in front of its socket.
 float brightest_layer(const Guide& guide, Vec3f at, const Present& present,
                       const Evaluation& evaluation, const CellFinder& finder) {
-  // From close by: a shade may stand before it.
+  // Start close by: a lamp shade may stand in front.
   const Vec3f above = at + guide.normal * guide.rise;
   float from = 0, brightest = 0;
   for (int layer = 0; layer < kMaxLayers; ++layer) {
@@ -118,7 +122,7 @@ float brightest_layer(const Guide& guide, Vec3f at, const Present& present,
   return brightest;
 }
 
-/// Chances of texels by the light of what lies at them.
+/// Sets the probabilities of the guide's texels by the light of what is there.
 void paint(Guide& guide, const Present& present, const Evaluation& evaluation,
            const CellFinder& finder) {
   constexpr size_t kSide = Guide::kSide;
@@ -132,7 +136,8 @@ void paint(Guide& guide, const Present& present, const Evaluation& evaluation,
     }
   constexpr double kTexels = double(kSide * kSide);
   guide.radiosity = float(sum / kTexels), guide.brightest = float(std::sqrt(squares / kTexels));
-  // A texel across a cell's border is as bright as its brightest part.
+  // Take the maximum over neighbours: a texel across the border of two cells may be as bright as
+  // the brighter one.
   const auto brightest = [&](size_t k, size_t i) {
     float most = float(kMinChance * sum / kTexels);
     for (size_t y = k > 0 ? k - 1 : 0; y < std::min(k + 2, kSide); ++y)

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which places are so bright and small that they want rays of their own.
+// Chooses places that are so small and bright that gather rays should be sent towards them.
 #pragma once
 #include "gather/votes.h"
 
 namespace deltalux::gather {
 
-/// Where some rays of a place bring more than the others together. Whatever it finds, weighted rays
-/// bring the same light on the average.
+/// Returns guides for places of which few rays bring more light than all the others. Guides affect
+/// noise only: weighted rays have the same expected value.
 std::vector<Guide> find_guides(const Present& present, const Evaluation& evaluation,
                                const Votes& votes, Progress& progress);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Squares as targets of rays.
+// Sampling of directions towards the square of a guide.
 #include "gather/guide.h"
 
 #include <algorithm>
@@ -15,14 +15,17 @@ namespace deltalux::gather {
 
 namespace {
 
-/// Where in [0, 1) of cumulative chances a random number falls: interval, and place within.
+/// Where a random number falls among cumulative probabilities: the interval, and the position in
+/// [0, 1) within.
 struct Fall {
   size_t interval;
   float within;
 };
 Fall fall(const std::array<float, Guide::kSide + 1>& cumulative, float at) {
   static_assert(std::has_single_bit(Guide::kSide));
-  size_t i = 0;  // the last that lies no higher; halved without branches, which nobody can foresee
+  // the last entry not above `at`; branch-free bisection, since no predictor could guess the
+  // branches
+  size_t i = 0;
   for (size_t step = Guide::kSide / 2; step > 0; step /= 2)
     i += cumulative[i + step] <= at ? step : 0;
   const float low = cumulative[i], wide = cumulative[i + 1] - low;
@@ -36,8 +39,9 @@ Vec3f Guide::point(float u, float v) const {
 }
 
 const char* Guide::flaw() const {
-  constexpr float kMinHalf = 1e-12f;     // its square is a number still
-  constexpr float kMaxContrast = 1e12f;  // sums of shares stay finite, whatever else is there
+  constexpr float kMinHalf = 1e-12f;  // its square is not 0 in single precision
+  // sums of shares stay finite, whatever other guides there are
+  constexpr float kMaxContrast = 1e12f;
   for (int axis = 0; axis < 3; ++axis)
     if (!(std::fabs(centre[axis]) <= kFarthest)) return "a place that is not finite";
   if (!is_unit(normal)) return "a normal that is not of unit length";
@@ -77,7 +81,8 @@ float Target::density(Vec3f w) const {
   if (!(t > 0)) return 0;
   const Vec3f off = w * t - to_centre_;
   const float half = guide_->half;
-  constexpr float kCorner = 2.01f;  // squared, of the half side, and some rounding
+  // squared, in units of the half side; includes a margin for rounding
+  constexpr float kCorner = 2.01f;
   if (!(dot(off, off) < kCorner * half * half)) return 0;
   Vec3f u, v;
   tangent_frame(guide_->normal, u, v);
@@ -93,7 +98,7 @@ float Target::density(Vec3f w) const {
 
 bool Target::may_meet(Vec3f to_ball, float radius) const {
   const float distance = length(to_centre_);
-  const float around = 1.5f * guide_->half;  // more than to its corners
+  const float around = 1.5f * guide_->half;  // a little more than the distance to the corners
   if (!(distance > around)) return true;
   const float sine = around / distance;
   const Cone cone{to_centre_ * (1 / distance), std::sqrt(1 - sine * sine), sine};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A small bright place, as the pool of a spot or of the sun, and the directions towards it.
+// Guides: small bright places, such as a pool of light from a spot or the sun, and directions
+// towards them.
 #pragma once
 #include <array>
 #include <cmath>
@@ -9,39 +10,39 @@
 
 namespace deltalux::gather {
 
-/// A square around a bright place, which evenly spread rays find too often or never: rays towards
-/// it are drawn more often, and weigh less. All light is the sum of the channels.
+/// A square around a bright place, which cosine-distributed rays would hit too often or never. More
+/// rays are sent towards it, with a smaller weight each. All light is the sum of the channels.
 struct Guide {
-  static constexpr size_t kSide = 32;  ///< its texels
+  static constexpr size_t kSide = 32;  ///< texels along each side
 
   Vec3f centre, normal;
-  float half;       ///< of its side
-  float rise;       ///< how far from its plane what is bright may lie
+  float half;       ///< half of the side's length
+  float rise;       ///< how far bright surfaces may lie from its plane
   float radiosity;  ///< mean
-  float brightest;  ///< root mean square: of what a ray that meets it by chance brings
-  float around;     ///< irradiance of those samples that see it
-  /// Chances: of a row below the given one, and of a column below it within each row.
+  float brightest;  ///< root mean square: what a ray that hits the guide by chance brings
+  float around;     ///< median irradiance of the places that see it
+  /// Cumulative probabilities of the rows, and of the columns within each row.
   std::array<float, kSide + 1> row;
   std::array<std::array<float, kSide + 1>, kSide> column;
 
-  /// Directions of the rows' and the columns' axis follow from the normal.
+  /// The point at (u, v) in [0, 1]²; its axes follow from the normal.
   Vec3f point(float u, float v) const;
-  /// Why rays can't follow it; null where they can.
+  /// Why these data are invalid; null if they are valid.
   const char* flaw() const;
 };
 
-/// A guide as a place sees it: directions towards its points.
+/// A guide as seen from a point: sampling of directions towards it.
 class Target {
  public:
   Target() = default;
-  /// Refers to the guide.
+  /// Keeps a reference to the guide.
   Target(const Guide& guide, Vec3f from);
   Target(const Guide&&, Vec3f) = delete;
-  /// Towards texels by their chances. `u`, `v`: random, in [0, 1).
+  /// A direction towards a texel, drawn by the texels' probabilities. `u`, `v`: random, in [0, 1).
   Vec3f direction(float u, float v) const;
-  /// Chance per solid angle of direction(), times pi.
+  /// The probability density of direction() per solid angle, times pi.
   float density(Vec3f w) const;
-  /// False only where no direction of it meets the ball.
+  /// Whether a direction towards the guide may meet the ball; false only if none can.
   bool may_meet(Vec3f to_centre, float radius) const;
 
  private:
@@ -51,10 +52,11 @@ class Target {
 
 inline constexpr uint32_t kMaxGuides = 64;
 
-/// Squares of guides, column by column: one by one they lie too far apart in memory.
+/// The squares of guides as a structure of arrays; the guides themselves are too far apart in
+/// memory.
 template <size_t N>
 struct GuideSquares {
-  static_assert(N % 8 == 0);                       // whole vectors
+  static_assert(N % 8 == 0);                       // whole SIMD vectors
   alignas(64) std::array<float, N> x{}, y{}, z{};  ///< centre
   alignas(64) std::array<float, N> normal_x{}, normal_y{}, normal_z{}, half{};
 
@@ -63,9 +65,11 @@ struct GuideSquares {
     normal_x[i] = guide.normal.x, normal_y[i] = guide.normal.y, normal_z[i] = guide.normal.z;
     half[i] = guide.half;
   }
-  /// 0 for those of the first `count` that Target::density() is 0 of, but for few.
+  /// For each of the first `count` guides: 0 only if Target::density() is 0; 1 for the others and
+  /// for a few more.
   void may_meet(Vec3f from, Vec3f w, size_t count, std::array<float, N>& may) const {
-    constexpr float kCorner = 2.02f;  // squared, of the half side; Target's, and some rounding
+    // squared, in units of the half side; Target's value with a margin for rounding
+    constexpr float kCorner = 2.02f;
     for (size_t i = 0; i < count; ++i) {
       const Vec3f c{x[i] - from.x, y[i] - from.y, z[i] - from.z};
       const Vec3f n{normal_x[i], normal_y[i], normal_z[i]};
@@ -79,10 +83,10 @@ struct GuideSquares {
 
 inline bool is_unit(Vec3f v) { return std::fabs(dot(v, v) - 1) < 1e-3f; }
 
-/// What a guide is of a receiver's view, cosine included, unshadowed: times radiosity, the
-/// irradiance that it brings. 0 where one is behind the other.
+/// The guide's share of a receiver's cosine-weighted view, unshadowed: times radiosity, it gives
+/// the irradiance that the guide brings. 0 if one of the two is behind the other.
 inline float share_of_view(Vec3f centre, Vec3f normal, float half, Vec3f from, Vec3f n) {
-  constexpr float kGrazing = 0.01f;  // cosine: what is seen more aslant is left out
+  constexpr float kGrazing = 0.01f;  // cosine: guides seen at a more grazing angle are left out
   const Vec3f d = centre - from;
   const float squared = dot(d, d), distance = std::sqrt(squared);
   const float over = dot(n, d) + half, above = over < distance ? over : distance;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Guides on their way to a session file and back.
+// Writes guides to a session file and reads them back.
 #include <string>
 
 #include "base/error.h"
@@ -23,7 +23,7 @@ static_assert(sizeof(Guide) == 4 * (11 + 33 * 33) && sizeof(BeamGuide) == 12 &&
   throw FormatError("\"" + std::string(array) + "\": found " + what);
 }
 
-/// Why no sample of so many rays has these shares; null where one may.
+/// Why a sample with `rays` rays cannot have these shares; null if it can.
 const char* flaw(const RayShares& shares, uint32_t rays, size_t guides, size_t beams) {
   if (shares.guided() > rays / (2 * kParts)) return "more guided rays than a sample has";
   for (size_t slot = 0; slot < kMaxUsed; ++slot) {

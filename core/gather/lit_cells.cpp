@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Probes of squares, points of small triangles by their area.
+// Places on lit cells: probes on squares; on small triangles, points distributed by area.
 #include "gather/lit_cells.h"
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr size_t kPilots = 1024;  // places, at most
+constexpr size_t kPilots = 1024;  // places that cast pilot rays, at most
 
 }  // namespace
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cells where light falls now, and places on them.
+// Lists the cells that send light at present, and chooses places on them.
 #pragma once
 #include <span>
 #include <vector>
@@ -9,42 +9,47 @@
 
 namespace deltalux::gather {
 
-/// All of them that lie bare somewhere, in a fixed order.
+/// All lit cells that are not covered completely, in a fixed order.
 class LitCells {
  public:
-  /// Refers to its arguments. `covered`: of Coverage.
+  /// Keeps references to its arguments. `covered`: see Coverage.
   LitCells(const Present& present, const Evaluation& evaluation, std::span<const uint16_t> covered);
 
   size_t size() const { return cells_.size(); }
-  /// Number of the i-th among all cells.
+  /// Cell index of the i-th lit cell.
   uint32_t number(size_t i) const { return cells_[i].number; }
   static constexpr uint32_t kPlaces = BodyCells::kProbes;
-  /// On the first bare place of the i-th, from place `from` of kPlaces on; of a cell of small
-  /// triangles, on one of these. Its normal is zero where no triangle has one.
+  /// A receiver on the i-th lit cell: at its first uncovered probe from number `from` on; for a
+  /// cell of small triangles, a point on one of these. Its normal is zero if the triangle has none.
   direct::Receiver place(size_t i, uint32_t from) const;
 
  private:
   struct Cell {
-    uint32_t number, own;  ///< among all, of its body
+    /// Index among all cells; index within its body.
+    uint32_t number, own;
     uint32_t body;
-    uint16_t covered;  ///< by place
+    uint16_t covered;  ///< one bit per probe
   };
-  /// A body with its small triangles in the order of their cells.
+  /// A body, with its small triangles sorted by cell.
   struct Body {
     const BodyCells* cells;
-    uint32_t object;  ///< or kNone: it does not move
+    uint32_t object;  ///< kNone: the static geometry
     uint32_t first_primitive;
     Pose pose;
-    std::vector<uint32_t> triangles, begin;  ///< `begin`: in `triangles`, per cell and one more
-    std::vector<double> area;                ///< of a triangle and those before it in its cell
+    /// `begin`: index in `triangles` of each cell's first one, and one more
+    std::vector<uint32_t> triangles, begin;
+    std::vector<double> area;  ///< cumulative within each cell
   };
-  /// In the world.
+  /// In world space.
   struct Triangle {
     Vec3d corner, edge_u, edge_v;
     Vec3d across() const { return cross(edge_u, edge_v); }
   };
+  /// The triangle's corner and edges; `number` is its index within the body.
   Triangle triangle(const Body& body, uint32_t number) const;
+  /// Fills the lists of small triangles.
   void sort_small(Body& body) const;
+  /// A receiver on a small triangle of the cell.
   direct::Receiver on_small(const Body& body, uint32_t own, uint32_t from) const;
 
   const scene::Scene& scene_;
@@ -52,7 +57,7 @@ class LitCells {
   std::vector<Cell> cells_;
 };
 
-/// On some of the lit cells, in the middle of things, wherever samples are.
+/// Receivers on some of the lit cells, spread over them independently of the samples.
 std::vector<direct::Receiver> lit_places(const LitCells& lit);
 
 }  // namespace deltalux::gather

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Casting, and finding what an edit changes.
+// Casts gather rays, and finds those that an edit affects.
 #include "gather/looks.h"
 
 #include <algorithm>
@@ -13,19 +13,21 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr size_t kGrain = 64;      // samples
-constexpr size_t kPortion = 2048;  // samples
-constexpr size_t kMaxPassed = 6;   // boxes of an object; more are put together
+constexpr size_t kGrain = 64;      // samples per task of a thread
+constexpr size_t kPortion = 2048;  // samples whose rays are cast before they are stored
+constexpr size_t kMaxPassed = 6;   // boxes kept per object; more are merged
 
-// What follows an edit. Samples on what moved cast all their rays, most others none.
-constexpr size_t kBlock = 16;       // samples
-constexpr size_t kMaxBlocks = 256;  // between two looks at the clock
-constexpr size_t kFew = 16;         // blocks
-constexpr double kSoon = 4;         // milliseconds between those, about
+// The following constants are for updates. Samples on moved objects cast all their rays, most
+// others none.
+constexpr size_t kBlock = 16;       // samples per block
+constexpr size_t kMaxBlocks = 256;  // blocks between two checks of the clock
+constexpr size_t kFew = 16;         // fewer blocks than this are divided among threads more finely
+constexpr double kSoon = 4;         // milliseconds between checks of the clock, approximately
 
+/// Adapts the number of blocks processed between two checks of the clock.
 class Step {
  public:
-  /// Blocks to take next.
+  /// Number of blocks to process next.
   size_t size() const { return size_; }
   void took(double milliseconds) {
     if (2 * milliseconds < kSoon) size_ = std::min(2 * size_, kMaxBlocks);
@@ -38,7 +40,7 @@ class Step {
 
 }  // namespace
 
-/// Rays of samples in the present state.
+/// Casts the rays of samples in the present scene.
 class Looks::Caster {
  public:
   Caster(const Looks& looks, const Present& present)
@@ -47,11 +49,13 @@ class Looks::Caster {
         finder_(present.scene, present.cells),
         chains_(present, finder_, looks.seed_) {}
 
+  /// Whether the sample has no normal, so that it casts no rays.
   bool blind(size_t sample) const { return present_.receivers[sample].normal == Vec3f{}; }
   SampleRays rays(size_t sample) const {
     return {looks_.directions_, present_.guiding,           present_.beams,
             uint32_t(sample),   looks_.rays_.count(sample), present_.receivers[sample]};
   }
+  /// Casts one ray and appends what it met.
   void look(const SampleRays& rays, size_t sample, uint32_t ray, Found& out) const {
     Found::Ray own{looks_.rays_.first(sample) + ray, kDark, 0, false};
     const Vec3f o = rays.origin();
@@ -59,7 +63,8 @@ class Looks::Caster {
     const trace::Hit hit = aim.w == Vec3f{} ? trace::Hit{} : present_.caster.closest(o, aim.w);
     if (hit.valid()) {
       own.target = finder_.find(hit.primitive, o, aim.w, hit.t);
-      // What hides a point is kept: it may move.
+      // If something hides the point that the ray aims for, keep the ray with weight 0: the
+      // obstacle may move.
       if (own.target != kNoCell && (!aim.point || aim.point->is_met(o, aim.w, hit)))
         weigh(rays, sample, ray, aim.w, hit, own, out);
     }
@@ -67,6 +72,7 @@ class Looks::Caster {
   }
 
  private:
+  /// Computes the weight of a ray that hit something, and its chain if it has one.
   void weigh(const SampleRays& rays, size_t sample, uint32_t ray, Vec3f w, const trace::Hit& hit,
              Found::Ray& own, Found& out) const {
     const Vec3f o = rays.origin();
@@ -96,7 +102,7 @@ class Looks::Caster {
   ChainTracer chains_;
 };
 
-/// Rays and chains that a change may touch.
+/// Finds the rays and chains that a change may affect.
 class Looks::Suspects {
  public:
   Suspects(const Looks& looks, const Present& present, const Change& change)
@@ -110,7 +116,8 @@ class Looks::Suspects {
       for (const Box& box : boxes_) shadows_.emplace_back(light, box, slack);
   }
 
-  /// Whether all but the last flight of these chains, and their shadow rays, pass the change by.
+  /// Whether the change misses all segments but the last of these chains, and the shadow rays at
+  /// their vertices.
   bool passes_by(std::span<const uint32_t> targets) const {
     Box near;
     for (uint32_t target : targets)
@@ -122,8 +129,8 @@ class Looks::Suspects {
                        [&](const direct::ShadowVolume& shadow) { return shadow.misses(near); });
   }
 
-  /// again[ray] = 1 where what the ray met may be gone, or something may be in its way now.
-  /// `apart`: passes_by() of these targets, or of more.
+  /// Sets again[ray] = 1 if what the ray met may have changed, or if something may be in its way
+  /// now. `apart`: the result of passes_by() for these targets, or for more.
   void mark(const SampleRays& rays, size_t sample, bool apart, std::vector<uint8_t>& again) const {
     const std::span<const uint32_t> targets = looks_.targets(sample);
     const size_t first = looks_.rays_.first(sample);
@@ -146,6 +153,7 @@ class Looks::Suspects {
  private:
   static constexpr float kFar = std::numeric_limits<float>::infinity();
 
+  /// Whether what a ray met may have changed.
   bool gone(uint32_t target, bool apart) const {
     if (target == kDark) return false;
     if (is_chain(target)) return touches(looks_.chains_, chain_of(target), apart);
@@ -153,6 +161,7 @@ class Looks::Suspects {
       if (target >= first && target < last) return true;
     return change_.suns || present_.beams.reach(target) & change_.beams.placed;
   }
+  /// Whether the change may affect the chain.
   bool touches(const ChainPool& chains, uint32_t number, bool apart) const {
     if (change_.lights) return true;
     const Passage& passage = chains.passage(number);
@@ -171,9 +180,11 @@ class Looks::Suspects {
       }
     return false;
   }
-  /// Whether light at a chain's end is of a sun that the change may hide, or may have hidden.
+  /// Whether the light at a chain's end is that of a sun which the change may hide now, or may have
+  /// hidden before.
   bool shines(const Vertex& vertex, Vec3f end) const {
-    if (!present_.lights[vertex.light].is_parallel()) return false;  // in_beam tells
+    // a beam, for which in_beam tells
+    if (!present_.lights[vertex.light].is_parallel()) return false;
     const auto shadows = shadows_of(vertex.light);
     return std::any_of(shadows.begin(), shadows.end(),
                        [&](const direct::ShadowVolume& shadow) { return shadow.contains(end); });
@@ -185,9 +196,9 @@ class Looks::Suspects {
   const Looks& looks_;
   const Present& present_;
   const Change& change_;
-  std::vector<std::pair<uint32_t, uint32_t>> own_;  // cells of the changed objects
+  std::vector<std::pair<uint32_t, uint32_t>> own_;  // cell ranges of the changed objects
   std::vector<Box> boxes_;
-  std::vector<direct::ShadowVolume> shadows_;  // per light and box
+  std::vector<direct::ShadowVolume> shadows_;  // by light and box
 };
 
 Looks::Looks(RayCounts rays, uint64_t seed)
@@ -230,7 +241,7 @@ void Looks::cast(const Present& present, const Workers& workers, Progress& progr
   weights_.assign(present.guiding.empty() ? 0 : targets_.size(), 0.0f);
   in_beam_.assign(present.guiding.beams.empty() ? 0 : (targets_.size() + 63) / 64, 0);
   progress.begin("look around", rays_.all());
-  // In portions: chains are small once they are stored.
+  // Work in portions of samples: chains need much less memory once they are stored.
   for (size_t first = 0; first < samples(); first += kPortion) {
     const size_t portion = std::min(kPortion, samples() - first);
     std::vector<Found> found((portion + kGrain - 1) / kGrain);
@@ -278,7 +289,7 @@ void Looks::note(const Present& present, const Change& change) {
     pending_->change.merge(change);
   }
   pending_->done = 0;
-  // Samples of a block lie close together.
+  // Estimate the distance once per block, since its samples are close together.
   constexpr float kLast = std::numeric_limits<float>::infinity();
   const std::vector<uint8_t>& fresh = pending_->change.samples;
   std::vector<Task>& order = pending_->order;
@@ -290,7 +301,8 @@ void Looks::note(const Present& present, const Change& change) {
     float distance = std::numeric_limits<float>::max();
     for (const MovedObject& moved : pending_->change.objects)
       for (const Box& box : moved.passed) {
-        // What it carries along keeps its light for a moment; its shadow may not lag behind.
+        // For samples on the moved object, use the object's extent: they may keep their old light
+        // for a moment, but the object's shadow must not lag behind.
         const Vec3f off = one.object == moved.object ? box.extent()
                                                      : max(max(box.low - p, p - box.high), Vec3f{});
         distance = std::min(distance, dot(off, off));
@@ -325,12 +337,12 @@ uint64_t Looks::follow(const Present& present, const Workers& workers, Progress&
   do {
     const Stopwatch watch;
     const size_t first = pending_->done;
-    // A block has one turn for each part of its rays, one after the other.
+    // A sample that casts all rays casts them in parts; a step takes blocks of one part only.
     size_t step = 1;
     while (step < next.size() && first + step < order.size() &&
            order[first + step].part == order[first].part)
       ++step;
-    // Few blocks are those that take long.
+    // If there are few blocks, they are expensive ones: divide them more finely.
     const size_t grain = step < kFew ? kBlock / 8 : kBlock;
     std::vector<Found> found(step * kBlock / grain);
     workers.for_blocks(step * kBlock, grain, [&](size_t begin, size_t end) {
@@ -339,12 +351,13 @@ uint64_t Looks::follow(const Present& present, const Workers& workers, Progress&
       const size_t to = std::min(samples(), from + (end - begin));
       if (from >= to) return;
       const size_t ray = rays_.first(from);
-      // Of many samples at once, since most lie far away.
+      // Test many samples at once, since most are far from the change.
       const bool apart =
           suspects.passes_by(std::span(targets_).subspan(ray, rays_.first(to) - ray));
       std::vector<uint8_t> again;
       for (size_t i = from; i < to; ++i) {
-        // What casts some of its rays only has its turn with the first part of the others'.
+        // Samples that only recast some rays are processed together with the first part of the
+        // others.
         if (!fresh[i] && (task.part > 0 || caster.blind(i))) continue;
         if (fresh[i] && task.part == 0) renew(i);
         const SampleRays own = caster.rays(i);

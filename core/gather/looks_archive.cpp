@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Looks on their way to a session file and back: rays are dear to cast again.
+// Saves looks to a session file and restores them, since recasting rays is expensive.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,15 +17,16 @@ constexpr const char* kInBeam = "gather.in_beam";
 constexpr const char* kChains = "gather.chains";
 constexpr const char* kVertices = "gather.vertices";
 
-constexpr size_t kPerStep = size_t(1) << 16;  // rays between two looks at the cancel flag
+constexpr size_t kPerStep = size_t(1) << 16;  // rays between two checks for cancellation
 
-/// At least half of the rays are even, so none counts more than twice, but for rounding.
+/// Upper bound of a ray's weight: at least half of the rays are cosine-distributed, so no weight
+/// exceeds 2, except by rounding.
 constexpr float kMaxWeight = 2.01f;
 
-/// Of lamps as bright as a scene may have them; sums stay finite.
+/// Upper bound of direct light at a vertex, for the brightest lights admitted; sums stay finite.
 constexpr float kBrightest = 1e33f;
 
-/// A chain without its vertices.
+/// A chain without its vertices, as stored in the file.
 struct Record {
   uint32_t count, end;
   float weight;
@@ -63,21 +64,21 @@ void check(const Vertex& vertex, const Present& present) {
       refuse(kVertices, "found light that is negative, beyond 1e33, or of no lamp");
 }
 
-/// Calls visit(chain) for the targets that are chains.
+/// Calls visit(chain) for all targets that are chains.
 template <class Visit>
 void each_chain(std::span<const uint32_t> targets, const Visit& visit) {
   for (uint32_t target : targets)
     if (Looks::is_chain(target)) visit(Looks::chain_of(target));
 }
 
-/// Entries of an array one after the other, a block at a time in memory.
+/// Reads the entries of an array in order; holds one block of them in memory.
 template <class T>
 class Entries {
  public:
   Entries(ArchiveSource& archive, const char* name)
       : archive_(archive), name_(name), left_(archive.count<T>(name)) {}
   size_t left() const { return left_ + block_.size() - next_; }
-  /// The next entry, of which there is one.
+  /// Returns the next entry; left() must not be 0.
   const T& next() {
     if (next_ == block_.size()) {
       block_.resize(std::min(left_, kPerStep));
@@ -99,13 +100,15 @@ class Entries {
 }  // namespace
 
 void Looks::save(ArchiveView& archive) const {
-  // What waits is cast again as a whole: it is soon done.
+  // Do not save looks while an update is pending: restore() then recasts all rays, which is soon
+  // done.
   archive.keep(kComplete, std::vector<uint32_t>{!pending_});
   if (pending_) return;
-  // In a file chains and their vertices come in the order of rays: block by block they are put so.
+  // In the file, chains and vertices are in the order of rays; sort them block by block.
   archive.append(kWeights, weights_);
   archive.append(kInBeam, in_beam_);
-  archive.append(kTargets, std::span<const uint32_t>{});  // there, be they empty
+  // create the arrays even if they stay empty
+  archive.append(kTargets, std::span<const uint32_t>{});
   archive.append(kChains, std::span<const Record>{});
   archive.append(kVertices, std::span<const Vertex>{});
   size_t chains = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Convex polygons in a plane: what triangles leave of a square.
+// Convex polygons in a plane, such as the parts of triangles within a square.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -9,15 +9,16 @@
 
 namespace deltalux::gather {
 
-/// Coordinates in a patch's frame; z is the height above it, where it matters.
+/// In the coordinates of a patch; z is the height above it, where it is used.
 struct Point {
   double x, y, z = 0;
 };
-/// A triangle gains one corner from each line that cuts it; room for all that cut here.
+/// A polygon with a fixed capacity. Each cut of a convex polygon adds at most one corner; the
+/// capacity suffices for all cuts made here.
 class Polygon {
  public:
   Polygon() {}
-  // Most hold far less than they have room for.
+  // Copies only the points in use.
   Polygon(const Polygon& other) : count_(other.count_) {
     std::copy(other.begin(), other.end(), points_.begin());
   }
@@ -29,7 +30,8 @@ class Polygon {
   Polygon(std::initializer_list<Point> points) {
     for (const Point& p : points) push_back(p);
   }
-  /// Rounding may bend slivers so that they would gain more: those lose it.
+  /// Drops points beyond the capacity: rounding may bend slivers so that they would gain more
+  /// corners.
   void push_back(const Point& p) {
     if (count_ < points_.size()) points_[count_++] = p;
   }
@@ -43,7 +45,7 @@ class Polygon {
   size_t count_ = 0;
 };
 
-/// What of `polygon` lies where `height`(point), a linear function, is not negative.
+/// The part of `polygon` where `height`(point), a linear function, is not negative.
 template <class Height>
 Polygon clipped(const Polygon& polygon, const Height& height) {
   Polygon out;
@@ -58,7 +60,7 @@ Polygon clipped(const Polygon& polygon, const Height& height) {
   return out;
 }
 
-/// Of its projection on the frame's plane.
+/// Area of the polygon's projection on the plane z = 0.
 inline double area_of(const Polygon& polygon) {
   double twice = 0;
   for (size_t i = 2; i < polygon.size(); ++i)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Means of variances over a window.
+// Averages variances over a window of neighbouring samples.
 #include "gather/pool_errors.h"
 
 #include <algorithm>
@@ -10,9 +10,9 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr size_t kWindow = 8;    // samples to either side
-constexpr float kAlike = 0.7f;   // cosine between normals
-constexpr double kReach = 0.25;  // metres
+constexpr size_t kWindow = 8;    // samples before and after
+constexpr float kAlike = 0.7f;   // cosine: normals of neighbours differ by less
+constexpr double kReach = 0.25;  // scene metres
 
 bool are_neighbours(const Estimate& a, const Estimate& b, float reach) {
   const Vec3f d = a.point - b.point;
@@ -30,8 +30,9 @@ void pool_errors(std::span<Estimate> samples, double metre) {
     for (size_t c = 0; c < 3; ++c) {
       pooled[i][c] = own.error[c];
       if (!(own.irradiance[c] > 0)) continue;
-      // One ray's variance is about the same there; so is its share of the light. Where light
-      // differs much, one of these is too large, for the darker or for the brighter: their mean.
+      // The variance of one ray is about the same for all neighbours; so is the variance relative
+      // to the irradiance. Where light varies strongly, one of the two assumptions overestimates
+      // the error of darker samples, the other that of brighter ones; use the geometric mean.
       double absolute = 0, relative = 0, count = 0;
       for (size_t k = first; k < last; ++k) {
         const Estimate& other = samples[k];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Standard errors of gathered light, evened out among neighbours: they see the same bright places,
-// and a sample whose own rays missed one would claim next to no error.
+// Pools standard errors of gathered light among neighbouring samples: these see the same bright
+// places, and a sample whose own rays missed one would claim almost no error.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -9,7 +9,7 @@
 
 namespace deltalux::gather {
 
-/// A sample with its gathered light, all channels.
+/// A sample with its gathered light, by channel.
 struct Estimate {
   Vec3f point{}, normal{};
   uint32_t object = 0;
@@ -17,8 +17,8 @@ struct Estimate {
   double irradiance[3] = {}, error[3] = {};
 };
 
-/// Samples in an order in which neighbours lie close to each other; pools those within a quarter
-/// `metre`. What is dark keeps its error.
+/// Pools the errors of samples within a quarter of `metre`. Samples must be in an order in which
+/// neighbours are close together. Dark samples keep their errors.
 void pool_errors(std::span<Estimate> samples, double metre);
 
 }  // namespace deltalux::gather

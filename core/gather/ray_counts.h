@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How many rays each receiver casts: more where light is noisy, fewer in slits that nothing opens.
+// Decides how many rays each receiver casts: more where light is noisy, fewer in slits that no edit
+// can open.
 #pragma once
 #include <algorithm>
 #include <cstdint>
@@ -8,11 +9,13 @@
 
 namespace deltalux::gather {
 
-/// Rays of many receivers, one after the other.
+/// The numbers of rays of many receivers, and the index of each one's first ray.
 class RayCounts {
  public:
-  static constexpr int kMinDoublings = -2, kMaxDoublings = 3;  ///< doublings of the standard number
-  static constexpr uint32_t kFewest = 32;                      ///< halving ends here
+  /// Limits of log2 of the factor on the standard number of rays.
+  static constexpr int kMinDoublings = -2, kMaxDoublings = 3;
+  static constexpr uint32_t kFewest = 32;  ///< fewer rays than this are not halved further
+  /// Number of rays after doubling (or halving) the standard number.
   static uint32_t rays(uint32_t standard, int doublings) {
     if (doublings >= 0) return standard << doublings;
     return std::max(standard >> -doublings, std::min(standard, kFewest));
@@ -30,7 +33,7 @@ class RayCounts {
     return uint32_t(first_[receiver + 1] - first_[receiver]);
   }
   size_t all() const { return first_.back(); }
-  /// Of one receiver.
+  /// The largest number of rays of one receiver.
   uint32_t most() const { return most_; }
 
  private:
@@ -38,32 +41,33 @@ class RayCounts {
   uint32_t most_ = 0;
 };
 
-/// What a pilot of a few rays tells about a receiver, all channels together.
+/// What a few pilot rays tell about a receiver, sum of all channels.
 struct PilotLook {
-  float irradiance;  ///< direct light included
-  float variance;    ///< of it, by the rays of the pilot
+  float irradiance;  ///< including direct light
+  float variance;    ///< of the mean over the pilot rays
   float beside = 0;  ///< see Beams::beside
 };
 
-/// What decides about numbers of rays; fixed at the bake, in the light of then.
+/// The rule for numbers of rays; fixed at the bake, in the light of that state.
 struct RayNeed {
-  static constexpr double kMoreRays = 0.5;  ///< of all, at most, where they are needed
-  float noise = 0;  ///< relative standard error at which rays double; 0: nowhere
-  float dark = 0;   ///< irradiance below which errors count as if it were that
-  /// Where a thing that came would be lit so much more brightly than its surroundings, rays double:
-  /// its light would come from a small part of what they meet. 0: nowhere.
+  static constexpr double kMoreRays = 0.5;  ///< additional rays, at most this share of all
+  float noise = 0;  ///< relative standard error from which rays double; 0: nowhere
+  float dark = 0;   ///< lower irradiances count as this one when errors are made relative
+  /// Rays double where an object, if placed there, would be lit more strongly than its surroundings
+  /// by this factor: its light would come from a small part of what the rays meet. 0: nowhere.
   float beside = 0;
 
   RayNeed() = default;
-  /// So that at receivers like these at most kMoreRays are cast in addition. A receiver's number
-  /// depends on no other receiver then.
+  /// Chooses limits with which receivers like these cast at most kMoreRays additional rays. A
+  /// receiver's number then depends on no other receiver.
   explicit RayNeed(std::span<const PilotLook> pilots, uint32_t standard);
-  /// Of a receiver, between `least` and RayCounts::kMaxDoublings.
+  /// log2 of the factor for a receiver, between `least` and RayCounts::kMaxDoublings.
   int doublings(const PilotLook& pilot, uint32_t standard, int least) const;
+  /// Why these data are invalid; null if they are valid.
   const char* flaw() const;
 
  private:
-  /// Additional rays for each of the standard ones, at receivers like these.
+  /// Additional rays per standard ray, for receivers like these.
   double more_rays(std::span<const PilotLook> pilots, uint32_t standard) const;
   int doublings_beside(const PilotLook& pilot) const;
   float relative_noise(const PilotLook& pilot, uint32_t standard) const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which ray goes where.
+// Decides where each ray of a sample goes.
 #include "gather/sample_rays.h"
 
 #include <algorithm>
@@ -10,24 +10,28 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr float kWorth = 0.01f;      // of a sample's irradiance: less noise than this is let be
-constexpr float kRest = 0.25f;       // what all other light weighs beside guides, of a sample's
-constexpr float kMaxShare = 1e20f;   // more is no number
-constexpr size_t kMaxAsked = 32;     // guides that a sample looks for, the noisiest first
-constexpr uint32_t kLooks = 8;       // rays that tell how much of a guide is seen
-constexpr uint32_t kMaxLooks = 64;   // where none of those sees it: a slit is enough to be bright
-constexpr uint32_t kAllLooks = 512;  // of a sample, about
+// Share of a sample's irradiance: guides whose noise is lower are ignored.
+constexpr float kWorth = 0.01f;
+// weight of all other light beside guides, relative to a sample's irradiance
+constexpr float kRest = 0.25f;
+constexpr float kMaxShare = 1e20f;  // larger shares are not finite
+constexpr size_t kMaxAsked = 32;    // guides that a sample tests for visibility, the noisiest first
+constexpr uint32_t kLooks = 8;      // rays that test how much of a guide is visible
+// if none of those sees it: even through a slit a guide can be bright
+constexpr uint32_t kMaxLooks = 64;
+constexpr uint32_t kAllLooks = 512;  // per sample, approximately
 
-/// What a sample may cast rays to.
+/// A guide or beam that a sample may cast rays to.
 struct Candidate {
-  float noise, share;  ///< if all of it were seen
+  float noise, share;  ///< if all of it were visible
   uint16_t guide;
   uint32_t looks = 0, hits = 0;
   float seen() const { return float(hits) / float(looks); }
 };
 
-/// Looks for the noisiest, a little for each, then more for those not yet seen; leaves the noisiest
-/// that are. look(candidates): kLooks more for each.
+/// Tests the visibility of the noisiest candidates with a few rays each, then of those not seen yet
+/// with more rays. Keeps the noisiest visible ones. look(candidates): casts kLooks more rays for
+/// each.
 template <class Look>
 void keep_seen(std::vector<Candidate>& candidates, const Look& look) {
   const auto by_noise = [](const Candidate& a, const Candidate& b) { return a.noise > b.noise; };
@@ -49,11 +53,12 @@ void keep_seen(std::vector<Candidate>& candidates, const Look& look) {
   if (candidates.size() > kMaxUsed) candidates.resize(kMaxUsed);
 }
 
-/// Lines from a place to points of guides; those that nothing static crosses count as hits.
+/// Casts visibility rays from a place to points of guides; rays that nothing static blocks count as
+/// hits.
 class SightLines {
  public:
   SightLines(const trace::RayCaster& caster, Vec3f from) : caster_(caster) { fan_.origin = from; }
-  /// To `d` from there.
+  /// Adds a ray to the point at offset `d`.
   void add(Vec3f d, Candidate& candidate) {
     if (fan_.count == trace::RayFan::kMaxRays) cast();
     fan_.x[fan_.count] = d.x, fan_.y[fan_.count] = d.y, fan_.z[fan_.count] = d.z;
@@ -113,7 +118,7 @@ SeenGuides see_guides(std::span<const Guide> guides, const Beams& beams,
         const Guide& guide = guides[own->guide];
         const Vec3f w = Target(guide, origin).direction(random(k, 0), random(k, 1));
         if (!(dot(w, receiver.normal) > 0)) continue;
-        // As far as where it comes near the guide's plane.
+        // Shorten the ray to where it comes close to the guide's plane.
         const float along = dot(w, guide.normal);
         const float near = std::fabs(dot(guide.centre - origin, guide.normal)) - guide.rise;
         lines.add(w * (std::max(near, 0.0f) / std::fabs(along)), *own);
@@ -130,7 +135,8 @@ RayShares share_rays(const SeenGuides& seen, uint32_t rays) {
   RayShares out;
   float all = 0;
   for (uint32_t i = 0; i < seen.count; ++i) all += seen.each[i].share;
-  // One eighth each, then in proportion to what they bring; at least half of the rays stay even.
+  // One ray per part for each guide, the rest in proportion to the guides' light; at least half of
+  // all rays stay cosine-distributed.
   const uint32_t most = rays / (2 * kParts);
   const float more = float(most - std::min(most, seen.count));
   uint32_t left = most;

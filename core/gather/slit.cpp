@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A few rays tell.
+// Tests with a few rays whether a receiver lies in a slit.
 #include "gather/slit.h"
 
 namespace deltalux::gather {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Receivers that things which never move stand close around.
+// Finds receivers in slits between static surfaces.
 #pragma once
 #include "gather/chain.h"
 #include "gather/directions.h"
@@ -9,8 +9,8 @@ namespace deltalux::gather {
 class SlitFinder {
  public:
   SlitFinder(const Present& present, uint64_t seed);
-  /// Whether nearly all rays of a receiver end near it, on what does not move. What moves can't
-  /// open such a place, so light may be told by few rays if it is told well by them once.
+  /// Whether almost all rays of a receiver end near it, on static geometry. Movable objects cannot
+  /// open such a slit, so that fewer rays suffice if they sufficed once.
   bool operator()(const direct::Receiver& receiver) const;
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which suns shine, and where to.
+// The suns that shine at present, and their directions.
 #include "gather/suns.h"
 
 namespace deltalux::gather {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One of the guides by chance, and what all of them together make of a direction's chance.
+// Draws one of the guides at random, and computes the density of a direction over all techniques.
 #include "gather/turn.h"
 
 #include <algorithm>
@@ -45,7 +45,7 @@ Turn::Turn(const GuideColumns& guides, const Beams& beams, Vec3f from, Vec3f n)
 }
 
 Aim Turn::draw(float u, float v, bool& in_beam) const {
-  // What chose is used again: stretched over its interval it is as random.
+  // Reuse the random number of the choice: rescaled within its interval, it is uniform again.
   if (u >= guided_)
     return {trace::cosine_direction(normal_, stretched((u - guided_) / (1 - guided_)), v)};
   float left = u / guided_ * all_;

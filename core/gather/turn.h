@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a chain goes on from a surface: anywhere, or towards a guide.
+// The direction in which a chain continues from a surface: cosine-distributed, or towards a guide.
 #pragma once
 #include <array>
 
@@ -7,7 +7,7 @@
 
 namespace deltalux::gather {
 
-/// What Turn reads of every guide.
+/// Data of all guides that Turn reads, as a structure of arrays.
 struct GuideColumns {
   explicit GuideColumns(std::span<const Guide> guides);
 
@@ -15,17 +15,18 @@ struct GuideColumns {
   size_t padded =
       0;  ///< a multiple of the lanes of a vector; those beyond the guides bring nothing
   GuideSquares<kMaxGuides> squares;
-  alignas(64) std::array<float, kMaxGuides> brought{};  ///< if it filled the view
+  /// irradiance if the guide filled the view, relative to its surroundings
+  alignas(64) std::array<float, kMaxGuides> brought{};
 };
 
-/// Directions about a unit normal: cosine-distributed, or towards one of the guides by what it may
-/// bring (at most half of them).
+/// Draws directions about a unit normal: cosine-distributed, or towards one of the guides in
+/// proportion to the light that it may bring (with a probability of at most one half).
 class Turn {
  public:
   Turn(const GuideColumns& guides, const Beams& beams, Vec3f from, Vec3f n);
-  /// `u`, `v`: random, in [0, 1). Sets `in_beam` where a beam's points decide.
+  /// `u`, `v`: random, in [0, 1). Sets `in_beam` if the direction depends on a beam's points.
   Aim draw(float u, float v, bool& in_beam) const;
-  /// As of SampleRays.
+  /// The same as SampleRays::weight().
   float weight(const Aim& aim, float t, const direct::Receiver& at, const trace::RayCaster& caster,
                bool& in_beam) const;
 
@@ -34,10 +35,10 @@ class Turn {
   std::span<const Guide> guides_;
   const Beams& beams_;
   Vec3f from_, normal_;
-  size_t count_ = 0;  // of those that bring something
+  size_t count_ = 0;  // guides that bring something
   std::array<uint16_t, kMaxGuides + kMaxBeams> which_;
   std::array<float, kMaxGuides + kMaxBeams> share_;
-  float all_ = 0, guided_ = 0;  // of the shares; chance of guides together
+  float all_ = 0, guided_ = 0;  // the sum of the shares; the probability of drawing a guide
 };
 
 }  // namespace deltalux::gather

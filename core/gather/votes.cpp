@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pilots in lit cells, and what a few rays of each meet.
+// Casts a few rays from places on lit cells, which vote for bright cells.
 #include "gather/votes.h"
 
 #include <algorithm>
@@ -15,16 +15,17 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr uint32_t kPilotRays = 64;  // of each
-constexpr size_t kAsked = 4096;      // bright cells, at most, that few rays of pilots met
-constexpr uint32_t kFew = 8;         // rays; what their number tells is chance
-constexpr uint32_t kAskers = 64;     // pilots that look for each of them
-constexpr double kDim = 0.1;         // share of the pilots whose surroundings are darker
+constexpr uint32_t kPilotRays = 64;  // from each place
+constexpr size_t kAsked = 4096;      // bright cells, at most, that few of these rays hit
+// cells with fewer hits than this, for which the count is mostly chance
+constexpr uint32_t kFew = 8;
+constexpr uint32_t kAskers = 64;  // places from which each of those cells is tested
+constexpr double kDim = 0.1;      // share of the places whose surroundings are darker
 
-/// What a pilot's rays met.
+/// The votes of one place's rays.
 struct Poll {
   std::vector<Vote> votes;
-  float all = 0;  ///< sum of the radiosities, beams included
+  float all = 0;  ///< sum of the radiosities, including light of beams
 };
 
 Poll vote(const Present& present, const Evaluation& evaluation, const CellFinder& finder,
@@ -40,12 +41,12 @@ Poll vote(const Present& present, const Evaluation& evaluation, const CellFinder
     if (cell == kNoCell || hit.t < present.cells.near(cell)) continue;
     const Vec3f normal = trace::facing_normal(hit, w);
     const float radiosity = evaluation.brightness(cell);
-    // Slivers have no normal that one could trust, and such a vote could stand beside nothing.
+    // Skip slivers, whose normals are unreliable: their votes might have no neighbours.
     if (!is_unit(normal) || !std::isfinite(radiosity)) continue;
     out.push_back({origin + w * hit.t, normal, cell, radiosity, 0, 0});
     all += radiosity;
   }
-  // Of beams whose light cells do not hold.
+  // Add the light of beams, which cells do not hold.
   for (size_t b = 0; b < present.beams.size(); ++b)
     all += kPilotRays * present.beams[b].brought(origin, receiver.normal).irradiance;
   if (!(all > 0)) return {};
@@ -56,13 +57,15 @@ Poll vote(const Present& present, const Evaluation& evaluation, const CellFinder
   return poll;
 }
 
-/// A cell that some pilots look for.
+/// A rarely hit cell that some places are tested against.
 struct Asked {
-  size_t lit;    ///< number among the lit ones
-  double noise;  ///< that it makes where it is seen, up to a factor
+  size_t lit;  ///< index among the lit cells
+  /// The noise that it causes where it is visible, up to a constant factor.
+  double noise;
 };
 
-/// Of cells brighter than `least` that few rays met, those that make most noise. `hits`: per cell.
+/// Of the cells brighter than `least` that few rays hit, those that cause most noise. `hits`: by
+/// cell.
 std::vector<Asked> rarely_met(const Present& present, const Evaluation& evaluation,
                               const LitCells& lit, std::span<const uint32_t> hits, float least) {
   std::vector<Asked> out;
@@ -79,7 +82,8 @@ std::vector<Asked> rarely_met(const Present& present, const Evaluation& evaluati
   return out;
 }
 
-/// The vote that a pilot's rays would cast for the cell on the average; none where it is not seen.
+/// The vote that a place's rays would cast for the cell on average; none if the cell is not
+/// visible. `all`: sum of the radiosities that its rays hit.
 std::optional<Vote> expected_vote(const Present& present, const Evaluation& evaluation,
                                   const direct::Receiver& pilot, float all, uint32_t cell,
                                   const direct::Receiver& place) {
@@ -101,7 +105,7 @@ std::optional<Vote> expected_vote(const Present& present, const Evaluation& eval
               radiosity,   all / kPilotRays, kPilotRays * double(chance) * share * share};
 }
 
-/// Of some of the pilots, for the cell; their weights stand for all pilots.
+/// Expected votes of some of the places for one cell; their weights represent all places.
 std::vector<Vote> expected_votes(const Present& present, const Evaluation& evaluation,
                                  std::span<const direct::Receiver> pilots,
                                  std::span<const Poll> polls, const LitCells& lit, size_t asked,

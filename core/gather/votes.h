@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a pilot of few rays from some of the lit cells tells of bright places.
+// Votes for bright places: a few rays each from places on lit cells, and what they hit.
 #pragma once
 #include <span>
 #include <vector>
@@ -12,34 +12,35 @@
 
 namespace deltalux::gather {
 
-/// What a ray of a pilot met, or would meet by some chance.
+/// What a ray hit, or would hit with some probability.
 struct Vote {
-  static constexpr float kBright = 3;  ///< times the mean of a pilot's rays
+  static constexpr float kBright = 3;  ///< times the mean radiosity that the place's rays hit
   Vec3f at, normal;
   uint32_t cell;
   float radiosity, around;
-  double weight;  ///< share of its pilot's variance, times the chance
+  double weight;  ///< share of the place's variance, times the probability
   bool bright() const { return radiosity > kBright * around; }
 };
 
+/// All votes of the scene.
 struct Votes {
   static constexpr size_t kMinBright = 3;    ///< for a guide
   static constexpr double kMinShare = 0.01;  ///< of the variance, for a place to be worth one
 
   Votes(const Present& present, const Evaluation& evaluation, const LitCells& lit, uint64_t seed,
         const Workers& workers, Progress& progress);
-  /// Whether `bright` ones of `count`, of that weight together, are bright to most who see them,
-  /// and worth a guide beside the variance that is left.
+  /// Whether a place with `count` votes, `bright` of them bright and of total weight `weight`, is
+  /// bright to most that see it, and worth a guide in view of the remaining variance.
   static bool suffice(size_t bright, size_t count, double weight, double variance) {
     return bright >= kMinBright && 2 * bright >= count && weight > kMinShare * variance;
   }
 
-  std::vector<Vote> all;       ///< bright ones first, of these and of the others the heaviest
-  double variance = 0;         ///< sum of their weights
-  std::vector<uint32_t> hits;  ///< per cell: rays of pilots that met it
+  std::vector<Vote> all;       ///< bright ones first; then by descending weight
+  double variance = 0;         ///< sum of all weights
+  std::vector<uint32_t> hits;  ///< by cell: number of rays that hit it
 };
 
-/// The value that this share of them lies below; reorders them.
+/// The value below which this share of the values lies; reorders them.
 float quantile(std::vector<float>& values, double share);
 
 }  // namespace deltalux::gather

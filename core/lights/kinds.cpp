@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one list of all kinds of lights.
+// The list of all kinds of lights.
 #include "lights/kinds.h"
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace deltalux::lights {
 
-// Each in the file of its name.
+// Each is defined in the file of its name.
 const Kind& point();
 const Kind& spot();
 const Kind& sun();

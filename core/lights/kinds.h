@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kinds of lights that there are, by name.
+// Finds a kind of light by name.
 #pragma once
 #include <string_view>
 
@@ -7,7 +7,7 @@
 
 namespace deltalux::lights {
 
-/// Throws SceneError where there is none of that name.
+/// Throws SceneError if there is no kind of that name.
 const Kind& kind_named(std::string_view name);
 
 }  // namespace deltalux::lights

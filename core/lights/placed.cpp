@@ -15,7 +15,7 @@ double Placed::irradiance(const Punctual& light, Vec3f point, Vec3f normal, floa
   const Vec3f d = light.position - point;
   const float cosine = dot(normal, d);
   if (!(cosine > 0)) return 0;
-  // Nearer than a shadow ray can tell, a point light shines no brighter.
+  // Within the distance that shadow rays cannot resolve, the irradiance does not increase further.
   const double nearest = std::max(double(position_slack(light.position) + slack), 1e-18);
   const double squared = std::max(double(dot(d, d)), nearest * nearest);
   const double distance = std::sqrt(squared);
@@ -24,7 +24,7 @@ double Placed::irradiance(const Punctual& light, Vec3f point, Vec3f normal, floa
 
 ShadowRay Placed::shadow_ray(const Punctual& light, Vec3f origin) const {
   const Vec3f d = light.position - origin;
-  // Stops short of the light: it may lie on a surface.
+  // Stop short of the light, which may lie on a surface.
   const float short_of = 2 * position_slack(light.position), distance = length(d);
   return {d, distance > short_of ? 1 - short_of / distance : 0.0f};
 }

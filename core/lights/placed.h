@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kinds of lights that shine from a point: each says how much goes where, the rest is the same.
+// Base of kinds of lights that shine from a point: each kind defines only the distribution over
+// directions.
 #pragma once
 #include "lights/kind.h"
 
@@ -15,10 +16,10 @@ class Placed : public Kind {
   ShadowRay shadow_ray(const Punctual& light, Vec3f origin) const final;
 
  private:
-  /// Share of its intensity that it sends along `d`, of any length, in [0, 1]; extent() is the
-  /// integral over all directions.
+  /// The intensity in direction `d` (of any length), relative to the maximum, in [0, 1]; extent()
+  /// is the integral over all directions.
   virtual double share(const Punctual& light, Vec3f d) const = 0;
-  /// A direction drawn by that share. `u`, `v`: random, in [0, 1).
+  /// Draws a direction in proportion to that. `u`, `v`: random, in [0, 1).
   virtual Vec3f draw(const Punctual& light, float u, float v) const = 0;
 };
 

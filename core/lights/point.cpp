@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Point lights: as much in every direction.
+// Point lights: the same intensity in all directions.
 #include <cmath>
 #include <numbers>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Spots: all within a cone, with the falloff of KHR_lights_punctual at its rim.
+// Spots: all light within a cone, with the falloff of KHR_lights_punctual at its rim.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -10,7 +10,7 @@
 namespace deltalux::lights {
 namespace {
 
-/// 1 - cosine of the half angles: the cosine of a narrow cone is 1 in single precision.
+/// 1 - cosine of the half angles; in single precision, the cosine of a narrow cone is 1.
 struct Versines {
   float inner, outer;
   explicit Versines(const Punctual& light)
@@ -32,7 +32,8 @@ class Spot final : public Placed {
 
  private:
   double share(const Punctual& light, Vec3f d) const override {
-    // By the chord between unit vectors: a cosine near 1 says nothing of a narrow cone.
+    // Computed from the chord between unit vectors: cosines near 1 lack the precision for narrow
+    // cones.
     const Vec3d chord = Vec3d(light.direction) - normalize(Vec3d(d));
     const double versine = 0.5 * dot(chord, chord);
     const double inner = Versines(light).inner, outer = Versines(light).outer;

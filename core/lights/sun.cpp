@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Suns: parallel light from outside, through a rectangle that the whole scene lies behind.
+// Suns: parallel light from outside, through a rectangle in front of the whole scene.
 #include <algorithm>
 #include <limits>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pilot behind the shares of paths, and behind where those of suns begin.
+// Chooses each light's share of the paths from pilot paths, and where the paths of suns start.
 #include "plan/allotment.h"
 
 #include <algorithm>
@@ -11,24 +11,27 @@
 namespace deltalux::plan {
 namespace {
 
-constexpr uint32_t kPathsPerLight = 2048;  // fewer where there are many lights
+constexpr uint32_t kPathsPerLight = 2048;  // fewer per light if there are many lights
 constexpr uint32_t kPathsInAll = 65536;
-constexpr double kFloor = 0.1;      // of the irradiance of others: darker points count as that
-constexpr double kDim = 0.25;       // share of the lit places that are dimmer
-constexpr double kMinShare = 0.02;  // of what power alone would give
+// Relative to the irradiance of other points: darker points count as having this irradiance.
+constexpr double kFloor = 0.1;
+constexpr double kDim = 0.25;       // share of the lit places that are darker
+constexpr double kMinShare = 0.02;  // relative to the share by power alone
 
 bool moves(const scene::Scene& scene, const trace::Light& light) {
   return light.object != scene::kNone && scene.objects[light.object].movable;
 }
 
-/// What relative errors are counted with: one over the irradiance of each point, or of `others`.
+/// Weights that make errors relative: one over the irradiance of each point, or of `others` where
+/// that is larger.
 std::vector<double> weights(const std::vector<double>& all, double others) {
   std::vector<double> out;
   for (double e : all) out.push_back(1 / (e + kFloor * others));
   return out;
 }
 
-/// Of lit places: outside, where the sun shines, it may be a thousand times as bright.
+/// A low quantile of the irradiance of lit places: outside, in the sun, it may be a thousand times
+/// as bright.
 double dim_irradiance(const std::vector<double>& all) {
   std::vector<double> lit;
   for (double e : all)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Timed searches per method and array size. Of short ones the shortest of several repetitions
-// counts: what other programs take away only ever adds.
+// Times searches by each method and array size. Short searches are repeated; the shortest time
+// counts, since other programs can only add time.
 #include "plan/calibration.h"
 
 #include <time.h>
@@ -19,8 +19,8 @@ namespace {
 
 using segments::SegmentEnd;
 
-constexpr double kLong = 0.008;    // seconds of work that need no repetition
-constexpr double kEnough = 0.004;  // seconds after which short work was repeated enough
+constexpr double kLong = 0.008;    // seconds: longer work is not repeated
+constexpr double kEnough = 0.004;  // seconds after which shorter work has been repeated enough
 constexpr auto kRule = SegmentEnd::first;
 constexpr uint32_t kLeafSize = 32;
 constexpr size_t kIndexSizes[] = {size_t(1) << 11, size_t(1) << 14, size_t(1) << 17};
@@ -54,12 +54,12 @@ Timed best_of(const std::function<Counts()>& work, Progress* progress) {
   return best;
 }
 
-/// Discs about as far apart as their radius is long.
+/// Discs whose distances are about as long as their radius.
 samples::DiscSet volume(size_t count) {
   return scatter_in_volume(count, 0.6f / std::cbrt(float(count)));
 }
 
-/// Neighbours in space become neighbours in memory, as in a session.
+/// Sorts discs so that neighbours in space are neighbours in memory, as in a session.
 samples::DiscSet in_order(samples::DiscSet discs) {
   const auto order = samples::curve_order(discs.centre, samples::Curve::hilbert);
   samples::DiscSet ordered = discs;
@@ -141,7 +141,7 @@ class Calibration {
               best_of([&] { return search(*index, sample->span(), sums); }, progress_));
       };
       search_all(spread_on_ball(size), {&within, &beside});
-      // Of one index: to the left discs are clipped, to the right they are whole.
+      // Both with the same index: discs on the left are clipped, discs on the right are whole.
       search_all(clipped_below(0.5f, in_order(volume(size))), {&left, &right});
       constants.push_back(fit(Method::disc_index, size, searches));
       constants.back().build = build / (2 * double(size));
@@ -149,14 +149,14 @@ class Calibration {
     return constants;
   }
 
-  /// Few discs and many, on walls and in a volume, for each number of segments in a call.
+  /// Times few discs and many, on walls and in a volume, for each number of segments per call.
   MethodConstants by_span(
       Method method,
       const std::function<Timed(const samples::DiscSet&, const SegmentSample&)>& search_timed) {
     MethodConstants constants;
     for (const size_t size : kSpanSizes) {
       const SegmentSample chords = make_chords(size);
-      // So many discs that each search takes a few milliseconds.
+      // Enough discs for each search to take a few milliseconds.
       const size_t many = std::clamp<size_t>((size_t(1) << 24) / size, 128, 8192);
       std::vector<Timed> searches;
       for (const samples::DiscSet& discs :
@@ -168,9 +168,9 @@ class Calibration {
     return constants;
   }
 
-  /// A million segments: they are gathered into new memory, and the outermost lists come from
-  /// memory. Few discs will do, since those lists are gone through about as often however many
-  /// there are. What else a search does costs as before.
+  /// Times a million segments: they are copied to newly allocated memory, and the outermost lists
+  /// are read from memory. Few discs suffice, since those lists are traversed about equally often
+  /// for any number of discs. All other costs are as before.
   Constants with_many_segments(const Constants& fewer) {
     const SegmentSample chords = make_chords(kSpanSizes[2]).repeated(8);
     const segments::SegmentSpan span = chords.span();
@@ -184,7 +184,7 @@ class Calibration {
     const estimate::sphere_cache::Target target{span, +1, sums, nullptr};
     estimate::sphere_cache::Run run(discs, options, root, target,
                                     {root.radius, options.containment});
-    run.visit(0);  // takes the memory of the lists
+    run.visit(0);  // allocates the memory of the lists
     const Counts first = counts_of(run.stats, run.levels, span.count, 1);
     const double rest = timed([&] {
       for (uint32_t disc = 1; disc < discs.size(); ++disc) run.visit(disc);
@@ -195,13 +195,13 @@ class Calibration {
     Constants many = fewer;
     many.size = double(span.count);
     many.seconds[kSegments] = gathering / many.size;
-    // Noise must not make them free.
+    // Do not let noise make them free.
     const double least = 0.1 * typical_[size_t(Method::sphere_cache)].front().seconds[kFarTests];
     many.seconds[kFarTests] = std::max(least, (rest - search_seconds(counts, fewer)) / far);
     return many;
   }
 
-  /// The order of visits, seconds per disc.
+  /// The time to sort the discs into the order of visits, in seconds per disc.
   double cache_build() {
     const samples::DiscSet discs = volume(8192);
     return timed([&] { const estimate::SphereCache cache(discs, {.rule = kRule}); }) /

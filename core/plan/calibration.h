@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a test costs on this machine: small searches of known counts, timed.
+// Measures the cost of tests on this machine, by small timed searches with known counts.
 #pragma once
 #include "base/progress.h"
 #include "plan/cost_model.h"
 
 namespace deltalux::plan {
 
-/// Runs every method at several array sizes, on discs on walls and in a volume; about a second of
-/// one processor. Times are those of the calling thread. Throws Cancelled.
+/// Runs every method at several array sizes, with discs on walls and in a volume; takes about a
+/// second on one processor. Times are CPU times of the calling thread. Throws Cancelled.
 Machine calibrate(Progress* progress = nullptr);
 
 }  // namespace deltalux::plan

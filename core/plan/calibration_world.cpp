@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random points on the walls of the unit cube and inside it.
+// Random points on the walls of the unit cube, and inside it.
 #include "plan/calibration_world.h"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Seconds and bytes from counts and constants.
+// Predicts seconds and bytes from counts and constants.
 #include "plan/cost_model.h"
 
 #include <algorithm>
@@ -72,10 +72,10 @@ double method_bytes(Method method, double discs, double span) {
     case Method::disc_index:
       return 90 * discs;
     case Method::sphere_cache:
-      // Lists of all spheres: a geometric series with Q² = 4/9, and the order of visits.
+      // Lists of all spheres (a geometric series with Q² = 4/9), and the order of visits.
       return 32 * span * (1 + 4.0 / 5) + 4 * discs;
     case Method::ray_map:
-      // Records, the lists of the path down, boxes of the discs.
+      // Segments, the lists on the current path down the tree, and boxes of the discs.
       return 60 * span + 28 * discs;
     default:
       return 0;

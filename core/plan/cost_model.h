@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a disc method costs: counts of its tests times the machine's constants. Pure functions of
-// numbers; pilot.h counts, calibration.h measures the constants.
+// Predicts what a disc method costs: counts of its tests times the machine's constants. All
+// functions are pure. pilot.h predicts counts, calibration.h measures constants.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -14,55 +14,58 @@ enum class Method : uint8_t { automatic, brute_force, disc_index, ray_map, spher
 inline constexpr std::array kMethods{Method::brute_force, Method::disc_index, Method::ray_map,
                                      Method::sphere_cache};
 
-/// Everything that takes time in a search; no method does all of it.
+/// All operations that take time in a search; no method does all of them.
 enum Count : uint8_t {
-  kSegments,     ///< brought to the method
-  kVisits,       ///< discs that the method goes through, in every call anew
+  kSegments,     ///< segments passed to the method
+  kVisits,       ///< discs that the method visits, again in every call
   kNodeTests,    ///< disc index: nodes visited; ray map: segments sorted into halves of a cell
-  kDiscTests,    ///< segment against disc; of the disc index eight at a time
+  kDiscTests,    ///< segment-disc tests; eight at a time in the disc index
   kSphereTests,  ///< t of the paper: segment against sphere
   kFarTests,     ///< sphere cache: doublings of a list beyond kNear, in each sphere test of it
-  kBoxTests,     ///< ray map: discs that came to a node
+  kBoxTests,     ///< ray map: discs that reached a node
   kRebuilds,     ///< sphere cache: lists built
   kSplits,       ///< ray map: leaves split
-  kTurns,        ///< brute force: disc tests after a disc that faces elsewhere; branches miss
+  /// Brute force: disc tests after a disc with a different normal, where branch prediction fails.
+  kTurns,
   kHits,
-  kOutlineTests,  ///< of hits on the circles of clipped discs
+  kOutlineTests,  ///< on hits of the circles of clipped discs
   kFarHits,       ///< sphere cache: doublings of a call's segments beyond kNear, for each hit
   kCounts
 };
-/// Segments that a core's own cache holds: the sphere cache's list of them takes two megabytes.
+/// Number of segments that fit into a core's own cache: the sphere cache's list of them takes two
+/// megabytes.
 inline constexpr double kNear = 1 << 16;
-/// Of one kind each; estimates, so they need not be whole.
+/// Numbers by kind of count; estimates, so not necessarily integers.
 using Counts = std::array<double, kCounts>;
 
-/// Seconds per count of one method while its arrays have about this size.
+/// The cost of each count of one method, in seconds, for arrays of about this size.
 struct Constants {
-  double size = 0;  ///< discs of the disc index and brute force, segments of a call of the others
+  /// Discs for the disc index and brute force; segments per call for the other methods.
+  double size = 0;
   Counts seconds{};
-  double build = 0;  ///< seconds per disc to make the estimator
+  double build = 0;  ///< seconds per disc to build the estimator
 };
-/// Of one method, by ascending size.
+/// Constants of one method, by ascending size.
 using MethodConstants = std::vector<Constants>;
-/// Indexed by Method; that of `automatic` is empty.
+/// Indexed by Method; empty for `automatic`.
 using Machine = std::array<MethodConstants, 5>;
 
-/// Constants of a machine like the one that the project was developed on, for one array size each.
-/// What calibration starts from.
+/// Constants of a machine like the one that the project was developed on, for one array size each;
+/// the prior of the calibration.
 Machine typical_machine();
 
-/// Constants at `size`: linear in its logarithm between the sizes that were measured. Beyond the
-/// largest one the last slope goes on, as caches keep missing more, but never downwards.
+/// Constants at `size`: linear in its logarithm between measured sizes. Extrapolated beyond the
+/// largest size, since caches miss more and more, but never decreasing.
 Constants constants_at(const MethodConstants& constants, double size);
 
-/// Seconds of processor time.
+/// Predicted CPU time in seconds.
 double search_seconds(const Counts& counts, const Constants& constants);
 
-/// The size by which constants of a method are looked up.
+/// The size with which the constants of a method are looked up.
 double size_of(Method method, double discs, double span);
 
-/// Memory of a method beside the discs and the sums, bytes: what stands between calls and what a
-/// call over `span` segments takes.
+/// Memory of a method in bytes, without discs and sums: what it keeps between calls, and what a
+/// call with `span` segments needs.
 double method_bytes(Method method, double discs, double span);
 
 }  // namespace deltalux::plan

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Turns the statistics of each method into counts of one form.
+// Converts the statistics of each method into the same kind of counts.
 #include "plan/counting.h"
 
 #include <algorithm>
@@ -13,8 +13,8 @@
 namespace deltalux::plan {
 namespace {
 
-constexpr size_t kPortion = 256;  // segments; what a session passes to an index at once
-constexpr float kAlike = 0.5f;    // cosine between normals that face alike
+constexpr size_t kPortion = 256;  // number of segments that a session passes to an index at a time
+constexpr float kAlike = 0.5f;    // cosine: normals closer than this count as similar
 
 segments::SegmentSpan part(const segments::SegmentSpan& s, size_t first, size_t count) {
   return {count,        s.ox + first, s.oy + first,     s.oz + first,       s.dx + first,
@@ -33,10 +33,10 @@ Counts counts_of(const estimate::Stats& stats, size_t segments) {
   return counts;
 }
 
-/// How many times so many segments double what a core's own cache holds.
+/// By what power of 2 the number of segments exceeds what fits into a core's own cache.
 double doublings(double segments) { return std::log2(std::max(1.0, segments / kNear)); }
 
-/// By the mean length of each level's lists.
+/// Computed from the mean length of each level's lists.
 double far_tests(const estimate::SphereLevels& levels, double share) {
   double far = 0;
   for (size_t i = 1; i < levels.tests.size() && levels.rebuilds[i]; ++i)

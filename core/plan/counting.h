@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One search by one method, with everything counted that takes time.
+// Runs one search by one method and counts everything that takes time.
 #pragma once
 #include <vector>
 
@@ -11,16 +11,16 @@
 
 namespace deltalux::plan {
 
-/// Segments that stand for more of their kind, as arrays; all carry one quantum.
+/// A representative sample of segments, as a structure of arrays; all carry one quantum.
 class SegmentSample {
  public:
   void add(Vec3f origin, Vec3f direction, float length, float extended);
   size_t count() const { return columns_.count(); }
-  /// All of them so often.
+  /// All segments, repeated `times` times.
   SegmentSample repeated(size_t times) const;
   segments::SegmentSpan span() const { return columns_.span(); }
-  /// At most `count` of them, evenly spaced along a curve through their middles: their counts have
-  /// a quarter of the error of as many taken at random.
+  /// At most `count` of the segments, evenly spaced along a curve through their midpoints: the
+  /// error of their counts is a quarter of that of random ones.
   SegmentSample thinned(size_t count) const;
 
  private:
@@ -37,22 +37,22 @@ class ScratchSums {
   std::vector<int64_t> data_;
 };
 
-/// Share of the discs that face elsewhere than the one before them.
+/// Share of the discs whose normals differ from that of the disc before.
 double turned_share(const samples::DiscSet& discs);
 
-/// Of a sphere cache, but for its visits, where the segments are a `share` of those of a call.
+/// Counts of a sphere cache except visits; the segments are a `share` of those of a call.
 Counts counts_of(const estimate::Stats& stats, const estimate::SphereLevels& levels,
                  size_t segments, double share);
 
-/// In portions like those of a session.
+/// Searches in portions of the size that a session uses.
 Counts search(const estimate::DiscIndex& index, const segments::SegmentSpan& segments,
               ScratchSums& sums);
-/// The segments are a `share` of those of a call, whose far counts these are. Counts do not depend
-/// on `workers`. Throws Cancelled.
+/// The segments are a `share` of those of a call; counts of far tests and hits are those of the
+/// whole call. Counts do not depend on `workers`. Throws Cancelled.
 Counts search(const estimate::SphereCache& cache, const segments::SegmentSpan& segments,
               double share, ScratchSums& sums, const Workers& workers,
               Progress* progress = nullptr);
-/// By a new ray map. Throws Cancelled.
+/// Builds a new ray map. Throws Cancelled.
 Counts search_ray_map(const samples::DiscSet& discs, segments::SegmentEnd rule, uint32_t leaf_size,
                       const segments::SegmentSpan& segments, ScratchSums& sums,
                       Progress* progress = nullptr);

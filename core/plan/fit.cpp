@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Normal equations of a handful of unknowns, solved by Gaussian elimination.
+// Solves the normal equations of a handful of unknowns by Gaussian elimination.
 #include "plan/fit.h"
 
 #include <algorithm>
@@ -13,7 +13,8 @@ constexpr double kMinShare = 0.05;  // of the scaled prior: noise must not make 
 
 using Matrix = std::array<std::array<double, kCounts + 1>, kCounts>;
 
-/// Symmetric and positive definite; the last column is the right-hand side, then the solution.
+/// Solves in place. The matrix is symmetric and positive definite; the last column is the
+/// right-hand side, then the solution.
 void solve(Matrix& m) {
   for (size_t i = 0; i < kCounts; ++i)
     for (size_t r = 0; r < kCounts; ++r) {
@@ -37,7 +38,7 @@ Counts fit_constants(std::span<const Timed> searches, const Counts& prior) {
   for (const Timed& s : searches) speeds.push_back(s.seconds / dot(s.counts, prior));
   std::ranges::nth_element(speeds, speeds.begin() + long(speeds.size() / 2));
   const double speed = speeds[speeds.size() / 2];
-  // Unknowns are relative to the scaled prior.
+  // Solve for constants relative to the scaled prior.
   Matrix m{};
   for (size_t i = 0; i < kCounts; ++i) m[i][i] = m[i][kCounts] = kHold;
   for (const Timed& s : searches) {

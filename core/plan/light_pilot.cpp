@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Paths as flights, flights into discs.
+// Converts pilot paths to segments, and deposits these on discs.
 #include "plan/light_pilot.h"
 
 #include <algorithm>
@@ -14,7 +14,8 @@
 namespace deltalux::plan {
 namespace {
 
-constexpr uint64_t kSeed = 20070129;  // its own; what it finds holds for every seed of a session
+// Independent of the session's seed, so that the result holds for every seed.
+constexpr uint64_t kSeed = 20070129;
 constexpr uint32_t kPoints = 4096;
 constexpr float kRadius = 0.15f;  // scene metres
 
@@ -77,9 +78,10 @@ samples::SampleSet surface_points(const scene::Scene& scene, const trace::RayCas
   return set;
 }
 
-/// The ends of flights, as arrays: discs that stick out of a room see those that pass by outside.
+/// The ends of segments as a structure of arrays. Only the ends, since discs that extend beyond a
+/// room would count segments that pass by outside.
 struct LightPilot::Flights {
-  float reach;  ///< longer ones begin so far before their end
+  float reach;  ///< longer segments are cut to this length before their end
   segments::SegmentColumns columns;
 
   explicit Flights(const LightPilot& pilot) : reach(2 * pilot.index_.discs().radius.front()) {}
@@ -114,7 +116,8 @@ LightPilot::Given LightPilot::given(const trace::Light& light) const {
       if (end.primitive == scene::kNone) return;
       all.add(flight, end.length, 0);
       if (bounce == 0) return;
-      // No more than the scale holds: divided by the greatest weight for now.
+      // The scale admits no more power: divide by the largest weight, and multiply after
+      // summing.
       for (uint32_t& power : flight.power)
         power = uint32_t(double(power) * (double(start.weight) / most));
       weighed.add(flight, end.length, 0);
@@ -151,7 +154,7 @@ void LightPilot::brought(const trace::Light& light, std::span<const trace::Emiss
   for (size_t k = 0; k < starts.size(); ++k) {
     const int64_t* own = sums.data() + 3 * n * k;
     out[k] = 0;
-    for (size_t i = 0; i < n; ++i)  // most points get nothing from one path
+    for (size_t i = 0; i < n; ++i)  // most points receive nothing from one path
       if (own[3 * i] | own[3 * i + 1] | own[3 * i + 2]) out[k] += photopic(own + 3 * i) * weight[i];
     out[k] *= scale.quantum;
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A few paths of a light, and what they bring to points spread evenly over the static surfaces.
+// Traces a few paths of a light, and finds what they contribute to points distributed evenly over
+// the static surfaces.
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -17,16 +18,16 @@
 
 namespace deltalux::plan {
 
-/// Points spread by area over the front sides of the static surfaces, discs' radii included.
+/// Points distributed by area over the front sides of the static surfaces, with radii of discs.
 samples::SampleSet surface_points(const scene::Scene& scene, const trace::RayCaster& caster,
                                   uint32_t count);
 
 class LightPilot {
  public:
   static constexpr uint32_t kBounces = 16;
-  static constexpr uint32_t kChunk = 16;  ///< paths that are told apart at once
+  static constexpr uint32_t kChunk = 16;  ///< paths whose contributions are separated at a time
 
-  /// Sees static geometry and `reflectance` (per material) alone. Throws Cancelled.
+  /// Only sees static geometry and `reflectance` (per material). Throws Cancelled.
   LightPilot(const scene::Scene& scene, std::span<const Vec3f> reflectance,
              const trace::RayCaster& caster, const Workers& workers, Progress& progress);
 
@@ -34,15 +35,16 @@ class LightPilot {
   const scene::Scene& scene() const { return scene_; }
   const trace::RayCaster& caster() const { return caster_; }
 
-  /// Photopic irradiance of paths at the points, up to a factor that all lights share.
+  /// Photopic irradiance from paths at the points, up to a factor common to all lights.
   struct Given {
-    std::vector<double> all;       ///< direct and indirect
-    std::vector<double> indirect;  ///< each path times its weight: mean squares, for the noise
+    std::vector<double> all;  ///< direct and indirect
+    /// each path times its weight, that is, mean squares, for the noise
+    std::vector<double> indirect;
   };
-  /// By light.path_count paths of the light, which are numbered by light.first_path.
+  /// Traces light.path_count paths of the light, with path numbers from light.first_path.
   Given given(const trace::Light& light) const;
-  /// Indirect light of single paths that begin so, at most kChunk, each weighed by point and
-  /// summed.
+  /// For each of at most kChunk paths with the given starts: its indirect light, weighted by point
+  /// and summed over points.
   void brought(const trace::Light& light, std::span<const trace::Emission> starts, uint64_t first,
                std::span<const double> weight, double* out) const;
 

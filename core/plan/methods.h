@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Makes the disc methods that a plan chooses among.
+// Makes the disc methods that a plan can choose.
 #pragma once
 #include <memory>
 
@@ -10,7 +10,8 @@
 
 namespace deltalux::plan {
 
-/// `automatic` is the disc index. Throws Cancelled, and OptionError for discs that are not finite.
+/// `automatic` means the disc index. Throws Cancelled, and OptionError for discs that are not
+/// finite.
 std::unique_ptr<estimate::SignedEstimator> make_estimator(Method method, samples::DiscSet discs,
                                                           segments::SegmentEnd rule,
                                                           const Workers& workers,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs on few segments, and what follows from them for many.
+// Runs methods on few segments, and extrapolates their counts.
 #include "plan/pilot.h"
 
 #include <algorithm>
@@ -11,16 +11,16 @@
 namespace deltalux::plan {
 namespace {
 
-/// Counts that do not depend on how many segments there are, once lengths are scaled alike.
+/// Counts that do not depend on the number of segments, if list lengths are scaled in proportion.
 constexpr Count kFixed[] = {kVisits, kBoxTests, kRebuilds, kSplits};
 
-/// How many of a call's segments take part.
+/// Number of a call's segments that the pilot uses.
 size_t pilot_size(double per_call, size_t available) {
   const double wanted = std::max(kMinPilot, per_call / kPilotDivisor);
   return std::min(available, size_t(std::ceil(std::min(wanted, per_call))));
 }
 
-/// How many of the segments around a sphere are in it, by level, where enough of them tell.
+/// By level: which share of the segments around a sphere is in it, if enough segments are tested.
 std::vector<double> shrinking(const estimate::SphereLevels& levels) {
   constexpr uint64_t kTelling = 1000;
   std::vector<double> shrink;
@@ -69,7 +69,7 @@ Counts Pilot::count(Method method, const SegmentSample& sample, const Load& load
     counts = search_ray_map(discs(), rule_, uint32_t(full.leaf_size * share), few.span(), sums,
                             progress);
   } else {
-    // Not of the few: a single segment that goes far can set the radii of all spheres.
+    // Use all segments: a single segment that goes far can determine the radii of all spheres.
     const float largest = *std::ranges::max_element(discs().radius);
     const double outer = load.outer_radius > 0
                              ? load.outer_radius

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pilot: every method runs to its full depth on a few of the segments, with its least list
-// lengths scaled alike, so that what it counts there grows in proportion to the segments.
+// The pilot: runs every method to its full depth on a few segments, with thresholds on list lengths
+// scaled in proportion, so that counts grow in proportion to the number of segments.
 #pragma once
 #include <memory>
 
@@ -8,41 +8,43 @@
 
 namespace deltalux::plan {
 
-/// What a method will be asked.
+/// The work that a method will have to do.
 struct Load {
-  double segments = 0;      ///< in all
-  double span = 0;          ///< of them in one call, for the methods that go through all discs
-  double outer_radius = 0;  ///< of the sphere cache's S_0; 0 = around the sample
+  double segments = 0;  ///< total
+  double span = 0;      ///< segments per call, for the methods that visit all discs in every call
+  double outer_radius = 0;  ///< of the sphere cache's S_0; 0 = enclose the sample
 
   double calls() const { return segments > span ? segments / span : 1.0; }
   double per_call() const { return segments / calls(); }
 };
 
-/// One segment of so many is enough; where these are fewer than kMinPilot, more are taken.
+/// One segment in this many is enough; at least kMinPilot segments are used, if there are as
+/// many.
 inline constexpr double kPilotDivisor = 100;
 inline constexpr double kMinPilot = 4096;
 
-/// Counts of the methods on one set of discs.
+/// Predicts the counts of methods on one set of discs.
 class Pilot {
  public:
   Pilot(samples::DiscSet discs, segments::SegmentEnd rule, const Workers& workers)
       : discs_(std::move(discs)), rule_(rule), workers_(workers) {}
 
   const samples::DiscSet& discs() const { return index_ ? index_->discs() : discs_; }
-  /// Estimated counts of `method` under `load`, from `sample`, segments of that load. Those of
-  /// brute force follow without a run, but for its hits, which it leaves out. Throws Cancelled.
+  /// Estimated counts of `method` under `load`, from `sample`, a sample of the segments of that
+  /// load. Counts of brute force are computed without a run, except for its hits, which are left
+  /// out. Throws Cancelled.
   Counts count(Method method, const SegmentSample& sample, const Load& load,
                Progress* progress = nullptr);
-  /// What `method` does at least: no pilot runs.
+  /// A lower bound of the counts of `method`, without a run.
   Counts least(Method method, const Load& load) const;
-  /// An estimator on the discs, which leave the pilot; an index that the pilot built is reused.
+  /// Moves the discs into an estimator; reuses the index if the pilot has built one.
   std::unique_ptr<estimate::SignedEstimator> release(Method method, Progress* progress = nullptr);
 
  private:
   samples::DiscSet discs_;
   segments::SegmentEnd rule_;
   const Workers& workers_;
-  std::unique_ptr<estimate::DiscIndex> index_;  ///< holds the discs once it is there
+  std::unique_ptr<estimate::DiscIndex> index_;  ///< holds the discs once it is built
 };
 
 }  // namespace deltalux::plan

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The disc index runs its pilot first; the other methods only where they may still be cheaper.
+// Runs the pilot of the disc index first, and those of other methods only if they may be cheaper.
 #include "plan/planner.h"
 
 #include <algorithm>
@@ -10,8 +10,8 @@ namespace {
 /// A method that cannot save more than a tenth is not worth its pilot.
 constexpr double kWorth = 0.9;
 
-/// Sessions remember which discs a segment hit, where the method says so; then taking it away needs
-/// no search.
+/// Whether the method reports which discs a segment hit. Sessions then remember them, so that
+/// removal needs no search.
 bool remembers_hits(Method method) {
   return method == Method::disc_index || method == Method::brute_force;
 }
@@ -21,8 +21,8 @@ Counts scaled(Counts counts, double factor) {
   return counts;
 }
 
-/// None searches faster than an index that is there: so it was in all 68 configurations of
-/// benchmarks/planner_regret.py.
+/// No method searches faster than an index that is built already: so it was in all 68
+/// configurations of benchmarks/planner_regret.py.
 MethodPlan no_faster(MethodPlan plan, const MethodPlan& index) {
   plan.bake_seconds = std::max(plan.bake_seconds, index.bake_seconds);
   plan.frame_seconds = std::max(plan.frame_seconds, index.frame_seconds);
@@ -38,13 +38,13 @@ class PartPlanner {
         progress_(progress),
         discs_(double(pilot.discs().size())) {}
 
-  /// What `method` costs at least.
+  /// A lower bound of the cost of `method`.
   MethodPlan bound(Method method, const MethodPlan& index) const {
     return no_faster(priced(method, pilot_.least(method, traffic_.bake),
                             pilot_.least(method, traffic_.frame), false),
                      index);
   }
-  /// What brute force does follows without a run, but for its hits: those of the index.
+  /// The counts of brute force, computed without a run; its hits are those of the index.
   MethodPlan pairs(const MethodPlan& index) const {
     const auto counts = [&](const Load& load, const Counts& found) {
       Counts all = pilot_.least(Method::brute_force, load);
@@ -58,7 +58,7 @@ class PartPlanner {
     const Counts bake = pilot_.count(method, traffic_.sample, traffic_.bake, progress_);
     const double ratio =
         traffic_.bake.segments > 0 ? traffic_.frame.segments / traffic_.bake.segments : 0.0;
-    // Without work per call, counts follow the segments alone.
+    // Methods without work per call: counts are proportional to the number of segments.
     const Counts frame = remembers_hits(method) || traffic_.frame.segments == 0
                              ? scaled(bake, ratio)
                              : pilot_.count(method, traffic_.sample, traffic_.frame, progress_);
@@ -94,9 +94,10 @@ Method by_paper(const Traffic& traffic, Policy policy) {
   return traffic.moving && size < kPaperSize ? Method::sphere_cache : Method::disc_index;
 }
 
-/// What is predicted is not good enough to tell the searches of an index that is there from faster
-/// ones, which there are none of; so other methods can save what the index takes to build, and only
-/// where that is a tenth of all. Rebuilt in every frame, each method counts as it is predicted.
+/// Chooses the cheapest method. Predictions are not accurate enough to distinguish the searches of
+/// an existing index from faster ones, and in fact no method is faster; so other methods can only
+/// save the time to build the index, and are chosen only if that is a tenth of the total. If
+/// estimators are rebuilt in every frame, each method counts as predicted.
 Method cheapest(const std::vector<MethodPlan>& methods, const Traffic& traffic,
                 const MethodPlan& index) {
   const auto total = [&](const MethodPlan& m) {

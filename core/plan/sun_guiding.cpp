@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pilot paths from even starts and towards what the sun sees; squares of a tree around them.
+// Traces pilot paths from uniform starts and from starts towards what the sun sees, and builds a
+// quadtree over them.
 #include "plan/sun_guiding.h"
 
 #include <algorithm>
@@ -13,24 +14,25 @@ namespace deltalux::plan {
 namespace {
 
 constexpr uint64_t kSeed = 20261124;
-constexpr uint64_t kFirstPath = uint64_t(1) << 24;  // apart from those of LightPilot::given()
-constexpr uint32_t kEven = 16384;                   // starts
-constexpr uint32_t kPoints = 32768;                 // of surfaces, which the sun may see
-constexpr size_t kSplit = 16;                       // starts in a square that is divided
-constexpr int kDeepest = 14;       // divisions: a thousand metres become six centimetres
-constexpr double kPrior = 2;       // starts that a square takes over from the one around it
-constexpr double kBeside = 0.2;    // of a trial's square, what is counted around it
-constexpr int kRounds = 3;         // of starts by what those before have found
-constexpr uint32_t kAgain = 8192;  // starts of each
-constexpr double kWorth = 1.5;     // times less variance, or it is let be
+constexpr uint64_t kFirstPath = uint64_t(1) << 24;  // different from those of LightPilot::given()
+constexpr uint32_t kEven = 16384;                   // uniform starts
+constexpr uint32_t kPoints = 32768;                 // points of surfaces that may see the sun
+constexpr size_t kSplit = 16;                       // squares with this many starts are divided
+constexpr int kDeepest = 14;       // levels: a thousand metres become six centimetres
+constexpr double kPrior = 2;       // weight of the parent square's value, in starts
+constexpr double kBeside = 0.2;    // relative to a trial's value: what the squares around it get
+constexpr int kRounds = 3;         // of further starts, drawn by what earlier ones have found
+constexpr uint32_t kAgain = 8192;  // starts per round
+constexpr double kWorth = 1.5;     // smallest reduction of variance for which a map is used
 
+/// A pilot path of a sun.
 struct Trial {
   float u, v;
-  double square;   ///< of what its path brings
-  float size = 1;  ///< of the square that it was put into
+  double square;   ///< square of what its path contributes
+  float size = 1;  ///< of the square that contains it
 };
 
-/// Even starts, then those that end on what the sun sees.
+/// Uniform starts, then starts of paths that end on what the sun sees.
 std::vector<Trial> first_starts(const LightPilot& pilot, const lights::Punctual& light,
                                 const Workers& workers) {
   std::vector<Trial> trials;
@@ -57,7 +59,7 @@ std::vector<Trial> first_starts(const LightPilot& pilot, const lights::Punctual&
   return trials;
 }
 
-/// Traces the trials from number `from` on.
+/// Traces the trials from index `from` on.
 void follow(const LightPilot& pilot, const trace::Light& sun, std::span<const double> weight,
             size_t from, std::vector<Trial>& trials, const Workers& workers, Progress& progress) {
   workers.for_blocks(trials.size() - from, LightPilot::kChunk, [&](size_t begin, size_t end) {
@@ -75,10 +77,10 @@ void follow(const LightPilot& pilot, const trace::Light& sun, std::span<const do
 
 struct Square {
   float u, v, size;
-  double square;  ///< mean of trials in it and around it
+  double square;  ///< mean over trials in it and, with less weight, around it
 };
 
-/// Divides [begin, end) of the trials, which lie in the square.
+/// Divides the square recursively; [begin, end) are the trials in it.
 void divide(std::vector<Trial>& trials, size_t begin, size_t end, Square square, int depth,
             std::vector<Square>& out) {
   double sum = kPrior * square.square;
@@ -116,8 +118,8 @@ double mean_square(const std::vector<Trial>& trials) {
   return sum / double(trials.size());
 }
 
-/// A window may reach a little into squares where no trial met it; one path that did would weigh
-/// hundreds of times as much as those beside it.
+/// Adds trials around bright ones. Parts of a window may extend into squares where no trial hit it;
+/// a path that starts there would have hundreds of times the weight of its neighbours.
 void add_surroundings(std::vector<Trial>& trials) {
   const double mean = mean_square(trials);
   const size_t count = trials.size();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Most of a sun's paths end on the outside of a building. A pilot finds where on its rectangle
-// those begin that bring light to dim places, through windows above all, and sends more of them.
+// Guiding of a sun's paths: most of them end on the outside of a building. Pilot paths find the
+// places on its rectangle where those paths start that bring light to dim places, especially
+// through windows, so that more paths can start there.
 #pragma once
 #include <memory>
 #include <span>
@@ -10,11 +11,11 @@
 
 namespace deltalux::plan {
 
-/// A map whose density follows the root of the mean square of what paths bring indirectly, so that
-/// their sum has the least variance. Null where even starts are about as good, and where the sun
-/// shines on nothing.
+/// Makes a map whose density is proportional to the root mean square of the paths' indirect
+/// contributions, which minimises the variance. Returns null if uniform starts are about as good,
+/// or if the sun shines on nothing.
 ///
-/// `weight`: of the pilot's points. Throws Cancelled.
+/// `weight`: by point of the pilot. Throws Cancelled.
 std::shared_ptr<const trace::SunMap> guide_sun(const LightPilot& pilot, const trace::Light& sun,
                                                std::span<const double> weight,
                                                const Workers& workers, Progress& progress);

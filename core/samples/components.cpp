@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Roots are the first things of their parts, whatever the order of the edges: so are the numbers.
+// The root of a component is its element with the lowest index, whatever the order of the edges; so
+// are the component numbers.
 #include "samples/components.h"
 
 #include <algorithm>
@@ -30,7 +31,8 @@ void Components::join(size_t one, size_t two) {
 std::vector<int32_t> Components::numbers() && {
   std::vector<int32_t> number(parent_.size());
   int32_t parts = 0;
-  for (uint32_t i = 0; i < parent_.size(); ++i)  // roots come before the rest of their parts
+  // roots come before the other elements of their components
+  for (uint32_t i = 0; i < parent_.size(); ++i)
     number[i] = parent_[i] == i ? parts++ : number[root(i)];
   return number;
 }

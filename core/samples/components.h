@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Connected parts of a graph, as of faces that share edges.
+// Connected components of a graph, such as faces that share edges.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -7,13 +7,13 @@
 
 namespace deltalux::samples {
 
-/// Union-find over things numbered from 0: the root of a part is its first thing.
+/// Union-find over elements numbered from 0; the root of a component is its first element.
 class Components {
  public:
   explicit Components(size_t count);
   void join(size_t one, size_t two);
-  /// Of each thing the number of its part; parts are numbered in the order of their first things.
-  /// Ends the joining.
+  /// Returns the component number of each element; components are numbered in the order of their
+  /// first elements. No joining is possible afterwards.
   std::vector<int32_t> numbers() &&;
 
  private:
@@ -21,7 +21,7 @@ class Components {
   std::vector<uint32_t> parent_;
 };
 
-/// Parts of a graph with edges from one[i] to two[i], all below `count`.
+/// The connected components of a graph with edges from one[i] to two[i], all below `count`.
 std::vector<int32_t> connected_components(std::span<const int64_t> one,
                                           std::span<const int64_t> two, size_t count);
 

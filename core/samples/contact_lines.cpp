@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pieces near a face by a tree of boxes: there are fewer of them. The face crosses the plane of
-// each in a line that is clipped to it.
+// Finds the pieces near each face by a bounding volume hierarchy over pieces, since there are fewer
+// of them. The face crosses the plane of a piece in a line, which is clipped to the piece.
 #include "samples/contact_lines.h"
 
 #include <numeric>
@@ -10,7 +10,8 @@
 namespace deltalux::samples {
 namespace {
 
-constexpr double kFlat = 0.996;  // cosine between planes that do not cross but overlap
+// cosine: planes that are closer to parallel overlap instead of crossing
+constexpr double kFlat = 0.996;
 constexpr size_t kLeaf = 4;      // pieces
 constexpr size_t kGrain = 1024;  // faces
 
@@ -20,7 +21,7 @@ Box box_of(const Corners& corners, double pad) {
   return box.padded(float(pad) + position_slack(max(box.high, -box.low)));
 }
 
-/// Boxes of pieces, halved along their longest side.
+/// A bounding volume hierarchy over pieces, split at the median along the longest axis.
 class PieceTree {
  public:
   explicit PieceTree(std::vector<Box>&& boxes) : order_(boxes.size()), boxes_(std::move(boxes)) {
@@ -28,7 +29,7 @@ class PieceTree {
     if (!boxes_.empty()) build(0, uint32_t(boxes_.size()));
   }
 
-  /// Calls visit(piece) for all whose boxes overlap.
+  /// Calls visit(piece) for all pieces whose boxes overlap `box`.
   template <class Visit>
   void each_near(const Box& box, const Visit& visit) const {
     if (!nodes_.empty()) descend(0, box, visit);
@@ -38,7 +39,7 @@ class PieceTree {
   struct Node {
     Box box;
     uint32_t begin, end;
-    uint32_t second;  ///< child; the first one follows; 0: a leaf
+    uint32_t second;  ///< second child; the first one follows its parent; 0: a leaf
   };
 
   uint32_t build(uint32_t begin, uint32_t end) {
@@ -83,6 +84,7 @@ class PieceTree {
   std::vector<Node> nodes_;
 };
 
+/// Whether two triangles share an edge.
 bool neighbours(const Triangle& one, const Triangle& two) {
   int common = 0;
   for (int64_t a : one)
@@ -90,15 +92,16 @@ bool neighbours(const Triangle& one, const Triangle& two) {
   return common >= 2;
 }
 
-/// The line where a face meets the plane of a piece with unit `normal`; its length is 0 where they
-/// do not meet.
+/// The line where a face crosses the plane of a piece with unit `normal`; its length is 0 if it
+/// does not.
 ContactLine on_plane(const Corners& piece, Vec3d normal, const Corners& face, double gap) {
   double height[3];
   for (int k = 0; k < 3; ++k) {
     height[k] = dot(face[k] - piece[0], normal);
     if (std::abs(height[k]) <= gap) height[k] = 0;
   }
-  // What lies in the plane by its whole width is seen from its edge: its longest side is the line.
+  // Of a face that lies within the plane by its whole width (seen from its edge), the longest side
+  // is the line.
   std::array<Vec3d, 6> spots;
   int count = 0;
   for (int k = 0; k < 3; ++k) {
@@ -117,7 +120,7 @@ ContactLine on_plane(const Corners& piece, Vec3d normal, const Corners& face, do
   return line;
 }
 
-/// Keeps of the line what lies within the piece, or no more than `tolerance` outside.
+/// Clips the line to the piece, extended by `tolerance`.
 void clip(const Corners& piece, Vec3d normal, double tolerance, ContactLine& line) {
   double begin = 0, end = line.length;
   for (int k = 0; k < 3; ++k) {
@@ -136,7 +139,7 @@ void clip(const Corners& piece, Vec3d normal, double tolerance, ContactLine& lin
   line.length = end - begin;
 }
 
-/// Boxes are of single precision: coordinates begin in the middle of all faces.
+/// Boxes have single precision: choose the middle of all faces as origin.
 Vec3d middle_of(std::span<const Vec3d> points, std::span<const Triangle> triangles) {
   if (triangles.empty()) return {};
   Vec3d low = points[size_t(triangles[0][0])], high = low;

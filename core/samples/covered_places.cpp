@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A few rays from each place, until enough of them are free.
+// Casts a few rays from each place, until enough of them are unblocked.
 #include "samples/covered_places.h"
 
 #include <array>
@@ -10,11 +10,13 @@ namespace {
 
 constexpr size_t kGrain = 256;
 constexpr int kDirections = 12;
-constexpr int kNeeded = 3;  // free rays; where two boxes touch, one may seem so
+// unblocked rays needed; where two boxes touch, one ray may seem unblocked
+constexpr int kNeeded = 3;
 constexpr float kGoldenAngle = 2.399963f;
-constexpr float kSamePlace = 1e-4f;  // of a distance: both sides of a sheet differ by rounding
+// relative to the distance: hits on the two sides of a sheet differ by rounding
+constexpr float kSamePlace = 1e-4f;
 
-/// Directions around +z, distributed as the cosine, in no order of height.
+/// Cosine-distributed directions around +z, in an order that is not sorted by height.
 std::array<Vec3f, kDirections> directions() {
   std::array<Vec3f, kDirections> out;
   for (int i = 0; i < kDirections; ++i) {
@@ -25,12 +27,12 @@ std::array<Vec3f, kDirections> directions() {
   return out;
 }
 
-/// Whether the ray meets nothing, or a side that light may reach farther than `contact`.
+/// Whether the ray hits nothing, or hits the front of a surface farther away than `contact`.
 bool is_free(Layers layers, Vec3f origin, Vec3f w, float contact) {
   trace::Hit nearest;
   bool facing = false;
   for (const trace::EmbreeScene* layer : layers) {
-    // What lies behind the place where the hit before may have its double does not matter.
+    // Search a little beyond the nearest hit: the other side of a sheet may be there.
     const trace::Hit hit = layer->closest(0, origin, w, 0, nearest.t * (1 + 2 * kSamePlace));
     if (!hit.valid()) continue;
     const bool own = dot(hit.normal, w) < 0;
@@ -40,7 +42,7 @@ bool is_free(Layers layers, Vec3f origin, Vec3f w, float contact) {
       nearest = hit;
       facing = own;
     }
-    if (nearest.t <= contact) return false;  // others can only be nearer
+    if (nearest.t <= contact) return false;  // further layers can only find nearer hits
   }
   return !nearest.valid() || facing;
 }
@@ -53,7 +55,7 @@ std::vector<uint8_t> covered_places(Layers layers, std::span<const Vec3f> origin
   static const std::array<Vec3f, kDirections> around = directions();
   std::vector<uint8_t> covered(origins.size());
   workers.for_blocks(origins.size(), kGrain, [&](size_t begin, size_t end) {
-    // Rays of places side by side in one direction after another: they pass the same boxes.
+    // Trace all places of a block in the same direction, then in the next: the rays are coherent.
     std::array<int, kGrain> free{};
     for (int k = 0; k < kDirections; ++k)
       for (size_t i = begin; i < end; ++i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Places that nothing can reach, because something stands on them.
+// Finds covered places, which nothing can reach because something stands on them.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -10,13 +10,13 @@
 
 namespace deltalux::samples {
 
-/// One layer holds surfaces whose fronts light may reach. Of a sheet that light may reach from both
-/// sides another layer holds the same triangles, wound the other way.
+/// A layer holds surfaces whose front sides light may reach. Sheets that light may reach from both
+/// sides are also in another layer, with the opposite winding.
 using Layers = std::span<const trace::EmbreeScene* const>;
 
-/// 1 for each place from which nearly every ray meets something within `contact` metres, or meets
-/// it from behind: under a bookcase, behind a frame, inside a column. `origins` lie a little above
-/// the surface, `normals` are unit.
+/// Returns 1 for each place from which almost every ray hits something within `contact` metres, or
+/// hits a back side: under a bookcase, behind a frame, inside a column. `origins` are slightly
+/// above the surface; `normals` are unit vectors.
 std::vector<uint8_t> covered_places(Layers layers, std::span<const Vec3f> origins,
                                     std::span<const Vec3f> normals, float contact,
                                     const Workers& workers);

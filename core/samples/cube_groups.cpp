@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Connected parts of the edges that stay within a cube.
+// Connected components of the edges that stay within one cube.
 #include "samples/cube_groups.h"
 
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vertices of a mesh that lie together.
+// Groups nearby vertices of a mesh.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -10,10 +10,10 @@
 
 namespace deltalux::samples {
 
-/// Of each vertex the number of its group: vertices are in one where edges of triangles lead from
-/// one to the other through vertices of the same kind in the same cube. Cubes are `edge` wide and
-/// begin `offset` of it before the origin. Groups are numbered in the order of their first
-/// vertices.
+/// Returns the group number of each vertex. Two vertices are in the same group if edges of
+/// triangles lead from one to the other through vertices of the same kind in the same cube. Cubes
+/// are `edge` wide; the grid is shifted by `offset` (in units of `edge`) below the origin. Groups
+/// are numbered in the order of their first vertices.
 std::vector<int32_t> groups_in_cubes(std::span<const Vec3d> vertices,
                                      std::span<const Triangle> triangles,
                                      std::span<const int64_t> kind, double edge, double offset);

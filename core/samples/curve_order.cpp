@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cells by their 63-bit place on the curve. Hilbert after Skilling, "Programming the Hilbert curve"
-// (AIP Conference Proceedings 707, 2004): the cell's coordinates become the place's transpose.
+// Sorts points by their cells' 63-bit positions on the curve. Hilbert after Skilling, "Programming
+// the Hilbert curve" (AIP Conference Proceedings 707, 2004): transforms the cell's coordinates into
+// the transpose of the position.
 #include "samples/curve_order.h"
 
 #include <algorithm>
@@ -13,7 +14,7 @@ namespace {
 constexpr int kBits = 21;  // per axis
 using Cell = std::array<uint32_t, 3>;
 
-/// Bits of all axes taken in turn, the highest first, the first axis first.
+/// Interleaves the bits of all axes, the highest bit first, the first axis first.
 uint64_t interleave(const Cell& cell) {
   uint64_t key = 0;
   for (int bit = kBits - 1; bit >= 0; --bit)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Probing discs in their plane: outlines (fixed in time) and covered area (of the present state).
+// Probes discs in their plane: outlines (constant) and covered area (of the present state).
 #include "samples/disc_area.h"
 
 #include <algorithm>
@@ -11,13 +11,15 @@ namespace deltalux::samples {
 namespace {
 
 constexpr float kStep = 2 * std::numbers::pi_v<float> / kProbes;
-// Clipped outlines stop short of what clips them, so that no rounding reaches through it.
+// Clipped outlines end slightly before the clipping geometry, so that rounding does not carry them
+// through.
 constexpr float kShort = 0.998f;
-// A polygon of so many corners around the circle is so much larger.
+// Size of a polygon with kProbes corners around the circle, relative to the radius.
 const float kAround = 1.0f / std::cos(0.5f * kStep);
-// Probes go further than the circle, to see what may jut in between two of them.
+// Probes extend beyond the circle, to detect geometry that may jut in between two of them.
 constexpr float kGuard = 1.25f;
 
+/// Directions of the probes.
 struct Compass {
   float cosine[kProbes], sine[kProbes];
   Compass() {
@@ -33,14 +35,14 @@ Vec3f probe_direction(Vec3f u, Vec3f v, int k) {
   return u * compass.cosine[k] + v * compass.sine[k];
 }
 
-/// Area of sector k of an outline, where neighbours reach a and b.
+/// Area of sector k of an outline whose neighbouring probes have lengths a and b.
 float sector_area(float a, float b, float radius) {
   return a >= radius && b >= radius ? 0.5f * kStep * radius * radius
                                     : 0.5f * a * b * std::sin(kStep);
 }
 
-/// Share of probe [0, reach], weighted by distance from the centre, that foreign geometry takes:
-/// all beyond the first static hit, and what lies inside closed movable objects, one or several.
+/// The share of a probe [0, reach], weighted by the distance from the centre, that foreign geometry
+/// covers: everything beyond the first static hit, and the intervals inside closed movable objects.
 float covered_share(const ForeignGeometry& foreign, Vec3f centre, Vec3f along, float reach) {
   thread_local std::vector<trace::Stretch> covered;
   covered.clear();
@@ -62,7 +64,7 @@ float covered_share(const ForeignGeometry& foreign, Vec3f centre, Vec3f along, f
   return std::min(1.0f, sum / (reach * reach));
 }
 
-/// What a disc's centre reaches along its probes.
+/// How far a disc's centre sees along each probe.
 class Probes {
  public:
   Probes(const Ground& ground, Vec3f centre, Vec3f normal, float radius)
@@ -93,7 +95,7 @@ class Probes {
     return !caster_.occluded_static(from, at(next, b) - from, 1.0f);
   }
 
-  /// Nothing as wide as a room fits between two probes that reach beyond the circle, nor between
+  /// Nothing as wide as a room fits between two probes that extend beyond the circle, nor between
   /// two that end on one plane.
   bool surely_free(int k, int next) const {
     if (!hit_[k].valid() && !hit_[next].valid()) return true;
@@ -102,16 +104,16 @@ class Probes {
     return std::fabs(dot(n, along)) <= 1e-3f * length(n) * length(along);
   }
 
-  /// Between two probes something may jut in: where walls are thin, a corner of the next room. A
-  /// sector's triangle is free when its third side is. Draws the ends in until that holds; that
-  /// keeps other sectors free.
+  /// Geometry may jut in between two probes; where walls are thin, a corner of the next room. The
+  /// triangle of a sector is free if its third side is. Shortens the two probes until that holds;
+  /// this keeps other sectors free.
   void clear_sector(int k) {
     const int next = (k + 1) % kProbes;
     float &a = reach_[k], &b = reach_[next];
     if (surely_free(k, next) || sees(k, next, a, b)) return;
     constexpr int kSteps = 5;
     const float full_a = a, full_b = b, shorter = std::min(a, b);
-    // The longer end alone where that is enough, else both.
+    // Shorten only the longer probe if that suffices, otherwise both.
     const bool alone = sees(k, next, shorter, shorter);
     float good = alone ? shorter : 0.0f, bad = alone ? std::max(a, b) : shorter;
     for (int step = 0; step < kSteps; ++step) {
@@ -147,8 +149,8 @@ float rounding_above(const Ground& ground, Vec3f point, Vec3f normal, float with
 
 DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea rule,
                    const Ground& ground, const Workers& workers, Progress& progress) {
-  constexpr float kMinLift = 2;     // of what rounding asks for
-  constexpr float kGround = 0.01f;  // radii: the surface under a sample is no further
+  constexpr float kMinLift = 2;     // in units of the rounding error
+  constexpr float kGround = 0.01f;  // radii: a surface under a sample is at most this far away
   DiscSet discs;
   const size_t n = ids.size();
   discs.centre.resize(n);
@@ -159,7 +161,7 @@ DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea
   discs.slack.resize(n);
   discs.id = std::move(ids);
   progress.begin("discs", n);
-  constexpr size_t kBlock = 64;  // of a few milliseconds, between two looks at the cancel flag
+  constexpr size_t kBlock = 64;  // takes a few milliseconds between two checks for cancellation
   std::vector<std::vector<Outline>> found((n + kBlock - 1) / kBlock);
   workers.for_blocks(n, kBlock, [&](size_t begin, size_t end) {
     progress.check();
@@ -173,7 +175,7 @@ DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea
                                                      : kMinLift * rounding;
       discs.normal[i] = normal;
       discs.radius[i] = radius;
-      // Under a ceiling lower than that the disc stays below it.
+      // If there is a ceiling lower than that, keep the disc below it.
       const Vec3f above = samples.point[id] + normal * (0.5f * rounding);
       const float room = ground.caster.closest_static(above, normal, 0.0f, 2 * lift).t;
       discs.centre[i] = samples.point[id] + normal * std::min(lift, 0.5f * room);
@@ -230,7 +232,7 @@ OutlineMoments outline_moments(const DiscSet& discs, size_t i) {
     const int next = (k + 1) % kProbes;
     const float a = whole ? radius : discs.outlines[discs.outline[i]][k];
     const float b = whole ? radius : discs.outlines[discs.outline[i]][next];
-    // A piece of the circle counts as the triangle of the same area.
+    // Treat a sector of the circle as a triangle of the same area.
     const double area = sector_area(a, b, radius);
     const double chord = 0.5 * a * b * std::sin(kStep);
     const double scale = chord > 0 ? std::sqrt(area / chord) : 0;
@@ -262,7 +264,7 @@ float uncovered_area(const DiscSet& discs, size_t i, const Pose& pose,
     open[k] = reach[k] > 0 ? 1.0f - covered_share(foreign, centre, along, reach[k]) : 1.0f;
     return open[k] < 1.0f;
   };
-  // Most discs near a movable are free of it: a few probes tell.
+  // Most discs near a movable are not covered: test with a few probes first.
   constexpr int kCoarse = 4;
   bool covered = false;
   for (int k = 0; k < kProbes; k += kCoarse) covered |= probe(k);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Discs of samples as structure of arrays, with the outline of those that are clipped.
+// Discs of samples as a structure of arrays, with outlines of clipped discs.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -9,22 +9,22 @@
 
 namespace deltalux::samples {
 
-/// The part of a disc that its centre reaches in the tangent plane: a star polygon through
-/// kProbes points at equal angles in tangent_frame(normal), radius[k] in metres. Between two
-/// unclipped neighbours the outline is the circle.
+/// The part of a disc that its centre can reach in the tangent plane: a star-shaped polygon through
+/// kProbes points at equal angles in tangent_frame(normal), at distances radius[k] in metres.
+/// Between two unclipped neighbours, the outline follows the circle.
 inline constexpr int kProbes = 32;
 using Outline = std::array<float, kProbes>;
 inline constexpr uint32_t kWholeDisc = 0xffffffffu;
 
-/// All arrays have the same length. `id` is the sample whose sums the disc feeds.
+/// All arrays have the same length. `id` is the index of the sample whose sums the disc adds to.
 struct DiscSet {
   std::vector<Vec3f> centre, normal;
   std::vector<float> radius;
   std::vector<uint32_t> outline;  ///< index into `outlines`, or kWholeDisc
   std::vector<uint32_t> id;
-  std::vector<float>
-      openness;  ///< at the centre over that of the disc; 1 until it is found (openness.h)
-  std::vector<float> slack;  ///< Scene::slack_of the surface under the sample
+  /// Openness at the centre relative to the disc's mean; 1 until it is computed (openness.h).
+  std::vector<float> openness;
+  std::vector<float> slack;  ///< Scene::slack_of() of the surface under the sample
   std::vector<Outline> outlines;
   size_t size() const { return centre.size(); }
   size_t bytes() const {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Edges are sorted by their lower ends by counting, then each few of them by their higher ends.
+// Sorts edges by their lower ends (counting sort), then each group by the higher ends.
 #include "samples/mesh_edges.h"
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 namespace deltalux::samples {
 namespace {
 
-/// Things that have a key of two numbers, sorted by it and then by their own number.
+/// Items with a key of two numbers, sorted by key, then by their own numbers.
 class Sorted {
  public:
   struct Item {
@@ -20,7 +20,7 @@ class Sorted {
     }
   };
 
-  /// `low_of` and `high_of` give the key of things below `count`; keys are below `limit`.
+  /// `low_of` and `high_of` give the keys of items below `count`; keys are below `limit`.
   template <class Low, class High>
   Sorted(size_t count, size_t limit, const Low& low_of, const High& high_of) : items_(count) {
     if (count > 0xffffffffu || limit > 0xffffffffu) throw Error("mesh: more than 4e9 corners");
@@ -40,7 +40,7 @@ class Sorted {
     begins_.push_back(uint32_t(count));
   }
 
-  /// Those with one key, in the order of their numbers; runs are in the order of keys.
+  /// A run is the items with one key, in the order of their numbers; runs are in the order of keys.
   size_t runs() const { return begins_.size() - 1; }
   std::span<const Item> run(size_t i) const {
     return std::span(items_).subspan(begins_[i], begins_[i + 1] - begins_[i]);
@@ -81,7 +81,7 @@ std::pair<std::vector<int64_t>, std::vector<int64_t>> shared_edges(
   std::pair<std::vector<int64_t>, std::vector<int64_t>> pairs;
   std::vector<uint32_t> longer(edges.runs());
   std::iota(longer.begin(), longer.end(), 0u);
-  // Usually two triangles share an edge; where sheets meet, every pair of them is looked at.
+  // Usually two triangles share an edge. If more do, compare every pair of them.
   for (size_t offset = 1; !longer.empty(); ++offset) {
     std::erase_if(longer, [&](uint32_t run) { return edges.run(run).size() <= offset; });
     for (uint32_t run : longer) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which triangles of a mesh meet at which edges. An edge of triangle t, from its corner k to the
-// next one, has the number 3 t + k.
+// Finds which triangles of a mesh share which edges. The edge of triangle t from its corner k to
+// the next one has the index 3 t + k.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -12,20 +12,20 @@
 
 namespace deltalux::samples {
 
-using Triangle = std::array<int64_t, 3>;  ///< numbers of points
+using Triangle = std::array<int64_t, 3>;  ///< indices of points
 
-/// Edges that two triangles run along in opposite directions, as pairs of numbers: first those of
-/// neighbours among all edges with the same ends, in the order of their ends (lower, then higher)
-/// and numbers, then those that are two apart, and so on. Points are below `points`.
+/// Edges that two triangles traverse in opposite directions, as pairs of edge indices: first those
+/// that are neighbours in the list of all edges with the same ends (sorted by lower end, higher end
+/// and index), then those two apart in it, and so on. All points are below `points`.
 std::pair<std::vector<int64_t>, std::vector<int64_t>> shared_edges(
     std::span<const Triangle> triangles, size_t points);
 
-/// 1 for each edge, at least `shortest` long, that belongs to triangles with three different
-/// opposite corners and more: both windings of a triangle count once.
+/// 1 for each edge of at least length `shortest` whose triangles have three or more different
+/// opposite corners; a triangle and its reversed copy count once.
 std::vector<uint8_t> junctions(std::span<const Vec3d> points, std::span<const Triangle> triangles,
                                double shortest);
 
-/// 1 for each triangle with the corners of an earlier one, in whatever order.
+/// 1 for each triangle that has the same corners as an earlier one, in any order.
 std::vector<uint8_t> repeated_triangles(std::span<const Triangle> triangles, size_t points);
 
 }  // namespace deltalux::samples

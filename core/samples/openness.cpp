@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ambient light by short random walks, with the same random numbers at every point.
+// Estimates ambient light by short random walks, with the same random numbers at every point.
 #include "samples/openness.h"
 
 #include <cmath>
@@ -13,14 +13,15 @@ namespace deltalux::samples {
 namespace {
 
 constexpr int kBounces = 5;
-constexpr int kWalks = 192;   // from a sample, and from all points of its disc
-constexpr int kPerPoint = 2;  // of those of a disc
-constexpr int kLook = 32;     // walks that tell how open a sample is
+constexpr int kWalks = 192;   // from a sample, and from all points of its disc together
+constexpr int kPerPoint = 2;  // walks per point of a disc
+constexpr int kLook = 32;     // walks of a first test of how open a sample is
 constexpr float kOpen = 0.8f;
-constexpr float kFar = 5.0f;          // radii: what is farther is surrounding
-constexpr float kReflectance = 0.7f;  // relative to the surroundings
+constexpr float kFar = 5.0f;  // radii: everything farther away belongs to the surroundings
+// reflectance of nearby surfaces, relative to that of the surroundings
+constexpr float kReflectance = 0.7f;
 
-/// Directions around +z, distributed as the cosine, of every walk and bounce.
+/// Cosine-distributed directions around +z for every walk and bounce.
 struct Directions {
   std::array<std::array<Vec3f, kBounces>, kWalks> at;
   Directions() {
@@ -33,12 +34,13 @@ struct Directions {
   }
 };
 
+/// Ambient light at points of the static scene.
 class Surroundings {
  public:
   Surroundings(const scene::Scene& scene, const trace::RayCaster& caster, float radius)
       : scene_(scene), caster_(caster), far_(kFar * radius) {}
 
-  /// Sum over the walks [first, first + count) from `at`.
+  /// Sum over the walks first to first + count - 1 from `at`.
   float arrives(Vec3f at, Vec3f normal, int first, int count) const {
     float sum = 0;
     for (int walk = first; walk < first + count; ++walk) sum += arrives(at, normal, walk);
@@ -83,7 +85,7 @@ float relative_openness(const scene::Scene& scene, const trace::RayCaster& caste
     }
     return sum;
   };
-  if (look == 0 && disc(kLook, 1) == 0) return 1;  // closed all over, as many samples are
+  if (look == 0 && disc(kLook, 1) == 0) return 1;  // enclosed completely, as many samples are
   const float here = look + around.arrives(centre, normal, kLook, kWalks - kLook);
   const float there = disc(kWalks, kPerPoint);
   return there > 0 ? here / there : 1.0f;
@@ -92,7 +94,7 @@ float relative_openness(const scene::Scene& scene, const trace::RayCaster& caste
 void find_openness(DiscSet& discs, const scene::Scene& scene, const trace::RayCaster& caster,
                    const Workers& workers, Progress& progress) {
   progress.begin("openness", discs.size());
-  constexpr size_t kBlock = 64;  // of a few milliseconds, between two looks at the cancel flag
+  constexpr size_t kBlock = 64;  // takes a few milliseconds between two checks for cancellation
   workers.for_blocks(discs.size(), kBlock, [&](size_t begin, size_t end) {
     progress.check();
     for (size_t i = begin; i < end; ++i) {

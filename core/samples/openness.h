@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much less of the room's light gets to a sample than to the rest of its disc, from nearby
-// static geometry alone. In slits, under things and behind them, light falls off within a
-// centimetre, and a disc as large as noise asks for blurs it away; the ratio puts it back.
+// Openness: how much less of the room's light reaches a sample than the rest of its disc, due to
+// nearby static geometry. In slits, under and behind objects, light falls off within a centimetre;
+// a disc as large as the noise requires would blur that. Division by this ratio restores it.
 #pragma once
 #include "base/parallel.h"
 #include "base/progress.h"
@@ -11,15 +11,16 @@
 
 namespace deltalux::samples {
 
-/// Openness at `centre` over its mean over the disc within `outline`. Openness is the share of a
-/// uniform bright surrounding, a few radii away, that arrives at a point: by walks that reflections
-/// weaken and that end in the surrounding or on something that emits. 1 where a sample is open, or
-/// nothing gets to the disc at all. A pure function of the static scene, the same for all methods.
+/// Openness at `centre` relative to its mean over the disc within `outline`. Openness is the share
+/// of light from uniformly bright surroundings, a few radii away, that reaches a point: found by
+/// random walks, which reflections attenuate and which end in the surroundings or on an emitter. 1
+/// where a sample is open, or where nothing reaches the disc at all. A pure function of the static
+/// scene, the same for all methods.
 float relative_openness(const scene::Scene& scene, const trace::RayCaster& caster, Vec3f centre,
                         Vec3f normal, float radius, const Outline& outline);
 
-/// Fills in `discs.openness`; the longest part of preparing a bake where most samples lie beside
-/// something.
+/// Computes `discs.openness`. The most expensive part of preparing a bake if most samples are close
+/// to objects.
 void find_openness(DiscSet& discs, const scene::Scene& scene, const trace::RayCaster& caster,
                    const Workers& workers, Progress& progress);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The radius rule that measured best in rooms: noise falls with d, blur grows with d^2.
+// The rule for radii that gave the best results in rooms: noise falls with d, blur grows with d^2.
 #include "samples/placement.h"
 
 #include <algorithm>
@@ -16,14 +16,14 @@ namespace {
 
 constexpr float kShareOfRoom = 0.8f;    // of the harmonic mean distance to the surroundings
 constexpr float kMetrePerRoom = 0.12f;  // of a room's diagonal
-constexpr float kTail = 0.05f;          // of the places met, on either side: what windows show
-constexpr int kRays = 16;               // from a sample
-constexpr int kWalks = 8;               // of those rays go on
-constexpr int kBounces = 3;             // as often
-constexpr int kMinFlights = 10;         // of the 40 that must end somewhere to tell a size
+// share of the hit points ignored at either end, such as those seen through windows
+constexpr float kTail = 0.05f;
+constexpr int kRays = 16;        // rays from a sample
+constexpr int kWalks = 8;        // how many of those rays continue
+constexpr int kBounces = 3;      // how many times they continue
+constexpr int kMinFlights = 10;  // segments, of 40, that must hit something to determine a size
 
-/// Directions around +z: of the rays, evenly over the hemisphere, and of the bounces, as the
-/// cosine.
+/// Directions around +z: uniform over the hemisphere for rays, cosine-distributed for bounces.
 struct Directions {
   std::array<Vec3f, kRays> ray;
   std::array<std::array<Vec3f, kBounces>, kWalks> bounce;
@@ -42,13 +42,14 @@ struct Directions {
   }
 };
 
-/// What short walks from a point see.
+/// What short walks from a point hit.
 struct Surroundings {
-  float inverse_sum = 0;  ///< of the rays' distances
+  float inverse_sum = 0;  ///< sum of the rays' inverse distances
   std::array<Vec3f, kRays + kWalks * kBounces> ends;
-  int ended = 0, on_backs = 0;  ///< flights that end somewhere, and of those on a triangle's back
+  /// Number of segments that hit something, and of those that hit a back side.
+  int ended = 0, on_backs = 0;
 
-  /// A share of the diagonal of the box that most places lie in.
+  /// A share of the diagonal of the box that contains most hit points.
   std::optional<float> metre() const {
     if (ended < kMinFlights) return std::nullopt;
     Vec3f size{};
@@ -82,7 +83,7 @@ Surroundings look_around(const scene::Scene& scene, const trace::RayCaster& cast
     Vec3f at = origin, w = turned(directions.ray[k], normal);
     trace::Hit hit = fly(at, w);
     if (hit.valid()) found.inverse_sum += 1 / std::max(hit.t, std::numeric_limits<float>::min());
-    // Every other ray: they climb evenly.
+    // Continue every other ray: rays are ordered by height.
     for (int b = 0; k % (kRays / kWalks) == 0 && b < kBounces && hit.valid(); ++b) {
       const Vec3f n = trace::facing_normal(hit, w);
       at = trace::leave_surface(at, w, hit, n, scene.slack_of(hit.primitive));
@@ -99,7 +100,8 @@ float scene_metre(const scene::Scene& scene, const trace::RayCaster& caster) {
   constexpr uint32_t kPoints = 256;
   const float all = 0.1f * scene.world().diagonal();
   const uint32_t triangles = scene.static_primitives();
-  std::vector<float> metres, inner;  // inner: what sees backs only, as inside a solid
+  // inner: of points from which all hits are back sides, such as inside a solid
+  std::vector<float> metres, inner;
   uint32_t object = 0;
   for (uint32_t i = 0; i < kPoints && triangles; ++i) {
     const uint32_t primitive = uint32_t(uint64_t(i) * triangles / kPoints);
@@ -123,9 +125,10 @@ float scene_metre(const scene::Scene& scene, const trace::RayCaster& caster) {
         (around.on_backs == around.ended ? inner : metres).push_back(*metre);
     }
   }
-  if (metres.empty()) metres = std::move(inner);  // a bare room, wound outward
+  if (metres.empty()) metres = std::move(inner);  // a bare room whose triangles are wound outwards
   if (metres.empty()) return all;
-  // Niches and shelves have many triangles; outer walls that see the ground are few.
+  // A high quantile: niches and shelves have many triangles, outer walls that see the ground have
+  // few.
   const auto quantile = metres.begin() + long(0.75 * double(metres.size()));
   std::nth_element(metres.begin(), quantile, metres.end());
   return *quantile;
@@ -135,7 +138,7 @@ void resolve_lengths(const scene::Scene& scene, const trace::RayCaster& caster, 
                      const Workers& workers, Progress& progress, SampleSet& samples) {
   const float elsewhere = scene_metre(scene, caster);
   const Ground ground{scene, caster, 0, scene.world()};
-  // Noise falls as 1 / (paths d^2), blur grows with d^4.
+  // Noise (variance) falls with 1 / (paths d^2), squared blur grows with d^4.
   const float balance = float(std::pow(1e6 / double(std::max<uint64_t>(1, paths)), 1.0 / 6));
   const float least = 0.1f * balance, most = 0.2f * balance;
   std::vector<float> size(scene.objects.size());
@@ -147,14 +150,14 @@ void resolve_lengths(const scene::Scene& scene, const trace::RayCaster& caster, 
     for (size_t i = begin; i < end; ++i) {
       if (!std::isnan(samples.radius[i])) continue;
       if (const uint32_t object = samples.attached[i]; object != scene::kNone) {
-        // Where a moving object's surroundings are is not fixed in time: half of the usual bound.
+        // A moving object's surroundings change: use half of the usual upper bound.
         const float half = 0.5f * size[object];
         samples.radius[i] = std::min(0.5f * most * elsewhere, half > 0 ? half : elsewhere);
         continue;
       }
       const Vec3f n = samples.normal[i];
-      // As high as the highest disc: on a vertex of a concave mesh the faces around it stand up
-      // from the tangent plane, and are no surroundings.
+      // Start at the height of the highest disc: on a vertex of a concave mesh, adjacent faces rise
+      // above the tangent plane, but do not belong to the surroundings.
       const float slack = rounding_above(ground, samples.point[i], n, 1e-3f * elsewhere);
       const Vec3f above = samples.point[i] + n * slack;
       const float lift = kLift * most * elsewhere;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cells by a table of those seen before, and by sorting where their order counts.
+// Merges points by cells: with a hash table, or by sorting where the order matters.
 #include "samples/places.h"
 
 #include <algorithm>
@@ -13,13 +13,13 @@ namespace {
 
 double largest(Vec3d p) { return std::max({std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)}); }
 
-/// Finds what was put in before with the same key.
+/// A hash table that finds the first entry with the same key.
 class Table {
  public:
   explicit Table(size_t most)
       : slots_(std::bit_ceil(2 * most + 1), kEmpty), shift_(std::countl_zero(slots_.size()) + 1) {}
 
-  /// The number that came first with this key.
+  /// The number of the first entry with this key, which is `number` if there is none before.
   uint32_t first(uint64_t key, uint32_t number, std::span<const uint64_t> keys) {
     for (size_t at = key * kGolden >> shift_;; at = (at + 1) & (slots_.size() - 1)) {
       if (slots_[at] == kEmpty) slots_[at] = number;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Samples in another order.
+// Reorders samples.
 #include "samples/sample_set.h"
 
 namespace deltalux::samples {

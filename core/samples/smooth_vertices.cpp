@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sums over the corners of each vertex, in the order of the corners.
+// Sums over the corners of each vertex, in the order of corners.
 #include "samples/smooth_vertices.h"
 
 #include <algorithm>
@@ -51,7 +51,7 @@ class Smoothing {
     for (size_t t = 0; t < faces_.size(); ++t) faces_[t] = face_of(mesh.points, mesh.triangles[t]);
   }
 
-  /// Numbers the vertices of all corners.
+  /// Returns the vertex number of each corner.
   std::vector<int32_t> group() {
     const auto [one, two] = shared_edges(mesh_.triangles, mesh_.points.size());
     Components vertices(joined_.size());
@@ -90,8 +90,8 @@ class Smoothing {
       incomplete[v] |= led(c) || !(joined_[c] && joined_[previous(c)]);
     }
     const auto counts = [&](size_t c) { return led(c) || !leads[size_t(out.of_corner[c])]; };
-    // The integral of directions over a corner's sector: its bisector times 2 sin(angle / 2).
-    // Summed over a plane fan, it bisects the whole fan, also a reflex one.
+    // Integral of directions over a corner's sector: its bisector times 2 sin(angle / 2). Summed
+    // over a planar fan, it bisects the whole fan, also if that is reflex.
     out.inset.assign(vertices, {});
     std::vector<double> height(vertices, std::numeric_limits<double>::infinity());
     for (size_t c = 0; c < corners; ++c) {
@@ -100,7 +100,8 @@ class Smoothing {
       height[v] = std::min(height[v], faces_[c / 3].height);
       if (counts(c)) out.inset[v] = out.inset[v] + bisector(c) * (2 * std::sin(angle(c) / 2));
     }
-    // Stay on the surface: walk inside one face, the one that looks most along that way.
+    // Stay on the surface: choose the face whose bisector is closest to that direction, and move
+    // within it.
     std::vector<double> most(vertices, -std::numeric_limits<double>::infinity());
     std::vector<size_t> chosen(vertices);
     for (size_t c = 0; c < corners; ++c) {
@@ -126,12 +127,12 @@ class Smoothing {
  private:
   double angle(size_t corner) const { return faces_[corner / 3].angle[corner % 3]; }
   Vec3d bisector(size_t corner) const { return faces_[corner / 3].bisector[corner % 3]; }
-  /// Whether samples of the corner's vertex move to its side of what covers the surface.
+  /// Whether the corner's vertex has to move to this side of something that covers the surface.
   bool led(size_t corner) const { return mesh_.beside[corner] || mesh_.beside[previous(corner)]; }
 
   const ShadedMesh& mesh_;
   std::vector<Face> faces_;
-  std::vector<uint8_t> joined_;  // edges over which a triangle continues smoothly in another
+  std::vector<uint8_t> joined_;  // edges across which the surface continues smoothly
 };
 
 }  // namespace

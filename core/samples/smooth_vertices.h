@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vertices of smooth shading: the corners of triangles that continue each other without a crease
-// are one vertex, with one normal and one place where light is asked. Corner k of triangle t, and
-// the edge from it to the next one, have the number 3 t + k.
+// Vertices for smooth shading: corners of triangles that continue each other without a crease form
+// one vertex, with one normal and one place where light is computed. Corner k of triangle t, and
+// the edge from it to the next corner, have the index 3 t + k.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -13,26 +13,30 @@
 
 namespace deltalux::samples {
 
-/// A mesh, and over which of its edges shading is smooth.
+/// A mesh, and which of its edges are smooth.
 struct ShadedMesh {
   std::span<const Vec3d> points;
   std::span<const Triangle> triangles;
-  std::span<const double> cosine;   ///< of each triangle: of the largest angle that is smooth
-  std::span<const uint8_t> parted;  ///< edges that are not, whatever the angle; of one side or both
+  /// by triangle: cosine of the largest angle that counts as smooth
+  std::span<const double> cosine;
+  /// Edges that are never smooth; marked on one side or on both.
+  std::span<const uint8_t> parted;
   std::span<const uint8_t> beside;  ///< edges beyond which the surface is covered
 };
 
 struct SmoothVertices {
-  std::vector<int64_t> of_corner;  ///< numbered in the order of their first corners
-  std::vector<int64_t> corner;     ///< one of each vertex
-  std::vector<Vec3d> normal;       ///< mean of the faces' normals, weighted by their angles; unit
-  /// Where light is asked, from the vertex: into the faces around it where they do not close
-  /// around it, away from what covers the surface; else zero.
+  /// by corner: its vertex; numbered in the order of first corners
+  std::vector<int64_t> of_corner;
+  std::vector<int64_t> corner;  ///< by vertex: one of its corners
+  /// Mean of the faces' normals, weighted by their angles at the vertex; unit length.
+  std::vector<Vec3d> normal;
+  /// Offset from the vertex to the place where light is computed: into the adjacent faces if these
+  /// do not surround the vertex, or away from what covers the surface; otherwise zero.
   std::vector<Vec3d> inset;
 };
 
-/// `farthest`: metres, length of insets; they are no longer than `share` of the height of the faces
-/// around. Nothing where there are more vertices than `most`.
+/// `farthest`: length of insets in metres; they are at most `share` of the smallest height of the
+/// adjacent faces. Returns nothing if there are more vertices than `most`.
 std::optional<SmoothVertices> smooth_vertices(const ShadedMesh& mesh, double farthest, double share,
                                               size_t most);
 

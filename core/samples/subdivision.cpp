@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// In rounds: all long edges are halved, their triangles are split, and the parts are looked at.
+// Works in rounds: bisect all long edges, split their triangles, and examine the parts.
 #include "samples/subdivision.h"
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 namespace deltalux::samples {
 namespace {
 
-/// A triangle turned so that edge `first` becomes a-b.
+/// A triangle rotated so that edge `first` becomes a-b.
 struct Turned {
   int64_t a, b, c, ab, bc, ca;
   Turned(const Triangle& t, const Triangle& m, size_t first)
@@ -38,14 +38,15 @@ class Halving {
   Halving(std::span<const Vec3d> points, double squared_limit, size_t most)
       : points_(points.begin(), points.end()), squared_limit_(squared_limit), most_(most) {}
 
-  /// Takes a triangle whose edges are long where marked.
+  /// Adds a triangle; `marks`: its long edges.
   void add(const Triangle& triangle, int64_t source, const Marks& marks) {
     active_.triangles.push_back(triangle);
     active_.source.push_back(source);
     marked_.push_back(marks);
   }
 
-  /// One round; final(triangle, source) takes each part without a long edge. False: too many.
+  /// Does one round; calls final(triangle, source) for each part without long edges. Returns false
+  /// if there are too many points.
   template <class Final>
   bool halve(const Final& final) {
     if (!add_middles()) return false;
@@ -65,7 +66,7 @@ class Halving {
   const std::vector<Vec3d>& points() const { return points_; }
 
  private:
-  /// One point for each edge that is marked, in the order of its ends.
+  /// Adds the midpoint of every marked edge, in the order of the edges' ends.
   bool add_middles() {
     struct Edge {
       int64_t low, high;
@@ -129,8 +130,8 @@ Pieces split_marked(std::span<const Vec3d> points, std::span<const Triangle> tri
   }
   done += 2 * one.size();
 
-  // Turned so that the one unmarked edge is c-a; the shorter diagonal gives the better triangles.
-  // Of equal ones both windings of a triangle take the same.
+  // Rotated so that the unmarked edge is c-a. The shorter diagonal gives better triangles. If both
+  // are equal, choose by indices, so that both windings of a triangle are split alike.
   const std::vector<size_t>& two = by_count[2];
   for (size_t i = 0; i < two.size(); ++i) {
     const Marks& marks = marked[two[i]];
@@ -158,7 +159,7 @@ std::optional<Subdivided> split_long_edges(std::span<const Vec3d> points,
                                            std::span<const Triangle> triangles,
                                            double squared_limit, size_t most) {
   Halving halving(points, squared_limit, most);
-  Pieces final;  // of triangles that are split
+  Pieces final;  // parts of split triangles
   std::vector<uint32_t> parts(triangles.size(), 0);
   for (size_t i = 0; i < triangles.size(); ++i) {
     const Marks marks = long_edges(points, triangles[i], squared_limit);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One triangle after the other.
+// Applies a function to every triangle.
 #include "samples/triangle_shapes.h"
 
 #include <algorithm>
@@ -8,7 +8,8 @@
 namespace deltalux::samples {
 namespace {
 
-constexpr double kNoArea = 1e-9;  // twice that of a triangle, of the square of its longest edge
+// relative to the squared longest edge: twice the area below which a triangle is degenerate
+constexpr double kNoArea = 1e-9;
 
 Corners corners_of(std::span<const Vec3d> points, const Triangle& t) {
   return {points[size_t(t[0])], points[size_t(t[1])], points[size_t(t[2])]};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Normals, areas and widths of triangles over points that they share.
+// Normals, areas and widths of indexed triangles.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -13,22 +13,22 @@ namespace deltalux::samples {
 
 using Corners = std::array<Vec3d, 3>;
 
-/// A triangle's normal, twice as long as it has area.
+/// The triangle's normal; its length is twice the area.
 inline Vec3d doubled_area(const Corners& c) { return cross(c[1] - c[0], c[2] - c[0]); }
-/// Scalar product whose terms are added in the order of x, z, y. Display meshes keep their bits
-/// with it: what is compared here decides which edges are cut and which faces are smooth.
+/// Scalar product with terms added in the order x, z, y. This keeps display meshes bit-identical:
+/// comparisons of these products decide which edges are split and which faces are smooth.
 inline double inner(Vec3d a, Vec3d b) { return a.x * b.x + a.z * b.z + a.y * b.y; }
 
-/// Normals, twice as long as the triangle has area.
+/// Normals whose lengths are twice the triangles' areas.
 std::vector<Vec3d> normals_by_area(std::span<const Vec3d> points,
                                    std::span<const Triangle> triangles);
 std::vector<double> areas(std::span<const Vec3d> points, std::span<const Triangle> triangles);
 
-/// 1 for each triangle that has no area but for rounding.
+/// 1 for each triangle whose area is 0 up to rounding.
 std::vector<uint8_t> without_area(std::span<const Vec3d> points,
                                   std::span<const Triangle> triangles);
-/// 1 for each triangle whose longest edge is at least `longest`, and whose height above it at least
-/// `narrowest`.
+/// 1 for each triangle whose longest edge is at least `longest`, and whose height above that edge
+/// is at least `narrowest`.
 std::vector<uint8_t> wide_triangles(std::span<const Vec3d> points,
                                     std::span<const Triangle> triangles, double longest,
                                     double narrowest);

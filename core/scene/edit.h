@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The closed list of edits: whatever changes a session's scene is one of these.
+// The complete list of edits of a session's scene.
 #pragma once
 #include <cstdint>
 #include <variant>
@@ -13,17 +13,19 @@ struct Move {
   uint32_t object;
   Pose pose;
 };
-/// Takes a movable away (present = false) or puts it back where it was.
+/// Removes a movable (present = false), or puts it back where it was.
 struct SetPresent {
   uint32_t object;
   bool present;
 };
+/// Adds a new movable object.
 struct Insert {
   Object object;
 };
+/// Dims a light group.
 struct Dim {
   uint32_t group;
-  double factor;  ///< absolute: 1 = as loaded
+  double factor;  ///< absolute; 1 = as loaded
 };
 struct SetReflectance {
   uint32_t material;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scene bookkeeping: numbering of primitives, validation, bounds.
+// Numbers primitives, validates scenes, and computes bounds.
 #include "scene/scene.h"
 
 #include <algorithm>
@@ -17,12 +17,14 @@ bool is_near(Vec3f p) {
   return std::fabs(p.x) <= kFarthest && std::fabs(p.y) <= kFarthest && std::fabs(p.z) <= kFarthest;
 }
 
-/// Ray queries evaluate n·(corner − origin) with n = e × f in single precision: the terms of that
-/// product bound its error. Of an upright or level triangle the larger ones vanish, however long it
-/// is; a movable's may turn, so that all count. Corners are rounded themselves.
+/// Ray queries evaluate n·(corner − origin) with n = e × f in single precision; the terms of that
+/// product bound its error. For axis-parallel triangles the larger terms vanish, however long the
+/// triangle is. A movable's triangle may be rotated, so all terms count. Corners are rounded, too.
 float plane_slack(const Object& object, const std::array<uint32_t, 3>& triangle) {
-  constexpr double kRounding = 0x1p-21;  // of a sum of products, twice: hit, and ray that leaves
-  constexpr double kMaxShare = 1e-4;     // of the longest edge; what is thinner has no plane
+  // of a sum of products; twice, for the hit and for the ray that leaves
+  constexpr double kRounding = 0x1p-21;
+  constexpr double kMaxShare =
+      1e-4;  // of the longest edge: thinner triangles have no reliable plane
   Vec3d p[3];
   for (int k = 0; k < 3; ++k) {
     const Vec3f local = object.vertices[triangle[k]];
@@ -64,7 +66,7 @@ Box bounds_at(const Object& object, const Pose& pose) {
 
 bool is_closed(const Object& object) {
   std::map<std::array<float, 3>, uint32_t> welded;
-  std::map<std::pair<uint32_t, uint32_t>, int64_t> balance;  // per edge, lower end first
+  std::map<std::pair<uint32_t, uint32_t>, int64_t> balance;  // by edge, lower vertex first
   double volume = 0;
   for (const auto& triangle : object.triangles) {
     uint32_t id[3];
@@ -119,7 +121,7 @@ void Scene::finish() {
   object_of_static_.clear();
   size_t triangles = 0;
   for (const Object& object : objects) triangles += object.triangles.size();
-  primitive_.reserve(triangles);  // once: number() would make room object by object
+  primitive_.reserve(triangles);  // reserve once: number() would reallocate for every object
   bool seen_movable = false;
   for (size_t i = 0; i < objects.size(); ++i) {
     Object& object = objects[i];
@@ -160,7 +162,7 @@ uint32_t Scene::add_object(Object object) {
   check(object);
   object.movable = true;
   object.closed = is_closed(object);
-  objects.reserve(objects.size() + 1);  // nothing fails once the primitives have numbers
+  objects.reserve(objects.size() + 1);  // nothing may fail after the primitives are numbered
   number(object);
   objects.push_back(std::move(object));
   return uint32_t(objects.size() - 1);
@@ -187,7 +189,7 @@ Box Scene::measure_world() const {
   for (const Object& object : objects)
     if (!object.movable) box.grow(scene::bounds_at(object, object.pose));
   if (!box.empty()) {
-    // Flat scenes (a bare floor) get room above and below.
+    // Extend flat scenes (a bare floor) above and below.
     const Vec3f e = box.extent();
     const float least = 0.25f * std::max({e.x, e.y, e.z, 1e-6f});
     for (int axis = 0; axis < 3; ++axis) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scene as the core sees it: objects of triangles, diffuse materials, punctual lights.
+// The scene of the core: objects made of triangles, diffuse materials, punctual lights.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -23,14 +23,14 @@ struct Material {
 struct Object {
   std::string name;
   std::vector<Vec3f> vertices;                     ///< local
-  std::vector<std::array<uint32_t, 3>> triangles;  ///< front = counter-clockwise
+  std::vector<std::array<uint32_t, 3>> triangles;  ///< front side = counter-clockwise
   std::vector<uint32_t> material;                  ///< per triangle
-  std::vector<uint32_t> group;                     ///< light group per triangle (emissive ones)
+  std::vector<uint32_t> group;  ///< light group of each triangle, used if it emits
   bool movable = false;
-  bool present = true;  ///< false after `remove`
+  bool present = true;  ///< false while removed by an edit
   Pose pose;
   uint32_t first_primitive = 0;
-  bool closed = false;  ///< of movables: has an inside, see is_closed()
+  bool closed = false;  ///< movables only: whether it has an inside, see is_closed()
 
   std::vector<Vec3f> world_vertices() const;
 };
@@ -38,20 +38,21 @@ struct Object {
 struct PunctualLight {
   std::string name;
   const lights::Kind* kind = nullptr;
-  Vec3d position{}, direction{0, -1, 0};  ///< local to `attached`, else world
+  Vec3d position{}, direction{0, -1, 0};  ///< local to `attached`, otherwise world
   Vec3f intensity;                        ///< see lights::Punctual
-  std::vector<float> parameters;          ///< what its kind has besides
-  uint32_t attached = kNone;              ///< object
+  std::vector<float> parameters;          ///< additional parameters of its kind
+  uint32_t attached = kNone;              ///< index of the object that carries it
   uint32_t group = 0;
 };
 
 Box bounds_at(const Object& object, const Pose& pose);
-/// Whether `object` has an inside, wound outwards: each edge (by position) is run through as often
-/// in one direction as in the other. Several bodies count, touching, overlapping or nested.
+/// Whether `object` has an inside and is wound outwards: each edge (by position) is traversed
+/// equally often in both directions, and the signed volume is positive. It may consist of several
+/// bodies, which may touch, overlap or be nested.
 bool is_closed(const Object& object);
 
-/// Objects are ordered static first; primitives are numbered through all objects in that order, so
-/// primitive < static_primitives() iff it is static. Objects added later come last.
+/// Static objects come first. Primitives are numbered through all objects in that order, so a
+/// primitive is static exactly if it is below static_primitives(). Objects added later come last.
 class Scene {
  public:
   std::vector<Object> objects;
@@ -61,12 +62,11 @@ class Scene {
 
   /// Numbers the primitives and checks indices. Throws SceneError.
   void finish();
-  /// Throws SceneError where `object` is malformed or refers to materials or groups that are not
-  /// here.
+  /// Throws SceneError if `object` is malformed or refers to materials or groups that do not exist.
   void check(const Object& object) const;
-  /// Appends a movable object. Throws SceneError.
+  /// Appends a movable object; returns its index. Throws SceneError.
   uint32_t add_object(Object object);
-  /// Takes the object that was added last back out.
+  /// Removes the object that was added last.
   void drop_last_object();
 
   uint32_t static_primitives() const { return static_primitives_; }
@@ -76,26 +76,27 @@ class Scene {
     return materials[material_index(primitive)];
   }
   uint32_t material_index(uint32_t primitive) const { return primitive_[primitive].material; }
-  /// Distance by which rounding may put the plane of `primitive` off, as rays meet it: of large
-  /// tilted triangles and slivers more than position_slack() of a point on them. In any pose.
+  /// Bound of the rounding error of a primitive's plane in ray queries, in any pose: for large
+  /// tilted triangles and slivers it exceeds position_slack() of a point on them.
   float slack_of(uint32_t primitive) const { return primitive_[primitive].slack; }
-  /// The box that light paths live in: fixed when the scene is finished, from static geometry
-  /// alone where that encloses the movables, so that it does not depend on where they stand.
+  /// The box that contains all light paths. finish() fixes it from static geometry alone if that
+  /// encloses the movables, so that it does not depend on their poses.
   const Box& world() const { return world_; }
-  /// Light paths go on to what lies in `box`, too.
+  /// Extends the world box, so that light paths reach everything in `box`.
   void extend_world(const Box& box) { world_.grow(box); }
-  /// For a scene that was finished before, with objects that were added since. Throws SceneError.
+  /// Sets the world box of a finished scene to which objects were added. Throws SceneError.
   void set_world(const Box& world);
-  /// What `object` takes up at `pose`, the bulbs and spots that it carries included.
+  /// Bounds of `object` at `pose`, including the positions of lights that it carries.
   Box bounds_at(uint32_t object, const Pose& pose) const;
-  /// Sum of all triangle areas, square metres.
+  /// Total area of all triangles, in square metres.
   double area() const;
 
  private:
+  /// Assigns primitive numbers to an object.
   void number(Object& object);
   Box measure_world() const;
 
-  std::vector<uint32_t> object_of_static_;  // per static primitive
+  std::vector<uint32_t> object_of_static_;  // by static primitive
   struct Primitive {
     uint32_t material;
     float slack;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an estimator sees of segments: structure-of-arrays views, from a store or from a user.
+// Segments as estimators see them: views of structures of arrays, from a store or from a user.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -14,8 +14,8 @@ enum class SegmentEnd : uint8_t {
 };
 inline constexpr float kBoundedRadii = 3.0f;
 
-/// `count` segments. `power` holds 3 quanta per segment; `slab` says which sums a segment feeds
-/// (EnergySums), null = slab 0 for all. `extended` may equal `length`.
+/// `count` segments. `power` holds 3 quanta per segment; `slab` is the index of the sums
+/// (EnergySums) that a segment adds to, null = slab 0 for all. `extended` may equal `length`.
 struct SegmentSpan {
   size_t count = 0;
   const float *ox = nullptr, *oy = nullptr, *oz = nullptr;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Storage of segments in chunks that never move.
+// Stores segments in chunks, which never move in memory.
 #include "segments/segment_store.h"
 
 #include <algorithm>
@@ -52,7 +52,7 @@ void BounceSegments::allocate(size_t count, const Extras& extras, std::vector<ui
     if (size_ % kChunk == 0) {
       chunks_.push_back(std::make_unique_for_overwrite<Chunk>());
       Chunk& chunk = *chunks_.back();
-      // Unused slots of the last chunk must look unused to whoever scans whole chunks.
+      // Slots that are not used yet must look unused when whole chunks are scanned.
       for (uint32_t i = 0; i < kChunk; ++i) {
         chunk.segment[i].length = -1.0f;
         chunk.low[i] = ScanGrid::kUnused.low;
@@ -66,7 +66,7 @@ void BounceSegments::allocate(size_t count, const Extras& extras, std::vector<ui
 }
 
 size_t BounceSegments::bytes() const {
-  // Chunks are alike: asked at every update.
+  // All chunks have the same arrays; do not iterate, since this is called in every update.
   const bool extended = !chunks_.empty() && chunks_.front()->extended;
   const bool landing = !chunks_.empty() && chunks_.front()->landing;
   return chunks_.capacity() * sizeof(void*) + free_.capacity() * sizeof(uint32_t) +

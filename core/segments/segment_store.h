@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// All segments of all paths, by bounce. A segment is found by (bounce, slot) and knows the slot of
-// its successor one bounce later. Growth never moves anything; freed slots are used again.
+// All segments of all paths, by bounce. A segment is addressed by (bounce, slot) and holds the slot
+// of its successor at the next bounce. Segments never move in memory; freed slots are reused.
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -15,57 +15,64 @@ namespace deltalux::segments {
 
 inline constexpr uint32_t kNoSlot = 0xffffffffu;
 
-/// One straight flight. An array of these, not a structure of arrays: an update touches few
-/// segments at random, and one record is one cache line.
+/// One straight segment of a path. Stored as an array of structures: an update accesses few
+/// segments at random, and a record takes about one cache line.
 struct Segment {
   Vec3f origin;
-  uint32_t direction;  ///< decode_direction(); the ray was traced along the decoded vector
-  float length;        ///< to the first hit, or to the world's border; negative = slot not in use
-  uint32_t power[3];   ///< quanta per channel
+  /// encoded; rays are traced along the decoded vector, see decode_direction()
+  uint32_t direction;
+  /// Distance to the first hit, or to the border of the world box; negative: the slot is not in
+  /// use.
+  float length;
+  uint32_t power[3];  ///< quanta per channel
   uint32_t path;
   uint32_t primitive;  ///< first hit, or scene::kNone
-  uint32_t next;       ///< slot one bounce later, or kNoSlot
+  uint32_t next;       ///< slot of its successor at the next bounce, or kNoSlot
 };
 static_assert(sizeof(Segment) == 44);
 
-/// What a slot holds that is not in use. At bounce 0 slots are paths, used or not.
+/// The content of an unused slot. At bounce 0 the slot number is the path's, whether the slot is in
+/// use or not.
 inline Segment unused_segment(uint32_t path = 0) {
   return {{}, 0, -1.0f, {0, 0, 0}, path, scene::kNone, kNoSlot};
 }
 
-/// CellBox of a segment for the scan: its box on a grid over the world, ends rounded to cells, and
-/// which of the box's four diagonals it is. Fields (bit 0: x, bit 11: z, bit 22: y) are followed by
-/// a guard bit each, so that one subtraction compares three of them: low <= high in every field
-/// exactly if (high | kGuards) - low keeps the guards. The guards of `high` are set; those of `low`
-/// carry the diagonal.
+/// A segment's outline for the scan: its bounding box on a grid over the world, with ends rounded
+/// to cells, and which of the box's four diagonals it is. Each field (from bit 0: x, bit 11: z, bit
+/// 22: y) is followed by a guard bit, so that one subtraction compares three fields: low <= high
+/// holds in every field exactly if (high | kGuards) - low keeps the guards. The guards of `high`
+/// are set; two of those of `low` encode the diagonal.
 struct CellBox {
   uint32_t low, high;
 };
 
+/// The grid that outlines are rounded to.
 struct ScanGrid {
   static constexpr uint32_t kGuards = 1u << 10 | 1u << 21 | 1u << 31;
   static constexpr uint32_t kFallsInZ = 1u << 10, kFallsInY = 1u << 21;  // in `low`, while x rises
   static constexpr float kCells[3] = {1023, 511, 1023};
-  /// Of a slot that is not in use; no box meets it but the whole world.
+  /// The outline of an unused slot; it meets no box except one that covers the whole world.
   static constexpr CellBox kUnused{~kGuards, kGuards};
 
   Vec3f origin{}, cells_per_metre{1, 1, 1};
 
   ScanGrid() = default;
   explicit ScanGrid(const Box& world);
-  /// Whole cells, each axis at its place.
+  /// Rounds to whole cells, and shifts each axis to its field.
   static uint32_t pack(Vec3f cells);
+  /// World space to cells.
   Vec3f to_cells(Vec3f p) const;
+  /// The outline of the segment from `a` to `b`.
   CellBox cell_box(Vec3f a, Vec3f b) const;
 };
 
-/// What sessions keep of each segment besides the segment itself.
+/// Optional data that a session keeps for each segment.
 struct Extras {
   bool extended = false;  ///< distance to the second hit
-  bool landing = false;   ///< the cell where it ends, see gather/cells.h
+  bool landing = false;   ///< cell where it ends, see gather/cells.h
 };
 
-/// One bounce of all paths.
+/// The segments of one bounce of all paths.
 class BounceSegments {
  public:
   static constexpr uint32_t kChunk = 2048;
@@ -77,14 +84,16 @@ class BounceSegments {
     std::unique_ptr<uint32_t[]> landing;  ///< see Extras
   };
 
-  /// Slots ever used; some may be free.
+  /// Number of slots, including free ones.
   uint32_t size() const { return size_; }
+  /// Number of slots that are not free.
   size_t live() const { return size_ - free_.size(); }
   Segment& at(uint32_t slot) { return chunk(slot).segment[slot % kChunk]; }
   const Segment& at(uint32_t slot) const { return chunk(slot).segment[slot % kChunk]; }
   HitSlots& slots(uint32_t slot) { return chunk(slot).slots[slot % kChunk]; }
   float& extended(uint32_t slot) { return chunk(slot).extended[slot % kChunk]; }
   uint32_t& landing(uint32_t slot) { return chunk(slot).landing[slot % kChunk]; }
+  /// The distance to the second hit, or the length if that is not kept.
   float extended_or_length(uint32_t slot) const {
     const Chunk& c = chunk(slot);
     return c.extended ? c.extended[slot % kChunk] : c.segment[slot % kChunk].length;
@@ -97,9 +106,9 @@ class BounceSegments {
   Chunk& chunk(uint32_t slot) { return *chunks_[slot / kChunk]; }
   const Chunk& chunk(uint32_t slot) const { return *chunks_[slot / kChunk]; }
 
-  /// Slots for `count` new segments: freed ones first. Not thread-safe.
+  /// Provides slots for `count` new segments, freed ones first. Not thread-safe.
   void allocate(size_t count, const Extras& extras, std::vector<uint32_t>& out);
-  /// Not thread-safe. The caller has marked the segment unused.
+  /// Frees a slot, whose segment must be marked as unused before. Not thread-safe.
   void release(uint32_t slot) { free_.push_back(slot); }
   size_t bytes() const;
 
@@ -109,6 +118,7 @@ class BounceSegments {
   uint32_t size_ = 0;
 };
 
+/// The segments of all bounces.
 class SegmentStore {
  public:
   SegmentStore() = default;
@@ -125,7 +135,7 @@ class SegmentStore {
   }
   size_t live() const;
   size_t bytes() const;
-  /// Renews the scan record of a segment from its origin, direction and reach.
+  /// Recomputes the outline of a segment from its origin, direction and extended length.
   void index(uint32_t bounce, uint32_t slot);
 
  private:

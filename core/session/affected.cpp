@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The search for affected segments: one pass over the cell boxes yields the candidates of every
-// changed object, for both poses and for its moving samples.
+// Finds the segments that an edit changes: one scan over the cell boxes of all segments yields
+// candidates for every changed object, in its old and its new pose, and for its moving samples; an
+// exact test decides.
 #include "session/affected.h"
 
 #include <algorithm>
@@ -17,7 +18,7 @@ using segments::Segment;
 constexpr size_t kGrain = 16 * BounceSegments::kChunk;
 constexpr size_t kAhead = 16;
 
-/// What one block of slots yields; blocks are joined in order.
+/// The result of searching one block of slots; the results of all blocks are joined in order.
 struct Found {
   std::vector<AffectedSegment> affected;
   std::vector<std::vector<uint32_t>> near;
@@ -74,6 +75,8 @@ class Finder {
     if (!box.empty()) boxes_.push_back(scan_box(state_.store.grid(), box));
   }
 
+  /// Tests one candidate exactly: does the edit change its first hit, or does it pass an object's
+  /// own samples?
   void test(const BounceSegments& stored, uint32_t slot, Found& found) const {
     const Segment& segment = stored.at(slot);
     if (segment.length < 0) return;
@@ -94,14 +97,15 @@ class Finder {
       const ObjectChange& change = changes_[k];
       if (!near_[k].empty() && ray.entry(near_[k], reach) <= reach) found.near[k].push_back(slot);
       if (state_.store.with_extended())
-        // The piece behind the first hit counts too; re-tracing decides what really changed.
+        // With segments that go on behind the first hit, that piece counts too. Tracing the path
+        // again decides what really changed.
         affected |=
             ray.entry(change.before, reach) <= reach || ray.entry(change.after, reach) <= reach;
       if (retrace || change.after.empty()) continue;
       result.hit = state_.caster->closer(result.hit, change.object, o, w);
     }
     if (!retrace && result.hit.primitive != segment.primitive) {
-      // The other objects and the static scene are as before, so this is the new first hit.
+      // No other object and no static geometry changed, so this is the new first hit.
       affected = result.hit_known = true;
     }
     if (affected) found.affected.push_back(result);

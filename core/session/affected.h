@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which stored segments does a change of objects or materials touch? Scan, then exact test.
+// Finds the stored segments that changed objects or materials affect: a scan, then an exact test.
 #pragma once
 #include <span>
 #include <vector>
@@ -9,32 +9,37 @@
 
 namespace deltalux::session {
 
-/// One object's change: where it was and where it is (empty boxes: absent).
+/// The change of one object: its bounds before and after the edit. An empty box means that the
+/// object is absent.
 struct ObjectChange {
   uint32_t object = scene::kNone;
   Box before, after;
 };
 
+/// All boxes of `changes` that are not empty.
 std::vector<Box> boxes_of(std::span<const ObjectChange> changes);
-/// Numbers of the samples that lie on changed objects.
+/// Indices of the samples that lie on changed objects.
 std::vector<uint32_t> moved_samples(const State& state, std::span<const ObjectChange> changes);
 
-/// A segment whose flight changes. Where the search met the new first hit, `hit` is it.
+/// A segment whose flight the edit changes. If `hit_known`, `hit` is its new first hit.
 struct AffectedSegment {
   uint32_t slot = 0;
   bool hit_known = false;
   trace::Hit hit;
 };
 
+/// The result of find_affected().
 struct Affected {
-  std::vector<std::vector<AffectedSegment>> segments;  ///< per bounce
-  /// Per changed object, per bounce: slots of segments that meet its part's new box.
+  std::vector<std::vector<AffectedSegment>> segments;  ///< by bounce
+  /// By changed object, then by bounce: slots of the segments that pass the new bounds of the
+  /// object and of its samples' discs.
   std::vector<std::vector<std::vector<uint32_t>>> near;
   uint64_t scanned = 0, candidates = 0;
 };
 
-/// `changes` are already in place in the scene and the caster. `materials`: 1 per changed
-/// material, may be empty. Throws Cancelled; changes nothing.
+/// Finds the segments that an edit affects. `changes` must already be applied to the scene and to
+/// the ray caster. `materials`: 1 for each changed material; may be empty. Throws Cancelled;
+/// changes no state.
 Affected find_affected(const State& state, std::span<const ObjectChange> changes,
                        std::span<const uint8_t> materials, Progress& progress);
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Blocks of segments are unpacked to structure of arrays once and serve every estimator.
+// Unpacks blocks of segments into a structure of arrays once; the block then serves every
+// estimator.
 #include "session/deposit.h"
 
 #include <algorithm>
@@ -14,7 +15,7 @@ using segments::Segment;
 
 namespace {
 constexpr size_t kGrain = 256;
-constexpr size_t kAhead = 12;  // prefetch distance of random segment reads
+constexpr size_t kAhead = 12;  // prefetch distance for reads of segments in random order
 constexpr uint32_t kAllAtOnce = 16384;
 }  // namespace
 
@@ -79,7 +80,7 @@ void Deposit::for_slabs(uint32_t bounce, std::span<const uint32_t> slots,
       body(slots.subspan(begin, std::min(kGrain, slots.size() - begin)));
     return;
   }
-  // Counting sort by slab; the last bin takes what does not count.
+  // Counting sort by slab; the last bin takes the segments that do not count.
   const size_t bins = state_.sum_groups() * kBatches + 1;
   std::vector<uint16_t> bin(slots.size());
   state_.workers.for_blocks(slots.size(), 4096, [&](size_t begin, size_t end) {
@@ -103,7 +104,7 @@ void Deposit::for_slabs(uint32_t bounce, std::span<const uint32_t> slots,
 bool Deposit::counts(uint32_t bounce, const Segment& segment, uint16_t& slab) const {
   if (segment.length < 0) return false;
   const size_t light = state_.light_of(segment.path);
-  // Slopes come from discs in sessions that gather, too.
+  // Gradients come from discs in sessions with a final gather, too.
   const bool gathered = state_.gather && !sums_.moments;
   if (bounce == 0 ? state_.light_sampled[light] != 0 : gathered) return false;
   const trace::Light& source = state_.lights[light];

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whatever can fail is made aside first; undoing only swaps back.
+// Builds new lights and acceleration structures aside first, where that can fail, so that undo()
+// only swaps the old ones back.
 #include "session/edit_log.h"
 
 #include <algorithm>
@@ -7,14 +8,16 @@
 namespace deltalux::session {
 
 std::vector<trace::Light> added_lights(const State& s, const scene::Scene& scene, uint32_t object) {
-  constexpr double kFewQuanta = 0x1p12;  // of a path's power: fainter ones are coarse
-  constexpr double kEven = 0x1p29;       // quanta: half of what the others' brightest path has
+  // a path with fewer quanta of power would be quantised coarsely
+  constexpr double kFewQuanta = 0x1p12;
+  // quanta of a path: half of what the brightest path of the other lights carries
+  constexpr double kEven = 0x1p29;
   std::vector<trace::Light> lights = trace::find_lights(scene, object);
   uint64_t next = s.lights.empty() ? 0 : s.lights.back().first_path + s.lights.back().path_count;
   const double paths = double(s.options.paths), count = double(lights.size());
   const double floor = trace::kGroupFloor / std::max(2u, s.scene.group_count) * paths / count;
   for (trace::Light& light : lights) {
-    double wanted = paths / count;  // in the dark: all
+    double wanted = paths / count;  // in a scene without lights: all paths
     if (!s.lights.empty()) {
       const double quanta =
           std::max({light.power.x, light.power.y, light.power.z}) / s.scale.quantum;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Edits as a transaction: what they change before any path is replaced, and how to take it back.
+// Applies edits as one transaction: changes everything that must change before any path is
+// replaced, and can undo it.
 #pragma once
 #include <span>
 #include <utility>
@@ -13,24 +14,27 @@ namespace deltalux::session {
 
 class EditLog {
  public:
-  /// Copies what edits may change.
+  /// Copies all that edits may change.
   explicit EditLog(State& state);
 
-  /// Puts scene, factors, lights and acceleration structures into the state after `edits`, which
-  /// were checked. May fail at any point: undo() then.
+  /// Brings scene, dim factors, lights and acceleration structures into the state after `edits`,
+  /// which must have passed Session::check(). May fail at any point; then call undo().
   void apply(std::span<const scene::Edit> edits);
-  /// As before apply(). Needs no memory.
+  /// Restores the state before apply(). Allocates no memory.
   void undo() noexcept;
 
-  /// Of objects that really differ; those that moved while absent, too.
+  /// The objects whose pose or presence differs; includes objects that moved while absent.
   const std::vector<ObjectChange>& changes() const { return changes_; }
-  /// 1 per material whose reflectance differs; empty: none.
+  /// 1 for each material whose reflectance differs; empty if there is none.
   const std::vector<uint8_t>& materials() const { return materials_; }
+  /// Whether some material reflects more in some channel, so that paths may become longer.
   bool reflects_more() const { return reflects_more_; }
+  /// Number of lights before the edits; new lights follow them.
   size_t old_lights() const { return old_lights_; }
-  /// The first lights of a dark session have come: its scales are new.
+  /// Whether these edits bring the first lights into a scene without any; the quantum of power is
+  /// then new.
   bool first_light() const { return first_light_; }
-  /// Whether all paths of an old light start anew.
+  /// Whether all paths of this old light must be traced anew from the light.
   bool reborn(size_t light) const;
 
  private:
@@ -38,6 +42,7 @@ class EditLog {
   void place_lights();
   void place_objects();
   void add_lights();
+  /// Whether the object's pose or presence differs from that before apply(); true for new objects.
   bool differs(uint32_t object) const;
 
   State& s_;
@@ -53,9 +58,10 @@ class EditLog {
   bool reflects_more_ = false, first_light_ = false;
 };
 
-/// The lights of `object` of `scene`, with the paths that they get beside those of `state`: as
-/// bright as the others', so that noise stays even, but as many as a group gets at the least, since
-/// the others may be dimmed. Throws SceneError.
+/// The lights of `object` of `scene`, with path counts that suit the lights already in `state`:
+/// their paths carry as much power as those of the brightest existing light divided by two, so that
+/// noise stays even, but a light gets at least the share of paths that every group is granted,
+/// since other lights may be dimmed. Throws SceneError.
 std::vector<trace::Light> added_lights(const State& state, const scene::Scene& scene,
                                        uint32_t object);
 

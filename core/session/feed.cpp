@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Collects segments without order, sorts them by slab, and hands them on in portions.
+// Collects segments in any order, sorts them by slab, and passes them on in portions.
 #include "session/feed.h"
 
 #include <algorithm>
@@ -11,7 +11,8 @@ using segments::SegmentSpan;
 
 namespace {
 
-constexpr size_t kAtOnce = 256;  // methods content with this get their segments at once
+// methods that are efficient with spans of this length get their segments at once
+constexpr size_t kAtOnce = 256;
 
 }  // namespace
 
@@ -40,7 +41,7 @@ void Feed::settle() {
 void Feed::finish() {
   const std::vector<uint16_t>& slab = collected_.slab;
   if (slab.empty()) return;
-  // By slab: with several threads, each slab's sums belong to one of them.
+  // Sort by slab: with several threads, all sums of a slab belong to one thread.
   const size_t slabs = size_t(*std::max_element(slab.begin(), slab.end())) + 1;
   std::vector<std::vector<uint32_t>> orders(workers_.threads() > 1 ? slabs : 1);
   for (uint32_t i = 0; i < slab.size(); ++i) orders[slab[i] % orders.size()].push_back(i);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Brings segments to one estimator in portions that suit it.
+// Passes segments to one estimator in portions of a size at which it is efficient.
 #pragma once
 #include <mutex>
 #include <vector>
@@ -10,21 +10,25 @@
 
 namespace deltalux::session {
 
-inline constexpr size_t kPortion = 65536;  // longer ones gained under 5 % and would delay a cancel
+// Longer portions gained less than 5 % and would delay cancellation.
+inline constexpr size_t kPortion = 65536;
 
-/// Methods that are fast on a few segments get them at once; for the others segments are collected
-/// until finish(), then each slab goes to one thread, so that sums need no atomics.
+/// Estimators that are efficient with short spans get their segments at once. For the others,
+/// segments are collected until finish(), which gives each slab to one thread, so that sums need no
+/// atomics.
 class Feed {
  public:
   Feed(const estimate::SignedEstimator& estimator, const estimate::EnergySums& sums,
        const Workers& workers);
 
-  /// Thread-safe, if no two threads bring the same slab at a time. All segments between two calls
-  /// of finish() have one sign. `slots` of collected segments become kMany.
+  /// Adds (sign +1) or removes (-1) segments. Thread-safe as long as no two threads pass segments
+  /// of the same slab at a time. All segments between two calls of finish() must have one sign.
+  /// Where segments are collected, the discs that they cross are not known yet: their `slots`
+  /// become kMany.
   void add(const segments::SegmentSpan& span, int sign, segments::HitSlots* slots = nullptr);
-  /// finish(), if enough is there for a portion. Not thread-safe.
+  /// Calls finish() if a full portion has been collected. Not thread-safe.
   void settle();
-  /// Passes on what was collected. Not thread-safe.
+  /// Passes all collected segments to the estimator. Not thread-safe.
   void finish();
 
  private:
@@ -33,6 +37,7 @@ class Feed {
   const estimate::SignedEstimator& estimator_;
   estimate::EnergySums sums_;
   const Workers& workers_;
+  /// Whether segments are collected until finish().
   bool collects_;
   std::mutex mutex_;
   int sign_ = 1;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A place keeps its light where it lies in no shadow that what moved may have thrown, or throws.
+// Keeps the direct light of a place as long as no moved object can shadow it, before or after the
+// move.
 #include "session/kept_direct.h"
 
 #include <algorithm>
@@ -55,7 +56,8 @@ void KeptDirect::follow_changes(std::span<const trace::Light> lights, std::span<
 }
 
 size_t KeptDirect::bytes() const {
-  constexpr size_t kNode = 3 * sizeof(void*) + sizeof(uint64_t);  // about, of the table
+  // approximate size of a node of the hash table
+  constexpr size_t kNode = 3 * sizeof(void*) + sizeof(uint64_t);
   return places_.size() * (sizeof(Kept) + kNode);
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Direct light of a picture's places, kept for the next one where no shadow came or went.
+// Direct light at the places (pixels) of one rendered image, kept for the next image where no
+// shadow appeared or vanished.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -14,13 +15,15 @@ namespace deltalux::session {
 
 class KeptDirect {
  public:
-  /// Null where it is not kept. `by_need`: as direct::light_by_need finds it.
+  /// The kept light of a place, or null if there is none. `by_need`: whether it was found by
+  /// direct::light_by_need.
   const Vec3d* find(const direct::Receiver& receiver, bool by_need) const;
   void keep(const direct::Receiver& receiver, bool by_need, Vec3d light);
-  /// Notes an edit.
+  /// Records an edit.
   void note(const gather::Change& change);
-  /// Forgets what edits may have changed, and what was not asked for since the last one. `dim`: per
-  /// light. `slack`: see direct::slack.
+  /// Forgets the light that recorded edits may have changed, and the light of places that were not
+  /// looked up since the last edit. Forgets everything if a light or a dim factor changed. `dim`:
+  /// factor of each light. `slack`: see direct::slack.
   void follow_changes(std::span<const trace::Light> lights, std::span<const double> dim,
                       float slack);
   size_t bytes() const;
@@ -34,8 +37,8 @@ class KeptDirect {
   static uint64_t key_of(const direct::Receiver& receiver, bool by_need);
 
   std::unordered_map<uint64_t, Kept> places_;
-  std::vector<double> dim_;               // that it was found with
-  std::optional<gather::Change> change_;  // since the last picture
+  std::vector<double> dim_;               // dim factors that the kept light was found with
+  std::optional<gather::Change> change_;  // all edits since the last image
 };
 
 }  // namespace deltalux::session

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Places by their random key, which follows from point and normal.
+// Finds places by their random key, a hash of point and normal.
 #include "session/kept_places.h"
 
 #include <numeric>
@@ -9,7 +9,7 @@
 namespace deltalux::session {
 namespace {
 
-constexpr size_t kBytesOfPlace = 64;  // in the table, about
+constexpr size_t kBytesOfPlace = 64;  // approximate size of an entry of the hash table
 
 }  // namespace
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the places of a picture saw, kept for the next one: an edit changes little of it.
+// What the gather rays of an image's places met, kept for the next image: an edit changes little of
+// it.
 #pragma once
 #include <cstdint>
 #include <deque>
@@ -18,20 +19,21 @@ namespace deltalux::session {
 
 class KeptPlaces {
  public:
-  /// Places that were looked at together.
+  /// Places whose rays were cast together.
   struct Batch {
-    uint32_t rays = 0;  ///< the standard number
+    uint32_t rays = 0;  ///< the standard number of rays per place
     std::vector<direct::Receiver> receivers;
-    std::vector<gather::SeenGuides> seen;  ///< empty without guides
+    /// guides that each place sees; empty if there are no guides
+    std::vector<gather::SeenGuides> seen;
     gather::Guiding pilot_guiding, guiding;
-    gather::Looks pilots,
-        looks;  ///< pilots without places where no number of rays follows from them
-    std::vector<int8_t> doublings;  ///< of `rays`, per place
-    bool used = true;               ///< since follow_changes()
+    /// `pilots` holds no places if ray counts do not depend on pilot rays.
+    gather::Looks pilots, looks;
+    std::vector<int8_t> doublings;  ///< per place: log2 of its ray count over `rays`
+    bool used = true;               ///< looked up since the last follow_changes()
 
     size_t bytes() const;
   };
-  /// A place within a batch; `batch` is null where none is kept.
+  /// A place: its batch and its index therein. `batch` is null if nothing is kept for the place.
   struct Place {
     Batch* batch = nullptr;
     uint32_t number = 0;
@@ -39,18 +41,19 @@ class KeptPlaces {
 
   explicit KeptPlaces(size_t max_bytes) : max_bytes_(max_bytes) {}
 
-  /// Of a place that looks as it did: the same receiver, told the same number of rays.
+  /// Finds a place that was seen before: the same receiver with the same standard number of rays.
   Place find(const direct::Receiver& receiver, uint32_t rays) const;
-  /// Its places take those over that are the same; the oldest batches go where bytes run out.
+  /// Keeps a batch; its places replace equal ones kept before. Drops the oldest batches when the
+  /// byte limit is exceeded.
   void keep(std::unique_ptr<Batch> batch);
-  /// Their light from lamps, which is kept by itself: far more places are asked for it alone.
+  /// Direct light of places, kept separately, since many places need only direct light.
   KeptDirect& direct() { return direct_; }
   void keep_direct(std::span<const direct::Receiver> receivers, bool by_need,
                    std::span<const Vec3d> light);
-  /// Notes an edit. What it says of samples is left out.
+  /// Records an edit, except for what it says about samples.
   void note(const gather::Change& change);
-  /// Calls follow(batch, change) for all that were used since the last time, if there was an edit;
-  /// forgets the rest.
+  /// If edits were recorded, calls follow(batch, change) for all batches that were used since the
+  /// last call, and drops the other batches.
   template <class Follow>
   void follow_changes(const Follow& follow) {
     if (!change_) return;
@@ -61,13 +64,13 @@ class KeptPlaces {
       batch->used = false;
     }
   }
-  /// Calls visit(batch) for all.
+  /// Calls visit(batch) for all batches.
   template <class Visit>
   void each(const Visit& visit) const {
     for (const std::unique_ptr<Batch>& batch : batches_) visit(*batch);
   }
   size_t bytes() const;
-  /// Places whose light along rays was had from what is kept.
+  /// Number of places whose gathered light was read from kept batches instead of from new rays.
   uint64_t taken() const { return taken_; }
   void count_taken(size_t places) { taken_ += places; }
 
@@ -79,9 +82,9 @@ class KeptPlaces {
   size_t max_bytes_;
   uint64_t taken_ = 0;
   KeptDirect direct_;
-  std::deque<std::unique_ptr<Batch>> batches_;  // the oldest first
+  std::deque<std::unique_ptr<Batch>> batches_;  // oldest first
   std::unordered_map<uint64_t, Place> places_;
-  std::optional<gather::Change> change_;  // since the last picture
+  std::optional<gather::Change> change_;  // all edits since the last image
 };
 
 }  // namespace deltalux::session

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Integer sums: in which order threads add does not matter.
+// Sums are integers, so that the order in which threads add does not matter.
 #include "session/landings.h"
 
 #include <atomic>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Wavefronts: all segments of one bounce are traced, stored and deposited before the next bounce.
+// Traces wavefronts: all segments of one bounce are traced, stored and deposited before the next
+// bounce.
 #include "session/path_update.h"
 
 #include "base/stopwatch.h"
@@ -57,7 +58,7 @@ void PathUpdate::start(std::span<const uint32_t> paths, const Progress& progress
 void PathUpdate::replace(std::span<const PendingPath> pending,
                          const std::function<void()>& between) {
   std::vector<BounceSegments>& bounces = state_.store.bounces();
-  // cut[b]: traced again in place; gone[b]: successors that vanish.
+  // cut[b]: segments traced again in their slots; gone[b]: segments after them, deleted.
   std::vector<std::vector<uint32_t>> cut(bounces.size() + 1), gone(bounces.size() + 1);
   std::vector<Wavefront> fresh(bounces.size() + 1);
   std::vector<PendingPath> unknown;
@@ -66,7 +67,7 @@ void PathUpdate::replace(std::span<const PendingPath> pending,
     for (const PendingPath& p : pending) {
       state_.cut[p.path] = kNotCut;
       cut[p.bounce].push_back(p.slot);
-      // Those with a known hit come first.
+      // trace() expects the segments with known hits first.
       if (p.hit_known) {
         fresh[p.bounce].slots.push_back(p.slot);
         fresh[p.bounce].hits.push_back(p.hit);
@@ -113,7 +114,7 @@ void PathUpdate::replace(std::span<const PendingPath> pending,
     write_birth(segment, light, segment.path - light.first_path);
     if (segment.length < 0) bounces[0].set_cell_box(slot, segments::ScanGrid::kUnused);
   }
-  // Lights that are off have no paths; theirs come after the known ones.
+  // Lights that are off have no paths; erase_if keeps the order of the rest.
   std::erase_if(fresh[0].slots, [&](uint32_t slot) { return bounces[0].at(slot).length < 0; });
   advance(std::move(fresh), nullptr);
 }
@@ -177,7 +178,7 @@ void PathUpdate::trace(uint32_t bounce, const Wavefront& wavefront,
   for (const auto& own : born) total += own.size();
   if (!total) return;
   BounceSegments& next = state_.store.bounce(bounce + 1);
-  stored = &state_.store.bounce(bounce);  // the line above may have moved the bounces
+  stored = &state_.store.bounce(bounce);  // the line above may have moved the bounces in memory
   next.allocate(total, state_.store.extras(), children);
   size_t k = 0;
   for (const auto& own : born)

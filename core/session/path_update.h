@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cuts paths at their first changed segment and traces them again from there, keeping the sums
-// equal to the stored segments at every step.
+// Cuts paths at their first changed segment and traces them again from there; keeps the sums equal
+// to the stored segments at every step.
 #pragma once
 #include <functional>
 #include <span>
@@ -13,15 +13,18 @@
 
 namespace deltalux::session {
 
-/// A path to trace again from `bounce` = state.cut[path]; its segment there is in `slot`.
+/// A path to be traced again from `bounce`, which equals state.cut[path]; `slot` holds its segment
+/// of that bounce.
 struct PendingPath {
   uint32_t path = 0;
   uint32_t slot = 0;
   uint8_t bounce = 0;
-  bool hit_known = false;  ///< `hit` is what its segment meets now; holds until the next edit
+  /// Whether `hit` is the segment's new first hit, found by the search; valid until the next edit.
+  bool hit_known = false;
   trace::Hit hit;
 };
 
+/// Statistics of all calls: numbers of paths and segments, milliseconds by stage.
 struct PathCounts {
   uint64_t paths = 0, removed = 0, retraced = 0;
   double remove_ms = 0, trace_ms = 0, deposit_ms = 0, moving_ms = 0;
@@ -31,31 +34,36 @@ class PathUpdate {
  public:
   explicit PathUpdate(State& state);
 
-  /// Traces new paths; their slots at bounce 0, of the same numbers, are allocated. Throws
-  /// Cancelled in the middle: the state is of no use then.
+  /// Traces new paths, whose slots of bounce 0 must be allocated; a slot's number is the path's.
+  /// Throws Cancelled in the middle; the state is then useless.
   void start(std::span<const uint32_t> paths, const Progress& progress);
-  /// Replaces the given pending paths. `between` runs after the old segments went and before the
-  /// new ones come.
+  /// Replaces the given pending paths. Calls `between` after all old segments are removed and
+  /// before new ones are added.
   void replace(std::span<const PendingPath> pending, const std::function<void()>& between);
 
   const PathCounts& counts() const { return counts_; }
 
  private:
-  /// What to trace at one bounce, and what is known of it (the first `hits`.size() slots).
+  /// The segments to trace at one bounce; the first hits.size() of them have known hits.
   struct Wavefront {
     std::vector<uint32_t> slots;
     std::vector<trace::Hit> hits;
   };
-  /// Looks at `progress`, if any, between the bounces.
+  /// Traces bounce by bounce, from `fresh`, the segments that begin anew at each bounce. Checks
+  /// `progress`, if not null, between bounces.
   void advance(std::vector<Wavefront> fresh, const Progress* progress);
+  /// Traces the segments of one bounce; returns the slots of the segments that follow in
+  /// `children`.
   void trace(uint32_t bounce, const Wavefront& wavefront, std::vector<uint32_t>& children);
+  /// Writes the first segment of path `index` of the light, or marks it as unused if the light is
+  /// off.
   void write_birth(segments::Segment& segment, const trace::Light& light, uint64_t index) const;
 
   State& state_;
   trace::Walk walk_;
   Deposit deposit_;
   Landings landings_;
-  std::vector<std::array<uint32_t, 3>> quanta_;  // per light
+  std::vector<std::array<uint32_t, 3>> quanta_;  // of power that each path of a light starts with
   PathCounts counts_;
 };
 

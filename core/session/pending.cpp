@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A counting sort into groups: within a group the order of the search stays, which is that of
-// memory.
+// Counting sort into groups. Within a group, paths keep the order in which the search found them,
+// which is that of memory.
 #include "session/pending.h"
 
 #include <array>
@@ -23,7 +23,8 @@ EditMarks::EditMarks(State& state, std::vector<PendingPath>& waiting)
 void EditMarks::mark(const PendingPath& path) {
   uint8_t& cut = state_.cut[path.path];
   if (cut <= path.bounce) return;
-  // A path is touched at ascending bounces, so what waits already is an older edit's.
+  // An edit visits a path's bounces in ascending order, so an existing mark is that of an older
+  // edit.
   if (cut == kNotCut)
     waiting_.push_back(path);
   else

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Paths that wait to be traced again, each once, in the order in which their turn will come.
+// The list of paths that wait to be traced again: each path once, in the order of replacement.
 #pragma once
 #include <vector>
 
@@ -8,27 +8,27 @@
 
 namespace deltalux::session {
 
-/// Adds the paths that one edit touches to the list of those that wait, and marks them in
-/// State::cut.
+/// Adds the paths that one edit affects to the list of waiting paths, and marks them in State::cut.
 ///
-/// The oldest edit's paths come first. Those of one edit are ordered by their place in their
-/// light's low-discrepancy sequence: consecutive points cover all emission evenly, so what is left
-/// after any share of them is spread over the whole scene (Dmitriev et al. 2002, "Interactive
-/// global illumination using selective photon tracing").
+/// Paths of the oldest edit come first. Those of one edit are ordered by their index in their
+/// light's low-discrepancy sequence: consecutive points cover all directions of emission evenly, so
+/// that after any share of replacements the remaining old paths are spread over the whole scene
+/// (Dmitriev et al. 2002, "Interactive global illumination using selective photon tracing").
 class EditMarks {
  public:
-  /// What was known of the hits of waiting paths holds no longer.
+  /// Invalidates the known hits of the paths that already wait, since the scene has changed.
   EditMarks(State& state, std::vector<PendingPath>& waiting);
-  /// Lets a path wait from path.bounce on, if it does not do so already. A path that waited for an
-  /// older edit keeps its turn.
+  /// Marks a path to be traced again from path.bounce on, unless it is already marked at that
+  /// bounce or an earlier one. A path that waits for an older edit keeps its position in the list.
   void mark(const PendingPath& path);
-  /// Puts the paths of this edit into their order.
+  /// Sorts the paths of this edit, as described above.
   void order();
 
  private:
   State& state_;
   std::vector<PendingPath>& waiting_;
-  std::vector<uint32_t> place_;  // by path, of the older ones in the list; empty if there are none
+  // By path: index in the list of the paths of older edits. Empty if there are none.
+  std::vector<uint32_t> place_;
   size_t older_;
 };
 

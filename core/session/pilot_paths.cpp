@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The walk of a few paths, the very ones that the bake will trace.
+// Walks a few of the paths that the bake will trace.
 #include "session/pilot_paths.h"
 
 #include <algorithm>

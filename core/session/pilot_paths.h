@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A few of a session's paths, walked before the bake but not stored: what forecasts rest on.
+// A few of a session's paths, walked before the bake but not stored: the basis of forecasts.
 #pragma once
 #include <vector>
 
@@ -7,24 +7,25 @@
 
 namespace deltalux::session {
 
+/// One segment of a pilot path.
 struct PilotFlight {
   Vec3f origin, direction;
   float length = 0, extended = 0;
   uint32_t light = 0, primitive = scene::kNone;
-  uint32_t bounce = 0;  ///< 0 begins a path
+  uint32_t bounce = 0;  ///< 0: the first segment of a path
 };
 
 struct PilotPaths {
   std::vector<PilotFlight> flights;  ///< path by path
-  uint64_t walked = 0;               ///< paths
-  uint64_t all = 0;                  ///< paths of the session
-  uint32_t deepest = 0;              ///< bounce
+  uint64_t walked = 0;               ///< number of pilot paths
+  uint64_t all = 0;                  ///< number of paths of the session
+  uint32_t deepest = 0;              ///< highest bounce
 
-  /// How many of a session's segments one flight stands for.
+  /// How many of the session's segments one pilot segment represents.
   double weight() const { return walked ? double(all) / double(walked) : 0.0; }
 };
 
-/// Every k-th path of each light, about 8192 in all. Throws Cancelled.
+/// Walks every k-th path of each light, about 8192 in all. Throws Cancelled.
 PilotPaths walk_pilot_paths(const State& state, Progress& progress);
 
 }  // namespace deltalux::session

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Separating axes of segments and boxes: first the boxes' own three, for many at once, then for
-// the few that are left those across the segment.
+// Separating-axis test of segments against boxes: first the three axes of the boxes, for many
+// segments at once; then, for the few that are left, the three cross products with the segment's
+// direction.
 #include "session/scan.h"
 
 #include <algorithm>
@@ -14,7 +15,7 @@ namespace deltalux::session {
 using segments::ScanGrid;
 
 ScanBox scan_box(const segments::ScanGrid& grid, const Box& box) {
-  // Ends of cell boxes are off by half a cell; the rest covers float rounding.
+  // Ends of cell boxes are rounded by up to half a cell; the rest covers rounding of floats.
   constexpr float kWiden = 0.55f;
   const Vec3f widen{kWiden, kWiden, kWiden};
   const Vec3f low = grid.to_cells(box.low) - widen, high = grid.to_cells(box.high) + widen;
@@ -36,7 +37,8 @@ bool boxes_meet(uint32_t low, uint32_t high, const ScanBox& box) {
   return ((box.high - (low & ~kGuards)) & (high - box.low) & kGuards) == kGuards;
 }
 
-/// The three axes across the segment's direction, in half cells.
+/// Tests the three cross products of the segment's direction with the axes. Coordinates are in half
+/// cells.
 bool meets_across(uint32_t low, uint32_t high, const ScanBox& box) {
   const auto field = [](uint32_t word, int at, uint32_t mask) { return float(word >> at & mask); };
   const float lx = field(low, 0, 1023), lz = field(low, 11, 1023), ly = field(low, 22, 511);
@@ -51,8 +53,9 @@ bool meets_across(uint32_t low, uint32_t high, const ScanBox& box) {
          std::fabs(ax * cy - hy * cx) <= e[0] * ay + e[1] * ax;
 }
 
-/// Numbers, from 0, of the segments whose own boxes meet one of `boxes`; may write 15 more places.
-/// No branch depends on what is found, which no prediction could guess.
+/// Lists the indices, from 0, of the segments whose bounding boxes meet one of `boxes`. May write
+/// up to 15 entries more than it returns. Free of branches that depend on the data, which no
+/// predictor could guess.
 size_t list_near(const uint32_t* low, const uint32_t* high, size_t count,
                  std::span<const ScanBox> boxes, uint32_t* out) {
   size_t found = 0;
@@ -93,7 +96,8 @@ size_t list_near_avx2(const uint32_t* low, const uint32_t* high, size_t count,
 }
 #endif
 
-/// Appends in place what scan() does, and returns how many; may write 15 more places.
+/// Does what scan() does, in place, without AVX-512; returns the number of candidates. May write up
+/// to 15 entries beyond.
 size_t scan_eight(const uint32_t* low, const uint32_t* high, size_t count,
                   std::span<const ScanBox> boxes, uint32_t base, uint32_t* out) {
 #if DELTALUX_LANES_AVX2
@@ -118,7 +122,7 @@ size_t scan_eight(const uint32_t* low, const uint32_t* high, size_t count,
 void scan(const uint32_t* low, const uint32_t* high, size_t count, std::span<const ScanBox> boxes,
           uint32_t base, std::vector<uint32_t>& out) {
   const size_t before = out.size();
-  // The list is made in place and shortened from its front.
+  // The list is built in place, then compacted towards its front.
   out.resize(before + count + 15);
   uint32_t* const place = out.data() + before;
 #if defined(__x86_64__)

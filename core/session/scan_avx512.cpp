@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scan in AVX-512, sixteen segments at a time: the portable scan's candidates, by the same
-// operations in the same order.
+// The scan with AVX-512, sixteen segments at a time. It yields the same candidates as the portable
+// scan, by the same operations in the same order.
 #include "session/scan.h"
 
 #if defined(__AVX512F__)
@@ -20,8 +20,9 @@ __mmask16 boxes_meet(__m512i low, __m512i high, const ScanBox& box) {
                                  guards);
 }
 
-/// Numbers, from 0, of the segments whose own boxes meet one of `boxes`. No branch depends on what
-/// is found: about half of all groups of sixteen hold one, which no prediction could guess.
+/// Lists the indices, from 0, of the segments whose bounding boxes meet one of `boxes`. Free of
+/// branches that depend on the data: about half of all groups of sixteen contain a hit, which no
+/// predictor could guess.
 size_t list_near(const uint32_t* low, const uint32_t* high, size_t count,
                  std::span<const ScanBox> boxes, uint32_t* out) {
   const __m512i clear = _mm512_set1_epi32(int(~kGuards));
@@ -42,7 +43,8 @@ __m512 field(__m512i word, unsigned at, int mask) {
   return _mm512_cvtepi32_ps(_mm512_and_si512(_mm512_srli_epi32(word, at), _mm512_set1_epi32(mask)));
 }
 
-/// Of `in`, those that the three axes across the segment do not tell apart from the box.
+/// Of the segments in the mask `in`, those that the three cross products of the segment's direction
+/// with the axes do not separate from the box.
 __mmask16 meet_across(__mmask16 in, __m512i low, __m512i high, const ScanBox& box) {
   using segments::ScanGrid;
   const __m512 lx = field(low, 0, 1023), lz = field(low, 11, 1023), ly = field(low, 22, 511);
@@ -74,7 +76,7 @@ __mmask16 meet_across(__mmask16 in, __m512i low, __m512i high, const ScanBox& bo
 
 size_t scan_avx512(const uint32_t* low, const uint32_t* high, size_t count,
                    std::span<const ScanBox> boxes, uint32_t base, uint32_t* out) {
-  // The list is made in place and shortened from its front.
+  // The list is built in place, then compacted towards its front.
   const size_t near = list_near(low, high, count, boxes, out);
   size_t kept = 0;
   for (size_t i = 0; i < near; i += 16) {

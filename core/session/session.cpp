@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bake and recompute: from a scene to sums.
+// Bake and recompute: computes all sums of a scene from scratch.
 #include "session/session.h"
 
 #include <algorithm>
@@ -16,9 +16,10 @@
 namespace deltalux::session {
 namespace {
 
-constexpr uint64_t kSlotsPerStep = 65536;  // taken between two looks at the cancel flag
-// Where things touch, less of a disc than this may be left: a single crossing of it would outshine
-// the scene. Such samples, some per cent of the vertices of a furnished room, become darker.
+constexpr uint64_t kSlotsPerStep = 65536;  // slots allocated between two checks for cancellation
+// Where objects touch, even less of a disc may be uncovered, and a single crossing would outshine
+// the scene. With this least share, such samples (some per cent of the vertices of a furnished
+// room) become darker.
 constexpr float kMinShare = 0.01f;
 
 void check_samples(const scene::Scene& scene, samples::SampleSet& samples) {
@@ -46,9 +47,10 @@ void check_samples(const scene::Scene& scene, samples::SampleSet& samples) {
   }
 }
 
-/// Samples may lie beyond all geometry, where light that leaves the scene passes.
+/// Extends the scene's world box to hold all samples: they may lie outside of all geometry, where
+/// light that leaves the scene passes.
 void reach_samples(State& s) {
-  // Automatic radii are hardly larger.
+  // Automatic radii are hardly larger than this.
   const float radius = 0.02f * s.scene.world().diagonal();
   s.sample_bounds.assign(s.scene.objects.size(), {});
   const auto disc = [&](size_t i) {
@@ -69,7 +71,8 @@ void reach_samples(State& s) {
   }
 }
 
-/// Along a curve; what lies at one point by its normal, so that the given order does not matter.
+/// Orders samples along a Hilbert curve, and samples at the same point by their normals, so that
+/// the order in which they were given does not matter.
 std::vector<uint32_t> places_in_order(const samples::SampleSet& samples) {
   std::vector<uint64_t> ties(samples.size());
   for (size_t i = 0; i < ties.size(); ++i)
@@ -136,7 +139,8 @@ PathCounts Session::trace_lights(Progress& progress) {
   for (uint64_t step = 0; step < steps; ++step) {
     slots.clear();
     for (const trace::Light& light : s.lights) {
-      // Batches are equal, contiguous ranges: each gives its own share to every step.
+      // Batches are equal, contiguous ranges of path indices; each contributes the same share to
+      // every step.
       for (uint32_t batch = 0; batch < kBatches; ++batch) {
         const uint64_t from = (batch * light.path_count + kBatches - 1) / kBatches;
         const uint64_t count = ((batch + 1) * light.path_count + kBatches - 1) / kBatches - from;
@@ -151,7 +155,7 @@ PathCounts Session::trace_lights(Progress& progress) {
 }
 
 Frame Session::bake(Progress& progress) {
-  // Work on a copy of what the user gave, so that a cancelled bake leaves no trace.
+  // Works on a copy of what the user gave, so that a cancelled bake leaves the session unchanged.
   auto fresh = std::make_unique<State>(state_->options);
   fresh->scene = state_->scene;
   fresh->samples = state_->samples;
@@ -201,7 +205,7 @@ Frame Session::recompute(Progress& progress) {
   State& s = *state_;
   std::vector<trace::Light> lights = s.lights;
   for (trace::Light& light : lights) trace::place_light(s.scene, light);
-  // What a cancelled recompute has to bring back.
+  // The parts that a cancelled recompute must restore.
   std::swap(s.lights, lights);
   auto old_caster = std::move(s.caster);
   auto old_store = std::move(s.store);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A session: bake once, then edits. The only object that changes a scene, its segments and sums.
+// A session: one bake, then edits. The only class that changes a scene together with its segments
+// and sums.
 #pragma once
 #include <array>
 #include <future>
@@ -23,20 +24,24 @@
 
 namespace deltalux::session {
 
-/// What a bake, a recompute or an update did.
+/// Statistics of a bake, a recompute or an update.
 struct Frame {
   uint64_t affected_paths = 0, removed_segments = 0, retraced_segments = 0;
   uint64_t scanned_segments = 0, candidates = 0;
   uint64_t gathered_rays = 0;
-  double done = 1;  ///< share of the pending paths that were replaced
+  /// The smallest of three shares: of pending paths replaced, of direct light and of gather rays
+  /// that are up to date.
+  double done = 1;
   std::vector<std::pair<std::string, double>> milliseconds;  ///< by stage, wall clock
 
+  /// Records the time since the last stage under `name`.
   void end_stage(const char* name, Stopwatch& watch) {
     milliseconds.emplace_back(name, watch.lap());
   }
 };
 
-/// Power per channel in the unit of the scene: emitted = absorbed + escaped, in quanta.
+/// Energy balance per channel, in quanta: emitted = absorbed + escaped. `quantum` is in the scene's
+/// unit of power.
 struct EnergyAudit {
   std::array<int64_t, 3> emitted{}, absorbed{}, escaped{};
   double quantum = 0;
@@ -46,203 +51,234 @@ class EditLog;
 struct Parts;
 struct PilotPaths;
 
+/// Expected memory, from a few pilot paths and pilot rays.
 struct Forecast {
   uint64_t segments = 0;
   size_t bytes = 0;
   double bytes_per_path = 0;
   uint64_t paths_that_fit = 0;
-  gather::Looks::PerRay per_ray;  ///< of a session that gathers
+  gather::Looks::PerRay per_ray;  ///< of sessions with a final gather
 };
 
 class Session {
  public:
-  /// Takes ownership; nothing heavy happens before bake(). Throws SceneError, OptionError.
+  /// Takes ownership. All expensive work happens in bake(). Throws SceneError, OptionError.
   Session(scene::Scene scene, samples::SampleSet samples, const Options& options);
   ~Session();
 
-  /// Everything: acceleration structures, discs, paths, direct light. Throws Cancelled and leaves
-  /// the session as before; throws OptionError before tracing where memory would not suffice.
+  /// Computes everything: acceleration structures, discs, paths, direct light, gather rays. Throws
+  /// Cancelled and leaves the session as it was. Throws OptionError before tracing if the memory
+  /// limit would be exceeded.
   Frame bake(Progress& progress);
-  /// Everything that depends on poses, lights and reflectances, from scratch.
+  /// Recomputes everything that depends on poses, lights and reflectances.
   Frame recompute(Progress& progress);
-  /// Applies `edits` together. Throws Cancelled: then either nothing changed, or the rest is
-  /// pending and the next update() finishes it. With `budget_ms` > 0 stops after about that time.
+  /// Applies `edits` together. Throws Cancelled; then either nothing changed, or the remaining work
+  /// is pending and the next update() finishes it. With `budget_ms` > 0, stops after about that
+  /// time.
   Frame update(std::span<const scene::Edit> edits, double budget_ms, Progress& progress);
-  /// Throws OptionError or SceneError where `edit` cannot be applied after the edits `before` it,
-  /// none of which has been applied yet.
+  /// Throws OptionError or SceneError if `edit` cannot be applied after the edits `before` it, none
+  /// of which has been applied yet.
   void check(const scene::Edit& edit, std::span<const scene::Edit> before) const;
 
-  /// What every method would cost in each part, the static one first. For a session that is not
-  /// baked. Throws Cancelled.
+  /// Predicts the cost of every method for each part, the static part first. Only for a session
+  /// that is not baked. Throws Cancelled.
   const std::vector<plan::PartPlan>& plan(Progress& progress);
-  /// How methods are chosen where the options leave it to the planner. `frames`: as many as are
-  /// expected, nullopt = kExpectedFrames. `rebuilds`: plan as if estimators were made anew in every
-  /// frame, which a session never does.
+  /// Sets how the planner chooses methods where the options leave the choice to it. `frames`: the
+  /// expected number of updates; nullopt means kExpectedFrames. `rebuilds`: plan as if estimators
+  /// were built anew in every frame, which a session never does.
   void set_planning(const plan::Machine& machine, plan::Policy policy, std::optional<double> frames,
                     bool rebuilds);
 
   bool baked() const { return baked_; }
-  /// Of the last update(): false when it threw before its edits took effect.
+  /// Whether the edits of the last update() are in effect: false if it threw before that.
   bool edits_applied() const { return edits_applied_; }
+  /// The share of the work that remains after the last update(): the largest of the shares of
+  /// paths, direct light and gather rays.
   double pending_share() const;
-  /// Irradiance and standard error, both samples x 3. As of all that read: not from two threads at
-  /// a time, since what was found is kept.
+  /// Writes irradiance and standard error, each samples x 3. This and the other functions that read
+  /// irradiance update caches, so no two threads may call them at the same time.
   void read(double* irradiance, double* standard_error) const;
-  /// The same without errors, sooner.
+  /// Writes irradiance only, which is faster.
   void read_irradiance(double* irradiance) const;
-  /// The part of that which comes straight from lamps.
+  /// Writes the part of the irradiance that comes straight from lights.
   void read_direct(double* irradiance) const;
-  /// For displays, samples x 4: irradiance, and the standard error of its weighted sum, the
-  /// channels' errors taken as correlated, or 0 without `errors`, which takes half of the time.
+  /// For displays, samples x 4: irradiance, and the standard error of its weighted sum, for which
+  /// the errors of the channels are taken as fully correlated. Without `errors`, which take half of
+  /// the time, the fourth value is not written.
   void read_packed(const std::array<double, 3>& weights, bool errors, float* values) const;
-  /// read_packed() without errors for what moves while one looks on: after an update that moved
-  /// something, gathered light is read of samples whose rays were cast again and of an eighth of
-  /// the others, in turn; the rest keep theirs.
+  /// Like read_packed() without errors, for light that changes while the user watches. After an
+  /// update that moved something, reads gathered light only for samples whose rays were cast again,
+  /// and for an eighth of the others in turn; the rest keep the values read last.
   void glance(float* values);
+  /// Options of gather_at().
   struct Asked {
-    uint32_t rays = 0;      ///< to gather along; 0: as the session does
-    bool by_need = false;   ///< see direct::light_by_need
-    size_t keep_bytes = 0;  ///< what places saw is kept for the next time, at most so much of it
+    uint32_t rays = 0;     ///< gather rays per point; 0: as many as the session uses
+    bool by_need = false;  ///< see direct::light_by_need
+    /// Keep what gather rays met, and direct light, for the next call, up to this many bytes.
+    size_t keep_bytes = 0;
   };
-  /// Direct and indirect irradiance at any points, each x 3: of sessions that gather. What is null
-  /// is not asked for. `noise`: of indirect light, standard error of the channels' sum by the
-  /// choice of rays alone, somewhat overrated; one each. Throws Cancelled.
+  /// Direct and indirect irradiance at arbitrary points, each x 3, for sessions with a final
+  /// gather. A null output is not computed. `noise`: one number per point, the standard error of
+  /// the indirect light's sum of channels, due to the random choice of rays alone; somewhat
+  /// overestimated. Throws Cancelled.
   void gather_at(std::span<const Vec3f> points, std::span<const Vec3f> normals, const Asked& asked,
                  double* direct, double* indirect, double* noise, Progress& progress);
-  /// Surface gradient, samples x 3 channels x 3 axes (world), from all stored segments.
+  /// Surface gradients of irradiance, samples x 3 channels x 3 axes (world), from all stored
+  /// segments.
   void read_gradient(double* gradient, Progress& progress);
-  /// Sums of all batches and groups in quanta, samples x 3, without direct light by shadow rays.
+  /// Sums of all batches and groups in quanta, samples x 3; without direct light by shadow rays.
   void read_sums(int64_t* sums) const;
-  /// 1 where nothing lies between points from[i] and to[i] at present.
+  /// 1 for each i for which nothing lies between from[i] and to[i] at present.
   std::vector<uint8_t> visible(std::span<const Vec3f> from, std::span<const Vec3f> to) const;
-  /// Of each sample, what its disc counts (square metres) and its radius.
+  /// For each sample: the area that its disc counts (square metres), and its radius.
+  /// Values in the order in which the user gave the samples.
   std::vector<float> areas() const { return as_given(state_->area); }
   std::vector<float> radii() const { return as_given(state_->samples.radius); }
-  /// Samples that take light, but that no path has reached: their standard error is what a single
-  /// one would bring.
+  /// Number of present samples that no path and no gather ray with light has reached. Without a
+  /// final gather, their standard error is estimated from the power of a single path, see
+  /// UnreachedError.
   size_t unreached() const;
+  /// Fingerprint of the state, equal for equal states, whatever the order of work was.
   std::array<uint64_t, 4> digest() const;
   EnergyAudit audit() const;
+  /// What the bake predicted.
   Forecast forecast() const { return forecast_; }
   size_t bytes() const;
 
   const State& state() const { return *state_; }
   const direct::DirectLight* direct() const { return direct_.get(); }
-  /// Null where nothing is kept.
+  /// Null if nothing is kept.
   const KeptPlaces* kept() const { return kept_.get(); }
 
-  /// Snapshot: named arrays, see snapshot.cpp. Valid until the session changes.
+  /// Snapshot as named arrays, see snapshot.cpp. Valid until the session changes.
   ArchiveView save() const;
-  /// Wants a session freshly made from the same scene, samples and options; where it throws, that
-  /// session is of no use. Throws FormatError, OptionError, SceneError, Cancelled.
+  /// Restores a snapshot. The session must be freshly made from the same scene, samples and
+  /// options. Throws FormatError, OptionError, SceneError, Cancelled; the session is useless then.
   void restore(ArchiveSource& archive, Progress& progress);
 
  private:
-  /// What read_samples() gathers where all is asked for.
+  /// A callback for read_samples() that reads the gathered light of every sample.
   auto all_gathered() const;
-  /// Gathered light of a block of samples.
+  /// Reads the gathered light of samples [begin, end), with pooled errors if `errors`.
   template <class Gathered>
   std::vector<gather::Estimate> gathered_block(const gather::Evaluation& now,
                                                const Gathered& gathered, size_t begin, size_t end,
                                                bool errors) const;
   bool is_present(size_t sample) const;
-  /// Calls write(sample as given, its irradiance, its standard error) for all, in parallel;
-  /// gathered(evaluation, sample, irradiance, standard error) for those of sessions that gather.
+  /// For each sample, in parallel, calls write(its index as given by the user, irradiance, standard
+  /// error). In sessions with a final gather, calls gathered(evaluation, sample, irradiance,
+  /// standard error) for each present sample.
   template <class Gathered, class Write>
   void read_samples(bool errors, const Gathered& gathered, const Write& write) const;
+  /// Brings values from the order of State::samples into the order in which the user gave the
+  /// samples.
   std::vector<float> as_given(const std::vector<float>& own) const;
   void forecast_memory(const PilotPaths& paths);
-  /// Adds direct light to the forecast. Throws OptionError where it exceeds the limit.
+  /// Adds direct light and gather rays to the forecast. Throws OptionError if it exceeds the memory
+  /// limit.
   void refuse_beyond_limit();
-  /// What a few rays of a few samples tell about all.
+  /// Casts a few rays from a few samples, to predict the memory of all rays.
   gather::Looks::PerRay pilot_rays() const;
-  /// Whether the session may hold so many rays; then they are in its forecast.
+  /// Whether so many gather rays fit into the memory limit; if so, adds them to the forecast.
   bool fits(const gather::RayCounts& rays);
+  /// The part of check() for objects that come with a new mesh.
   void check_insert(const scene::Object& object, std::span<const scene::Edit> before) const;
+  /// Chooses the lights whose direct light comes from shadow rays (State::light_sampled).
   void choose_direct();
   void trace_all(Progress& progress, Frame& frame);
-  /// Traces all paths, in steps that touch every batch alike.
+  /// Traces all paths, in steps that each take the same share of every batch.
   PathCounts trace_lights(Progress& progress);
   void compute_direct(Progress& progress);
   void update_direct(std::span<const ObjectChange> changes, size_t old_lights, double budget_ms,
                      Progress& progress);
-  /// Cells without light; nothing in sessions that do not gather, as the next four.
+  /// Divides the surface into cells, which hold no light yet. In sessions without a final gather
+  /// this and the next functions do nothing.
   void make_cells();
-  /// Makes room for objects that came.
+  /// Adds cells for objects that edits added.
   void grow_cell_sums();
-  /// Forgets those that an edit that failed brought.
+  /// Removes the cells of objects that a failed edit had added.
   void shrink_cell_sums() noexcept;
-  /// With new guides, as a bake wants them, or those that it chose.
+  /// Casts the gather rays of all samples. `new_guides`: choose guides and ray counts, as a bake
+  /// does; otherwise keep those of the bake.
   void look_around(Progress& progress, bool new_guides = false);
-  /// Beams in their places and guides; what cells send then.
+  /// The cells that send light at present, see LitCells.
   gather::LitCells lit_cells(const gather::Evaluation& now) const;
+  /// Chooses beams, suns and guides; returns the light of all cells, without the direct light of
+  /// beams and suns.
   gather::Evaluation choose_guides(Progress& progress);
-  /// Receivers that look around, the guides that they see, none without guides, and their light
-  /// from lamps.
+  /// Receivers that cast gather rays, the guides that each sees (empty if there are no guides), and
+  /// their direct light.
   struct Places {
     std::span<const direct::Receiver> receivers;
     std::span<const gather::SeenGuides> seen;
     std::span<const Vec3d> direct;
   };
-  /// How many rays each sample casts. `seen`: by all of them.
+  /// Chooses how many rays each sample casts. `seen`: the guides seen by every sample.
   void choose_rays(const gather::Evaluation& now, std::span<const gather::SeenGuides> seen,
                    Progress& progress);
   static constexpr uint64_t kPilotSeed = 0x70696c6f74212121ull;
-  /// How many receivers of so many rays each are looked at together.
+  /// How many receivers, of so many rays each, are processed together.
   static size_t seen_together(uint32_t rays);
-  /// Of so many receivers' pilots, where `rays` is the standard number.
+  /// Ray counts for pilot rays, where `rays` is the standard number.
   static gather::RayCounts pilot_rays_of(size_t receivers, uint32_t rays);
-  /// What a few rays tell about each place, or about one whose pilots have cast theirs.
+  /// What pilot rays tell about the noise at each place; pilot_of(): at one place whose pilot rays
+  /// were cast already.
   std::vector<gather::PilotLook> pilots_of(const Places& places, uint32_t rays,
                                            const gather::Evaluation& now) const;
   gather::PilotLook pilot_of(const gather::Looks& pilots, size_t number,
                              const direct::Receiver& receiver, Vec3d direct,
                              const gather::Evaluation& now) const;
-  /// Whether numbers of rays follow from pilots.
+  /// Whether ray counts depend on pilot rays.
   bool needs_pilots() const;
-  /// How often the number of `rays` doubles at each.
+  /// How often each receiver doubles the standard number of `rays`; negative: halves.
   std::vector<int8_t> doublings_of(std::span<const direct::Receiver> receivers,
                                    std::span<const gather::PilotLook> pilots, uint32_t rays) const;
-  /// What receivers see. `direct`: their light from lamps.
+  /// Casts the gather rays of receivers. `direct`: their direct light.
   std::unique_ptr<KeptPlaces::Batch> look_from(std::vector<direct::Receiver> receivers,
                                                std::span<const Vec3d> direct, uint32_t rays,
                                                const gather::Evaluation& now) const;
-  /// Their light from lamps; `kept` may be null.
+  /// Direct light of receivers, from `kept` where it is there; `kept` may be null.
   std::vector<Vec3d> direct_of(std::span<const direct::Receiver> receivers, bool by_need,
                                KeptPlaces* kept, Progress& progress) const;
-  /// Per light, its group's factor.
+  /// The dim factor of each light's group.
   std::vector<double> dim_of_lights() const;
-  /// Brings what is kept to the present state. Where it throws nothing is kept.
+  /// Brings what is kept for images to the present state. If it throws, nothing is kept any more.
   void follow_kept(const gather::Evaluation& now, Progress& progress);
-  /// Those of `kept`, as it is followed, with as many rays as they need now.
+  /// Looks receivers up among what is kept; a place counts as found only if its ray count still
+  /// suits the present light. `kept` must be up to date.
   std::vector<KeptPlaces::Place> find_kept(const KeptPlaces& kept,
                                            std::span<const direct::Receiver> receivers,
                                            std::span<const Vec3d> direct, uint32_t rays,
                                            const gather::Evaluation& now) const;
+  /// Indirect irradiance and noise of receivers, from kept rays or new ones; `kept` and `noise` may
+  /// be null.
   void indirect_at(std::span<const direct::Receiver> receivers, std::span<const Vec3d> direct,
                    uint32_t rays, const gather::Evaluation& now, KeptPlaces* kept, double* indirect,
                    double* noise) const;
   std::vector<direct::Receiver> receivers_at(std::span<const Vec3f> points,
                                              std::span<const Vec3f> normals) const;
-  /// Of those lights (per light: 1), by shadow rays.
+  /// Direct light by shadow rays at receivers. `lights`: 1 for each light to include.
   std::unique_ptr<direct::DirectLight> direct_at(std::span<const direct::Receiver> receivers,
                                                  std::span<const uint8_t> lights) const;
-  /// Of `count` receivers from number `first` on.
+  /// Irradiance of receivers [first, first + count), in the scene's unit, with dimming.
   std::vector<Vec3d> irradiance_of(const direct::DirectLight& direct, size_t first,
                                    size_t count) const;
+  /// Places beams and suns in the present scene.
   void place_asked();
-  /// Those worth asking for where rays land. `hits`: see Votes.
+  /// The suns that are worth a shadow ray at every gather hit. `hits`: see Votes.
   std::vector<uint32_t> find_suns(std::span<const uint32_t> hits) const;
-  /// Each sample's rays, and their shares; `now`: of a bake, which chooses their numbers.
+  /// Shares each sample's rays among guides and hemisphere. `now`: given at a bake, which also
+  /// chooses ray counts.
   void aim(const std::optional<gather::Evaluation>& now, Progress& progress);
-  /// Of the present sums; nullopt in sessions that do not gather.
+  /// The light of all cells at present; nullopt in sessions without a final gather.
   std::optional<gather::Evaluation> evaluation(bool errors) const;
   gather::Present present(std::span<const direct::Receiver> receivers,
                           const gather::Guiding& guiding) const;
-  /// The guides that a receiver sees where `rays` is the standard number.
+  /// The guides that a receiver sees, where `rays` is the standard number.
   gather::SeenGuides guides_at(const direct::Receiver& receiver, uint32_t rays) const;
   std::vector<gather::SeenGuides> guides_at(std::span<const direct::Receiver> receivers,
                                             uint32_t rays, Progress& progress) const;
+  /// How the sample divides its rays among the guides that it sees.
   gather::RayShares share(size_t sample) const;
   void renew_share(size_t sample);
   std::vector<gather::RayShares> shares_of(std::span<const gather::SeenGuides> seen,
@@ -252,49 +288,55 @@ class Session {
   gather::Looks looks_of(std::span<const direct::Receiver> receivers,
                          const gather::Guiding& guiding, const gather::RayCounts& rays,
                          uint64_t seed, const gather::Evaluation& now) const;
-  /// Lets what samples see wait for Looks::follow().
+  /// Marks the gather rays that an edit may have changed, which Looks::follow() casts again.
   void note_looks(std::span<const ObjectChange> changes, bool lights);
   void note_beams(std::span<const uint32_t> objects, std::span<const Box> boxes,
                   gather::Change& change);
+  /// Recomputes what discs count: all of them, or those near `changes`.
   void refresh_areas(const std::vector<ObjectChange>* changes);
-  /// Renews receivers_: all of them, or those of changed objects (per object: 1).
+  /// Recomputes receivers_: all of them, or those on changed objects. `changed`: 1 for each changed
+  /// object.
   void place_receivers(const std::vector<uint8_t>* changed);
-  /// Renews the caster, radii and discs; the parts have no estimators before make_estimators().
-  /// `openness`: of each sample where it is known, as from a file; else it is found.
+  /// Rebuilds the ray caster, radii and discs; the parts have no estimators before
+  /// make_estimators(). `openness`: of each sample, where it is known, as from a session file;
+  /// otherwise it is computed.
   Parts place_parts(Progress& progress, std::span<const float> openness = {});
   void allot_paths(Progress& progress);
-  /// Renews State::plans.
+  /// Recomputes State::plans.
   void plan_parts(Parts& parts, const PilotPaths& paths, bool thorough, Progress& progress);
   void make_estimators(Parts& parts, Progress& progress);
   void restore_scene(ArchiveSource& archive);
-  /// Paths of lights and scales; returns the number of paths.
+  /// Restores the path counts of lights and the scales; returns the number of paths.
   uint64_t restore_lights(ArchiveSource& archive);
   void restore_areas(ArchiveSource& archive, std::span<const float> openness);
   void restore_segments(ArchiveSource& archive, uint64_t paths, Progress& progress);
   void restore_pending(ArchiveSource& archive);
   void restore_direct(ArchiveSource& archive);
   void restore_looks(ArchiveSource& archive, Progress& progress);
-  /// Applies `edits` and finds what they affect; where it throws, everything is as before.
+  /// Applies `edits` and finds what they affect. If it throws, everything is as before.
   Affected apply(std::span<const scene::Edit> edits, EditLog& log, double budget_ms,
                  Stopwatch& watch, Progress& progress, Frame& frame);
-  /// Brings paths, rays and areas up to date with edits that were applied. Returns what
-  /// run_pending() does.
+  /// Brings paths, gather rays and areas up to date with the edits applied. Returns the number of
+  /// refused paths, as run_pending() does.
   size_t follow(std::span<const scene::Edit> edits, const EditLog& log, const Affected& affected,
                 double budget_ms, Stopwatch& watch, Progress& progress, Frame& frame);
-  /// Cuts and traces again what `log` and the search after it found, and what waited before.
-  /// Returns what run_pending() does.
+  /// Marks the paths that `log` and `affected` name, and replaces them and those that waited
+  /// before. Returns the number of refused paths, as run_pending() does.
   size_t replace_paths(const EditLog& log, const Affected& affected, double budget_ms,
                        Progress& progress, Frame& frame);
-  /// Throws OptionError where paths between brighter surfaces would need more than the limit.
+  /// Throws OptionError if brighter surfaces would make paths so long that they exceed the memory
+  /// limit.
   void refuse_growth(Progress& progress);
-  /// Paths and sums of the present state from scratch, after an update that failed in the middle.
+  /// Recomputes all paths and sums of the present state, after an update that failed in the middle.
   void rebuild(Progress& progress);
-  /// Throws Error while neither the state before nor after an update is there.
+  /// Throws Error if an update failed in the middle and so did rebuild(), so that there is no valid
+  /// state.
   void check_whole() const;
   double bytes_per_segment() const;
   double choose_irradiance_quantum() const;
   std::unique_ptr<direct::DirectLight> make_direct(double irradiance_quantum) const;
-  /// Returns how many paths wait because memory would not suffice for them.
+  /// Replaces pending paths within the time budget. Returns how many of them remain because the
+  /// memory limit does not admit them.
   size_t run_pending(double budget_ms, Progress& progress, Frame& frame,
                      const std::function<void()>& between);
 
@@ -302,13 +344,13 @@ class Session {
   std::unique_ptr<direct::DirectLight> direct_;
   std::vector<direct::Receiver> receivers_;  // per sample, in the present pose
   std::vector<PendingPath> pending_;
-  std::unique_ptr<KeptPlaces> kept_;  // of pictures, of the state that they saw last
-  /// Frees what a cancelled call left behind, gigabytes perhaps, without making the caller wait.
+  std::unique_ptr<KeptPlaces> kept_;  // rays and light of the last images
+  /// Frees what a cancelled call leaves behind, possibly gigabytes, without making the caller wait.
   template <class T>
   void dispose(T&& waste) {
     try {
       disposal_ = std::async(std::launch::async, [gone = std::forward<T>(waste)] {});
-    } catch (...) {  // no thread to be had: at once, then
+    } catch (...) {  // no thread available: `waste` is freed on return
     }
   }
 
@@ -316,7 +358,7 @@ class Session {
   std::future<void> disposal_;
   bool baked_ = false;
   bool edits_applied_ = true;
-  bool damaged_ = false;  ///< an update failed in the middle, and so did rebuild()
+  bool damaged_ = false;  ///< whether an update failed in the middle, and so did rebuild()
 };
 
 }  // namespace deltalux::session

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light at any places, as the pixels of a picture, and what is kept of them between edits.
+// Light at arbitrary points, such as the pixels of an image, and what is kept of it between edits.
 #include <numeric>
 #include <utility>
 
@@ -11,10 +11,12 @@
 namespace deltalux::session {
 namespace {
 
-constexpr size_t kTogether = size_t(1) << 22;  // rays between two looks at the cancel flag
-constexpr size_t kReceivers = 4096;            // receivers that are looked at together, at most
+// gather rays cast between two checks for cancellation
+constexpr size_t kTogether = size_t(1) << 22;
+constexpr size_t kReceivers = 4096;  // receivers processed together, at most
 constexpr size_t kGrain = 64;
-constexpr size_t kBatch = size_t(1) << 16;  // points between two steps of progress
+// points between two reports of progress, for direct light alone
+constexpr size_t kBatch = size_t(1) << 16;
 
 }  // namespace
 
@@ -79,7 +81,7 @@ std::vector<int8_t> Session::doublings_of(std::span<const direct::Receiver> rece
   std::vector<int8_t> doublings(receivers.size());
   const gather::Present here = present(receivers, s.guiding);
   const gather::SlitFinder in_slit(here, s.options.seed);
-  // What is dark under some of the lamps alone may be noisy under others.
+  // A place that is dark while some lights are off or dimmed to 0 may be noisy once they are on.
   bool all_lit = true;
   for (const trace::Light& light : s.lights) all_lit &= light.on && s.group_factor[light.group] > 0;
   const int least = all_lit ? gather::RayCounts::kMinDoublings : 0;
@@ -176,7 +178,7 @@ std::vector<KeptPlaces::Place> Session::find_kept(const KeptPlaces& kept,
     found.push_back(receivers[i]);
     pilots.push_back(pilot_of(batch->pilots, places[i].number, receivers[i], direct[i], now));
   }
-  // What has to be looked at along more rays, or fewer, is looked at anew.
+  // A place that now needs another number of rays is not taken from what is kept.
   const std::vector<int8_t> doublings = doublings_of(found, pilots, rays);
   for (size_t k = 0; k < numbers.size(); ++k) {
     KeptPlaces::Place& place = places[numbers[k]];

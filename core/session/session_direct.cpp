@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the session meets direct light by shadow rays: which lights, which receivers, what changed.
+// The session's side of direct light by shadow rays: which lights use it, where the receivers are,
+// what edits change.
 #include <algorithm>
 #include <numbers>
 #include <numeric>
@@ -11,13 +12,14 @@
 namespace deltalux::session {
 namespace {
 
-constexpr double kWorthRays = 64;  // of each sample
+// A light's shadow rays are worth at least this many gather rays per sample.
+constexpr double kWorthRays = 64;
 
 }  // namespace
 
-/// A tiny share of what the brightest light could give at a metre. Poses do not matter. A spot
-/// counts as if it shone all around: the power of a narrow one says little of how bright its beam
-/// is.
+/// The quantum of direct irradiance: a tiny share of what the brightest light could give at a
+/// distance of one scene metre, so that it does not depend on poses. A spot counts as if it shone
+/// in all directions: the power of a narrow spot says little about the intensity of its beam.
 double Session::choose_irradiance_quantum() const {
   // 40 bits for that, and fewer where a light much smaller than the metre gives more nearby: as
   // much as there is on its surface, or what a point gives at 1/29,000 of the metre.
@@ -52,8 +54,9 @@ void Session::choose_direct() {
   s.light_sampled.assign(s.lights.size(), s.options.direct == DirectMode::sampled);
   if (s.options.direct != DirectMode::automatic) return;
   // A shadow ray costs a tenth to a thirtieth of a segment that is traced, stored and deposited.
-  // Shadow rays may cost as much as the paths; lights with most power per ray come first. Where
-  // samples gather, discs would be most of the error: some rays are worth a light's shadows.
+  // Shadow rays may cost as much as the paths; lights with most power per ray come first. With a
+  // final gather, direct light by discs would dominate the error, so a light's shadow rays are
+  // worth some gather rays.
   const double gathered =
       s.options.gather_rays ? std::max(kWorthRays, double(s.options.gather_rays)) : 0.0;
   double budget =
@@ -80,7 +83,8 @@ void Session::place_receivers(const std::vector<uint8_t>* changed) {
   const State& s = *state_;
   receivers_.resize(s.samples.size());
   const auto place = [&](const samples::DiscSet& discs, const Pose& pose, uint32_t object) {
-    // Not the discs' centres: their lift would bring a sample nearer to its lights.
+    // Shadow rays start at the samples' points, not at the discs' centres: these are lifted, nearer
+    // to the lights.
     for (size_t i = 0; i < discs.size(); ++i)
       receivers_[discs.id[i]] = {pose.point(s.samples.point[discs.id[i]]),
                                  pose.direction(discs.normal[i]), object, discs.slack[i],
@@ -115,7 +119,8 @@ void Session::update_direct(std::span<const ObjectChange> changes, size_t old_li
   }
   change.samples = moved_samples(s, changes);
   place_receivers(&changed);
-  // Also where it only learns of lights that paths bring: it counts all of them.
+  // Also needed if only the number of lights changed: DirectLight keeps an entry for every light,
+  // even for those whose direct light comes from paths.
   if (old_lights != s.lights.size() ||
       std::any_of(s.light_sampled.begin(), s.light_sampled.end(), [](uint8_t yes) { return yes; }))
     direct_->update({*s.caster, s.lights, s.light_sampled, receivers_}, change, s.workers, progress,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the session meets the final gather: cells, what samples see, and what an edit changes.
+// The session's side of the final gather: cells, guides, gather rays, and what edits change of
+// them.
 #include <numeric>
 #include <utility>
 
@@ -16,10 +17,12 @@ namespace deltalux::session {
 namespace {
 
 constexpr size_t kGrain = 64;
-constexpr size_t kPlaces = 512;  // that tell about all, about
-constexpr float kUnder = 1e-3f;  // metres: the surface of a point is within
+// places from which the memory of all rays is predicted, approximately
+constexpr size_t kPlaces = 512;
+// metres: how far above a surface a point may lie that belongs to it
+constexpr float kUnder = 1e-3f;
 
-/// What a few rays of these receivers tell about all of theirs.
+/// Casts a few rays from these receivers, to predict the memory of all rays.
 gather::Looks::PerRay few_rays(const gather::Present& present, uint64_t seed,
                                const Workers& workers) {
   constexpr uint32_t kRays = 32;
@@ -79,7 +82,8 @@ gather::Evaluation Session::choose_guides(Progress& progress) {
     return gather::Votes(present(receivers_, s.guiding), now, lit_cells(now), s.options.seed,
                          s.workers, progress);
   };
-  // What comes straight from lamps that are asked for was counted to find them.
+  // The light that arrives straight from beams and suns was counted in cells, to find them; remove
+  // it, since gather rays now ask for it by shadow rays.
   const auto choose = [&](const auto& chosen) {
     const Landings before(s);
     chosen();
@@ -98,7 +102,7 @@ gather::Evaluation Session::choose_guides(Progress& progress) {
     now = choose([&] { s.guiding.beams = std::move(beams); });
     found = votes(now);
   }
-  // The votes hold what suns light.
+  // The votes still include what suns light.
   std::vector<uint32_t> suns = find_suns(found.hits);
   if (!suns.empty()) now = choose([&] { s.guiding.suns = std::move(suns); });
   s.guiding.guides = gather::find_guides(present(receivers_, s.guiding), now, found, progress);
@@ -196,9 +200,9 @@ void Session::choose_rays(const gather::Evaluation& now, std::span<const gather:
     progress.advance(count);
     progress.check();
   }
-  // Those that cast more rays or fewer than told may begin more chains than others.
+  // Samples with more rays, or fewer, may start more chains per ray than others.
   const gather::RayCounts counts(s.guiding.doublings, rays);
-  std::vector<direct::Receiver> some;  // evenly among all rays
+  std::vector<direct::Receiver> some;  // spaced evenly among all rays
   for (size_t i = 0; i < receivers_.size(); ++i)
     if (counts.first(i + 1) * kPlaces >= some.size() * counts.all()) some.push_back(receivers_[i]);
   const double all = double(counts.all());
@@ -208,7 +212,7 @@ void Session::choose_rays(const gather::Evaluation& now, std::span<const gather:
       double(before) +
       all * few_rays(present(some, {}), s.options.seed ^ kPilotSeed, s.workers).bytes(weighted) -
       ray_bytes(s, forecast_, all, weighted));
-  // Where memory is short all samples cast the standard number, as was forecast.
+  // If memory is short, all samples cast the standard number of rays, as was forecast.
   if (fits(counts)) return;
   forecast_.bytes = before;
   s.guiding.need = {};
@@ -339,7 +343,7 @@ void Session::note_beams(std::span<const uint32_t> objects, std::span<const Box>
   if (!change.beams.placed) return;
   s.workers.for_blocks(s.samples.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      if (change.samples[i]) continue;  // follow() renews these
+      if (change.samples[i]) continue;  // Looks::follow() recomputes the shares of these
       const gather::RayShares own = share(i);
       change.samples[i] = !(own == s.guiding.shares[i]);
       s.guiding.shares[i] = own;

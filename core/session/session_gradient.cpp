@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Surface gradients of irradiance: from the first moments of the crossings,
-// corrected for clipped discs; direct light by shadow rays adds central differences.
+// Surface gradients of irradiance, from the first moments of the points where segments cross discs,
+// corrected for clipped discs; direct light by shadow rays contributes central differences.
 #include "session/session.h"
 
 namespace deltalux::session {
 namespace {
 
-constexpr float kDifferenceStep = 0.25f;  // of the radius, to either side
+constexpr float kDifferenceStep = 0.25f;  // of the radius, in each direction
 
-/// Solves E0 and the gradient (gu, gv) from energy and moments over an outline.
+/// Fits irradiance E0 + (gu, gv) . position to the energy and its first moments over the outline
+/// `m`; adds the slopes to gu and gv.
 void fit(const samples::OutlineMoments& m, double energy, double su, double sv, double& gu,
          double& gv) {
   if (!(m.area > 0)) return;
@@ -22,11 +23,11 @@ void fit(const samples::OutlineMoments& m, double energy, double su, double sv, 
   gv += (b * uu - a * uv) / determinant;
 }
 
-/// Two axes of a sample's plane.
+/// Two axes of a sample's tangent plane.
 struct TangentFrame {
   Vec3f u{}, v{};
 
-  /// Adds slopes along them to a gradient in world space.
+  /// Converts slopes along u and v to world space and adds them to `gradient`.
   void add(double along_u, double along_v, double* gradient) const {
     for (int axis = 0; axis < 3; ++axis) gradient[axis] += along_u * u[axis] + along_v * v[axis];
   }
@@ -38,7 +39,7 @@ TangentFrame frame_of(Vec3f normal) {
   return frame;
 }
 
-/// Calls visit(discs, number among them, pose, object) for those of all present samples.
+/// Calls visit(discs, index, pose, object) for the discs of all present samples.
 template <class Visit>
 void each_disc(const State& s, const Visit& visit) {
   const samples::DiscSet& still = s.static_index->discs();
@@ -51,7 +52,7 @@ void each_disc(const State& s, const Visit& visit) {
   }
 }
 
-/// Adds the slopes of what paths bring, of discs with these axes in world space.
+/// Adds the gradients of the light that paths bring. `frames`: axes of each disc, in world space.
 void add_slopes_of_paths(State& s, std::span<const TangentFrame> frames, double* gradient,
                          Progress& progress) {
   const size_t n = s.samples.size();
@@ -82,7 +83,7 @@ void Session::read_gradient(double* gradient, Progress& progress) {
   State& s = *state_;
   const size_t n = s.samples.size();
   std::fill(gradient, gradient + 9 * n, 0.0);
-  // Receivers a little to either side along u and v.
+  // Four receivers around each sample: a step along -u, +u, -v and +v.
   std::vector<direct::Receiver> around(4 * n);
   std::vector<TangentFrame> frames(n);
   each_disc(s, [&](const samples::DiscSet& discs, size_t i, const Pose& pose, uint32_t object) {

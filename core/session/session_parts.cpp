@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What precedes the tracing of a bake: discs, shares of paths, forecasts, estimators.
+// Prepares the tracing of a bake: discs, path counts of lights, memory forecasts, estimators.
 #include "session/session_parts.h"
 
 #include <algorithm>
@@ -16,17 +16,17 @@ namespace deltalux::session {
 namespace {
 
 constexpr float kFar = std::numeric_limits<float>::infinity();
-constexpr uint64_t kFewestRays = 8;  // that a session may ask for
+constexpr uint64_t kFewestRays = 8;  // fewest gather rays per sample that an error message suggests
 constexpr Box kEverywhere{{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
 
-/// Most samples of most scenes cast no more rays than they are told.
+/// Most samples of most scenes cast the standard number of rays.
 double expected_rays(const State& s) {
   constexpr double kMoreRays = 0.2;
   return (1 + kMoreRays) * double(s.samples.size()) * double(s.options.gather_rays);
 }
 
-/// A caster over one object's own triangles, in its own space: outlines that do not depend on the
-/// pose, not even by rounding.
+/// A scene of one object's triangles alone, in its local space, so that outlines of discs do not
+/// depend on the pose, not even by rounding.
 scene::Scene local_scene(const scene::Scene& scene, uint32_t object) {
   scene::Scene local;
   local.materials = scene.materials;
@@ -55,7 +55,7 @@ Parts Session::place_parts(Progress& progress, std::span<const float> openness) 
   for (float r : s.samples.radius) s.largest_radius = std::max(s.largest_radius, r);
   std::map<uint32_t, std::vector<uint32_t>> by_object;
   for (uint32_t i = 0; i < s.samples.size(); ++i) by_object[s.samples.attached[i]].push_back(i);
-  // `scene`: what openness is found in, the ground alone.
+  // `scene`: the geometry that openness is computed in, which is that of `ground` alone.
   const auto pilot = [&](std::vector<uint32_t> ids, const scene::Scene& scene,
                          const samples::Ground& ground) {
     samples::DiscSet discs = samples::make_discs(s.samples, std::move(ids), s.options.disc_area,
@@ -116,7 +116,8 @@ void Session::forecast_memory(const PilotPaths& paths) {
   const double fixed =
       double(s.samples.size()) * (s.sum_groups() * kBatches * 24.0 + 256.0) +
       double(s.scene.primitives()) * 200.0 +
-      // Each bounce ends in a chunk that is partly empty; more paths go deeper.
+      // The last chunk of each bounce is partly empty. More paths reach more
+      // bounces than the pilot paths.
       (1.5 * paths.deepest + 4.0) * double(sizeof(segments::BounceSegments::Chunk));
   forecast_.bytes_per_path = per_path * bytes_per_segment() + 1.0;
   forecast_.segments = uint64_t(per_path * double(paths.all));
@@ -129,7 +130,8 @@ void Session::refuse_beyond_limit() {
   for (const trace::Light& light : s.lights) paths += light.path_count;
   forecast_.bytes += direct::DirectLight::forecast_bytes(s.samples.size(), s.scene.group_count,
                                                          s.lights, s.light_sampled);
-  double rays = 0;  // with what they take while they are cast
+  // Memory of gather rays, with what is needed only while they are cast.
+  double rays = 0;
   if (s.gather) {
     forecast_.per_ray = pilot_rays();
     rays = ray_bytes(s, forecast_, expected_rays(s), true) +
@@ -140,10 +142,10 @@ void Session::refuse_beyond_limit() {
   }
   const double fixed = double(forecast_.bytes) - forecast_.bytes_per_path * double(paths);
   const double room = double(s.options.memory_limit) - fixed;
-  // A little less than that: another number of paths sees another pilot.
+  // A little less than that: another path count has other pilot paths.
   forecast_.paths_that_fit = room > 0 ? uint64_t(0.95 * room / forecast_.bytes_per_path) : 0;
   if (!s.options.memory_limit || forecast_.bytes <= s.options.memory_limit) return;
-  // Fewer rays help where they need more than all else leaves them.
+  // Suggest fewer rays if the rays do not fit into the memory that everything else leaves.
   const double left = double(s.options.memory_limit) - (double(forecast_.bytes) - rays);
   const auto fewer = uint64_t(std::max(0.0, 0.95 * left / rays * s.options.gather_rays));
   const bool by_rays = rays > 0 && !forecast_.paths_that_fit && fewer >= kFewestRays;

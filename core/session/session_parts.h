@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The discs of a session's parts, between their placing and the choice of their methods.
+// The discs of a session's parts, after their placement and before the choice of their methods.
 #pragma once
 #include <deque>
 
@@ -10,10 +10,10 @@ namespace deltalux::session {
 
 struct Parts {
   plan::Pilot still;
-  std::deque<plan::Pilot> moving;  ///< like State::moving
+  std::deque<plan::Pilot> moving;  ///< in the order of State::moving
 };
 
-/// What so many rays of all samples together are forecast to keep.
+/// The forecast memory of `rays` gather rays, those of all samples together.
 double ray_bytes(const State& s, const Forecast& forecast, double rays, bool weighted);
 
 }  // namespace deltalux::session

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The choice of methods: what the bake and the frames of a session will bring to each part.
+// Chooses methods: predicts how many segments the bake and the frames of a session bring to each
+// part.
 #include <algorithm>
 
 #include "plan/planner.h"
@@ -13,7 +14,8 @@ namespace {
 
 using plan::Traffic;
 
-/// How large something is: the sphere around the middle of its box, and the box's diagonal.
+/// The size of a set of points: radius of the sphere around the middle of its bounding box, and the
+/// box's diagonal.
 struct Extent {
   double radius = 0, diagonal = 0;
 
@@ -36,11 +38,12 @@ std::vector<Vec3f> all_vertices(const scene::Scene& scene) {
   return all;
 }
 
+/// Predicts from pilot paths the segments that each part's estimator will process.
 class TrafficForecast {
  public:
   TrafficForecast(const State& state, const PilotPaths& paths)
       : s_(state), paths_(paths), scene_(all_vertices(state.scene)) {
-    // With several threads, methods that collect segments get each slab's by themselves.
+    // With several threads, methods that collect segments get those of each slab separately.
     slabs_ = s_.workers.threads() > 1 ? double(s_.sum_groups() * kBatches) : 1.0;
     for (const scene::Object& object : s_.scene.objects) movables_ += object.movable;
   }
@@ -75,7 +78,7 @@ class TrafficForecast {
       traffic.sample.add(to_local.point(flight.origin), to_local.direction(flight.direction),
                          flight.length, flight.extended);
     }
-    // A moved part starts again from all segments near it, at once.
+    // When an object moves, its part is summed anew from all segments near it, at once.
     const double all = double(traffic.sample.count()) * paths_.weight();
     set_loads(traffic, all, double(paths_.all));
     const Extent own(object.world_vertices());
@@ -97,7 +100,8 @@ class TrafficForecast {
   uint32_t object_of(const PilotFlight& flight) const {
     return flight.primitive == scene::kNone ? scene::kNone : s_.scene.object_of(flight.primitive);
   }
-  /// `step`: paths after which a frame passes on what was collected.
+  /// Sets the loads of bake and frame. `step`: number of paths after which a frame passes on the
+  /// segments it collected.
   void set_loads(Traffic& traffic, double frame, double step) const {
     const double bake = double(traffic.sample.count()) * paths_.weight();
     const double paths = std::max(1.0, double(paths_.all));
@@ -153,7 +157,7 @@ void Session::set_planning(const plan::Machine& machine, plan::Policy policy,
 }
 
 const std::vector<plan::PartPlan>& Session::plan(Progress& progress) {
-  // Openness takes longer to find than all else here, and no cost depends on it.
+  // Openness takes longer to compute than everything else here, and no cost depends on it.
   const std::vector<float> open(state_->samples.size(), 1.0f);
   Parts parts = place_parts(progress, open);
   allot_paths(progress);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Results: from integer sums to irradiance, standard errors, gradients, digests.
+// Reads results: irradiance, standard errors and digests from integer sums.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -15,9 +15,11 @@
 namespace deltalux::session {
 namespace {
 
-/// Two independent 64-bit lanes; order-free where lanes of items are added.
+/// A hash of two independent 64-bit lanes. merge() adds hashes, so that the order of items does not
+/// matter.
 struct Lanes {
   uint64_t a = 0, b = 0;
+  /// Appends a word, in order.
   void chain(uint64_t word) {
     a = combine(a ^ 0x243f6a8885a308d3ull, word);
     b = combine(b ^ 0x13198a2e03707344ull, ~word);
@@ -26,13 +28,13 @@ struct Lanes {
 };
 
 uint64_t bits(float v) {
-  v += 0.0f;  // one zero
+  v += 0.0f;  // -0 becomes +0
   uint32_t u;
   std::memcpy(&u, &v, 4);
   return u;
 }
 uint64_t bits(double v) {
-  v += 0.0;  // one zero
+  v += 0.0;  // -0 becomes +0
   uint64_t u;
   std::memcpy(&u, &v, 8);
   return u;
@@ -91,8 +93,8 @@ void chain_guiding(Lanes& lanes, const gather::Guiding& guiding) {
   chain(guiding.shares.data(), guiding.shares.size() * sizeof(gather::RayShares));
 }
 
-/// double(x) in operations that AVX2 has: the halves of `x` become mantissas, rounding happens
-/// once. Reading took 1.4 times as long with conversions one by one.
+/// double(x) by operations that AVX2 has: the halves of `x` become mantissas, and only the last
+/// addition rounds. Scalar conversions made reading 1.4 times as slow.
 double to_double(int64_t x) {
   const double low = std::bit_cast<double>((uint64_t(x) & 0xffffffffu) | 0x4330000000000000u);
   const double high =
@@ -100,8 +102,8 @@ double to_double(int64_t x) {
   return (high - (0x1p84 + 0x1p63 + 0x1p52)) + low;
 }
 
-/// Energy and direct light of a block of samples, three channels each, and the energy's variance
-/// from the spread of batches.
+/// Energy and direct light of a block of samples, three channels each, and the variance of the
+/// energy, from the spread of batches.
 class BlockSums {
  public:
   static constexpr size_t kSamples = 512;
@@ -124,7 +126,8 @@ class BlockSums {
       variance[j] += share * spread_[j];
     }
   }
-  /// Adds the variance of what no path of the group that was added last reached.
+  /// For samples that no path of the group added last has reached, adds the variance that
+  /// UnreachedError estimates.
   void add_unreached(const UnreachedError& unreached, uint32_t group, const float* area,
                      size_t samples) {
     for (size_t i = 0; i < samples; ++i) {
@@ -146,7 +149,8 @@ class BlockSums {
   double mean_[3 * kSamples], spread_[3 * kSamples];
 };
 
-/// Whether a ray of the sample meets what a path reached, or what a light shines on.
+/// Whether a gather ray of the sample meets a cell that a path reached, or a chain's vertex that a
+/// light illuminates.
 bool sees_light(const Gather& own, size_t sample) {
   const auto lit = [&](uint32_t cell) {
     if (cell == gather::kDark) return false;
@@ -274,7 +278,7 @@ void Session::read_direct(double* irradiance) const {
 
 void Session::read_packed(const std::array<double, 3>& weights, bool errors, float* values) const {
   if (state_->gather)
-    state_->gather->glance.stale = true;  // or the next one would show older light
+    state_->gather->glance.stale = true;  // otherwise the next glance() would mix in older values
   read_samples(errors, all_gathered(), [&](size_t i, const double* value, const double* error) {
     for (int c = 0; c < 3; ++c) values[4 * i + c] = float(value[c]);
     if (errors)
@@ -288,12 +292,14 @@ void Session::glance(float* values) {
   if (!state_->gather) return read_packed({}, false, values);
   gather::Looks& looks = state_->gather->looks;
   Glance& glance = state_->gather->glance;
-  const bool all = std::exchange(glance.stale, true);  // until it is done
+  // stale if an exception interrupts the reading
+  const bool all = std::exchange(glance.stale, true);
   glance.irradiance.resize(state_->samples.size());
   const auto gathered = [&](const gather::Evaluation& now, size_t i, double* irradiance,
                             double* error) {
     std::array<double, 3>& shown = glance.irradiance[i];
-    // Scattered, so that no patch of a surface lags behind its surroundings.
+    // Samples take turns by their number, so that no whole patch of a surface lags behind its
+    // surroundings.
     if (all || looks.changed(i) || i % kTurns == glance.turn)
       now.read(looks, i, shown.data(), error);
     std::copy(shown.begin(), shown.end(), irradiance);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Edits: validation, what they touch, and the replacement of the paths they change.
+// Edits: validation, the search for what they affect, and the replacement of affected paths.
 #include <algorithm>
 #include <numbers>
 #include <utility>
@@ -13,10 +13,11 @@
 namespace deltalux::session {
 namespace {
 
-constexpr double kDirectShare = 0.4;  // of a time budget, for shadow rays
-constexpr size_t kFirstStep = 128;    // with a time budget it measures how many paths fit
+constexpr double kDirectShare = 0.4;  // of a time budget: at most this share goes to shadow rays
+// The first step of an update with a time budget: measures how fast paths are replaced.
+constexpr size_t kFirstStep = 128;
 
-/// The object that an edit means: in the scene, or inserted by one of the edits `before` it.
+/// The object that an edit refers to: one of the scene, or one inserted by the edits `before` it.
 const scene::Object& movable_object(const scene::Scene& scene, std::span<const scene::Edit> before,
                                     uint32_t index) {
   if (index < scene.objects.size()) {
@@ -41,7 +42,7 @@ void check_inside(const scene::Scene& scene, const scene::Object& object, const 
 
 PendingPath whole_path(uint32_t path) { return {path, path, 0, false, {}}; }
 
-/// Paths of new lights wait like those that are cut: as segments that are not in use yet.
+/// Adds the paths of new lights to the waiting paths, as segments that are not in use yet.
 void add_paths(State& s, EditMarks& marks) {
   const size_t all = s.lights.back().first_path + s.lights.back().path_count;
   std::vector<uint32_t> slots;
@@ -56,7 +57,7 @@ void add_paths(State& s, EditMarks& marks) {
 
 std::string mebibytes(double bytes) { return std::to_string(uint64_t(bytes) >> 20) + " MiB"; }
 
-/// Dimmed lamps and new colours.
+/// Whether an edit (dimming, a new reflectance) may change the light of any sample.
 bool shows_everywhere(std::span<const scene::Edit> edits) {
   return std::any_of(edits.begin(), edits.end(), [](const scene::Edit& edit) {
     return std::holds_alternative<scene::Dim>(edit) ||
@@ -157,7 +158,7 @@ Frame Session::update(std::span<const scene::Edit> edits, double budget_ms, Prog
   try {
     refused = follow(edits, log, affected, budget_ms, watch, progress, frame);
   } catch (...) {
-    // Memory ran out between two states, which only a new start makes one.
+    // Memory ran out in the middle of the update. Only a recomputation gives a valid state again.
     rebuild(progress);
   }
   frame.milliseconds.emplace_back("total", watch.milliseconds());
@@ -175,7 +176,7 @@ Affected Session::apply(std::span<const scene::Edit> edits, EditLog& log, double
                         Stopwatch& watch, Progress& progress, Frame& frame) {
   State& s = *state_;
   Affected affected;
-  std::unique_ptr<direct::DirectLight> dark;  // what the first light replaces
+  std::unique_ptr<direct::DirectLight> dark;  // the sums that those of the first light replace
   try {
     log.apply(edits);
     if (!baked_) return affected;
@@ -190,7 +191,7 @@ Affected Session::apply(std::span<const scene::Edit> edits, EditLog& log, double
       auto fresh = make_direct(choose_irradiance_quantum());
       dark = std::exchange(direct_, std::move(fresh));
     }
-    // The last that can fail: it takes back what it did itself.
+    // The last step that can fail; if it does, update_direct() undoes its own changes.
     update_direct(log.changes(), log.old_lights(), kDirectShare * budget_ms, progress);
     s.irradiance_quantum = direct_->irradiance_quantum();
   } catch (...) {
@@ -246,9 +247,10 @@ size_t Session::replace_paths(const EditLog& log, const Affected& affected, doub
                               Progress& progress, Frame& frame) {
   State& s = *state_;
   const std::vector<ObjectChange>& changes = log.changes();
-  // A path is cut at the earliest bounce that any edit touches.
+  // Cut each path at the earliest bounce that any edit affects.
   EditMarks marks(s, pending_);
-  // Lights first: their paths are born anew, along other rays than the search saw.
+  // Begin with lights whose paths start anew: the search saw their old paths, which no longer
+  // count.
   for (size_t l = 0; l < log.old_lights(); ++l) {
     const trace::Light& light = s.lights[l];
     if (!log.reborn(l)) continue;
@@ -262,7 +264,7 @@ size_t Session::replace_paths(const EditLog& log, const Affected& affected, doub
   if (s.lights.size() > log.old_lights()) add_paths(s, marks);
   if (budget_ms != 0) marks.order();
 
-  // Samples of moved objects start again from the stored segments near the new pose.
+  // Sum the samples of moved objects anew, from the stored segments near the new pose.
   std::vector<size_t> again;
   for (MovingPart& part : s.moving)
     for (size_t k = 0; k < changes.size(); ++k)
@@ -293,18 +295,19 @@ size_t Session::run_pending(double budget_ms, Progress& progress, Frame& frame,
   State& s = *state_;
   const size_t total = pending_.size();
   size_t done = 0;
-  // What is not stored segments was allowed when it came.
+  // Only stored segments can grow here; all other memory was admitted earlier.
   const size_t held = s.store.bytes(), other = bytes() - held;
   const size_t most =
       std::max(held, s.options.memory_limit - std::min(other, s.options.memory_limit));
   PathUpdate update(s);
   progress.announce("replace paths", total);
-  // The moving samples come in the first step, which always runs: from then on they follow every
-  // replacement as the static ones do.
+  // The first step, which always runs, also adds the samples of moved objects; from then on these
+  // take part in every replacement, as static samples do.
   size_t step = budget_ms != 0 ? kFirstStep : kMaxPerStep;
   bool refused = false;
   do {
-    // The paths that fit if all were of the longest kind: what is beyond the limit is noticed soon.
+    // The number of paths that fit even if all were of the greatest length, so that a breach of the
+    // limit is noticed early.
     const double longest = double(s.options.max_bounces) * bytes_per_segment();
     const double room = double(most) - double(std::min(most, s.store.bytes()));
     const size_t fit = s.options.memory_limit ? size_t(room / longest) : kMaxPerStep;
@@ -313,14 +316,14 @@ size_t Session::run_pending(double budget_ms, Progress& progress, Frame& frame,
     update.replace(std::span(pending_).subspan(done, end - done), done ? nullptr : between);
     progress.advance(end - done);
     done = end;
-    // Paths that become shorter again need no more, though what they free is not given back.
+    // Paths that become shorter again need no more memory, though the store does not shrink.
     refused = s.options.memory_limit && s.store.bytes() > most && done < total &&
               update.counts().retraced - retraced > update.counts().removed - removed;
     if (refused) break;
     if (budget_ms == 0 || done == total) continue;
     const double spent = watch.milliseconds(), left = budget_ms - spent;
     if (left <= 0) break;
-    const double fits = double(done) * left / spent;  // beyond any integer, perhaps
+    const double fits = double(done) * left / spent;  // may exceed the range of integers
     step = size_t(std::clamp(fits, 1.0, double(std::min(2 * step, kMaxPerStep))));
   } while (done < total && !progress.cancelled());
   pending_.erase(pending_.begin(), pending_.begin() + long(done));

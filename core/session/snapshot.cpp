@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Session state as named arrays, and back. The scene, samples and options travel with the caller,
-// who makes a fresh session of them; this restores what baking and editing made of it.
-//
-// A source may be hostile: sizes are compared before memory is taken, values before their first
-// use.
+// Saves a session's state as named arrays and restores it. The caller keeps scene, samples and
+// options, and makes a fresh session from them; restore() adds what baking and editing made of it.
+// A source may be hostile: array sizes are checked before memory is allocated, and values before
+// they are used.
 #include <cmath>
 
 #include "base/error.h"
@@ -15,7 +14,8 @@
 namespace deltalux::session {
 namespace {
 
-constexpr double kFarthestMove = 4.0 * kFarthest;  // translations; what they lead to is checked
+// bound of translations; the bounds of the moved objects are checked as well
+constexpr double kFarthestMove = 4.0 * kFarthest;
 constexpr uint32_t kPerChunk = segments::BounceSegments::kChunk;
 
 std::string level_name(size_t bounce, const char* what) {
@@ -115,7 +115,7 @@ ArchiveView Session::save() const {
   archive.append("light_sampled", s.light_sampled);
   archive.keep("quantum", std::vector<double>{s.scale.quantum});
   archive.append("cut", s.cut);
-  std::vector<uint32_t> pending;  // known hits are left out: they only save time
+  std::vector<uint32_t> pending;  // without known hits, which only save time
   for (const PendingPath& p : pending_) pending.insert(pending.end(), {p.path, p.slot, p.bounce});
   archive.keep("pending", pending);
   archive.append("sums", s.sums);
@@ -180,7 +180,8 @@ void Session::restore_scene(ArchiveSource& archive) {
     pose.translation = {p[9], p[10], p[11]};
     s.scene.objects[i].present = present[i] != 0;
   }
-  // The scene's own measure counts meshes that were added since: it is never smaller.
+  // finish() computed a box that also holds meshes added by edits, so it is never smaller than the
+  // saved one.
   const auto world = archive.read_all<Vec3f>("world", 2);
   if (!s.scene.world().contains({world[0], world[1]}))
     snapshot::refuse("\"world\" is larger than the scene");
@@ -199,7 +200,7 @@ void Session::restore_scene(ArchiveSource& archive) {
                         archive.bytes("level_sizes").has_value());
   for (size_t i = 0; i < radius.size(); ++i)
     if (!std::isnan(radius[i]))
-      s.samples.radius[i] = radius[i];  // NaN: ours, which does not signal
+      s.samples.radius[i] = radius[i];  // leave our own quiet NaN in place of the file's
   for (trace::Light& light : s.lights) trace::place_light(s.scene, light);
 }
 
@@ -224,7 +225,8 @@ uint64_t Session::restore_lights(ArchiveSource& archive) {
                           trace::choose_scale(s.lights, s.options.max_bounces).quantum);
   s.scale.quantum = quantum[0];
   for (const trace::Light& light : s.lights)
-    trace::birth_quanta(light, s.scale, s.birth_factor(light));  // refuses a scale that is too fine
+    // throws if the quantum is too fine
+    trace::birth_quanta(light, s.scale, s.birth_factor(light));
   return paths;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A file with right checksums may still be hostile: nothing in it may lead outside an array, round
-// in circles or into NaN.
+// Checks of a session file's contents. A file with correct checksums may still be hostile: nothing
+// in it may lead to an access outside of an array, an endless loop or a NaN.
 #include "session/snapshot_check.h"
 
 #include <cmath>
@@ -29,7 +29,7 @@ void refuse_entry(const char* name, size_t entry, double found, double low, doub
 
 void check_quantum(const char* name, double found, double chosen) {
   constexpr double kMinQuantum = 1e-200, kSlack = 0x1p20;
-  // Of a session that began without light it is 1.
+  // The quantum of a session that began without lights is 1.
   const double most = std::max(1.0, kSlack * chosen);
   if (!(found >= kMinQuantum && found <= most)) refuse_entry(name, 0, found, kMinQuantum, most);
 }
@@ -63,14 +63,14 @@ void check_radii(std::span<const float> radius, std::span<const float> given, co
 
 void check_areas(std::span<const float> area, std::span<const float> radius,
                  std::span<const float> openness) {
-  // Wider than any rule for what a disc counts.
+  // Wider than the bounds that any DiscArea option allows.
   constexpr double kMinShare = 1e-4, kMaxShare = 2;
   for (size_t i = 0; i < area.size(); ++i) {
     if (area[i] == 0) continue;
     const double counted =
         std::numbers::pi * double(radius[i]) * double(radius[i]) / double(openness[i]);
     const double least = kMinShare * counted, most = kMaxShare * counted;
-    // Single precision may have overflown.
+    // The area may have overflowed single precision.
     const bool fits = double(area[i]) <= most || most > double(std::numeric_limits<float>::max());
     if (!(double(area[i]) >= least && fits)) refuse_entry("area", i, double(area[i]), least, most);
   }
@@ -93,7 +93,7 @@ void check_level_sizes(std::span<const uint64_t> sizes, uint64_t paths, uint32_t
 }
 
 SegmentCheck::SegmentCheck(const scene::Scene& scene, uint64_t paths, size_t discs)
-    // A sun's rays may begin a diagonal beside the world and miss it.
+    // Paths from a sun may start up to a diagonal away from the world box, and miss it.
     : around_(scene.world().padded(2 * scene.world().diagonal())),
       longest_(4 * around_.diagonal()),
       paths_(paths),

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether what a session file holds can be the state of a session. All functions throw FormatError.
+// Checks whether the contents of a session file can be the state of a session. All functions throw
+// FormatError.
 #pragma once
 #include <span>
 #include <string>
@@ -15,6 +16,7 @@ namespace deltalux::session::snapshot {
 [[noreturn]] void refuse_entry(const char* name, size_t entry, double found, double low,
                                double high);
 
+/// Refuses values outside of [low, high], and NaN.
 template <class T>
 void check_range(const char* name, const std::vector<T>& values, double low, double high) {
   for (size_t i = 0; i < values.size(); ++i)
@@ -22,30 +24,33 @@ void check_range(const char* name, const std::vector<T>& values, double low, dou
       refuse_entry(name, i, double(values[i]), low, high);
 }
 
-/// A quantum of energy or irradiance is no finer than any light asks for, and no coarser than the
-/// `chosen` one by more than edits explain: else sums of it could overflow.
+/// Checks a quantum of power or irradiance: positive, and coarser than the `chosen` one by no more
+/// than edits explain (a factor of 2^20).
 void check_quantum(const char* name, double found, double chosen);
 
-/// Static objects stand where the scene has them, movable ones within the world and not distorted.
-/// The poses are finite.
+/// Checks that static objects have their original pose and presence, and that movable ones have a
+/// rigid pose within the world box. All numbers must be finite.
 void check_poses(const std::vector<scene::Object>& original, const scene::Scene& scene);
 
-/// Radii are those that were `given`; where that is NaN, positive and no larger than the world, or
-/// NaN before the bake.
+/// Checks that radii equal the `given` ones. Where these are NaN (automatic), a radius must be
+/// positive and no larger than the world box, or NaN before the bake.
 void check_radii(std::span<const float> radius, std::span<const float> given, const Box& world,
                  bool baked);
 
-/// What discs count lies between nothing and somewhat more than their circles.
+/// Checks that the area of each disc is 0, or between 1e-4 and 2 times that of its circle, over its
+/// openness.
 void check_areas(std::span<const float> area, std::span<const float> radius,
                  std::span<const float> openness);
 
-/// Sums of quanta are not negative and no larger than `segments` can make them.
+/// Checks that sums of quanta are neither negative nor larger than `segments` segments can make
+/// them.
 void check_sums(std::span<const int64_t> sums, size_t segments);
 
-/// Bounce 0 has a slot per path, later ones no more.
+/// Checks that bounce 0 has one slot per path, and later bounces no more than that.
 void check_level_sizes(std::span<const uint64_t> sizes, uint64_t paths, uint32_t max_bounces);
 
-/// Numbers of one segment in use: finite, about the world, and names of things that are there.
+/// Checks one segment in use: its numbers are finite, it lies near the world box, and all its
+/// indices exist.
 class SegmentCheck {
  public:
   SegmentCheck(const scene::Scene& scene, uint64_t paths, size_t discs);
@@ -60,11 +65,12 @@ class SegmentCheck {
   size_t discs_;
 };
 
-/// Every path is one chain: at bounce 0 the slot is the path, and each later segment in use has
-/// exactly one predecessor, of its own path.
+/// Checks that every path is one chain: at bounce 0, slot n belongs to path n, and every later
+/// segment in use has exactly one predecessor, of the same path.
 void check_chains(const segments::SegmentStore& store);
 
-/// Each path with a mark in `cut` waits once, at its own segment of that bounce; others do not.
+/// Checks that each path marked in `cut` waits exactly once, at its own segment of that bounce, and
+/// no other path waits.
 void check_pending(const std::vector<PendingPath>& pending, const std::vector<uint8_t>& cut,
                    const segments::SegmentStore& store);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Everything a session holds, as plain data; only the functions of this folder change it.
+// All data of a session, in plain structs; only the functions of this folder change them.
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -18,11 +18,15 @@
 
 namespace deltalux::session {
 
-inline constexpr uint32_t kBatches = 8;       // independent estimates behind the standard error
+// independent estimates, whose spread gives the standard error
+inline constexpr uint32_t kBatches = 8;
 inline constexpr uint32_t kMaxSumGroups = 8;  // later groups share the last one's sums
+// State::cut of a path that is not to be traced again.
 inline constexpr uint8_t kNotCut = 255;
-inline constexpr double kExpectedFrames = 100;    // of a session with movables
-inline constexpr uint64_t kPathsPerStep = 32768;  // of a bake; each gives every batch its share
+// number of updates expected of a session with movables
+inline constexpr double kExpectedFrames = 100;
+// Paths traced per step of a bake; every batch contributes its share to each step.
+inline constexpr uint64_t kPathsPerStep = 32768;
 // Paths replaced between two looks at clock and cancel flag.
 inline constexpr size_t kMaxPerStep = 8192;
 
@@ -40,35 +44,39 @@ struct Options {
   Method static_method = Method::automatic, moving_method = Method::automatic;
   plan::Policy policy = plan::Policy::measured;
   plan::Machine machine = plan::typical_machine();
-  double expected_frames = kExpectedFrames;  ///< of the choice of methods
-  bool rebuilds = false;  ///< the plan is for estimators made anew in every frame
+  /// Number of updates that the choice of methods assumes.
+  double expected_frames = kExpectedFrames;
+  /// Plan as if estimators were built anew in every frame.
+  bool rebuilds = false;
   uint32_t max_bounces = 64;
-  size_t memory_limit = 0;   ///< bytes, 0 = none
-  uint32_t gather_rays = 0;  ///< of each sample; 0: all light by discs
+  size_t memory_limit = 0;  ///< bytes, 0 = none
+  /// Gather rays per sample; 0: no final gather, discs count all light.
+  uint32_t gather_rays = 0;
 };
 
-/// Samples that move with one object: discs and index in the object's own space.
+/// The samples attached to one object, with discs and index in the object's local space.
 struct MovingPart {
   uint32_t object = scene::kNone;
+  /// Counts segments in local space; holds the discs.
   std::unique_ptr<estimate::SignedEstimator> index;
-  Box local;             ///< of all discs
-  Box world;             ///< of `local` in the present pose, conservative
-  bool current = false;  ///< sums are those of the present pose
+  Box local;             ///< bounds of all discs in local space
+  Box world;             ///< bounds of `local` in the present pose, conservative
+  bool current = false;  ///< whether the sums are those of the present pose
 };
 
-/// What a display shows of gathered light; nothing else depends on it.
+/// The gathered light that a display shows during a drag; nothing else depends on it.
 struct Glance {
   std::vector<std::array<double, 3>> irradiance;  ///< per sample
-  bool stale = true;                              ///< all have to be read
+  bool stale = true;                              ///< all samples have to be read
   size_t turn = 0;
   size_t bytes() const { return irradiance.capacity() * sizeof(std::array<double, 3>); }
 };
 
-/// What a session that gathers holds besides: see gather/.
+/// What sessions with a final gather hold in addition, see gather/.
 struct Gather {
   gather::Cells cells;
   gather::CellSums sums;
-  gather::CellLight light;  ///< as of the last reading
+  gather::CellLight light;  ///< as of the last read
   gather::Coverage coverage;
   gather::Looks looks;
   gather::Beams beams;
@@ -82,33 +90,34 @@ struct State {
   Options options;
   Workers workers;
   scene::Scene scene;
-  /// Along a space-filling curve: what lies close together in space does so in the sums, which
-  /// takes a quarter off a deposit where discs overlap much.
+  /// In the order of a space-filling curve, so that samples that are close in space are close in
+  /// memory. That saves a quarter of the time of a deposit where discs overlap much.
   samples::SampleSet samples;
-  std::vector<uint32_t> given;     // per sample of `samples`, its number among the user's
-  std::vector<Box> sample_bounds;  // per object, local: of the samples that move with it
+  std::vector<uint32_t> given;     // for each sample of `samples`: its index as given by the user
+  std::vector<Box> sample_bounds;  // by object: local bounds of the samples attached to it
 
   std::unique_ptr<trace::RayCaster> caster;
-  std::vector<trace::Light> lights;       // ascending first_path
-  std::vector<uint8_t> light_sampled;     // 1 = direct part by shadow rays, not by first flights
+  std::vector<trace::Light> lights;       // in ascending order of first_path
+  std::vector<uint8_t> light_sampled;     // 1: direct light by shadow rays, not by first flights
   std::vector<double> group_factor;       // dim factors, per group
-  std::vector<Vec3f> loaded_reflectance;  // per material, before any edit
+  std::vector<Vec3f> loaded_reflectance;  // by material, before any edit
   trace::EnergyScale scale;
-  double irradiance_quantum = 0;  // of direct light by shadow rays; fixed at the bake
+  double irradiance_quantum = 0;  // quantum of direct light by shadow rays; fixed at the bake
   float largest_radius = 0;
 
   std::unique_ptr<estimate::SignedEstimator> static_index;
   std::vector<MovingPart> moving;
-  std::vector<plan::PartPlan> plans;  // of the static part, then of each moving one
-  std::vector<float> area;            // per sample: what its disc counts, now
+  std::vector<plan::PartPlan> plans;  // for the static part, then for each moving part
+  std::vector<float> area;            // by sample: the area that its disc counts at present
 
   segments::SegmentStore store;
-  std::vector<uint8_t> cut;        // per path: pending re-trace from this bounce, or kNotCut
+  // By path: the bounce from which it waits to be traced again, or kNotCut.
+  std::vector<uint8_t> cut;
   std::vector<int64_t> sums;       // EnergySums, slab = group * kBatches + batch
-  std::unique_ptr<Gather> gather;  // of sessions that gather
-  gather::Guiding guiding;         // of those; its guides are fixed at the bake
+  std::unique_ptr<Gather> gather;  // null without a final gather
+  gather::Guiding guiding;         // for the final gather; its guides are fixed at the bake
 
-  /// What `object` with its lights and samples takes up at `pose`.
+  /// Bounds of `object` at `pose`, including its lights and samples.
   Box bounds_at(uint32_t object, const Pose& pose) const {
     Box box = scene.bounds_at(object, pose);
     if (object < sample_bounds.size()) box.grow(pose.box(sample_bounds[object]));
@@ -118,11 +127,14 @@ struct State {
     return {options.segment_end != segments::SegmentEnd::first, options.gather_rays > 0};
   }
   uint32_t sum_groups() const { return std::min(scene.group_count, kMaxSumGroups); }
+  /// Whether the group has no sums of its own: with more than eight groups, those from the eighth
+  /// on share one.
   bool merged(uint32_t group) const {
     return scene.group_count > kMaxSumGroups && group + 1 >= kMaxSumGroups;
   }
-  /// What a group's sums are to be multiplied by.
+  /// The factor for sums of a group when they are read.
   double sum_factor(uint32_t group) const { return merged(group) ? 1.0 : group_factor[group]; }
+  /// The index of the sums that the group adds to.
   uint32_t sum_group(uint32_t group) const { return std::min(group, kMaxSumGroups - 1); }
   estimate::EnergySums energy() { return {sums.data(), samples.size()}; }
   size_t light_of(uint32_t path) const {
@@ -133,7 +145,8 @@ struct State {
     }
     return low;
   }
-  /// Dim factor that is part of a path's power at birth: only groups without sums of their own.
+  /// The dim factor included in a path's power when it leaves the light: other than 1 only for
+  /// groups without sums of their own.
   double birth_factor(const trace::Light& light) const {
     return merged(light.group) ? group_factor[light.group] : 1.0;
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Power of one path from the lights, missing light from those samples that one batch reached.
+// Estimates from the power of one path, and from samples that only one batch reached, how much
+// light the unreached samples miss.
 #include "session/unreached.h"
 
 #include <algorithm>
@@ -8,9 +9,9 @@
 namespace deltalux::session {
 namespace {
 
-constexpr size_t kAsked = 1024;  // samples at most, evenly among all
+constexpr size_t kAsked = 1024;  // samples examined at most, evenly spaced
 
-/// The most that a reflection leaves of a path's power.
+/// Per channel, the largest share of a path's power that one reflection can leave.
 Vec3d scattered_share(const scene::Scene& scene) {
   Vec3d most{};
   for (const scene::Material& material : scene.materials) {
@@ -44,7 +45,7 @@ UnreachedError::UnreachedError(const State& s) : groups_(s.sum_groups()) {
     if (!(paths[g] > 0)) continue;
     Group& group = groups_[g];
     group.one = group.one * (1 / paths[g]);
-    Vec3d missing = group.one, dark{};  // as if one path more had come
+    Vec3d missing = group.one, dark{};  // as if one more path had arrived
     for (size_t i = 0; i < n; i += step) {
       double sum[3] = {};
       int batches[3] = {};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The standard error of samples that no path of a light group reached. Their batches agree on 0,
-// which proves nothing.
+// The standard error of samples that no path of a light group has reached. All their batches are 0,
+// so the spread of batches says nothing.
 #pragma once
 #include <vector>
 
@@ -9,20 +9,24 @@
 
 namespace deltalux::session {
 
-/// What no hit among all paths implies: with one, a sample would count the power of a path, so its
-/// error is that much; but no more than its part of what all such samples miss, which is about what
-/// those got that were hit once (Good 1953, Biometrika 40). For in a slit a disc of a few square
-/// millimetres may be left, where one path would outshine the room. A pure function of the state.
+/// Estimates the error of a sample without any hit as the smaller of two values. First, the power
+/// of one path, which the sample would count with one hit. Second, the sample's share, by area, of
+/// the light that all unreached samples miss together, which is about what samples with exactly one
+/// hit received (Good 1953, Biometrika 40). The second matters in slits, where a few square
+/// millimetres of a disc may be uncovered and one path would outshine the room. A pure function of
+/// the state.
 class UnreachedError {
  public:
   explicit UnreachedError(const State& state);
-  /// In quanta, per channel, for a sample whose disc counts `area`.
+  /// The error in quanta, per channel, of a sample whose disc counts `area`.
   Vec3d at(uint32_t sum_group, double area) const;
 
  private:
   struct Group {
-    Vec3d one{};      // power of a path where it first counts: mean over the group's lights
-    Vec3d density{};  // quanta per square metre that unreached samples miss
+    // Power of a path where it first counts, averaged over the paths of the group.
+    Vec3d one{};
+    // Quanta per square metre that unreached samples miss.
+    Vec3d density{};
   };
   std::vector<Group> groups_;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The only file that uses Embree.
+// Wraps Embree; no other file uses it.
 #include "trace/embree_scene.h"
 
 #if DELTALUX_EMBREE_MAJOR >= 4
@@ -31,8 +31,8 @@ using QueryContext = RTCIntersectContext;
 
 RTCScene handle(const std::shared_ptr<void>& scene) { return static_cast<RTCScene>(scene.get()); }
 
-/// Embree may end the process at other rays. NaN fails every comparison; without branches, as this
-/// is asked for each ray.
+/// Whether Embree can trace the ray; it may crash on others. NaN fails every comparison.
+/// Branch-free, since this is evaluated for every ray.
 inline bool can_be_traced(Vec3f o, Vec3f d) {
   constexpr float kMin = 1e-18f, kMax = 4 * kFarthest;
   const float x = std::fabs(d.x), y = std::fabs(d.y), z = std::fabs(d.z);
@@ -41,7 +41,7 @@ inline bool can_be_traced(Vec3f o, Vec3f d) {
   return near & (x <= kMax) & (y <= kMax) & (z <= kMax) & ((x >= kMin) | (y >= kMin) | (z >= kMin));
 }
 
-/// In place: as a copy, the ray would wait for its own parts on their way to memory.
+/// Fills the ray in place: a copy would stall on store forwarding.
 inline void set_ray(RTCRay& ray, Vec3f o, Vec3f d, float from, float to) {
   ray.org_x = o.x, ray.org_y = o.y, ray.org_z = o.z, ray.tnear = from;
   ray.dir_x = d.x, ray.dir_y = d.y, ray.dir_z = d.z, ray.time = 0;
@@ -50,7 +50,7 @@ inline void set_ray(RTCRay& ray, Vec3f o, Vec3f d, float from, float to) {
   ray.id = ray.flags = 0;
 }
 
-/// Without hit.
+/// Fills a query that has no hit yet.
 inline void set_query(RTCRayHit& query, Vec3f o, Vec3f d, float from, float to) {
   set_ray(query.ray, o, d, from, to);
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
@@ -80,9 +80,9 @@ void occluded16(const int* valid, RTCScene scene, RTCRay16& rays) {
 #endif
 }
 
-/// A query that notes every hit and accepts none.
+/// A query that records every hit and accepts none.
 struct Collector {
-  QueryContext context;  // first: Embree gives it back
+  QueryContext context;  // must be first: Embree passes its address back
   std::span<Passage> out;
   size_t count = 0;
 
@@ -92,7 +92,7 @@ struct Collector {
     arguments->valid[0] = 0;
     const auto& ray = *reinterpret_cast<const RTCRay*>(arguments->ray);
     const auto& hit = *reinterpret_cast<const RTCHit*>(arguments->hit);
-    // One triangle may be reported twice.
+    // Embree may report a triangle twice.
     for (size_t i = 0; i < self.count; ++i)
       if (self.out[i].primitive == hit.primID) return;
     if (self.count == self.out.size()) return;
@@ -117,7 +117,7 @@ std::string EmbreeDevice::description() const {
                      std::to_string(version / 100 % 100) + "." + std::to_string(version % 100);
   const bool wide = rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0;
 #if defined(__x86_64__)
-  // Embree chooses for itself, whatever isa() says.
+  // Embree makes its own choice, independent of isa().
   const Isa best = processor_isa();
   return text + (wide && best == Isa::avx512 ? ", avx512" : best >= Isa::avx2 ? ", avx2" : ", sse");
 #else
@@ -129,7 +129,7 @@ EmbreeScene::EmbreeScene(const EmbreeDevice& own, std::span<const Vec3f> vertice
                          std::span<const std::array<uint32_t, 3>> triangles, Progress* progress) {
   if (fault::due(fault::Kind::commit)) throw Error("Embree: a failure on purpose");
   const auto device = static_cast<RTCDevice>(own.device_.get());
-  rtcGetDeviceError(device);  // forgets what an earlier one, which failed, may have left
+  rtcGetDeviceError(device);  // clear the error that an earlier failure may have left
   RTCScene scene = rtcNewScene(device);
   if (!scene) throw Error("Embree could not make a scene: out of memory");
   scene_ = std::shared_ptr<void>(scene,
@@ -154,8 +154,8 @@ EmbreeScene::EmbreeScene(const EmbreeDevice& own, std::span<const Vec3f> vertice
   if (progress)
     rtcSetSceneProgressMonitorFunction(
         scene, [](void* p, double) { return !static_cast<Progress*>(p)->cancelled(); }, progress);
-  // Built by all threads: the choice among triangles hit at the same distance was the same for a
-  // million rays at edges of the atrium, whether one processor built the tree or two.
+  // Built by all threads. The choice among triangles hit at the same distance was the same for a
+  // million rays at edges of the atrium, whether one thread built the tree or two.
   rtcCommitScene(scene);
   rtcSetSceneProgressMonitorFunction(scene, nullptr, nullptr);
   const RTCError error = rtcGetDeviceError(device);
@@ -193,7 +193,7 @@ bool EmbreeScene::occluded(Vec3f o, Vec3f d, float to) const {
 RayBits EmbreeScene::occluded(const RayFan& fan, const RayBits& wanted) const {
   RayBits blocked{};
   if (!(fan.to >= 0)) return blocked;
-  // Packets of 16 in the order of `wanted`; unused lanes repeat the packet's first ray.
+  // Packets of 16 rays in the order of `wanted`; unused lanes repeat the packet's first ray.
   RTCRay16 rays;
   for (int k = 0; k < 16; ++k) {
     rays.org_x[k] = fan.origin.x, rays.org_y[k] = fan.origin.y, rays.org_z[k] = fan.origin.z;

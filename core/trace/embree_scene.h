@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Triangles in one acceleration structure. Only embree_scene.cpp knows Embree (3.13 or 4).
+// An acceleration structure over triangles. Only embree_scene.cpp knows Embree (3.13 or 4).
 #pragma once
 #include <memory>
 #include <span>
@@ -10,7 +10,8 @@
 
 namespace deltalux::trace {
 
-/// Shared by the structures that are made with it. Throws Error where Embree cannot be started.
+/// The Embree device, shared by the structures made with it. Throws Error if Embree cannot be
+/// started.
 class EmbreeDevice {
  public:
   EmbreeDevice();
@@ -22,21 +23,21 @@ class EmbreeDevice {
   std::shared_ptr<void> device_;
 };
 
-/// Immutable. Queries are thread-safe; a ray that Embree cannot take (not finite, beyond kFarthest,
-/// without direction) meets nothing.
+/// An immutable acceleration structure. Queries are thread-safe. A ray that Embree cannot handle
+/// (not finite, beyond kFarthest, without direction) hits nothing.
 class EmbreeScene {
  public:
   EmbreeScene() = default;  ///< empty
-  /// Copies what it needs. Throws Cancelled, or Error when memory runs out.
+  /// Copies the triangles. Throws Cancelled, or Error if memory runs out.
   EmbreeScene(const EmbreeDevice& device, std::span<const Vec3f> vertices,
               std::span<const std::array<uint32_t, 3>> triangles, Progress* progress);
 
   explicit operator bool() const { return scene_ != nullptr; }
   Hit closest(uint32_t first_primitive, Vec3f o, Vec3f d, float from, float to) const;
   bool occluded(Vec3f o, Vec3f d, float to) const;
-  /// The rays in `wanted` that something blocks.
+  /// Which of the rays in `wanted` are blocked.
   RayBits occluded(const RayFan& fan, const RayBits& wanted) const;
-  /// All passages of the ray, each triangle's once, in no order; as many as `out` has room for.
+  /// All passages of the ray, one per triangle, in no order; as many as `out` has room for.
   size_t passages(Vec3f o, Vec3f d, std::span<Passage> out) const;
 
  private:

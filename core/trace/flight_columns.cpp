@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Blocks of paths are walked in parallel; their flights are appended in the order of the paths.
+// Traces blocks of paths in parallel, and appends their segments in the order of the paths.
 #include "trace/flight_columns.h"
 
 #include "base/direction.h"
@@ -7,8 +7,8 @@
 namespace deltalux::trace {
 namespace {
 
-constexpr size_t kPaths = 512;          // of a block
-constexpr size_t kRound = 64 * kPaths;  // paths whose flights are held twice
+constexpr size_t kPaths = 512;          // paths per block
+constexpr size_t kRound = 64 * kPaths;  // paths whose segments are in memory twice at a time
 
 struct Row {
   Flight flight;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Traces all paths of a scene's lights and keeps each of their flights as a row of columns.
+// Traces all paths of a scene's lights into a table with one row per segment.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -15,7 +15,7 @@ namespace deltalux::trace {
 /// Rows are ordered by path, then by bounce.
 struct FlightColumns {
   std::vector<float> origin, direction;  ///< 3 per row
-  std::vector<float> length, extended;   ///< to the first hit and to the second
+  std::vector<float> length, extended;   ///< distance to the first and to the second hit
   std::vector<uint32_t> power;           ///< 3 per row, in quanta
   std::vector<uint32_t> path, primitive, group;
   std::vector<uint8_t> bounce;
@@ -23,7 +23,7 @@ struct FlightColumns {
   size_t size() const { return length.size(); }
 };
 
-/// Throws Cancelled.
+/// Traces all paths. Throws Cancelled.
 FlightColumns trace_flights(const Walk& walk, std::span<const Light> lights,
                             const EnergyScale& scale, const Workers& workers, Progress& progress);
 

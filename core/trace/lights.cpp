@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Finding lights, sharing paths among them, sampling their emission.
+// Finds lights, divides paths among them, and samples their emission.
 #include "trace/lights.h"
 
 #include <algorithm>
@@ -96,7 +96,7 @@ Emission emit_from_area(const Light& light, const std::array<float, 4>& r) {
   const float below = i ? light.cumulative[i - 1] : 0.0f;
   const float share = light.cumulative[i] - below;
   a = share > 0 ? std::min((a - below) / share, 0x1.fffffep-1f) : 0.5f;
-  // Heitz 2019: square to triangle by a low-distortion map.
+  // Map the square to the triangle with low distortion (Heitz 2019).
   if (b > a) {
     a *= 0.5f;
     b -= a;
@@ -156,7 +156,8 @@ void place_light(const scene::Scene& scene, Light& light) {
         light.bounds.grow(p);
         slack = std::max(slack, position_slack(p));
       }
-      // Turned, not taken between corners in the world: far from its middle those coincide.
+      // Transform edges, not corners: far from the origin, corners may coincide in single
+      // precision.
       const Vec3d u = Vec3d(local[1]) - Vec3d(local[0]), v = Vec3d(local[2]) - Vec3d(local[0]);
       light.world.push_back({pose.point(local[0]), pose.direction(u), pose.direction(v),
                              pose.direction(normalize(cross(u, v))),
@@ -183,7 +184,8 @@ std::vector<double> shares_by_power(std::span<const Light> lights) {
 
 namespace {
 
-/// `shares`, summing to 1, with groups below the floor raised to it at the cost of the others.
+/// The `shares`, normalised to 1, with groups below the floor raised to it at the expense of the
+/// others.
 std::vector<double> with_group_floor(std::span<const Light> lights,
                                      std::span<const double> shares) {
   struct Group {
@@ -237,7 +239,8 @@ void allot_paths(std::vector<Light>& lights, std::span<const double> given, uint
   });
   for (size_t k = 0; used < rows && !remainder.empty(); k = (k + 1) % remainder.size(), ++used)
     lights[remainder[k].second].path_count += unit;
-  // What does not fill a row of batches goes to the greatest share, so that the sum is `paths`.
+  // Paths that do not fill a row of batches go to the light with the largest share, so that the sum
+  // is `paths`.
   uint64_t sum = 0;
   for (const Light& light : lights) sum += light.path_count;
   if (!lights.empty()) {
@@ -253,7 +256,7 @@ void allot_paths(std::vector<Light>& lights, std::span<const double> given, uint
 }
 
 Emission emit(const Light& light, uint64_t seed, uint64_t index, uint32_t batches) {
-  // Each (light, batch) has a scrambling of its own; the index restarts within the batch.
+  // Each (light, batch) is scrambled by its own key; the sequence restarts within the batch.
   const uint32_t batch = batch_of(light, index, batches);
   const uint64_t start = (uint64_t(batch) * light.path_count + batches - 1) / batches;
   const uint64_t key = combine(combine(mix64(seed), light.first_path), batch);

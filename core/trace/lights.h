@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lights as sources of paths: geometry in the present pose, total power, emission of one path.
+// Lights as sources of paths: geometry in the present pose, total power, sampling of emission.
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -14,66 +14,68 @@
 
 namespace deltalux::trace {
 
-/// One emissive triangle in world space: corner and edges.
+/// One emissive triangle in world space: a corner and two edges.
 struct LightTriangle {
   Vec3f corner, edge_u, edge_v;
   Vec3f normal;     ///< unit, front side
-  float slack = 0;  ///< rays start and end this far off it
+  float slack = 0;  ///< offset at which rays start and end
 };
 
-/// An area light is one connected piece of an object's triangles of one material; a punctual light
-/// is one entry of Scene::lights. Every path of a light carries the same power at birth, but for
-/// those of a sun with a map.
+/// An area light is one connected piece of an object's emissive triangles of one material; a
+/// punctual light is one entry of Scene::lights. All paths of a light start with the same power,
+/// except those of a sun with a map.
 struct Light {
-  lights::Punctual punctual;  ///< in the present pose; of an area light, of no kind
+  lights::Punctual punctual;  ///< in the present pose; without a kind for an area light
   uint32_t group = 0;
-  uint32_t object = scene::kNone;    ///< the object that carries it, or kNone
+  uint32_t object = scene::kNone;    ///< the object that it is attached to, or kNone
   uint32_t material = scene::kNone;  ///< area
   bool two_sided = false;            ///< area
   bool on = true;                    ///< false while its object is removed
-  Vec3d power{};                     ///< total emitted per channel, undimmed
-  double max_power = 1;              ///< in units of `power`: that in any pose of its object
-  double area = 0;                   ///< area light's surface
-  Vec3f radiance{};                  ///< area: per channel
+  Vec3d power{};                     ///< total emitted per channel, without dimming
+  double max_power = 1;  ///< largest possible power in any pose of its object, relative to `power`
+  double area = 0;       ///< area lights: surface area
+  Vec3f radiance{};      ///< area lights: per channel
   std::vector<uint32_t> triangles;   ///< area: triangle indices within the object
-  std::vector<LightTriangle> world;  ///< area: the same in the present pose
-  std::vector<float> cumulative;     ///< area: cumulative share of the area, last = 1
-  uint32_t source = scene::kNone;    ///< punctual: index into Scene::lights
-  /// Of a parallel light: where on its rectangle paths begin; null: evenly.
+  std::vector<LightTriangle> world;  ///< area lights: its triangles in the present pose
+  std::vector<float> cumulative;     ///< area lights: cumulative share of the area, last = 1
+  uint32_t source = scene::kNone;    ///< punctual lights: index into Scene::lights
+  /// For parallel lights: distribution of path starts over the light's rectangle; null: uniform.
   std::shared_ptr<const SunMap> map;
-  Box bounds;  ///< of the source; empty for a parallel light
+  Box bounds;  ///< of the light's geometry; empty for a parallel light
 
-  uint64_t first_path = 0, path_count = 0;  ///< its own range of path numbers
+  uint64_t first_path = 0, path_count = 0;  ///< range of its path numbers
 
   bool is_area() const { return !punctual.kind; }
   bool is_parallel() const { return punctual.kind && punctual.kind->is_parallel(); }
-  /// Radiance, or intensity where it is strongest.
+  /// Radiance of an area light; otherwise the maximum intensity.
   Vec3f strength() const { return is_area() ? radiance : punctual.intensity; }
-  /// Power that a path may carry, of the mean.
+  /// The largest power of a path, relative to the mean.
   double max_weight() const { return map ? double(map->max_weight()) : 1.0; }
 };
 
-/// Finds the lights of a scene (kNone = all objects, else only that object's): punctual ones first,
-/// then object by object, so that those of an object that is added come last. Throws SceneError.
+/// Finds the lights of a scene (kNone: of all objects; otherwise of one object). Punctual lights
+/// come first, then area lights by object, so that lights of added objects come last. Throws
+/// SceneError.
 std::vector<Light> find_lights(const scene::Scene& scene, uint32_t only_object = scene::kNone);
 /// Moves `light` to the present pose of its object.
 void place_light(const scene::Scene& scene, Light& light);
 
-/// Each light group gets at least this share of all paths, divided by the number of groups: the
-/// others may be dimmed.
+/// Every light group gets at least this share of all paths, divided by the number of groups, since
+/// other groups may be dimmed.
 inline constexpr double kGroupFloor = 0.25;
 
-/// Splits `paths` among lights in proportion to `shares` but for the floor of each group, a
-/// multiple of `batches` each where that is possible, at least one batch row for every light;
-/// numbers them consecutively.
+/// Divides `paths` among lights in proportion to `shares`, except for the floor of each group; path
+/// counts are multiples of `batches` where possible, and at least one row of batches per light.
+/// Numbers the paths consecutively.
 void allot_paths(std::vector<Light>& lights, std::span<const double> shares, uint64_t paths,
                  uint32_t batches);
-/// The shares that give every path of every light the same photopic power.
+/// The shares for which every path of every light has the same photopic power.
 std::vector<double> shares_by_power(std::span<const Light> lights);
 
+/// The start of a path.
 struct Emission {
   Vec3f origin, direction;
-  float weight = 1;  ///< of the mean path's power
+  float weight = 1;  ///< power relative to the mean of the light's paths
 };
 
 inline Emission emit_from(const lights::Punctual& light, const std::array<float, 4>& random,
@@ -82,11 +84,11 @@ inline Emission emit_from(const lights::Punctual& light, const std::array<float,
   return {start.origin, start.direction, weight};
 }
 
-/// Start of path `index` of `light` (0 .. path_count). `batch` selects the scrambling, so batches
-/// are independent estimates.
+/// The start of path `index` of `light` (0 .. path_count - 1). Each of the `batches` has its own
+/// scrambling, so that batches are independent estimates.
 Emission emit(const Light& light, uint64_t seed, uint64_t index, uint32_t batches);
 
-/// The batch of a path within its light: contiguous ranges of equal size.
+/// The batch of a path within its light; batches are contiguous ranges of equal size.
 inline uint32_t batch_of(const Light& light, uint64_t index, uint32_t batches) {
   return uint32_t(index * batches / light.path_count);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What ray queries take and give.
+// Arguments and results of ray queries.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -13,8 +13,8 @@ namespace deltalux::trace {
 
 struct Hit {
   float t = std::numeric_limits<float>::infinity();
-  uint32_t primitive = scene::kNone;  ///< of Scene's numbering
-  Vec3f normal{};                     ///< geometric, follows the winding, not normalised
+  uint32_t primitive = scene::kNone;  ///< in the numbering of Scene
+  Vec3f normal{};  ///< geometric normal; its side follows the winding; not normalised
   bool valid() const { return primitive != scene::kNone; }
 };
 
@@ -24,15 +24,15 @@ struct RayFan {
   Vec3f origin;
   float to = 1;
   size_t count = 0;
-  alignas(64) std::array<float, kMaxRays> x, y, z;  ///< need not be normalised
+  alignas(64) std::array<float, kMaxRays> x, y, z;  ///< directions, not necessarily normalised
 };
 using RayBits = std::array<uint64_t, RayFan::kMaxRays / 64>;  ///< one bit per ray of a fan
 
-/// Where a line passes through a surface.
+/// A point where a line passes through a surface.
 struct Passage {
   float t;
   int into;            ///< +1 from front to back, -1 from back to front
-  uint32_t primitive;  ///< within its own structure
+  uint32_t primitive;  ///< within its own acceleration structure
 };
 
 }  // namespace deltalux::trace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which structure a query asks, and who wins.
+// Distributes queries over acceleration structures and combines their results.
 #include "trace/ray_caster.h"
 
 #include <algorithm>
@@ -69,7 +69,7 @@ void RayCaster::drop_objects(size_t count) noexcept {
 }
 
 void RayCaster::list_present() noexcept {
-  present_.clear();  // its room was made before
+  present_.clear();  // capacity was reserved before
   for (uint32_t i = 0; i < movables_.size(); ++i)
     if (movables_[i].scene) present_.push_back(i);
 }
@@ -92,7 +92,8 @@ Hit RayCaster::closest_object(uint32_t object, Vec3f o, Vec3f d, float from, flo
 Hit RayCaster::closer(const Hit& best, uint32_t object, Vec3f o, Vec3f d, float from,
                       float to) const {
   const Movable& movable = movables_[object];
-  // Skipping by the padded box is safe: what it hides lies strictly beyond `best`.
+  // Skipping an object by its padded box is safe: if the box is beyond `best`, its triangles are
+  // strictly beyond.
   if (!movable.scene || !reaches(movable, o, d, std::min(best.t, to))) return best;
   const Hit hit = closest_object(object, o, d, from, to);
   if (!hit.valid()) return best;
@@ -135,17 +136,18 @@ RayBits RayCaster::occluded_object(uint32_t object, const RayFan& fan,
 
 void RayCaster::add_inside(uint32_t object, Vec3f o, Vec3f d, float to,
                            std::vector<Stretch>& out) const {
-  constexpr size_t kMaxPassages =
-      512;  // passages; a solid with more of them on one line counts as none
+  // passages; an object with more of them on one line is treated as not closed
+  constexpr size_t kMaxPassages = 512;
   constexpr int kTries = 4;
   const Movable& movable = movables_[object];
   if (!movable.scene || !movable.solid || !reaches(movable, o, d, to)) return;
-  // The whole line, from before the object: what goes in must come out.
+  // Examine the whole line, from before the object: every entry must have an exit.
   const float before = length(movable.bounds.extent()) + length(movable.bounds.centre() - o);
   const Vec3f from = movable.to_local.point(o);
   std::array<Passage, kMaxPassages> passages;
   for (int attempt = 0; attempt < kTries; ++attempt) {
-    // A line through an edge may meet one of its triangles or both: then one beside it tells.
+    // A line through an edge may hit one of its triangles or both; then retry with a line slightly
+    // beside it.
     const float aside = 1e-4f * float(attempt);
     const Vec3f turned = movable.to_local.direction(d) + Vec3f{aside, -aside, 0.5f * aside};
     const Vec3f w = normalize(turned);

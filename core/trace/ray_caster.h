@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ray queries over the static scene and the movable objects of a scene.
+// Ray queries over the static geometry and the movable objects of a scene.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -16,71 +16,75 @@
 
 namespace deltalux::trace {
 
-/// A piece of a line, from its nearer end to its farther one.
+/// An interval of a ray's parameter.
 struct Stretch {
   float begin, end;
 };
 
-/// Closest hit = the least (t, rank) over the static scene (rank 0) and each present movable
-/// object in its own acceleration structure (rank 1 + object), every one of them queried over the
-/// whole ray. So a hit is a pure function of the ray and of each object's pose: what one object
-/// does never changes the bits that another returns.
+/// The closest hit is the smallest (t, rank) over the static geometry (rank 0) and all present
+/// movable objects (rank 1 + object). Each has its own acceleration structure, which is queried
+/// over the whole ray. So a hit is a pure function of the ray and of the objects' poses, and what
+/// happens to one object never changes the bits of another object's hit.
 class RayCaster {
  public:
   RayCaster(const scene::Scene& scene, Progress& progress);
   RayCaster(const RayCaster&) = delete;
   RayCaster& operator=(const RayCaster&) = delete;
 
-  /// One object as it was: put_back() undoes an update_object() without anything that can fail.
+  /// The saved state of one object: put_back() undoes an update_object() and cannot fail.
   class Saved;
   Saved save_object(uint32_t object) const;
   void put_back(Saved&& saved) noexcept;
 
-  /// Commits `object` (movable, possibly new) in its present pose; on failure nothing has changed.
-  /// Not while queries run.
+  /// Builds the structure of `object` (movable, possibly new) in its present pose; if this fails,
+  /// nothing has changed. Must not run concurrently with queries.
   void update_object(const scene::Scene& scene, uint32_t object);
-  /// Forgets objects from number `count` on.
+  /// Removes the objects from index `count` on.
   void drop_objects(size_t count) noexcept;
 
+  /// The closest hit among all present geometry; the next two: in static geometry, and on one
+  /// object.
   Hit closest(Vec3f origin, Vec3f direction, float from = 0.0f,
               float to = std::numeric_limits<float>::infinity()) const;
   Hit closest_static(Vec3f origin, Vec3f direction, float from = 0.0f,
                      float to = std::numeric_limits<float>::infinity()) const;
   Hit closest_object(uint32_t object, Vec3f origin, Vec3f direction, float from = 0.0f,
                      float to = std::numeric_limits<float>::infinity()) const;
-  /// The winner among `best` (found by other means) and `object`, by the rule above.
+  /// The closer one of `best` and the hit on `object`, by the rule above.
   Hit closer(const Hit& best, uint32_t object, Vec3f origin, Vec3f direction, float from = 0.0f,
              float to = std::numeric_limits<float>::infinity()) const;
 
+  /// Whether static geometry, one object, or anything blocks the ray before `to`.
   bool occluded_static(Vec3f origin, Vec3f direction, float to) const;
   bool occluded_object(uint32_t object, Vec3f origin, Vec3f direction, float to) const;
-  /// By anything.
   bool occluded(Vec3f origin, Vec3f direction, float to) const;
-  /// The rays in `wanted` that the static scene (an object) blocks; three times faster than single
-  /// rays. The answers belong to the fan as a whole: rays that begin on a triangle, lie in its
-  /// plane or pass through its edge (3e-5 of them, no others) are answered otherwise in other
-  /// company. So let `wanted` follow from the present state alone, never from its history.
+  /// Which of the rays in `wanted` static geometry (or an object) blocks; three times as fast as
+  /// single rays. Results depend on the set of rays in a call: for rays that start on a triangle,
+  /// lie in its plane or pass through its edge (3e-5 of all, no others), the result may differ when
+  /// other rays are traced with them. So `wanted` must depend on the present state only, never on
+  /// its history.
   RayBits occluded_static(const RayFan& fan, const RayBits& wanted) const;
   RayBits occluded_object(uint32_t object, const RayFan& fan, const RayBits& wanted) const;
 
-  /// Appends what of origin + t * direction, 0 <= t <= to, lies inside `object` (unit direction).
-  /// Nothing where the object is not closed, see scene::Object.
+  /// Appends the intervals of origin + t * direction, 0 <= t <= to, that lie inside `object` (unit
+  /// direction). None if the object is not closed, see scene::Object.
   void add_inside(uint32_t object, Vec3f origin, Vec3f direction, float to,
                   std::vector<Stretch>& out) const;
 
-  /// World bounds of a movable object, `margin()` larger than its triangles; empty when removed.
+  /// World bounds of a movable object, padded by margin(); empty while it is removed.
   const Box& object_bounds(uint32_t object) const { return movables_[object].bounds; }
+  /// The present movable objects, ascending.
   std::span<const uint32_t> present() const { return present_; }
-  /// Bounds are this much larger than what they hold: more than rays that begin anywhere in the
-  /// scene's world may miss them by.
+  /// Padding of bounds: larger than the rounding error of any ray that starts within the scene's
+  /// world box.
   float margin() const { return margin_; }
   /// Embree's version, the instruction set in use and this library's build.
   std::string description() const;
 
  private:
   struct Movable {
-    EmbreeScene scene;  ///< in world space; empty while it is removed
-    EmbreeScene solid;  ///< in its own space, of closed objects: inside and outside
+    EmbreeScene scene;  ///< in world space; empty while the object is removed
+    EmbreeScene solid;  ///< of closed objects, in local space: for inside tests
     Box bounds;
     Pose to_local;
     uint32_t first_primitive = 0;
@@ -90,8 +94,8 @@ class RayCaster {
 
   EmbreeDevice device_;
   EmbreeScene static_;
-  std::vector<Movable> movables_;  // per object; static ones stay empty
-  std::vector<uint32_t> present_;  // movable objects with triangles, ascending
+  std::vector<Movable> movables_;  // by object; empty entries for static ones
+  std::vector<uint32_t> present_;  // present movable objects with triangles, ascending
   float margin_ = 0;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a walk leaves the surface that it hit.
+// How a path leaves the surface that it hit.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@
 
 namespace deltalux::trace {
 
-/// Cosine-distributed direction about the unit vector n (concentric map of Shirley & Chiu 1997).
+/// Cosine-distributed direction about the unit vector n (concentric map, Shirley & Chiu 1997).
 inline Vec3f cosine_direction(Vec3f n, float r, float s) {
   const float a = 2 * r - 1, b = 2 * s - 1;
   float radius = 0, phi = 0;
@@ -31,15 +31,16 @@ inline Vec3f facing_normal(const Hit& hit, Vec3f w) {
   return dot(n, w) > 0 ? -n : n;
 }
 
-/// How far above its surface a path leaves it, so that no rounding puts it below (as pbrt does).
-/// `plane`: Scene::slack_of what was hit.
+/// How far above a surface a path leaves it, so that rounding does not put it below (as in pbrt).
+/// `plane`: Scene::slack_of() of the surface.
 inline float surface_slack(Vec3f origin, Vec3f w, const Hit& hit, float plane) {
   return std::max(position_slack(origin + w * hit.t), position_slack(w * hit.t)) + plane;
 }
 
-/// Where a path leaves the surface that it hit, surface_slack() above it: back along the flight,
-/// which crossed nothing, and only what that cannot give (grazing or very short flights) along the
-/// normal, which in an acute corner would lead through the other wall.
+/// The point where a path leaves the surface that it hit, surface_slack() above it. Moves back
+/// along the incoming segment, which is known to be free. Only if that does not suffice (grazing or
+/// very short segments), moves along the normal, which in an acute corner could lead through the
+/// other wall.
 inline Vec3f leave_surface(Vec3f origin, Vec3f w, const Hit& hit, Vec3f n, float plane) {
   const float epsilon = surface_slack(origin, w, hit, plane);
   const float cosine = -dot(n, w);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Starts by the chances of leaves.
+// Draws path starts by the probabilities of leaves.
 #include "trace/sun_map.h"
 
 #include <algorithm>
@@ -38,7 +38,7 @@ const char* SunMap::flaw() const {
   }
   if (leaves.front().below != 0) return "chances that do not grow from 0 to 1";
   if (!(std::fabs(area - 1) < 1e-9)) return "leaves that do not fill their rectangle";
-  // Rounding of small chances.
+  // A factor of 2 leaves room for rounding of small probabilities.
   if (!(max_weight() < 2 / kMinDensity)) return "a leaf that gets hardly any paths";
   return nullptr;
 }

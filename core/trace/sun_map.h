@@ -1,29 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the paths of a sun begin: more of them, each with less power, where they are of most use.
+// Where the paths of a sun start: more paths, with less power each, where they are most useful.
 #pragma once
 #include <cstddef>
 #include <vector>
 
 namespace deltalux::trace {
 
-/// A sun's rectangle divided into squares of even density; chosen at the bake, see
-/// plan/sun_guiding.h. Coordinates of the rectangle are in [0, 1).
+/// A sun's rectangle, divided into squares of uniform density; chosen at the bake, see
+/// plan/sun_guiding.h. Coordinates within the rectangle are in [0, 1).
 struct SunMap {
   struct Leaf {
     float u, v, size;
-    float below;  ///< chance of the leaves before it
+    float below;  ///< cumulative probability of the leaves before it
   };
   struct Start {
     float u, v;
-    float weight;  ///< of a path's power: chance if starts were spread evenly, over that here
+    float weight;  ///< of the path's power: density of uniform starts over the density here
   };
-  static constexpr float kMinDensity = 0.25f;    ///< of an even one
+  static constexpr float kMinDensity = 0.25f;    ///< relative to the uniform density
   static constexpr size_t kMaxLeaves = 1 << 16;  ///< leaves
 
-  /// `r`, `s`: random, in [0, 1); well spread ones stay so.
+  /// `r`, `s`: random, in [0, 1). Preserves stratification.
   Start start(float r, float s) const;
   float max_weight() const;
-  /// Why starts can't follow it; null where they can.
+  /// Why these data are invalid; null if they are valid.
   const char* flaw() const;
 
   std::vector<Leaf> leaves;

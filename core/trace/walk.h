@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light paths: birth on a light, one flight to the next surface, survival and scattering there.
-// Everything is a pure function of (seed, path, bounce) and of the scene's state.
+// Light paths: emission, tracing to the next surface, survival and scattering there. Everything is
+// a pure function of (seed, path, bounce) and of the scene's state.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -13,51 +13,53 @@
 
 namespace deltalux::trace {
 
-/// A particle that leaves a light or a surface. Power is in integer quanta from birth on.
+/// A ray that leaves a light or a surface, with the power that it carries, in integer quanta.
 struct Flight {
   Vec3f origin;
-  uint32_t direction = 0;  ///< code, see base/direction.h
+  uint32_t direction = 0;  ///< encoded, see base/direction.h
   uint32_t power[3] = {0, 0, 0};
   uint32_t path = 0;
 };
 
-/// Where a flight ends and what leaves from there.
+/// Where a segment ends, and what continues from there.
 struct Interaction {
-  float length = 0;    ///< to the first hit, or to the world's border
-  float extended = 0;  ///< to the second hit or the border, at most `reach` beyond the first
+  float length = 0;  ///< to the first hit, or to the border of the world box
+  /// to the second hit or the border, at most `second_reach` beyond the first hit
+  float extended = 0;
   uint32_t primitive = scene::kNone;
   bool survives = false;
   Flight next;
 };
 
-/// Energy scale: watts (or lumens) per quantum. A path's power at birth takes at most 31 bits, so
-/// sums of 2^32 crossings fit 63 bits.
+/// The quantum of power, in watts (or lumens). A path's initial power takes at most 31 bits, so
+/// that sums over 2^32 crossings fit into 63 bits.
 struct EnergyScale {
   double quantum = 1;
 };
 
+/// Traces paths through the present scene.
 class Walk {
  public:
   struct Options {
     uint64_t seed = 1;
     uint32_t batches = 8;
-    uint32_t max_bounces = 64;   ///< flights per path
-    bool second_hit = false;     ///< look for `extended`
-    float second_reach = 1e30f;  ///< no further than this beyond the first hit
-    bool static_only = false;    ///< as if there were no movable objects
+    uint32_t max_bounces = 64;   ///< segments per path
+    bool second_hit = false;     ///< compute Landing::extended
+    float second_reach = 1e30f;  ///< at most this far beyond the first hit
+    bool static_only = false;    ///< ignore movable objects
   };
 
   Walk(const scene::Scene& scene, const RayCaster& caster, const Options& options)
       : scene_(scene), caster_(caster), options_(options) {}
 
-  /// First flight of path `index` of `light`; `quanta` from birth_quanta().
+  /// The first ray of path `index` of `light`; `quanta` from birth_quanta().
   Flight birth(const Light& light, uint64_t index, const std::array<uint32_t, 3>& quanta) const;
-  /// The same of a path that begins so.
+  /// The same for a path with a given start.
   Flight birth(const Light& light, uint64_t index, const Emission& start,
                const std::array<uint32_t, 3>& quanta) const;
-  /// Traces `flight` and scatters it.
+  /// Traces `flight`, and scatters at its hit.
   Interaction fly(const Flight& flight, uint32_t bounce) const;
-  /// The same for a first hit that is known already.
+  /// The same for a known first hit.
   Interaction scatter(const Flight& flight, uint32_t bounce, const Hit& hit) const;
   /// Calls visit(flight, interaction, bounce) for each flight of the path that begins so.
   template <class Visit>
@@ -76,10 +78,10 @@ class Walk {
   Options options_;
 };
 
-/// Scale for which no path's power at birth exceeds 31 bits, nor any sum of
-/// `paths` * `max_bounces` crossings 63 bits. Throws OptionError where that is impossible.
+/// Chooses the quantum so that no path's initial power exceeds 31 bits, and no sum of `paths` *
+/// `max_bounces` crossings exceeds 63 bits. Throws OptionError if that is impossible.
 EnergyScale choose_scale(std::span<const Light> lights, uint32_t max_bounces);
-/// Mean power of the paths of `light`, times `factor`, in quanta. Throws OptionError on overflow.
+/// The mean power of the light's paths, times `factor`, in quanta. Throws OptionError on overflow.
 std::array<uint32_t, 3> birth_quanta(const Light& light, const EnergyScale& scale, double factor);
 
 }  // namespace deltalux::trace

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Named arrays and a JSON index in one zip, written and read in pieces; no size is believed unchecked.
+"""Named arrays and a JSON index in one zip, written and read in pieces; every size is checked.
 
-A file may come from anybody. Nothing in it is compressed, so reading one takes no more memory than it
-is long.
+A file may come from an untrusted source. Nothing in it is compressed, so reading it takes no more
+memory than the file's length.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import numpy as np
 from .errors import FormatError, OptionError
 
 INDEX = "deltalux.json"
-PIECE = 1 << 20  # bytes on their way at a time
+PIECE = 1 << 20  # bytes written or read at a time
 MOST_INDEX = 64 << 20  # bytes; of 100,000 meshes it is half
 _MOST_ENTRIES = 4096
 _MOST_DIRECTORY = PIECE  # bytes of the zip's list of its entries
@@ -30,7 +30,7 @@ _SUFFIX = ".npy"
 
 
 class ArchiveWriter:
-    """Writes one archive to `file`, which can seek."""
+    """Writes one archive to `file`, which must be seekable."""
 
     def __init__(self, file: BinaryIO) -> None:
         self._zip = zipfile.ZipFile(file, "w", zipfile.ZIP_STORED)
@@ -42,15 +42,15 @@ class ArchiveWriter:
         if kind is None:
             self._zip.close()
         else:
-            self._zip.fp = None  # else it would write its end when it is collected
+            self._zip.fp = None  # otherwise the zip's destructor would write its directory
 
     def add_index(self, index: dict[str, Any]) -> None:
-        """Write what is not an array.
+        """Write the index: everything that is not an array.
 
         Raises
         ------
         OptionError
-            Where it is larger than a reader accepts, or a number is not finite.
+            If the index is larger than a reader accepts, or a number is not finite.
         """
         try:
             text = json.dumps(index, allow_nan=False).encode()
@@ -67,7 +67,7 @@ class ArchiveWriter:
         self._zip.writestr(zipfile.ZipInfo(INDEX), text)
 
     def add_array(self, name: str, dtype: str, pieces: Sequence[np.ndarray], columns: int = 0) -> None:
-        """Write the rows of all `pieces` as one array of `columns` columns, 0 = of one dimension."""
+        """Write the rows of all `pieces` as one array of `columns` columns; 0: one-dimensional."""
         rows = sum(map(len, pieces))
         self.add_bytes(
             name,
@@ -81,7 +81,7 @@ class ArchiveWriter:
     ) -> None:
         """Write an array whose bytes come in pieces."""
         header = {"descr": np.dtype(dtype).str, "fortran_order": False, "shape": shape}
-        # An entry without a date: the same session makes the same file.
+        # The entry has no date, so that equal sessions make equal files.
         with self._zip.open(zipfile.ZipInfo(name + _SUFFIX), "w", force_zip64=True) as file:
             np.lib.format.write_array_header_1_0(file, header)
             for piece in pieces:
@@ -90,13 +90,13 @@ class ArchiveWriter:
 
 
 class ArchiveReader:
-    """Reads an archive, each array once and from its beginning on.
+    """Reads an archive; each array once, from its beginning.
 
     Raises
     ------
     FormatError
-        Where the file is not what `ArchiveWriter` writes. So do all methods; zipfile.BadZipFile, OSError,
-        EOFError or ValueError tell of damage inside of an entry.
+        If `ArchiveWriter` cannot have written the file; all methods raise this, too. Damage inside an entry
+        raises zipfile.BadZipFile, OSError, EOFError or ValueError.
     """
 
     def __init__(self, path: Path) -> None:
@@ -155,7 +155,7 @@ class ArchiveReader:
         return {name.removesuffix(_SUFFIX): info.file_size for name, info in self._entries.items()}
 
     def array(self, name: str, dtype: str, rows: int | None = None, columns: int = 0) -> np.ndarray:
-        """The whole array (rows, columns), or (rows,) where `columns` is 0; None = as many as there are."""
+        """The whole array (rows, columns), or (rows,) if `columns` is 0; `rows` None: any number."""
         array = self._open(name)
         count = array.shape[0] if rows is None and array.shape else rows
         expected = (count, columns) if columns else (count,)
@@ -166,7 +166,7 @@ class ArchiveReader:
         return array.rows(expected[0] or 0)
 
     def rows(self, name: str, dtype: str, count: int, columns: int = 0) -> np.ndarray:
-        """The next `count` rows of an array that is read in parts."""
+        """The next `count` rows of an array that is read in pieces."""
         array = self._open(name)
         width = (columns,) if columns else ()
         if array.dtype != np.dtype(dtype) or array.shape[1:] != width or len(array.shape) != 1 + len(width):
@@ -174,7 +174,7 @@ class ArchiveReader:
         return array.rows(count)
 
     def bytes(self, name: str) -> int | None:
-        """Length of an array of bytes; None where there is none of that name."""
+        """Length of an array of bytes; None if there is no array of that name."""
         if name + _SUFFIX not in self._entries:
             return None
         array = self._open(name)
@@ -187,7 +187,7 @@ class ArchiveReader:
         self._open(name).read_into(buffer)
 
     def check_all_read(self) -> None:
-        """Raise FormatError where an array was not read to its end, and so not checked for damage."""
+        """Raise FormatError if an array was not read to its end, so that its checksum was not verified."""
         for name in self.names:
             if name not in self._arrays or self._arrays[name].left:
                 raise FormatError(f'found the array "{name}" or a part of it that nothing asks for')
@@ -202,7 +202,7 @@ class ArchiveReader:
 
 
 class _Array:
-    """One array of the archive, whose header fits the entry's length."""
+    """One array of the archive; its header is consistent with the entry's length."""
 
     def __init__(self, name: str, archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> None:
         self._name = name
@@ -240,11 +240,12 @@ class _Array:
 
 
 class _Directory(io.FileIO):
-    """The file, which refuses to read a list of entries that is out of proportion."""
+    """The file; refuses to read a zip directory that is unreasonably large."""
 
     def __init__(self, path: Path) -> None:
         kind = path.stat().st_mode
-        if not stat.S_ISREG(kind) and not stat.S_ISDIR(kind):  # it may never end, nor begin
+        # a device or a pipe may block, or never end
+        if not stat.S_ISREG(kind) and not stat.S_ISDIR(kind):
             raise FormatError("found a device or a pipe, expected a regular file")
         super().__init__(path)
 
@@ -255,7 +256,7 @@ class _Directory(io.FileIO):
 
 
 def _bytes_of(array: np.ndarray) -> memoryview:
-    """The memory of a contiguous array that is not empty."""
+    """The bytes of a contiguous array that is not empty."""
     return array.reshape(-1).view(np.uint8).data
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Arrays as scenes keep them: checked, copied, read-only."""
+"""Arrays in scenes: checked, copied, read-only."""
 
 from __future__ import annotations
 

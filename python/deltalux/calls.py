@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One call at a time: what keeps threads, progress callbacks and forked processes apart."""
+"""One call at a time: keeps threads, progress callbacks and forked processes apart."""
 
 from __future__ import annotations
 
@@ -14,32 +14,32 @@ from .errors import OptionError
 
 
 class Calls:
-    """Lets one call at a time into a session.
+    """Admits one call at a time to a session.
 
-    Long calls (a bake, an update) are not waited for: another call is refused while one is at work. Short
-    ones (an edit that is queued) take microseconds, and others wait for them. No call may come from
-    inside of another, as from its progress callback.
+    While a long call (a bake, an update) runs, other calls are refused. Short calls (queueing an edit) take
+    microseconds, and other calls wait for them. No call may be made from inside another one, for example
+    from its progress callback.
     """
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
-        self._call: object | None = None  # the one that is inside
+        self._call: object | None = None  # the call that is running
         self._thread = 0
         self._long = False
         self._process = os.getpid()
 
     def locked(self) -> bool:
-        """Whether a call is inside."""
+        """Whether a call is running."""
         return self._call is not None
 
     @contextmanager
     def one(self, long: bool) -> Iterator[None]:
-        """Be the one call that is inside.
+        """Run the block as the only call.
 
         Raises
         ------
         OptionError
-            While a long call is inside, from inside of a call, and in another process.
+            While a long call runs, from inside a call, and in another process.
         """
         self.check_process()
         own = object()
@@ -62,7 +62,7 @@ class Calls:
                     self._changed.notify_all()
 
     def check_process(self) -> None:
-        """Raise OptionError in a process that was forked: the threads that work are not in it."""
+        """Raise OptionError in a forked process, which does not have the worker threads."""
         if os.getpid() != self._process:
             raise OptionError(
                 f"session: it was made in process {self._process}, this one was forked from it; save the "
@@ -71,7 +71,7 @@ class Calls:
 
 
 class HasCalls(Protocol):
-    """Whatever keeps its calls apart."""
+    """Anything that has a `Calls`."""
 
     _calls: Calls
 

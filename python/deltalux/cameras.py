@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cameras: where a picture is taken from, by perspective or parallel rays."""
+"""Cameras: views for pictures, perspective or orthographic."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    """A view, in perspective or, with `height`, orthographic.
+    """A view: perspective or, with `height`, orthographic.
 
     Parameters
     ----------
     name : str
-    pose : 4x4 rigid matrix, camera to world; it looks along -Z, Y is up
-    vertical_fov : radians; means nothing in an orthographic view
-    height : metres from the lower edge of an orthographic view to the upper one, None = perspective
-    aspect : width / height of the view as its file has it, None = that of the picture
-    near, far : metres, where viewers clip; None = nowhere. Pictures of Deltalux show everything.
+    pose : 4x4 rigid matrix, camera to world; the camera looks along -Z, Y is up
+    vertical_fov : radians; ignored in an orthographic view
+    height : metres from the lower to the upper edge of an orthographic view, None = perspective
+    aspect : width / height of the view in its file, None = the picture's
+    near, far : metres, where viewers clip; None = no clipping. Deltalux's own pictures do not clip.
     """
 
     name: str
@@ -32,7 +32,7 @@ class Camera:
     far: float | None = None
 
     def pixel_width(self, rows: int, depth: np.ndarray) -> np.ndarray:
-        """(k,) metres across a pixel of a picture of so many rows, at distances (k,) from the camera."""
+        """(k,) metres, width of a pixel of a picture with so many rows, at distances (k,) from the camera."""
         if self.height is not None:
             return np.full(np.shape(depth), self.height / rows)
         return 2 * np.tan(self.vertical_fov / 2) / rows * depth

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Samples that nothing can reach, because something stands on them, and open places beside them."""
+"""Finds samples that are covered by other surfaces, and open places for them nearby."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from .display_mesh import DisplayMesh
 from .scene import Scene
 from .surfaces import Surfaces
 
-TOWARDS_MIDDLE = (0.5, 1.0)  # where open places are looked for: from the vertex to a triangle's middle
-MAX_FACES = 8  # triangles around a vertex that are tried
+TOWARDS_MIDDLE = (0.5, 1.0)  # candidates for open places, from the vertex (0) to a triangle's centroid (1)
+MAX_FACES = 8  # most triangles around a vertex that are tried
 
 
 class Clearance:
-    """Which vertices of a display mesh have covered samples, and open places for these.
+    """Which vertices of a display mesh have covered samples, and open places for those samples.
 
-    A sample under a bookcase's side says nothing of the floor that is seen beside it. Static
-    samples are judged among static surfaces, those of a movable on the movable alone: where they
-    are must not depend on where movables happen to stand.
+    A sample under the side of a bookcase says nothing about the floor that is visible beside it. Static
+    samples are tested against static surfaces, samples of a movable against that movable only: their places
+    must not depend on the movables' poses.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ class Clearance:
 
     Attributes
     ----------
-    covered : (n,) bool, of the vertices
+    covered : (n,) bool, whether each vertex's sample is covered
     """
 
     def __init__(self, scene: Scene, display: DisplayMesh, threads: int = 0) -> None:
@@ -41,12 +41,11 @@ class Clearance:
         self.covered = covered_samples(self._surfaces)
 
     def cleared(self, display: DisplayMesh) -> DisplayMesh:
-        """The display mesh, its covered samples moved to an open place in one of their triangles, where
-        there is one.
+        """The display mesh with covered samples moved to open places in adjacent triangles, where possible.
 
         Parameters
         ----------
-        display : the mesh that was given, or one that differs in which vertices have a sample
+        display : the given mesh, or one that differs only in which vertices have a sample
         """
         samples = display.sample_points.copy()
         covered = display.sample_vertices[self.covered[display.sample_vertices]]
@@ -71,7 +70,7 @@ class Clearance:
 def movables_apart(scene: Scene) -> dict[str, np.ndarray]:
     """Poses at which no movable is near anything: in a row beside the static meshes.
 
-    They do not follow from the poses that the movables have, not even by rounding.
+    They do not depend on the movables' present poses, not even by rounding.
     """
     static = [m.world_vertices for m in scene.meshes if not m.movable]
     points = np.concatenate([*static, np.zeros((1, 3))])  # without static meshes: beside the origin
@@ -90,7 +89,7 @@ def movables_apart(scene: Scene) -> dict[str, np.ndarray]:
 def _inside(
     points: np.ndarray, display: DisplayMesh, vertices: np.ndarray, triangles: np.ndarray, share: float
 ) -> np.ndarray:
-    """A point of each triangle, between one of its vertices and its middle."""
+    """A point of each triangle, between one of its vertices and its centroid."""
     middle = points[display.triangles[triangles]].mean(axis=1)
     return points[vertices] + share * (middle - points[vertices])
 
@@ -100,7 +99,7 @@ def covered_samples(surfaces: Surfaces) -> np.ndarray:
 
     Returns
     -------
-    (n,) bool: nearly every ray from the sample soon meets something, or meets it from behind.
+    (n,) bool: nearly every ray from the sample hits a surface nearby, or hits one from behind.
     """
     points, normals = surfaces.display.world(surfaces.scene, surfaces.poses, samples=True)
     return surfaces.cover.covers(points, normals)

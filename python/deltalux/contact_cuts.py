@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Surfaces cut where others cross them or stand on them: no light is interpolated past a wall's foot."""
+"""Cuts surfaces where others cross or touch them, so that no light is interpolated across a wall's foot."""
 
 from __future__ import annotations
 
@@ -14,15 +14,19 @@ from .covered_places import Cover
 from .line_splitting import CutMesh, split_along
 from .vectors import same_places, unit
 
-SMALLEST = 0.5  # of the spacing, longest edge of triangles that are cut; light reaches no farther in others
+# as a share of the spacing: triangles whose longest edge is shorter are not cut, because light is
+# interpolated no farther inside them
+SMALLEST = 0.5
 
-NARROWEST = 0.08  # of the spacing, height of triangles that are cut; on others all lines are one
-GAP = 0.1  # of the spacing, as of covered places: what ends so close to a surface stands on it
-TOLERANCE = 0.02  # of the spacing; how far cuts may be off
-ASIDE = 0.04  # of the spacing, how far beside a line is asked whether it is open
-SHORTEST = 0.25  # of the spacing, edges of three triangles at which light is parted
-MOST_ADDED = 0.5  # of the points, where they are many
-FEW_ADDED = 20_000  # points, where they are few
+# as a share of the spacing: least height of triangles that are cut; in others all lines coincide
+NARROWEST = 0.08
+# as a share of the spacing, as for covered places: a surface that ends this close to another touches it
+GAP = 0.1
+TOLERANCE = 0.02  # as a share of the spacing: tolerance of cuts
+ASIDE = 0.04  # as a share of the spacing: distance from a line at which its sides are tested
+SHORTEST = 0.25  # as a share of the spacing: shortest edge of three triangles that counts as a contact
+MOST_ADDED = 0.5  # most points added, as a share of all points
+FEW_ADDED = 20_000  # or this number of points, if it is larger
 
 
 def cut_at_contacts(
@@ -35,20 +39,20 @@ def cut_at_contacts(
     spacing: float,
     max_points: int,
 ) -> CutMesh:
-    """Cut refined triangles of static meshes along the lines where others of them meet them.
+    """Cut refined triangles of static meshes along the lines where other static meshes meet them.
 
-    Not where both sides of a line are covered. Edges that three triangles and more share are such lines.
+    Lines with both sides covered are ignored. Edges that three or more triangles share count as contacts.
 
     Parameters
     ----------
     points : (n, 3)
     triangles : (m, 3), no edge longer than `spacing`
-    parent : (m,) int64, the base triangle that each is a part of
+    parent : (m,) int64, the base triangle that each triangle is a part of
     base : (b, 3) int64, corners among `points`, counter-clockwise on a side that light may reach
-    static : (b,) bool, of meshes that never move
+    static : (b,) bool, whether the triangle's mesh is static
     mesh : (b,) int64
     spacing : metres
-    max_points : cuts end there, or where they have added half of the points, or 20,000
+    max_points : cutting ends there, or after adding half of the points, or 20,000 if that is more
     """
     own = np.flatnonzero(static[parent])
     wide = _core.wide_triangles(points, triangles[own], SMALLEST * spacing, NARROWEST * spacing)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where surfaces meet: lines on the triangles of a mesh along which others cross or stand on them."""
+"""Contact lines: lines on the triangles of a mesh along which other surfaces cross or touch them."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ import numpy as np
 from . import _core
 from .vectors import normals_by_area, unit
 
-MOST_PER_TRIANGLE = 12  # lines; longer ones first
-IRRATIONAL = np.array([np.sqrt(0.2), np.sqrt(0.3), np.sqrt(0.5)])  # a direction like no other
-BEARING_STEP = 0.02  # radians; lines that differ by less, and lie on each other, are one
+MOST_PER_TRIANGLE = 12  # lines; the longest are kept
+# a direction that is parallel to no likely line
+IRRATIONAL = np.array([np.sqrt(0.2), np.sqrt(0.3), np.sqrt(0.5)])
+BEARING_STEP = 0.02  # radians; overlapping lines whose directions differ by less are merged
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +37,7 @@ class ContactLines:
         return len(self.triangle)
 
     def those(self, which: np.ndarray) -> ContactLines:
-        """The lines of these numbers."""
+        """The lines with these numbers."""
         return ContactLines(self.triangle[which], self.start[which], self.along[which], self.length[which])
 
 
@@ -49,25 +50,25 @@ def contact_lines(
     gap: float,
     tolerance: float,
 ) -> ContactLines:
-    """Find lines where faces cross triangles that are pieces of them, or end on them.
+    """Find lines where faces cross triangles of other faces, or end on them.
 
     Parameters
     ----------
     points : (n, 3)
     triangles : (m, 3) int64
-    face : (m,) int64, the one that each triangle is a piece of; it does not cross that one's
-        neighbours, which share an edge with it
+    face : (m,) int64, the face that each triangle is a part of; neighbours of that face, which share an
+        edge with it, do not count as crossing it
     faces : (f, 3) int64
-    places : (f, 3) int64, numbers of the places of their corners; neighbours have two in common
-    gap : metres; what ends so close to a triangle's plane touches it
-    tolerance : metres; lines within it are one, shorter ones are none
+    places : (f, 3) int64, numbers of the corners' places; neighbours have two in common
+    gap : metres; a face that ends this close to a triangle's plane touches it
+    tolerance : metres; lines within it are merged, shorter lines are dropped
     """
     found = _core.contact_lines(points, triangles, face, faces, places, gap, tolerance)
     return _merged(points, triangles, ContactLines(*found), tolerance)
 
 
 def _merged(points: np.ndarray, triangles: np.ndarray, lines: ContactLines, tolerance: float) -> ContactLines:
-    """Lines on one another as one; of each triangle the longest ones."""
+    """Merge overlapping lines, and keep the longest ones of each triangle."""
     if len(lines) == 0:
         return lines
     base = points[triangles[lines.triangle]]
@@ -89,7 +90,7 @@ def _merged(points: np.ndarray, triangles: np.ndarray, lines: ContactLines, tole
     key, begin, length = key[:, order], begin[order], lines.length[order]
     line = np.cumsum(np.r_[0, (key[:, 1:] != key[:, :-1]).any(axis=0)])
     end = begin + length
-    # The farthest end so far on the same line: each line's values lie above the ones before.
+    # Running maximum of the ends on the same line: offsets keep each line's values above the previous ones'.
     step = 2 * (np.abs(begin).max() + length.max() + 1.0)
     farthest = np.maximum.accumulate(end + line * step) - line * step
     new = np.r_[True, (line[1:] != line[:-1]) | (begin[1:] > farthest[:-1] + tolerance)]
@@ -108,6 +109,6 @@ def _merged(points: np.ndarray, triangles: np.ndarray, lines: ContactLines, tole
 
 
 def _rank(start: np.ndarray, along: np.ndarray) -> np.ndarray:
-    """Numbers that are alike for one line on two triangles, so that both are cut along it first."""
+    """Ranks that are equal for one line on two triangles, so that both are cut along it first."""
     one_way = along * np.where(along @ IRRATIONAL < 0, -1.0, 1.0)[:, None]
     return (np.cross(start, one_way) + one_way) @ IRRATIONAL

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which sides of the lines where surfaces meet are open, and which are covered by what stands there."""
+"""Finds which sides of contact lines are open, and which are covered by a surface that stands there."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from .covered_places import Cover
 
 
 def open_sides(lines: ContactLines, normals: np.ndarray, cover: Cover, aside: float) -> np.ndarray:
-    """Ask beside the middle of each line whether something covers the surface there.
+    """Test beside the midpoint of each line whether something covers the surface there.
 
     Parameters
     ----------
-    lines : on a surface
+    lines : contact lines on a surface
     normals : (k, 3), unit, of the surface
-    cover : all surfaces
+    cover : all surfaces that may cover it
     aside : metres from the line
 
     Returns

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sessions of the core: options are checked here, scene and samples become what the core takes."""
+"""The core's session: checks its options, and converts scene and samples to the core's input."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from .segments import check_bounces, check_integer, check_paths, check_seed, che
 
 DIRECT_MODES = ("auto", "paths", "sampled")
 LIGHT_PARTS = ("all", "direct", "indirect")
-RAY_COUNTS = (8, 65536)  # rays of a place, at least and at most
+RAY_COUNTS = (8, 65536)  # bounds of the number of rays of a place
 DISC_AREAS = ("reachable", "whole")
 METHODS = ("auto", *_core.METHODS)
-# Of a sample, where nobody says how many, and of all samples together with so many each: what few
-# samples gain costs them no more time than 16,384 samples of 256 rays take. With fewer than 64 rays
-# light under narrow spots is far noisier than it should be.
+# Rays per sample with gather="auto": an entry applies if all samples together cast at most this many rays.
+# More rays than 256, for few samples, cost no more time than 16,384 samples of 256 rays do. With fewer than
+# 64 rays, light under narrow spots is far noisier than it should be.
 RAYS = {1536: 1 << 22, 1024: 1 << 22, 512: 1 << 22, 256: 1 << 24, 128: 1 << 24, 64: 1 << 24}
-AT_REST = 0xFFFFFFFF  # object of samples that move with nothing
+AT_REST = 0xFFFFFFFF  # object number of samples that belong to no movable
 
 
 class SessionOptions(TypedDict):
-    """Options of a session, checked; they are saved with it."""
+    """Options of a session, checked; a session file stores them."""
 
     paths: int
     seed: int
@@ -46,7 +46,7 @@ class SessionOptions(TypedDict):
 
 
 def checked_options(options: SessionOptions) -> SessionOptions:
-    """Refuse what no session can have; counts become Python's integers, which files can hold.
+    """Check the options; counts become Python integers, which the session file's JSON can hold.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def checked_options(options: SessionOptions) -> SessionOptions:
 
 
 def resolved_gather(gather: str | int, samples: int, segment_end: str, disc_area: str) -> str | int:
-    """What "auto" stands for; anything else as it is."""
+    """The value that "auto" stands for; any other value unchanged."""
     if gather != "auto":
         return gather
     if (segment_end, disc_area) != ("first", "reachable"):
@@ -81,12 +81,12 @@ def resolved_gather(gather: str | int, samples: int, segment_end: str, disc_area
 
 
 def default_paths(gather: str | int) -> int:
-    """Paths where nobody says how many: discs need each of them, cells little of that."""
+    """Default number of paths: discs need many, whereas the cells that rays read need fewer."""
     return 1_000_000 if gather == "off" else 300_000
 
 
 def gather_rays(gather: str | int) -> int:
-    """Rays of each sample; 0: all light by discs.
+    """Rays of each sample; 0: all light is estimated by discs.
 
     Raises
     ------
@@ -99,7 +99,7 @@ def gather_rays(gather: str | int) -> int:
 
 
 def check_asked(part: str, rays: int | None, gather: str | int) -> None:
-    """Refuse what `Session.at` can't be asked for.
+    """Check the options of `Session.at`.
 
     Raises
     ------
@@ -131,7 +131,7 @@ def movable_index(scene: Scene, flat: FlatScene, name: str) -> int:
 
 
 def check_insertion(mesh: Mesh, flat: FlatScene) -> None:
-    """Refuse a mesh that no session of `flat` can take in.
+    """Check that a session of `flat` can insert this mesh.
 
     Raises
     ------
@@ -151,13 +151,13 @@ def check_insertion(mesh: Mesh, flat: FlatScene) -> None:
 
 
 def core_pose(scene: Scene, flat: FlatScene, box: np.ndarray, name: str, pose: np.ndarray) -> np.ndarray:
-    """The pose of a movable in the core.
+    """The pose of a movable in the core's coordinates.
 
     Raises
     ------
     OptionError
-        Within `box` (beyond it the core refuses), but so far from the scene's middle that single
-        precision holds nothing of its shape.
+        For a pose within `box` (the core refuses poses beyond it) that is so far from the scene's
+        middle that single precision cannot represent the mesh's shape there.
     """
     inside = bool(((box[0] <= pose[:3, 3]) & (pose[:3, 3] <= box[1])).all())
     slack, size = place_slack(scene.mesh(name), pose, flat.origin)
@@ -170,7 +170,7 @@ def core_pose(scene: Scene, flat: FlatScene, box: np.ndarray, name: str, pose: n
 
 
 def _core_points(flat: FlatScene, samples: Samples) -> np.ndarray:
-    """(n, 3) float32: in the core's world, or in the own space of what they are attached to."""
+    """(n, 3) float32: in the core's world space, or in the space of the movable of a sample."""
     begin = np.broadcast_to(flat.origin, samples.points.shape).copy()
     for name in {name for name in samples.attached if name is not None}:
         begin[samples.attached == name] = flat.local[name]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Places that nothing can reach, because something stands on them."""
+"""Finds places that are covered by other surfaces."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ import numpy as np
 
 from . import _core
 
-LIFT = 1e-3  # of the spacing; where a ray leaves the surface
-CONTACT = 0.1  # of the spacing; a gap this narrow counts as closed
+LIFT = 1e-3  # as a share of the spacing: height above the surface where rays start
+CONTACT = 0.1  # as a share of the spacing: a gap this narrow counts as closed
 
 
 class Cover:
-    """Surfaces that may stand on others.
+    """Surfaces that may cover others.
 
     Parameters
     ----------
-    layers : ray casters: of triangles that are counter-clockwise on a side that light may reach, and, where
-        there are any, of those that lie in the place of one of them, wound the other way
+    layers : ray casters: one of triangles that are counter-clockwise on a side that light may reach, and, if
+        needed, one of triangles in the same places with the opposite winding
     origin : (3,), of the casters' coordinates
     spacing : metres, of samples there
     """
@@ -32,7 +32,7 @@ class Cover:
 
     @classmethod
     def of(cls, vertices: np.ndarray, triangles: np.ndarray, second: np.ndarray, spacing: float) -> Cover:
-        """Of triangles (m, 3) of which `second` (m,) marks those that belong to the second layer."""
+        """Cover by triangles (m, 3); `second` (m,) marks those of the second layer."""
         used = vertices[triangles.ravel()]
         origin = 0.5 * (used.min(axis=0) + used.max(axis=0)) if len(used) else np.zeros(3)
         local = (vertices - origin).astype(np.float32)
@@ -48,7 +48,7 @@ class Cover:
 
         Returns
         -------
-        (n,) bool: nearly every ray soon meets something, or meets it from behind.
+        (n,) bool: nearly every ray hits a surface nearby, or hits one from behind.
         """
         if not self._layers:
             return np.zeros(len(points), dtype=bool)

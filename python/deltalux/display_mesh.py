@@ -20,11 +20,11 @@ from .units import FARTHEST
 
 FRONT, BACK, BOTH = 1, 2, 3
 
-DEFAULT_ADDED_SAMPLES = 50_000  # what refinement adds when no spacing is given
+DEFAULT_ADDED_SAMPLES = 50_000  # number of vertices that refinement adds if no spacing is given
 MAX_SAMPLES = 2_000_000
 VERTICES_PER_SQUARED_SPACING = 2.5  # measured on rooms: between 1.4 and 3 per area / spacing²
-WELD_TOLERANCE = 2.0**-20  # of the mesh's largest coordinate; float32 keeps 24 bits
-COPLANAR_ANGLE = 0.5  # degrees; float32 positions alone make flat faces differ by so much
+WELD_TOLERANCE = 2.0**-20  # as a share of the mesh's largest coordinate; float32 has 24 bits
+COPLANAR_ANGLE = 0.5  # degrees; float32 positions alone make the normals of flat surfaces differ by this much
 
 PER_VERTEX = ("points", "sample_points", "normals", "vertex_mesh", "attached")
 PER_TRIANGLE = ("triangle_material", "triangle_mesh", "source_triangle", "reversed")
@@ -34,14 +34,14 @@ Poses = Mapping[str, Any]  # movable's name -> 4x4 pose, or None where it was re
 
 @dataclass(frozen=True, eq=False)
 class Refinement:
-    """What was added to a display mesh at edges of shadows, and what takes it back.
+    """Vertices added to a display mesh at edges of shadows, and the mesh without them.
 
     Parameters
     ----------
-    vertices : (d,) int64, those that were added; they have no samples
-    length : metres, edges were not halved below it
-    plain_triangles : (p, 3) int64, the triangles before, over the vertices of now
-    plain_triangle : (m,) int64, the plain triangle that each triangle is a part of
+    vertices : (d,) int64, added vertices; they have no samples
+    length : metres; edges shorter than this were not halved
+    plain_triangles : (p, 3) int64, the triangles before refinement, over the present vertices
+    plain_triangle : (m,) int64, for each triangle the plain triangle that contains it
     """
 
     vertices: np.ndarray
@@ -52,7 +52,7 @@ class Refinement:
 
 @dataclass(frozen=True, eq=False)
 class DisplayMesh:
-    """Refined triangles of a scene and the points where irradiance is asked.
+    """Refined triangles of a scene, and the points where irradiance is estimated.
 
     Vertices of static meshes are in world space, those of movables in the movable's own space.
 
@@ -61,8 +61,8 @@ class DisplayMesh:
     points : (n, 3) float64
         Vertices; equal positions are one vertex inside a smoothing group of a mesh.
     sample_points : (n, 3) float64
-        Where irradiance is asked: the vertex, or, on creases and borders, a point a little
-        inside the faces around it, so that a disc is not centred inside a neighbouring wall.
+        Where irradiance is estimated: the vertex, or, on creases and borders, a point slightly inside the
+        adjacent faces, so that a disc's centre does not lie inside a neighbouring wall.
     normals : (n, 3) float64
         Angle-weighted mean of the face normals around the vertex, on the sampled side.
     triangles : (m, 3) int64
@@ -77,10 +77,10 @@ class DisplayMesh:
     spacing : float
         No edge is longer than this, metres.
     sharing : Sharing or None
-        Samples at some of the vertices only, and which of them each vertex takes its light from;
-        None: each vertex has its own sample, of the same number.
+        Sharing of samples between vertices: only some vertices have a sample, and the others are
+        interpolated from them; None: each vertex has its own sample, of the same number.
     refinement : Refinement or None
-        What was added at edges of shadows.
+        Refinement at edges of shadows.
     """
 
     points: np.ndarray
@@ -99,30 +99,30 @@ class DisplayMesh:
 
     @property
     def detail(self) -> np.ndarray | None:
-        """(d,) int64: vertices added at edges of shadows; what they share with samples is indirect light."""
+        """(d,) int64: vertices added at edges of shadows; samples give them indirect light only."""
         return None if self.refinement is None else self.refinement.vertices
 
     @property
     def detail_length(self) -> float | None:
-        """Metres: edges of shadows were not halved below it."""
+        """Metres: edges shorter than this were not halved at edges of shadows."""
         return None if self.refinement is None else self.refinement.length
 
     @property
     def sample_vertices(self) -> np.ndarray:
-        """(s,) numbers of the vertices that have a sample, in the order of the samples."""
+        """(s,) number of the vertex of each sample, in the order of the samples."""
         return np.arange(len(self.points)) if self.sharing is None else self.sharing.vertices
 
     def at_vertices(self, values: np.ndarray) -> np.ndarray:
-        """Values (s,) or (s, c) of the samples as the vertices show them, (n,) or (n, c)."""
+        """Values (n,) or (n, c) at the vertices, from values (s,) or (s, c) of the samples."""
         return values if self.sharing is None else self.sharing.at_vertices(values)
 
     def sample_areas(self) -> np.ndarray:
-        """(s,) square metres that each sample stands for: a third of the triangles around its vertices."""
+        """(s,) square metres that each sample represents: a third of the triangles around its vertices."""
         areas = self.vertex_areas()
         return areas if self.sharing is None else self.sharing.of_samples(areas)
 
     def without_detail(self) -> DisplayMesh:
-        """The mesh as it was before it was refined at edges of shadows; itself where it was not."""
+        """The mesh before refinement at edges of shadows; itself if there was no such refinement."""
         if self.refinement is None:
             return self
         kept = np.ones(len(self.points), dtype=bool)
@@ -137,7 +137,7 @@ class DisplayMesh:
         return replace(self, **arrays, sharing=self._sharing_of(kept, number), refinement=None)
 
     def _sharing_of(self, kept: np.ndarray, number: np.ndarray) -> Sharing | None:
-        """The sharing of the vertices that are `kept` (n,) and have a `number` (n,) then."""
+        """The sharing of the vertices that are `kept` (n,), renumbered by `number` (n,)."""
         own = self.sharing
         if own is None or len(own.vertices) == np.count_nonzero(kept):  # each has its own sample
             return None
@@ -146,7 +146,7 @@ class DisplayMesh:
     def world(
         self, scene: Scene, poses: Poses | None = None, samples: bool = False
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Vertices (or their sample points) and normals in world space, movables at `poses` (else as loaded).
+        """Vertices (or their sample points) and normals in world space, movables at `poses`, else as loaded.
 
         Both are (n, 3).
         """
@@ -166,7 +166,7 @@ class DisplayMesh:
 
 
 def movable_poses(scene: Scene, poses: Poses | None) -> dict[int, np.ndarray | None]:
-    """Pose of each movable by mesh index: from `poses`, else as loaded; None where removed."""
+    """Pose of each movable by mesh index: from `poses`, else as loaded; None if removed."""
     given = poses or {}
     unknown = set(given) - set(scene.movable)
     if unknown:
@@ -177,9 +177,9 @@ def movable_poses(scene: Scene, poses: Poses | None) -> dict[int, np.ndarray | N
 def in_world(
     points: np.ndarray, normals: np.ndarray, attached: np.ndarray, poses: Mapping[Any, np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Copies, each (n, 3), in which what is `attached` (n,) to a movable stands at its pose (4, 4).
+    """Copies, each (n, 3), with the points `attached` (n,) to a movable transformed by its pose (4, 4).
 
-    Movables are named as in `attached`; what moves with none of `poses` stays as it is.
+    `attached` and `poses` name movables; points attached to none of `poses` stay unchanged.
     """
     points, normals = points.copy(), normals.copy()
     for movable, pose in poses.items():
@@ -194,7 +194,7 @@ def refine(
 ) -> DisplayMesh:
     """Refine the scene's triangles until no edge is longer than `spacing`.
 
-    Degenerate triangles (no area) are left out.
+    Degenerate triangles (without area) are dropped.
 
     Parameters
     ----------
@@ -202,16 +202,16 @@ def refine(
     spacing : float or None
         Metres; None chooses one that adds some 50,000 samples to the scene's own vertices.
     max_samples : int
-        Refuse to make more vertices than this.
+        Raise an error rather than make more vertices than this.
     sides : (triangles of all meshes,) int array or None
         Side of each triangle to sample, in the order of `scene.meshes`: `FRONT` (1), `BACK` (2)
-        or `BOTH` (3); None = front everywhere. A triangle of which both are sampled appears
+        or `BOTH` (3); None = front everywhere. A triangle that is sampled on both sides appears
         twice, once with reversed winding.
 
     Raises
     ------
     OptionError
-        Where the spacing is not positive, or needs more than `max_samples`; the message then
+        If the spacing is not positive, or needs more than `max_samples` vertices; the message then
         gives a spacing that fits.
     """
     base = _welded(scene, _checked_sides(scene, sides))
@@ -221,7 +221,8 @@ def refine(
         raise OptionError(
             f"spacing: found {spacing}, expected a positive number of metres, at most {FARTHEST:g}"
         )
-    if _area(base) <= 2 * max_samples * spacing**2:  # else it need not be tried
+    # otherwise far too many vertices would result, and refinement is not tried
+    if _area(base) <= 2 * max_samples * spacing**2:
         try:
             return _refined(scene, base, float(spacing), max_samples)
         except TooManyPoints:
@@ -274,7 +275,7 @@ def _welded(scene: Scene, sides: np.ndarray) -> _Base:
     mesh = np.repeat(np.arange(len(scene.meshes)), triangle_counts)
     source = np.concatenate([np.arange(n) for n in triangle_counts])
 
-    # Both sides of one triangle stay neighbours, so that everything is ordered by source.
+    # Both sides of a triangle stay adjacent, so that triangles remain ordered by source.
     order = np.repeat(np.arange(len(triangles)), np.where(sides == BOTH, 2, 1))
     second = np.r_[False, order[1:] == order[:-1]]
     backward = (sides[order] == BACK) | second
@@ -308,11 +309,11 @@ def _without(base: _Base, dropped: np.ndarray) -> _Base:
 
 
 def weld(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
-    """Merge the vertices of each mesh that differ by rounding only.
+    """Merge vertices of a mesh whose positions differ by rounding only.
 
     Returns
     -------
-    representative : (k,) for each merged vertex, one of the vertices of all meshes
+    representative : (k,) for each merged vertex, the number of one of the original vertices
     triangles : (m, 3), the triangles of all meshes over the merged vertices
     """
     first = np.cumsum([0, *(len(m.vertices) for m in scene.meshes)])
@@ -331,7 +332,7 @@ def _automatic_spacing(base: _Base) -> float:
     spacing = np.sqrt(VERTICES_PER_SQUARED_SPACING * _area(base) / DEFAULT_ADDED_SAMPLES)
     for _ in range(4):
         spacing = float(f"{spacing:.2g}")
-        # Long thin triangles need more vertices than their area says.
+        # Long thin triangles need more vertices than their area suggests.
         added = _added_points(base, spacing, 8 * DEFAULT_ADDED_SAMPLES)
         ratio = added / DEFAULT_ADDED_SAMPLES
         if ratio <= 1.2:

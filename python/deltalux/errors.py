@@ -15,7 +15,7 @@ class OptionError(Error, ValueError):
 
 
 class FormatError(Error):
-    """A file is malformed, truncated, foreign, or uses a feature that is not supported."""
+    """A file is malformed, truncated, foreign, or uses an unsupported feature."""
 
 
 class Cancelled(Error):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Values of a JSON object that may come from anybody: checked as they are taken."""
+"""Values of an untrusted JSON object, checked when they are read."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ _FAR = sys.float_info.max
 
 
 class Fields:
-    """One JSON object with exactly the fields `names`.
+    """One JSON object that must have exactly the fields `names`.
 
-    Every method raises FormatError, which says where in the index what was found.
+    Every method raises FormatError, which names the place in the index and the value found.
     """
 
     def __init__(self, value: Any, where: str, names: Collection[str]) -> None:
@@ -63,15 +63,15 @@ class Fields:
         return self._take(name, isinstance(self._values[name], bool), "true or false")
 
     def text(self, name: str) -> str:
-        """A text."""
+        """A string."""
         return self._take(name, isinstance(self._values[name], str), "a text")
 
     def optional_text(self, name: str) -> str | None:
-        """A text, or None."""
+        """A string, or None."""
         return None if self._values[name] is None else self.text(name)
 
     def texts(self, name: str) -> list[str]:
-        """A list of texts."""
+        """A list of strings."""
         value = self._values[name]
         good = isinstance(value, list) and all(isinstance(text, str) for text in value)
         return self._take(name, good, "a list of texts")
@@ -99,7 +99,7 @@ class Fields:
         return Fields(self._values[name], f"{self._where}.{name}", names)
 
     def any(self, name: str) -> Any:
-        """The value as it is, for whoever checks it."""
+        """The value, unchecked; the caller checks it."""
         return self._values[name]
 
 

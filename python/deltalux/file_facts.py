@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a session file holds, told without restoring its light."""
+"""Facts about a session file, read without restoring its light."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .stored_samples import FIELDS as SAMPLE_FIELDS
 from .stored_scene import FIELDS as SCENE_FIELDS
 from .stored_scene import unpack_scene
 
-# Parts of a file by the beginnings of their entries' names; the first that fits counts.
+# Parts of a file, by prefix of the entries' names; the first match counts.
 PARTS = {
     "scene": ("deltalux.json", "meshes/", "looks/"),
     "samples": ("samples/", "display/", "sharing/"),
@@ -35,14 +35,14 @@ PARTS = {
 def file_facts(path: str | Path) -> tuple[dict[str, Any], Scene]:
     """Facts of a session file, and its scene as it was loaded.
 
-    The scene, the edits and the sizes of all arrays are checked, the light is not: only opening does that.
+    Checks the scene, the edits and the sizes of all arrays, but not the light: only opening checks that.
 
     Returns
     -------
     dict with `made_by` (a line for each command that led to the file), `built_by` (the build that computed
     the light, or None), `baked`, `options`, `segments` (None without light), `samples` (`count`, `spacing`,
     `vertices` of the display mesh or None, `grid` or None), `edits` (`moved`: `offset` in metres and
-    `degrees` about whatever axis by name, `removed`: names, `dimmed`: factors by group, `reflectances` by
+    `degrees` of rotation by name, `removed`: names, `dimmed`: factors by group, `reflectances` by
     material) and `bytes` by part; the Scene
 
     Raises
@@ -93,7 +93,7 @@ def _samples(index: Fields, archive: ArchiveReader) -> dict[str, Any]:
 
 
 def _edits(scene: Scene, index: Fields, archive: ArchiveReader) -> dict[str, Any]:
-    """How the state differs from the scene as loaded."""
+    """Differences of the state from the scene as loaded."""
     flat = flatten(scene)
     poses = _core_array(archive, "poses", "<f8")
     present = _core_array(archive, "present", "|u1")
@@ -102,7 +102,7 @@ def _edits(scene: Scene, index: Fields, archive: ArchiveReader) -> dict[str, Any
         raise FormatError("found state of another number of objects than the scene has")
     if len(factors) < len(flat.groups):
         raise FormatError("found state of fewer light groups than the scene has")
-    rows = poses.reshape(-1, 4, 3)  # of a rotation, then the translation
+    rows = poses.reshape(-1, 4, 3)  # 3 rows of the rotation, then the translation
     moved = {}
     for mesh in scene.meshes:
         loaded, now = flat.pose(mesh.name, mesh.pose) if mesh.movable else None, np.eye(4)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files appear whole or not at all: written aside, then renamed; inputs are not replaced."""
+"""Writes files completely or not at all: to a temporary file, then renamed; protects inputs."""
 
 from __future__ import annotations
 
@@ -18,20 +18,18 @@ _SUFFIX = ".part"
 
 @contextmanager
 def written_aside(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
-    """Give a binary file to write to; it replaces `path` when the block succeeds.
+    """Provide a binary file to write to; it replaces `path` when the block succeeds.
 
-    Whoever opens `path` finds what was there or what was written, whole, also after the process was
-    killed or the power failed; of several that write to one path, the last one wins. Where the file
-    system can hold files without a name (most of Linux's can), a killed process leaves nothing
-    behind, unless it is killed between the two system calls that name and rename its file; elsewhere
-    it leaves a hidden `.part` file. A file that is replaced keeps its permissions; a symbolic link
-    is replaced, not followed.
+    Whoever opens `path` finds either the old or the new file, complete, even if the process was killed or
+    the power failed; if several processes write to one path, the last one wins. If the file system supports
+    files without a name (most of Linux's do), a killed process leaves nothing behind, unless it is killed
+    between the two system calls that name and rename its file; otherwise it leaves a hidden `.part` file. A
+    replaced file's permissions are kept; a symbolic link is replaced, not followed.
 
     Raises
     ------
     OSError
-        Where the folder does not exist or cannot be written to, or the disk is full; `path` then is
-        as before.
+        If the folder does not exist or cannot be written to, or the disk is full; `path` is then unchanged.
     """
     target = Path(path)
     with _explained(target, ""):
@@ -48,7 +46,7 @@ def written_aside(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
 
 @contextmanager
 def _explained(target: Path, outcome: str) -> Iterator[None]:
-    """Errors name `target` and what became of it; those of other files pass as they are."""
+    """Make errors name `target` and the outcome; errors of other files pass unchanged."""
     try:
         yield
     except OSError as error:
@@ -60,11 +58,11 @@ def _explained(target: Path, outcome: str) -> Iterator[None]:
 
 
 class _Aside:
-    """A new file in an open folder, under no name or a random one."""
+    """A new file in an open folder, with no name or a random one."""
 
     def __init__(self, folder: int, target: str) -> None:
         self._folder, self._target = folder, target
-        # Short, so that it is no longer than names may be; random, so that nobody can be there before.
+        # Short, so that the name is not too long; random, so that nobody can have created it before.
         self._part = f".{target[:40]}.{secrets.token_hex(8)}{_SUFFIX}"
         kept = self._target_mode()
         mode = 0o666 if kept is None else kept
@@ -78,7 +76,7 @@ class _Aside:
                 raise
 
     def _target_mode(self) -> int | None:
-        """Permissions of the file that is replaced; None where there is none."""
+        """Permissions of the file that is replaced; None if there is none."""
         try:
             found = os.stat(self._target, dir_fd=self._folder, follow_symlinks=False)
         except FileNotFoundError:
@@ -92,15 +90,15 @@ class _Aside:
         return found.st_mode & 0o777
 
     def _open(self, mode: int) -> tuple[bool, int]:
-        """Whether the file has a name yet, and its descriptor."""
+        """Open the file; return whether it has a name yet, and its descriptor."""
         if _DESCRIPTORS.exists():
-            with suppress(OSError):  # the file system has no files without a name
+            with suppress(OSError):  # the file system does not support files without a name
                 return False, os.open(".", os.O_TMPFILE | os.O_RDWR, mode, dir_fd=self._folder)
         flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW
         return True, os.open(self._part, flags, mode, dir_fd=self._folder)
 
     def replace_target(self) -> None:
-        """Move the file into its place, once all of it is on the disk."""
+        """Rename the file to its target, after all of it is on disk."""
         self.file.flush()
         descriptor = self.file.fileno()
         os.fsync(descriptor)
@@ -109,7 +107,7 @@ class _Aside:
             self._named = True
         os.replace(self._part, self._target, src_dir_fd=self._folder, dst_dir_fd=self._folder)
         self._named = False
-        # A file system that cannot do it may forget the renaming, but not half of it.
+        # Without this, a file system may lose the renaming, but never half of the file.
         with suppress(OSError):
             readable = os.open(".", os.O_RDONLY | os.O_DIRECTORY, dir_fd=self._folder)
             try:
@@ -124,8 +122,8 @@ class _Aside:
         self._discard()
 
     def _discard(self) -> None:
-        """Close the file; what did not replace the target goes."""
-        with suppress(OSError):  # of a full disk, which was told when writing
+        """Close the file; remove it if it has not replaced the target."""
+        with suppress(OSError):  # a full disk was already reported by a write
             self.file.close()
         if self._named:
             with suppress(OSError):
@@ -133,15 +131,15 @@ class _Aside:
 
 
 def same_file(a: str | os.PathLike[str], b: str | os.PathLike[str]) -> bool:
-    """Whether two paths, however spelt, are one file: by relative path, symbolic link or hard link."""
+    """Whether two paths, however spelt, are one file: via a relative path, symbolic link or hard link."""
     try:
         return Path(a).samefile(b)
-    except OSError:  # what does not exist yet is known by its path only
+    except OSError:  # a file that does not exist yet is identified by its path only
         return os.path.realpath(a) == os.path.realpath(b)
-    except ValueError:  # a path that no file can have
+    except ValueError:  # no file can have this path
         return False
 
 
 def found_among(path: str | os.PathLike[str], inputs: Iterable[str | os.PathLike[str]]) -> str | None:
-    """The one of `inputs` that is the file `path`, None where none is."""
+    """The path among `inputs` that is the same file as `path`; None if there is none."""
     return next((os.fspath(each) for each in inputs if same_file(path, each)), None)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From a user's Scene to the core's: static objects first, groups numbered, float32 near the middle."""
+"""Converts a user's Scene to the core's: static objects first, numbered groups, float32 near the centre."""
 
 from __future__ import annotations
 
@@ -14,32 +14,33 @@ from .lights import Light
 from .scene import Mesh, Scene
 from .units import FARTHEST
 
-_STRONGEST = 1e30  # of what the scene's unit measures: room for what lies close by, and for what adds up
+_STRONGEST = 1e30  # largest strength in the scene's unit: leaves room for nearby surfaces, and for sums
 
 
 @dataclass
 class FlatScene:
-    """The core's scene, the names that its numbers stand for, and where its coordinates begin."""
+    """The core's scene, the names behind its numbers, and the origin of its coordinates."""
 
     scene: Scene
     core: _core.Scene
-    origin: np.ndarray = field(default_factory=lambda: np.zeros(3))  # of the core's world
-    radius: float = 0.0  # of half of what is static
-    local: dict[str, np.ndarray] = field(default_factory=dict)  # of movables' own spaces in the core
+    origin: np.ndarray = field(default_factory=lambda: np.zeros(3))  # origin of the core's world coordinates
+    radius: float = 0.0  # see `SceneFrame`
+    # origin of each movable's own coordinates in the core
+    local: dict[str, np.ndarray] = field(default_factory=dict)
     objects: dict[str, int] = field(default_factory=dict)
     groups: dict[str, int] = field(default_factory=dict)
     materials: dict[str, int] = field(default_factory=dict)
 
     def points(self, world: np.ndarray) -> np.ndarray:
-        """(n, 3) float32: places in the core's world."""
+        """(n, 3) float32: points in the core's world coordinates."""
         return np.ascontiguousarray(world - self.origin, np.float32)
 
     def pose(self, name: str, pose: np.ndarray) -> np.ndarray:
-        """4x4: a movable's pose, from its own space in the core to the core's world."""
+        """4x4: a movable's pose from local to world coordinates, both with the core's origins."""
         return self._shifted(pose, self.local[name], -1.0)
 
     def user_pose(self, name: str, pose: np.ndarray) -> np.ndarray:
-        """4x4: the pose that `pose` made the core's of."""
+        """4x4: the inverse of `pose`: the user's pose from the core's."""
         return self._shifted(pose, -self.local[name], 1.0)
 
     def _shifted(self, pose: np.ndarray, local: np.ndarray, sign: float) -> np.ndarray:
@@ -49,7 +50,7 @@ class FlatScene:
         return out
 
     def object(self, mesh: Mesh) -> _core.Object:
-        """The core's form of `mesh`; its emission's groups must be known already."""
+        """The core's form of `mesh`; the groups of its emission must be known already."""
         if mesh.movable:
             self.local[mesh.name] = local_origin(mesh)
             vertices, pose = mesh.vertices - self.local[mesh.name], self.pose(mesh.name, mesh.pose)
@@ -78,7 +79,7 @@ def flatten(scene: Scene) -> FlatScene:
     Raises
     ------
     SceneError
-        Where there is nothing to light.
+        If there is nothing to light.
     """
     if not any(len(m.triangles) for m in scene.meshes):
         raise SceneError("scene: found no triangles, expected at least one mesh with triangles")
@@ -117,7 +118,7 @@ def _add_light(flat: FlatScene, light: Light) -> None:
 
 
 def _check_strength(where: str, strength: np.ndarray) -> None:
-    """Refuse a light that single precision would round to darkness, or nearly, or to infinity."""
+    """Refuse a light whose strength single precision would round to (nearly) zero or to infinity."""
     least = np.finfo(np.float32).tiny
     if 0 < strength.max() < least or strength.max() > _STRONGEST:
         raise SceneError(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Irradiance anywhere from computed samples: split-sphere weights and surface gradients."""
+"""Irradiance at any points by interpolation between samples: split-sphere weights, surface gradients."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from .display_mesh import in_world
 from .errors import OptionError
 
 NEIGHBOURS = 8
-LIFT = 0.02  # of the reach: how far above the surfaces visibility is asked
-IN_FRONT = 0.05  # of the reach: a sample farther in front of the point sees other things
-LARGEST_TURN = 0.7  # cosine between the normals of a point and of a sample that may serve it
+LIFT = 0.02  # as a share of the reach: lifts the end points of visibility tests off the surfaces
+IN_FRONT = 0.05  # as a share of the reach: samples farther in front of the point are rejected
+LARGEST_TURN = 0.7  # least cosine between the normals of a point and of a sample that it uses
 
 Visible = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
@@ -22,14 +22,14 @@ Visible = Callable[[np.ndarray, np.ndarray], np.ndarray]
 class Interpolator:
     """Weighted means of nearby samples (Ward, Rubinstein & Clear 1988; Ward & Heckbert 1992).
 
-    A sample i with normal n_i counts with the inverse of its error bound
+    A sample i with normal n_i is weighted by the inverse of its error bound
 
         |p - p_i| / reach_i + sqrt(1 - n . n_i)
 
     where reach_i is twice the distance to its sixth neighbour (split-sphere model), and its value
-    may be extrapolated along its surface gradient. It does not count where it lies in front of the
-    point, where the normals differ by more than 45 degrees, or where something stands in between.
-    A point that none serves takes the nearest sample of a like normal, else the nearest.
+    may be extrapolated along its surface gradient. A sample is rejected if it lies in front of the
+    point, if the normals differ by more than 45 degrees, or if a surface lies in between.
+    A point without any sample takes the nearest sample with a similar normal, else the nearest.
 
     Parameters
     ----------
@@ -40,18 +40,18 @@ class Interpolator:
         self.points, self.normals = points, normals
         distances, _ = cKDTree(points).query(points, min(7, len(points)))
         self.reach = np.maximum(2 * distances.reshape(len(points), -1)[:, -1], 1e-6)
-        # Where samples are sparse, a like normal matters more than a short way.
+        # Where samples are sparse, a similar normal matters more than a short distance.
         self._scale = float(np.quantile(self.reach, 0.95))
         self._tree = cKDTree(self._place(points, normals))
 
     def _place(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Where distance counts as the error bound does: |n - n_i|^2 / 2 = 1 - n . n_i."""
+        """Coordinates in which distance measures the error bound: |n - n_i|^2 / 2 = 1 - n . n_i."""
         return np.hstack([points / self._scale, normals * np.sqrt(0.5)])
 
     def weights(
         self, points: np.ndarray, normals: np.ndarray, visible: Visible
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Samples (m, k) and their weights (m, k), each row of which adds up to 1."""
+        """Samples (m, k) and their weights (m, k); each row of weights adds up to 1."""
         count = min(NEIGHBOURS, len(self.points))
         _, index = self._tree.query(self._place(points, normals), count)
         index = index.reshape(len(points), count)
@@ -70,7 +70,7 @@ class Interpolator:
         bound = np.linalg.norm(way, axis=2) / reach + np.sqrt(np.maximum(0, 1 - turn))
         weight = np.where(serves, 1 / np.maximum(bound, 1e-6), 0.0)
         alone = ~serves.any(axis=1)
-        choice = np.argmax(turn[alone] > LARGEST_TURN, axis=1)  # neighbours come nearest first
+        choice = np.argmax(turn[alone] > LARGEST_TURN, axis=1)  # neighbours are sorted by distance
         weight[np.flatnonzero(alone), choice] = 1.0
         return index, weight / weight.sum(axis=1, keepdims=True)
 
@@ -96,7 +96,7 @@ class Interpolator:
 
 
 class Interpolators:
-    """The interpolator over the samples that are there, made anew where they moved or went."""
+    """The interpolator over the samples that are present; rebuilt after they moved or were removed."""
 
     def __init__(self) -> None:
         self._latest: tuple[list, np.ndarray, Interpolator] | None = None
@@ -114,12 +114,12 @@ class Interpolators:
         ----------
         points, normals : (n, 3), local where `attached`
         attached : (n,) names of movables, or None
-        poses : of the movables; None where one was removed
+        poses : of the movables; None if removed
 
         Raises
         ------
         OptionError
-            Where no sample is present.
+            If no sample is present.
         """
         own = {name: poses[name] for name in attached if name is not None}
         state = [(name, None if pose is None else pose.tobytes()) for name, pose in sorted(own.items())]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lights without a surface: a class per kind, which tells all that the rest of the package asks of one."""
+"""Lights without a surface: one class per kind, with everything that the package needs to know of it."""
 
 from __future__ import annotations
 
@@ -14,24 +14,26 @@ from .errors import SceneError
 from .units import photopic
 from .vectors import unit, versine
 
-MIN_CONE = 1e-5  # half angle of a spot, radians; single precision turns directions by 1e-7
-NUMBER, VECTOR = (), (3,)  # shapes of what a light keeps
+# least half angle of a spot, radians; single precision represents directions to within 1e-7
+MIN_CONE = 1e-5
+NUMBER, VECTOR = (), (3,)  # shapes of a light's fields
 
 
 @dataclass(frozen=True, eq=False)
 class Light:
-    """What every kind has.
+    """Common base of all kinds.
 
-    A kind has a `position`, or shines from outside the scene; it has a `direction`, or shines alike in all.
+    A kind has a `position` or shines from outside the scene; it has a `direction` or shines equally in all.
     """
 
     name: str
     group: str | None = None
     attached_to: str | None = None
 
-    kind: ClassVar[str]  # in session files, in `Scene.info`, and the core's name of it
-    fields: ClassVar[Mapping[str, tuple[int, ...]]]  # what it keeps besides, with shapes
-    brightness: ClassVar[str] = "intensity"  # which of them
+    # the name in session files, in `Scene.info` and in the core
+    kind: ClassVar[str]
+    fields: ClassVar[Mapping[str, tuple[int, ...]]]  # the other fields, with their shapes
+    brightness: ClassVar[str] = "intensity"  # the field that holds the brightness
 
     def __init__(self, name: str, group: str | None, attached_to: str | None, **values: Any) -> None:
         for key, value in (("name", name), ("group", group), ("attached_to", attached_to)):
@@ -55,29 +57,29 @@ class Light:
 
     @property
     def place(self) -> np.ndarray | None:
-        """(3,) its position; None: it shines from outside the scene."""
+        """(3,) position; None: the light shines from outside the scene."""
         return getattr(self, "position", None)
 
     @property
     def axis(self) -> np.ndarray | None:
-        """(3,) its direction, unit; None: it has none."""
+        """(3,) unit direction; None: the light has none."""
         return getattr(self, "direction", None)
 
     @property
     def strength(self) -> np.ndarray:
-        """(3,) its intensity where that is greatest, or the irradiance of one from outside."""
+        """(3,) largest intensity, or the irradiance of a light from outside the scene."""
         return np.asarray(getattr(self, self.brightness))
 
     def parameters(self) -> tuple[float, ...]:
-        """What the core's kind of this name takes besides."""
+        """Further parameters of the core's light of this kind."""
         return ()
 
     def power(self) -> float | None:
-        """Total photopic power; None where it has no bound."""
+        """Total photopic power; None if it is not bounded."""
         return None
 
     def gltf(self) -> dict[str, Any] | None:
-        """`type` and what depends on it in KHR_lights_punctual; None where that has no such light."""
+        """`type` and its properties in KHR_lights_punctual; None if that has no such light."""
         return None
 
 
@@ -109,15 +111,15 @@ class PointLight(Light):
         return float(photopic(4 * np.pi * self.intensity))
 
     def gltf(self) -> dict[str, Any]:
-        """As KHR_lights_punctual has it."""
+        """Properties in KHR_lights_punctual."""
         return {"type": "point"}
 
 
 @dataclass(frozen=True, eq=False, init=False)
 class SpotLight(Light):
-    """Point source within a cone: full inside `inner_angle`, zero outside `outer_angle`.
+    """Point source within a cone: full intensity inside `inner_angle`, zero outside `outer_angle`.
 
-    Both are half angles in radians. The falloff between them is that of KHR_lights_punctual.
+    Both are half angles in radians. The falloff between them is the one of KHR_lights_punctual.
     """
 
     position: Any = (0.0, 0.0, 0.0)
@@ -163,7 +165,7 @@ class SpotLight(Light):
         )
 
     def parameters(self) -> tuple[float, ...]:
-        """Versines of the half angles: the cosine of a narrow cone is 1 in single precision."""
+        """Versines of the half angles: the cosine of a narrow cone rounds to 1 in single precision."""
         return versine(self.inner_angle), versine(self.outer_angle)
 
     def power(self) -> float:
@@ -171,7 +173,7 @@ class SpotLight(Light):
         return float(photopic(self.intensity * spot_solid_angle(self.inner_angle, self.outer_angle)))
 
     def gltf(self) -> dict[str, Any]:
-        """As KHR_lights_punctual has it."""
+        """Properties in KHR_lights_punctual."""
         cone = {"innerConeAngle": self.inner_angle, "outerConeAngle": self.outer_angle}
         return {"type": "spot", "spot": cone}
 
@@ -198,7 +200,7 @@ class SunLight(Light):
         super().__init__(name, group, attached_to, direction=direction, irradiance=irradiance)
 
     def gltf(self) -> dict[str, Any]:
-        """As KHR_lights_punctual has it."""
+        """Properties in KHR_lights_punctual."""
         return {"type": "directional"}
 
 

@@ -11,7 +11,7 @@ from .contact_lines import ContactLines
 from .subdivision import split_marked
 from .vectors import normals_by_area, same_places, unit
 
-ROUNDS = 24  # of one cut through each triangle
+ROUNDS = 24  # most cuts through one triangle
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,9 +22,9 @@ class CutMesh:
     ----------
     points : (n + k, 3), the given ones first
     triangles : (m', 3), in the order of the triangles that they come from, winding kept
-    source : (m',) int64, the given triangle that each comes from
-    parted : (m', 3) bool, edge k (corner k to k + 1) runs along a line that is open on both sides
-    beside : (m', 3) bool, edge k runs along a line that is open on this triangle's side alone
+    source : (m',) int64, the original triangle of each
+    parted : (m', 3) bool, edge k (corner k to k + 1) lies on a line that is open on both sides
+    beside : (m', 3) bool, edge k lies on a line that is open on this triangle's side only
     """
 
     points: np.ndarray
@@ -45,16 +45,16 @@ def split_along(
 ) -> CutMesh:
     """Cut triangles along lines, so that edges run along them within `tolerance`.
 
-    A line that ends within a triangle cuts it to its border. Every edge is cut at the same places on
-    both sides, also where they belong to different bodies with equal end points. At `max_points`, and
-    where lines are too many, the rest stay uncut.
+    A line that ends inside a triangle cuts it to its border. Every edge is cut at the same places on
+    both sides, even between different bodies with equal end points. At `max_points`, and where there are
+    too many lines, the remaining triangles stay uncut.
 
     Parameters
     ----------
     points : (n, 3)
     triangles : (m, 3); each point belongs to one body
     body : (m,) int64
-    lines : on some of them
+    lines : contact lines on some of the triangles
     sides : (k, 2) bool, whether a line is open to the left and to the right as seen from above
     tolerance : metres
     """
@@ -70,7 +70,7 @@ def split_along(
 
 
 class _Work:
-    """Cutting in progress, of the triangles with lines and those beside them."""
+    """Cutting in progress, of the triangles with lines and of their neighbours."""
 
     def __init__(
         self,
@@ -102,14 +102,14 @@ class _Work:
         return np.repeat(rows, count), number
 
     def _seen_from(self, row: np.ndarray, line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """How far the corners (k, 3) lie aside of the line, zero where within the tolerance, and along it."""
+        """Distances of the corners (k, 3) from the line, zero within the tolerance, and places along it."""
         way = self.points[self.triangles[row]] - self.lines.start[line][:, None]
         aside = np.einsum("kci,ki->kc", way, self.aside[line])
         aside[np.abs(aside) <= self.tolerance] = 0.0
         return aside, np.einsum("kci,ki->kc", way, self.lines.along[line])
 
     def cut(self, max_points: int) -> bool:
-        """One cut through each triangle that a line crosses; false where there is none."""
+        """Cut each triangle that a line crosses once; False if there is none."""
         row, line = self._pairs(np.flatnonzero(self.open))
         aside, along = self._seen_from(row, line)
         following = (1, 2, 0)
@@ -130,16 +130,16 @@ class _Work:
         return self._mark(row[chosen], across[chosen], share[chosen], max_points)
 
     def _mark(self, row: np.ndarray, across: np.ndarray, share: np.ndarray, max_points: int) -> bool:
-        """Split these triangles at `share` of the edges that are `across`, and all others at those edges."""
+        """Split these triangles at `share` of the edges in `across`, and all neighbours at those edges."""
         ends = self._edges()
         keys = ends[..., 0] * len(self.points) + ends[..., 1]
-        # From the edge's lower end.
+        # `share` counts from the edge's end with the smaller number.
         turned = self.place[self.triangles] != ends[..., 0]
         wanted, first = np.unique(keys[row][across], return_index=True)
         share = np.where(turned[row], 1 - share, share)[across][first]
         at = np.minimum(np.searchsorted(wanted, keys), len(wanted) - 1)
         marked = wanted[at] == keys
-        # One point for each body at each place.
+        # Each body gets one point per place.
         body = np.broadcast_to(self.root_body[self.root][:, None], keys.shape)[marked]
         spot = at[marked]
         pair, index = np.unique(np.stack([spot, body]), axis=1, return_inverse=True)
@@ -164,12 +164,12 @@ class _Work:
         return True
 
     def _edges(self) -> np.ndarray:
-        """(m, 3, 2) places of the ends of all edges, the lower one first."""
+        """(m, 3, 2) places of the end points of all edges, the smaller number first."""
         place = self.place[self.triangles]
         return np.sort(np.stack([place, place[:, (1, 2, 0)]], axis=-1), axis=-1)
 
     def finished(self, given: CutMesh, sides: np.ndarray) -> CutMesh:
-        """With all other triangles."""
+        """The mesh with all triangles, including the uncut ones."""
         row, line = self._pairs(np.arange(len(self.triangles)))
         aside, along = self._seen_from(row, line)
         near = aside == 0

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which sides of the triangles light reaches, and so which of them are worth samples.
+"""Determines which sides of the triangles light reaches, and so which sides need samples.
 
-A room may be wound outward, a curtain or a partition be one sheet that is lit and seen from both
-sides. A small pilot counts where light lands; connected surfaces lend each other their counts.
+A room's triangles may wind outward, and a curtain or a partition may be one sheet that is lit and visible
+from both sides. A small pilot counts where light lands; connected surfaces share their counts.
 """
 
 from __future__ import annotations
@@ -19,16 +19,17 @@ from .smoothing import shared_edges, smoothing_groups
 from .surfaces import NOTHING, core_caster
 from .vectors import normals_by_area
 
-SEED = 20070612  # the pilot's own; sessions may have any
+SEED = 20070612  # seed of the pilot alone; sessions may have any seed
 PATHS_PER_TRIANGLE = 200
-PATHS = (20_000, 200_000)  # at least and at most
+PATHS = (20_000, 200_000)  # bounds of the number of paths
 BOUNCES = 16
-LINES = 4096  # through a movable, each from both ends
+LINES = 4096  # lines through a movable, each traced from both ends
 
-LIT = 0.005  # a side with this share of a triangle's hits is lit, be it dimly
-INSIDE_OUT = 0.1  # with less than this share in front, a closed surface with its front inside is no room
-FEWEST = 3  # hits; one or two may have leaked through a crack
-FRONT_HINT = 0.1  # hits on the front that are taken for granted, where nothing is known
+LIT = 0.005  # a side with at least this share of a triangle's hits counts as lit
+# a closed surface whose front is inside is a room only if at least this share of its hits is on the front
+INSIDE_OUT = 0.1
+FEWEST = 3  # least number of hits; one or two may have leaked through a crack
+FRONT_HINT = 0.1  # hits on the front that are assumed where nothing is known
 
 Counts = np.ndarray  # (m, 2): hits from the front and from the back
 
@@ -36,9 +37,9 @@ Counts = np.ndarray  # (m, 2): hits from the front and from the back
 def lit_sides(scene: Scene) -> np.ndarray:
     """Choose for each triangle the side or sides that light reaches.
 
-    Static triangles are judged by light paths among the static meshes alone, movables by what is seen
-    of them from all around: where samples are must not depend on where movables happen to stand.
-    A closed surface has one such side. Without light there is only the front.
+    Static triangles are judged by light paths among the static meshes alone, movables by the sides that are
+    visible from all around: the places of samples must not depend on the movables' poses.
+    A closed surface has one such side. Without light, the front is chosen.
 
     Parameters
     ----------
@@ -52,7 +53,8 @@ def lit_sides(scene: Scene) -> np.ndarray:
     if len(sides) == 0:
         return sides
     _, triangles = weld(scene)
-    kept = np.flatnonzero((triangles != triangles[:, (1, 2, 0)]).all(axis=1))  # the others have no sides
+    # degenerate triangles have no sides
+    kept = np.flatnonzero((triangles != triangles[:, (1, 2, 0)]).all(axis=1))
     if len(kept) == 0:
         return sides
     mesh = np.repeat(np.arange(len(scene.meshes)), [len(m.triangles) for m in scene.meshes])[kept]
@@ -66,7 +68,7 @@ def lit_sides(scene: Scene) -> np.ndarray:
 
 
 def _hits(scene: Scene) -> Counts:
-    """Hits of each triangle of all meshes."""
+    """Hits of each triangle, front and back, of all meshes."""
     per_mesh = [np.zeros((len(m.triangles), 2)) for m in scene.meshes]
     static = [i for i, m in enumerate(scene.meshes) if not m.movable]
     lit = _hits_by_light(scene) if static else np.zeros((0, 2))
@@ -80,7 +82,7 @@ def _hits(scene: Scene) -> Counts:
 
 
 def _hits_by_light(scene: Scene) -> Counts:
-    """Landings of light on the static triangles, movables and their lights taken away."""
+    """Light paths that land on static triangles, in the scene without movables and their lights."""
     meshes = [m for m in scene.meshes if not m.movable]
     lights = [light for light in scene.lights if light.attached_to is None]
     static = replace_scene(scene, meshes=meshes, lights=lights)
@@ -94,7 +96,7 @@ def _hits_by_light(scene: Scene) -> Counts:
 
 
 def _hits_from_outside(mesh: Mesh) -> Counts:
-    """First hits of uniform lines from all around on a mesh that stands alone."""
+    """First hits of uniform lines from all directions on the mesh alone."""
     used = mesh.vertices[mesh.triangles.ravel()]
     low, high = used.min(axis=0), used.max(axis=0)
     reach = 0.51 * np.linalg.norm(high - low)
@@ -124,7 +126,8 @@ def _decide(
 ) -> np.ndarray:
     one, two = shared_edges(triangles, int(triangles.max()) + 1)
     apex = np.roll(triangles, -2, axis=1).ravel()
-    doubled = apex[one] == apex[two]  # a triangle in both windings: which one a ray meets is an accident
+    # of a triangle with both windings, it is arbitrary which one a ray hits
+    doubled = apex[one] == apex[two]
     second, at = np.unique(two[doubled] // 3, return_index=True)
     counts = counts.copy()
     np.add.at(counts, one[doubled][at] // 3, counts[second][:, ::-1])
@@ -139,8 +142,8 @@ def _decide(
     lit_back = _share(hits, 1) >= LIT
     dark_front = _share(hits, 0) < LIT
 
-    # What is inside a closed surface is not seen from outside. Lamps that stick in a beam light it,
-    # though, so that one side is chosen for the whole of it.
+    # The inside of a closed surface is not visible from outside. Lamps that are partly inside a beam do light
+    # its inside, though; therefore one side is chosen for the whole surface.
     closed = _closed(one, two, component)
     whole = _evidence(pooled[:2])
     doubted = np.where(_inward(component, corners), INSIDE_OUT, LIT)
@@ -161,7 +164,7 @@ def _share(hits: Counts, side: int) -> np.ndarray:
 def _smooth(
     scene: Scene, mesh: np.ndarray, corners: np.ndarray, one: np.ndarray, two: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Those of the neighbours that continue each other without a crease."""
+    """Those pairs of neighbours that continue each other without a crease."""
     normals = normals_by_area(corners)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
     angles = np.array([max(m.smooth_angle, COPLANAR_ANGLE) for m in scene.meshes])
@@ -170,7 +173,7 @@ def _smooth(
 
 
 def _closed(one: np.ndarray, two: np.ndarray, component: np.ndarray) -> np.ndarray:
-    """(m,) bool: no edge is left open, nor is one shared by more triangles on one side than on the other."""
+    """(m,) bool: the triangle belongs to a component without open or unequally shared edges."""
     partners = np.bincount(np.concatenate([one, two]), minlength=3 * len(component))
     is_open = (partners == 0).reshape(-1, 3).any(axis=1)
     is_open[one[partners[one] != partners[two]] // 3] = True
@@ -178,7 +181,7 @@ def _closed(one: np.ndarray, two: np.ndarray, component: np.ndarray) -> np.ndarr
 
 
 def _inward(component: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """(m,) bool: of a closed surface, the front is inside: a room, or an object that is inside out."""
+    """(m,) bool: the front of a closed surface is inside: a room, or an object with inverted winding."""
     near = corners[np.unique(component, return_index=True)[1][component], 0]
     volumes = np.einsum("ij,ij->i", corners[:, 0] - near, normals_by_area(corners))
     return np.bincount(component, volumes)[component] < 0
@@ -190,10 +193,10 @@ def _pooled(counts: Counts, labels: np.ndarray) -> Counts:
 
 
 def _evidence(pooled: Sequence[Counts]) -> Counts:
-    """Hits of each triangle with those around it, from the widest surroundings to the narrowest.
+    """Hits of each triangle together with its surroundings, from the widest to the narrowest.
 
-    A triangle that was hit often speaks for itself. What it takes over from around it counts no more
-    than the hits that are just enough for a decision.
+    A triangle with many hits is judged by them alone. Hits taken over from the surroundings count at most
+    as much as the hits that just suffice for a decision.
     """
     hits = np.tile((FRONT_HINT, 0.0), (len(pooled[0]), 1))
     for wider, narrower in pairwise([*pooled, np.zeros_like(hits)]):
@@ -204,9 +207,9 @@ def _evidence(pooled: Sequence[Counts]) -> Counts:
 
 
 def _needs_front(scene: Scene, mesh: np.ndarray) -> np.ndarray:
-    """(m,) bool: the front is sampled though the pilot finds it dark."""
+    """(m,) bool: the front gets samples even if the pilot finds it dark."""
     luminous = np.array([any(scene.material(n).emissive for n in m.material) for m in scene.meshes])
     movable = np.array([m.movable for m in scene.meshes])
     if (luminous & movable).any() or any(light.attached_to for light in scene.lights):
-        return np.full(len(mesh), True)  # light that the pilot did not see may fall on it
+        return np.full(len(mesh), True)  # light that the pilot does not include may reach it
     return luminous[mesh]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Textures and transparency of materials: outputs show them, no light depends on them."""
+"""Textures and transparency of materials: outputs show them, light does not depend on them."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ WRAPS = (10497, 33071, 33648)  # glTF's numbers, which are OpenGL's: repeat, cla
 MAG_FILTERS = (None, 9728, 9729)
 MIN_FILTERS = (*MAG_FILTERS, 9984, 9985, 9986, 9987)
 ALPHA_MODES = ("OPAQUE", "MASK", "BLEND")
-MOST = 1e30  # of a transform's numbers
+MOST = 1e30  # bound of the numbers of a transform
 
 
 def media_type(image: bytes) -> str | None:
-    """MIME type of an encoded image by its first bytes, None where it is neither PNG, JPEG nor WebP."""
+    """MIME type of an encoded image by its first bytes; None if it is neither PNG, JPEG nor WebP."""
     for signature, name in SIGNATURES.items():
         if image.startswith(signature):
             return name
@@ -28,13 +28,13 @@ def media_type(image: bytes) -> str | None:
 
 @dataclass(frozen=True, eq=False)
 class Texture:
-    """An image on a surface, as glTF has it: (0, 0) is the image's upper left corner, v runs down.
+    """An image on a surface, as in glTF: (0, 0) is the image's upper left corner, v points down.
 
     Parameters
     ----------
     image : bytes
         Encoded as PNG, JPEG or WebP, sRGB; textures of one image share one object.
-    mean : 3 floats in [0, 1], the mean of its linear texels
+    mean : 3 floats in [0, 1], mean of the linear texels
     wrap : (along u, along v), glTF's numbers
     mag_filter, min_filter : glTF's numbers; None = the viewer's choice
     offset, rotation, scale : KHR_texture_transform, rotation in radians
@@ -68,17 +68,17 @@ class Texture:
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """How a viewer shows a material; the engine knows the mean colours alone and takes all for opaque.
+    """How a viewer shows a material; the core uses mean colours only and treats all as opaque.
 
     Parameters
     ----------
     colour : Texture or None
-        Of the reflectance, whose mean colour is the material's reflectance.
+        Texture of the reflectance; its mean colour is the material's reflectance.
     glow : Texture or None
-        Of the emission, likewise.
+        Texture of the emission, likewise.
     alpha_mode : "OPAQUE", "MASK" or "BLEND"
     alpha : float in [0, 1], multiplies the alpha of `colour`
-    alpha_cutoff : float, what "MASK" shows has at least this alpha
+    alpha_cutoff : float; "MASK" shows texels with at least this alpha
     """
 
     colour: Texture | None = None
@@ -100,7 +100,7 @@ PLAIN = Look()
 
 
 def checked_coordinates(values: Any, triangles: int, what: str) -> np.ndarray:
-    """Read-only float32 (triangles, 3, 2) of corners, NaN = none; a copy of what is not read-only."""
+    """Read-only float32 (triangles, 3, 2) of corners, NaN = none; copied unless already read-only."""
     frozen = isinstance(values, np.ndarray) and values.dtype == np.float32 and not values.flags.writeable
     array = values if frozen else np.array(values, np.float32)
     if array.shape != (triangles, 3, 2) or np.isinf(array).any():

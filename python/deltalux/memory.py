@@ -1,17 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How much memory a scene or a bake may use by default, and how what is free again returns to the system."""
+"""Memory that a scene or a bake may use by default, and the return of freed memory to the system."""
 
 from __future__ import annotations
 
 import ctypes
 from pathlib import Path
 
-SHARE = 0.9  # of what is free
-KEPT = 2**30, 0.25  # bytes that pictures may leave for the next one, and of what is free
+SHARE = 0.9  # share of the available memory that may be used
+# memory in which a picture may keep data for the next one: bytes, and share of the available memory
+KEPT = 2**30, 0.25
 
 
 def available_memory() -> int:
-    """Bytes that may still be used: most of what the system says is available, 0 = unknown."""
+    """Bytes that may still be used: most of the memory that the system reports as available; 0 = unknown."""
     limits = []
     try:
         for line in Path("/proc/meminfo").read_text().splitlines():
@@ -19,14 +20,14 @@ def available_memory() -> int:
                 limits.append(int(line.split()[1]) * 1024)
     except OSError:
         pass
-    try:  # a container's limit
+    try:  # limit of the container
         limit = Path("/sys/fs/cgroup/memory.max").read_text().strip()
         used = Path("/sys/fs/cgroup/memory.current").read_text().strip()
         if limit != "max":
             limits.append(max(1, int(limit) - int(used)))
     except (OSError, ValueError):
         pass
-    try:  # the process's own limit on address space
+    try:  # limit of the process's address space
         import resource
 
         limit_bytes = resource.getrlimit(resource.RLIMIT_AS)[0]
@@ -39,17 +40,17 @@ def available_memory() -> int:
 
 
 def bytes_to_keep() -> int:
-    """How much of what a picture found may be kept for the next one."""
+    """Memory in which a picture may keep data for the next one, bytes."""
     most, share = KEPT
     free = available_memory()
     return min(most, int(share * free)) if free else most
 
 
 def return_free_memory() -> None:
-    """Give back what the C library keeps after large arrays were freed among small ones; takes milliseconds.
+    """Return memory that the C library keeps after large arrays were freed; takes milliseconds.
 
-    Without it the memory of a process that exports and checks for long grows by as much as fragments hold.
+    Without this, a process that exports and checks for a long time grows by the fragments.
     """
-    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # glibc's
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # glibc only
     if trim is not None:
         trim(0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Names that users type: wildcards, and lists that help to find what was meant."""
+"""Names that users type: wildcards, and suggestions for names that do not match."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ _NEAREST, _SHOWN = 8, 16
 
 
 def matches(pattern: str, name: str) -> bool:
-    """Whether `pattern` is that name or, with ``*``, ``?`` or ``[...]``, describes it."""
+    """Whether `pattern` equals that name or, with ``*``, ``?`` or ``[...]``, matches it."""
     return pattern == name or fnmatchcase(name, pattern)
 
 
 def chosen(pattern: str, names: Sequence[str]) -> list[str]:
-    """Those of `names` that `pattern` means: the one of just that name, else all that it describes."""
+    """The `names` that `pattern` selects: the one equal to it, else all that match it."""
     return [pattern] if pattern in names else [name for name in names if matches(pattern, name)]
 
 
 def meant_by(word: str, names: Sequence[str]) -> list[str]:
-    """Which of `names`, numbered where they repeat ("lamp", "lamp#2", …), a word means.
+    """The `names`, numbered if they repeat ("lamp", "lamp#2", …), that a word selects.
 
-    "lamp" means all of that name, "lamp#1" the first alone; wildcards describe several. What means none stays
-    as it is, so that whoever takes it can refuse it.
+    "lamp" selects all of that name, "lamp#1" only the first; wildcards select several. A word that selects
+    none is returned as it is, so that the caller can refuse it.
     """
     first = word.removesuffix("#1")
     if word in names:
@@ -34,7 +34,7 @@ def meant_by(word: str, names: Sequence[str]) -> list[str]:
 
 
 def candidates(word: str, names: Sequence[str]) -> str:
-    """Names like `word`, those that contain it, then others, and how many more; "" where there are none."""
+    """Suggestions for `word`: names that contain it, then others, and how many more; "" if there are none."""
     plain = word.strip("*?")
     near = difflib.get_close_matches(plain, names, n=_NEAREST, cutoff=0.5)
     holding = [name for name in names if plain.casefold() in name.casefold()]

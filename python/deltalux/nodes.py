@@ -12,12 +12,12 @@ import numpy as np
 class Node:
     """One node of the input file's hierarchy, kept so that outputs can restore it.
 
-    `parent` is an index into `Scene.nodes`, -1 for a root; parents come first. `matrix` is the transform to
-    the parent, scale and shear included. `parts` lists (mesh name, first triangle, triangle count) in the
-    scene. A movable's first node always has a part, if an empty one. inverse(mesh's pose as loaded) @ (the
-    node's world matrix as loaded) takes a node's own space to the mesh's local one. `lights` names the
-    scene's point, spot and sun lights on it; `label` is what selects it alone where other nodes bear the same
-    name, None = the name.
+    `parent` is an index into `Scene.nodes`, -1 for a root; parents precede their children. `matrix` is the
+    transform to the parent, with scale and shear. `parts` lists (mesh name, first triangle, triangle count)
+    in the scene. A movable's first node always has a part, possibly an empty one. inverse(mesh's pose as
+    loaded) @ (the node's world matrix as loaded) transforms from the node's local space to the mesh's.
+    `lights` names the scene's point, spot and sun lights on it; `label` selects this node alone if other
+    nodes have the same name, None = the name suffices.
     """
 
     name: str

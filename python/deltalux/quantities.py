@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Numbers as people read them: significant digits by magnitude."""
+"""Numbers for people: significant digits by magnitude."""
 
 from __future__ import annotations
 
 import math
 
-_SMALLEST = 1e-4  # below it, zeros after the point are harder to count than a power of ten
+_SMALLEST = 1e-4  # below it, a power of ten is easier to read than many zeros after the point
 
 
 def significant(value: float, digits: int = 4) -> str:
-    """`value` with so many significant digits, all of those before the point, and no zeros at the end."""
+    """`value` with so many significant digits, at least all before the point, without trailing zeros."""
     if value == 0 or not math.isfinite(value):
         return f"{value:g}"
     rounded = float(f"{value:.{digits - 1}e}")

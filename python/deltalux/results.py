@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Results: what bakes and updates did, and irradiance as a picklable record."""
+"""Results: reports on bakes and updates, and irradiance as a picklable record."""
 
 from __future__ import annotations
 
@@ -14,16 +14,17 @@ from .units import photopic
 
 @dataclass(frozen=True)
 class Frame:
-    """What a bake, a recompute or an update did.
+    """Report on a bake, a recompute or an update.
 
     Attributes
     ----------
-    affected_paths : paths that were traced again (of a bake: all)
-    retraced_segments : segments traced
-    removed_segments : segments taken away
-    scanned_segments, candidates : what the search for affected paths looked at
+    affected_paths : number of paths that were traced again (in a bake: all)
+    retraced_segments : number of segments traced
+    removed_segments : number of segments removed
+    scanned_segments, candidates : stored segments searched for affected paths, and those tested exactly
+    gathered_rays : number of gather rays that were cast
     milliseconds : wall-clock time by stage
-    done : share of the pending work that is finished, 0 to 1
+    done : share of the pending work that is finished, 0 to 1; the least of paths, direct light and gather
     """
 
     affected_paths: int = 0
@@ -38,7 +39,7 @@ class Frame:
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """Irradiance at samples, independent of the session that made it.
+    """Irradiance at samples; does not depend on the session that computed it.
 
     Attributes
     ----------
@@ -46,7 +47,7 @@ class Result:
     irradiance, standard_error : (n, 3) float64, in `unit`
     radius : (n,) float64, metres
     unit : "lux" or "W/m2"
-    about : how it was made; JSON values
+    about : the session's options; JSON values
     """
 
     points: np.ndarray
@@ -72,7 +73,7 @@ class Result:
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """What an estimator returns.
+    """Result of an estimator.
 
     Attributes
     ----------
@@ -80,7 +81,7 @@ class Estimate:
     sums : (n, 3) int64 or None
         Exact sums in quanta (disc methods); irradiance = sums * quantum / area.
     quantum : float or None
-    stats : counts of tests, hits and what else the method does
+    stats : counts of tests and hits, and further statistics of the method
     """
 
     irradiance: np.ndarray

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Samples: points, normals and disc radii where irradiance is asked."""
+"""Samples: points, normals and disc radii where irradiance is estimated."""
 
 from __future__ import annotations
 
@@ -41,16 +41,16 @@ def _points(values: Any, what: str, count: int | None = None) -> np.ndarray:
 
 
 class Samples:
-    """Where irradiance is asked.
+    """Points and normals where irradiance is estimated.
 
     Parameters
     ----------
     points : (n, 3) array, metres; world, or local to the movable that they are attached to
     normals : (n, 3) array; scaled to unit length
     radius : number, (n,) array, or None
-        Disc radius in metres; None chooses one per sample, where noise and blur balance.
+        Disc radius in metres; None chooses one per sample that balances noise and blur.
     attached_to : str, sequence of str or None (one for each sample), or None
-        Name of the movable that samples move with.
+        Name of the movable that a sample moves with.
 
     Raises
     ------
@@ -77,7 +77,8 @@ class Samples:
         self.attached = _attached(attached_to, count)
         self.display: DisplayMesh | None = None
         self.grid_shape: tuple[int, int] | None = None
-        self.grid_cells: np.ndarray | None = None  # of each sample, row by row; None: all cells have one
+        # cell of each sample, row by row; None: every cell has a sample
+        self.grid_cells: np.ndarray | None = None
         self.spacing: float | None = None
         for array in (self.points, self.normals, self.radius, self.attached):
             array.setflags(write=False)
@@ -87,9 +88,9 @@ class Samples:
 
     @property
     def areas(self) -> np.ndarray:
-        """(n,) square metres that each sample stands for: a third of the display triangles around it.
+        """(n,) square metres that each sample represents: a third of the display triangles around it.
 
-        Samples of other kinds stand for the same area each: one square metre, or that of a grid's cell.
+        Samples without a display mesh all represent the same area: a grid's cell, or one square metre.
         """
         if self.display is not None:
             return self.display.sample_areas()
@@ -108,24 +109,24 @@ class Samples:
     ) -> Samples:
         """Samples on the vertices of the scene's display mesh, refined to `spacing` without cracks.
 
-        Where these are more than 60,000, vertices of one smooth surface that lie much closer than `spacing`
-        share samples: `display.at_vertices` tells what each vertex shows.
+        If there are more than 60,000 vertices, those of one smooth surface that lie much closer together than
+        `spacing` share samples: `display.at_vertices` computes the value of each vertex.
 
         Parameters
         ----------
         spacing : metres; None chooses from the scene's area
         radius : as in the constructor, or "spacing": half the spacing (paper 2.1)
-        display : a mesh that was made before; then `spacing`, `sides`, `share` and `detail` do not count
+        display : use this display mesh; `spacing`, `sides`, `share` and `detail` are ignored then
         sides : "auto", "front" or "both"
-            Sides of the triangles that get samples. "auto" takes those that light reaches, found by
-            a small pilot of static light paths with a seed of its own: both where a sheet is lit from
-            both, the back where a room is wound outward. Without static lights it is the front.
-            Movables get samples where they are seen from outside.
+            Which sides of the triangles get samples. "auto": the sides that light reaches, found by a pilot
+            of static light paths with a seed of its own. These are both sides of a sheet that is lit from
+            both, and the back sides of a room whose triangles wind outward; without static lights, the front.
+            Movables get samples on the sides that are visible from outside.
         share : False gives each vertex a sample of its own
         detail : metres, "auto" or None
-            Refine the display mesh where shadows and pools of spots have edges, down to this length ("auto":
-            a quarter of the spacing), to at most twice the vertices. Those that are added have no samples:
-            `display.detail` names them, `Session.vertex_irradiance` tells their light.
+            Refine the display mesh at the edges of shadows and of spots' pools of light, down to this length
+            ("auto": a quarter of the spacing), to at most twice the vertices. Added vertices have no samples:
+            `display.detail` lists them, and `Session.vertex_irradiance` computes their light.
 
         Raises
         ------
@@ -146,10 +147,10 @@ class Samples:
 
     @classmethod
     def on_grid(cls, origin: Any, u: Any, v: Any, spacing: float, radius: Any = None) -> Samples:
-        """A working plane: points every `spacing` from origin along u and v, normal u × v.
+        """Samples on a working plane: points every `spacing` from origin along u and v, normal u × v.
 
-        The grid fills the rectangle that u and v span with points at the centres of its cells; row
-        by row along u: shape (rows along v, columns along u) is kept in `grid_shape`.
+        The points are the centres of cells that fill the rectangle spanned by u and v, row by row along u;
+        `grid_shape` is (rows along v, columns along u).
         """
         origin, u, v = (_points(x, name)[0] for x, name in ((origin, "origin"), (u, "u"), (v, "v")))
         if not (np.isfinite(spacing) and spacing > 0):
@@ -176,13 +177,13 @@ class Samples:
         return samples
 
     def shown_on(self, display: DisplayMesh) -> Samples:
-        """The same samples with another display mesh, whose vertices take their light from them."""
+        """The same samples with another display mesh, whose vertices are interpolated from these samples."""
         other = copy(self)
         other.display = display
         return other
 
     def without(self, left_out: np.ndarray) -> Samples:
-        """The samples that `left_out` (n,) bool does not mark; a grid gets holes. Not of a display mesh."""
+        """The samples that `left_out` (n,) bool does not mark; a grid gets holes. Not for display meshes."""
         if self.display is not None:
             raise OptionError("samples: found ones on a display mesh, expected a grid or samples from arrays")
         kept = np.flatnonzero(~np.asarray(left_out, bool))
@@ -193,12 +194,12 @@ class Samples:
         return samples
 
     def in_grid(self, values: np.ndarray) -> np.ndarray:
-        """(rows, columns) of the samples' values (n,), NaN where the grid has a hole.
+        """(rows, columns) of the samples' values (n,), NaN in the grid's holes.
 
         Raises
         ------
         OptionError
-            Where the samples are no grid.
+            If the samples do not form a grid.
         """
         if self.grid_shape is None:
             raise OptionError("samples: found ones that are no grid, expected those of Samples.on_grid")
@@ -242,7 +243,7 @@ def _display(
 
 
 def _radius(radius: Any, count: int) -> np.ndarray:
-    """(n,) float64; NaN = automatic."""
+    """(n,) float64; NaN: chosen automatically."""
     if radius is None:
         return np.full(count, np.nan)
     values = np.array(radius, dtype=np.float64)
@@ -254,7 +255,8 @@ def _radius(radius: Any, count: int) -> np.ndarray:
     wrong = given[~((given > 0) & (given <= FARTHEST))]
     if len(wrong):
         raise OptionError(f"samples: radius: found {wrong[0]:g}, expected positive metres up to {FARTHEST:g}")
-    values[np.isnan(values)] = np.nan  # a signalling one, as a file may hold, does not convert silently
+    # A file may hold a signalling NaN, which raises a warning when it is converted.
+    values[np.isnan(values)] = np.nan
     return values
 
 

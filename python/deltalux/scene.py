@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Scenes as a user writes them: meshes, materials and lights over NumPy arrays."""
+"""Scenes as users write them: meshes, materials and lights over NumPy arrays."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .nodes import Node
 from .units import UNITS, photopic
 from .vectors import triangle_areas
 
-MAX_GROUPS = 8  # sums are kept per group up to this many (API: "Group")
+MAX_GROUPS = 8  # up to this many groups, the core keeps sums per group (see "Group" in the glossary)
 
 
 def rigid_pose(pose: Any, what: str = "pose") -> np.ndarray:
@@ -52,7 +52,7 @@ class Material:
     emission : 3 floats, radiance (W/(sr m2)) or luminance (cd/m2) per channel, front side
     group : light group of the emission; None = the name of the mesh that carries it
     two_sided : emit from both sides
-    look : textures and transparency, for outputs alone
+    look : textures and transparency; only outputs use them
     """
 
     name: str
@@ -75,7 +75,7 @@ class Material:
 
     @property
     def emissive(self) -> bool:
-        """Whether it gives light of its own."""
+        """Whether the material emits light."""
         return bool((self.emission > 0).any())
 
 
@@ -92,13 +92,13 @@ class Mesh:
     material : str or sequence of str
         One name for all triangles, or several with `material_index`.
     material_index : (m,) int array or None
-        For each triangle, an index into `material` when that is a sequence.
+        For each triangle, an index into `material` if `material` is a sequence.
     pose : 4x4 rigid matrix, local to world
     movable : bool
     smooth_angle : float
-        Vertices are shaded smoothly where faces meet at less than this, degrees.
+        Vertices are shaded smoothly where faces meet at a smaller angle than this, degrees.
     coordinates : (m, 3, 2) float32 array or None
-        Texture coordinates of each triangle's corners, NaN where it has none; for outputs alone.
+        Texture coordinates of each triangle's corners, NaN where there are none; only outputs use them.
     """
 
     name: str
@@ -140,7 +140,7 @@ class Mesh:
 
     @property
     def world_vertices(self) -> np.ndarray:
-        """(n, 3) float64 vertices in world space, in the pose that the mesh was given."""
+        """(n, 3) float64 vertices in world space, in the mesh's initial pose."""
         return self.vertices @ self.pose[:3, :3].T + self.pose[:3, 3]
 
     def triangle_areas(self) -> np.ndarray:
@@ -149,7 +149,7 @@ class Mesh:
 
 
 class Scene:
-    """Meshes, materials and lights; immutable once made.
+    """Meshes, materials and lights; immutable.
 
     Parameters
     ----------
@@ -157,15 +157,15 @@ class Scene:
     materials : Material sequence; meshes refer to them by name
     lights : PointLight, SpotLight, SunLight sequence
     unit : "W/m2" or "lux", the unit of every result
-    cameras, nodes, warnings : what a loader found beside the above
-    source : path of the file that it was read from; loaders and sessions give an absolute one
-    files : paths of all that the scene was read from; no output replaces one of them
-    frame : that of the scene it is made from, which spares finding it anew where it is the same
+    cameras, nodes, warnings : further content of the file that a loader read
+    source : path of the file that the scene was read from; absolute if a loader or a session gives it
+    files : paths of all files that the scene was read from; no output overwrites one of them
+    frame : frame of the scene that this one is derived from; reused if it still applies
 
     Raises
     ------
     SceneError
-        Where names clash or refer to nothing, or an array is malformed.
+        If names clash or refer to nothing, or an array is malformed.
     """
 
     def __init__(
@@ -226,14 +226,14 @@ class Scene:
         return tuple(m.name for m in self.meshes if m.movable)
 
     def mesh(self, name: str) -> Mesh:
-        """The mesh of that name; OptionError when there is none."""
+        """The mesh of that name; OptionError if there is none."""
         for mesh in self.meshes:
             if mesh.name == name:
                 return mesh
         raise OptionError(f'mesh "{name}": not in the scene; found {[m.name for m in self.meshes][:12]}')
 
     def material(self, name: str) -> Material:
-        """The material of that name; OptionError when there is none."""
+        """The material of that name; OptionError if there is none."""
         for material in self.materials:
             if material.name == name:
                 return material
@@ -335,7 +335,7 @@ def replace_scene(scene: Scene, **changes: Any) -> Scene:
 def make_movable(scene: Scene, names: Iterable[str]) -> Scene:
     """A copy in which the meshes `names` are movable; ``*``, ``?`` and ``[...]`` describe several.
 
-    Raises OptionError where a name means no mesh.
+    Raises OptionError if a name matches no mesh.
     """
     present = [mesh.name for mesh in scene.meshes]
     wanted: set[str] = set()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Light segments as arrays: traced from a scene, from a user, or uniform lines."""
+"""Light segments as arrays: traced in a scene, given by a user, or uniform lines."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from .flatten import flatten
 from .scene import Scene
 
 Progress = Callable[[str, float], Any]
-POWER_BITS = 30  # of the strongest segment's quanta
-BATCHES = 8  # independent estimates behind a session's standard error
+POWER_BITS = 30  # bits of the strongest segment's quanta
+BATCHES = 8  # independent batches, from which a session computes standard errors
 MAX_BOUNCES = 64
 
 
 class Segments:
-    """Straight flights of light.
+    """Straight segments of light paths.
 
     Parameters
     ----------
@@ -35,12 +35,12 @@ class Segments:
     Raises
     ------
     OptionError
-        For arrays that differ in length, NaN, or negative power.
+        For arrays of different lengths, NaN, or negative power.
 
     Notes
     -----
-    Of a scene far from zero, traced segments have their `origin` in float64. Disc methods then compute
-    near the scene, as sessions do; the others in single precision from zero.
+    In a scene far from zero, traced segments have `origin` in float64. Disc methods then compute in
+    coordinates near the scene, as sessions do; the other methods in single precision relative to zero.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class Segments:
             raise OptionError(
                 f"segments: direction: found zero at row {np.argmin(norms)}, expected a direction"
             )
-        # Unit vectors pass unchanged: dividing again would alter their last bits.
+        # Unit vectors are not normalised again: that would change their last bits.
         unit = np.abs(norms - 1) < 1e-6
         self.direction = np.where(unit, directions, directions / norms).astype(np.float32)
         self.length = _column(length, "length", 1, np.float32, count, infinite=True)
@@ -80,8 +80,8 @@ class Segments:
         self.path = _numbers(np.arange(count) if path is None else path, "path", np.uint32, count)
         self.bounce = _numbers(np.zeros(count) if bounce is None else bounce, "bounce", np.uint8, count)
         self.group = _numbers(np.zeros(count) if group is None else group, "group", np.uint32, count)
-        self.primitive: np.ndarray | None = None  # triangle hit; of traced segments only
-        self.frame = np.zeros(3)  # what the core sees as the origin
+        self.primitive: np.ndarray | None = None  # triangle hit; traced segments only
+        self.frame = np.zeros(3)  # origin of the core's coordinates
         most = self.power.max(initial=0.0)
         self.quantum = most / 2.0**POWER_BITS if most > 0 else 1.0
         self.quanta = np.rint(self.power / self.quantum).astype(np.uint32)
@@ -90,7 +90,7 @@ class Segments:
         return len(self.origin)
 
     def select(self, which: Any) -> Segments:
-        """The segments of a mask or an index array, with the same quanta."""
+        """The segments that a mask or an index array selects, with the same quanta."""
         part = object.__new__(Segments)
         for name, value in vars(self).items():
             single = name in ("quantum", "frame") or value is None
@@ -102,7 +102,7 @@ class Segments:
 
 
 def _per_channel(power: Any, count: int) -> Any:
-    """A number, or one per segment, for all three channels."""
+    """One number, or one per segment, repeated for all three channels."""
     power = np.asarray(power)
     if power.ndim == 0:
         power = np.full(count, power)
@@ -110,7 +110,7 @@ def _per_channel(power: Any, count: int) -> Any:
 
 
 def _numbers(values: Any, what: str, dtype: Any, count: int) -> np.ndarray:
-    """Whole numbers that `dtype` holds."""
+    """Whole numbers that fit `dtype`."""
     exact = _column(values, what, 1, np.float64, count)
     bad = (exact != np.floor(exact)) | (exact < 0) | (exact > np.iinfo(dtype).max)
     if bad.any():
@@ -152,13 +152,13 @@ def trace(
     Parameters
     ----------
     scene : Scene
-    paths : number of light particles, shared among the lights by use
+    paths : number of light paths, shared among the lights by importance
     seed : every random number is a function of (seed, path, bounce, dimension)
 
     Returns
     -------
     Segments
-        With `path`, `bounce`, `group`; `extended` reaches to the second hit or the scene's border.
+        With `path`, `bounce`, `group`; `extended` reaches to the second hit or the scene's bounds.
     """
     check_paths(paths)
     check_seed(seed)
@@ -174,17 +174,18 @@ def trace(
     segments.quantum = quantum
     segments.power = segments.quanta * quantum
     segments.frame = flat.origin
-    if flat.origin.any():  # far from zero single precision would not hold them
+    # far from zero, single precision cannot represent the coordinates
+    if flat.origin.any():
         segments.origin = segments.origin + flat.origin
     return segments
 
 
 def landings(scene: Scene, paths: int, seed: int, max_bounces: int) -> tuple[np.ndarray, np.ndarray]:
-    """Where the segments that `trace` would give end.
+    """Where the segments that `trace` would return end.
 
     Returns
     -------
-    triangle : (n,) uint32, of all static ones, NOTHING for none
+    triangle : (n,) uint32, index among all static triangles, NOTHING = no hit
     direction : (n, 3) float32
     """
     columns = _core.trace_paths(flatten(scene).core, paths, seed, max_bounces, BATCHES, False, 0, None)
@@ -220,7 +221,7 @@ def check_threads(threads: Any) -> None:
 
 
 def check_bounces(max_bounces: Any) -> None:
-    """Raise OptionError unless `max_bounces` is a number of flights that a path may have."""
+    """Raise OptionError unless `max_bounces` is a valid largest number of segments of a path."""
     check_integer("max_bounces", max_bounces, 1, 250)
 
 

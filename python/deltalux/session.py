@@ -31,29 +31,32 @@ class Session(SessionPlaces):
     scene : Scene
     samples : Samples or None
         None: on the vertices of the scene's display mesh.
-    paths : light particles, shared among the lights by use, or None = 300,000 where samples look around,
-        a million where they don't
-    seed : same seed, same bits, for every number of threads
+    paths : number of light paths, shared among the lights by importance; None = 300,000 with a
+        final gather, a million without
+    seed : the same seed gives the same bits, for every number of threads
     threads : None = all processors
     segment_end : "first", "second" or "bounded"
-        Which part of a flight counts (docs/explanation). With reachable discs "first" is unbiased.
+        Which segments of a path count where they cross a disc (docs/explanation). With reachable discs
+        "first" is unbiased.
     disc_area : "reachable" or "whole"
-        Clip each disc to what its centre reaches and divide by that area, or the plain circle.
+        "reachable": clip each disc to what is visible from its centre and divide by the clipped area;
+        "whole": the plain circle.
     direct : "auto", "paths" or "sampled"
-        Direct light from the first flights, by shadow rays, or whichever is cheaper per light.
+        "paths": direct light by the first segments of the paths; "sampled": by shadow rays; "auto":
+        by whichever is cheaper for each light.
     static_method, moving_method : "auto", "brute_force", "disc_index", "ray_map" or "sphere_cache"
-        How crossings are found for samples at rest and for samples on movables. All give the same
-        bits; "auto" lets a pilot choose at every bake (see `plan`). The paper's hybrid is
-        "disc_index" with "sphere_cache".
+        How the crossings of segments with discs are found, for samples at rest and for samples on
+        movables. All methods give the same bits; "auto" chooses by a pilot at every bake (see `plan`).
+        The paper's hybrid is "disc_index" with "sphere_cache".
     memory_limit : bytes, or None = what is free; a bake that would need more is refused
     gather : "auto", "off" or a number of rays
-        Each sample looks around along so many rays and reads the light of what it sees, which is
-        right beside things, too; "off": all light that was reflected comes from discs. "auto": 256
-        rays; 1536 up to 2,730 samples, 1024 up to 4,096 and 512 up to 8,192 (four million rays), 128
-        beyond 65,536 samples, 64 beyond 131,072, "off" beyond 262,144 (sixteen million rays), and where
-        `segment_end` or `disc_area` ask for discs of another kind.
+        Rays of each sample's final gather: they read the light of the surfaces that they hit, which is
+        right beside objects, too. "off": all reflected light is estimated by discs. "auto": 256 rays;
+        1536 up to 2,730 samples, 1024 up to 4,096 and 512 up to 8,192 (four million rays), 128 beyond
+        65,536 samples, 64 beyond 131,072, "off" beyond 262,144 (sixteen million rays), and "off" where
+        `segment_end` or `disc_area` is not the default.
     progress : callable (stage, fraction) -> keep going, or None
-        Called from the calling thread about 50 times a second; False cancels.
+        Called on the calling thread about 50 times a second; returning False cancels.
 
     Raises
     ------
@@ -106,11 +109,12 @@ class Session(SessionPlaces):
         self._box = self._core.world() + self._flat.origin
         self._edits = _core.EditList()
         self._calls = Calls()
-        self.made_by: tuple[str, ...] = ()  # what saved the file that this was opened from, one after another
+        # commands that wrote the file that this session comes from, oldest first
+        self.made_by: tuple[str, ...] = ()
         self._built_by: str | None = None  # the build that computed the light
-        self.foreign_build: str | None = None  # a file's build where it differs from this one
+        self.foreign_build: str | None = None  # build that computed the light, if not this one
         self._irradiance: np.ndarray | None = None
-        self._result: tuple[np.ndarray, np.ndarray] | None = None  # with the standard error
+        self._result: tuple[np.ndarray, np.ndarray] | None = None  # irradiance and standard error
         self._interpolators = Interpolators()
 
     def __enter__(self) -> Session:
@@ -139,7 +143,7 @@ class Session(SessionPlaces):
         getattr(self._edits, kind)(*values)
 
     def pose(self, name: str) -> np.ndarray:
-        """Pose of a movable (4x4, local to world), edits that wait for `update` included."""
+        """Pose of a movable (4x4, local to world), including queued edits."""
         self._object(name)
         return self._poses[name].copy()
 
@@ -160,7 +164,7 @@ class Session(SessionPlaces):
 
     @short_call
     def remove(self, name: str) -> None:
-        """Queue: take a movable away. Its samples read 0; a lamp takes its light along."""
+        """Queue: remove a movable. Its samples then read 0, and a lamp no longer gives light."""
         index = self._object(name)
         if name in self._removed:
             raise OptionError(f'remove "{name}": it is removed already')
@@ -175,7 +179,7 @@ class Session(SessionPlaces):
         ------
         OptionError
             For a name that is not a removed movable; for a mesh that is not movable, whose name is
-            taken, or whose materials the scene does not have.
+            taken, whose materials the scene does not have, or whose light would form a new light group.
         """
         if isinstance(item, str):
             index = self._object(item)
@@ -220,7 +224,7 @@ class Session(SessionPlaces):
 
     @long_call
     def bake(self) -> Frame:
-        """Compute everything. Cancelled: the session stays as before."""
+        """Compute everything. If this is cancelled, the session stays as it was."""
         return self._bake()
 
     def _bake(self) -> Frame:
@@ -232,14 +236,15 @@ class Session(SessionPlaces):
         try:
             frame = Frame(**session.bake(self.progress))
         except BaseException:
-            if session.baked and not had_light:  # of the callback, or Ctrl-C, when all was done
+            # the callback failed, or Ctrl-C was pressed, after the bake had finished
+            if session.baked and not had_light:
                 self._built_by = session.description()
             raise
         self.foreign_build, self._built_by = None, session.description()
         return frame
 
     def _prepare_choice(self) -> None:
-        """Give the core what it chooses methods by, where the options leave that to it."""
+        """If the options leave the methods to the core, measure the constants of its cost model."""
         if "auto" in (self._options["static_method"], self._options["moving_method"]):
             self._session().set_planning(machine_constants(self.progress), "measured", None, False)
 
@@ -248,20 +253,20 @@ class Session(SessionPlaces):
     def plan(self) -> Plan:
         """The methods in use since the last bake, with the reasons; `print(session.plan)`.
 
-        Methods that cannot save a tenth are not piloted, so that planning takes a small part of the
-        bake; `dl.plan` runs them all.
+        Methods that cannot save a tenth of the time are not piloted, so that planning takes a small part
+        of the bake; `dl.plan` runs them all.
         """
         names = {number: name for name, number in self._flat.objects.items()}
         asked = {False: self._options["static_method"], True: self._options["moving_method"]}
         return read_plan(self._baked_session().plans, names, asked, "measured", False, 0.0)
 
     def _apply_at_once(self) -> None:
-        """Apply what is queued, without progress; only Ctrl-C can stop it."""
+        """Apply the queued edits, without progress; only Ctrl-C can stop this."""
         if len(self._edits):
             self._apply(self._session(), 0.0, None)
 
     def _apply(self, session: Any, budget_ms: float, progress: Progress | None) -> dict[str, Any]:
-        """Hand over what is queued. Stopped before it took effect, it waits for the next update."""
+        """Hand the queued edits to the core; if it stops before they took effect, they stay queued."""
         self._forget_results()
         try:
             return session.update(self._edits, budget_ms, progress)
@@ -271,11 +276,11 @@ class Session(SessionPlaces):
 
     @long_call
     def update(self, budget_ms: float | None = None) -> Frame:
-        """Apply the queued edits together and bring every sample up to date, exactly.
+        """Apply the queued edits together and update every sample exactly.
 
         Parameters
         ----------
-        budget_ms : stop after about this time; the rest waits for the next call (`Frame.done`).
+        budget_ms : stop after about this time; the next call continues with the rest (see `Frame.done`).
         """
         return self._update(budget_ms)
 
@@ -300,7 +305,7 @@ class Session(SessionPlaces):
         return Frame(**self._session().recompute(self.progress))
 
     def _finish(self) -> None:
-        """Apply what is queued or pending."""
+        """Apply queued edits and finish pending work."""
         session = self._baked_session()
         if len(self._edits) or session.pending > 0:
             self._update()
@@ -309,7 +314,7 @@ class Session(SessionPlaces):
 
     @long_call
     def read(self) -> tuple[np.ndarray, np.ndarray]:
-        """`irradiance` and `standard_error` without copies, read-only."""
+        """`irradiance` and `standard_error`, without copying them; read-only."""
         return self._read()
 
     def _read(self) -> tuple[np.ndarray, np.ndarray]:
@@ -330,18 +335,19 @@ class Session(SessionPlaces):
 
     @long_call
     def read_packed(self, *, errors: bool = True) -> np.ndarray:
-        """(n, 4) float32, for displays: irradiance and its photopic standard error, channels correlated.
+        """(n, 4) float32, for displays: irradiance, and its photopic standard error with correlated channels.
 
-        Without `errors` those are 0, and it takes half of the time, where the session gathers a sixth.
+        Without `errors` the fourth value is 0, and the call takes half the time, in a session that gathers a
+        sixth of it.
         """
         return self._baked_session().read_packed(PHOTOPIC_WEIGHTS.tolist(), errors)
 
     @long_call
     def glance(self) -> np.ndarray:
-        """(n, 4) float32, for displays while something is dragged: `read_packed` without errors, sooner.
+        """(n, 4) float32, for displays during a drag: a faster `read_packed` without errors.
 
-        After an update that moved something, gathered light is read where rays were cast again and at an
-        eighth of the other samples, in turn; the rest keep what the last glance gave them.
+        After an update that moved something, gathered light is read where rays were cast again and, in turn,
+        at an eighth of the other samples; the rest keep the values of the last `glance`.
         """
         return self._baked_session().glance()
 
@@ -350,13 +356,14 @@ class Session(SessionPlaces):
     def irradiance(self) -> np.ndarray:
         """(n, 3) float64, unit of the scene, as of the last bake or update.
 
-        Sooner than `standard_error` and `read`: for sessions that gather a sixth of the time.
+        Reading it is faster than `standard_error` and `read`: in a session that gathers it takes a sixth of
+        the time.
         """
         return self._read_irradiance().copy()
 
     @property
     def standard_error(self) -> np.ndarray:
-        """(n, 3) float64: standard error of the path sampling, from independent batches of paths."""
+        """(n, 3) float64: standard error by independent batches of paths; with a gather, of its rays, too."""
         return self.read()[1].copy()
 
     @property
@@ -364,7 +371,7 @@ class Session(SessionPlaces):
     def gradient(self) -> np.ndarray:
         """(n, 3, 3) float64: surface gradient per channel (sample, channel, axis), per metre.
 
-        From the crossings of the samples' discs, also where the session gathers.
+        Computed from the crossings of the samples' discs, also in a session that gathers.
         """
         return self._gradient()
 
@@ -373,7 +380,7 @@ class Session(SessionPlaces):
 
     @property
     def result(self) -> Result:
-        """A record of the present results, independent of the session."""
+        """A record of the present results that does not depend on the session."""
         about = {key: value for key, value in self._options.items() if value is not None}
         irradiance, error = (values.copy() for values in self.read())
         return Result(*self.world(), irradiance, error, self.radius, self.scene.unit, about)
@@ -382,8 +389,9 @@ class Session(SessionPlaces):
     def digest(self) -> str:
         """Hex string over sums, segments, poses, dim factors and reflectances; finishes pending work.
 
-        Equal for two sessions in the same state, whatever their number of threads and, where they
-        were baked in one state, their history: a bake fixes which rays go where.
+        It is equal for two sessions in the same state, whatever their numbers of threads are. Their edit
+        histories may differ, too, if both were baked in the same state: a bake fixes each sample's ray
+        directions.
         """
         self._finish()
         return self._session().digest()
@@ -392,9 +400,9 @@ class Session(SessionPlaces):
 
     @long_call
     def save(self, path: str | Path, command: str = "Session.save") -> None:
-        """Write the session to one file (.dlx), beside and then renamed. Finishes pending work.
+        """Write the session to one file (.dlx), under a temporary name first. Finishes pending work.
 
-        The file keeps `command`, and those of the files that it comes from: see `made_by`.
+        The file keeps `command` and the commands of the files that it comes from: see `made_by`.
         """
         if self._session().baked:
             self._finish()
@@ -406,7 +414,7 @@ class Session(SessionPlaces):
     def open(
         cls, path: str | Path, *, threads: int | None = None, progress: Progress | None = None
     ) -> Session:
-        """Open a saved session; moving an object then traces what it affects and nothing else.
+        """Open a saved session; moving an object then traces only the paths that the move affects.
 
         Raises
         ------

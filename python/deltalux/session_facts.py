@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a session tells about its present state, without work."""
+"""What a session reports about its present state without computing anything."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .scene import Scene
 
 
 class SessionFacts:
-    """State of a session, as its edits left it. `Session` makes and changes it."""
+    """State of a session after its edits. `Session` creates and changes it."""
 
     scene: Scene
     samples: Samples
@@ -49,25 +49,25 @@ class SessionFacts:
 
     @property
     def baked(self) -> bool:
-        """Whether there is light."""
+        """Whether the session has light."""
         core = self._core
         return core is not None and core.baked
 
     @property
     def unfinished(self) -> bool:
-        """Whether the light is not yet that of the present state: edits or paths wait for `update`."""
+        """Whether the light lags behind the present state: `update` has edits or paths left to process."""
         return self.baked and (len(self._edits) > 0 or self._core.pending > 0)
 
     @property
     @short_call
     def radius(self) -> np.ndarray:
-        """(n,) float64 disc radii, metres; automatic ones are known after the bake."""
+        """(n,) float64 disc radii, metres; automatic radii are known after the bake."""
         return self._session().radii().astype(np.float64)
 
     @property
     @short_call
     def sums(self) -> np.ndarray:
-        """(n, 3) int64 exact sums of path energy in quanta, all groups undimmed."""
+        """(n, 3) int64: exact sums of the paths' energy in quanta, all groups undimmed."""
         return self._baked_session().sums()
 
     @property
@@ -85,9 +85,9 @@ class SessionFacts:
     @property
     @short_call
     def unreached(self) -> int:
-        """How many samples are without any light of paths (a closed cupboard, or too few paths).
+        """Number of samples that no path brings light to (in a closed cupboard, or from too few paths).
 
-        Where the session gathers: from whose rays nothing is seen that a path reached or a lamp lights.
+        In a session that gathers: samples whose rays hit no surface that a path reached or a lamp lights.
         """
         return self._baked_session().unreached
 
@@ -113,12 +113,12 @@ class SessionFacts:
 
     @property
     def origin(self) -> np.ndarray:
-        """(3,) float64: where the engine's coordinates begin; not zero in a scene far from there."""
+        """(3,) float64: origin of the core's coordinates; not zero in a scene that lies far from zero."""
         return self._flat.origin.copy()
 
     @property
     def box(self) -> np.ndarray:
-        """(2, 3) float64, lowest and highest corner: no move may take a mesh or its lights out of it."""
+        """(2, 3) float64, lowest and highest corner: no move may take a mesh or a light out of this box."""
         return self._box.copy()
 
     @property

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Light of a session at other places than its samples: any points, and vertices of its display mesh."""
+"""Light of a session at places other than its samples: any points, and display mesh vertices."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .vertex_light import add_detail
 
 
 class SessionPlaces(SessionFacts):
-    """Light at any places. `Session` computes that of the samples."""
+    """Light at any places; `Session` adds the light of the samples."""
 
     _interpolators: Interpolators
     progress: Progress | None
@@ -36,10 +36,10 @@ class SessionPlaces(SessionFacts):
     @property
     @long_call
     def vertex_irradiance(self) -> np.ndarray:
-        """(v, 3) float64: what `samples.display.at_vertices` makes of `irradiance`, with detailed shadows.
+        """(v, 3) float64: `irradiance` at the vertices of `samples.display`, with detailed shadows.
 
-        Vertices that refine shadows (`display.detail`) have direct light of their own, found anew in the
-        present state, in sessions that gather.
+        In a session that gathers, vertices that refine shadows (`display.detail`) have direct light computed
+        there in the present state.
 
         Raises
         ------
@@ -54,26 +54,26 @@ class SessionPlaces(SessionFacts):
 
     @long_call
     def direct_beyond_samples(self) -> np.ndarray | None:
-        """(d, 3): what `vertex_irradiance` adds at `samples.display.detail`; None where it adds nothing."""
+        """(d, 3): what `vertex_irradiance` adds at vertices `samples.display.detail`; None if nothing."""
         return self._beyond()
 
     @long_call
     def refine(self, detail: float | str | None = None) -> int:
-        """Refine the display mesh where shadows and pools of spots have edges in the present state.
+        """Refine the display mesh at the edges of shadows and of spots' pools of light in the present state.
 
-        After an edit the mesh may still be fine where shadows lay, and coarse where they lie now. The
-        samples, their light and the digest stay as they are; `samples` becomes another object, whose
-        `display` is the refined mesh. Unlike `Samples.on_vertices` this counts movables, where they stand,
-        and dimmed lights. Edits that wait are applied first.
+        After an edit the mesh may still be fine where shadows were, and coarse where they are now. The
+        samples, their light and the digest do not change; `samples` becomes another object, whose `display`
+        is the refined mesh. Unlike `Samples.on_vertices` this takes movables, in their present poses, and
+        dim factors into account. Queued edits are applied first.
 
         Parameters
         ----------
-        detail : metres, edges are not halved below it; "auto": a quarter of the spacing; None: as the mesh
-            was refined before, else "auto"
+        detail : metres; edges shorter than this are not halved; "auto": a quarter of the spacing; None: the
+            value of the last refinement, else "auto"
 
         Returns
         -------
-        How many vertices refine shadows now.
+        How many vertices now refine shadows.
 
         Raises
         ------
@@ -97,17 +97,17 @@ class SessionPlaces(SessionFacts):
         return len(refined.refinement.vertices)
 
     def _direct_at(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Direct light (k, 3) of the present state, within half a per cent."""
+        """Direct light (k, 3) of the present state, to within half a per cent."""
         where, up = self._flat.points(points), normals.astype(np.float32)
         core = self._baked_session()
         return core.gather_at(where, up, 0, True, self._bytes_to_keep(), True, False, None)[0]
 
     def _bytes_to_keep(self) -> int:
-        """What places may take in memory, so that an edit casts again only what it changed."""
+        """Memory in which the core may keep points' rays, so that an edit recasts only those it changed."""
         return 0 if self._options["memory_limit"] else memory.bytes_to_keep()
 
     def _beyond(self) -> np.ndarray | None:
-        """By how much their direct light exceeds what they take from samples: a function of the state."""
+        """(d, 3) by which direct light at detail vertices exceeds the light interpolated from samples."""
         display, core = self.samples.display, self._baked_session()
         if display is None or display.detail is None or self._options["gather"] == "off":
             return None
@@ -129,35 +129,36 @@ class SessionPlaces(SessionFacts):
     ) -> np.ndarray:
         """Irradiance at other surface points: gathered there, or interpolated from the samples nearby.
 
-        A session that gathers casts as many rays from a point as its noise now asks for. A sample keeps
-        the number of the bake, so after edits the two may differ by the noise of their rays.
+        In a session that gathers, each point casts as many rays as its present noise requires. A sample keeps
+        the number of rays from the bake, so after edits the two may differ by the noise of their rays.
 
         Parameters
         ----------
         points, normals : (m, 3), world space, metres
         gradients : extrapolate each sample along its surface gradient (see `gradient`)
-            Takes a pass over all stored segments; pays where samples are sparse and paths many.
-            Of no use in a session that gathers.
+            Takes a pass over all stored segments; worthwhile with sparse samples and many paths.
+            Has no effect in a session that gathers.
         part : "all", "direct" or "indirect"
-            Direct light, by shadow rays alone, is quickly had. Parts are those of a session that gathers.
-        rays : how many to gather along, where noise asks for no other number; None = as the session does
-        keep : keep what the points saw in memory, up to a gibibyte, so that the same points have their light
-            sooner after an edit; of sessions that gather
-        by_need : fewer shadow rays to lamps that bring little: sooner, direct light within half a per cent
+            Direct light, by shadow rays alone, is fast. Only a session that gathers has parts.
+        rays : how many to gather along, unless noise requires another number; None = as the session does
+        keep : keep the points' rays and hits in memory, up to a gibibyte, so that the same points get their
+            light faster after an edit; in sessions that gather
+        by_need : cast fewer shadow rays to lamps that contribute little: faster, and direct light is right
+            within half a per cent
 
         Returns
         -------
         (m, 3) float64
             Weights after Ward, Rubinstein & Clear (1988), gradients after Ward & Heckbert (1992)
-            from the moments of the crossings. Samples that something hides from a point do not
-            count; a point that no sample serves takes the nearest one of a like normal.
-            Edits that wait are applied first.
+            from the moments of the crossings. Samples that are occluded from a point do not count; a
+            point without any valid sample takes the nearest sample with a similar normal.
+            Queued edits are applied first.
 
         Raises
         ------
         OptionError
-            Where a number is not finite or beyond 1e15 m, or a normal is zero; with gather="off" also
-            where no sample is present, or a part is asked for.
+            For a number that is not finite or beyond 1e15 m, and for a zero normal; with gather="off" also
+            if no sample is present, or `part` or `rays` is given.
         """
         asked = Samples(points, normals, radius=1.0)
         core_session.check_asked(part, rays, self._options["gather"])
@@ -178,12 +179,13 @@ class SessionPlaces(SessionFacts):
     def indirect_at(
         self, points: ArrayLike, normals: ArrayLike, rays: int | None = None, keep: bool = False
     ) -> tuple:
-        """Indirect irradiance (m, 3) at other points of a session that gathers, and (m,) how noisy it is.
+        """Indirect irradiance (m, 3) at other points of a session that gathers, and its noise (m,).
 
-        The second is the standard error of the channels' sum by the choice of rays alone, somewhat
-        overrated; noise of the paths, which neighbours share, is not in it. With `keep` what the points
-        saw is kept in memory, so that the same points after an edit have their light sooner, to the bit
-        what it would be. The rest is as of `at`.
+        The noise is the standard error of the channels' sum due to the choice of rays alone, somewhat
+        overestimated; noise of the paths, which neighbours share, is not included. `keep` keeps the points'
+        rays and hits in memory, so that the same points get their light faster after an edit, with the same
+        bits.
+        Everything else is as in `at`.
         """
         asked = Samples(points, normals, radius=1.0)
         core_session.check_asked("indirect", rays, self._options["gather"])

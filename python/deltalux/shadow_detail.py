@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Display meshes refined at the edges of shadows and of spots' pools, where samples are too far apart."""
+"""Refines display meshes at edges of shadows and of spots' pools of light, where samples are too sparse."""
 
 from __future__ import annotations
 
@@ -19,21 +19,23 @@ from .subdivision import split_marked
 from .units import FARTHEST, PHOTOPIC_WEIGHTS
 from .vectors import same_places, unit
 
-SEED = 20070613  # of the shadow rays that decide; sessions may have any
-OF_SPACING = 0.25  # default of the smallest detail
-MOST_ADDED = 1.0  # of the vertices
+SEED = 20070613  # seed of the shadow rays that decide on refinement; sessions may have any seed
+OF_SPACING = 0.25  # default of the smallest detail, as a share of the spacing
+MOST_ADDED = 1.0  # most vertices added, as a share of the present number
 ROUNDS = 6
-MOST_TESTS = 100_000_000  # of a place by an emitting triangle or lamp, before a round; beyond them it ends
-CHANGE = 0.1  # of the light there, that it may be off an interpolated value
-DIM = 0.5  # of the mean of what is lit; dimmer light counts as if it were that
+# most tests of a place against an emitting triangle or lamp in one refinement; a round that would exceed them
+# is not begun
+MOST_TESTS = 100_000_000
+CHANGE = 0.1  # tolerated error of interpolated light, as a share of the light plus DIM times the mean light
+DIM = 0.5  # share of the mean over lit places; see CHANGE
 
 Light = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 def with_detail(scene: Scene, display: DisplayMesh, detail: float | str | None) -> DisplayMesh:
-    """The display mesh, refined by `refined_at_shadows` where static lights and static meshes make edges.
+    """The display mesh, refined by `refined_at_shadows` at edges of shadows among static lights and meshes.
 
-    So it does not depend on where movables happen to stand. None leaves the mesh as it is.
+    The result does not depend on the movables' poses. None leaves the mesh unchanged.
 
     Raises
     ------
@@ -47,7 +49,7 @@ def with_detail(scene: Scene, display: DisplayMesh, detail: float | str | None) 
 
 
 def detail_length(display: DisplayMesh, detail: float | str) -> float:
-    """Metres: what is given, or a quarter of the spacing for "auto".
+    """Metres: the given length, or a quarter of the spacing for "auto".
 
     Raises
     ------
@@ -60,15 +62,15 @@ def detail_length(display: DisplayMesh, detail: float | str) -> float:
 
 
 def refined_at_shadows(scene: Scene, display: DisplayMesh, light: Light, detail: float) -> DisplayMesh:
-    """The display mesh, its static triangles refined where direct light is not linear within them.
+    """The display mesh with static triangles refined where direct light is not linear inside them.
 
-    Vertices that are added have no samples; they share those of the triangle that they lie in.
+    Added vertices have no samples; they share those of the triangle that they lie in.
 
     Parameters
     ----------
     display : without detail
     light : photopic direct light at places (k, 3) in world space with normals (k, 3)
-    detail : metres, edges are not halved below it
+    detail : metres; edges shorter than this are not halved
     """
     most_asked = MOST_TESTS // max(1, _emitters(scene))
     return _Refinement(display, light, detail, most_asked).finished()
@@ -81,7 +83,7 @@ def _emitters(scene: Scene) -> int:
 
 
 def _static_light(scene: Scene) -> Light | None:
-    """Photopic direct light at places with normals; None in the dark."""
+    """Photopic direct light at places with normals; None if the scene has no light."""
     meshes = [m for m in scene.meshes if not m.movable]
     lights = [light for light in scene.lights if light.attached_to is None]
     static = replace_scene(scene, meshes=meshes, lights=lights)
@@ -98,18 +100,18 @@ def _static_light(scene: Scene) -> Light | None:
 
 
 class _Refinement:
-    """The mesh while it grows; vertices that are added come after the given ones."""
+    """The mesh during refinement; added vertices follow the given ones."""
 
     def __init__(self, display: DisplayMesh, light: Light, detail: float, most_asked: int) -> None:
         self.display, self.detail, self._light_at = display, detail, light
         self.may_ask = most_asked
         self.points, self.normals = display.points, display.normals
-        self.samples = display.sample_points  # where light is asked
+        self.samples = display.sample_points  # where light is evaluated
         self.mesh = display.vertex_mesh
         self.shares = _shares(display)
         count = len(self.points)
         still = (display.attached[display.triangles] < 0).all(axis=1)
-        # Movables stay out: two places of theirs are never equal to others'.
+        # Movables are excluded: no two of their places ever count as equal.
         self.place = np.arange(count)
         static = np.flatnonzero(display.attached < 0)
         self.place[static] = static[same_places(self.points[static])]
@@ -120,7 +122,7 @@ class _Refinement:
         self.source = np.flatnonzero(beside)
         self.triangles = display.triangles[beside]
         self.open = large[beside]
-        self.light = np.full(count, np.nan)  # where it is not known
+        self.light = np.full(count, np.nan)  # NaN: not evaluated yet
         if np.count_nonzero(self.open) > self.may_ask:
             self.open[:] = False
         self._learn_light()
@@ -133,7 +135,7 @@ class _Refinement:
                     break
 
     def _learn_light(self) -> None:
-        """At all corners of open triangles."""
+        """Evaluate light at all corners of open triangles."""
         corners = np.unique(self.triangles[self.open])
         corners = corners[np.isnan(self.light[corners])]
         self.light[corners] = self._light_at(self.samples[corners], self.normals[corners])
@@ -147,14 +149,16 @@ class _Refinement:
         long = self._lengths(self.triangles) > self.detail
         self.open &= long.any(axis=1)
         rows = np.flatnonzero(self.open)
-        self.may_ask -= 2 * len(rows)  # corners, middles of edges and of the triangle
+        # estimate of the places per triangle: corners, edge midpoints and centre
+        self.may_ask -= 2 * len(rows)
         if len(rows) == 0 or len(self.points) >= self.most or self.may_ask < 0:
             return False
         self._learn_light()
         corners = self.triangles[rows]
         centre = self._light_at(self.samples[corners].mean(axis=1), unit(self.normals[corners].mean(axis=1)))
         spots = np.column_stack([self.light[corners], centre])
-        # Edges are asked where light differs; what is small and far from all four spots is missed.
+        # Edges are evaluated only if light differs between the four spots; a small detail away from all four
+        # is missed.
         uneven = self._excess(np.ptp(spots, axis=1), *spots.T) > 1
         rows, corners, centre = rows[uneven], corners[uneven], centre[uneven]
         if len(rows) == 0:
@@ -180,16 +184,16 @@ class _Refinement:
         return self._split(ends, keys, excess, {"asked": asked, "light": light})
 
     def _excess(self, off: np.ndarray, *light: np.ndarray) -> np.ndarray:
-        """How far light is off what is interpolated, in units of what it may be."""
+        """Error `off` of interpolated light in units of the tolerance."""
         brightest = np.maximum.reduce(light)
         return np.abs(off) / (CHANGE * (brightest + self.dim))
 
     def _split(self, ends: np.ndarray, keys: np.ndarray, excess: np.ndarray, known: dict) -> bool:
-        """Halve the edges that need it most, as many as may be added, with the longest of their triangles."""
+        """Halve the edges with the largest errors, as many as allowed, and their triangles' longest edges."""
         place = np.sort(self.place[ends], axis=-1)
         count = len(self.points)
         edge = place[..., 0] * count + place[..., 1]
-        # Of edges of one length all triangles take the same.
+        # Of equally long edges, all triangles choose the same one.
         lengths = self._lengths(self.triangles) / self.detail
         longest = (lengths.round(6) + 1e-7 * (edge / edge.max())).argmax(axis=1)
         own = np.arange(len(edge))
@@ -198,7 +202,8 @@ class _Refinement:
         while True:
             needed = np.unique(edge[excess > limit])
             marked = np.isin(edge, needed)
-            while True:  # the longest edge goes first, or triangles become slivers
+            # the longest edge is halved first, otherwise triangles become slivers
+            while True:
                 more = marked.any(axis=1) & ~marked[own, longest]
                 if not more.any():
                     break
@@ -224,7 +229,7 @@ class _Refinement:
         return True
 
     def _middles(self, a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Points, where their light is asked, and normals; moved inward where both ends are."""
+        """Midpoints, points where light is evaluated, and normals; inset if both ends are."""
         points = 0.5 * (self.points[a] + self.points[b])
         inset_a, inset_b = self.samples[a] - self.points[a], self.samples[b] - self.points[b]
         inset = 0.5 * (inset_a + inset_b)
@@ -258,7 +263,7 @@ class _Refinement:
         if len(self.points) == count:
             none, own = np.zeros(0, np.int64), np.arange(len(given.triangles))
             return replace(given, refinement=_refinement(none, self.detail, given.triangles, own))
-        # Vertices mesh by mesh, triangles in the order of those that they come from.
+        # Vertices are ordered mesh by mesh, triangles by their source triangles.
         order = np.argsort(self.mesh, kind="stable")
         number = np.argsort(order)
         others = np.ones(len(given.triangles), dtype=bool)
@@ -296,7 +301,7 @@ def _refinement(vertices: np.ndarray, length: float, plain: np.ndarray, of_plain
 
 
 def _ends(triangles: np.ndarray) -> np.ndarray:
-    """(m, 3, 2) ends of all edges, the lower number first."""
+    """(m, 3, 2) ends of all edges, the smaller number first."""
     return np.sort(np.stack([triangles, triangles[:, (1, 2, 0)]], axis=-1), axis=-1)
 
 
@@ -313,12 +318,12 @@ def _shares(display: DisplayMesh) -> tuple[np.ndarray, np.ndarray]:
 def _mixed(
     shares: tuple[np.ndarray, np.ndarray], a: np.ndarray, b: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Half the shares of vertices `a` and half of those of `b`, of the samples that count most."""
+    """Half the weights of vertices `a` plus half of those of `b`; the samples of largest weight."""
     samples = np.concatenate([shares[0][a], shares[0][b]], axis=1)
     weights = 0.5 * np.concatenate([shares[1][a], shares[1][b]], axis=1)
     same = np.argsort(samples, axis=1, kind="stable")
     samples, weights = np.take_along_axis(samples, same, 1), np.take_along_axis(weights, same, 1)
-    for k in range(1, samples.shape[1]):  # of equal samples the last has all
+    for k in range(1, samples.shape[1]):  # of equal samples, the last one gets the whole weight
         equal = samples[:, k] == samples[:, k - 1]
         weights[equal, k] += weights[equal, k - 1]
         weights[equal, k - 1] = 0.0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Dense vertices share samples: each takes its light from a few samples nearby on its own surface."""
+"""Sharing samples: dense vertices are interpolated from a few nearby samples on their own surface."""
 
 from __future__ import annotations
 
@@ -14,30 +14,31 @@ from .display_mesh import DisplayMesh
 from .sharing import NEIGHBOURS, Sharing
 
 MOST_SAMPLES = 60_000  # where vertices may share: what refinement adds to a plain room is less
-FARTHEST = 0.5  # of the spacing, edge of the cubes whose vertices share one sample
-STEPS = 13  # of that edge that are tried, each smaller by the square root of two
-LARGEST_TURN = 0.7  # cosine between the normals of a vertex and of a sample that may serve it
-REACH = 2.0  # edges of a cube, how far a sample serves
+FARTHEST = 0.5  # largest edge of the cubes whose vertices share a sample, as a share of the spacing
+STEPS = 13  # number of edges to try, each smaller than the last by the square root of two
+LARGEST_TURN = 0.7  # least cosine between the normals of a vertex and of a sample that it uses
+REACH = 2.0  # how far from a sample its vertices may lie, in edges of a cube
 LEAST_BOUND = 0.05  # of the error bound (Ward, Rubinstein & Clear 1988) of a sample at the vertex itself
-OFFSET = 0.37  # of a cube's edge: walls at round coordinates would lie in two layers of cubes
+# shifts the cubes by this share of their edge: walls at round coordinates would lie on their faces
+OFFSET = 0.37
 
 
 def shared(display: DisplayMesh, covered: np.ndarray, most: int = MOST_SAMPLES) -> DisplayMesh:
-    """The display mesh with samples at some of its vertices only, where it has more vertices than `most`.
+    """The display mesh with samples at only some of its vertices, if it has more vertices than `most`.
 
-    Vertices of one smooth piece of surface that lie together in one cube and look the same way share the
-    sample in their midst; cubes are as small as `most` allows, and no larger than half the spacing, so that
-    plain surfaces, whose vertices refinement made, keep them all.
+    Vertices of one connected smooth surface that lie in the same cube and have similar normals share the
+    sample at the vertex nearest to their centroid. Cubes are as small as `most` allows, but no larger than
+    half the spacing, so that plain surfaces, whose vertices come from refinement, keep a sample at each.
 
     Parameters
     ----------
-    display : each of whose vertices has a sample
-    covered : (n,) bool, samples under something else; they share with their like alone
-    most : samples, where cubes of half the spacing suffice for it
+    display : a mesh with a sample at every vertex
+    covered : (n,) bool, samples covered by another surface; covered and other vertices never share
+    most : number of samples to aim at; cubes of half the spacing may leave more
     """
     if len(display.points) <= most:
         return display
-    # Smooth ones of surface.
+    # Connected smooth surfaces.
     piece = np.asarray(_core.connected_components(*_edges(display), len(display.points)))
     edge, group = _grouped(display, piece, covered, most)
     vertices = np.sort(_middles(display, group))
@@ -48,7 +49,7 @@ def shared(display: DisplayMesh, covered: np.ndarray, most: int = MOST_SAMPLES) 
 
 
 def _edges(display: DisplayMesh) -> tuple[np.ndarray, np.ndarray]:
-    """Both ends of the edges of all triangles."""
+    """First and second vertex of every triangle's edges."""
     triangles = display.triangles
     return triangles.ravel(), triangles[:, (1, 2, 0)].ravel()
 
@@ -56,20 +57,23 @@ def _edges(display: DisplayMesh) -> tuple[np.ndarray, np.ndarray]:
 def _grouped(
     display: DisplayMesh, piece: np.ndarray, covered: np.ndarray, most: int
 ) -> tuple[float, np.ndarray]:
-    """The smallest edge of cubes that leaves at most `most` groups, else the largest; groups (n,)."""
+    """Edge of the cubes and group of each vertex (n,).
+
+    The edge is the smallest that gives at most `most` groups, else the largest.
+    """
     edges = FARTHEST * display.spacing * 2.0 ** (-0.5 * np.arange(STEPS))
     axis = np.abs(display.normals).argmax(axis=1)
     side = 2 * axis + (display.normals[np.arange(len(axis)), axis] > 0)
     like = 12 * piece + 2 * side + covered
 
     def groups(step: int) -> tuple[int, np.ndarray]:
-        # Connected ones: not across the foot of a partition.
+        # Groups are connected: vertices on the two sides of a partition's foot never share.
         number = np.asarray(
             _core.groups_in_cubes(display.points, display.triangles, like, edges[step], OFFSET)
         )
         return int(number.max()) + 1, number
 
-    low, high = 0, STEPS - 1  # the smallest that suffices lies between; few edges are tried
+    low, high = 0, STEPS - 1  # Bisection for the smallest edge that suffices: tries few edges.
     best = groups(low)[1]
     while low < high:
         middle = (low + high + 1) // 2
@@ -82,11 +86,11 @@ def _grouped(
 
 
 def _close(display: DisplayMesh, group: np.ndarray, vertices: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """(k, j) bool: the groups of vertices (k,) and of others (k, j) are one or at most two steps apart.
+    """(k, j) bool: whether the groups of vertices (k,) and of others (k, j) are at most two steps apart.
 
-    What lies close in space may be far on the surface: behind a partition.
+    Places that are close in space may be far apart on the surface, for example behind a partition.
     """
-    group = group.astype(np.int64)  # pairs of groups have one number
+    group = group.astype(np.int64)  # a pair of groups is encoded as one number, which needs 64 bits
     one, two = (group[ends] for ends in _edges(display))
     across = np.flatnonzero(one != two)
     one, two = one[across], two[across]
@@ -103,7 +107,7 @@ def _close(display: DisplayMesh, group: np.ndarray, vertices: np.ndarray, others
 
 
 def _middles(display: DisplayMesh, group: np.ndarray) -> np.ndarray:
-    """The vertex of each group that is nearest to its middle."""
+    """The vertex of each group that is nearest to the group's centroid."""
     size = np.bincount(group)
     middle = np.stack([np.bincount(group, axis) / size for axis in display.points.T], axis=1)
     off = np.linalg.norm(display.points - middle[group], axis=1)
@@ -124,14 +128,14 @@ def _weighted(
     samples, weights = np.zeros((count, NEIGHBOURS), np.int32), np.zeros((count, NEIGHBOURS), np.float32)
     samples[vertices, 0], weights[vertices, 0] = np.arange(len(vertices)), 1.0
     others = np.setdiff1d(np.arange(count), vertices, assume_unique=True)
-    # What is of another piece, or covered where one is not, is far away.
+    # Vertices of another piece, or where only one is covered, count as far away.
     apart = 16 * REACH * (2 * piece + covered)
     place = np.column_stack([display.points / edge, display.normals, apart])
     _, near = cKDTree(place[vertices]).query(place[others], width, workers=-1)
     near = near.reshape(len(others), width)
     of_group = np.zeros(group.max() + 1, dtype=np.int64)
     of_group[group[vertices]] = np.arange(len(vertices))
-    near[:, -1] = of_group[group[others]]  # one that serves, whatever the nearest are
+    near[:, -1] = of_group[group[others]]  # always include the sample of the vertex's own group
     near.sort(axis=1)
 
     there = vertices[near]

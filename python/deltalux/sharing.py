@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which samples the vertices of a display mesh take their light from, where they do not have their own."""
+"""Sharing of samples: the samples that vertices without their own sample are interpolated from."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import csr_matrix
 
-NEIGHBOURS = 4  # samples that a vertex takes its light from
+NEIGHBOURS = 4  # samples that a vertex is interpolated from
 
 
 @dataclass(frozen=True, eq=False)
 class Sharing:
-    """Which samples the n vertices of a display mesh take their light from.
+    """The samples that each of the n vertices of a display mesh is interpolated from.
 
     Parameters
     ----------
-    vertices : (s,) int64, ascending: those at which the s samples are
+    vertices : (s,) int64, ascending: the vertex of each of the s samples
     samples : (n, 4) int32, numbers of samples
     weights : (n, 4) float32, at least 0; each row adds up to 1
     """
@@ -35,10 +35,10 @@ class Sharing:
         return csr_matrix((self.weights.ravel(), self.samples.ravel(), rows), shape=shape)
 
     def at_vertices(self, values: np.ndarray) -> np.ndarray:
-        """Values (s, c) or (s,) of the samples as the vertices get them: (n, c) or (n,)."""
+        """Values (n, c) or (n,) at the vertices, from values (s, c) or (s,) of the samples."""
         return self._matrix @ values
 
     def of_samples(self, values: np.ndarray) -> np.ndarray:
-        """Shares (s,) of quantities (n,) of the vertices, as their areas, so that all of them add up."""
+        """Distribute quantities (n,) of the vertices, such as areas, to the samples (s,); the sum is kept."""
         shares = (self.weights.astype(np.float64) * values[:, None]).ravel()
         return np.bincount(self.samples.ravel(), shares, minlength=len(self.vertices))

@@ -21,8 +21,8 @@ class SmoothVertices(NamedTuple):
     triangles : (m, 3) int64, their numbers, in the order of their first corners
     corner : (n,) int64, number 3 t + k of one of each vertex's corners
     normals : (n, 3), unit: mean of the face normals around the vertex, weighted by their angles
-    insets : (n, 3), from the vertex to where light is asked: into the faces around it; zero where they close
-        around it
+    insets : (n, 3), from the vertex to the point where light is evaluated, into the faces around it; zero if
+        the faces form a closed fan around the vertex
     """
 
     triangles: np.ndarray
@@ -40,16 +40,16 @@ def smooth_vertices(
     spacing: float,
     most: int,
 ) -> SmoothVertices | None:
-    """Find the vertices of smooth shading; None where they are more than `most`.
+    """Find the vertices of smooth shading; None if there are more than `most`.
 
     Parameters
     ----------
     points : (n, 3) float64
     triangles : (m, 3) int64
-    cosine : (m,), of the largest angle that is smooth
-    parted : (m, 3) bool, edges (corner k to k + 1) over which it is not, whatever the angle; of one of both
+    cosine : (m,), cosine of the largest smooth angle
+    parted : (m, 3) bool, edges (corner k to k + 1) that are creases at any angle; marked in one or both
         triangles
-    beside : (m, 3) bool, edges on whose other side the surface is covered: samples move to this one
+    beside : (m, 3) bool, edges with a covered surface on the other side: samples move to this side
     spacing : metres
     """
     found: Any = _core.smooth_vertices(
@@ -59,13 +59,13 @@ def smooth_vertices(
 
 
 def shared_edges(triangles: np.ndarray, point_count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Find where two triangles continue each other: an edge that they run along in opposite directions.
+    """Find edges between two triangles: an edge that they run along in opposite directions.
 
-    Triangles that overlap or are wound against each other share none.
+    Triangles that overlap or have opposite windings share no edge.
 
     Returns
     -------
-    Two (e,) int64 arrays of edges 3 t + k (triangle t, from its corner k to the next), pairwise one edge.
+    Two (e,) int64 arrays of edges 3 t + k (triangle t, from its corner k to the next); each pair is one edge.
     """
     one, two = _core.shared_edges(triangles, point_count)
     return one, two

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Session files (.dlx): one zip of arrays and a JSON index, versioned, whole or refused."""
+"""Session files (.dlx): a versioned zip of arrays and a JSON index, read completely or refused."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ if TYPE_CHECKING:
     from .session import Session
 
 FORMAT = "deltalux-session"
-VERSION = 17  # increases only when the layout changes, or what its numbers mean
+VERSION = 17  # increases only when the layout or the meaning of a number changes
 _FIELDS = ("format", "version", "options", "scene", "samples", "baked", "reflectances", "built_by", "made_by")
 _LONGEST_BUILD = 500  # characters of the name of a build
 _MOST_COMMANDS, _LONGEST_COMMAND = 100, 4000  # of those that made a file, the last ones; characters of each
 CORE = "core/"  # before the names of the core's arrays
-# What an array or an option that is out of place may raise on its way into a session.
+# Exceptions that unsuitable arrays or options may raise while a session is restored.
 _MISFITS = (
     KeyError,
     TypeError,
@@ -46,14 +46,14 @@ _MISFITS = (
 
 
 def write(path: Path, session: Session, command: str = "Session.save") -> None:
-    """Write `session` to `path`, aside and then renamed; the core's arrays go there piece by piece.
+    """Write `session` to `path`, under a temporary name first; the core's arrays are written in pieces.
 
-    `command` says what made it, for whoever reads the file.
+    `command` tells readers of the file which command wrote it.
 
     Raises
     ------
     Cancelled
-        Where the session's callback asks to stop; what was there is as before.
+        If the session's callback asks to stop; a file at `path` is as it was before.
     """
     told = _Told(session.progress)
     index = {
@@ -79,13 +79,13 @@ def write(path: Path, session: Session, command: str = "Session.save") -> None:
 
 
 def _with_command(earlier: tuple[str, ...], command: str) -> list[str]:
-    """What made a file: those before it, and this version's command, once where it is the same again."""
+    """The commands that made a file: the earlier ones, and this version's, which is not repeated."""
     line = f"deltalux {__version__}: {command}"[:_LONGEST_COMMAND]
     return [*(earlier[:-1] if earlier[-1:] == (line,) else earlier), line][-_MOST_COMMANDS:]
 
 
 class _Told:
-    """Tells a callback how much is written."""
+    """Tells a progress callback how much has been written."""
 
     def __init__(self, progress: Progress | None) -> None:
         self._progress = progress
@@ -106,12 +106,12 @@ def _pieces(state: Any, name: str, size: int, told: _Told) -> Iterator[bytes]:
 
 
 def read(path: Path, kind: type[Session], threads: int | None, progress: Progress | None) -> Session:
-    """Open a file that `write` made.
+    """Open a file that `write` wrote.
 
     Raises
     ------
     FormatError
-        Where it is missing, truncated, foreign, damaged or of another version.
+        If it is missing, truncated, foreign, damaged or of another version.
     """
     check_threads(threads)
     watched = None if progress is None else _Watched(progress)
@@ -128,7 +128,7 @@ def read(path: Path, kind: type[Session], threads: int | None, progress: Progres
 
 
 class _Watched:
-    """A progress callback whose errors are told from those of the file."""
+    """A progress callback whose exceptions are kept apart from those that the file causes."""
 
     def __init__(self, progress: Progress) -> None:
         self._progress = progress
@@ -151,7 +151,7 @@ def _read(path: Path, kind: type[Session], threads: int | None, progress: Progre
 
 @contextmanager
 def reading(path: Path) -> Iterator[ArchiveReader]:
-    """The archive of a session file; whatever is wrong with it becomes a FormatError that names the file."""
+    """Open the archive of a session file; any error in it becomes a FormatError that names the file."""
     try:
         with ArchiveReader(path) as archive:
             _check_index(archive.index)
@@ -170,7 +170,7 @@ def reading(path: Path) -> Iterator[ArchiveReader]:
 
 
 def _check_index(index: Any) -> None:
-    """Raise FormatError where an archive's index is not that of a session of this version."""
+    """Raise FormatError unless an archive's index is that of a session of this version."""
     if not isinstance(index, dict) or index.get("format") != FORMAT:
         raise FormatError("found a foreign file, expected a session that Session.save wrote")
     if index.get("version") != VERSION:
@@ -179,17 +179,17 @@ def _check_index(index: Any) -> None:
 
 
 def index_fields(archive: ArchiveReader) -> Fields:
-    """The index, whose fields are those of a session."""
+    """The index, restricted to the fields of a session."""
     return Fields(archive.index, "index", _FIELDS)
 
 
 def made_by(index: Fields) -> tuple[str, ...]:
-    """What made the file: one line for each command, the last one last."""
+    """The commands that made the file, one line each, oldest first."""
     return tuple(line[:_LONGEST_COMMAND] for line in index.texts("made_by")[-_MOST_COMMANDS:])
 
 
 class _CoreSource:
-    """The core's arrays, by the core's names."""
+    """The core's arrays by the names that the core gives them."""
 
     def __init__(self, archive: ArchiveReader) -> None:
         self._archive = archive
@@ -225,10 +225,11 @@ def _restore(
 
 
 def _adopt(session: Session, index: Fields) -> None:
-    """Take over what the Python side of a session knows of its state."""
+    """Restore the Python side of a session from the core's state and the index."""
     core = session._session()
     state = core.save()
-    poses = np.frombuffer(state["poses"], np.float64).reshape(-1, 4, 3)  # rows, then the translation
+    # 3 rows of the matrix, then the translation
+    poses = np.frombuffer(state["poses"], np.float64).reshape(-1, 4, 3)
     present = np.frombuffer(state["present"], np.uint8)
     factors = np.frombuffer(state["group_factor"], np.float64)
     for name, number in session._flat.objects.items():

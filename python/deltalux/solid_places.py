@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which points lie inside of or behind walls and furniture, or close to them at their own height."""
+"""Tests whether points lie inside or behind walls and furniture, or close to them at their own height."""
 
 from __future__ import annotations
 
@@ -14,16 +14,18 @@ from .surfaces import NOTHING, core_caster
 from .vectors import normals_by_area
 
 DIRECTIONS = 64
-HEADINGS = 48  # around a point, every 7.5 degrees
-OUTSIDE = 0.5  # share of lit sides among what a point sees; of a box on a lit floor it is a sixth inside
-_BATCH = 1 << 16  # points whose rays are held at a time: 4 million rays
+HEADINGS = 48  # directions around a point, every 7.5 degrees
+# least share of lit sides among the surfaces visible from a point outside; inside a box on a lit floor it is
+# a sixth
+OUTSIDE = 0.5
+_BATCH = 1 << 16  # points whose rays are held in memory at a time: 4 million rays
 
 
 def inside_solids(scene: Scene, points: np.ndarray) -> np.ndarray:
-    """Whether points lie inside of or behind something, where most of what they see are unlit sides.
+    """Whether points lie inside or behind something: most surfaces visible from there show unlit sides.
 
-    Closed meshes are not needed, nor fronts that face outwards: which sides light reaches is found by a
-    pilot of light paths (`deltalux.lit_sides`). In a scene without light no point is inside.
+    Meshes need not be closed, nor need their fronts face outwards: a pilot of light paths finds the sides
+    that light reaches (`deltalux.lit_sides`). In a scene without light no point is inside.
 
     Parameters
     ----------
@@ -56,7 +58,7 @@ def inside_solids(scene: Scene, points: np.ndarray) -> np.ndarray:
 
 
 def near_walls(scene: Scene, points: np.ndarray, margin: float) -> np.ndarray:
-    """Whether something stands within `margin` of points, horizontally at their height.
+    """Whether a surface lies within `margin` of points, horizontally at their height.
 
     Parameters
     ----------
@@ -83,7 +85,7 @@ def near_walls(scene: Scene, points: np.ndarray, margin: float) -> np.ndarray:
 
 
 def _caster(scene: Scene) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]] | None:
-    """First hits of rays: triangle among those of all meshes, and distance; None where there are none."""
+    """First hits of rays: triangle among those of all meshes, and distance; None without triangles."""
     if not any(len(m.triangles) for m in scene.meshes):
         return None
     origin = scene.frame.origin
@@ -107,7 +109,7 @@ def _in_batches(points: np.ndarray, judge: Callable[[np.ndarray], np.ndarray]) -
 
 
 def _around_sphere(count: int) -> np.ndarray:
-    """(count, 3) unit vectors, evenly spread (a Fibonacci spiral)."""
+    """(count, 3) unit vectors, evenly distributed (a Fibonacci spiral)."""
     z = 1 - (2 * np.arange(count) + 1) / count
     turn = np.pi * (1 + 5**0.5) * np.arange(count)
     across = np.sqrt(1 - z * z)

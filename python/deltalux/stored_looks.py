@@ -16,13 +16,13 @@ from .scene import Material, Mesh, Scene
 FIELDS = ("images", "textures", "materials", "meshes")
 _TEXTURE = ("image", "mean", "wrap", "mag_filter", "min_filter", "offset", "rotation", "scale")
 _LOOK = ("colour", "glow", "alpha_mode", "alpha", "alpha_cutoff")
-_MOST_IMAGE = 2**40  # bytes; the array holds no more than the file
-_MOST_FILTER = 2**16  # which of them there are, Texture knows
+_MOST_IMAGE = 2**40  # bytes; an array cannot exceed the file anyway
+_MOST_FILTER = 2**16  # bound of filter numbers; Texture knows the valid ones
 _IMAGES, _COORDINATES = "images", "meshes/coordinates"
 
 
 def pack_looks(scene: Scene) -> dict[str, Any] | None:
-    """The index's entry; the arrays are `write_looks`'s. None where no material and no mesh has any."""
+    """The index entry; `write_looks` writes the arrays. None if no material and no mesh has any looks."""
     textures = _textures(scene)
     images = list(_images(textures))
     numbers = {id(texture): i for i, texture in enumerate(textures)}
@@ -60,7 +60,7 @@ def pack_looks(scene: Scene) -> dict[str, Any] | None:
 
 
 def write_looks(scene: Scene, archive: ArchiveWriter) -> None:
-    """Write each image once, as it is encoded, and the texture coordinates of the meshes that have some."""
+    """Write each encoded image once, and the texture coordinates of the meshes that have them."""
     images = _images(_textures(scene))
     if images:
         archive.add_bytes(_IMAGES, "|u1", (sum(map(len, images)),), images)
@@ -72,7 +72,7 @@ def write_looks(scene: Scene, archive: ArchiveWriter) -> None:
 def unpack_looks(
     data: Fields, meshes: Sequence[Mesh], materials: Sequence[Material], archive: ArchiveReader
 ) -> tuple[list[Mesh], list[Material]]:
-    """Meshes and materials with what an index's entry and the arrays say of them.
+    """Meshes and materials with the looks that an index entry and the arrays contain.
 
     Raises
     ------
@@ -93,7 +93,7 @@ def unpack_looks(
 
 
 def _textures(scene: Scene) -> list[Texture]:
-    """Every texture once, in the order of the materials."""
+    """Every texture once, in order of the materials."""
     found = {
         id(texture): texture
         for m in scene.materials

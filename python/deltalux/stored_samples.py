@@ -18,7 +18,7 @@ from .sharing import NEIGHBOURS, Sharing
 from .units import FARTHEST
 
 FIELDS = ("attached", "grid_shape", "grid_holes", "spacing", "display_spacing", "sharing", "detail")
-# Of the display mesh: dtype and columns.
+# Arrays of the display mesh: dtype and columns.
 _VERTICES = {
     "points": ("<f8", 3),
     "sample_points": ("<f8", 3),
@@ -26,8 +26,8 @@ _VERTICES = {
     "vertex_mesh": ("<i4", 0),
     "attached": ("<i4", 0),
 }
-LONGEST_NORMAL = 1.001  # along an axis; rounding included
-WEIGHT_TOLERANCE = 1e-5  # of rows of weights in single precision, which add up to 1
+LONGEST_NORMAL = 1.001  # bound of each component, with rounding
+WEIGHT_TOLERANCE = 1e-5  # tolerance of the sum of a row of weights in single precision, which must be 1
 _TRIANGLES = {
     "triangles": ("<i8", 3),
     "triangle_material": ("<i4", 0),
@@ -38,7 +38,7 @@ _TRIANGLES = {
 
 
 def pack_samples(samples: Samples) -> dict[str, Any]:
-    """The index's entry; the arrays are `write_samples`'s."""
+    """The index entry; `write_samples` writes the arrays."""
     return {
         "attached": _names(samples),
         "grid_shape": None if samples.grid_shape is None else [int(n) for n in samples.grid_shape],
@@ -55,7 +55,7 @@ def _names(samples: Samples) -> list[str]:
 
 
 def write_samples(samples: Samples, archive: ArchiveWriter) -> None:
-    """Write points, normals, radii, what they move with, and the display mesh."""
+    """Write points, normals, radii, attachments and the display mesh."""
     number = {name: i for i, name in enumerate(_names(samples))}
     attached = np.array([number.get(name, -1) for name in samples.attached], np.int32)
     archive.add_array("samples/points", "<f8", [samples.points], 3)
@@ -78,7 +78,7 @@ def write_samples(samples: Samples, archive: ArchiveWriter) -> None:
 
 
 def unpack_samples(data: Fields, scene: Scene, archive: ArchiveReader) -> Samples:
-    """The samples of an index's entry and the arrays.
+    """Restore the samples from an index entry and the arrays.
 
     Raises
     ------
@@ -139,7 +139,7 @@ def _read_refinement(display: DisplayMesh, length: float, archive: ArchiveReader
 
 
 def _read_sharing(count: int, archive: ArchiveReader) -> Sharing:
-    """Of so many samples; `vertices` are not checked, whose number is not known yet."""
+    """Sharing of `count` samples; does not check `vertices`, whose number is not known yet."""
     vertices = archive.array("sharing/vertices", "<i8", count)
     samples = archive.array("sharing/samples", "<i4", columns=NEIGHBOURS)
     weights = archive.array("sharing/weights", "<f4", len(samples), NEIGHBOURS)
@@ -171,7 +171,7 @@ def _read_display(
     _check_range("display/vertex_mesh", arrays["vertex_mesh"], 0, len(meshes) - 1)
     sizes = np.array([len(mesh.triangles) for mesh in meshes])
     _check_range("display/source_triangle", arrays["source_triangle"], 0, sizes[arrays["triangle_mesh"]] - 1)
-    moving = np.array([*(mesh.movable for mesh in meshes), True])  # -1: it moves with nothing
+    moving = np.array([*(mesh.movable for mesh in meshes), True])  # -1: attached to no movable
     _check_range("display/attached", arrays["attached"], -1, len(meshes) - 1)
     if not moving[arrays["attached"]].all():
         raise FormatError('"display/attached": found a static mesh, expected movable ones')

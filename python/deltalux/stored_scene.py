@@ -26,13 +26,14 @@ _CAMERA = ("name", "pose", "vertical_fov", "height", "aspect", "near", "far")
 _NODE = ("name", "parent", "matrix", "parts", "lights", "label")
 _TINY = np.finfo(float).tiny
 _MOST = 2**31  # vertices or triangles of a mesh; the arrays hold no more than the file
-_FARTHEST_POSE = 2 * FARTHEST  # no session takes a mesh there; sums of such places cannot overflow
+# no session moves a mesh that far; sums of such coordinates cannot overflow
+_FARTHEST_POSE = 2 * FARTHEST
 
 FIELDS = ("unit", "warnings", "source", "meshes", "materials", "looks", "lights", "cameras", "nodes")
 
 
 def pack_scene(scene: Scene, folder: Path) -> dict[str, Any]:
-    """The index's entry, for a file in `folder`; the arrays are `write_scene`'s."""
+    """The index entry, for a file in `folder`; `write_scene` writes the arrays."""
     return {
         "unit": scene.unit,
         "warnings": list(scene.warnings),
@@ -77,7 +78,7 @@ def pack_scene(scene: Scene, folder: Path) -> dict[str, Any]:
 
 
 def _from_folder(source: Path, folder: Path) -> str:
-    """Relative where it lies in `folder`, so that both can be moved together; else absolute."""
+    """Relative if the source lies in `folder`, so that both can be moved together; else absolute."""
     absolute = source.absolute()
     try:
         return str(absolute.relative_to(folder.absolute()))
@@ -86,7 +87,7 @@ def _from_folder(source: Path, folder: Path) -> str:
 
 
 def write_scene(scene: Scene, archive: ArchiveWriter) -> None:
-    """Write the geometry of all meshes, one after the other, and how they look."""
+    """Write the geometry and the looks of all meshes, one mesh after the other."""
     archive.add_array("meshes/vertices", "<f8", [m.vertices for m in scene.meshes], 3)
     archive.add_array("meshes/triangles", "<i8", [m.triangles for m in scene.meshes], 3)
     archive.add_array("meshes/material_index", "<i8", [m.material_index for m in scene.meshes])
@@ -107,7 +108,7 @@ def _pack_light(light: Light) -> dict[str, Any]:
 
 
 def unpack_scene(data: Fields, archive: ArchiveReader, folder: Path) -> Scene:
-    """The scene of an index's entry and the arrays of a file in `folder`.
+    """Restore the scene from an index entry and the arrays of a file in `folder`.
 
     Raises
     ------

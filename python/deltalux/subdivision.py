@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Crack-free subdivision of triangles: edges longer than a limit are halved, by their end points alone."""
+"""Crack-free subdivision of triangles: halves edges longer than a limit, judging by their end points only."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LENGTH_TOLERANCE = 1e-6
 
 
 class TooManyPoints(Exception):
-    """The subdivision would pass the given number of points."""
+    """The subdivision would exceed the given number of points."""
 
 
 def split_long_edges(
@@ -23,8 +23,8 @@ def split_long_edges(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Halve edges until none is longer than `limit`.
 
-    Whether and where an edge is cut depends on its two end points only, so that triangles on
-    both sides of it agree, also when they belong to different meshes with equal end points.
+    Whether and where an edge is cut depends only on its two end points, so that the triangles on
+    both sides agree, even if they belong to different meshes with equal end points.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def split_long_edges(
     -------
     points : (n + k, 3), the given ones first
     triangles : (m', 3), in the order of the triangles that they come from, winding kept
-    source : (m',) int64, the given triangle that each comes from
+    source : (m',) int64, the original triangle of each
 
     Raises
     ------
@@ -51,7 +51,7 @@ def split_long_edges(
 
 
 def count_halved_edges(points: np.ndarray, triangles: np.ndarray, limit: float, max_points: int) -> int:
-    """How many points `split_long_edges` would add to the given ones.
+    """Number of points that `split_long_edges` would add.
 
     Raises
     ------
@@ -70,14 +70,14 @@ def _squared_limit(limit: float) -> float:
 def split_marked(
     points: np.ndarray, triangles: np.ndarray, source: np.ndarray, marked: np.ndarray, middle: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Replace each triangle by two, three or four, by the number of its marked edges.
+    """Replace each triangle by two, three or four, depending on its number of marked edges.
 
     Parameters
     ----------
     points : (n, 3)
     triangles : (m, 3)
-    source : (m,) numbers that the parts keep
-    marked : (m, 3) bool, at least one edge (corner k to k + 1) of each triangle
+    source : (m,) numbers that the parts inherit
+    marked : (m, 3) bool, edges (corner k to k + 1) to split; at least one of each triangle
     middle : (m, 3), the point on each marked edge
 
     Returns

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A display mesh in world space that rays can be cast at."""
+"""A display mesh in world space, ready for ray casting."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from .display_mesh import DisplayMesh, Poses
 from .scene import Scene
 
 NOTHING = 0xFFFFFFFF
-# Front and back of one sheet are two triangles in one place; their distances differ by rounding.
+# The two sides of a sheet are two triangles in the same place; their distances differ by rounding.
 SAME_PLACE = 1e-4
 
 CasterType = Callable[[np.ndarray, np.ndarray, int], Any]
 
 
 def core_caster(vertices: np.ndarray, triangles: np.ndarray, threads: int) -> Any:
-    """The engine's own ray caster."""
+    """The core's ray caster."""
     return _core.RayCaster(vertices, triangles, threads)
 
 
@@ -35,7 +35,7 @@ class Hits:
     triangle : (k,) int64, index into the display mesh's triangles, -1 = none
     weights : (k, 3), barycentric
     distance : (k,)
-    facing : (k,) bool, the ray meets the sampled side
+    facing : (k,) bool, whether the ray hits the sampled side
     """
 
     triangle: np.ndarray
@@ -45,7 +45,7 @@ class Hits:
 
     @property
     def hit(self) -> np.ndarray:
-        """(k,) bool: the ray met something."""
+        """(k,) bool: whether the ray hit a surface."""
         return self.triangle >= 0
 
 
@@ -58,7 +58,7 @@ class Surfaces:
     display : DisplayMesh
     poses : poses of movables, see `DisplayMesh.world`
     threads : int, 0 = all
-    caster : how to make a ray caster; the engine's own unless a test brings another
+    caster : function that makes a ray caster; the core's unless a test replaces it
     """
 
     def __init__(
@@ -89,7 +89,7 @@ class Surfaces:
 
     @property
     def cover(self) -> Cover:
-        """They themselves, as what may stand on places."""
+        """These surfaces as a `Cover`, to find covered places."""
         return Cover([caster for _, caster in self._casters], self._origin, self.display.spacing)
 
     def intersect(self, origins: np.ndarray, directions: np.ndarray) -> Hits:
@@ -105,7 +105,7 @@ class Surfaces:
         return nearest
 
     def emission(self, triangle: np.ndarray, facing: np.ndarray) -> np.ndarray:
-        """Radiance (k, 3) that surfaces send towards where they are seen from.
+        """Radiance (k, 3) that surfaces emit towards the ray origins.
 
         Parameters
         ----------

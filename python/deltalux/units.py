@@ -6,7 +6,7 @@ import numpy as np
 LUX = "lux"
 WATTS_PER_SQUARE_METRE = "W/m2"
 UNITS = (LUX, WATTS_PER_SQUARE_METRE)
-FARTHEST = 1e15  # metres; beyond it products of coordinates could overflow
+FARTHEST = 1e15  # metres; beyond it, products of coordinates could overflow
 
 # Luminance weights of linear Rec. 709 / sRGB primaries.
 PHOTOPIC_WEIGHTS = np.array([0.2126, 0.7152, 0.0722])

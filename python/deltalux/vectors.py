@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Vectors of any length that a float64 can have, and angles down to the smallest; triangles."""
+"""Vectors of any length that float64 can represent, angles down to the smallest, and triangles."""
 
 from __future__ import annotations
 
@@ -7,14 +7,16 @@ import numpy as np
 
 from . import _core
 
-PLACE = 1.05 * 2.0**-20  # of half the largest extent, what counts as rounding; numbers then have 21 bits
-SAFE = 1e150  # squares of lengths between its inverse and it stay within the range of float64
+# as a share of half the largest extent: differences that count as rounding; numbers then have 21 bits
+PLACE = 1.05 * 2.0**-20
+# squares of lengths between 1 / SAFE and SAFE are within the range of float64
+SAFE = 1e150
 
 
 def unit(vectors: np.ndarray) -> np.ndarray:
-    """Vectors along the last axis scaled to length 1; those that are zero stay zero.
+    """Vectors along the last axis, scaled to length 1; zero vectors stay zero.
 
-    Doing it again changes no bit.
+    Applying it again changes no bit.
     """
     largest = np.abs(vectors).max(axis=-1, keepdims=True, initial=0.0)
     odd = (largest > SAFE) | (largest < 1 / SAFE)
@@ -25,12 +27,12 @@ def unit(vectors: np.ndarray) -> np.ndarray:
 
 
 def same_places(points: np.ndarray) -> np.ndarray:
-    """(n,) of each point (n, 3) the first one that is in the same place, but for rounding."""
+    """(n,) for each point (n, 3) the number of the first point in the same place, apart from rounding."""
     return np.asarray(_core.same_places(points, PLACE))
 
 
 def normals_by_area(corners: np.ndarray) -> np.ndarray:
-    """(m, 3) normals of triangles (m, 3 corners, 3), twice as long as the triangle has area."""
+    """(m, 3) normals of triangles (m, 3 corners, 3); their length is twice the triangle's area."""
     return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
 
 
@@ -40,5 +42,5 @@ def triangle_areas(corners: np.ndarray) -> np.ndarray:
 
 
 def versine(angle: float) -> float:
-    """1 - cos(angle), right to the last digits for narrow cones too."""
+    """1 - cos(angle), accurate for narrow cones, too."""
     return float(2 * np.sin(angle / 2) ** 2)

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Visits of segments to the disc hierarchy. What makes it fast: segments go in batches whose visits
-// are interleaved, so that nodes and leaves are fetched in time, and the children met are packed
-// into queues without a branch. Of what was tried, prefetching saved 8 % at 1e5 discs and a third
-// at 1e6, batches of 128 segments instead of 32 saved 15 %; AVX-512 (packing, masks), leaves filled
-// up to eight discs and huge pages gained nothing or little. Fetching of an outline only the sector
-// that is asked, and hits in portions of 256, saved 17 % where most discs are clipped.
+// Traverses the disc hierarchy with segments. Segments are processed in batches with interleaved
+// visits, so that nodes and leaves can be prefetched, and children are packed into queues without
+// branches. Measured gains: prefetching 8 % at 1e5 discs and a third at 1e6; batches of 128
+// segments instead of 32: 15 %; reading only the sector of an outline that is tested, and
+// processing hits in portions of 256: 17 % where most discs are clipped. AVX-512 (packing, masks),
+// filling leaves up to eight discs and huge pages gained little or nothing.
 #include "estimate/disc_index/disc_index.h"
 
 #include <algorithm>
@@ -20,21 +20,23 @@ namespace {
 
 constexpr int kBatch = 1 << (32 - kNodeBits);  // segments
 constexpr uint32_t kNodeMask = (1u << kNodeBits) - 1;
-constexpr uint32_t kChunk = 128;  // nodes taken from the stack at once
+constexpr uint32_t kChunk = 128;  // nodes taken from the stack at a time
 constexpr uint32_t kAhead = 8;    // visits between prefetch and use
 constexpr uint32_t kLeafRoom = 1024, kHitRoom = 256;
 constexpr uint32_t kRowBytes = kLanes * sizeof(float);
 
-/// Segments as arrays. A visit is (place in the batch << kNodeBits) + node or leaf.
+/// Segments as a structure of arrays. A visit is encoded as (index in the batch << kNodeBits) +
+/// node or leaf.
 struct Batch {
   alignas(64) float origin[3][kBatch], direction[3][kBatch], length[kBatch], extended[kBatch];
-  // For box tests: the segment enters and leaves between planes at
-  // plane * inverse - shift; `near_row` is the row of DiscNode::bound that it meets first.
+  // For box tests: the segment enters and leaves between two planes at plane * inverse - shift;
+  // `near_row` is the row of DiscNode::bound with the plane that it crosses first.
   alignas(64) float inverse[3][kBatch], near_shift[3][kBatch], far_shift[3][kBatch], end[kBatch];
   alignas(64) uint32_t near_row[3][kBatch];  // in bytes
   alignas(64) uint32_t unusual[kBatch];
 };
 
+/// Working memory of a traversal.
 struct Scratch {
   Batch batch;
   uint32_t chunk[kChunk + kAhead];
@@ -49,13 +51,14 @@ void prefetch(const T* p) {
     __builtin_prefetch(reinterpret_cast<const char*>(p) + byte);
 }
 
-/// Margin of the boxes, as part of the greatest coordinate: 32 roundings (u = 2^-24). Where
-/// crossing.h accepts a hit, the point at s is off the true disc by at most 14 u reach (height and
-/// facing; the division cancels) plus 7 u reach (the point and its distance); 4 u are lost in the
-/// box test, 3 in the boxes themselves.
+/// Margin of the boxes, relative to the largest coordinate: 32 rounding errors (u = 2^-24). Where
+/// crossing.h accepts a hit, the point at s deviates from the true disc by at most 14 u reach
+/// (height and facing; the division cancels) plus 7 u reach (the point and its distance); the box
+/// test loses 4 u, the boxes themselves 3 u.
 constexpr float kMargin = 0x1p-19f;
 
-/// Fills the batch; true if segments are among it whose box tests could overflow or lose accuracy.
+/// Fills the batch; returns true if it contains segments whose box tests could overflow or be
+/// inaccurate.
 bool prepare(Batch& b, const segments::SegmentSpan& s, size_t first, int count,
              segments::SegmentEnd rule, const DiscTree& tree) {
   const float* const origin[3] = {s.ox + first, s.oy + first, s.oz + first};
@@ -77,7 +80,7 @@ bool prepare(Batch& b, const segments::SegmentSpan& s, size_t first, int count,
       zero += 0 * b.origin[axis][i] + 0 * b.direction[axis][i];
     }
     const float margin = kMargin * (tree.reach + reach);
-    // A component near 0 is replaced: the line moves by far less than the margin.
+    // Replace components near 0: this moves the line by far less than the margin.
     const float least = 1e-12f * speed;
     for (int axis = 0; axis < 3; ++axis) {
       const float d = b.direction[axis][i], o = b.origin[axis][i];
@@ -94,7 +97,8 @@ bool prepare(Batch& b, const segments::SegmentSpan& s, size_t first, int count,
   return any != 0;
 }
 
-/// Box tests of `count` visits in scratch.chunk; pushes the children met. Returns the new top.
+/// Tests the boxes of the `count` visits in scratch.chunk and pushes the children hit. Returns the
+/// new top of the stack.
 template <class L>
 uint32_t visit_nodes(Scratch& scratch, const DiscNode* nodes, uint32_t count, uint32_t* stack,
                      uint32_t top) {
@@ -155,8 +159,8 @@ template <class L>
   return cross_circles<L>(o, w, end, c, n, radius * radius);
 }
 
-/// Tests the discs of waiting leaves from `next` on, while there is room for hits. Returns the
-/// next leaf to do.
+/// Tests the discs of waiting leaves, from `next` on, while there is room for hits. Returns the
+/// index of the next leaf to test.
 template <class L>
 uint32_t visit_leaves(Scratch& scratch, const DiscLeaf* leaves, uint32_t next,
                       segments::SegmentEnd rule) {
@@ -199,7 +203,7 @@ size_t DiscIndex::bytes() const { return tree_.bytes() + discs_.bytes(); }
 
 namespace {
 
-/// Adds a batch's hits to the sums and notes them in the slots.
+/// Adds a batch's hits to the sums, and records them in the slots.
 class HitSink {
  public:
   HitSink(const samples::DiscSet& discs, segments::SegmentEnd rule,
@@ -237,12 +241,12 @@ class HitSink {
     }
   }
 
-  /// One segment against every disc. Returns the number of tests.
+  /// Tests one segment against every disc. Returns the number of tests.
   size_t try_all(uint32_t segment) {
     const segments::SegmentSpan& s = segments_;
     const size_t i = first_ + segment;
     for (const float x : {s.ox[i], s.oy[i], s.oz[i], s.dx[i], s.dy[i], s.dz[i]})
-      if (!std::isfinite(x)) return 0;  // crosses nothing
+      if (!std::isfinite(x)) return 0;  // a segment that is not finite crosses nothing
     for (uint32_t k = 0; k < discs_.size(); ++k)
       if (crosses_disc(segment, k)) add(segment, k);
     return discs_.size();
@@ -297,7 +301,7 @@ Stats DiscIndex::accumulate(const segments::SegmentSpan& segments, int sign, con
   const Kernels run = kernels();
   HitSink sink(discs_, rule_, segments, sign, sums, slots);
   Scratch scratch;
-  // The stack is sorted by depth at any time, a chunk leaves at most 8 * kChunk visits per depth.
+  // The stack is always sorted by depth; a chunk leaves at most 8 * kChunk visits per depth.
   std::vector<uint32_t> stack(size_t(kBatch) + kLanes * kChunk * size_t(tree_.depth + 1));
   for (size_t first = 0; first < segments.count; first += kBatch) {
     const int count = int(std::min<size_t>(kBatch, segments.count - first));

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// Disc indexing (paper 2.4): the discs stand in a hierarchy of boxes, every segment visits it.
+// Disc index (paper 2.4): discs are in a bounding volume hierarchy, which every segment traverses.
 #pragma once
 #include "estimate/disc_index/tree.h"
 #include "estimate/estimator.h"
 
 namespace deltalux::estimate {
 
-/// Finds for each segment all discs it crosses, the same ones as BruteForce to the bit.
-/// About 50 bytes per disc beside the DiscSet.
+/// Finds all discs that each segment crosses, exactly the same ones as BruteForce. Needs about 50
+/// bytes per disc in addition to the DiscSet.
 class DiscIndex final : public SignedEstimator {
  public:
   /// Builds the hierarchy. Throws Cancelled, and OptionError for discs that are not finite.
   DiscIndex(samples::DiscSet discs, segments::SegmentEnd rule, const Workers& workers,
             Progress* progress = nullptr);
-  /// Fastest for spans of some hundred segments and more. Stats count visited nodes, and eight
-  /// disc tests per visited leaf.
+  /// Most efficient for spans of several hundred segments and more. Stats count visited nodes, and
+  /// eight disc tests per visited leaf.
   Stats accumulate(const segments::SegmentSpan& segments, int sign, const EnergySums& sums,
                    HitSlots* slots = nullptr) const override;
   const samples::DiscSet& discs() const override { return discs_; }

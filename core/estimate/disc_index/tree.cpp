@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Builds the disc hierarchy: a binary tree by binned surface-area heuristic (Wald 2007), then the
-// cheapest grouping of its nodes into nodes of eight children (Aila et al. 2013, appendix).
+// Builds the disc hierarchy: first a binary tree by the binned surface-area heuristic (Wald 2007),
+// then the cheapest grouping of its nodes into nodes of eight children (Aila et al. 2013,
+// appendix).
 #include "estimate/disc_index/tree.h"
 
 #include <algorithm>
@@ -12,7 +13,8 @@ namespace deltalux::estimate {
 namespace {
 
 constexpr int kBins = 16;
-constexpr uint32_t kTaskSize = 1 << 15;  // discs per task: fixed, so that the tree is, too
+// discs per task; fixed, so that the tree does not depend on the number of threads
+constexpr uint32_t kTaskSize = 1 << 15;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 struct Item {
@@ -37,12 +39,12 @@ float half_area(const Box& box) {
   return e.x * e.y + e.y * e.z + e.z * e.x;
 }
 
-/// A leaf of three discs costs as much as a full one.
+/// A leaf with three discs costs as much as a full one.
 float leaf_count(uint32_t discs) { return float((discs + kLanes - 1) / kLanes); }
 
 struct Split {
   int axis = -1;
-  int last_left = 0;  // bin
+  int last_left = 0;  // index of the last bin on the left side
 };
 
 /// Bins of item centres along each axis.
@@ -63,7 +65,8 @@ class Builder {
  public:
   Builder(std::vector<Item>& items, Progress* progress) : items_(items), progress_(progress) {}
 
-  /// Subtree of items [begin, end), its root first. Ranges up to `task_size` stay leaves.
+  /// Builds the subtree of items [begin, end); its root comes first. Ranges of up to `task_size`
+  /// items stay leaves.
   std::vector<BinaryNode> build(uint32_t begin, uint32_t end, uint32_t task_size) {
     nodes_.clear();
     nodes_.push_back({});
@@ -133,7 +136,7 @@ class Builder {
   std::vector<BinaryNode> nodes_;
 };
 
-/// Cheapest way to put two subtrees into at most k lanes of one node.
+/// Finds the cheapest way to put two subtrees into at most k lanes of one node.
 void share_lanes(BinaryNode& node, const BinaryNode& left, const BinaryNode& right, int k) {
   for (int i = 1; i < k; ++i) {
     const float cost = left.cost[i] + right.cost[k - i];
@@ -142,7 +145,7 @@ void share_lanes(BinaryNode& node, const BinaryNode& left, const BinaryNode& rig
   }
 }
 
-/// Dynamic programme: cost = sum of the areas of eight-wide nodes (that of leaves is given).
+/// Dynamic programming: cost = sum of the areas of eight-wide nodes (the area of leaves is given).
 void weigh(std::vector<BinaryNode>& nodes) {
   for (size_t n = nodes.size(); n-- > 0;) {  // children follow their parents
     BinaryNode& node = nodes[n];
@@ -159,7 +162,7 @@ void weigh(std::vector<BinaryNode>& nodes) {
   }
 }
 
-/// Turns the binary tree into the final one.
+/// Converts the binary tree into the tree of eight-wide nodes.
 class Collapse {
  public:
   Collapse(const samples::DiscSet& discs, const std::vector<Item>& items,
@@ -243,7 +246,7 @@ class Collapse {
   std::vector<uint32_t> children_;
 };
 
-/// Smallest box of the flat disc. What rounding in crossing.h may add is the query's matter.
+/// The smallest box of the flat disc. The traversal accounts for rounding in crossing.h.
 Item bound_disc(const samples::DiscSet& discs, uint32_t k) {
   const Vec3f c = discs.centre[k];
   const Vec3d n(discs.normal[k]);
@@ -251,7 +254,7 @@ Item bound_disc(const samples::DiscSet& discs, uint32_t k) {
   Item item;
   item.disc = k;
   for (int axis = 0; axis < 3; ++axis) {
-    // The length of a normal cancels in the crossing, unless it is so small that products
+    // The length of a normal cancels in the crossing test, unless it is so small that products
     // underflow.
     const double flat = n2 > 1e-20 ? std::max(0.0, 1.0 - n[axis] * n[axis] / n2) : 1.0;
     item.low[axis] = float(c[axis] - r * std::sqrt(flat));
@@ -303,7 +306,7 @@ DiscTree build_disc_tree(const samples::DiscSet& discs, const Workers& workers,
     throw OptionError("disc index: " + std::to_string(count) + " discs are more than fit (about " +
                       std::to_string(6 << kNodeBits) + "): use fewer samples");
   const Vec3f far = max(-binary[0].box.low, binary[0].box.high);
-  // Not 0: in the tiniest scenes squared distances underflow, and the margin must not.
+  // Not 0: in the tiniest scenes, squared distances underflow, but the margin must not.
   tree.reach = std::max({far.x, far.y, far.z, 1e-15f});
   tree.max_radius = *std::max_element(discs.radius.begin(), discs.radius.end());
   return tree;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bounding-volume hierarchy of a disc index: eight boxes per node, up to eight discs per leaf.
+// The bounding volume hierarchy of a disc index: eight boxes per node, up to eight discs per leaf.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -12,17 +12,17 @@
 namespace deltalux::estimate {
 
 inline constexpr int kLanes = 8;
-/// A node and a segment's place in its batch share 32 bits.
+/// Number of bits of a node's index; the segment's index in its batch takes the rest of 32 bits.
 inline constexpr int kNodeBits = 25;
 
-/// Children lie side by side: lanes [0, inner) are nodes inner_base + lane, the following ones
-/// leaves leaf_base + lane (modulo 2^32), the rest empty (low = +inf, high = -inf).
+/// Children are contiguous: lanes [0, inner) are the nodes inner_base + lane, the next lanes are
+/// the leaves leaf_base + lane (modulo 2^32), the rest are empty (low = +inf, high = -inf).
 struct alignas(64) DiscNode {
   float bound[6][kLanes];  ///< low x, high x, low y, high y, low z, high z
   uint32_t inner_base, leaf_base, inner;
 };
 
-/// Structure of arrays. Empty lanes have a zero normal: nothing crosses them.
+/// Discs as a structure of arrays. Empty lanes have a zero normal, so that nothing crosses them.
 struct alignas(64) DiscLeaf {
   static constexpr uint32_t kClipped = 0x80000000u;
   float cx[kLanes], cy[kLanes], cz[kLanes];
@@ -34,8 +34,8 @@ struct alignas(64) DiscLeaf {
 struct DiscTree {
   std::vector<DiscNode> nodes;  ///< the root first; empty without discs
   std::vector<DiscLeaf> leaves;
-  int depth = 0;    ///< nodes on the longest way down
-  float reach = 0;  ///< greatest absolute coordinate of the boxes, positive
+  int depth = 0;    ///< number of nodes on the longest path from the root
+  float reach = 0;  ///< largest absolute coordinate of the boxes, positive
   float max_radius = 0;
 
   size_t bytes() const {

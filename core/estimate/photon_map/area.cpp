@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The area that a photon map divides by: a disc's, or that of real surfaces (Hey & Purgathofer
+// The area that a photon map divides by: that of a disc, or of actual surfaces (Hey & Purgathofer
 // 2002).
 #include "estimate/disc_moments.h"
 #include "estimate/photon_map/photon_map.h"
@@ -20,7 +20,7 @@ double PhotonMap::kernel_integral(size_t sample, double radius2) const {
     return options_.kernel == Kernel::epanechnikov ? disc / 2 : disc;
   }
   if (options_.kernel == Kernel::constant) return area_within(sample, radius);
-  // By layers: the integral of w(t) dA(t) is w(1) A(1) - the integral of w'(t) A(t).
+  // Integrate by parts: the integral of w(t) dA(t) is w(1) A(1) minus the integral of w'(t) A(t).
   constexpr double kAt[4] = {0.18343464249564980, 0.52553240991632899, 0.79666647741362674,
                              0.96028985649753623};
   constexpr double kShare[4] = {0.36268378337836198, 0.31370664587788729, 0.22238103445337447,
@@ -35,9 +35,9 @@ double PhotonMap::kernel_integral(size_t sample, double radius2) const {
   return sum;
 }
 
-/// Area of the surfaces inside the region that are turned less than 45 degrees from the sample's
-/// plane, exact: where the normal's axis is stretched the region is a sphere, which cuts each
-/// triangle's plane in a circle; areas within one plane keep their ratios.
+/// Exact area of the surfaces within the region that are tilted by less than 45 degrees from the
+/// sample's plane. If the axis along the normal is stretched, the region is a sphere, which cuts
+/// the plane of each triangle in a circle; ratios of areas within a plane are preserved.
 double PhotonMap::area_within(size_t sample, double radius) const {
   const Vec3d centre = points_[sample], n = normals_[sample];
   Vec3d u, v;

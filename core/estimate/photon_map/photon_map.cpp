@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The only file that uses nanoflann. The tree holds the hits; the ellipsoid lies inside the sphere
-// that the tree searches, so its distance sorts what the tree finds.
+// The only file that uses nanoflann. The kd-tree contains the hits. It searches spheres; the
+// ellipsoid lies inside, and its distance sorts the hits found.
 #include "estimate/photon_map/photon_map.h"
 
 #include <algorithm>
@@ -19,12 +19,12 @@ using SearchParameters = nanoflann::SearchParameters;
 using SearchParameters = nanoflann::SearchParams;
 #endif
 
-/// The hits as nanoflann reads them. Its build cannot be asked to stop, but every point it reads
-/// comes from here.
+/// The hits, as nanoflann reads them. Its build cannot be interrupted, but it reads every point
+/// from here, where cancellation is checked.
 struct Hits {
   std::vector<Vec3d> position;
   std::vector<uint32_t> segment;
-  std::vector<Vec3d> normal;  ///< of the surface hit; empty where surfaces do not matter
+  std::vector<Vec3d> normal;  ///< of the surface hit; empty if surfaces do not matter
   const Progress* building = nullptr;
   mutable uint32_t reads = 0;
 
@@ -42,12 +42,12 @@ struct Hits {
 using Metric = nanoflann::L2_Simple_Adaptor<double, Hits, double, uint32_t>;
 using Tree = nanoflann::KDTreeSingleIndexAdaptor<Metric, Hits, 3, uint32_t>;
 
-/// Photons whose surfaces are turned alike. Where surfaces matter, a sample in a dark place would
-/// otherwise look at all the photons of the brighter walls around it: 6 times slower in an office.
+/// Photons on surfaces with similar normals. If surfaces matter, a sample in a dark place would
+/// otherwise examine all photons of the brighter walls around it: 6 times slower in an office.
 struct Bundle {
   Hits hits;
   Vec3d axis{};       ///< mean of the normals
-  double spread = 0;  ///< largest angle between it and one of them
+  double spread = 0;  ///< largest angle between the axis and one of the normals
   std::unique_ptr<Tree> tree;
 
   void build(const Progress& progress) {
@@ -60,12 +60,12 @@ struct Bundle {
     hits.building = nullptr;
   }
   bool may_face(Vec3d normal) const {
-    constexpr double kTurn = 0.78539816339744831 + 1e-6;  // 45 degrees, and rounding
+    constexpr double kTurn = 0.78539816339744831 + 1e-6;  // 45 degrees, plus a margin for rounding
     return hits.normal.empty() || dot(axis, normal) > std::cos(spread + kTurn);
   }
 };
 
-/// Cell of a direction: nine on each side of a cube.
+/// The bundle of a direction: nine on each side of a cube.
 size_t bundle_of(Vec3d n) {
   const double x = std::fabs(n.x), y = std::fabs(n.y), z = std::fabs(n.z);
   const int major = x >= y && x >= z ? 0 : y >= z ? 1 : 2;
@@ -80,8 +80,8 @@ struct Found {
   uint32_t segment;
 };
 
-/// A total order of photons that does not know their numbers, so that segments may come in any
-/// order. Photons that are equal in it are interchangeable.
+/// A total order of photons that does not depend on their indices, so that segments may come in any
+/// order. Photons that compare equal are interchangeable.
 bool before(const segments::SegmentSpan& s, const Found& a, const Found& b) {
   if (a.distance2 != b.distance2) return a.distance2 < b.distance2;
   const size_t i = a.segment, j = b.segment;
@@ -92,7 +92,7 @@ bool before(const segments::SegmentSpan& s, const Found& a, const Found& b) {
   return false;
 }
 
-/// What nanoflann calls a result set: keeps the nearest photons that arrive from the front.
+/// A result set for nanoflann: keeps the nearest photons that arrive from the front.
 class Nearest {
  public:
   using DistanceType = double;
@@ -133,13 +133,13 @@ class Nearest {
     std::push_heap(heap.begin(), heap.end(), less);
     return true;
   }
-  /// A little too far: photons as far as the farthest one have to arrive here, to be compared.
+  /// Slightly too large: photons as far away as the farthest one must get here to be compared.
   double worstDist() const {
     const double worst = heap.size() == k_ ? heap.front().distance2 : reach2_;
     return worst * (1 + 1e-9) + std::numeric_limits<double>::min();
   }
   bool full() const { return heap.size() == k_; }
-  void sort() const {}  // nanoflann 1.6 and later ask for it; the heap is ordered as it fills
+  void sort() const {}  // required by nanoflann 1.6 and later; the heap is ordered as it is filled
   size_t size() const { return heap.size(); }
 
   std::vector<Found> heap;
@@ -154,7 +154,7 @@ class Nearest {
   double reach2_;
 };
 
-/// The photons of all segments that end, in bundles; in one where `surfaces` is null.
+/// The photons of all segments that end, in bundles; in a single bundle if `surfaces` is null.
 std::vector<std::unique_ptr<Bundle>> bundled(const segments::SegmentSpan& segments,
                                              const SurfaceTree* surfaces, const Workers& workers,
                                              Progress& progress) {
@@ -207,7 +207,7 @@ Neighbours PhotonMap::neighbours(const segments::SegmentSpan& segments, const Wo
                       options_.compression * options_.compression - 1,
                       reach2 ? photons : options_.k,
                       reach2 ? reach2[i] : std::numeric_limits<double>::infinity());
-      std::vector<std::pair<double, const Bundle*>> order;  // the likeliest to hold near ones first
+      std::vector<std::pair<double, const Bundle*>> order;  // most similar normals first
       for (const auto& bundle : bundles)
         if (bundle->may_face(normals_[i]))
           order.emplace_back(-dot(bundle->axis, normals_[i]), bundle.get());
@@ -237,7 +237,7 @@ Neighbours PhotonMap::neighbours(const segments::SegmentSpan& segments, const Wo
   return out;
 }
 
-/// Of a photon at the centre: 1.
+/// The kernel, relative to its value at the centre.
 double PhotonMap::weight(double distance2, double radius2) const {
   switch (options_.kernel) {
     case Kernel::constant:
@@ -266,7 +266,7 @@ Gathered PhotonMap::weigh(const segments::SegmentSpan& segments, const Neighbour
       const double integral = radius2 > 0 && first < last ? kernel_integral(i, radius2) : 0;
       if (!(integral > 0)) continue;
       double sum[3] = {};
-      // Whole numbers below 2^53 add exactly under the constant kernel, in any order.
+      // With the constant kernel, integers below 2^53 add exactly, in any order.
       for (uint64_t j = first; j < last; ++j) {
         const double w = weight(neighbours.distance2[j], radius2);
         const uint32_t* power = segments.power + 3 * size_t(neighbours.photon[j]);

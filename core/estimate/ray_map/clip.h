@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Eight segments of a ray map at a time: loading them, and which halves of a cell they meet.
+// Operations on eight segments of a ray map: loading them, and finding the halves of a cell that
+// they meet.
 #pragma once
 #include <algorithm>
 #include <bit>
@@ -11,14 +12,15 @@
 
 namespace deltalux::estimate {
 
-/// Brings segments in time that a loop over `ids` needs some rounds later.
+/// Prefetches segments that a loop over `ids` will need some iterations later.
 inline void prefetch_rays(const RayRecord* records, std::span<const uint32_t> ids, size_t first) {
   constexpr size_t kAhead = 32;
   for (size_t i = first + kAhead; i < std::min(first + kAhead + 8, ids.size()); ++i)
     __builtin_prefetch(&records[ids[i]]);
 }
 
-/// Segments in lanes; those past the end of a list repeat its last one and are not in `valid`.
+/// Segments in SIMD lanes. Lanes beyond the end of the list repeat its last segment and are not in
+/// `valid`.
 template <class L>
 struct RayLanes {
   typename L::Floats o[3], w[3], length, extended;
@@ -38,7 +40,7 @@ struct RayLanes {
   }
 };
 
-/// A list under construction, in memory that is used again.
+/// A list under construction, whose memory is reused.
 struct HalfList {
   std::vector<uint32_t> room;
   size_t count = 0;
@@ -55,15 +57,16 @@ struct HalfList {
   std::span<const uint32_t> ids() const { return {room.data(), count}; }
 };
 
-/// Which segments meet the cell's part below (above) a plane, each part grown by a margin that
-/// covers all rounding: 64 u reach (u = 2^-24). A crossing counted by crossing.h is off the segment
-/// and off the disc by at most 21 u reach, the rest is that of the tests here.
+/// Finds the segments that meet the cell's part below (above) a plane, each part grown by a margin
+/// that covers all rounding errors: 64 u reach (u = 2^-24). A crossing accepted by crossing.h
+/// deviates from the segment and from the disc by at most 21 u reach; the rest is for the tests
+/// here.
 class CellSplit {
  public:
   CellSplit(const Box& cell, int axis, float plane, float margin, segments::SegmentEnd rule,
             float radius, bool ends_only)
       : low_(cell.low), high_(cell.high), plane_(plane), margin_(margin), axis_(axis) {
-    // A segment ends at min(length + past, extended) at most.
+    // No disc counts a segment beyond min(length + past, extended).
     using segments::SegmentEnd;
     past_ = rule == SegmentEnd::bounded ? segments::kBoundedRadii * radius
                                         : std::numeric_limits<float>::infinity();
@@ -71,7 +74,7 @@ class CellSplit {
     ends_only_ = ends_only;
   }
 
-  /// Writes the ids that meet each half, in order; both arrays need room for eight more than `ids`.
+  /// Writes the ids that meet each half, in order. Both arrays need room for eight more than `ids`.
   void classify(const RayRecord* records, std::span<const uint32_t> ids, HalfList& below,
                 HalfList& above) const {
     lanes::with([&]<class L>(L) { classify_with<L>(records, ids, below, above); });
@@ -103,8 +106,8 @@ class CellSplit {
     if (!first_) leave = L::min(leave + L::broadcast(past_), rays.extended);
     Floats enter_below = enter, leave_below = leave, enter_above = enter, leave_above = leave;
     for (int axis = 0; axis < 3; ++axis) {
-      // Finite, so that no product is NaN; a segment this parallel to the plane leaves the margin
-      // nowhere within reach.
+      // Clamp, so that no product is NaN; a segment so close to parallel does not leave the margin
+      // within reach.
       const Floats inverse = L::max(L::min(one / rays.w[axis], steepest), L::broadcast(-1e30f));
       const auto at = [&](float plane) { return (L::broadcast(plane) - rays.o[axis]) * inverse; };
       const Floats low = at(low_[axis] - margin_), high = at(high_[axis] + margin_);

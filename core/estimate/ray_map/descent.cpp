@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A ray map's way down: many queries together, so that every node is read once, and the opening of
-// leaves. What it does in a node depends on the queries there alone, so subtrees go to threads.
+// Traverses a ray map with many queries together, so that every node is read once, and splits
+// leaves. What happens in a node depends only on its queries, so subtrees can be processed by
+// different threads.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -12,7 +13,7 @@
 namespace deltalux::estimate {
 namespace {
 
-constexpr int kSharedLevels = 7;   // levels whose nodes are handed out to threads one by one
+constexpr int kSharedLevels = 7;   // nodes of these levels are distributed over threads one by one
 constexpr uint32_t kDeepest = 62;  // levels
 constexpr size_t kWholeProgress = size_t(1) << 40;
 
@@ -67,13 +68,13 @@ class RayMapDescent {
   }
 
  private:
-  /// The work of one thread on one subtree.
+  /// Processes one subtree in one thread.
   class Walker {
    public:
     Walker(RayMapDescent& descent, RayMapStats& stats)
         : d_(descent), map_(descent.map_), stats_(stats) {}
 
-    /// Depth first. Whatever of the budget one child leaves goes to the other one.
+    /// Depth first. The budget that one child leaves goes to the other one.
     void walk(Task& task, uint32_t depth) {
       std::vector<Task> children = step(task, depth);
       task.queries = std::vector<uint32_t>();
@@ -87,7 +88,7 @@ class RayMapDescent {
       task.budget = left_over + (children.empty() ? task.budget : 0);
     }
 
-    /// Visits a node: a leaf's segments are tested, of an inner node the children are returned.
+    /// Visits a node: tests the segments of a leaf, or returns the children of an inner node.
     std::vector<Task> step(Task& task, uint32_t depth) {
       RayNode& node = *task.node;
       if (d_.progress_) d_.progress_->check();
@@ -137,10 +138,10 @@ class RayMapDescent {
       node.late.clear();
     }
 
-    /// Splits a leaf if that is worth it.
+    /// Splits a leaf if that pays.
     bool open(RayNode& node, Task& task) {
       const size_t count = node.count(), settled = node.settled;
-      // A follower tests the new segments only.
+      // A follower only tests new segments.
       if (count <= map_.options_.leaf_size || settled > count / 2) return false;
       node.visits = uint32_t(std::min<uint64_t>(node.visits + task.queries.size(), 1u << 30));
       if (node.visits <= node.patience) return false;
@@ -183,7 +184,7 @@ class RayMapDescent {
       return true;
     }
 
-    /// Children that have queries, with their share of the budget.
+    /// The children that have queries, with their shares of the budget.
     std::vector<Task> children(RayNode& node, const Task& task, uint32_t depth) {
       const double all = double(queries_[0].size() + queries_[1].size());
       std::vector<Task> tasks;

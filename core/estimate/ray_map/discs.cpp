@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Disc queries of a ray map: leaves by SIMD, eight segments against one disc at a time.
+// Disc queries of a ray map. In leaves, SIMD code tests eight segments against one disc at a time.
 #include "estimate/ray_map/discs.h"
 
 #include <algorithm>
@@ -31,7 +31,8 @@ inline uint32_t cross_disc(const RayLanes<L>& rays, Vec3f centre, Vec3f normal, 
   return rays.valid & cross_circles<L>(rays.o, rays.w, end, c, n, radius * radius);
 }
 
-/// A segment stands in every leaf that it passes: a crossing belongs to the leaf that holds it.
+/// A segment is listed in every leaf that it passes; its crossing counts in the leaf that contains
+/// it.
 bool holds(const Box& cell, Vec3f p) {
   return p.x >= cell.low.x && p.y >= cell.low.y && p.z >= cell.low.z && p.x < cell.high.x &&
          p.y < cell.high.y && p.z < cell.high.z;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The nearest segments of points. The tree is first opened around all points, then around the balls
-// that hold enough segments; the searches proper only read it, so that threads cannot matter.
+// Finds the segments nearest to points. The tree is first split around all points, then around the
+// balls that contain enough segments. The searches themselves only read it, so that the result does
+// not depend on threads.
 #include "estimate/ray_map/nearest.h"
 
 #include <algorithm>
@@ -15,8 +16,8 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// A segment as seen from a point. `place` is the point of the segment that is nearest in the sense
-/// of the metric: it tells which leaf counts the segment.
+/// A segment as measured from a point. `place` is the segment's nearest point according to the
+/// metric: the leaf that contains it counts the segment.
 struct Measured {
   double distance, weight;
   Vec3d place;
@@ -26,7 +27,7 @@ struct Eye {
   Vec3d point, normal;
 };
 
-/// In double precision, where products of two input numbers are exact.
+/// Computed in double precision, where products of two input numbers are exact.
 std::optional<Measured> measure(const RayRecord& r, const Eye& eye, RayMetric metric,
                                 segments::SegmentEnd rule) {
   const Vec3d o(r.origin), w(r.direction);
@@ -42,9 +43,9 @@ std::optional<Measured> measure(const RayRecord& r, const Eye& eye, RayMetric me
     double t = s;
     if (metric == RayMetric::line) {
       t = std::clamp(dot(eye.point - o, w) / dot(w, w), 0.0, s);
-      // Lines of one direction that come within r do so through half an ellipse of the tangent
-      // plane, where the nearest point is in front of it, and half a disc, where it is the
-      // crossing: pi r^2 (1 + cos) / 2 across the direction, not pi r^2 cos.
+      // Lines of one direction within distance r pass through half an ellipse of the tangent plane,
+      // where their nearest point is in front of it, and through half a disc, where it is the
+      // crossing: pi r^2 (1 + cos) / 2 across the direction, instead of pi r^2 cos.
       m.weight = 2 * -facing / (1 - facing);
     }
     m.place = o + w * t;
@@ -54,13 +55,13 @@ std::optional<Measured> measure(const RayRecord& r, const Eye& eye, RayMetric me
   const Vec3d offset = m.place - eye.point;
   const double across = std::sqrt(dot(offset, offset));
   m.distance = std::max(m.distance, across);
-  // An endless segment has no hit, and its numbers may be none.
+  // An endless segment has no hit, and its coordinates may not be finite.
   if (!(across <= double(kFarthest))) return std::nullopt;
   return m;
 }
 
-/// Equal distances are told apart by what the segments add, so that the order in which segments
-/// are given does not show.
+/// Sorts equal distances by what the segments contribute, so that the result does not depend on the
+/// order of segments.
 struct Before {
   const uint32_t* power;
   bool operator()(const NearRay& a, const NearRay& b) const {
@@ -75,7 +76,8 @@ class Search {
   Search(const RayMap& map, std::span<const uint32_t> power, const NearestOptions& options)
       : map_(map), options_(options), before_{power.data()} {}
 
-  /// Finds the nearest in the leaf that holds the point. Their greatest distance, if they are k.
+  /// Finds the nearest segments in the leaf that contains the point. Returns their largest distance
+  /// if there are k.
   double bound(const Eye& eye, Stats& stats) {
     begin(eye, kInfinity);
     const RayNode* node = &map_.root();
@@ -134,11 +136,11 @@ class Search {
     return true;
   }
 
-  /// True when nothing in the cell can be near enough.
+  /// Whether nothing in the cell can be near enough.
   bool beyond(const Box& cell) const {
     if (limit_ == kInfinity) return false;
     const double slack = double(map_.margin()) + 1e-12 * limit_;
-    double square = 0, least = 0, most = 0;  // least, most: height over the tangent plane
+    double square = 0, least = 0, most = 0;  // least, most: height above the tangent plane
     for (int axis = 0; axis < 3; ++axis) {
       const double low = double(cell.low[axis]) - eye_.point[axis],
                    high = double(cell.high[axis]) - eye_.point[axis], n = eye_.normal[axis];
@@ -152,7 +154,7 @@ class Search {
   }
 
   void descend(const RayNode& node, const Box& cell, Stats& stats) {
-    test(node, cell, stats);  // an inner node's are on their way down
+    test(node, cell, stats);  // segments of an inner node have not been passed to its children yet
     if (!node.child) return;
     ++stats.node_tests;
     const int near = eye_.point[node.axis] < double(node.plane) ? 0 : 1;
@@ -231,7 +233,8 @@ Gathered RayMapNearest::estimate(const segments::SegmentSpan& segments, const Wo
 Gathered RayMapNearest::estimate(const segments::SegmentSpan& segments, const Workers& workers,
                                  Progress* progress, RayMapStats& stats) const {
   RayMapOptions tree = map_;
-  tree.ends_only = options_.metric == RayMetric::hit;  // few of those that pass a leaf end there
+  // few of the segments that pass a leaf end there
+  tree.ends_only = options_.metric == RayMetric::hit;
   RayMap map(rule_, tree);
   map.push(segments);
   Gathered out;

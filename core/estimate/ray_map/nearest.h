@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The k segments of a ray map that are nearest to a point, and irradiance from them.
+// Finds the k segments of a ray map nearest to a point, and estimates irradiance from them.
 #pragma once
 #include <functional>
 #include <span>
@@ -10,18 +10,19 @@
 
 namespace deltalux::estimate {
 
-/// How far a segment that arrives at a point's front is from it. All but `hit` need it to cross
-/// the tangent plane before its end; under SegmentEnd::bounded no distance is less than the radius
-/// of the smallest disc for which the crossing comes before the end.
+/// Defines the distance between a point and a segment that arrives from the front. Except for
+/// `hit`, the segment must cross the tangent plane before its end; under SegmentEnd::bounded, the
+/// distance is at least the radius of the smallest disc for which the crossing counts.
 enum class RayMetric : uint8_t {
-  hit,       ///< from the point to the segment's first hit
+  hit,       ///< to the segment's first hit
   crossing,  ///< to its crossing of the tangent plane
-  line,      ///< to its part in front of the tangent plane
+  line,      ///< to the part of the segment in front of the plane
 };
 
 struct NearRay {
   double distance;
-  /// Of a segment's power, so that sum(weight power) / (pi r^2) over those within r is irradiance.
+  /// Factor of the segment's power, with which sum(weight power) / (pi r^2) over all segments
+  /// within r is the irradiance.
   double weight;
   uint32_t id;
 };
@@ -32,7 +33,8 @@ struct NearestOptions {
 };
 
 /// Calls `take` with the nearest segments of each point, sorted by distance, then by contribution;
-/// fewer than k where there are no more. From several threads at a time. `power`: 3 quanta per id.
+/// fewer than k if there are no more. May be called from several threads at a time. `power`: 3
+/// quanta per id.
 RayMapStats find_nearest(RayMap& map, std::span<const uint32_t> power,
                          std::span<const Vec3f> points, std::span<const Vec3f> normals,
                          const NearestOptions& options,
@@ -40,7 +42,7 @@ RayMapStats find_nearest(RayMap& map, std::span<const uint32_t> power,
                          const Workers& workers, Progress* progress = nullptr);
 
 /// Irradiance from the k nearest segments: sum(weight power) / (pi r_k^2) over the k - 1 inner ones
-/// (unbiased) or over all k, which overestimates by k / (k - 1). Where r_k is 0 it is 0.
+/// (unbiased), or over all k, which overestimates by k / (k - 1). The result is 0 if r_k is 0.
 class RayMapNearest final : public GatherEstimator {
  public:
   RayMapNearest(std::vector<Vec3f> points, std::vector<Vec3f> normals, segments::SegmentEnd rule,
@@ -53,7 +55,7 @@ class RayMapNearest final : public GatherEstimator {
         map_(map) {}
   Gathered estimate(const segments::SegmentSpan& segments, const Workers& workers,
                     Progress* progress = nullptr) const override;
-  /// The same with all counts of the map.
+  /// The same, with all statistics of the map.
   Gathered estimate(const segments::SegmentSpan& segments, const Workers& workers,
                     Progress* progress, RayMapStats& stats) const;
 

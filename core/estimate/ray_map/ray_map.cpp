@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Segments of a ray map: coming, going, and starting the tree anew when they outgrow its numbers.
+// Adds and removes the segments of a ray map, and restarts its tree when they exceed its range.
 #include "estimate/ray_map/ray_map.h"
 
 #include <algorithm>
@@ -26,15 +26,15 @@ RayMap::RayMap(segments::SegmentEnd rule, const RayMapOptions& options)
 
 bool RayMap::is_usual(const RayRecord& r) const {
   const float speed = greatest(r.direction);
-  // Comparisons with NaN are false.
+  // Comparisons with NaN yield false.
   return greatest(r.origin) < kFarthest && speed > 1e-6f && speed < 1e6f &&
          std::isfinite(dot(r.origin, r.direction)) && r.extended >= 0;
 }
 
 std::vector<uint32_t> RayMap::push(const segments::SegmentSpan& s) {
   std::vector<uint32_t> ids(s.count), usual, odd;
-  // Room for as many removed ones as wait for sweep() costs nothing before it is used, and edits
-  // then copy no arrays.
+  // Reserve room for as many removed segments as sweep() tolerates: this costs nothing until it is
+  // used, and edits do not reallocate arrays.
   if (records_.empty()) records_.reserve(s.count + s.count * 5 / 8);
   float reach = 0;
   Box bounds;
@@ -69,11 +69,11 @@ void RayMap::remove(std::span<const uint32_t> ids) {
       throw OptionError("ray map: id: found " + std::to_string(id) +
                         ", expected the id of a segment that is in the map");
   for (const uint32_t id : ids) {
-    if (!records_[id].alive()) continue;  // named twice
+    if (!records_[id].alive()) continue;  // the id was given twice
     records_[id] = {{}, {}, -1.0f, -1.0f};
     ++dead_;
   }
-  // Lists keep removed segments, which meet nothing, until these are many: a walk over all lists
+  // Lists keep removed segments, which no test hits, until there are many: a traversal of all lists
   // would cost more than the rest of a small edit.
   if (dead_ > 1024 && dead_ > live() / 2) sweep();
 }
@@ -98,13 +98,13 @@ void RayMap::sweep() {
 }
 
 void RayMap::widen(float reach, float radius) {
-  constexpr float kMinReach = 1e-12f;  // squares of what is tested against it must not underflow
+  constexpr float kMinReach = 1e-12f;  // squares of values compared to it must not underflow
   const bool further = reach > reach_,
              wider = rule_ == segments::SegmentEnd::bounded && radius > radius_;
   if (!further && !wider) return;
   if (further) reach_ = std::max(kMinReach, std::exp2(std::ceil(std::log2(reach))));
   if (wider) radius_ = radius;
-  // A tree without lists to lose is one whose root is a leaf.
+  // A tree whose root is a leaf has no lists to lose.
   if (!root_.child && root_.settled == 0) return;
   root_ = {}, odd_ = {};
   for (uint32_t id = 0; id < records_.size(); ++id)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Regions of a ray map: the segments that meet a sphere or a box.
+// Region queries of a ray map: segments that meet a sphere or a box.
 #include "estimate/ray_map/region.h"
 
 #include <algorithm>
@@ -46,7 +46,7 @@ std::vector<uint32_t> find(RayMap& map, const Box& around, const Meets& meets, R
       Workers(1));
   map.odd().for_range(0, test);
   stats.tests.sphere_tests += map.odd().count();
-  // A segment stands in every leaf that it passes.
+  // A segment is listed in every leaf that it passes.
   std::sort(found.begin(), found.end());
   found.erase(std::unique(found.begin(), found.end()), found.end());
   stats.tests.hits = found.size();

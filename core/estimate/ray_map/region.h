@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Regions of a ray map: the segments that meet a sphere or a box.
+// Region queries of a ray map: segments that meet a sphere or a box.
 #pragma once
 #include <vector>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where to split a leaf of a ray map.
+// Chooses where to split a leaf of a ray map.
 #include "estimate/ray_map/split.h"
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 namespace deltalux::estimate {
 namespace {
 
-constexpr size_t kMaxLooked = 64;  // queries that stand for all
+constexpr size_t kMaxLooked = 64;  // queries that represent all
 constexpr int kPlanes = 9;         // per axis
 
 float half_area(Vec3f e) { return e.x * e.y + e.y * e.z + e.z * e.x; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sums of one set of discs that follow the changes of a ray map.
+// Sums of a set of discs that follow the changes of a ray map.
 #include "estimate/ray_map/tally.h"
 
 #include <algorithm>
@@ -45,7 +45,7 @@ RayMapStats RayMapTally::refresh(RayMap& map, std::span<const uint32_t> power,
 }
 
 void RayMapTally::remove(std::span<const uint32_t> ids, std::span<const uint32_t> power) {
-  constexpr size_t kAhead = 8;  // memory is asked for in advance
+  constexpr size_t kAhead = 8;  // distance of prefetches
   const auto known = [&](size_t i) { return i < ids.size() && ids[i] < first_.size(); };
   for (size_t i = 0; i < ids.size(); ++i) {
     const uint32_t id = ids[i];
@@ -55,7 +55,7 @@ void RayMapTally::remove(std::span<const uint32_t> ids, std::span<const uint32_t
     }
     if (known(i + kAhead) && first_[ids[i + kAhead]] != kNone)
       __builtin_prefetch(&crossings_[first_[ids[i + kAhead]]]);
-    if (id >= first_.size()) continue;  // came after the last refresh
+    if (id >= first_.size()) continue;  // added after the last refresh
     uint32_t place = first_[id];
     first_[id] = kNone;
     while (place != kNone) {

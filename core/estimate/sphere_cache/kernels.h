@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The two inner loops of the sphere cache, written once for any number of lanes: which segments
-// meet a sphere, which cross a disc. `W` is local to the file that instantiates it, and nothing
-// here calls an inline function that other files share, so that no instruction set leaks.
+// meet a sphere, and which cross a disc. `W` is local to the file that instantiates it, and nothing
+// here calls an inline function that other files share, so that no code for a certain instruction
+// set is linked into other files.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -11,17 +12,19 @@
 namespace deltalux::estimate::sphere_cache {
 
 inline constexpr int kColumns = 7;   // origin, direction, end
-inline constexpr size_t kRoom = 16;  // places that kernels may touch behind the last one
+inline constexpr size_t kRoom = 16;  // entries behind the last one that kernels may access
 
-/// Columns start on 64 bytes.
+/// Columns are aligned to 64 bytes.
 struct Columns {
   float* of[kColumns];
-  uint32_t* index;  ///< place in the caller's span
+  uint32_t* index;  ///< index in the caller's span
 };
 
 struct SphereTest {
   float centre[3];
-  float surely2, maybe2;  ///< squared distances up to which a segment meets it surely, or maybe
+  /// squared distances: below `surely2` a segment certainly meets the sphere, above `maybe2` it
+  /// certainly does not
+  float surely2, maybe2;
 };
 
 struct DiscTest {
@@ -32,11 +35,11 @@ struct Found {
   size_t surely, maybe;
 };
 
-/// Of the first `count` segments, packs those that surely meet the sphere into `to` and writes the
-/// places of those that may meet it to `maybe`.
+/// Packs those of the first `count` segments that certainly meet the sphere into `to`, and writes
+/// the indices of those that may meet it to `maybe`.
 using MeetSphere = Found (*)(const Columns& from, size_t count, const SphereTest& sphere,
                              const Columns& to, uint32_t* maybe);
-/// Writes the places of segments that pass cross_circle() with their `end`; returns how many.
+/// Writes the indices of segments that pass cross_circle() with their `end`; returns their number.
 using CrossDisc = size_t (*)(const Columns& list, size_t count, const DiscTest& disc,
                              uint32_t* hits);
 struct Kernels {
@@ -44,7 +47,7 @@ struct Kernels {
   CrossDisc cross_disc;
 };
 
-/// Lanes below `count`.
+/// Mask of the lanes below `count`.
 template <class W>
 uint32_t lanes_below(size_t count) {
   return count < W::kWidth ? (1u << count) - 1 : (1u << W::kWidth) - 1;
@@ -103,7 +106,7 @@ size_t cross_disc(const Columns& list, size_t count, const DiscTest& disc, uint3
   return found;
 }
 
-/// Sixteen lanes; only on processors that have them.
+/// Sixteen lanes; only for processors with AVX-512.
 Kernels kernels_avx512();
 
 }  // namespace deltalux::estimate::sphere_cache

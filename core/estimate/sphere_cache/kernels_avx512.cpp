@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sphere cache's inner loops in AVX-512: sixteen segments at a time.
+// The sphere cache's inner loops with AVX-512: sixteen segments at a time.
 #include "estimate/sphere_cache/kernels.h"
 
 #if defined(__AVX512F__)
@@ -25,7 +25,8 @@ struct Sixteen {
   static uint32_t less_equal(Floats a, Floats b) { return _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ); }
   static uint32_t both(uint32_t a, uint32_t b) { return a & b; }
   static uint32_t mask(uint32_t flags) { return flags; }
-  // Packed in a register and stored whole: several times faster than a compressing store on Zen 4.
+  // Pack in a register and store it as a whole: several times faster than a compressing store on
+  // Zen 4.
   static void store_packed(float* to, Floats values, uint32_t mask) {
     _mm512_storeu_ps(to, _mm512_maskz_compress_ps(__mmask16(mask), values));
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Filtering of ray lists: lanes decide the clear cases in single precision, the few near the
-// sphere's surface are decided in double precision.
+// Filters lists of segments: SIMD code decides the clear cases in single precision; the few
+// segments close to the sphere's surface are decided in double precision.
 #include "estimate/sphere_cache/list.h"
 
 #include "base/cpu.h"
@@ -27,7 +27,7 @@ struct One {
   static uint32_t less_equal(float a, float b) { return a <= b; }
   static uint32_t both(uint32_t a, uint32_t b) { return a & b; }
   static uint32_t mask(uint32_t flags) { return flags; }
-  // Always stored: a branch that goes either way at random takes twice the time.
+  // Always store: a branch with random outcome takes twice as long.
   static void store_packed(float* to, float value, uint32_t) { *to = value; }
   static void store_packed(uint32_t* to, const uint32_t* value, uint32_t) { *to = *value; }
   static void store_packed_sequence(uint32_t* to, uint32_t base, uint32_t) { *to = base; }
@@ -46,7 +46,8 @@ Kernels kernels(Lanes width) {
 
 void SegmentList::reserve(size_t size) {
   if (size + kRoom <= capacity_) return;
-  // An odd number of blocks: columns a power of two apart would compete for the same cache lines.
+  // Use an odd number of blocks: columns a power of two apart would compete for the same cache
+  // lines.
   const size_t blocks = ((size + kRoom) / 16 + 1) | 1;
   capacity_ = 16 * blocks;
   columns_memory_.reset();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The ray lists of the sphere cache: segments that meet a sphere, as structure of arrays.
+// Lists of segments of the sphere cache: the segments that meet a sphere, as a structure of arrays.
 #pragma once
 #include <memory>
 #include <vector>
@@ -9,24 +9,24 @@
 
 namespace deltalux::estimate::sphere_cache {
 
-/// How many segments a kernel takes at once. All give the same sums and statistics.
+/// How many segments a kernel processes at a time. All give the same sums and statistics.
 enum class Lanes : uint8_t {
-  widest,  ///< the most that isa() has
+  widest,  ///< the widest that isa() allows
   eight,
-  one,  ///< plain code, the reference of measurements
+  one,  ///< scalar code, the reference for measurements
 };
 Kernels kernels(Lanes width);
 
-/// Segments [0, count) meet the sphere by the exact test. Those of [count, size), very few, miss it
-/// by less than the rounding of the disc test, which could therefore let them cross a disc inside:
-/// they are tested against discs, and counted as little as if they were not there.
+/// Segments [0, count) meet the sphere by the exact test. The very few segments of [count, size)
+/// miss it by less than the rounding error of the disc test, which could therefore find crossings
+/// with a disc inside: they are tested against discs, but not counted in statistics.
 class SegmentList {
  public:
-  /// Room for `size` segments; forgets what was in it where that takes new memory.
+  /// Reserves room for `size` segments; discards the contents if that needs new memory.
   void reserve(size_t size);
   void append(Vec3f origin, Vec3f direction, float end, uint32_t index);
-  /// Those of `from` that meet the sphere. `margin` bounds the rounding of all float tests in
-  /// metres; `scratch` is used inside.
+  /// Assigns the segments of `from` that meet the sphere. `margin` bounds the rounding errors of
+  /// all single-precision tests, in metres; `scratch` is working memory.
   void assign(const SegmentList& from, Vec3f centre, double radius, double margin,
               const Kernels& kernels, std::vector<uint32_t>& scratch);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Renewal of ray lists from sample to sample, and the crossings found in the innermost one.
+// Rebuilds lists of segments from sample to sample, and finds the crossings in the innermost one.
 #include "estimate/sphere_cache/run.h"
 
 #include <algorithm>
@@ -12,24 +12,25 @@ namespace deltalux::estimate::sphere_cache {
 namespace {
 
 constexpr size_t kMaxLevels = 10000;
-/// Segments: a list of so many says how long lists here are. Where the limit of rays ends chains,
-/// disc tests of 21 pilots were -1.4 to +4.8 % off with it, with 16 -1.6 to +8.4, with 24 to 64
-/// -1.7 to +6.6 %.
+/// Number of segments from which a list's length is representative. Where the limit of rays ends
+/// chains, disc tests predicted by 21 pilots were -1.4 to +4.8 % off with this number, -1.6 to +8.4
+/// % with 16, and -1.7 to +6.6 % with 24 to 64.
 constexpr size_t kTelling = 12;
 
-/// Rounding of the segments' tests as part of the greatest coordinates (u = 2^-24): a point at
-/// which crossing.h accepts a hit lies within 21 u of the segment and of the disc; directions are
-/// unit vectors within 32 u, which with the other roundings misplaces the point nearest to a
-/// sphere's centre by up to 66 u; its distance is good to 10 u.
+/// Bound of the rounding errors of tests of segments, relative to the largest coordinates (u =
+/// 2^-24): a point where crossing.h accepts a hit lies within 21 u of the segment and of the disc;
+/// directions are unit vectors within 32 u, which together with other rounding errors displaces the
+/// point nearest to a sphere's centre by up to 66 u; its distance is accurate to 10 u.
 constexpr double kMargin = 0x1p-17;
 
-/// True where the lists' tests are good to kMargin.
+/// Whether the lists' tests are accurate to kMargin.
 bool is_usual(Vec3d o, Vec3d w) {
   const double reach = std::max({std::fabs(o.x), std::fabs(o.y), std::fabs(o.z)});
   return std::isfinite(o.x + o.y + o.z) && reach <= kFarthest && std::fabs(dot(w, w) - 1) <= 4e-6;
 }
 
-/// Half the box's diagonal would do; the sphere around its centre that just holds all is smaller.
+/// The radius of the sphere around `centre` that just contains all segments: smaller than half of
+/// the box's diagonal.
 double radius_around(const SegmentList& list, Vec3d centre, Progress* progress) {
   double most2 = 0;
   for (size_t i = 0; i < list.size; ++i) {
@@ -56,12 +57,12 @@ std::vector<double> make_radii(double outer, double ratio, double least, size_t 
   return radius;
 }
 
-/// Segments as a list, and where they are.
+/// All usual segments as a list, with their bounds; `strays` are the others.
 struct Gathered {
   SegmentList list;
   std::vector<uint32_t> strays;
   Vec3d low, high;
-  double far = 0;  ///< greatest coordinate of an origin
+  double far = 0;  ///< largest coordinate of an origin
 
   double radius(Progress* progress) const {
     return radius_around(list, (low + high) * 0.5, progress);
@@ -79,7 +80,7 @@ Gathered gather(const segments::SegmentSpan& s, segments::SegmentEnd rule, float
       all.strays.push_back(uint32_t(i));
       continue;
     }
-    // The longest part that any disc counts.
+    // The longest part that counts for any disc.
     const float end = segment_end(rule, s.length[i], s.extended[i], max_radius);
     if (all.list.size == 0) all.low = all.high = Vec3d(o);
     const Vec3d to = Vec3d(o) + Vec3d(w) * (double(end) <= kFarthest ? double(end) : 0.0);
@@ -154,7 +155,8 @@ void Run::visit(uint32_t disc) {
   const DiscPlace place =
       chain_.place(discs_.centre[disc], discs_.normal[disc], discs_.radius[disc]);
   const int first = chain_.first_to_centre(place, worth_dividing(built_));
-  // A run that begins within the walk makes up for the lists it did not see being built.
+  // A run that starts in the middle builds the lists that runs before it have built, without
+  // counting.
   build_to(first - 1, false);
   if (first <= place.last) {
     if (first <= chain_.present && built_ >= first - 1 && worth_dividing(first - 1))
@@ -176,7 +178,7 @@ void Run::deposit(const SegmentList& list, uint32_t disc) {
   const segments::SegmentSpan& s = target_.segments;
   for (size_t k = 0; k < count; ++k)
     __builtin_prefetch(s.power + 3 * size_t(list.columns().index[scratch_[k]]));
-  // The lists' ends are those of the largest disc.
+  // Ends of segments in the lists are those for the largest disc.
   const bool shorter = options_.rule == segments::SegmentEnd::bounded && radius < max_radius_;
   const bool clipped = discs_.outline[disc] != samples::kWholeDisc;
   if (clipped) stats.outline_tests += count;

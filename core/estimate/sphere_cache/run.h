@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One walk along the samples with one chain of ray lists.
+// One pass over samples with one chain of lists of segments.
 #pragma once
 #include <vector>
 
@@ -7,18 +7,19 @@
 
 namespace deltalux::estimate::sphere_cache {
 
-/// What all runs of a call share.
+/// Data that all runs of a call share.
 struct Root {
-  SegmentList list;              ///< of S_0
-  std::vector<uint32_t> strays;  ///< segments that no list can hold: every disc tests them
-  std::vector<double> radius;    ///< of S_0, S_1, ...
-  double margin = 0;             ///< bound of the rounding in the tests of segments, metres
+  SegmentList list;  ///< segments of S_0
+  /// segments that no list can hold: they are tested against every disc
+  std::vector<uint32_t> strays;
+  std::vector<double> radius;  ///< of S_0, S_1, ...
+  double margin = 0;           ///< bound of the rounding errors in tests of segments, in metres
 };
 
 Root make_root(const segments::SegmentSpan& segments, const SphereCacheOptions& options,
                const samples::DiscSet& discs, Progress* progress);
 
-/// Where the segments' power goes.
+/// Where the power of segments is added.
 struct Target {
   const segments::SegmentSpan& segments;
   int sign;
@@ -26,11 +27,13 @@ struct Target {
   HitSlots* slots;
 };
 
+/// A pass over consecutive samples.
 class Run {
  public:
-  /// `chain` is the state that the samples before the run's first have left.
+  /// `chain`: the state left by the samples before the run's first one.
   Run(const samples::DiscSet& discs, const SphereCacheOptions& options, const Root& root,
       const Target& target, const SphereChain& chain);
+  /// Visits the next sample's disc.
   void visit(uint32_t disc);
 
   Stats stats;
@@ -56,10 +59,11 @@ class Run {
   const Kernels kernels_;
   float max_radius_ = 0;
   SphereChain chain_;
-  /// Lists of S_1 to S_built_. Under `all` the chain is known to its full depth, whether or not
-  /// lists are long enough to be divided, so that it can be followed without them.
+  /// Lists of S_1 to S_built_. Under Containment::all, the chain is maintained to its full depth,
+  /// whether or not lists are long enough to be subdivided, so that it can be computed without
+  /// lists.
   std::vector<SegmentList> lists_;
-  std::vector<double> expected_;  ///< lengths of the lists, less their noise; of a pilot only
+  std::vector<double> expected_;  ///< lengths of the lists, smoothed; only used with share < 1
   int built_ = 0;
   std::vector<uint32_t> scratch_;
 };

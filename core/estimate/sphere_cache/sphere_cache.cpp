@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The walk along the samples, whole or cut into runs for several threads. Under `all`, where
-// spheres stand follows from the samples alone, so a run can begin with the state that the samples
-// before it leave, and count what a single walk would count.
+// Visits the samples in order, in one go or divided into runs for several threads. Under
+// Containment::all, the spheres' positions follow from the samples alone, so that a run can start
+// with the state that the samples before it leave, and gets the same counts as a single pass.
 #include "estimate/sphere_cache/sphere_cache.h"
 
 #include <algorithm>
@@ -34,7 +34,7 @@ SphereCache::SphereCache(samples::DiscSet discs, const SphereCacheOptions& optio
 }
 
 size_t SphereCache::best_span() const {
-  // A visit tests about 25 discs^(-2/3) of the segments, and itself takes the time of 100 tests.
+  // A visit tests about 25 discs^(-2/3) of the segments, and takes the time of 100 tests itself.
   return std::clamp<size_t>(discs_.size(), size_t(1) << 16, size_t(1) << 20);
 }
 

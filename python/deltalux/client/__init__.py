@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A session that another process serves, edited from Python (docs/reference/serve.md)."""
+"""Edits from Python a session that another process serves (docs/reference/serve.md)."""
 
 from .client import Client, connect
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The client: a served session with the methods of `Session`, as far as they make sense from afar."""
+"""The client: a session in another process, with the methods of `Session` that work remotely."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ def connect(address: str, *, timeout: float = 10.0) -> Client:
     Returns
     -------
     Client
-        A context manager; leaving it ends the connection, while the session stays as it was edited.
+        A context manager; leaving it ends the connection, while the session keeps its edits.
 
     Raises
     ------
     Error
-        Where no server of Deltalux answers, or the extra ``deltalux[view]`` is not installed.
+        If no Deltalux server answers, or the extra ``deltalux[view]`` is not installed.
     OptionError
-        For what is no address, and for a wrong token.
+        For an invalid address, and for a wrong token.
     """
     if not timeout > 0:
         raise OptionError(f"connect: timeout: found {timeout!r}, expected seconds above 0")
@@ -46,8 +46,8 @@ class Client:
     """A session in another process. One thread may use it at a time.
 
     Edits queue up in the client, and `update` applies them together: all of them, or none. The session is
-    shared: what other clients and pages change is changed here, too. Values are those of a `Session` in the
-    same state, to the last bit.
+    shared: changes by other clients and pages appear here, too. Values are those of a `Session` in the same
+    state, to the last bit.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class Client:
         self.close()
 
     def close(self) -> None:
-        """End the connection; edits that no `update` has sent are forgotten."""
+        """End the connection; edits that `update` has not sent yet are lost."""
         self._connection.close()
 
     # ---- state --------------------------------------------------------------------------------
@@ -104,7 +104,7 @@ class Client:
         Raises
         ------
         OptionError
-            For an unknown name, and where the movable is removed.
+            For an unknown name, and for a movable that is removed.
         """
         poses = self.poses
         if name not in poses:
@@ -122,14 +122,14 @@ class Client:
         Raises
         ------
         OptionError
-            For an unknown or static name, or a pose that is not rigid. Whether it stays in the box that the
-            session was made for, `update` tells.
+            For an unknown or static name, or a pose that is not rigid. `update` checks whether the movable
+            stays in the box that the session was made for.
         """
         matrix = rigid_pose(pose, f'move "{name}": pose')
         self._add({"type": "move", "name": name, "pose": list(pose_numbers(matrix))})
 
     def remove(self, name: str) -> None:
-        """Queue: take a movable away, with its light."""
+        """Queue: remove a movable, with its light."""
         self._add({"type": "remove", "name": name})
 
     def add(self, name: str) -> None:
@@ -155,19 +155,19 @@ class Client:
         self._queue.append(edit)
 
     def update(self) -> Frame:
-        """Apply the queued edits together, and wait until the light is that of the state.
+        """Apply the queued edits together, and wait until the light belongs to the edited state.
 
         Returns
         -------
         Frame
-            What the update took; of other clients' edits, too, where they came in between. Nothing where
-            nothing has changed since the last `update` of this client.
+            Figures of the update, including edits of other clients that it applied as well; an empty Frame
+            if nothing has changed since the last `update` of this client.
 
         Raises
         ------
         OptionError
-            Where the server refuses one of the edits (out of the box, of what another client has taken
-            away). None of them is made, and the queue is empty then.
+            If the server refuses one of the edits (a pose out of the box, an edit of a movable that another
+            client has removed). The session then gets none of the edits, and the queue is empty.
         """
         self._send_queue()
         done = self._connection.ask("finish")
@@ -189,7 +189,7 @@ class Client:
     # ---- results ------------------------------------------------------------------------------
 
     def read(self, *names: str) -> Arrays:
-        """Arrays of one state by name, each (n, 3) float64; queued edits are applied first.
+        """Arrays of one common state by name, each (n, 3) float64; queued edits are applied first.
 
         Parameters
         ----------
@@ -225,7 +225,7 @@ class Client:
         Raises
         ------
         OptionError
-            For a name that is not plain, and a file of others, which is never written over.
+            For a name that is not plain, and if a file of that name exists that this server did not write.
         """
         self._send_queue()
         return self._connection.ask("export", file=file)["bytes"]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A connection to a server: requests and their answers; the state is kept up to date meanwhile."""
+"""A connection to a server: sends requests, receives answers, and keeps the state up to date."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _EXAMPLE = "http://127.0.0.1:8000/?token=…"
 
 
 def socket_address(address: str) -> str:
-    """Where the server of a page's address takes connections.
+    """WebSocket address of the server that served this page address.
 
     Raises
     ------
@@ -47,7 +47,7 @@ def socket_address(address: str) -> str:
 
 
 class Connection:
-    """One connection and the thread that takes what comes.
+    """One connection, and the thread that receives its messages.
 
     Parameters
     ----------
@@ -73,20 +73,20 @@ class Connection:
 
     @property
     def state(self) -> dict[str, Any]:
-        """The newest `state` of the server."""
+        """The newest `state` message of the server."""
         with self._changed:
             assert self._state is not None
             return self._state
 
     def ask(self, kind: str, **fields: Any) -> dict[str, Any]:
-        """Send a request and wait for its answer, however long that takes; its arrays are in `values`.
+        """Send a request and wait for its answer without a time limit; the answer's arrays are in `values`.
 
         Raises
         ------
         OptionError
-            The server refuses it.
+            If the server refuses the request.
         Error
-            The connection has ended.
+            If the connection has ended.
         """
         from websockets.exceptions import ConnectionClosed
 
@@ -101,7 +101,7 @@ class Connection:
                     f"{kind}: found {len(text):,} bytes of edits, expected up to {MAX_TEXT:,}; call update() "
                     "after fewer of them"
                 )
-            with suppress(ConnectionClosed):  # the thread tells why
+            with suppress(ConnectionClosed):  # the receiving thread reports the reason
                 self._socket.send(text)
             self._wait(lambda: number in self._answers)
             answer = self._answers.pop(number)
@@ -114,13 +114,13 @@ class Connection:
         return answer
 
     def close(self) -> None:
-        """End the connection; once more does no harm."""
+        """End the connection; may be called again."""
         with self._changed:
             self._ended = self._ended or "connection: it was closed; connect again"
         self._socket.close()
 
     def _wait(self, arrived: Callable[[], bool], seconds: float | None = None) -> None:
-        """Wait until something has come; Error where the connection has ended before."""
+        """Wait until `arrived` is true; raise Error if the connection ended before, or time is up."""
         with self._changed:
             self._changed.wait_for(lambda: arrived() or self._ended is not None, seconds)
             if arrived():
@@ -139,7 +139,7 @@ class Connection:
         except ConnectionClosed as error:
             said = error.rcvd.reason if error.rcvd else ""
             reason = f"the server has ended the connection ({said or 'without a word'})"
-        except Exception as error:  # whatever it was: who waits must hear of it
+        except Exception as error:  # whatever it is, a waiting caller must learn of it
             reason = f"found no message of a server of Deltalux ({error})"
         with self._changed:
             self._ended = self._ended or f"connection: {reason}; connect again"
@@ -165,7 +165,7 @@ def _connected(address: str, seconds: float) -> Any:
 
     shown = address.partition("?")[0]
     try:
-        # Neither by way of a proxy, nor compressed: it is this machine, or a port that was forwarded.
+        # No proxy and no compression: the server is on this machine, or behind a forwarded port.
         options = {"max_size": None, "compression": None, "proxy": None}
         return connect(address, open_timeout=seconds, **options).__enter__()  # closed by `Connection.close`
     except InvalidStatus as error:

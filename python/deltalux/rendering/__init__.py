@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures in which every pixel has its own light."""
+"""Pictures whose light is computed for every pixel."""
 
 from .exr import exr_channels, write_exr
 from .pictures import false_colour_picture, lit_picture

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Light per pixel as an OpenEXR file: numbers for compositing and evaluation, not display colours."""
+"""Writes light per pixel to an OpenEXR file: data for compositing and evaluation, not display colours."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from deltalux.files import written_aside
 
 from .render import Rendering
 
-NOTHING = 0  # in channel "object", where no surface is seen
+NOTHING = 0  # value of channel "object" at pixels without a surface
 
 
 def exr_channels(rendering: Rendering) -> dict[str, np.ndarray]:
     """Channels by name, each (height, width).
 
-    `R`, `G`, `B` are radiance towards the camera, emission included, and `A` the share of a pixel that
+    `R`, `G`, `B` are radiance towards the camera, emission included, and `A` is the share of a pixel that
     surfaces cover; these and the layers `irradiance`, `direct`, `indirect` and `albedo` are means over a
-    pixel's places, 0 where nothing is seen (so colours are premultiplied by `A`). `normal.X`, `.Y`, `.Z`
-    (world, towards the camera), `depth` (metres along the camera's axis, infinite where nothing is seen)
-    and `object` (0 = nothing, else 1 + the index of the scene's mesh) are of the pixel's middle. Single
-    precision but for `object`, which has 32-bit unsigned integers.
+    pixel's places, where places without a surface count as 0 (so colours are premultiplied by `A`).
+    `normal.X`, `.Y`, `.Z` (world space, facing the camera), `depth` (metres along the camera's axis,
+    infinite without a surface) and `object` (0 = no surface, else 1 + the mesh's index in the scene) belong
+    to the pixel's centre. Values are single precision, those of `object` 32-bit unsigned integers.
     """
     seen = rendering.seen
     hit = seen.hit[:, None]
@@ -56,19 +56,19 @@ def write_exr(
 ) -> None:
     """Write the channels of a rendering, see `exr_channels`.
 
-    Attributes: `objects`, names of the scene's meshes in the order in which `object` counts, a JSON
-    list; `unit`, of irradiance; `comments`, `about` as JSON.
+    Attributes: `objects`, names of the scene's meshes in index order, a JSON list; `unit`, of irradiance;
+    `comments`, `about` as JSON.
 
     Parameters
     ----------
-    path : of the file
+    path : file to write
     rendering : Rendering
-    about : where the picture comes from
+    about : origin of the picture
 
     Raises
     ------
     OSError
-        Where it can't be written; what was there is as before.
+        If the file can't be written; an older file of that name is as before.
     """
     header = {
         "compression": OpenEXR.ZIP_COMPRESSION,
@@ -79,7 +79,7 @@ def write_exr(
     }
     with written_aside(path) as file:
         try:
-            # By its descriptor: the file has no name before it is whole.
+            # OpenEXR writes to the descriptor, because the file has no name until it is complete.
             OpenEXR.File(header, exr_channels(rendering)).write(f"/proc/self/fd/{file.fileno()}")
         except RuntimeError as error:
             raise OSError(errno.EIO, f"could not be written ({error})") from error

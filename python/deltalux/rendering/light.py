@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Direct and indirect irradiance of a session at places that a camera sees, with progress of all asked."""
+"""Direct and indirect irradiance of a session at places that a camera sees, with common progress."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from .spread import Found
 
 
 class PointLight:
-    """Asks a session for light where something is hit; elsewhere it is dark.
+    """Asks a session for light at places where a camera ray hit a surface; elsewhere the light is 0.
 
-    The session's own callback hears of stages that many calls make up.
+    A stage may need many calls; the session's own progress callback sees the progress of the stage.
     """
 
     def __init__(self, session: Session, rays: int, keep: bool) -> None:
@@ -27,12 +27,12 @@ class PointLight:
         self._stage, self._steps, self._done = "", 1, 0
 
     def begin(self, stage: str, steps: int) -> None:
-        """What follows is a stage of at most so many calls."""
+        """Begin a stage of at most `steps` calls."""
         self._stage, self._steps, self._done = stage, steps, 0
         self._tell()
 
     def direct(self, seen: Seen) -> Found:
-        """Light (k, 3) without noise that is known."""
+        """Direct light (k, 3); its noise is unknown and counts as 0."""
         points, normals = seen.point[seen.hit], seen.normal[seen.hit]
         session, keep = self._session, self._keep
         return self._at(
@@ -40,7 +40,7 @@ class PointLight:
         )
 
     def indirect(self, seen: Seen, one_of: int = 1) -> Found:
-        """Light (k, 3), and noise of the sum of its channels; by fewer rays for one of several places."""
+        """Indirect light (k, 3), and noise of its channels' sum; with one ray in `one_of`, at least 8."""
         points, normals = seen.point[seen.hit], seen.normal[seen.hit]
         rays = max(RAY_COUNTS[0], self._rays // one_of)
         return self._at(seen, lambda: self._session.indirect_at(points, normals, rays, self._keep))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From light per pixel to what a screen shows: the lit scene, or irradiance in false colours."""
+"""Converts light per pixel to display colours: the lit scene, or irradiance in false colours."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from .seen import alike, neighbours
 
 
 def lit_picture(rendering: Rendering, exposure: float | None = None, stops: float = 0.0) -> Picture:
-    """The scene as a camera sees it.
+    """The scene as the camera sees it.
 
     Parameters
     ----------
     rendering : Rendering
     exposure : factor on radiance; None = automatic
-    stops : how much brighter, in powers of two
+    stops : additional exposure in powers of two
     """
     seen, radiance = rendering.seen, rendering.radiance
     if exposure is None:
@@ -34,7 +34,7 @@ def lit_picture(rendering: Rendering, exposure: float | None = None, stops: floa
 
 
 def false_colour_picture(rendering: Rendering, scale: ColourScale | None = None) -> Picture:
-    """Photopic irradiance by colour, with lines at the scale's ticks and a legend."""
+    """Photopic irradiance in false colours, with isolines at the scale's ticks and a legend."""
     seen = rendering.seen
     values = np.where(seen.hit, photopic(rendering.irradiance), np.nan)
     scale = scale or scale_for(values)
@@ -47,7 +47,7 @@ def false_colour_picture(rendering: Rendering, scale: ColourScale | None = None)
 
 
 def _seams(rendering: Rendering) -> tuple[np.ndarray, np.ndarray]:
-    """Pixels whose right or lower neighbour shows another surface: (h, w - 1) and (h - 1, w) bool."""
+    """Whether a pixel's right or lower neighbour shows another surface: (h, w - 1) and (h - 1, w) bool."""
     seen = rendering.seen
     right, below = (
         ~alike(seen.at(one.ravel()), seen.at(two.ravel())).reshape(one.shape)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of a session's present light, found anew at each pixel's surface point."""
+"""Pictures of a session's present light, computed anew at each pixel's surface point."""
 
 from __future__ import annotations
 
@@ -22,33 +22,37 @@ from .light import PointLight
 from .seen import Seen, alike, look, neighbours
 from .spread import Fineness, padded, spread
 
-SIZE = (960, 600)  # pixels, across and down
-LARGEST = 2**15  # pixels along a side
-COARSE = 1e9  # metres: the scene's own triangles
-BYTES_PER_PIXEL = 2500  # at most, where all are edges
-STRAIGHT = Fineness(coarsest=2, change=0.03, bend=0.02)  # shadows of thin things are thin
+SIZE = (960, 600)  # pixels, width and height
+LARGEST = 2**15  # pixels, largest width or height
+COARSE = 1e9  # metres; so coarse a spacing leaves the scene's own triangles
+BYTES_PER_PIXEL = 2500  # at most, if every pixel is at an edge
+STRAIGHT = Fineness(coarsest=2, change=0.03, bend=0.02)  # for direct light: shadows of thin objects are thin
+# for indirect light
 AROUND = Fineness(coarsest=16, change=0.12, bend=0.04)
-PATHS = 1_200_000  # of a scene that is baked for a picture: cheap beside it, and what neighbours share
-MOST_RAYS = 192  # to gather along, by themselves: light between pixels evens noise out
-EDGE_RAYS = 4  # besides the one through a pixel's middle
-CONTRAST = 0.1  # of direct light between neighbours: more is an edge
-EVEN = 0.05  # of direct light around a place at an edge: then it need not be asked for
+# for a scene that is baked for a picture: paths are cheap compared with the picture, and neighbouring pixels
+# share their noise
+PATHS = 1_200_000
+MOST_RAYS = 192  # most gather rays by default: interpolation between pixels averages noise out
+EDGE_RAYS = 4  # places in a pixel at an edge, besides its centre
+CONTRAST = 0.1  # relative difference of direct light between neighbours that makes an edge
+# if direct light around a place in an edge pixel varies by less than this share, it is interpolated
+EVEN = 0.05
 NEIGHBOURHOOD = [(down, right) for down in (-1, 0, 1) for right in (-1, 0, 1)]
 
 
 @dataclass(frozen=True, eq=False)
 class Rendering:
-    """Light at the places that a picture shows: one for each pixel, several at edges.
+    """Light at the places of a picture: one place for each pixel, several at edges.
 
     Parameters
     ----------
     size : (width, height) in pixels
     camera : Camera
-    scene : Scene, as it is at present
-    pixel : (k,) int, of each place; those of all pixels' middles come first, row by row
+    scene : Scene, in its present state
+    pixel : (k,) int, pixel of each place; the centres of all pixels come first, row by row
     seen : Seen, the places
     direct, indirect : (k, 3) irradiance in the scene's unit
-    gathered : places whose indirect light was gathered; the rest lie between them
+    gathered : number of places whose indirect light was gathered; it was interpolated at the others
     """
 
     size: tuple[int, int]
@@ -62,7 +66,7 @@ class Rendering:
 
     @property
     def irradiance(self) -> np.ndarray:
-        """(k, 3), direct and indirect."""
+        """(k, 3) direct plus indirect irradiance."""
         return self.direct + self.indirect
 
     @property
@@ -73,18 +77,18 @@ class Rendering:
 
     @property
     def radiance(self) -> np.ndarray:
-        """(k, 3) towards the camera, emission included."""
+        """(k, 3) radiance towards the camera, including emission."""
         return self.albedo * self.irradiance / np.pi + self.seen.emission * self.seen.hit[:, None]
 
     def pixels(self, values: np.ndarray) -> np.ndarray:
-        """Mean of the places (k, c) of each pixel: (height, width, c)."""
+        """Mean over each pixel's places of values (k, c): (height, width, c)."""
         width, height = self.size
         count = np.bincount(self.pixel, minlength=width * height)
         columns = [np.bincount(self.pixel, column, width * height) / count for column in values.T]
         return np.stack(columns, axis=1).reshape(height, width, -1)
 
     def middles(self, values: np.ndarray) -> np.ndarray:
-        """Values (k, …) at the middles of pixels: (height, width, …)."""
+        """Values (k, …) at the centres of pixels: (height, width, …)."""
         width, height = self.size
         return values[: width * height].reshape(height, width, *values.shape[1:])
 
@@ -99,28 +103,28 @@ def render_session(
     keep: bool = True,
     edges_known: Callable[[float], object] | None = None,
 ) -> Rendering:
-    """Find the light at each pixel's surface point: direct by shadow rays, indirect by final gather.
+    """Compute the light at each pixel's surface point: direct by shadow rays, indirect by final gather.
 
-    Indirect light is gathered where it changes, beside edges and contacts, and between such places
-    taken from around. Several places make up a pixel at edges of surfaces and shadows. A picture
-    follows from the session's state alone: that of an updated session is that of a recomputed one.
+    Indirect light is gathered where it changes and beside edges and contacts, and interpolated between
+    such places. A pixel at the edge of a surface or a shadow has several places. A picture depends on the
+    session's state alone: an updated session gives the same picture as a recomputed one.
 
     Parameters
     ----------
-    session : baked, with a final gather; edits that wait are applied first
-    camera : None = the scene's first camera, else a good one is looked for
+    session : baked, with a final gather; queued edits are applied first
+    camera : None = the scene's first camera, else one is chosen automatically
     size : (width, height) in pixels
-    rays : to gather along at a place, see `Session.at`; None = as the session does, at most 192
-    edge_rays : places in a pixel at an edge, besides its middle
-    keep : keep what places saw in memory, so that the next picture looks again only where an edit changed
-        something: up to a gibibyte, a quarter of the free memory at most, nothing under a `memory_limit`
-    edges_known : is told, before any light is asked for, which share of the pixels lies at edges of
-        surfaces; time depends most on it
+    rays : gather rays per place, see `Session.at`; None = as the session uses, at most 192
+    edge_rays : places in a pixel at an edge, besides its centre
+    keep : keep the places' rays and hits in memory, so that the next picture casts again only those that an
+        edit changed: up to a gibibyte, a quarter of the free memory at most, nothing under a `memory_limit`
+    edges_known : called before any light is computed, with the share of pixels at edges of surfaces; the time
+        depends on it most of all
 
     Raises
     ------
     OptionError
-        Where the session does not gather, `size` is not positive, or memory would not suffice.
+        If the session does not gather, `size` is not positive, or memory does not suffice.
     """
     check_size(size, session.options["memory_limit"])
     if session.options["gather"] == "off":
@@ -128,15 +132,17 @@ def render_session(
     light = PointLight(session, rays or min(int(session.options["gather"]), MOST_RAYS), keep)
     scene = present_scene(session)
     display = session.samples.display or refine(scene, spacing=COARSE)
-    display = display.without_detail()  # pixels have their own light; so pictures do not depend on it
+    # pixels get their own direct light, so pictures do not depend on this refinement
+    display = display.without_detail()
     surfaces = Surfaces(scene, display, session.poses, session.options["threads"] or 0)
-    everywhere = np.ones(len(display.points))  # where it is light is not known yet
+    # light that the automatic camera weights places by; unknown here
+    everywhere = np.ones(len(display.points))
     camera = camera or scene_camera(scene) or automatic_camera(surfaces, everywhere, size[0] / size[1])
     return _Work(surfaces, light, camera, size).rendering(edge_rays, edges_known)
 
 
 def check_size(size: tuple[int, int], memory_limit: int | None = None) -> None:
-    """Refuse pictures without pixels, and those that take more memory than the limit, else than is free.
+    """Refuse sizes without pixels, and those that need more memory than the limit, or than is free.
 
     Raises
     ------
@@ -153,7 +159,7 @@ def check_size(size: tuple[int, int], memory_limit: int | None = None) -> None:
 
 
 def fits(size: tuple[int, int], memory_limit: int | None = None) -> bool:
-    """Whether a picture takes no more memory than the limit, else than is free."""
+    """Whether a picture fits into the memory limit, or into free memory if there is no limit."""
     return _room(memory_limit) == 0 or _bytes(size) <= _room(memory_limit)
 
 
@@ -207,7 +213,7 @@ class _Work:
         return look(self._surfaces, self._camera, self._size, x, y)
 
     def _apart(self, seen: Seen) -> list[np.ndarray]:
-        """(pairs,) bool for each of `neighbours`: the two show different surfaces."""
+        """(pairs,) bool for each pair of `neighbours`: whether the two pixels show different surfaces."""
         found = []
         for pairs in neighbours(self._size):
             a, b = (seen.at(side.ravel()) for side in pairs)
@@ -215,7 +221,7 @@ class _Work:
         return found
 
     def _beside_any(self, apart: list[np.ndarray]) -> np.ndarray:
-        """(pixels,) bool: one of a pair that is told apart."""
+        """(pixels,) bool: whether a pixel belongs to a pair that `apart` marks."""
         found = np.zeros(self._size[0] * self._size[1], dtype=bool)
         for pairs, own in zip(neighbours(self._size), apart, strict=True):
             for side in pairs:
@@ -223,7 +229,7 @@ class _Work:
         return found
 
     def _edges(self, seen: Seen, apart: list[np.ndarray], direct: np.ndarray) -> np.ndarray:
-        """(pixels,) bool: a neighbour shows another surface, or other direct light."""
+        """(pixels,) bool: whether a neighbour shows another surface or different direct light."""
         bright = direct.sum(axis=1)
         floor = 0.02 * bright[seen.hit].mean() if seen.hit.any() else 0.0
         either = []
@@ -233,7 +239,7 @@ class _Work:
         return self._beside_any(either)
 
     def _inside(self, pixels: np.ndarray, count: int) -> tuple[Seen, np.ndarray]:
-        """More places in each of `pixels`, and their pixels' numbers."""
+        """Further places in each of `pixels`, and the pixel number of each place."""
         number = np.repeat(pixels, count)
         k = np.tile(np.arange(count), len(pixels))
         across, down = _within(count)
@@ -243,12 +249,12 @@ class _Work:
     def _beside(
         self, more: Seen, number: np.ndarray, seen: Seen, direct: np.ndarray, indirect: np.ndarray
     ) -> tuple[list[np.ndarray], np.ndarray, np.ndarray]:
-        """Light from the middles around places.
+        """Light at places in edge pixels, interpolated from the pixel centres around them.
 
         Returns
         -------
-        direct and indirect light (k, 3); (k,) bool, places without middles on their surface; (k,) bool,
-        those, and others between middles of different direct light
+        direct and indirect light (k, 3); (k,) bool, places without a pixel centre on their surface;
+        (k,) bool, those, and places between pixel centres with different direct light
         """
         width, height = self._size
         y, x = np.divmod(number, width)
@@ -274,6 +280,6 @@ class _Work:
 
 
 def _within(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Well spread places in a pixel, without its middle (R2 sequence of Roberts, 2018)."""
+    """Well distributed places in a pixel, without its centre (R2 sequence of Roberts, 2018)."""
     k = np.arange(1, count + 1)
     return (0.5 + 0.7548776662466927 * k) % 1, (0.5 + 0.5698402909980532 * k) % 1

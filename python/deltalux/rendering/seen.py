@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a camera sees through each of many image positions: places, normals, materials."""
+"""Casts camera rays through image positions and returns the places, normals and materials that they hit."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from deltalux.cameras import Camera
 from deltalux.outputs.view import BATCH, camera_rays
 from deltalux.surfaces import Surfaces
 
-SAME_NORMAL = 0.9  # cosine between the normals of places that lend each other light
-OFF_PLANE = 0.15  # of their distance, how far one may lie off the other's plane
+SAME_NORMAL = 0.9  # least cosine between the normals of places that may share light
+OFF_PLANE = 0.15  # how far a place may lie off the other's plane, as a share of their distance
 
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """First surfaces along k camera rays.
+    """First hits of k camera rays.
 
     Parameters
     ----------
-    hit : (k,) bool; what follows means nothing where it is False
-    point, normal : (k, 3), world; the normal as smoothed, on the camera's side
-    width : (k,) metres, of a pixel there
+    hit : (k,) bool; the other fields are meaningless where it is False
+    point, normal : (k, 3), world; the interpolated shading normal, on the camera's side
+    width : (k,) metres, width of a pixel at the hit
     mesh, material : (k,) int, index into the scene's lists
-    emission : (k, 3) radiance that it sends towards the camera
+    emission : (k, 3) radiance emitted towards the camera
     """
 
     hit: np.ndarray
@@ -40,17 +40,17 @@ class Seen:
         return len(self.hit)
 
     def at(self, chosen: np.ndarray) -> Seen:
-        """Those of an index or mask."""
+        """Rows selected by an index or a mask."""
         return Seen(*(getattr(self, f.name)[chosen] for f in fields(self)))
 
     @classmethod
     def joined(cls, parts: list[Seen]) -> Seen:
-        """Return one after the other."""
+        """The rows of all `parts`, one part after the other."""
         return cls(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(cls)))
 
 
 def look(surfaces: Surfaces, camera: Camera, size: tuple[int, int], x: np.ndarray, y: np.ndarray) -> Seen:
-    """What `camera` sees through image positions (k,) in pixels from the top left of `size`."""
+    """Hits of the rays of `camera` through image positions (k,), in pixels from the top left of `size`."""
     _, vertex_normals = surfaces.display.world(surfaces.scene, surfaces.poses)
     batches = [slice(i, i + BATCH) for i in range(0, max(len(x), 1), BATCH)]
     return Seen.joined([_look(surfaces, vertex_normals, camera, size, x[b], y[b]) for b in batches])
@@ -69,7 +69,7 @@ def _look(
     normal = np.einsum("kc,kcx->kx", hits.weights, vertex_normals[corners])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
     flat = surfaces.normals[triangle]
-    # Where normals of corners cancel each other out, that of the triangle is left.
+    # If the vertex normals cancel out or point to the other side, use the triangle's normal.
     normal = np.where((np.einsum("kx,kx->k", normal, flat) > 0)[:, None], normal, flat)
     normal[~hits.facing] *= -1
     depth = np.where(hits.hit, hits.distance, np.inf)
@@ -81,14 +81,14 @@ def _look(
 
 
 def neighbours(size: tuple[int, int]) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
-    """Numbers of the pixels that lie side by side, (h, w - 1) each, and one below the other, (h - 1, w)."""
+    """Pixel numbers of pairs side by side, (h, w - 1) each, and of pairs one above the other, (h - 1, w)."""
     width, height = size
     number = np.arange(width * height).reshape(height, width)
     return (number[:, :-1], number[:, 1:]), (number[:-1], number[1:])
 
 
 def alike(one: Seen, two: Seen) -> np.ndarray:
-    """(k,) bool: places on one smooth surface, pair by pair, so that light between them hardly jumps."""
+    """(k,) bool: whether the places of a pair lie on one smooth surface, so that they may share light."""
     apart = two.point - one.point
     mean = one.normal + two.normal
     off = np.abs(np.einsum("kx,kx->k", apart, mean)) / 2

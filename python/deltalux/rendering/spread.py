@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Light that varies slowly, found at few pixels and spread to the rest between them.
+"""Computes slowly varying light at few pixels and interpolates it at the others.
 
-Pixels are visited from coarse to fine. One that lies between two of the same surface whose light is
-alike takes their mean; any other is asked for its own: at edges, beside contacts, where light changes by
-more than its noise. What a noisy pixel found for itself, and what those around it make likely, count by
-the inverse of their variances, as a Kalman filter has it.
+Pixels are visited from coarse to fine. A pixel between two neighbours on the same surface with similar
+light takes their mean; any other pixel is evaluated: at edges, beside contacts, and where light changes by
+more than its noise. The value of a noisy pixel and the value that its neighbours predict are averaged with
+weights inverse to their variances, as in a Kalman filter.
 """
 
 from __future__ import annotations
@@ -17,36 +17,37 @@ from scipy.ndimage import maximum_filter
 
 from .seen import Seen, alike, neighbours
 
-COARSEST = 16  # pixels, at most, between those that are always asked
-BESIDE_CONTACT = 4  # this far apart, pixels beside a contact are asked
-ONE_SIDED = 2  # this near, one neighbour is enough
-MOST_ONWARD = 0.5  # of a neighbour's light, how much more or less there is beyond it
-CONTACT = 3.0  # pixels' widths between surfaces that touch
+COARSEST = 16  # largest distance in pixels between those that are always evaluated
+BESIDE_CONTACT = 4  # from this distance on, pixels beside a contact are evaluated
+ONE_SIDED = 2  # up to this distance, one neighbour is enough
+# bound of the extrapolated change beyond a neighbour, as a share of its light
+MOST_ONWARD = 0.5
+CONTACT = 3.0  # in pixel widths: largest distance between surfaces that count as touching
 
 ACROSS = ((0, 1), (1, 0))
 DIAGONAL = ((1, 1), (1, -1))
 
-SURE = 1.5  # times the noise: light that differs by less need not differ
+SURE = 1.5  # differences of less than this many standard deviations count as noise
 
-Found = tuple[np.ndarray, np.ndarray]  # (k, 3) values, (k,) noise of the sum of their channels
-Ask = Callable[[Seen], Found]  # of k places
+Found = tuple[np.ndarray, np.ndarray]  # (k, 3) values, (k,) standard deviation of their channels' sum
+Ask = Callable[[Seen], Found]  # evaluates k places
 
 
 def padded(size: tuple[int, int]) -> tuple[int, int]:
-    """Width and height of the grid that covers a picture of `size`."""
+    """Width and height of the padded grid that covers a picture of `size`."""
     width, height = (-(-(n - 1) // COARSEST) * COARSEST + 1 for n in size)
     return width, height
 
 
 @dataclass(frozen=True)
 class Fineness:
-    """How much light may differ before a pixel is asked.
+    """How much light may differ before a pixel is evaluated.
 
     Parameters
     ----------
-    coarsest : pixels between those that are always asked, a power of two
-    change : between neighbours, of their mean
-    bend : between the means of two pairs of neighbours
+    coarsest : distance in pixels between those that are always evaluated, a power of two
+    change : difference between two neighbours, as a share of their mean
+    bend : difference between the means of two pairs of neighbours, likewise
     """
 
     coarsest: int
@@ -55,23 +56,23 @@ class Fineness:
 
     @property
     def rounds(self) -> int:
-        """How often pixels are asked, at most."""
+        """Most calls of `ask` that `spread` makes."""
         return 1 + 3 * (self.coarsest.bit_length() - 1)
 
 
 def spread(seen: Seen, size: tuple[int, int], ask: Ask, fineness: Fineness) -> tuple[np.ndarray, np.ndarray]:
-    """Values of all pixels of a padded grid.
+    """Values at all pixels of a padded grid.
 
     Parameters
     ----------
-    seen : of the centres of its pixels, row by row
+    seen : hits at the centres of the grid's pixels, row by row
     size : (width, height) of the grid, see `padded`
-    ask : returns the values of places
+    ask : evaluates places
     fineness : Fineness
 
     Returns
     -------
-    (n, 3) values, 0 where nothing is hit; (n,) bool, which were asked
+    (n, 3) values, 0 where no surface is hit; (n,) bool, pixels that were evaluated
     """
     grid = _Grid(seen, size, ask, fineness)
     grid.begin(grid.every(fineness.coarsest, 0, 0))
@@ -93,14 +94,14 @@ class _Grid:
         self._contact = self._contacts()
 
     def every(self, step: int, right: int, down: int) -> np.ndarray:
-        """Numbers of the pixels from (right, down) on, `step` apart."""
+        """Numbers of every `step`-th pixel in both directions, starting at (right, down)."""
         y, x = np.meshgrid(
             np.arange(down, self._height, step), np.arange(right, self._width, step), indexing="ij"
         )
         return (y * self._width + x).ravel()
 
     def begin(self, pixels: np.ndarray) -> None:
-        """Ask for these, `coarsest` apart; noisy ones lean on those around them."""
+        """Evaluate the pixels of the coarsest grid, then average noisy ones with their neighbours."""
         pixels = pixels[self._seen.hit[pixels]]
         self._ask_for(pixels, _Likely.unknown(len(pixels)))
         likely = _Likely.unknown(len(pixels))
@@ -111,7 +112,7 @@ class _Grid:
                 likely.add(usable, self.values[number], self._noise[number] ** 2)
                 squares += usable * self.values[number].sum(axis=1) ** 2
         apart = squares / np.maximum(likely.count, 1) - likely.mean.sum(axis=1) ** 2
-        noise = likely.variance * likely.count  # of one of them
+        noise = likely.variance * likely.count  # variance of one neighbour's noise
         likely.doubt = np.where(likely.count > 1, np.maximum(0.0, apart - noise), np.inf)
         self._weigh(pixels, likely)
 
@@ -122,7 +123,7 @@ class _Grid:
             self._weigh(pixels, likely)
 
     def _weigh(self, pixels: np.ndarray, likely: _Likely) -> None:
-        """What pixels found, with what is likely there."""
+        """Average the values of pixels with the predicted values, by the inverse of their variances."""
         own = self._noise[pixels] ** 2
         other = likely.variance + likely.doubt
         known = (likely.count > 0) & np.isfinite(other) & (own > 0)
@@ -166,7 +167,7 @@ class _Grid:
         axes: tuple[tuple[int, int], ...],
         likely: _Likely,
     ) -> None:
-        """The light of one neighbour; its change from another, three steps away, goes on beyond its noise."""
+        """Predict from one neighbour; its change from the pixel two steps beyond, less noise, continues."""
         for axis in axes:
             for sign in (1, -1):
                 number, usable = self._neighbour(pixels, step, axis, sign)
@@ -182,7 +183,7 @@ class _Grid:
     def _neighbour(
         self, pixels: np.ndarray, step: int, axis: tuple[int, int], sign: int
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Numbers of the pixels `sign` * `step` along `axis` (down, right), and which are of the surface."""
+        """Pixels `sign` * `step` along `axis` (down, right), and whether they lie on the same surface."""
         y, x = np.divmod(pixels, self._width)
         y, x = y + sign * step * axis[0], x + sign * step * axis[1]
         inside = (y >= 0) & (y < self._height) & (x >= 0) & (x < self._width)
@@ -190,7 +191,7 @@ class _Grid:
         return number, inside & alike(self._seen.at(pixels), self._seen.at(number))
 
     def _contacts(self) -> np.ndarray:
-        """(height, width) bool: another surface begins here, near enough to touch."""
+        """(height, width) bool: pixels beside another surface that is near enough to count as touching."""
         touched = np.zeros(len(self._seen), dtype=bool)
         for pairs in neighbours((self._width, self._height)):
             one, two = (side.ravel() for side in pairs)
@@ -207,19 +208,19 @@ class _Grid:
 
 @dataclass
 class _Likely:
-    """What is likely at k pixels: means of others, their variance, and how wrong they may be."""
+    """Predicted light at k pixels: mean of neighbours, its variance, and its possible error."""
 
     count: np.ndarray  # (k,)
     mean: np.ndarray  # (k, 3)
-    variance: np.ndarray  # (k,) of the sum of the channels, by noise
-    doubt: np.ndarray  # (k,) squared, as the light there may be another
+    variance: np.ndarray  # (k,) variance of the channels' sum, due to noise
+    doubt: np.ndarray  # (k,) squared possible error, because light may differ there
 
     @classmethod
     def unknown(cls, k: int) -> _Likely:
         return cls(np.zeros(k), np.zeros((k, 3)), np.zeros(k), np.zeros(k))
 
     def add(self, use: np.ndarray, values: np.ndarray, variance: np.ndarray) -> None:
-        """Count another (k, 3) in, where `use` (k,) says so."""
+        """Include further values (k, 3) in the mean where `use` (k,) is true."""
         count = self.count + use
         share = use / np.maximum(count, 1)
         self.mean += share[:, None] * (values - self.mean)
@@ -231,9 +232,9 @@ class _Likely:
 
 
 def _differ(one: np.ndarray, two: np.ndarray, share: float, variance: np.ndarray) -> np.ndarray:
-    """(k,) bool: values (k, 3) whose sums differ by more than a share of their mean and by more than noise.
+    """(k,) bool: whether sums of values (k, 3) differ by more than a share of their mean plus noise.
 
-    Never where NaN. `variance` (k,) is that of the difference.
+    False where a value is NaN. `variance` (k,) is the variance of the difference.
     """
     a, b = one.sum(axis=1), two.sum(axis=1)
     with np.errstate(invalid="ignore"):

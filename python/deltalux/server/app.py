@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The addresses of the server."""
+"""The HTTP routes and the WebSocket of the server."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ BINARY_MESSAGE, TOO_MANY_MESSAGES, TRY_LATER = 1003, 1008, 1013
 def make_app(
     hub: Hub, geometry: Geometry | None, exports: Exports, *, run: str, host: str, token: str, page: Path
 ) -> ASGIApp:
-    """The guarded application.
+    """The application behind its guard.
 
     Parameters
     ----------
-    hub, geometry, exports : what it serves; without geometry there is no page
-    run : a word that differs at each start
+    hub, geometry, exports : what the application serves; without geometry there is no page
+    run : a string that differs from start to start
     host, token : see `Guard`
     page : folder of the page's static files
     """
@@ -82,7 +82,7 @@ def _routes_of_page(geometry: Geometry, more: dict[str, Any], page: Path) -> lis
 
 
 async def _serve_page(hub: Hub, websocket: WebSocket, shows: bool) -> None:
-    """Talk to one page until it leaves or misbehaves; `shows`: there is a mesh for frames."""
+    """Serve one page until it leaves or misbehaves; `shows`: whether there is a mesh, and so frames."""
     await websocket.accept()
     try:
         page = hub.connect(frames=websocket.query_params.get("frames") != "0" and shows)
@@ -97,16 +97,16 @@ async def _serve_page(hub: Hub, websocket: WebSocket, shows: bool) -> None:
         sending.cancel()
         receiving.cancel()
         hub.disconnect(page)
-    # RuntimeError: the server has closed the connection by itself, for a text that is no UTF-8, say.
+    # RuntimeError: the server itself has closed the connection, for example after invalid UTF-8.
     with suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError):
         await sending
     with suppress(asyncio.CancelledError, WebSocketDisconnect):
-        if objection := await receiving:  # nothing is being sent any more, as closing demands
+        if objection := await receiving:  # closing requires that nothing is being sent any more
             await websocket.close(*objection)
 
 
 async def _receive_all(hub: Hub, page: Page, websocket: WebSocket) -> tuple[int, str] | None:
-    """Act on messages until the page leaves; else the code and reason to close the connection with."""
+    """Process messages until the page leaves; otherwise return the code and reason for closing."""
     limit = RateLimit()
     while True:
         message = await websocket.receive()

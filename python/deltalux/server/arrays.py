@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Exact values of a session as one binary message: a JSON header and arrays of float64."""
+"""Exact values of a session as one binary message: a JSON header and float64 arrays."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ READABLE: dict[str, Callable[[Session], np.ndarray]] = {
 
 
 def arrays_of(session: Session, names: Iterable[str]) -> dict[str, np.ndarray]:
-    """Those of `READABLE` by these names."""
+    """The arrays of `READABLE` with these names."""
     return {name: READABLE[name](session) for name in names}
 
 
 def arrays_bytes(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> bytes:
-    """A binary message; `header` gets `arrays`: shape and first byte of each, counted after the header."""
+    """A binary message; adds `arrays` to `header`: the shape of each, and its offset after the header."""
     blocks = [np.ascontiguousarray(array, "<f8").tobytes() for array in arrays.values()]
     offsets = np.cumsum([0, *map(len, blocks)]).tolist()
     layout = {
@@ -37,7 +37,7 @@ def arrays_bytes(header: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) ->
         for (name, array), offset in zip(arrays.items(), offsets[:-1], strict=True)
     }
     text = json.dumps({**header, "arrays": layout}, allow_nan=False).encode()
-    text += b" " * (-len(text) % 8)  # so that numbers lie where processors read them best
+    text += b" " * (-len(text) % 8)  # padding aligns the numbers to 8 bytes
     return b"".join([MAGIC, len(text).to_bytes(4, "little"), text, *blocks])
 
 

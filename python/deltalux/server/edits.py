@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The editable state of a session as a flat mapping, and how it reaches the session."""
+"""The editable state of a session as a flat mapping, and edits that bring a session to such a state."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from deltalux.session import Session
 
 Kind = Literal["pose", "present", "factor", "reflectance"]
 Key = tuple[Kind, str]
-# Poses are 16 numbers, column-major; all values compare by ==, so that states do, too.
+# Poses are 16 numbers, column-major. All values, and therefore states, can be compared by ==.
 Value = tuple[float, ...] | bool | float
 EditState = Mapping[Key, Value]
 
 
 def state_of(session: Session) -> dict[Key, Value]:
-    """Poses, presence, factors and reflectances of `session`, queued edits included."""
+    """Poses, presence, factors and reflectances of `session`, including queued edits."""
     state: dict[Key, Value] = {}
     for name, pose in session.poses.items():
         state["pose", name] = pose_numbers(session.pose(name))
@@ -33,12 +33,12 @@ def state_of(session: Session) -> dict[Key, Value]:
 
 
 def queue_edit(session: Session, key: Key, value: Value) -> None:
-    """Queue the edit that gives `key` its `value`.
+    """Queue the edit that sets `key` to `value`.
 
     Raises
     ------
     OptionError
-        Where the session refuses it.
+        If the session refuses the edit.
     """
     kind, name = key
     if kind == "pose":
@@ -52,7 +52,7 @@ def queue_edit(session: Session, key: Key, value: Value) -> None:
 
 
 def differences(session: Session, wanted: EditState) -> dict[Key, Value]:
-    """What of `wanted` the session does not have yet."""
+    """The entries of `wanted` in which the session differs."""
     present = state_of(session)
     return {key: value for key, value in wanted.items() if present[key] != value}
 
@@ -63,14 +63,14 @@ def pose_numbers(pose: np.ndarray) -> tuple[float, ...]:
 
 
 def pose_matrix(numbers: object) -> np.ndarray:
-    """The 4x4 pose that `pose_numbers` made flat."""
+    """The 4x4 pose that `pose_numbers` flattened."""
     return np.array(numbers, np.float64).reshape(4, 4).T
 
 
 class Reach:
-    """Tells whether objects stay in the box that the session was made for, without asking the session.
+    """Checks whether objects stay in the box that the session was made for, without using the session.
 
-    The session answers one call at a time; a pose must be accepted or refused while it works.
+    The session executes one call at a time, but a pose must be accepted or refused while it works.
     """
 
     def __init__(self, session: Session) -> None:
@@ -79,7 +79,7 @@ class Reach:
         self._points = {name: _points_of(session, name) for name in session.poses}
 
     def check(self, name: str, pose: np.ndarray) -> None:
-        """Raise OptionError where `pose` takes the object `name` out of the box."""
+        """Raise OptionError if `pose` moves the object `name` out of the box."""
         world = self._points[name] @ pose[:3, :3].T + pose[:3, 3]
         points = (world - self._origin).astype(np.float32)
         if (points < self._low).any() or (points > self._high).any():
@@ -90,7 +90,7 @@ class Reach:
 
 
 def _points_of(session: Session, name: str) -> np.ndarray:
-    """Vertices of a movable, places of its lights and corners of the box around its samples, local."""
+    """Vertices of a movable, positions of its lights, and corners of its samples' bounding box, local."""
     lights = [light.position for light in session.scene.lights
               if light.attached_to == name and hasattr(light, "position")]  # fmt: skip
     samples = session.samples.points[session.samples.attached == name]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The one thread that works with the session: it follows the newest wanted state, and bakes and checks."""
+"""The only thread that uses the session: follows the newest wanted state, bakes, checks and exports."""
 
 from __future__ import annotations
 
@@ -25,9 +25,11 @@ from .previews import previews
 from .progress import TaskProgress, shares_of
 from .values import Encoder, VertexFill, fill_of
 
-BUDGET = 50.0  # milliseconds of one update while dragging, until a page sets another
-REST_BUDGET = 250.0  # at rest; between two updates the pages see what is done, and newer edits get their turn
-GRACE = 0.02  # seconds that a drag is waited for before work on its last pose goes on
+BUDGET = 50.0  # milliseconds for one update during a drag, until a page sets another number
+# milliseconds at rest; after each update the pages show its result, and newer edits can start
+REST_BUDGET = 250.0
+# seconds to wait for the next pose of a drag, before continuing with the present one
+GRACE = 0.02
 
 log = logging.getLogger(__name__)
 
@@ -36,59 +38,61 @@ log = logging.getLogger(__name__)
 class _Task:
     name: str
     work: Callable[[TaskProgress], None]
-    failed: Callable[[str], None] | None = None  # is told why, where somebody waits for an answer
+    failed: Callable[[str], None] | None = None  # receives the reason, if somebody waits for an answer
 
     @property
     def long(self) -> bool:
-        """Whether others are refused meanwhile; else they wait."""
+        """Whether further tasks are refused while this one runs; otherwise they wait."""
         return self.name in ("bake", "check")
 
 
 class Engine:
-    """Owns a session and a thread.
+    """Owns a session and the thread that uses it.
 
     Parameters
     ----------
     session : Session
-        Nobody else may use it from `start` until `stop` has returned.
-    tell : takes events, from the engine's thread
-    shown : whether somebody looks at values, see `show`
+        Nobody else may use the session from `start` until `stop` has returned.
+    tell : receives events, on the engine's thread
+    shown : whether any page displays values, see `show`
     """
 
     def __init__(self, session: Session, tell: Callable[[Event], None], shown: bool = True) -> None:
         self._session, self._tell, self._shown = session, tell, shown
-        self._unpublished: int | None = None  # revision whose values nobody wanted to see
-        self._figure: dict[str, Any] | None = None  # of the last update
-        self._own_progress = session.progress  # the user's, which gets it back
+        # revision whose values were not sent, because no page displayed them
+        self._unpublished: int | None = None
+        self._figure: dict[str, Any] | None = None  # figures of the last update
+        self._own_progress = session.progress  # the user's callback, restored at the end
         self._changed = threading.Condition()
-        # What was queued or left pending before the start is worked off as if a page had just asked for it.
+        # Edits and paths left from before the start are processed like a page's first request.
         self.first_revision = int(session.unfinished)
         self._wanted = Wanted(state_of(session), self.first_revision)
         self._budget: float | None = BUDGET
-        self._followed = 0  # revision that was handed to the session
-        self._unfinished = False  # what was handed over is not all on the pages, and may be tried at once
-        self._failed = False  # the last update, or showing it
+        self._followed = 0  # revision whose edits were handed to the session
+        # edits handed over are not fully published, and the engine may continue with them now
+        self._unfinished = False
+        self._failed = False  # whether the last update, or publishing it, failed
         self._tasks: deque[_Task] = deque()
         self._at_work: _Task | None = None
         self._cancelled = self._stopping = False
         self._phase = ""
-        self._counted = -1  # revision of which it was told what no path reached
+        self._counted = -1  # last revision whose number of unreached samples was reported
         self._figures = Figures()
         self._fill: VertexFill | None = None
         self._encoder: Encoder | None = None
-        self._errors: np.ndarray | None = None  # standard errors that the pages see
+        self._errors: np.ndarray | None = None  # standard errors that the pages display
         self._thread = threading.Thread(target=self._run, name="deltalux-engine", daemon=True)
 
     # ---- for other threads --------------------------------------------------------------------
 
     def start(self) -> None:
-        """Show the light there is; bake where there is none, or that of another build."""
+        """Publish the session's light; bake first if it has none, or that of another build."""
         self._session.progress = None
         self._tasks.append(_Task("bake", self._begin))
         self._thread.start()
 
     def stop(self) -> None:
-        """Stop whatever is at work and end the thread."""
+        """Stop the present work and end the thread."""
         with self._changed:
             self._stopping = self._cancelled = True
             self._changed.notify()
@@ -96,33 +100,33 @@ class Engine:
         self._session.progress = self._own_progress
 
     def want(self, wanted: Wanted) -> None:
-        """Follow this state from now on; states that were not reached yet are skipped."""
+        """Follow this state from now on; earlier states that were not reached yet are skipped."""
         with self._changed:
             self._wanted = wanted
             self._changed.notify()
 
     def show(self, shown: bool) -> None:
-        """Whether somebody looks at values: else none are encoded, which takes longer than small updates."""
+        """Set whether any page displays values; if not, none are encoded, which can outlast an update."""
         with self._changed:
             self._shown = shown
             self._changed.notify()
 
     def set_budget(self, milliseconds: float | None) -> None:
-        """Time for one update while dragging; None = as long as it takes."""
+        """Set the time for one update during a drag; None = without limit."""
         with self._changed:
             self._budget = milliseconds
 
     @property
     def budget(self) -> float | None:
-        """Milliseconds for one update while dragging."""
+        """Milliseconds for one update during a drag."""
         return self._budget
 
     def bake(self) -> None:
-        """Ask for a bake; OptionError while a bake or check is at work, or anything waits."""
+        """Request a bake; OptionError while a bake or check runs, or another task waits."""
         self._admit(_Task("bake", self._bake))
 
     def check(self) -> None:
-        """Ask for a recompute and a comparison of digests; OptionError as for `bake`."""
+        """Request a recompute and a comparison of digests; OptionError as for `bake`."""
         self._admit(_Task("check", self._check))
 
     def export(self, work: Callable[[Session], None]) -> None:
@@ -132,26 +136,26 @@ class Engine:
     def at_rest(
         self, work: Callable[[Session, int, dict[str, Any] | None], None], failed: Callable[[str], None]
     ) -> None:
-        """Run `work` once the light is that of the state; what is at work before is waited for.
+        """Run `work` once the light belongs to the wanted state, after the tasks requested before.
 
         Parameters
         ----------
-        work : gets the session, the revision of its light and the figures of the update to it
-        failed : gets the reason where it cannot be
+        work : receives the session, the revision of its light and the figures of the update that led to it
+        failed : receives the reason if that is impossible
         """
         with self._changed:
             self._tasks.append(_Task("read", lambda _: self._read(work), failed))
             self._changed.notify()
 
     def cancel(self) -> None:
-        """Stop the bake or check at work; OptionError where there is none."""
+        """Stop the running bake or check; OptionError if neither runs."""
         with self._changed:
             if self._long_work() is None:
                 raise OptionError("cancel: found no bake and no check at work")
             self._cancelled = True
 
     def _long_work(self) -> _Task | None:
-        """The bake or check at work; others are soon done, and what is asked meanwhile waits for them."""
+        """The running bake or check; other tasks are short, so new requests wait for them."""
         return self._at_work if self._at_work and self._at_work.long else None
 
     def _admit(self, task: _Task) -> None:
@@ -174,7 +178,8 @@ class Engine:
         while True:
             with self._changed:
                 self._changed.wait_for(self._has_work)
-                if self._wanted.dragging:  # an update at work would make the next pose wait for its end
+                # if an update started now, the drag's next pose would have to wait for its end
+                if self._wanted.dragging:
                     self._changed.wait_for(self._is_asked, GRACE)
                 if self._stopping:
                     return
@@ -200,18 +205,18 @@ class Engine:
                 self._at_work = None
             self._session.progress = None
             self._set_phase(self._resting_phase())
-            with suppress(Error, MemoryError):  # it is a figure, no more
+            with suppress(Error, MemoryError):  # this number is not essential
                 self._tell_unreached()
 
     def _lit(self) -> bool:
-        """Whether there is light to go on from; that of another build may differ in bits."""
+        """Whether updates are possible: the session has light, and this build computed it."""
         return self._session.baked and self._session.foreign_build is None
 
     def _has_work(self) -> bool:
         return self._is_asked() or (self._lit() and (self._behind() or self._unseen()))
 
     def _is_asked(self) -> bool:
-        """Whether somebody wants something new."""
+        """Whether there is a new request."""
         news = self._lit() and self._wanted.revision != self._followed
         return self._stopping or bool(self._tasks) or news
 
@@ -219,7 +224,7 @@ class Engine:
         return self._unfinished or self._wanted.revision != self._followed
 
     def _unseen(self) -> bool:
-        """Whether somebody now looks at values that were not encoded."""
+        """Whether a page now displays values that were not sent."""
         return self._shown and self._unpublished is not None
 
     def _resting_phase(self) -> str:
@@ -238,7 +243,7 @@ class Engine:
         return TaskProgress(task, self._tell, lambda: self._cancelled)
 
     def _report(self, error: Exception) -> None:
-        """Tell everybody; an update that failed is tried again with the next edit, not before."""
+        """Report an error to all pages; a failed update is retried with the next edit, not earlier."""
         if self._at_work is None:
             self._failed, self._unfinished = True, False
             self._followed = self._wanted.revision
@@ -252,9 +257,9 @@ class Engine:
             self._tell({"type": "notice", "message": f"{task} failed: {text}"})
 
     def _publish(self, revision: int, session: Session | None = None, *, errors: bool = True) -> None:
-        """Send the values of `session`, a throw-away one of a preview, or of the real one.
+        """Send the values of the engine's session, or of `session`, the temporary session of a preview.
 
-        Without `errors` the standard errors of the last values go along.
+        Without `errors` the standard errors that were sent last are sent again.
         """
         if not self._shown:
             self._unpublished, self._failed = revision, False
@@ -269,7 +274,7 @@ class Engine:
         values = shown.read_packed() if errors else shown.glance()
         if errors:
             self._errors = values[:, 3].copy()
-            # While something is dragged shadows keep the detail of the last light at rest.
+            # During a drag, shadows keep the detail that they had at rest.
             beyond = None if session else shown.direct_beyond_samples()
             self._encoder.use(replace(self._fill, beyond=beyond))
         else:
@@ -278,13 +283,13 @@ class Engine:
         self._failed = False
 
     def _show_again(self) -> None:
-        """Send values that nobody wanted to see when they were new; an update that failed stays failed."""
+        """Send values that no page displayed when they were new; a failed update stays marked as failed."""
         failed = self._failed
         self._publish(self._unpublished or 0)
         self._failed = failed
 
     def _tell_unreached(self) -> None:
-        """Tell of light at rest how many samples no path reached: counting would delay a drag's next pose."""
+        """At rest, report how many samples no path reached; in a drag, counting would delay the next pose."""
         wanted = self._wanted
         at_rest = self._phase == "ready" and wanted.revision == self._followed and not wanted.dragging
         if at_rest and self._counted != self._followed:
@@ -295,7 +300,7 @@ class Engine:
     # ---- what it does -------------------------------------------------------------------------
 
     def _hand_over(self) -> tuple[Wanted, bool]:
-        """Queue what is wanted; return it, and whether anything was new."""
+        """Queue the edits to the wanted state; return that state, and whether there were any edits."""
         with self._changed:
             wanted = self._wanted
         edits = differences(self._session, wanted.state)
@@ -309,12 +314,12 @@ class Engine:
         return wanted, bool(edits)
 
     def _follow(self) -> None:
-        """One update towards the newest wanted state."""
+        """Make one update towards the newest wanted state."""
         self._set_phase("updating")
         self._go_on(*self._hand_over())
 
     def _go_on(self, wanted: Wanted, fresh: bool) -> None:
-        """Update for a while, show what came of it, and tell the figures."""
+        """Run one update within the budget, then publish its values and figures."""
         frame = self._session.update(self._budget if wanted.dragging else REST_BUDGET)
         self._unfinished = frame.done < 1
         start = time.perf_counter()
@@ -331,7 +336,7 @@ class Engine:
         self._tell(self._figure)
 
     def _finish(self) -> None:
-        """Bring the light to the state that is wanted now, whatever is wanted meanwhile."""
+        """Bring the light to the state that is wanted now, even if newer states are wanted meanwhile."""
         before = self._followed
         wanted, fresh = self._hand_over()
         if self._session.unfinished or self._unfinished or self._followed != before:
@@ -343,7 +348,7 @@ class Engine:
             self._go_on(wanted, False)
 
     def _begin(self, progress: TaskProgress) -> None:
-        """Publish the light of a session that was baked before; it belongs to the state before what waits."""
+        """Publish the light of a baked session, which precedes queued edits, or bake."""
         if self._session.baked:
             self._publish(0)
         if self._lit():
@@ -352,7 +357,7 @@ class Engine:
             self._bake(progress)
 
     def _bake(self, progress: TaskProgress) -> None:
-        """Compute everything; where there is no light yet, coarse bakes come first."""
+        """Compute everything; if there is no light yet, publish coarse previews first."""
         self._set_phase("baking")
         wanted, _ = self._hand_over()
         progress.part(0.0, 1.0, shares_of("bake", self._session.options))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What passes between engine and pages: the state that is wanted, and what came of it."""
+"""Messages between engine and pages: the wanted state, and events that result from it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .values import Values
 
 @dataclass(frozen=True)
 class Wanted:
-    """What pages asked for last."""
+    """The newest request of the pages."""
 
     state: EditState
     revision: int = 0
@@ -22,18 +22,18 @@ class Wanted:
 
 @dataclass(frozen=True)
 class Phase:
-    """What the engine does now, a `phase` of the protocol."""
+    """What the engine is doing, a `phase` of the protocol."""
 
     name: str
 
 
 @dataclass(frozen=True)
 class Refused:
-    """An edit that the session refused; `value` is what it has instead."""
+    """An edit that the session refused; `value` is the value that it has instead."""
 
     key: Key
     value: Value
     message: str
 
 
-Event = Phase | Refused | Values | dict[str, Any]  # a dict goes to every page as it is
+Event = Phase | Refused | Values | dict[str, Any]  # a dict is sent to every page unchanged

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files that pages ask for: plain names in one folder, never over a file of somebody else."""
+"""Exports: files that pages write, with plain names in one folder, never over other people's files."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from deltalux.session import Session
 
 SESSION = ".dlx"
 SUFFIXES = (*WRITERS, SESSION)
-# Begins with a letter or digit: not hidden. No separator, colon, or control character.
+# A name begins with a letter or digit, so it is not hidden, and has no separator, colon or control character.
 _PLAIN = re.compile(r"\w[\w .()+-]*", re.ASCII)
 MAX_NAME = 100
 
 
 class Exports:
-    """The folder of exports, and which files of it are this run's.
+    """The folder of exports, and the names of the files that this run wrote there.
 
     Parameters
     ----------
-    folder : an existing folder, or None: nothing may be exported
-    command : what files say that made them
+    folder : an existing folder, or None: exports are refused
+    command : the command that the files name as their origin
     """
 
     def __init__(self, folder: str | os.PathLike[str] | None, command: str = "deltalux view") -> None:
@@ -42,7 +42,7 @@ class Exports:
         return self._folder is not None
 
     def checked_name(self, name: str) -> str:
-        """`name`, if it may be written now.
+        """Return `name` if a file of that name may be written now.
 
         Raises
         ------
@@ -74,7 +74,7 @@ class Exports:
         return f"{stem}-{number}{suffix}"
 
     def write(self, name: str, session: Session) -> dict[str, Any]:
-        """Write the session's present state; return `file`, `bytes` and `address` of the answer.
+        """Write the session's present state; return the answer's fields `file`, `bytes` and `address`.
 
         Raises
         ------
@@ -90,7 +90,7 @@ class Exports:
         return {"file": name, "bytes": path.stat().st_size, "address": f"files/{name}"}
 
     def path_of(self, name: str) -> Path | None:
-        """A regular file that this run wrote, else None."""
+        """Path of a regular file of that name, if this run wrote it, else None."""
         if self._folder is None or name not in self._written:
             return None
         path = self._folder / name

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The live figures: what a bake, an update or a check did, as messages."""
+"""Live figures: what a bake, an update or a check did, as messages to pages."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from typing import Any
 from deltalux.results import Frame
 from deltalux.session import Session
 
-REPEATED = ("trace", "deposit", "direct")  # stages of a bake that a recompute does, too
+REPEATED = ("trace", "deposit", "direct")  # stages of a bake that a recompute repeats
 
 
 @dataclass
 class Figures:
-    """Figures since the last edit, added up over the updates that it took, and the speed-up.
+    """Figures summed over all updates since the last edit, and the speed-up.
 
-    `recompute_milliseconds` is what computing the present state from scratch takes: from the last check,
-    before there was one from the bake's stages that a recompute repeats; None before both.
+    `recompute_milliseconds` is the time to compute the present state from scratch: measured by the last
+    check, or before any check, the time of the bake's stages that a recompute repeats; None before both.
     """
 
     recompute_milliseconds: float | None = None
@@ -49,9 +49,9 @@ class Figures:
 
         Parameters
         ----------
-        fresh : it applied edits; else it went on with those of the updates before
+        fresh : whether the update applied edits; otherwise it continued earlier updates
         publishing : milliseconds for reading and encoding the values
-        latency : milliseconds from the newest edit's arrival to the values, None where nothing was new
+        latency : milliseconds from the newest edit's arrival to the values; None without new edits
         """
         if fresh:
             self._start_again()
@@ -61,7 +61,7 @@ class Figures:
         return self._message(session, revision, frame.done) | {"speed_up": speed_up, "latency": latency}
 
     def read_methods(self, session: Session) -> None:
-        """Take note of the methods in use, which change with a bake only."""
+        """Record the methods in use, which only a bake changes."""
         parts = session.plan.parts
         moving = dict.fromkeys(part.chosen for name, part in parts.items() if name != "static")
         self._methods = {"static_method": parts["static"].chosen, "moving_method": ", ".join(moving) or None}

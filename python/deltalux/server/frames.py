@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Binary frames of the viewer's protocol: what takes a page from the values it has to those there are."""
+"""Binary frames of the viewer's protocol: the change from the values that a page has to the newest."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from deltalux.errors import FormatError
 from .values import Values
 
 ALL, PREVIEW, REST = 1, 2, 4  # flags
-GAP = 64  # vertices; runs that are closer are joined, which costs less than another run
+GAP = 64  # vertices; runs with a smaller gap are joined, which costs fewer bytes than another run
 MAX_RUNS = 2048
 _MAGIC = 0x58544C44  # "DLTX"
 _HEADER = struct.Struct("<IIIfII")  # magic, seq, revision, scale, flags, runs
@@ -35,7 +35,7 @@ def frame_bytes(seq: int, values: Values, before: Values | None) -> bytes:
 
 
 class FrameHeader(NamedTuple):
-    """What a frame says of its values; `runs` are pairs of first vertex and count."""
+    """Header of a frame; `runs` are pairs of first vertex and count."""
 
     seq: int
     revision: int
@@ -45,19 +45,19 @@ class FrameHeader(NamedTuple):
 
 
 def apply_frame(frame: bytes, rows: np.ndarray | None) -> tuple[FrameHeader, np.ndarray]:
-    """Write a frame's values into the (n,) uint64 `rows` of the frames before; None = there was none.
+    """Write a frame's values into `rows`, (n,) uint64 from earlier frames; None = this is the first one.
 
-    Clients in Python take frames by it: tests and benchmarks.
+    For Python clients: tests and benchmarks.
 
     Returns
     -------
     header : FrameHeader
-    rows : the array that was given, changed, or a new one where the frame holds all values
+    rows : the given array, changed, or a new one if the frame holds all values
 
     Raises
     ------
     FormatError
-        Where `frame` is not one, or does not follow on `rows`.
+        If `frame` is not a frame, or does not continue `rows`.
     """
     header, values = _decoded(frame)
     if header.flags & ALL:
@@ -74,7 +74,7 @@ def apply_frame(frame: bytes, rows: np.ndarray | None) -> tuple[FrameHeader, np.
 
 
 def _decoded(frame: bytes) -> tuple[FrameHeader, np.ndarray]:
-    """The header, and the values of all runs one after the other."""
+    """The header, and the values of all runs, concatenated."""
     if len(frame) < _HEADER.size or int.from_bytes(frame[:4], "little") != _MAGIC:
         raise FormatError(f"frame: found {len(frame)} bytes without the mark of one, expected a frame")
     _, seq, revision, scale, flags, runs = _HEADER.unpack_from(frame)
@@ -88,7 +88,7 @@ def _decoded(frame: bytes) -> tuple[FrameHeader, np.ndarray]:
 
 
 def _runs(changed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """First vertex and count of runs that hold all of `changed` (ascending)."""
+    """First vertex and count of runs that cover all of `changed` (ascending)."""
     if not len(changed):
         return changed, changed
     gaps = np.diff(changed)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a page draws: the display mesh, its parts, materials and cameras, as JSON and one block of bytes."""
+"""What a page draws: display mesh, parts, materials and cameras, as JSON and one binary block."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ PROTOCOL = 1
 
 @dataclass(frozen=True, eq=False)
 class Geometry:
-    """`scene.json`, but for `run` and `folder`, and `geometry.bin`."""
+    """`scene.json` without `run` and `folder`, and `geometry.bin`."""
 
     description: dict[str, Any]
     data: bytes
 
 
 def display_of(session: Session) -> DisplayMesh:
-    """The mesh on whose vertices the samples are; OptionError where there is none."""
+    """The display mesh on whose vertices the samples are; OptionError if there is none."""
     display, count = session.samples.display, len(session.samples)
     if display is None or len(display.sample_vertices) != count:
         raise OptionError(
@@ -48,7 +48,7 @@ def geometry_of(session: Session) -> Geometry:
     Raises
     ------
     OptionError
-        Where the samples are not on the vertices of a display mesh.
+        If the samples are not on the vertices of a display mesh.
     """
     scene, display = session.scene, display_of(session)
     order = np.lexsort((display.reversed, display.triangle_material, display.triangle_mesh))
@@ -108,7 +108,7 @@ def _parts(display: DisplayMesh, order: np.ndarray) -> list[dict[str, Any]]:
 
 
 def _meshes(scene: Scene, display: DisplayMesh) -> list[dict[str, Any]]:
-    """Vertices are numbered by the first triangle that has them, hence mesh by mesh."""
+    """Meshes with their ranges of vertices: vertices are numbered mesh by mesh."""
     assert (np.diff(display.vertex_mesh) >= 0).all()
     first = np.searchsorted(display.vertex_mesh, np.arange(len(scene.meshes) + 1)).tolist()
     return [
@@ -118,13 +118,13 @@ def _meshes(scene: Scene, display: DisplayMesh) -> list[dict[str, Any]]:
 
 
 def _good_view(session: Session, display: DisplayMesh) -> Camera:
-    """The automatic camera; there may be no light yet, so all surfaces count as lit."""
+    """The automatic camera; as there may be no light yet, all surfaces count as lit."""
     surfaces = Surfaces(session.scene, display, session.poses, session.options["threads"] or 0)
     return automatic_camera(surfaces, np.ones(len(display.points)))
 
 
 def _perspective(scene: Scene) -> list[Camera]:
-    """The page's camera is one in perspective."""
+    """The scene's perspective cameras; the page has no other kind."""
     return [camera for camera in scene.cameras if camera.height is None]
 
 

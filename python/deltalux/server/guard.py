@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Who may talk to the server: the right Host, Origin and token, and not too much of it."""
+"""Access control of the server: Host, Origin, token and rate of messages."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ from starlette.websockets import WebSocket
 
 from .hosts import LOOPBACK_NAMES, is_loopback
 
-RATE, BURST = 300.0, 200.0  # messages of one page: a second, and at once
+RATE, BURST = 300.0, 200.0  # messages of one page: per second, and at once
 _AUTHORITY = re.compile(r"(?:\[([0-9a-fA-F:.]+)\]|([A-Za-z0-9._-]+))(?::\d{1,5})?")
 
 
 class Guard:
-    """ASGI middleware that refuses strangers.
+    """ASGI middleware that refuses requests without the right Host, Origin and token.
 
     Parameters
     ----------
-    app : what it guards
+    app : the application to guard
     host : address that the server is bound to
-    token : secret that every address but those of static files must carry
-    needs_token : prefixes of paths that do
+    token : secret that requests must carry, except those for static files
+    needs_token : prefixes of the paths that require the token
     """
 
     def __init__(self, app: ASGIApp, host: str, token: str, needs_token: tuple[str, ...]) -> None:
         self._app, self._host, self._token, self._needs_token = app, host, token, needs_token
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass the request on, with security headers on the answer, or refuse it with 403."""
+        """Pass the request on and add security headers to the answer, or refuse it with 403."""
         if scope["type"] == "lifespan":
             await self._app(scope, receive, send)
             return
@@ -63,7 +63,7 @@ class Guard:
         return wrong and f"403: found {wrong}; open the address that the server printed\n"
 
     def _known_host(self, authority: str) -> bool:
-        """Names that a foreign page cannot make its own: against DNS rebinding."""
+        """Accept only host names that a foreign page cannot take over, against DNS rebinding."""
         match = _AUTHORITY.fullmatch(authority)
         if match is None:
             return False
@@ -72,7 +72,7 @@ class Guard:
             return True
         if is_loopback(self._host):
             return False
-        try:  # bound to the network: an address cannot be rebound, nor this machine's own name
+        try:  # the server listens on the network: addresses and this machine's own names cannot be rebound
             ipaddress.ip_address(name)
         except ValueError:
             return name in (socket.gethostname().lower(), socket.getfqdn().lower())
@@ -80,7 +80,7 @@ class Guard:
 
 
 def _with_headers(send: Send, scope: Scope, authority: str) -> Send:
-    """`send` with the headers that keep a page to itself."""
+    """`send` that adds security headers, which restrict the page to this server."""
     policy = (
         "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; "
         f"worker-src 'self' blob:; connect-src 'self' ws://{authority}; object-src 'none'; "
@@ -105,14 +105,14 @@ def _with_headers(send: Send, scope: Scope, authority: str) -> Send:
 
 
 class RateLimit:
-    """A bucket of messages that fills with time."""
+    """Token bucket that limits the rate of messages."""
 
     def __init__(self, rate: float = RATE, burst: float = BURST) -> None:
         self._rate, self._burst = rate, burst
         self._left, self._then = burst, time.monotonic()
 
     def allows(self) -> bool:
-        """Take one message out; False where none is left."""
+        """Take one message out of the bucket; False if it is empty."""
         now = time.monotonic()
         self._left = min(self._burst, self._left + (now - self._then) * self._rate)
         self._then = now

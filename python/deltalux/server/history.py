@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Undo and redo: steps as pairs of before and after, so that a way back is exact."""
+"""Undo and redo: steps as pairs of values before and after, so that undo is exact."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _VERBS = {"pose": "move", "factor": "dim", "reflectance": "paint"}
 class _Step:
     before: dict[Key, Value]
     after: dict[Key, Value]
-    dragged_by: Hashable | None = None  # the page whose drag goes on
+    dragged_by: Hashable | None = None  # the page whose drag continues this step
 
     @property
     def name(self) -> str:
@@ -33,7 +33,7 @@ class History:
     Parameters
     ----------
     state : EditState
-        The state that the first step starts from.
+        State before the first step.
     """
 
     def __init__(self, state: EditState) -> None:
@@ -43,25 +43,25 @@ class History:
 
     @property
     def undo_name(self) -> str | None:
-        """What `undo` would take back."""
+        """Name of the step that `undo` would take back."""
         return self._done[-1].name if self._done else None
 
     @property
     def redo_name(self) -> str | None:
-        """What `redo` would do again."""
+        """Name of the step that `redo` would repeat."""
         return self._undone[-1].name if self._undone else None
 
     @property
     def dragging(self) -> bool:
-        """Whether some page is in the middle of a drag."""
+        """Whether a page is dragging something."""
         return any(step.dragged_by is not None for step in self._done)
 
     def edit(self, key: Key, value: Value, page: Hashable, dragging: bool = False) -> None:
-        """Give `key` its `value`; what one page drags is one step until it lets go."""
+        """Set `key` to `value`; a page's whole drag is one step."""
         self.edit_together({key: value}, page, dragging)
 
     def edit_together(self, values: Mapping[Key, Value], page: Hashable, dragging: bool = False) -> None:
-        """Give several keys their values in one step; a drag goes on with the same keys."""
+        """Set several keys in one step; a drag of the same keys continues its step."""
         before = {key: self.state[key] for key in values}
         self.state.update(values)
         step = self._drag_of(values.keys(), page)
@@ -77,12 +77,12 @@ class History:
         del self._done[:-MAX_STEPS]
 
     def release(self, page: Hashable) -> None:
-        """End the drags of a page that is gone."""
+        """End the drags of a page that has disconnected."""
         for step in [step for step in self._done if step.dragged_by == page]:
             self._let_go(step)
 
     def undo(self) -> None:
-        """Take the last step back, exactly; OptionError where there is none."""
+        """Take the last step back, exactly; OptionError if there is none."""
         if not self._done:
             raise OptionError("undo: found no step to take back")
         step = self._done.pop()
@@ -91,7 +91,7 @@ class History:
         self._undone.append(step)
 
     def redo(self) -> None:
-        """Do the step again that was taken back last; OptionError where there is none."""
+        """Repeat the step that was taken back last; OptionError if there is none."""
         if not self._undone:
             raise OptionError("redo: found no step that was taken back")
         step = self._undone.pop()
@@ -99,16 +99,16 @@ class History:
         self._done.append(step)
 
     def _let_go(self, step: _Step) -> None:
-        """End a step's drag, and forget the step if nothing has happened."""
+        """End a step's drag, and drop the step if it changed nothing."""
         step.dragged_by = None
         if step.before == step.after:
             self._done = [kept for kept in self._done if kept is not step]
 
     def _drag_of(self, keys: Set[Key], page: Hashable) -> _Step | None:
-        """The step of `page`'s drag of just these keys; whoever else drags one of them begins a new step.
+        """The step of `page`'s drag of exactly these keys; other drags of any of these keys end.
 
-        Hence of steps that share a key only the last one may still change. The order in which steps of
-        different keys go back is of no consequence.
+        Therefore, of the steps that share a key, only the last one can still change. Steps of different keys
+        can be undone in any order.
         """
         found = None
         for step in [s for s in self._done if s.dragged_by is not None and s.after.keys() & keys]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which addresses belong to this machine alone."""
+"""Which addresses are reachable from this machine only."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ LOOPBACK_NAMES = ("localhost", "127.0.0.1", "::1")
 
 
 def is_loopback(host: str) -> bool:
-    """Whether `host` names this machine and nobody else reaches it."""
+    """Whether `host` names this machine and cannot be reached from others."""
     try:
         return host == "localhost" or ipaddress.ip_address(host).is_loopback
     except ValueError:

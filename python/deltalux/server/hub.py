@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where pages and engine meet: messages become edits of the one wanted state, events go to all pages."""
+"""Connects pages and engine: messages become edits of one wanted state, events go to all pages."""
 
 from __future__ import annotations
 
@@ -48,13 +48,13 @@ MAX_PAGES = 32
 
 
 class Hub:
-    """The state that all pages share. Its methods belong to the server's event loop.
+    """The state that all pages share. Its methods must be called on the server's event loop.
 
     Parameters
     ----------
     session : Session, handed to the engine by `open`
-    exports : where files go
-    shown : whether values are encoded also while no page is connected, so that the first one has them at once
+    exports : where exported files are written
+    shown : encode values even while no page is connected, so that the first page has them at once
     """
 
     def __init__(self, session: Session, exports: Exports, shown: bool = True) -> None:
@@ -62,10 +62,11 @@ class Hub:
         self._names = Names(list(session.poses), list(session.dim_factors), list(session.reflectances))
         self._reach = Reach(session)
         self._history = History(state_of(session))
-        self._phase = "updating" if session.baked else "empty"  # until the engine says otherwise
+        self._phase = "updating" if session.baked else "empty"  # until the engine reports its phase
         self._pages: set[Page] = set()
         self._values: Values | None = None
-        self._kept: dict[str, dict[str, Any]] = {}  # what a page that comes later is told, by type or subject
+        # messages for pages that connect later, by type or subject
+        self._kept: dict[str, dict[str, Any]] = {}
         self._engine = Engine(session, self._from_engine, shown)
         self._revision = self._engine.first_revision
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -83,23 +84,23 @@ class Hub:
             )
 
     def open(self) -> None:
-        """Start the engine; its events come to the running loop."""
+        """Start the engine; its events are delivered on the running loop."""
         self._loop = asyncio.get_running_loop()
         self._engine.start()
 
     def close(self) -> None:
-        """Stop the engine; blocks until it has."""
+        """Stop the engine; blocks until it has stopped."""
         self._engine.stop()
 
     # ---- pages --------------------------------------------------------------------------------
 
     def connect(self, frames: bool = True) -> Page:
-        """A new page, which is told how things stand; it may do without frames.
+        """Add a page and send it the present state; without `frames` it gets no values.
 
         Raises
         ------
         OptionError
-            Where there are too many.
+            If too many pages are connected.
         """
         if len(self._pages) >= MAX_PAGES:
             raise OptionError(f"view: found {MAX_PAGES} pages connected, expected fewer; close one")
@@ -114,7 +115,7 @@ class Hub:
         return page
 
     def disconnect(self, page: Page) -> None:
-        """Forget a page; what it was dragging rests where it is."""
+        """Remove a page; objects that it was dragging stay where they are."""
         self._pages.discard(page)
         self._show()
         if self._history.dragging:
@@ -125,7 +126,7 @@ class Hub:
         self._engine.show(self._shown or any(page.frames for page in self._pages))
 
     def receive(self, page: Page, text: str) -> None:
-        """Act on a page's message and answer it."""
+        """Process a page's message and answer it."""
         arrival = time.perf_counter()
         try:
             message = parse(text, self._names)
@@ -148,7 +149,7 @@ class Hub:
     # ---- requests -----------------------------------------------------------------------------
 
     def _act(self, page: Page, message: Message) -> bool:
-        """Do what a page asks; return whether the wanted state changed."""
+        """Execute a page's request; return whether the wanted state changed."""
         if isinstance(message, Edit):
             self._edit(page, message)
         elif isinstance(message, EDITS):
@@ -167,7 +168,7 @@ class Hub:
         return True
 
     def _edit(self, page: Page, message: Edit) -> None:
-        """Make all edits of `message` in one step, each as if those before it had been made, or none."""
+        """Make all edits of `message` in one step, or none; each is checked after the ones before it."""
         state = dict(self._history.state)
         changes: dict[Key, Value] = {}
         for edit in message.edits:
@@ -176,7 +177,7 @@ class Hub:
         self._history.edit_together(changes, page)
 
     def _checked(self, message: Message, state: EditState) -> tuple[Key, Value]:
-        """What an edit changes in `state`; OptionError where that cannot be."""
+        """Key and value that an edit sets in `state`; OptionError if the edit is impossible."""
         if isinstance(message, Move):
             _check_present(state, message.name, True, "move")
             self._reach.check(message.name, pose_matrix(message.pose))
@@ -191,7 +192,7 @@ class Hub:
         return ("reflectance", message.material), message.value
 
     def _control(self, page: Page, message: Message) -> None:
-        """Set the engine's budget, give it a task, or stop the one at work."""
+        """Set the engine's budget, give it a task, or stop its present task."""
         if isinstance(message, Budget):
             self._engine.set_budget(message.milliseconds)
             self._broadcast(self._state())
@@ -207,7 +208,7 @@ class Hub:
             self._answer_at_rest(page, message)
 
     def _answer_at_rest(self, page: Page, message: Finish | Read) -> None:
-        """Answer once the light is that of the present state."""
+        """Answer once the light belongs to the present state."""
         if page.asking:
             raise OptionError(f"{message.type}: found one that is not answered yet; wait for its answer")
         page.asking = True
@@ -262,7 +263,7 @@ class Hub:
         }
 
     def _state_changed(self, arrival: float = 0.0) -> None:
-        """Hand the wanted state to the engine and show it to every page."""
+        """Hand the wanted state to the engine and send it to every page."""
         self._revision += 1
         wanted = Wanted(dict(self._history.state), self._revision, self._history.dragging, arrival)
         self._engine.want(wanted)
@@ -278,7 +279,7 @@ class Hub:
     # ---- events of the engine -----------------------------------------------------------------
 
     def _in_loop(self, call: Any, *values: Any) -> None:
-        """Have `call` made in the server's loop; after the loop's end nobody listens."""
+        """Call `call` on the server's event loop, unless the loop has ended."""
         assert self._loop is not None
         if not self._loop.is_closed():
             self._loop.call_soon_threadsafe(call, *values)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Messages from pages: a closed set of types, each checked before anything sees it."""
+"""Messages from pages: a closed set of types; every message is checked before it is used."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from .edits import pose_matrix
 
 MAX_TEXT = 1 << 20  # bytes: some thousands of moves
 MAX_ID = 2**53
-MAX_FACTOR = 1e6  # the engine's own limit
+MAX_FACTOR = 1e6  # the core's own limit
 MAX_BUDGET = 10_000.0  # milliseconds
 
 
 @dataclass(frozen=True)
 class Names:
-    """What messages may refer to."""
+    """Names that messages may refer to."""
 
     movables: Collection[str]
     groups: Collection[str]
@@ -32,16 +32,16 @@ class Names:
 
 @dataclass(frozen=True)
 class Message:
-    """What every request has: the number that its answer repeats."""
+    """Fields of every request: the id that its answer repeats."""
 
     type: ClassVar[str]
-    accepted: ClassVar[bool] = True  # answered as soon as it is understood; else when it is done
+    accepted: ClassVar[bool] = True  # answered as soon as it is understood; otherwise when it is done
     id: int | float
 
 
 @dataclass(frozen=True)
 class Move(Message):
-    """Put an object at a pose."""
+    """Put a movable at a pose."""
 
     type = "move"
     name: str
@@ -51,7 +51,7 @@ class Move(Message):
 
 @dataclass(frozen=True)
 class Remove(Message):
-    """Take a movable away."""
+    """Remove a movable."""
 
     type = "remove"
     name: str
@@ -59,7 +59,7 @@ class Remove(Message):
 
 @dataclass(frozen=True)
 class Add(Message):
-    """Put a movable back."""
+    """Put a removed movable back."""
 
     type = "add"
     name: str
@@ -67,7 +67,7 @@ class Add(Message):
 
 @dataclass(frozen=True)
 class Dim(Message):
-    """Set a light group."""
+    """Set the factor of a light group."""
 
     type = "dim"
     group: str
@@ -77,7 +77,7 @@ class Dim(Message):
 
 @dataclass(frozen=True)
 class Dims(Message):
-    """Set several light groups at once, as one step of the history."""
+    """Set the factors of several light groups in one step of the history."""
 
     type = "dims"
     factors: dict[str, float]
@@ -86,7 +86,7 @@ class Dims(Message):
 
 @dataclass(frozen=True)
 class Reflectance(Message):
-    """Set a reflectance."""
+    """Set the reflectance of a material."""
 
     type = "reflectance"
     material: str
@@ -104,14 +104,14 @@ class Edit(Message):
 
 @dataclass(frozen=True)
 class Undo(Message):
-    """One step back."""
+    """Take the last step back."""
 
     type = "undo"
 
 
 @dataclass(frozen=True)
 class Redo(Message):
-    """One step forth."""
+    """Repeat the step that was taken back last."""
 
     type = "redo"
 
@@ -132,14 +132,14 @@ class Check(Message):
 
 @dataclass(frozen=True)
 class Cancel(Message):
-    """Stop the bake or the check at work."""
+    """Stop the running bake or check."""
 
     type = "cancel"
 
 
 @dataclass(frozen=True)
 class Budget(Message):
-    """Time budget of one update while dragging; None = none."""
+    """Time budget of one update during a drag; None = no limit."""
 
     type = "budget"
     milliseconds: float | None
@@ -156,7 +156,7 @@ class Export(Message):
 
 @dataclass(frozen=True)
 class Finish(Message):
-    """Answer when the light is that of the state, with its digest where that is asked for."""
+    """Answer once the light belongs to the state; with the digest if it is requested."""
 
     type = "finish"
     accepted = False
@@ -165,7 +165,7 @@ class Finish(Message):
 
 @dataclass(frozen=True)
 class Read(Message):
-    """Answer with exact values once the light is that of the state."""
+    """Answer with exact values once the light belongs to the state."""
 
     type = "read"
     accepted = False
@@ -174,7 +174,7 @@ class Read(Message):
 
 @dataclass(frozen=True)
 class Ack:
-    """The frame of that number is on the screen."""
+    """The page has displayed the frame of this number."""
 
     type: ClassVar[str] = "ack"
     seq: int
@@ -188,7 +188,7 @@ REQUESTS = {kind.type: kind for kind in (*EDITS, *_OTHERS)}
 
 
 class BadMessage(OptionError):
-    """A message that cannot be used; `id` is that of the request where it has one."""
+    """A message that cannot be used; `id` is the request's, if it has a valid one."""
 
     def __init__(self, text: str, id_: int | float | None = None) -> None:
         super().__init__(text)
@@ -201,7 +201,7 @@ def parse(text: str, names: Names) -> Message | Ack:
     Raises
     ------
     BadMessage
-        Where it is no JSON object, of unknown type, or has a field too many, too few or wrong.
+        If it is no JSON object, of unknown type, or has a missing, unknown or wrong field.
     """
     data = _json_object(text)
     kind = data.pop("type", None)
@@ -257,7 +257,7 @@ def _is_number(value: Any) -> bool:
 
 
 def _shown(value: Any) -> str:
-    """A value as an error shows it: short."""
+    """A value, shortened for an error message."""
     text = json.dumps(value, default=str)
     return text if len(text) <= 60 else text[:57] + "…"
 
@@ -350,7 +350,7 @@ def _sequence_number(value: Any, _: Names) -> int:
     return value
 
 
-# By field: one name means the same in every message.
+# By field name: a name has the same meaning in every message.
 _READERS: dict[str, Callable[[Any, Names], Any]] = {
     "id": lambda value, names: _number(value, -MAX_ID, MAX_ID, "id"),
     "name": lambda value, names: _one_of(value, names.movables, "name"),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One connected page: what waits to be sent to it, coalesced, and what is on the way."""
+"""One connected page: messages that wait to be sent, merged where possible, and frames in flight."""
 
 from __future__ import annotations
 
@@ -11,25 +11,26 @@ from typing import Any
 from .frames import frame_bytes
 from .values import Values
 
-IN_FLIGHT = 2  # frames that the page has not acknowledged
-MAX_WAITING = 1000  # answers that a page does not fetch
-LATEST_ONLY = ("state", "progress", "frame", "unreached")  # a newer one takes the place of one that waits
+IN_FLIGHT = 2  # frames sent that the page has not acknowledged yet
+MAX_WAITING = 1000  # messages that may wait for a page that does not receive them
+# a newer message replaces a waiting one of the same type
+LATEST_ONLY = ("state", "progress", "frame", "unreached")
 
 
 class Page:
-    """Texts and values for one page.
+    """Messages and values for one page.
 
-    A page that stalls costs nothing: of the light only the newest state is kept, and a frame holds the
-    difference between that and what the page has.
+    A page that stalls costs no memory: only the newest values are kept, and a frame holds their difference
+    to the values that the page has.
 
     Parameters
     ----------
-    frames : it wants frames; programs that read exact values do not
+    frames : whether the page wants frames; programs that read exact values do not
     """
 
     def __init__(self, frames: bool = True) -> None:
         self.frames = frames
-        self.asking = False  # it waits for `answer`
+        self.asking = False  # whether the page waits for `answer`
         self._answer: str | bytes | None = None
         self._texts: dict[object, dict[str, Any]] = {}  # in the order of sending
         self._latest: Values | None = None
@@ -46,30 +47,30 @@ class Page:
         self._something.set()
 
     def answer(self, data: str | bytes) -> None:
-        """Queue the answer to the one request that waits until the light is that of the state."""
+        """Queue the answer to the one request that waits until the light belongs to the state."""
         self._answer = data
         self._something.set()
 
     def offer(self, values: Values) -> None:
-        """Let these be the values to send next."""
+        """Make these the values to send next."""
         if not self.frames:
             return
         self._latest = values
         self._something.set()
 
     def acknowledge(self, seq: int) -> None:
-        """The page shows frame `seq`, and has thereby taken those before it."""
+        """Record that the page shows frame `seq`, and so has received those before it."""
         if self._acknowledged < seq <= self._seq:
             self._acknowledged = seq
             self._something.set()
 
     @property
     def overflows(self) -> bool:
-        """Whether it asks and asks without fetching the answers."""
+        """Whether the page sends requests without receiving the answers."""
         return len(self._texts) > MAX_WAITING
 
     def next_answer(self) -> str | bytes | None:
-        """The answer to send now; from then on the page may ask again."""
+        """The answer to send now; afterwards the page may send another request."""
         data, self._answer = self._answer, None
         self.asking = self.asking and data is None
         return data
@@ -93,7 +94,7 @@ class Page:
     async def send_all(
         self, send_text: Callable[[str], Awaitable[None]], send_bytes: Callable[[bytes], Awaitable[None]]
     ) -> None:
-        """Send whatever there is, texts first, until the connection ends."""
+        """Send everything that waits, texts first, until the connection ends."""
         while True:
             await self._something.wait()
             self._something.clear()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Coarse light while the first bake runs: throw-away sessions with few paths over plain discs."""
+"""Previews during the first bake: temporary sessions with few paths and unclipped discs."""
 
 from __future__ import annotations
 
@@ -10,16 +10,18 @@ from deltalux.session import Session
 from .edits import EditState, differences, queue_edit
 from .progress import TaskProgress, shares_of
 
-COARSER = ((100, 0.035), (10, 0.09))  # times fewer paths, and the share of the whole time at its end
-OF_RAYS = 5  # times the paths, where each tells the rays what many would tell discs
-FEWEST = 1000  # paths; less shows nothing
+# divisor of the number of paths, and share of the whole time at the preview's end
+COARSER = ((100, 0.035), (10, 0.09))
+# factor on the paths for sessions that gather: their number of paths is chosen for rays, and discs need more
+OF_RAYS = 5
+FEWEST = 1000  # paths; with fewer a preview shows nothing useful
 
 
 def previews(session: Session, wanted: EditState, progress: TaskProgress) -> Iterator[Session]:
-    """Bake coarse sessions in the wanted state, each closed when the next one is asked for.
+    """Bake coarse sessions in the wanted state; each is closed when the next one is requested.
 
-    The discs of the default are clipped to what their centres reach, which takes half of a bake; a
-    preview counts whole discs.
+    By default, discs are clipped to what is visible from their centres, which takes half of a bake; a
+    preview uses whole discs.
 
     Afterwards `progress` is set for the real bake.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Progress of a long task as pages see it: one fraction and a time to the end, a few times a second."""
+"""Progress of a long task for pages: one fraction and a remaining time, a few times a second."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 INTERVAL = 0.1  # seconds between two messages
-FORESEEABLE = 0.02  # of the task; before that, nobody knows how long it takes
+FORESEEABLE = 0.02  # share of the task; before it, the remaining time cannot be estimated
 
-# Share of each stage in the time of the whole, as measured on the bundled scenes at default settings.
+# Share of each stage in the total time, measured on the bundled scenes at default settings.
 _OF_DISCS = {
     "bake": {"disc radii": 0.02, "discs": 0.52, "trace paths": 0.38, "direct light": 0.08},
     "check": {"trace paths": 0.87, "direct light": 0.13},
@@ -34,12 +34,12 @@ def shares_of(task: str, options: Mapping[str, Any]) -> Mapping[str, float]:
 
 
 class TaskProgress:
-    """Progress callback of one task; its return value stops the work that calls it.
+    """Progress callback of one task; returns False to stop the work.
 
     Parameters
     ----------
     task : "bake", "check" or "export"
-    tell : takes each message
+    tell : receives each message
     stopped : whether the task was cancelled
     """
 
@@ -54,11 +54,11 @@ class TaskProgress:
         self._fraction = 0.0
 
     def part(self, low: float, high: float, shares: Mapping[str, float]) -> None:
-        """What follows takes the progress from `low` to `high`, in stages of these shares."""
+        """Set the range of progress that the next work covers, and the shares of its stages."""
         self._low, self._high, self._shares = low, high, shares
 
     def __call__(self, stage: str, fraction: float) -> bool:
-        """Report; return whether to go on."""
+        """Report progress; return whether to continue."""
         now = time.monotonic()
         if now >= self._next and stage:
             self._next = now + INTERVAL
@@ -78,7 +78,7 @@ class TaskProgress:
         return not self._stopped()
 
     def _total(self, stage: str, fraction: float) -> float:
-        """Share of the task that is done; stages without a share take no time worth showing."""
+        """Share of the task that is done; stages without a share count as taking no time."""
         before = 0.0
         for name, share in self._shares.items():
             if name == stage:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A server in a thread of its own: started, with an address, and stopped cleanly."""
+"""A server in a thread of its own."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from .messages import MAX_TEXT
 PAGE = Path(__file__).parent.parent / "viewer"
 
 
-# What uvicorn logs as an error after each answer of 403, though it did what it should.
+# uvicorn logs this as an error after each answer of 403, although the answer was intended.
 REFUSAL_OF_THE_LIBRARY = "ASGI callable returned without completing handshake."
 
 
 def _is_worth_a_line(record: logging.LogRecord) -> bool:
-    """Texts that are no UTF-8 close their connection (1007); uvicorn would print a traceback for each."""
+    """Whether to log a record: not refusals, nor tracebacks of texts that are not UTF-8 (close code 1007)."""
     if record.getMessage() == REFUSAL_OF_THE_LIBRARY:
         return False
     return not (record.exc_info and isinstance(record.exc_info[1], UnicodeDecodeError))
@@ -42,12 +42,12 @@ class Server:
     Parameters
     ----------
     session : Session
-        The server's alone until `close` has returned.
-    host, port : where to listen; port 0 = a free one
-    folder : where pages may export to, None = nowhere
-    page : folder of the page's static files; None = the package's
-    shown : it is for pages first; else values are encoded for them only while one is there, and samples
-        that are on no display mesh have no page
+        Only the server may use it until `close` has returned.
+    host, port : address to listen on; port 0 = a free one
+    folder : where pages may export to; None = exports are refused
+    page : folder of the page's static files; None = the package's own
+    shown : the server is mainly for pages; otherwise values are encoded only while a page is connected, and
+        there is no page if the samples are on no display mesh
 
     Raises
     ------
@@ -94,8 +94,8 @@ class Server:
                 timeout_graceful_shutdown=2,
             )
         )
-        logging.getLogger("uvicorn.error").addFilter(_is_worth_a_line)  # of one function once
-        # An event, because Ctrl-C in Thread.join() makes Python 3.11 take the thread for ended.
+        logging.getLogger("uvicorn.error").addFilter(_is_worth_a_line)  # the same function is added only once
+        # An event, because Ctrl-C during Thread.join() makes Python 3.11 believe that the thread has ended.
         self._ended = threading.Event()
         threading.Thread(target=self._run, name="deltalux-server", daemon=True).start()
 
@@ -117,7 +117,7 @@ class Server:
 
     @property
     def places(self) -> dict[str, Any]:
-        """Where what is, for programs."""
+        """Addresses of the server's parts, for programs."""
         return {
             "address": self.url,
             "websocket": f"ws://{self._authority}/ws?token={self.token}",
@@ -127,11 +127,11 @@ class Server:
         }
 
     def wait(self, seconds: float | None = None) -> None:
-        """Block until the server has stopped, or for some time."""
+        """Block until the server has stopped, or for at most `seconds`."""
         self._ended.wait(seconds)
 
     def close(self) -> None:
-        """Stop engine and server; whatever was at work is cancelled, the session stays valid."""
+        """Stop engine and server; the present task is cancelled, and the session stays valid."""
         self._server.should_exit = True
         self._ended.wait()
 
@@ -153,7 +153,7 @@ def _listen(host: str, port: int) -> socket.socket:
     try:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listener.bind((host, port))
-        listener.listen()  # from now on connections wait until the server takes them
+        listener.listen()  # from now on connections wait until the server accepts them
     except OSError as error:
         listener.close()
         raise OSError(error.errno, f"{error.strerror}; choose another --port", f"{host}:{port}") from None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Values as pages get them: half floats with a common scale."""
+"""Values in the form that pages receive: half floats with a common scale."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ LEAST, MOST = 2.0**6, 65504.0  # and what it may become before a new scale is wo
 class Values:
     """One state of the light, encoded.
 
-    Parameters
+    rows : (n,) uint64, one per vertex: R, G, B and the photopic standard error as float16
     ----------
     rows : (n,) uint64, one for each vertex; it holds R, G, B and the photopic standard error as float16
-    scale : a power of two that all values were multiplied by
-    revision : of the wanted state that they belong to
-    preview : they come from a coarse bake
-    rest : the light of the revision is complete, and nothing is being dragged
+    scale : power of two by which all values are multiplied
+    revision : revision of the wanted state that they belong to
+    preview : whether they come from a coarse bake
+    rest : whether the light of the revision is complete, and nothing is being dragged
     """
 
     rows: np.ndarray
@@ -41,9 +41,9 @@ class Values:
 
 @dataclass(frozen=True, eq=False)
 class VertexFill:
-    """What the vertices of a display mesh show: light of their samples, filled in at rims.
+    """Computes values at the vertices of a display mesh from its samples, and fills them in at rims.
 
-    `beyond` : (d, 3) or None, of `Session.direct_beyond_samples`
+    `beyond` : (d, 3) or None, the value of `Session.direct_beyond_samples`
     """
 
     display: DisplayMesh
@@ -51,15 +51,15 @@ class VertexFill:
     beyond: np.ndarray | None = None
 
     def __call__(self, values: np.ndarray) -> np.ndarray:
-        """(n, c) of the vertices, a copy, from (s, c) of the samples."""
+        """Values (n, c) at the vertices, a copy, from values (s, c) of the samples."""
         return self.fill(add_detail(self.display.at_vertices(values).copy(), self.display, self.beyond))
 
 
 def fill_of(session: Session) -> VertexFill:
-    """How vertices show the light of samples; those at the rim of covered ones whatever the movables' poses.
+    """How vertices show the light of samples; the rims of covered samples do not depend on movables' poses.
 
-    Static samples are judged among static surfaces, those of a movable on the movable alone. Pictures decide
-    this anew for each pose, which takes a second on large scenes.
+    Samples count as covered by static surfaces if they are static, and by their own movable otherwise.
+    Pictures determine this for each pose, which takes a second on large scenes.
     """
     display = session.samples.display
     assert display is not None
@@ -69,21 +69,21 @@ def fill_of(session: Session) -> VertexFill:
 
 
 class Encoder:
-    """Turns irradiance and standard errors of samples into `Values`; keeps the scale while it fits."""
+    """Encodes irradiance and standard errors of samples as `Values`; keeps the scale while it fits."""
 
     def __init__(self, fill: Callable[[np.ndarray], np.ndarray]) -> None:
         self._fill = fill
         self._scale = 1.0
 
     def use(self, fill: Callable[[np.ndarray], np.ndarray]) -> None:
-        """From now on."""
+        """Use this fill from now on."""
         self._fill = fill
 
     def encode(self, values: np.ndarray, revision: int, *, preview: bool, rest: bool) -> Values:
         """Encode the (s, 4) values of `Session.read_packed`."""
         values = self._fill(values)
         self._choose_scale(float(values.max(initial=0.0)))
-        values *= np.float32(self._scale)  # they are a copy
+        values *= np.float32(self._scale)  # in place: they are a copy
         rows = values.astype("<f2").view("<u8").ravel()
         rows.setflags(write=False)
         return Values(rows, self._scale, revision, preview, rest)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`dl.view`: a session in the browser, or in a cell of a notebook."""
+"""`dl.view`: shows a session in the browser, or in a cell of a notebook."""
 
 from __future__ import annotations
 
@@ -16,33 +16,33 @@ from deltalux.session import Session
 
 from .extra import check_extra
 
-HEIGHT = 640  # pixels of a cell's frame
+HEIGHT = 640  # pixels, height of the frame in a cell
 
 
 class View:
-    """A session that is being shown; in a notebook it is the page itself.
+    """A session that is being shown; a notebook displays it as the page itself.
 
     Parameters
     ----------
-    server : what serves it
+    server : the server of the session
     """
 
     def __init__(self, server: Any) -> None:
         self._server = server
-        atexit.register(self.close)  # no thread may be inside the engine when the interpreter ends
+        atexit.register(self.close)  # no thread may be inside the core when the interpreter ends
 
     @property
     def url(self) -> str:
-        """The page's address; whoever knows it can edit the session."""
+        """Address of the page; whoever knows it can edit the session."""
         return self._server.url
 
     @property
     def places(self) -> dict[str, Any]:
-        """For programs: `address`, `websocket`, `token`, `port`, and `page`, whether there is one."""
+        """For programs: `address`, `websocket`, `token`, `port`, and `page`: whether there is a page."""
         return self._server.places
 
     def close(self) -> None:
-        """Stop serving; from now on the session is its owner's again, in the state that was reached."""
+        """Stop serving; the caller may then use the session again, in the state that it reached."""
         atexit.unregister(self.close)
         self._server.close()
 
@@ -79,37 +79,37 @@ def view(
     open_browser: bool = True,
     block: bool | None = None,
 ) -> View:
-    """Show a session in the browser: drag objects, and the light follows.
+    """Show a session in the browser; when objects are dragged there, the light follows.
 
     The page edits the session itself. Until the view is closed, nobody else may use the session.
 
     Parameters
     ----------
     what : Session, or Scene
-        A session without light is baked first, with progress and previews; a scene gets a session with
-        the default options.
-    host, port : where to listen. Everybody who can reach the host and knows the address can edit the
-        session and write into `folder`; the default is for this machine only. Port 0 takes a free one.
-    folder : where the page may export to; None = nowhere
+        A session without light is baked first, with progress and previews; for a scene, a session with
+        the default options is made.
+    host, port : address to listen on. Everybody who can reach the host and knows the page's address can edit
+        the session and write into `folder`; by default only this machine can. Port 0 = a free one.
+    folder : where the page may export to; None = exports are refused
     open_browser : bool
-    block : wait for Ctrl-C, then close; None = unless in a notebook
+    block : wait for Ctrl-C, then close; None = yes, except in a notebook
 
     Returns
     -------
     View
-        With `url` and `close()`; in a notebook it shows the page.
+        With `url` and `close()`; a notebook displays the page.
 
     Raises
     ------
     Error
-        Where the extra is not installed.
+        If the extra is not installed.
     OptionError
         For samples that are not on the scene's display mesh (`Samples.on_vertices`).
     """
     check_extra("view")
     if not isinstance(what, (Session, Scene)):
         raise OptionError(f"view: found {type(what).__name__}, expected a Session or a Scene")
-    from .serving import Server  # wants the extra
+    from .serving import Server  # requires the extra
 
     session = Session(what) if isinstance(what, Scene) else what
     shown = View(Server(session, host, port, folder))
@@ -128,15 +128,15 @@ def serve(
     port: int = 0,
     folder: str | os.PathLike[str] | None = None,
 ) -> View:
-    """Serve a session to programs, here or in other processes: see `connect`.
+    """Serve a session to programs in this or other processes: see `connect`.
 
-    It is the viewer's server without a browser: where the samples are on the scene's display mesh, the page
-    is at its address. Until it is closed, nobody else may use the session.
+    This is the viewer's server without opening a browser: if the samples are on the scene's display mesh, the
+    page is available, too. Until the server is closed, nobody else may use the session.
 
     Parameters
     ----------
     session : Session
-        One without light is baked first.
+        A session without light is baked first.
     host, port, folder : see `view`
 
     Returns
@@ -147,20 +147,20 @@ def serve(
     Raises
     ------
     Error
-        Where the extra is not installed.
+        If the extra is not installed.
     OptionError, OSError
         For a host, port or folder that cannot be used.
     """
     check_extra("serve")
     if not isinstance(session, Session):
         raise OptionError(f"serve: found {type(session).__name__}, expected a Session")
-    from .serving import Server  # wants the extra
+    from .serving import Server  # requires the extra
 
     return View(Server(session, host, port, folder, shown=False))
 
 
 def _in_notebook() -> bool:
-    """Whether an IPython kernel runs this, that is, cells show what they return."""
+    """Whether an IPython kernel runs this code, so that cells display their results."""
     shell = sys.modules.get("IPython")
     running = shell and shell.get_ipython()
     return running is not None and hasattr(running, "kernel")
