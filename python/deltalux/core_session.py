@@ -10,11 +10,11 @@ import numpy as np
 from . import _core
 from .errors import OptionError
 from .estimate.inputs import SEGMENT_ENDS, check_choice
-from .flatten import FlatScene
-from .frame import is_lost, place_slack
 from .memory import available_memory
 from .samples import Samples
 from .scene import Mesh, Scene
+from .scene.flatten import FlatScene
+from .scene.frame import is_lost, place_slack
 from .segments import check_bounces, check_integer, check_paths, check_seed, check_threads
 
 DIRECT_MODES = ("auto", "paths", "sampled")

@@ -13,8 +13,8 @@ from .archive import ArchiveReader
 from .core_session import SessionOptions
 from .errors import FormatError
 from .fields import Fields
-from .flatten import flatten
 from .scene import Scene
+from .scene.flatten import flatten
 from .snapshot import CORE, index_fields, made_by, reading
 from .stored_samples import FIELDS as SAMPLE_FIELDS
 from .stored_scene import FIELDS as SCENE_FIELDS

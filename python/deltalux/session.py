@@ -12,12 +12,12 @@ from . import _core, core_session, snapshot
 from .calls import Calls, long_call, short_call
 from .core_session import SessionOptions
 from .errors import OptionError
-from .flatten import flatten
-from .interpolation import Interpolators
 from .planning import Plan, machine_constants, read_plan
 from .results import Frame, Result
 from .samples import Samples
+from .samples.interpolation import Interpolators
 from .scene import Mesh, Scene, rigid_pose
+from .scene.flatten import flatten
 from .segments import MAX_BOUNCES, Progress
 from .session_places import SessionPlaces
 from .units import PHOTOPIC_WEIGHTS

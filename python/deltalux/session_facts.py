@@ -9,11 +9,11 @@ import numpy as np
 
 from .calls import Calls, short_call
 from .core_session import SessionOptions
-from .display_mesh import in_world
 from .errors import OptionError
-from .flatten import FlatScene
+from .mesh.display_mesh import in_world
 from .samples import Samples
 from .scene import Scene
+from .scene.flatten import FlatScene
 
 
 class SessionFacts:

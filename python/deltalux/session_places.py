@@ -9,13 +9,13 @@ from numpy.typing import ArrayLike
 from . import core_session, memory
 from .calls import long_call
 from .errors import OptionError
-from .interpolation import Interpolator, Interpolators
+from .mesh.shadow_detail import detail_length, refined_at_shadows
+from .mesh.vertex_light import add_detail
 from .samples import Samples
+from .samples.interpolation import Interpolator, Interpolators
 from .segments import Progress
 from .session_facts import SessionFacts
-from .shadow_detail import detail_length, refined_at_shadows
 from .units import PHOTOPIC_WEIGHTS
-from .vertex_light import add_detail
 
 
 class SessionPlaces(SessionFacts):

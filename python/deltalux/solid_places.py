@@ -7,10 +7,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .display_mesh import BACK, BOTH, FRONT
-from .lit_sides import lit_sides
+from .mesh.display_mesh import BACK, BOTH, FRONT
+from .mesh.surfaces import NOTHING, core_caster
+from .samples.lit_sides import lit_sides
 from .scene import Scene
-from .surfaces import NOTHING, core_caster
 from .vectors import normals_by_area
 
 DIRECTIONS = 64
@@ -23,7 +23,7 @@ def inside_solids(scene: Scene, points: np.ndarray) -> np.ndarray:
     """Whether points lie inside of or behind something, where most of what they see are unlit sides.
 
     Closed meshes are not needed, nor fronts that face outwards: which sides light reaches is found by a
-    pilot of light paths (`deltalux.lit_sides`). In a scene without light no point is inside.
+    pilot of light paths (`deltalux.samples.lit_sides`). In a scene without light no point is inside.
 
     Parameters
     ----------

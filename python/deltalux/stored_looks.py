@@ -10,8 +10,8 @@ from typing import Any
 from .archive import ArchiveReader, ArchiveWriter
 from .errors import FormatError
 from .fields import Fields
-from .look import MOST, WRAPS, Look, Texture
 from .scene import Material, Mesh, Scene
+from .scene.look import MOST, WRAPS, Look, Texture
 
 FIELDS = ("images", "textures", "materials", "meshes")
 _TEXTURE = ("image", "mean", "wrap", "mag_filter", "min_filter", "offset", "rotation", "scale")

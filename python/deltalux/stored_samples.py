@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from .archive import ArchiveReader, ArchiveWriter
-from .display_mesh import DisplayMesh, Refinement
 from .errors import FormatError
 from .fields import Fields
-from .samples import MAX_GRID_POINTS, Samples
+from .mesh.display_mesh import DisplayMesh, Refinement
+from .mesh.sharing import NEIGHBOURS, Sharing
+from .samples.samples import MAX_GRID_POINTS, Samples
 from .scene import Scene
-from .sharing import NEIGHBOURS, Sharing
 from .units import FARTHEST
 
 FIELDS = ("attached", "grid_shape", "grid_holes", "spacing", "display_spacing", "sharing", "detail")

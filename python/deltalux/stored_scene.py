@@ -9,12 +9,10 @@ from typing import Any
 import numpy as np
 
 from .archive import ArchiveReader, ArchiveWriter
-from .cameras import Camera
 from .errors import FormatError
 from .fields import Fields
-from .lights import KINDS, NUMBER, Light
-from .nodes import Node
-from .scene import Material, Mesh, Scene
+from .scene import Camera, Material, Mesh, Node, Scene
+from .scene.lights import KINDS, NUMBER, Light
 from .stored_looks import FIELDS as LOOK_FIELDS
 from .stored_looks import pack_looks, unpack_looks, write_looks
 from .units import FARTHEST

@@ -73,7 +73,7 @@ def test_recipes_name_what_there_is() -> None:
         ("python/deltalux/session.py", "Session.move", True),
         ("python/deltalux/session.py", "Session.moved", False),
         ("python/deltalux/session.py", "Session.pose_matrix", False),
-        ("python/deltalux/flatten.py", "flatten", True),
+        ("python/deltalux/scene/flatten.py", "flatten", True),
         ("python/deltalux/session.py", "flatten", False),  # imported there
         ("viewer/src/remoteSession.ts", "RemoteSession.drag", True),
         ("viewer/src/remoteSession.ts", "RemoteSession.send", False),  # of another class

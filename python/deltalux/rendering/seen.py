@@ -7,9 +7,9 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from deltalux.cameras import Camera
+from deltalux.mesh.surfaces import Surfaces
 from deltalux.outputs.view import BATCH, camera_rays
-from deltalux.surfaces import Surfaces
+from deltalux.scene import Camera
 
 SAME_NORMAL = 0.9  # cosine between the normals of places that lend each other light
 OFF_PLANE = 0.15  # of their distance, how far one may lie off the other's plane

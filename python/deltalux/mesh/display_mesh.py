@@ -9,14 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from . import _core
+from deltalux import _core
+from deltalux.errors import OptionError, SceneError
+from deltalux.scene import Scene
+from deltalux.units import FARTHEST
+
 from .contact_cuts import cut_at_contacts
-from .errors import OptionError, SceneError
-from .scene import Scene
 from .sharing import Sharing
 from .smoothing import smooth_vertices
 from .subdivision import TooManyPoints, count_halved_edges, split_long_edges
-from .units import FARTHEST
 
 FRONT, BACK, BOTH = 1, 2, 3
 

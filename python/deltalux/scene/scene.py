@@ -10,16 +10,17 @@ from typing import Any
 
 import numpy as np
 
+from deltalux.errors import OptionError, SceneError
+from deltalux.units import UNITS, photopic
+from deltalux.vectors import triangle_areas
+
 from .arrays import frozen_array
 from .cameras import Camera
-from .errors import OptionError, SceneError
 from .frame import SceneFrame, coarse_places, scene_frame
 from .lights import Light
 from .look import PLAIN, Look, checked_coordinates
 from .naming import candidates, chosen
 from .nodes import Node
-from .units import UNITS, photopic
-from .vectors import triangle_areas
 
 MAX_GROUPS = 8  # sums are kept per group up to this many (API: "Group")
 

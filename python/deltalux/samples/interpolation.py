@@ -8,8 +8,8 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from scipy.spatial import cKDTree
 
-from .display_mesh import in_world
-from .errors import OptionError
+from deltalux.errors import OptionError
+from deltalux.mesh.display_mesh import in_world
 
 NEIGHBOURS = 8
 LIFT = 0.02  # of the reach: how far above the surfaces visibility is asked

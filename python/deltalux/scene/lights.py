@@ -9,10 +9,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from deltalux.errors import SceneError
+from deltalux.units import photopic
+from deltalux.vectors import unit, versine
+
 from .arrays import frozen_array
-from .errors import SceneError
-from .units import photopic
-from .vectors import unit, versine
 
 MIN_CONE = 1e-5  # half angle of a spot, radians; single precision turns directions by 1e-7
 NUMBER, VECTOR = (), (3,)  # shapes of what a light keeps

@@ -7,12 +7,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from . import _core
-from .errors import SceneError
+from deltalux import _core
+from deltalux.errors import SceneError
+from deltalux.units import FARTHEST
+
 from .frame import coarse_places, local_origin
 from .lights import Light
 from .scene import Mesh, Scene
-from .units import FARTHEST
 
 _STRONGEST = 1e30  # of what the scene's unit measures: room for what lies close by, and for what adds up
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .errors import SceneError
+from deltalux.errors import SceneError
 
 
 def frozen_array(values: Any, dtype: Any, shape: tuple[int, ...], what: str) -> np.ndarray:

@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from . import _core
+from deltalux import _core
+from deltalux.scene import Scene
+
 from .covered_places import Cover
 from .display_mesh import DisplayMesh, Poses
-from .scene import Scene
 
 NOTHING = 0xFFFFFFFF
 # Front and back of one sheet are two triangles in one place; their distances differ by rounding.

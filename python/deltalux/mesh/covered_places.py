@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from . import _core
+from deltalux import _core
 
 LIFT = 1e-3  # of the spacing; where a ray leaves the surface
 CONTACT = 0.1  # of the spacing; a gap this narrow counts as closed

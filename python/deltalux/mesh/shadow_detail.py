@@ -8,16 +8,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from . import _core
+from deltalux import _core
+from deltalux.errors import OptionError
+from deltalux.scene import Scene, replace_scene
+from deltalux.scene.flatten import flatten
+from deltalux.units import FARTHEST, PHOTOPIC_WEIGHTS
+from deltalux.vectors import same_places, unit
+
 from .display_mesh import DisplayMesh, Refinement
-from .errors import OptionError
-from .flatten import flatten
-from .scene import Scene, replace_scene
 from .sharing import NEIGHBOURS, Sharing
 from .smoothing import INSET_OF_SPACING
 from .subdivision import split_marked
-from .units import FARTHEST, PHOTOPIC_WEIGHTS
-from .vectors import same_places, unit
 
 SEED = 20070613  # of the shadow rays that decide; sessions may have any
 OF_SPACING = 0.25  # default of the smallest detail

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .errors import SceneError
+from deltalux.errors import SceneError
 
 SIGNATURES = {b"\x89PNG\r\n\x1a\n": "image/png", b"\xff\xd8\xff": "image/jpeg"}
 WRAPS = (10497, 33071, 33648)  # glTF's numbers, which are OpenGL's: repeat, clamp, mirror

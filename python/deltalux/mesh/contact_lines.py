@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import _core
-from .vectors import normals_by_area, unit
+from deltalux import _core
+from deltalux.vectors import normals_by_area, unit
 
 MOST_PER_TRIANGLE = 12  # lines; longer ones first
 IRRATIONAL = np.array([np.sqrt(0.2), np.sqrt(0.3), np.sqrt(0.5)])  # a direction like no other

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from deltalux.vectors import normals_by_area, same_places, unit
+
 from .contact_lines import ContactLines
 from .subdivision import split_marked
-from .vectors import normals_by_area, same_places, unit
 
 ROUNDS = 24  # of one cut through each triangle
 

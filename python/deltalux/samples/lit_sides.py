@@ -12,12 +12,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from .display_mesh import BACK, BOTH, COPLANAR_ANGLE, FRONT, weld
-from .scene import Mesh, Scene, replace_scene
-from .segments import landings, uniform_lines
-from .smoothing import shared_edges, smoothing_groups
-from .surfaces import NOTHING, core_caster
-from .vectors import normals_by_area
+from deltalux.mesh.display_mesh import BACK, BOTH, COPLANAR_ANGLE, FRONT, weld
+from deltalux.mesh.smoothing import shared_edges, smoothing_groups
+from deltalux.mesh.surfaces import NOTHING, core_caster
+from deltalux.scene import Mesh, Scene, replace_scene
+from deltalux.segments import landings, uniform_lines
+from deltalux.vectors import normals_by_area
 
 SEED = 20070612  # the pilot's own; sessions may have any
 PATHS_PER_TRIANGLE = 200

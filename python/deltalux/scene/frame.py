@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .errors import SceneError
-from .units import FARTHEST
+from deltalux.errors import SceneError
+from deltalux.units import FARTHEST
 
 FAR = 2.0  # radii from the origin: the scene gets an origin of its own
 FAR_LOCAL = 256.0  # the same of a movable's own space

@@ -9,9 +9,9 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.spatial import cKDTree
 
-from . import _core
-from .display_mesh import DisplayMesh
-from .sharing import NEIGHBOURS, Sharing
+from deltalux import _core
+from deltalux.mesh.display_mesh import DisplayMesh
+from deltalux.mesh.sharing import NEIGHBOURS, Sharing
 
 MOST_SAMPLES = 60_000  # where vertices may share: what refinement adds to a plain room is less
 FARTHEST = 0.5  # of the spacing, edge of the cubes whose vertices share one sample

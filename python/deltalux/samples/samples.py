@@ -9,15 +9,16 @@ from typing import Any
 
 import numpy as np
 
+from deltalux.errors import OptionError
+from deltalux.mesh.display_mesh import BOTH, DisplayMesh, refine
+from deltalux.mesh.shadow_detail import with_detail
+from deltalux.scene import Scene
+from deltalux.units import FARTHEST
+from deltalux.vectors import unit
+
 from .clearance import Clearance
-from .display_mesh import BOTH, DisplayMesh, refine
-from .errors import OptionError
 from .lit_sides import lit_sides
-from .scene import Scene
-from .shadow_detail import with_detail
 from .shared_samples import shared
-from .units import FARTHEST
-from .vectors import unit
 
 SIDES = ("auto", "front", "both")
 MAX_GRID_POINTS = 50_000_000

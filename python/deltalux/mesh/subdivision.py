@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from . import _core
+from deltalux import _core
 
 # An edge whose length is the limit but for rounding must not be split on one side only,
 # where two meshes reach the same end points through different poses.

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from . import _core
+from deltalux import _core
 
 INSET_OF_SPACING = 0.15
 INSET_OF_HEIGHT = 0.4

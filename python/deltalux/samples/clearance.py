@@ -8,9 +8,9 @@ from itertools import product
 
 import numpy as np
 
-from .display_mesh import DisplayMesh
-from .scene import Scene
-from .surfaces import Surfaces
+from deltalux.mesh.display_mesh import DisplayMesh
+from deltalux.mesh.surfaces import Surfaces
+from deltalux.scene import Scene
 
 TOWARDS_MIDDLE = (0.5, 1.0)  # where open places are looked for: from the vertex to a triangle's middle
 MAX_FACES = 8  # triangles around a vertex that are tried

@@ -7,12 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from . import _core
+from deltalux import _core
+from deltalux.vectors import same_places, unit
+
 from .contact_lines import contact_lines
 from .contact_sides import open_sides
 from .covered_places import Cover
 from .line_splitting import CutMesh, split_along
-from .vectors import same_places, unit
 
 SMALLEST = 0.5  # of the spacing, longest edge of triangles that are cut; light reaches no farther in others
 
