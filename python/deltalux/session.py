@@ -11,14 +11,14 @@ import numpy as np
 from . import _core, core_session, snapshot
 from .calls import Calls, long_call, short_call
 from .core_session import SessionOptions
-from .errors import OptionError
+from .errors import FormatError, OptionError
 from .planning import Plan, machine_constants, read_plan
 from .results import Frame, Result
 from .samples import Samples
 from .samples.interpolation import Interpolators
 from .scene import Mesh, Scene, rigid_pose
 from .scene.flatten import flatten
-from .segments import MAX_BOUNCES, Progress
+from .segments import MAX_BOUNCES, Progress, check_threads
 from .session_places import SessionPlaces
 from .units import PHOTOPIC_WEIGHTS
 
@@ -400,7 +400,21 @@ class Session(SessionPlaces):
             self._finish()
         else:
             self._apply_at_once()
-        snapshot.write(Path(path), self, command)
+        self._write(Path(path), command)
+
+    def _write(self, path: Path, command: str = "Session.save") -> None:
+        """Write the present state, work that waits included."""
+        reflectances = [self._reflectances[m.name] for m in self.scene.materials]
+        stored = snapshot.StoredSession(
+            self.scene,
+            self.samples,
+            self._options,
+            self.baked,
+            np.array(reflectances, np.float64).reshape(-1, 3),
+            self._built_by,
+            self.made_by,
+        )
+        snapshot.write(path, stored, self._session(), command, self.progress)
 
     @classmethod
     def open(
@@ -413,7 +427,34 @@ class Session(SessionPlaces):
         FormatError
             For a file that is missing, truncated, foreign or of another version.
         """
-        return snapshot.read(Path(path), cls, threads, progress)
+        check_threads(threads)
+        with snapshot.opened(Path(path), progress) as file:
+            options = file.stored.options.copy()
+            if threads is not None:
+                options["threads"] = threads
+            session = cls(file.stored.scene, file.stored.samples, progress=file.progress, **options)
+            session._restore(file.stored, file.core_arrays)
+        session.progress = progress
+        return session
+
+    def _restore(self, stored: snapshot.StoredSession, arrays: snapshot.CoreArrays) -> None:
+        """Take over the light and the state that a file holds."""
+        self._prepare_choice()
+        core = self._session()
+        core.restore(arrays, self.progress)
+        if core.baked != stored.baked:
+            raise FormatError("found light in one of index and arrays only")
+        state = core_session.present_state(core, self._flat)
+        if not np.array_equal(stored.reflectances.astype(np.float32), state.reflectances):
+            raise FormatError("found other reflectances in the index than in the arrays")
+        names = [m.name for m in self.scene.materials]
+        self._poses, self._removed, self._factors = state.poses, state.removed, state.factors
+        self._reflectances = dict(zip(names, map(tuple, stored.reflectances.tolist()), strict=True))
+        self._box = core.world() + self._flat.origin
+        self.made_by, self._built_by = stored.made_by, stored.built_by
+        present_build = core.description()
+        if self._built_by not in (None, present_build):
+            self.foreign_build = f"{self._built_by}; this is {present_build}"
 
     def _repr_html_(self) -> str:
         return self.result._repr_html_() if self.baked else f"<p>{self!r}</p>"

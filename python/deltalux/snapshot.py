@@ -6,8 +6,9 @@ from __future__ import annotations
 import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,15 +17,14 @@ from .core_session import SessionOptions
 from .errors import Cancelled, FormatError, OptionError, SceneError
 from .fields import Fields
 from .files import written_aside
-from .segments import Progress, check_threads
+from .samples import Samples
+from .scene import Scene
+from .segments import Progress
 from .stored_samples import FIELDS as SAMPLE_FIELDS
 from .stored_samples import pack_samples, unpack_samples, write_samples
 from .stored_scene import FIELDS as SCENE_FIELDS
 from .stored_scene import pack_scene, unpack_scene, write_scene
 from .version import __version__
-
-if TYPE_CHECKING:
-    from .session import Session
 
 FORMAT = "deltalux-session"
 VERSION = 17  # increases only when the layout changes, or what its numbers mean
@@ -45,33 +45,62 @@ _MISFITS = (
 )
 
 
-def write(path: Path, session: Session, command: str = "Session.save") -> None:
-    """Write `session` to `path`, aside and then renamed; the core's arrays go there piece by piece.
+@dataclass(frozen=True, eq=False)
+class StoredSession:
+    """What a session file holds beside the core's arrays.
 
-    `command` says what made it, for whoever reads the file.
+    Parameters
+    ----------
+    scene : with meshes that were added, but in the state that it was loaded in
+    samples : Samples
+    options : those that the session was made with; what a file says of them is checked by who makes one
+    baked : whether there is light
+    reflectances : (m, 3) float64, present ones of the scene's materials
+    built_by : the build that computed the light, None without light
+    made_by : what made the file, a line for each command, the last one last
+    """
+
+    scene: Scene
+    samples: Samples
+    options: SessionOptions
+    baked: bool
+    reflectances: np.ndarray
+    built_by: str | None
+    made_by: tuple[str, ...]
+
+
+def write(path: Path, stored: StoredSession, core: Any, command: str, progress: Progress | None) -> None:
+    """Write a session to `path`, aside and then renamed; the core's arrays go there piece by piece.
+
+    Parameters
+    ----------
+    stored : with what made the files that the session comes from
+    core : the core's session, which has the arrays
+    command : what makes this file, for whoever reads it
+    progress : callable (stage, fraction) -> keep going, or None
 
     Raises
     ------
     Cancelled
-        Where the session's callback asks to stop; what was there is as before.
+        Where the callback asks to stop; what was there is as before.
     """
-    told = _Told(session.progress)
+    told = _Told(progress)
     index = {
         "format": FORMAT,
         "version": VERSION,
-        "options": session._options,
-        "scene": pack_scene(session.scene, path.parent),
-        "samples": pack_samples(session.samples),
-        "baked": session.baked,
-        "reflectances": [session._reflectances[m.name] for m in session.scene.materials],
-        "built_by": session._built_by,
-        "made_by": _with_command(session.made_by, command),
+        "options": stored.options,
+        "scene": pack_scene(stored.scene, path.parent),
+        "samples": pack_samples(stored.samples),
+        "baked": stored.baked,
+        "reflectances": stored.reflectances.tolist(),
+        "built_by": stored.built_by,
+        "made_by": _with_command(stored.made_by, command),
     }
-    state = session._session().save()
+    state = core.save()
     with written_aside(path) as file, ArchiveWriter(file) as archive:
         archive.add_index(index)
-        write_scene(session.scene, archive)
-        write_samples(session.samples, archive)
+        write_scene(stored.scene, archive)
+        write_samples(stored.samples, archive)
         told.all = sum(map(state.bytes, state.names()))
         for name in state.names():
             size = state.bytes(name)
@@ -105,26 +134,35 @@ def _pieces(state: Any, name: str, size: int, told: _Told) -> Iterator[bytes]:
         told.more(len(piece))
 
 
-def read(path: Path, kind: type[Session], threads: int | None, progress: Progress | None) -> Session:
-    """Open a file that `write` made.
+class Opened(NamedTuple):
+    """A session file that is being read."""
+
+    stored: StoredSession
+    core_arrays: CoreArrays  # what a session of the core restores itself from
+    progress: Progress | None  # whom to tell meanwhile: the errors of this one are not the file's
+
+
+@contextmanager
+def opened(path: Path, progress: Progress | None) -> Iterator[Opened]:
+    """A file that `write` made, for a session to be made of within the context.
 
     Raises
     ------
     FormatError
-        Where it is missing, truncated, foreign, damaged or of another version.
+        Where it is missing, truncated, foreign, damaged or of another version; in place of errors within
+        the context, too, where they are of parts that do not fit together.
     """
-    check_threads(threads)
     watched = None if progress is None else _Watched(progress)
     try:
         if watched is not None and watched("open session", 0.0) is False:
             raise Cancelled("open: cancelled by the progress callback")
-        session = _read(path, kind, threads, watched)
+        with reading(path) as archive:
+            yield Opened(_stored(archive, path.parent), CoreArrays(archive), watched)
+            archive.check_all_read()
     except FormatError:
         if watched is not None and watched.error is not None:
             raise watched.error from None
         raise
-    session.progress = progress
-    return session
 
 
 class _Watched:
@@ -140,13 +178,6 @@ class _Watched:
         except Exception as error:
             self.error = error
             raise
-
-
-def _read(path: Path, kind: type[Session], threads: int | None, progress: Progress | None) -> Session:
-    with reading(path) as archive:
-        session = _restore(archive, path.parent, kind, threads, progress)
-        archive.check_all_read()
-        return session
 
 
 @contextmanager
@@ -188,69 +219,34 @@ def made_by(index: Fields) -> tuple[str, ...]:
     return tuple(line[:_LONGEST_COMMAND] for line in index.texts("made_by")[-_MOST_COMMANDS:])
 
 
-class _CoreSource:
-    """The core's arrays, by the core's names."""
+class CoreArrays:
+    """The core's arrays in a file, by the core's names."""
 
     def __init__(self, archive: ArchiveReader) -> None:
         self._archive = archive
 
     def bytes(self, name: str) -> int | None:
+        """Size of an array, None where the file has none of that name."""
         return self._archive.bytes(CORE + name)
 
     def read_into(self, name: str, buffer: memoryview) -> None:
+        """Fill `buffer` with an array."""
         self._archive.read_into(CORE + name, buffer)
 
 
-def _restore(
-    archive: ArchiveReader,
-    folder: Path,
-    kind: type[Session],
-    threads: int | None,
-    progress: Progress | None,
-) -> Session:
+def _stored(archive: ArchiveReader, folder: Path) -> StoredSession:
     index = index_fields(archive)
     options = index.child("options", SessionOptions.__annotations__)
-    values = {name: options.any(name) for name in SessionOptions.__annotations__}
-    if threads is not None:
-        values["threads"] = threads
+    values: Any = {name: options.any(name) for name in SessionOptions.__annotations__}
     scene = unpack_scene(index.child("scene", SCENE_FIELDS), archive, folder)
     samples = unpack_samples(index.child("samples", SAMPLE_FIELDS), scene, archive)
-    session = kind(scene, samples, progress=progress, **values)
-    session._prepare_choice()
-    session._session().restore(_CoreSource(archive), progress)
-    if session.baked != index.boolean("baked"):
-        raise FormatError("found light in one of index and arrays only")
-    _adopt(session, index)
-    return session
-
-
-def _adopt(session: Session, index: Fields) -> None:
-    """Take over what the Python side of a session knows of its state."""
-    core = session._session()
-    state = core.save()
-    poses = np.frombuffer(state["poses"], np.float64).reshape(-1, 4, 3)  # rows, then the translation
-    present = np.frombuffer(state["present"], np.uint8)
-    factors = np.frombuffer(state["group_factor"], np.float64)
-    for name, number in session._flat.objects.items():
-        if name in session._poses:
-            pose = np.eye(4)
-            pose[:3, :3], pose[:3, 3] = poses[number, :3], poses[number, 3]
-            session._poses[name] = session._flat.user_pose(name, pose)
-        if not present[number]:
-            session._removed.add(name)
-    for name, number in session._flat.groups.items():
-        session._factors[name] = float(factors[number])
-    session._box = core.world() + session._flat.origin
-    materials = session.scene.materials
-    given = index.numbers("reflectances", len(materials), 3, least=0, most=1)
-    used = np.frombuffer(state["reflectance"], np.float32).reshape(-1, 3)
-    if not np.array_equal(given.astype(np.float32), used):
-        raise FormatError("found other reflectances in the index than in the arrays")
-    session._reflectances = {
-        m.name: (row[0], row[1], row[2]) for m, row in zip(materials, given.tolist(), strict=True)
-    }
-    present_build = core.description()
-    session.made_by = made_by(index)
-    session._built_by = index.text("built_by")[:_LONGEST_BUILD] if session.baked else None
-    if session.baked and session._built_by != present_build:
-        session.foreign_build = f"{session._built_by}; this is {present_build}"
+    baked = index.boolean("baked")
+    return StoredSession(
+        scene,
+        samples,
+        values,
+        baked,
+        index.numbers("reflectances", len(scene.materials), 3, least=0, most=1),
+        index.text("built_by")[:_LONGEST_BUILD] if baked else None,
+        made_by(index),
+    )
