@@ -11,7 +11,7 @@ from pathlib import Path
 import deltalux as dl
 import numpy as np
 import pytest
-from deltalux import archive
+from deltalux.stored import archive
 from rooms import box, room, samples_in, translation
 from session_files import rewrite
 

@@ -7,11 +7,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+from deltalux.errors import FormatError
+from deltalux.scene import Material, Mesh, Scene
+from deltalux.scene.look import MOST, WRAPS, Look, Texture
+
 from .archive import ArchiveReader, ArchiveWriter
-from .errors import FormatError
 from .fields import Fields
-from .scene import Material, Mesh, Scene
-from .scene.look import MOST, WRAPS, Look, Texture
 
 FIELDS = ("images", "textures", "materials", "meshes")
 _TEXTURE = ("image", "mean", "wrap", "mag_filter", "min_filter", "offset", "rotation", "scale")

@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from deltalux.core_session import SessionOptions
+from deltalux.errors import OptionError
+from deltalux.mesh.display_mesh import in_world
+from deltalux.samples import Samples
+from deltalux.scene import Scene
+from deltalux.scene.flatten import FlatScene
+
 from .calls import Calls, short_call
-from .core_session import SessionOptions
-from .errors import OptionError
-from .mesh.display_mesh import in_world
-from .samples import Samples
-from .scene import Scene
-from .scene.flatten import FlatScene
 
 
 class SessionFacts:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .errors import FormatError
+from deltalux.errors import FormatError
 
 _FAR = sys.float_info.max
 

@@ -8,19 +8,21 @@ from typing import Any
 
 import numpy as np
 
-from . import _core, core_session, snapshot
+from deltalux import _core, core_session
+from deltalux.core_session import SessionOptions
+from deltalux.errors import FormatError, OptionError
+from deltalux.planning import Plan, machine_constants, read_plan
+from deltalux.results import Frame, Result
+from deltalux.samples import Samples
+from deltalux.samples.interpolation import Interpolators
+from deltalux.scene import Mesh, Scene, rigid_pose
+from deltalux.scene.flatten import flatten
+from deltalux.segments import MAX_BOUNCES, Progress, check_threads
+from deltalux.stored import snapshot
+from deltalux.units import PHOTOPIC_WEIGHTS
+
 from .calls import Calls, long_call, short_call
-from .core_session import SessionOptions
-from .errors import FormatError, OptionError
-from .planning import Plan, machine_constants, read_plan
-from .results import Frame, Result
-from .samples import Samples
-from .samples.interpolation import Interpolators
-from .scene import Mesh, Scene, rigid_pose
-from .scene.flatten import flatten
-from .segments import MAX_BOUNCES, Progress, check_threads
-from .session_places import SessionPlaces
-from .units import PHOTOPIC_WEIGHTS
+from .places import SessionPlaces
 
 
 class Session(SessionPlaces):

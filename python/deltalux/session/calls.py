@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Concatenate, ParamSpec, Protocol, TypeVar
 
-from .errors import OptionError
+from deltalux.errors import OptionError
 
 
 class Calls:

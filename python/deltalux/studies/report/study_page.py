@@ -8,10 +8,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, get_args
 
+from deltalux.report.page import Link, Section, page
 from deltalux.studies.experiment import Cell, Experiment, Outcome, Table
 from deltalux.studies.record import Record
 
-from .page import Link, Section, page
 from .study_tables import table_csv
 
 TITLE = "A study of incremental update of global illumination: the paper's claims, and what was counted"

@@ -6,16 +6,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import core_session, memory
+from deltalux import core_session, memory
+from deltalux.errors import OptionError
+from deltalux.mesh.shadow_detail import detail_length, refined_at_shadows
+from deltalux.mesh.vertex_light import add_detail
+from deltalux.samples import Samples
+from deltalux.samples.interpolation import Interpolator, Interpolators
+from deltalux.segments import Progress
+from deltalux.units import PHOTOPIC_WEIGHTS
+
 from .calls import long_call
-from .errors import OptionError
-from .mesh.shadow_detail import detail_length, refined_at_shadows
-from .mesh.vertex_light import add_detail
-from .samples import Samples
-from .samples.interpolation import Interpolator, Interpolators
-from .segments import Progress
-from .session_facts import SessionFacts
-from .units import PHOTOPIC_WEIGHTS
+from .facts import SessionFacts
 
 
 class SessionPlaces(SessionFacts):

@@ -8,14 +8,15 @@ from typing import Any
 
 import numpy as np
 
+from deltalux.errors import FormatError
+from deltalux.scene import Camera, Material, Mesh, Node, Scene
+from deltalux.scene.lights import KINDS, NUMBER, Light
+from deltalux.units import FARTHEST
+
 from .archive import ArchiveReader, ArchiveWriter
-from .errors import FormatError
 from .fields import Fields
-from .scene import Camera, Material, Mesh, Node, Scene
-from .scene.lights import KINDS, NUMBER, Light
-from .stored_looks import FIELDS as LOOK_FIELDS
-from .stored_looks import pack_looks, unpack_looks, write_looks
-from .units import FARTHEST
+from .looks import FIELDS as LOOK_FIELDS
+from .looks import pack_looks, unpack_looks, write_looks
 
 _COMMON = ("kind", "name", "group", "attached_to")
 _MESH = ("name", "material", "pose", "movable", "smooth_angle", "vertices", "triangles")

@@ -19,7 +19,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from .errors import FormatError, OptionError
+from deltalux.errors import FormatError, OptionError
 
 INDEX = "deltalux.json"
 PIECE = 1 << 20  # bytes on their way at a time

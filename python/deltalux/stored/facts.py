@@ -9,16 +9,17 @@ from typing import Any
 
 import numpy as np
 
+from deltalux.core_session import SessionOptions
+from deltalux.errors import FormatError
+from deltalux.scene import Scene
+from deltalux.scene.flatten import flatten
+
 from .archive import ArchiveReader
-from .core_session import SessionOptions
-from .errors import FormatError
 from .fields import Fields
-from .scene import Scene
-from .scene.flatten import flatten
+from .samples import FIELDS as SAMPLE_FIELDS
+from .scene import FIELDS as SCENE_FIELDS
+from .scene import unpack_scene
 from .snapshot import CORE, index_fields, made_by, reading
-from .stored_samples import FIELDS as SAMPLE_FIELDS
-from .stored_scene import FIELDS as SCENE_FIELDS
-from .stored_scene import unpack_scene
 
 # Parts of a file by the beginnings of their entries' names; the first that fits counts.
 PARTS = {

@@ -12,19 +12,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from deltalux.core_session import SessionOptions
+from deltalux.errors import Cancelled, FormatError, OptionError, SceneError
+from deltalux.files import written_aside
+from deltalux.samples import Samples
+from deltalux.scene import Scene
+from deltalux.segments import Progress
+from deltalux.version import __version__
+
 from .archive import PIECE, ArchiveReader, ArchiveWriter
-from .core_session import SessionOptions
-from .errors import Cancelled, FormatError, OptionError, SceneError
 from .fields import Fields
-from .files import written_aside
-from .samples import Samples
-from .scene import Scene
-from .segments import Progress
-from .stored_samples import FIELDS as SAMPLE_FIELDS
-from .stored_samples import pack_samples, unpack_samples, write_samples
-from .stored_scene import FIELDS as SCENE_FIELDS
-from .stored_scene import pack_scene, unpack_scene, write_scene
-from .version import __version__
+from .samples import FIELDS as SAMPLE_FIELDS
+from .samples import pack_samples, unpack_samples, write_samples
+from .scene import FIELDS as SCENE_FIELDS
+from .scene import pack_scene, unpack_scene, write_scene
 
 FORMAT = "deltalux-session"
 VERSION = 17  # increases only when the layout changes, or what its numbers mean

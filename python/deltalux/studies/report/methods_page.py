@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from deltalux.report.page import Section, page
+
 from .method_findings import findings
-from .page import Section, page
 
 Row = Mapping[str, Any]
 Cell = str | float | int

@@ -8,14 +8,15 @@ from typing import Any
 
 import numpy as np
 
+from deltalux.errors import FormatError
+from deltalux.mesh.display_mesh import DisplayMesh, Refinement
+from deltalux.mesh.sharing import NEIGHBOURS, Sharing
+from deltalux.samples.samples import MAX_GRID_POINTS, Samples
+from deltalux.scene import Scene
+from deltalux.units import FARTHEST
+
 from .archive import ArchiveReader, ArchiveWriter
-from .errors import FormatError
 from .fields import Fields
-from .mesh.display_mesh import DisplayMesh, Refinement
-from .mesh.sharing import NEIGHBOURS, Sharing
-from .samples.samples import MAX_GRID_POINTS, Samples
-from .scene import Scene
-from .units import FARTHEST
 
 FIELDS = ("attached", "grid_shape", "grid_holes", "spacing", "display_spacing", "sharing", "detail")
 # Of the display mesh: dtype and columns.
