@@ -8,8 +8,7 @@ final gather does beside them; every surface is Lambertian.
 from __future__ import annotations
 
 import numpy as np
-from deltalux.lights import SpotLight
-from deltalux.scene import Material, Scene
+from deltalux.scene import Material, Scene, SpotLight
 from deltalux.scenes.placing import NEUTRAL, WARM, lamp_luminance, look_at, luminance
 from deltalux.scenes.shapes import GAP, Shape, box, cylinder, merge, panel_lamp, room, sheet, sphere
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 
 import deltalux as dl
 import numpy as np
-from deltalux.lights import SpotLight, SunLight
-from deltalux.scene import Material, Scene
+from deltalux.scene import Material, Scene, SpotLight, SunLight
 from deltalux.scenes.placing import look_at
 from deltalux.scenes.shapes import GAP, box, merge, room, sheet
 

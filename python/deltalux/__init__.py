@@ -2,16 +2,13 @@
 """Deltalux: incremental global illumination, equal to a full bake to the last bit."""
 
 from . import estimate, model, scenes
-from .cameras import Camera
 from .client import connect
 from .errors import Cancelled, Error, FormatError, OptionError, SceneError
 from .io import load
-from .lights import PointLight, SpotLight, SunLight
-from .nodes import Node
 from .planning import Plan, plan
 from .results import Estimate, Frame, Result
 from .samples import Samples
-from .scene import Material, Mesh, Scene
+from .scene import Camera, Material, Mesh, Node, PointLight, Scene, SpotLight, SunLight
 from .segments import Segments, trace, uniform_lines
 from .server import serve, view
 from .session import Session

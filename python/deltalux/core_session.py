@@ -3,18 +3,18 @@
 
 from __future__ import annotations
 
-from typing import Any, TypedDict
+from typing import Any, NamedTuple, TypedDict
 
 import numpy as np
 
 from . import _core
 from .errors import OptionError
 from .estimate.inputs import SEGMENT_ENDS, check_choice
-from .flatten import FlatScene
-from .frame import is_lost, place_slack
 from .memory import available_memory
 from .samples import Samples
 from .scene import Mesh, Scene
+from .scene.flatten import FlatScene
+from .scene.frame import is_lost, place_slack
 from .segments import check_bounces, check_integer, check_paths, check_seed, check_threads
 
 DIRECT_MODES = ("auto", "paths", "sampled")
@@ -203,4 +203,32 @@ def make_core_session(scene: Scene, flat: FlatScene, samples: Samples, options: 
         options["max_bounces"],
         available_memory() if limit is None else int(limit),
         gather_rays(options["gather"]),
+    )
+
+
+class PresentState(NamedTuple):
+    """What edits made of a session, by names."""
+
+    poses: dict[str, np.ndarray]  # of all movables, 4x4
+    removed: set[str]
+    factors: dict[str, float]  # of light groups
+    reflectances: np.ndarray  # (m, 3) float32, of the scene's materials
+
+
+def present_state(core: Any, flat: FlatScene) -> PresentState:
+    """The state of a session of the core that was restored from a file."""
+    state = core.save()
+    rows = np.frombuffer(state["poses"], np.float64).reshape(-1, 4, 3)  # of a rotation, then the translation
+    present = np.frombuffer(state["present"], np.uint8)
+    factors = np.frombuffer(state["group_factor"], np.float64)
+    poses = {}
+    for name in flat.scene.movable:
+        pose, number = np.eye(4), flat.objects[name]
+        pose[:3, :3], pose[:3, 3] = rows[number, :3], rows[number, 3]
+        poses[name] = flat.user_pose(name, pose)
+    return PresentState(
+        poses,
+        {name for name, number in flat.objects.items() if not present[number]},
+        {name: float(factors[number]) for name, number in flat.groups.items()},
+        np.frombuffer(state["reflectance"], np.float32).reshape(-1, 3),
     )

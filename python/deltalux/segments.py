@@ -10,8 +10,8 @@ import numpy as np
 
 from . import _core
 from .errors import OptionError
-from .flatten import flatten
 from .scene import Scene
+from .scene.flatten import flatten
 
 Progress = Callable[[str, float], Any]
 POWER_BITS = 30  # bits of the strongest segment's quanta

@@ -7,10 +7,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .display_mesh import BACK, BOTH, FRONT
-from .lit_sides import lit_sides
+from .mesh.display_mesh import BACK, BOTH, FRONT
+from .mesh.surfaces import NOTHING, core_caster
+from .samples.lit_sides import lit_sides
 from .scene import Scene
-from .surfaces import NOTHING, core_caster
 from .vectors import normals_by_area
 
 DIRECTIONS = 64
@@ -25,7 +25,7 @@ def inside_solids(scene: Scene, points: np.ndarray) -> np.ndarray:
     """Whether points lie inside or behind something: most surfaces visible from there show unlit sides.
 
     Meshes need not be closed, nor need their fronts face outwards: a pilot of light paths finds the sides
-    that light reaches (`deltalux.lit_sides`). In a scene without light no point is inside.
+    that light reaches (`deltalux.samples.lit_sides`). In a scene without light no point is inside.
 
     Parameters
     ----------

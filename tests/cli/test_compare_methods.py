@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from deltalux.cli import run
 from deltalux.cli.compare_methods import PAGE, PICTURES, TABLES
-from deltalux.report.method_findings import findings
 from deltalux.studies.method_errors import Reference
 from deltalux.studies.method_list import METHODS
+from deltalux.studies.report.method_findings import findings
 from PIL import Image
 
 from .conftest import Cli

@@ -9,7 +9,7 @@ import deltalux as dl
 import numpy as np
 import pytest
 from builders.gltf import GltfBuilder
-from deltalux.snapshot import VERSION
+from deltalux.stored.snapshot import VERSION
 from session_files import rewrite
 
 from .conftest import HALF_TURN_UP, QUICK, Cli

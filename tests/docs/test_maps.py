@@ -70,11 +70,11 @@ def test_recipes_name_what_there_is() -> None:
         ("core/gather/looks.cpp", "Looks::Caster::closest", False),  # called there
         ("core/gather/ray_counts.h", "RayCounts::count", True),
         ("core/segments/segment_store.h", "Segment", True),
-        ("python/deltalux/session.py", "Session.move", True),
-        ("python/deltalux/session.py", "Session.moved", False),
-        ("python/deltalux/session.py", "Session.pose_matrix", False),
-        ("python/deltalux/flatten.py", "flatten", True),
-        ("python/deltalux/session.py", "flatten", False),  # imported there
+        ("python/deltalux/session/session.py", "Session.move", True),
+        ("python/deltalux/session/session.py", "Session.moved", False),
+        ("python/deltalux/session/session.py", "Session.pose_matrix", False),
+        ("python/deltalux/scene/flatten.py", "flatten", True),
+        ("python/deltalux/session/session.py", "flatten", False),  # imported there
         ("viewer/src/remoteSession.ts", "RemoteSession.drag", True),
         ("viewer/src/remoteSession.ts", "RemoteSession.send", False),  # of another class
         ("viewer/src/protocol.ts", "decodeFrame", True),

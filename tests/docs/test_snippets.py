@@ -10,7 +10,8 @@ from typing import Any
 import deltalux as dl
 import pytest
 from builders.gltf import GltfBuilder
-from deltalux import core_session, samples
+from deltalux import core_session
+from deltalux.samples import samples
 from deltalux.scene import replace_scene
 
 from docs.pages import DOCUMENTS, blocks, name_of, text_of

@@ -18,8 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from deltalux.lights import PointLight, SpotLight, SunLight
-from deltalux.scene import Scene
+from deltalux.scene import PointLight, Scene, SpotLight, SunLight
 from numpy.typing import NDArray
 
 from . import world

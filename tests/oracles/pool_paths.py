@@ -12,8 +12,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from deltalux.lights import SpotLight
-from deltalux.scene import Scene
+from deltalux.scene import Scene, SpotLight
 from numpy.typing import NDArray
 
 from . import world

@@ -17,8 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from deltalux.lights import PointLight, SpotLight, SunLight
-from deltalux.scene import Scene
+from deltalux.scene import PointLight, Scene, SpotLight, SunLight
 from numpy.typing import NDArray
 
 from . import world

@@ -8,8 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from deltalux.lights import Light, PointLight, SpotLight, SunLight
-from deltalux.scene import Material, Scene, replace_scene
+from deltalux.scene import Light, Material, PointLight, Scene, SpotLight, SunLight, replace_scene
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 

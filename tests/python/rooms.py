@@ -8,7 +8,7 @@ from dataclasses import replace
 import deltalux as dl
 import numpy as np
 from builders.gltf import png
-from deltalux.look import Look, Texture
+from deltalux.scene.look import Look, Texture
 
 
 def box(size, centre=(0.0, 0.0, 0.0), inward=False):

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from deltalux.mesh.surfaces import Surfaces
 from deltalux.outputs.view import camera_rays
 from deltalux.scene import Camera
-from deltalux.surfaces import Surfaces
 from test_images import box, chosen, scene_of
 
 

@@ -6,11 +6,11 @@ from __future__ import annotations
 import deltalux as dl
 import numpy as np
 import pytest
-from deltalux.clearance import Clearance
-from deltalux.covered_places import Cover
-from deltalux.display_mesh import BOTH, DisplayMesh, refine
-from deltalux.shared_samples import shared
-from deltalux.surfaces import Surfaces
+from deltalux.mesh.covered_places import Cover
+from deltalux.mesh.display_mesh import BOTH, DisplayMesh, refine
+from deltalux.mesh.surfaces import Surfaces
+from deltalux.samples.clearance import Clearance
+from deltalux.samples.shared_samples import shared
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_display_mesh import GREY, areas, box, edge_lengths, open_edges, quad, rotation, scene_of

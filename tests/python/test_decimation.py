@@ -6,7 +6,7 @@ from __future__ import annotations
 import deltalux as dl
 import numpy as np
 import pytest
-from deltalux.display_mesh import refine
+from deltalux.mesh.display_mesh import refine
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scenes_for_tests import furnace

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from deltalux.display_mesh import BACK, BOTH, FRONT, DisplayMesh, refine
 from deltalux.errors import OptionError, SceneError
+from deltalux.mesh.display_mesh import BACK, BOTH, FRONT, DisplayMesh, refine
 from deltalux.scene import Material, Mesh, Scene
 from hypothesis import given, settings
 from hypothesis import strategies as st

@@ -4,7 +4,7 @@
 import deltalux as dl
 import numpy as np
 import pytest
-from deltalux.lights import MIN_CONE, spot_solid_angle
+from deltalux.scene.lights import MIN_CONE, spot_solid_angle
 from deltalux.vectors import versine
 
 HEIGHT = 1.3

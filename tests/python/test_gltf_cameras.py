@@ -9,7 +9,7 @@ import deltalux as dl
 import numpy as np
 from builders.gltf import GltfBuilder
 from deltalux import outputs
-from deltalux.display_mesh import refine
+from deltalux.mesh.display_mesh import refine
 from deltalux.outputs.camera import look_at
 from deltalux.outputs.view import camera_rays
 from test_gltf_lights import DOWN

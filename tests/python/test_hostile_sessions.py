@@ -11,7 +11,6 @@ import zipfile
 import deltalux as dl
 import numpy as np
 import pytest
-from deltalux import snapshot
 from rooms import room, translation, with_texture
 from session_files import read_parts, write_parts
 
@@ -27,7 +26,7 @@ def parts(tmp_path_factory):
         session.bake()
         session.set_reflectance("wall", (0.4, 0.4, 0.4))
         assert session.update(budget_ms=1e-6).done < 1
-        snapshot.write(path, session)
+        session._write(path)
     return read_parts(path)
 
 

@@ -8,11 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from deltalux import contact_cuts, outputs
-from deltalux.clearance import Clearance, covered_samples
-from deltalux.display_mesh import BACK, BOTH, DisplayMesh, refine
+from deltalux import outputs
 from deltalux.errors import OptionError
 from deltalux.io.texels import LINEAR_OF_BYTE
+from deltalux.mesh import contact_cuts
+from deltalux.mesh.display_mesh import BACK, BOTH, DisplayMesh, refine
+from deltalux.mesh.surfaces import Surfaces, core_caster
 from deltalux.outputs.camera import automatic_camera, look_at
 from deltalux.outputs.colour_scale import ColourScale
 from deltalux.outputs.images import SURROUNDINGS, UNSAMPLED
@@ -20,8 +21,8 @@ from deltalux.outputs.tone import automatic_exposure, encode_srgb, metered, tone
 from deltalux.outputs.view import camera_rays
 from deltalux.results import Result
 from deltalux.samples import Samples
+from deltalux.samples.clearance import Clearance, covered_samples
 from deltalux.scene import Camera, Material, Mesh, Scene
-from deltalux.surfaces import Surfaces, core_caster
 from deltalux.units import photopic
 from hypothesis import given, settings
 from hypothesis import strategies as st

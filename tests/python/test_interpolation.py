@@ -6,7 +6,7 @@ from __future__ import annotations
 import deltalux as dl
 import numpy as np
 import pytest
-from deltalux.interpolation import Interpolator
+from deltalux.samples.interpolation import Interpolator
 from rooms import box, room, translation, turn
 
 UP = np.array([0.0, 1, 0])

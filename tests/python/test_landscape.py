@@ -8,9 +8,8 @@ import functools
 import deltalux as dl
 import numpy as np
 import pytest
-from deltalux import frame
-from deltalux.scene import make_movable
-from deltalux.surfaces import Surfaces
+from deltalux.mesh.surfaces import Surfaces
+from deltalux.scene import frame, make_movable
 from rooms import box, room, translation
 
 X, Z = np.meshgrid((-1.5, -0.5, 0.5, 1.5), (-1.0, 0.0, 1.0))

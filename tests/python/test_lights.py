@@ -10,9 +10,9 @@ import numpy as np
 import pygltflib as gl
 import pytest
 from deltalux import _core, outputs
-from deltalux.lights import KINDS, Light, PointLight
 from deltalux.outputs.of_session import baked_of
 from deltalux.scene import replace_scene
+from deltalux.scene.lights import KINDS, Light, PointLight
 from rooms import room, samples_in
 
 

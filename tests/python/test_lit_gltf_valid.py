@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 from builders.gltf import png
 from deltalux import outputs
-from deltalux.look import Look, Texture
 from deltalux.scene import Camera, replace_scene
+from deltalux.scene.look import Look, Texture
 from test_outputs import baked, shift, tree_scene
 
 VALIDATE = """

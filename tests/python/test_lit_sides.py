@@ -8,10 +8,10 @@ from dataclasses import replace
 import deltalux as dl
 import numpy as np
 import pytest
-from deltalux.display_mesh import BACK, BOTH, FRONT
-from deltalux.lit_sides import lit_sides
+from deltalux.mesh.display_mesh import BACK, BOTH, FRONT
 from deltalux.outputs.images import UNSAMPLED, render
 from deltalux.outputs.tone import encode_srgb
+from deltalux.samples.lit_sides import lit_sides
 from rooms import translation, turn
 from scenes_for_tests import Shape, box, grey, joined, quad, sphere, two_rooms
 

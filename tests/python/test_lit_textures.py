@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from builders.gltf import QUAD, QUAD_TRIANGLES, GltfBuilder, png
 from deltalux import outputs
-from deltalux.display_mesh import refine
 from deltalux.io.texels import srgb_to_linear
+from deltalux.mesh.display_mesh import refine
 from deltalux.outputs.of_session import baked_of
 from deltalux.outputs.texture_coordinates import TextureCoordinates
 from deltalux.scene import replace_scene

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import pytest
-from deltalux.naming import candidates, chosen, meant_by
+from deltalux.scene.naming import candidates, chosen, meant_by
 
 NAMES = ["lamp", "lamp#2", "lamp#10", "lamp#two", "lamps", "desk [1]"]
 

@@ -3,8 +3,8 @@
 
 import numpy as np
 import pytest
-from deltalux.lights import PointLight, SpotLight, SunLight, spot_solid_angle
 from deltalux.scene import Material, Mesh, Scene
+from deltalux.scene.lights import PointLight, SpotLight, SunLight, spot_solid_angle
 from oracles import closed_forms as cf
 from oracles import metrics, mitsuba_reference, radiance_reference, world
 from scipy import integrate

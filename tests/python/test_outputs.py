@@ -13,12 +13,11 @@ import pygltflib
 import pytest
 from builders.gltf import GltfBuilder
 from deltalux import outputs
-from deltalux.display_mesh import BOTH, DisplayMesh, refine
 from deltalux.errors import FormatError, OptionError
-from deltalux.nodes import Node
+from deltalux.mesh.display_mesh import BOTH, DisplayMesh, refine
 from deltalux.outputs.camera import look_at
 from deltalux.results import Result
-from deltalux.scene import Camera, Material, Mesh, Scene, replace_scene
+from deltalux.scene import Camera, Material, Mesh, Node, Scene, replace_scene
 from deltalux.units import photopic
 
 SQUARE = [(0, 0, 0), (0, 0, 1), (1, 0, 1), (1, 0, 0)]  # faces up

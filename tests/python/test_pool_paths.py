@@ -3,8 +3,8 @@
 
 import numpy as np
 import pytest
-from deltalux.lights import SpotLight, spot_solid_angle
 from deltalux.scene import Material, Mesh, Scene
+from deltalux.scene.lights import SpotLight, spot_solid_angle
 from deltalux.scenes.shapes import box, room
 from oracles import closed_forms as cf
 from oracles import mitsuba_reference, world

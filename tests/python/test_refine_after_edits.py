@@ -92,7 +92,7 @@ def test_dimmed_light_casts_no_edges(moved):
 @pytest.mark.parametrize("most", [60_000, 300])
 def test_detail_can_be_taken_back(monkeypatch, most):
     """Also where vertices share samples."""
-    monkeypatch.setattr("deltalux.shared_samples.shared.__defaults__", (most,))
+    monkeypatch.setattr("deltalux.samples.shared_samples.shared.__defaults__", (most,))
     plain = dl.Samples.on_vertices(lit_room(), spacing=SPACING).display
     detailed = dl.Samples.on_vertices(lit_room(), spacing=SPACING, detail="auto").display
     assert (plain.sharing is None) == (most == 60_000)

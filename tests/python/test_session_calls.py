@@ -15,7 +15,7 @@ from contextlib import contextmanager
 import deltalux as dl
 import numpy as np
 import pytest
-from deltalux.calls import Calls
+from deltalux.session.calls import Calls
 from rooms import room, samples_in, translation
 
 TARGET = translation(-0.5, 0.6, -0.3)

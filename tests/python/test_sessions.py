@@ -14,7 +14,7 @@ import zipfile
 import deltalux as dl
 import numpy as np
 import pytest
-from deltalux.snapshot import VERSION
+from deltalux.stored.snapshot import VERSION
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rooms import box, room, samples_in, translation, turn

@@ -8,10 +8,10 @@ from pathlib import Path
 import deltalux as dl
 import numpy as np
 import pytest
-from deltalux.display_mesh import DisplayMesh
+from deltalux.mesh.display_mesh import DisplayMesh
+from deltalux.mesh.surfaces import Surfaces
 from deltalux.outputs.of_session import baked_of
 from deltalux.outputs.vertex_colors import write_glb
-from deltalux.surfaces import Surfaces
 from test_contact_cuts import DEPTH, FLOOR, HEIGHT, WIDTH
 from test_display_mesh import GREY, areas, box, edge_lengths, quad, rotation
 

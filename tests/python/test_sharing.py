@@ -8,11 +8,12 @@ from dataclasses import replace
 import deltalux as dl
 import numpy as np
 import pytest
-from deltalux import outputs, shared_samples
-from deltalux.clearance import Clearance
-from deltalux.display_mesh import DisplayMesh, refine
+from deltalux import outputs
+from deltalux.mesh.display_mesh import DisplayMesh, refine
 from deltalux.outputs.of_session import baked_of
-from deltalux.shared_samples import shared
+from deltalux.samples import shared_samples
+from deltalux.samples.clearance import Clearance
+from deltalux.samples.shared_samples import shared
 
 MOST = 1500
 

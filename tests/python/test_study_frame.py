@@ -11,14 +11,14 @@ from io import BytesIO
 import numpy as np
 import pytest
 from deltalux.errors import Cancelled, FormatError, OptionError
-from deltalux.report.drawing import draw
-from deltalux.report.study_page import study_page
-from deltalux.report.study_tables import table_csv
 from deltalux.studies.experiment import Curve, Experiment, Figure, Findings, Mark, Table, Verdict
 from deltalux.studies.experiments import EXPERIMENTS, experiment
 from deltalux.studies.progress_parts import Steps
 from deltalux.studies.record import Record, from_json, to_json
 from deltalux.studies.repeats import certain_sign, mean_and_error, outcome_of, together
+from deltalux.studies.report.drawing import draw
+from deltalux.studies.report.study_page import study_page
+from deltalux.studies.report.study_tables import table_csv
 from deltalux.studies.ripple import halving_period, peaks, ripple
 from deltalux.studies.runner import run, run_key, settings_of
 from PIL import Image

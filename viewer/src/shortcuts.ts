@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which key does what.
 import { Vector3 } from 'three'
-import type { App } from './app'
 import { plain, withControl, type Shortcut } from './keys'
+import type { Look } from './look'
+import type { Objects } from './objects'
+import type { Probes } from './probes'
+import type { RemoteSession } from './remoteSession'
 import { VIEW_MODES } from './settings'
 import { TRANSLATION_STEP } from './three/gizmo'
 
@@ -13,7 +16,20 @@ const MODE_TEXTS = [
   'difference to before the last edit, or another state',
 ]
 
-export function shortcuts(app: App): Shortcut[] {
+/** What keys act on: the page, as far as they know it. */
+export interface KeyTarget {
+  readonly objects: Objects
+  readonly look: Look
+  readonly remote: RemoteSession
+  readonly probes: Probes
+  remember(): void
+  screenshot(): void
+  fit(): void
+  fly(): void
+  showHelp(): void
+}
+
+export function shortcuts(app: KeyTarget): Shortcut[] {
   const { objects, look, remote } = app
   const nudge = (x: number, z: number) => () =>
     objects.nudge(new Vector3(x, 0, z).multiplyScalar(TRANSLATION_STEP))

@@ -12,10 +12,10 @@ from rich.table import Table
 
 from deltalux.files import written_aside
 from deltalux.outputs.images import Picture
-from deltalux.report.method_findings import findings
-from deltalux.report.method_tables import equal_count_csv, methods_csv
-from deltalux.report.methods_page import methods_page
 from deltalux.studies import MethodStudy
+from deltalux.studies.report.method_findings import findings
+from deltalux.studies.report.method_tables import equal_count_csv, methods_csv
+from deltalux.studies.report.methods_page import methods_page
 
 from .console import Terminal
 from .inputs import open_scene

@@ -12,8 +12,8 @@ import numpy as np
 import typer
 
 import deltalux as dl
-from deltalux.display_mesh import DisplayMesh
 from deltalux.files import written_aside
+from deltalux.mesh.display_mesh import DisplayMesh
 from deltalux.outputs.images import Picture, difference, render, side_by_side
 from deltalux.outputs.of_session import baked_of
 from deltalux.outputs.vertex_colors import write_glb

@@ -14,7 +14,7 @@ import typer
 
 import deltalux as dl
 from deltalux.errors import OptionError
-from deltalux.naming import meant_by
+from deltalux.scene.naming import meant_by
 
 from .options import Move, Setting, parse_dim, parse_move, parse_reflectance
 

@@ -10,8 +10,8 @@ from typing import Annotated, Any
 import typer
 from rich.table import Table
 
-from deltalux.file_facts import file_facts
 from deltalux.quantities import significant
+from deltalux.stored.facts import file_facts
 from deltalux.units import LUX
 
 from .console import Terminal

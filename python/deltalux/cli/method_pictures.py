@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deltalux.cameras import Camera
+from deltalux.mesh.surfaces import Surfaces
 from deltalux.outputs.camera import automatic_camera, look_at, scene_camera
 from deltalux.outputs.covered import shown_values
 from deltalux.outputs.images import Picture, lit_picture, side_by_side
 from deltalux.outputs.view import View, camera_rays
+from deltalux.scene import Camera
 from deltalux.studies import MethodStudy
-from deltalux.surfaces import Surfaces
 
 ZOOM = 5  # of the close-up
 GRID = 20  # windows tried along each side, in steps of a part of the picture

@@ -13,8 +13,8 @@ from rich.table import Table
 from rich.text import Text
 
 import deltalux as dl
-from deltalux.nodes import Node
 from deltalux.quantities import significant
+from deltalux.scene import Node
 from deltalux.units import LUX, photopic
 from deltalux.vectors import triangle_areas
 

@@ -11,12 +11,12 @@ from typing import Annotated, Any
 import typer
 from rich.table import Table
 
-from deltalux.report.drawing import check_drawing
-from deltalux.report.study_page import Run, study_page
 from deltalux.segments import Progress
 from deltalux.studies.experiment import Experiment
 from deltalux.studies.experiments import EXPERIMENTS, experiment
 from deltalux.studies.record import Record
+from deltalux.studies.report.drawing import check_drawing
+from deltalux.studies.report.study_page import Run, study_page
 from deltalux.studies.runner import run as run_experiment
 from deltalux.studies.runner import run_key, settings_of
 

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from deltalux.errors import FormatError
 from deltalux.files import written_aside
-from deltalux.report.drawing import draw
-from deltalux.report.study_tables import table_csv
 from deltalux.studies.record import Record, from_json, to_json
+from deltalux.studies.report.drawing import draw
+from deltalux.studies.report.study_tables import table_csv
 
 RECORD = "findings.json"
 MADE = (".svg", ".png", ".csv")

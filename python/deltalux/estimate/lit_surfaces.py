@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from deltalux import _core
-from deltalux.display_mesh import BACK, COPLANAR_ANGLE, FRONT, weld
 from deltalux.errors import OptionError
-from deltalux.lit_sides import lit_sides
+from deltalux.mesh.display_mesh import BACK, COPLANAR_ANGLE, FRONT, weld
+from deltalux.mesh.smoothing import shared_edges, smoothing_groups
+from deltalux.mesh.surfaces import NOTHING
+from deltalux.samples.lit_sides import lit_sides
 from deltalux.scene import Scene
 from deltalux.segments import Segments
-from deltalux.smoothing import shared_edges, smoothing_groups
-from deltalux.surfaces import NOTHING
 from deltalux.vectors import normals_by_area
 
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from deltalux import _core
-from deltalux.display_mesh import DisplayMesh, Poses
 from deltalux.errors import OptionError
+from deltalux.mesh.display_mesh import DisplayMesh, Poses
 from deltalux.results import Estimate
 from deltalux.samples import Samples
 from deltalux.scene import Scene

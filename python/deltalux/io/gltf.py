@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from deltalux.errors import SceneError
-from deltalux.nodes import Node
-from deltalux.scene import MAX_GROUPS, Mesh, Scene, replace_scene
+from deltalux.scene import Mesh, Node, Scene, replace_scene
+from deltalux.scene.scene import MAX_GROUPS
 
 from .decoder_process import DecoderProcess
 from .diagnostics import element

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from deltalux.cameras import Camera
+from deltalux.scene import Camera
 from deltalux.units import FARTHEST
 
 from .diagnostics import Notes, UniqueNames, element

@@ -29,7 +29,7 @@ from typing import Any
 
 import numpy as np
 
-from deltalux.lights import Light, PointLight, SpotLight, SunLight
+from deltalux.scene import Light, PointLight, SpotLight, SunLight
 from deltalux.units import LUX, WATTS_PER_SQUARE_METRE, photopic
 
 from .diagnostics import Notes, UniqueNames, element, malformed

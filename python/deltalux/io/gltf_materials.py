@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from deltalux.look import ALPHA_MODES, PLAIN, Look, Texture
 from deltalux.scene import Material
+from deltalux.scene.look import ALPHA_MODES, PLAIN, Look, Texture
 
 from .diagnostics import OPAQUE, Notes, UniqueNames, malformed
 from .gltf_document import Document

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from deltalux.errors import OptionError
-from deltalux.naming import candidates, matches
+from deltalux.scene.naming import candidates, matches
 
 from .diagnostics import ALL_NAMES, Notes, UniqueNames
 from .gltf_nodes import PlacedNode

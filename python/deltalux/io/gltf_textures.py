@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from deltalux.look import MAG_FILTERS, MIN_FILTERS, WRAPS, Texture
+from deltalux.scene.look import MAG_FILTERS, MIN_FILTERS, WRAPS, Texture
 
 from .diagnostics import element, malformed
 from .gltf_buffers import Buffers, read_uri

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from deltalux.errors import FormatError
-from deltalux.look import WRAPS, Look, Texture
 from deltalux.scene import Material
+from deltalux.scene.look import WRAPS, Look, Texture
 
 from .diagnostics import OPAQUE, Notes, clean_name, malformed
 from .files import read_beside

@@ -13,9 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from deltalux.errors import OptionError, SceneError
-from deltalux.naming import candidates, chosen
-from deltalux.nodes import Node
-from deltalux.scene import Mesh, Scene
+from deltalux.scene import Mesh, Node, Scene
+from deltalux.scene.naming import candidates, chosen
 from deltalux.units import WATTS_PER_SQUARE_METRE
 
 from .diagnostics import ALL_NAMES, Notes, clean_name, malformed

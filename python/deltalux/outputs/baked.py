@@ -11,15 +11,14 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from deltalux.cameras import Camera
-from deltalux.display_mesh import DisplayMesh
 from deltalux.errors import OptionError
 from deltalux.files import found_among
+from deltalux.mesh.display_mesh import DisplayMesh
+from deltalux.mesh.vertex_light import add_detail
 from deltalux.samples import Samples
-from deltalux.scene import Scene
+from deltalux.scene import Camera, Scene
 from deltalux.units import LUX
 from deltalux.version import __version__
-from deltalux.vertex_light import add_detail
 
 QUANTITIES = {LUX: "illuminance"}
 

@@ -7,9 +7,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from deltalux.cameras import Camera
-from deltalux.scene import Scene
-from deltalux.surfaces import Hits, Surfaces
+from deltalux.mesh.surfaces import Hits, Surfaces
+from deltalux.scene import Camera, Scene
 
 from .view import camera_rays
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deltalux.clearance import covered_samples
-from deltalux.surfaces import Surfaces
+from deltalux.mesh.surfaces import Surfaces
+from deltalux.samples.clearance import covered_samples
 
 
 @dataclass(frozen=True, eq=False)

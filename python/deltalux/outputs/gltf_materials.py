@@ -7,8 +7,8 @@ from typing import Any
 
 import pygltflib as gl
 
-from deltalux.look import Texture, media_type
 from deltalux.scene import Material
+from deltalux.scene.look import Texture, media_type
 
 from .gltf_binary import Binary
 from .shown_looks import Shown

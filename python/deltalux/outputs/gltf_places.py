@@ -10,9 +10,7 @@ from typing import Any
 import numpy as np
 import pygltflib as gl
 
-from deltalux.cameras import Camera
-from deltalux.lights import Light
-from deltalux.scene import Scene
+from deltalux.scene import Camera, Light, Scene
 from deltalux.units import LUX
 
 from .camera import look_at

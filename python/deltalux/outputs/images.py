@@ -13,14 +13,13 @@ import numpy as np
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
-from deltalux.cameras import Camera
-from deltalux.display_mesh import DisplayMesh, Poses
 from deltalux.errors import OptionError
 from deltalux.files import written_aside
-from deltalux.scene import Scene
-from deltalux.surfaces import CasterType, Surfaces, core_caster
+from deltalux.mesh.display_mesh import DisplayMesh, Poses
+from deltalux.mesh.surfaces import CasterType, Surfaces, core_caster
+from deltalux.mesh.vertex_light import add_detail
+from deltalux.scene import Camera, Scene
 from deltalux.units import photopic
-from deltalux.vertex_light import add_detail
 
 from .camera import automatic_camera, scene_camera
 from .colour_scale import ColourScale, scale_for, symmetric_scale

@@ -7,8 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from deltalux.nodes import Node
-from deltalux.scene import Scene
+from deltalux.scene import Node, Scene
 
 
 def world_matrices(nodes: tuple[Node, ...], matrices: list[np.ndarray] | None = None) -> list[np.ndarray]:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deltalux.look import Texture
 from deltalux.scene import Material
+from deltalux.scene.look import Texture
 from deltalux.units import photopic
 
 # Vertex colours end at 1, in typical light they are 0.4: a texture that needs more than this is left out.

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from deltalux.display_mesh import DisplayMesh, weld
+from deltalux.mesh.display_mesh import DisplayMesh, weld
 from deltalux.scene import Scene
 
 BATCH = 1 << 17  # triangles at a time, so that memory stays flat

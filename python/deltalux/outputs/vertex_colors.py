@@ -10,11 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 import pygltflib as gl
 
-from deltalux.cameras import Camera
-from deltalux.display_mesh import DisplayMesh, movable_poses
 from deltalux.files import written_aside
-from deltalux.nodes import Node
-from deltalux.surfaces import Surfaces
+from deltalux.mesh.display_mesh import DisplayMesh, movable_poses
+from deltalux.mesh.surfaces import Surfaces
+from deltalux.scene import Camera, Node
 from deltalux.version import __version__
 
 from .baked import Baked, about_text, display_of, keep_inputs, vertex_irradiance

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from deltalux.cameras import Camera
-from deltalux.surfaces import Surfaces
+from deltalux.mesh.surfaces import Surfaces
+from deltalux.scene import Camera
 
 BATCH = 1 << 18  # rays at a time, so that memory stays flat
 

@@ -12,9 +12,9 @@ import numpy as np
 
 from deltalux import _core
 from deltalux.core_session import SessionOptions, make_core_session
-from deltalux.flatten import FlatScene
 from deltalux.samples import Samples
 from deltalux.scene import Mesh, Scene
+from deltalux.scene.flatten import FlatScene
 from deltalux.segments import Progress
 
 from .parts import GatherPlan

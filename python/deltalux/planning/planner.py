@@ -15,9 +15,9 @@ from deltalux.core_session import (
 )
 from deltalux.errors import OptionError
 from deltalux.estimate.inputs import check_choice
-from deltalux.flatten import flatten
 from deltalux.samples import Samples
 from deltalux.scene import Scene
+from deltalux.scene.flatten import flatten
 from deltalux.segments import MAX_BOUNCES, Progress
 
 from .gather import plan_gather

@@ -8,15 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deltalux.cameras import Camera
-from deltalux.display_mesh import refine
 from deltalux.errors import OptionError
 from deltalux.memory import available_memory
+from deltalux.mesh.display_mesh import refine
+from deltalux.mesh.surfaces import Surfaces
 from deltalux.outputs.camera import automatic_camera, scene_camera
 from deltalux.outputs.of_session import present_scene
-from deltalux.scene import Scene
+from deltalux.scene import Camera, Scene
 from deltalux.session import Session
-from deltalux.surfaces import Surfaces
 
 from .light import PointLight
 from .seen import Seen, alike, look, neighbours

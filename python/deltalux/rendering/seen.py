@@ -7,9 +7,9 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from deltalux.cameras import Camera
+from deltalux.mesh.surfaces import Surfaces
 from deltalux.outputs.view import BATCH, camera_rays
-from deltalux.surfaces import Surfaces
+from deltalux.scene import Camera
 
 SAME_NORMAL = 0.9  # least cosine between the normals of places that may share light
 OFF_PLANE = 0.15  # how far a place may lie off the other's plane, as a share of their distance

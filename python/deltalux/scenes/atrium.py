@@ -7,10 +7,8 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from deltalux.cameras import Camera
 from deltalux.errors import OptionError
-from deltalux.lights import SunLight
-from deltalux.scene import Material, Mesh, Scene
+from deltalux.scene import Camera, Material, Mesh, Scene, SunLight
 
 from . import courtyard, furniture, masonry
 from .placing import COOL, WARM, lamp_luminance, look_at, luminance

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deltalux.lights import SpotLight
-from deltalux.scene import Material, Mesh, Scene
+from deltalux.scene import Material, Mesh, Scene, SpotLight
 
 from . import furniture as make
 from . import sculptures as art

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from deltalux.cameras import Camera
+from deltalux.scene import Camera
 from deltalux.units import photopic
 
 WARM = (1.30, 0.95, 0.55)  # about 3000 K, linear RGB, scaled to photopic 1 in `luminance`

@@ -10,13 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from deltalux.cameras import Camera
-from deltalux.display_mesh import DisplayMesh
 from deltalux.errors import OptionError
+from deltalux.mesh.display_mesh import DisplayMesh
+from deltalux.mesh.surfaces import Surfaces
 from deltalux.outputs.camera import automatic_camera
-from deltalux.scene import Scene
+from deltalux.scene import Camera, Scene
 from deltalux.session import Session
-from deltalux.surfaces import Surfaces
 
 from .edits import pose_numbers
 

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deltalux.clearance import covered_samples, movables_apart
-from deltalux.display_mesh import DisplayMesh
+from deltalux.mesh.display_mesh import DisplayMesh
+from deltalux.mesh.surfaces import Surfaces
+from deltalux.mesh.vertex_light import add_detail
 from deltalux.outputs.covered import RimFill, rim_fill
+from deltalux.samples.clearance import covered_samples, movables_apart
 from deltalux.session import Session
-from deltalux.surfaces import Surfaces
-from deltalux.vertex_light import add_detail
 
 BRIGHTEST = 2.0**12  # what the largest value becomes: room for 16 times as much in float16,
 LEAST, MOST = 2.0**6, 65504.0  # and what it may become before a new scale is worth a frame of all values

@@ -10,11 +10,11 @@ import numpy as np
 
 from deltalux.errors import OptionError, SceneError
 from deltalux.estimate import disc_index
+from deltalux.mesh.surfaces import NOTHING
 from deltalux.results import Estimate
 from deltalux.samples import Samples
 from deltalux.scene import Scene
 from deltalux.segments import Progress, Segments, trace
-from deltalux.surfaces import NOTHING
 from deltalux.units import photopic
 
 from .measuring import Measured, measured

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from deltalux import estimate
-from deltalux.display_mesh import DisplayMesh
+from deltalux.mesh.display_mesh import DisplayMesh
 from deltalux.samples import Samples
 from deltalux.scene import Scene
 from deltalux.segments import Progress, Segments

@@ -31,8 +31,8 @@ SHARED = (
     "planning",
     "scenes",
     "segments.py",
-    "session.py",
-    "samples.py",
+    "session",
+    "samples",
 )  # sources behind all findings
 
 

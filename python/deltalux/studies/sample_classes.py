@@ -10,7 +10,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from deltalux.display_mesh import DisplayMesh
+from deltalux.mesh.display_mesh import DisplayMesh
 from deltalux.scene import Scene
 from deltalux.vectors import triangle_areas
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from deltalux.clearance import covered_samples
+from deltalux.mesh.surfaces import Surfaces
 from deltalux.outputs.colour_scale import ColourScale
 from deltalux.outputs.images import render
 from deltalux.outputs.tone import encode_srgb
 from deltalux.outputs.view import camera_rays
+from deltalux.samples.clearance import covered_samples
 from deltalux.scene import Camera
-from deltalux.surfaces import Surfaces
 from deltalux.units import photopic
 
 

@@ -11,9 +11,8 @@ from scipy.special import ndtri
 
 import deltalux.scenes
 from deltalux.estimate import disc_index
-from deltalux.lights import PointLight
 from deltalux.samples import Samples
-from deltalux.scene import Material, Mesh, Scene
+from deltalux.scene import Material, Mesh, PointLight, Scene
 from deltalux.segments import Progress, trace
 from deltalux.studies.curves import agreement, power_law
 from deltalux.studies.experiment import Experiment, Figure, Findings, Verdict

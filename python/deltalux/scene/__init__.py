@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scenes: what a user writes or a file holds, and how the core gets it."""
+
+from .cameras import Camera
+from .lights import Light, PointLight, SpotLight, SunLight
+from .nodes import Node
+from .scene import Material, Mesh, Scene, make_movable, replace_scene, rigid_pose
+
+__all__ = [
+    "Camera",
+    "Light",
+    "Material",
+    "Mesh",
+    "Node",
+    "PointLight",
+    "Scene",
+    "SpotLight",
+    "SunLight",
+    "make_movable",
+    "replace_scene",
+    "rigid_pose",
+]

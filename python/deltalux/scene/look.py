@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Textures and transparency of materials: outputs show them, light does not depend on them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from deltalux.errors import SceneError
+
+SIGNATURES = {b"\x89PNG\r\n\x1a\n": "image/png", b"\xff\xd8\xff": "image/jpeg"}
+WRAPS = (10497, 33071, 33648)  # glTF's numbers, which are OpenGL's: repeat, clamp, mirror
+MAG_FILTERS = (None, 9728, 9729)
+MIN_FILTERS = (*MAG_FILTERS, 9984, 9985, 9986, 9987)
+ALPHA_MODES = ("OPAQUE", "MASK", "BLEND")
+MOST = 1e30  # bound of the numbers of a transform
+
+
+def media_type(image: bytes) -> str | None:
+    """MIME type of an encoded image by its first bytes; None if it is neither PNG, JPEG nor WebP."""
+    for signature, name in SIGNATURES.items():
+        if image.startswith(signature):
+            return name
+    return "image/webp" if image[:4] == b"RIFF" and image[8:12] == b"WEBP" else None
+
+
+@dataclass(frozen=True, eq=False)
+class Texture:
+    """An image on a surface, as in glTF: (0, 0) is the image's upper left corner, v points down.
+
+    Parameters
+    ----------
+    image : bytes
+        Encoded as PNG, JPEG or WebP, sRGB; textures of one image share one object.
+    mean : 3 floats in [0, 1], mean of the linear texels
+    wrap : (along u, along v), glTF's numbers
+    mag_filter, min_filter : glTF's numbers; None = the viewer's choice
+    offset, rotation, scale : KHR_texture_transform, rotation in radians
+    """
+
+    image: bytes
+    mean: Any
+    wrap: tuple[int, int] = (WRAPS[0], WRAPS[0])
+    mag_filter: int | None = None
+    min_filter: int | None = None
+    offset: tuple[float, float] = (0.0, 0.0)
+    rotation: float = 0.0
+    scale: tuple[float, float] = (1.0, 1.0)
+
+    def __post_init__(self) -> None:
+        if media_type(self.image) is None:
+            raise SceneError("texture: found an image of another format, expected PNG, JPEG or WebP")
+        mean = np.array(self.mean, np.float64)
+        if mean.shape != (3,) or not ((mean >= 0) & (mean <= 1)).all():
+            raise SceneError(f"texture: mean: found {self.mean!r:.60}, expected three numbers 0 to 1")
+        sampler = (*self.wrap, self.mag_filter, self.min_filter)
+        known = (WRAPS, WRAPS, MAG_FILTERS, MIN_FILTERS)
+        if len(sampler) != 4 or not all(n in each for n, each in zip(sampler, known, strict=True)):
+            raise SceneError(f"texture: sampler: found {sampler!r:.80}, expected glTF's numbers")
+        transform = np.array([*self.offset, self.rotation, *self.scale], np.float64)
+        if transform.shape != (5,) or not (np.abs(transform) <= MOST).all():
+            raise SceneError(f"texture: transform: found {transform}, expected five numbers up to {MOST:g}")
+        mean.setflags(write=False)
+        object.__setattr__(self, "mean", mean)
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """How a viewer shows a material; the core uses mean colours only and treats all as opaque.
+
+    Parameters
+    ----------
+    colour : Texture or None
+        Texture of the reflectance; its mean colour is the material's reflectance.
+    glow : Texture or None
+        Texture of the emission, likewise.
+    alpha_mode : "OPAQUE", "MASK" or "BLEND"
+    alpha : float in [0, 1], multiplies the alpha of `colour`
+    alpha_cutoff : float; "MASK" shows texels with at least this alpha
+    """
+
+    colour: Texture | None = None
+    glow: Texture | None = None
+    alpha_mode: str = "OPAQUE"
+    alpha: float = 1.0
+    alpha_cutoff: float = 0.5
+
+    def __post_init__(self) -> None:
+        if self.alpha_mode not in ALPHA_MODES:
+            raise SceneError(f"alpha_mode: found {self.alpha_mode!r:.40}, expected one of {ALPHA_MODES}")
+        if not (0 <= self.alpha <= 1 and 0 <= self.alpha_cutoff <= MOST):
+            raise SceneError(
+                f"alpha: found {self.alpha}, cutoff {self.alpha_cutoff}; expected 0 to 1, and 0 or more"
+            )
+
+
+PLAIN = Look()
+
+
+def checked_coordinates(values: Any, triangles: int, what: str) -> np.ndarray:
+    """Read-only float32 (triangles, 3, 2) of corners, NaN = none; copied unless already read-only."""
+    frozen = isinstance(values, np.ndarray) and values.dtype == np.float32 and not values.flags.writeable
+    array = values if frozen else np.array(values, np.float32)
+    if array.shape != (triangles, 3, 2) or np.isinf(array).any():
+        raise SceneError(
+            f"{what}: coordinates: found shape {array.shape}, expected ({triangles}, 3, 2), finite or NaN"
+        )
+    array.setflags(write=False)
+    return array
