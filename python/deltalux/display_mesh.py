@@ -17,6 +17,7 @@ from .sharing import Sharing
 from .smoothing import smooth_vertices
 from .subdivision import TooManyPoints, count_halved_edges, split_long_edges
 from .units import FARTHEST
+from .vectors import barycentric
 
 FRONT, BACK, BOTH = 1, 2, 3
 
@@ -120,6 +121,21 @@ class DisplayMesh:
         """(s,) square metres that each sample stands for: a third of the triangles around its vertices."""
         areas = self.vertex_areas()
         return areas if self.sharing is None else self.sharing.of_samples(areas)
+
+    def same_triangles(self, other: DisplayMesh) -> bool:
+        """Whether both are refined alike: meshes of one scene, whose plain triangles are the same."""
+        mine, others = (self.points, self.triangles), (other.points, other.triangles)
+        return all(map(np.array_equal, mine, others))
+
+    def detail_in_plain(self) -> tuple[np.ndarray, np.ndarray]:
+        """Where vertices of `detail` lie: three corners (d, 3) of a plain triangle, and weights (d, 3)."""
+        own = self.refinement
+        if own is None or len(own.vertices) == 0:
+            return np.zeros((0, 3), np.int64), np.zeros((0, 3))
+        part = np.zeros(len(self.points), np.int64)  # a triangle of each vertex
+        part[self.triangles.ravel()] = np.repeat(np.arange(len(self.triangles)), 3)
+        corners = own.plain_triangles[own.plain_triangle[part[own.vertices]]]
+        return corners, barycentric(self.points[own.vertices], self.points[corners])
 
     def without_detail(self) -> DisplayMesh:
         """The mesh as it was before it was refined at edges of shadows; itself where it was not."""

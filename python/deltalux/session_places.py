@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from . import core_session, memory
 from .calls import long_call
-from .errors import OptionError
+from .errors import Cancelled, OptionError
 from .interpolation import Interpolator, Interpolators
 from .samples import Samples
 from .segments import Progress
@@ -16,6 +16,9 @@ from .session_facts import SessionFacts
 from .shadow_detail import detail_length, refined_at_shadows
 from .units import PHOTOPIC_WEIGHTS
 from .vertex_light import add_detail
+
+REFINE_STAGE = "refine shadows"
+ASKED_TOGETHER = 1 << 13  # places between two looks at whether to go on
 
 
 class SessionPlaces(SessionFacts):
@@ -79,6 +82,8 @@ class SessionPlaces(SessionFacts):
         ------
         OptionError
             Where the samples are not on a display mesh, or the session does not gather.
+        Cancelled
+            Where `progress` asked to stop.
         """
         display = self.samples.display
         if display is None:
@@ -89,7 +94,13 @@ class SessionPlaces(SessionFacts):
         length = detail_length(display, detail or display.detail_length or "auto")
 
         def light(points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-            return self._direct_at(points, normals) @ PHOTOPIC_WEIGHTS
+            found = np.zeros(len(points))
+            for first in range(0, len(points), ASKED_TOGETHER):
+                if self.progress and self.progress(REFINE_STAGE, 0.0) is False:
+                    raise Cancelled("refine: cancelled; the mesh is as it was")
+                own = slice(first, first + ASKED_TOGETHER)
+                found[own] = self._direct_at(points[own], normals[own]) @ PHOTOPIC_WEIGHTS
+            return found
 
         refined = refined_at_shadows(self.scene, display.without_detail(), light, length)
         self.samples = self.samples.shown_on(refined)

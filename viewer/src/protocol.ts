@@ -45,10 +45,14 @@ export interface SceneInfo {
   name: string
   unit: Unit
   run: string
+  geometry: number // one more each time that the mesh was refined anew
   bounds: [Rgb, Rgb]
   vertices: number
   triangles: number
-  arrays: { points: ArrayPlace; normals: ArrayPlace; indices: ArrayPlace }
+  arrays: Record<
+    'points' | 'normals' | 'indices' | 'detail' | 'detail_corners' | 'detail_weights',
+    ArrayPlace
+  >
   parts: PartInfo[]
   meshes: MeshInfo[]
   materials: MaterialInfo[]
@@ -136,6 +140,7 @@ export type ServerMessage =
   | { type: 'error'; id: number | null; message: string }
   | { type: 'cancelled'; task: string }
   | { type: 'notice'; message: string }
+  | { type: 'geometry'; number: number }
 
 export interface Run {
   first: number // vertex

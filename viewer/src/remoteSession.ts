@@ -35,6 +35,7 @@ export class RemoteSession {
   readonly note = new Signal<Note | null>(null)
   onValues: (frame: ValuesFrame) => void = () => {}
   onConnected: () => void = () => {}
+  onGeometry: (number: number) => void = () => {} // values from now on are those of another mesh
   onMoved: (sent: number, revision: number) => void = () => {} // when it was sent, what it became
   private readonly connection: Connection
   private unanswered = 0
@@ -126,6 +127,9 @@ export class RemoteSession {
         break
       case 'notice':
         this.note.value = { kind: 'notice', text: message.message }
+        break
+      case 'geometry':
+        this.onGeometry(message.number)
         break
       case 'accepted':
         break

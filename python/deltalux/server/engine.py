@@ -19,8 +19,9 @@ from deltalux.memory import return_free_memory
 from deltalux.session import Session
 
 from .edits import differences, queue_edit, state_of
-from .events import Event, Phase, Refused, Wanted
+from .events import Event, Phase, Refined, Refused, Wanted
 from .figures import Figures
+from .geometry import Geometry, refined_geometry
 from .previews import previews
 from .progress import TaskProgress, shares_of
 from .values import Encoder, VertexFill, fill_of
@@ -28,6 +29,7 @@ from .values import Encoder, VertexFill, fill_of
 BUDGET = 50.0  # milliseconds of one update while dragging, until a page sets another
 REST_BUDGET = 250.0  # at rest; between two updates the pages see what is done, and newer edits get their turn
 GRACE = 0.02  # seconds that a drag is waited for before work on its last pose goes on
+CALM = 0.5  # seconds at rest before the drawn mesh is refined where shadows lie now
 
 log = logging.getLogger(__name__)
 
@@ -53,9 +55,16 @@ class Engine:
         Nobody else may use it from `start` until `stop` has returned.
     tell : takes events, from the engine's thread
     shown : whether somebody looks at values, see `show`
+    geometry : what pages draw at first; None: there are none
     """
 
-    def __init__(self, session: Session, tell: Callable[[Event], None], shown: bool = True) -> None:
+    def __init__(
+        self,
+        session: Session,
+        tell: Callable[[Event], None],
+        shown: bool = True,
+        geometry: Geometry | None = None,
+    ) -> None:
         self._session, self._tell, self._shown = session, tell, shown
         self._unpublished: int | None = None  # revision whose values nobody wanted to see
         self._figure: dict[str, Any] | None = None  # of the last update
@@ -77,6 +86,8 @@ class Engine:
         self._fill: VertexFill | None = None
         self._encoder: Encoder | None = None
         self._errors: np.ndarray | None = None  # standard errors that the pages see
+        self._geometry = geometry
+        self._refined: int | None = None  # revision where whose shadows lie the drawn mesh is fine
         self._thread = threading.Thread(target=self._run, name="deltalux-engine", daemon=True)
 
     # ---- for other threads --------------------------------------------------------------------
@@ -176,6 +187,8 @@ class Engine:
                 self._changed.wait_for(self._has_work)
                 if self._wanted.dragging:  # an update at work would make the next pose wait for its end
                     self._changed.wait_for(self._is_asked, GRACE)
+                elif self._only_coarse():
+                    self._changed.wait_for(self._is_asked, CALM)
                 if self._stopping:
                     return
                 self._at_work = self._tasks.popleft() if self._tasks else None
@@ -185,8 +198,10 @@ class Engine:
                     self._at_work.work(self._progress(self._at_work.name))
                 elif self._lit() and self._behind():
                     self._follow()
-                else:
+                elif self._unseen():
                     self._show_again()
+                elif self._only_coarse():
+                    self._refine()
             except Cancelled:
                 task = self._at_work
                 self._tell({"type": "cancelled", "task": task.name if task else "update"})
@@ -208,7 +223,7 @@ class Engine:
         return self._session.baked and self._session.foreign_build is None
 
     def _has_work(self) -> bool:
-        return self._is_asked() or (self._lit() and (self._behind() or self._unseen()))
+        return self._is_asked() or self._only_coarse() or (self._lit() and (self._behind() or self._unseen()))
 
     def _is_asked(self) -> bool:
         """Whether somebody wants something new."""
@@ -221,6 +236,16 @@ class Engine:
     def _unseen(self) -> bool:
         """Whether somebody now looks at values that were not encoded."""
         return self._shown and self._unpublished is not None
+
+    def _only_coarse(self) -> bool:
+        """Whether nothing is left to do but to refine what is drawn where shadows lie now."""
+        if self._geometry is None or not self._shown or self._is_asked() or not self._lit():
+            return False
+        if self._wanted.dragging or self._behind() or self._unseen() or self._failed:
+            return False
+        display = self._session.samples.display
+        refines = display is not None and display.refinement is not None
+        return refines and self._session.options["gather"] != "off" and self._refined != self._followed
 
     def _resting_phase(self) -> str:
         if not self._lit():
@@ -350,6 +375,30 @@ class Engine:
             self._figures.read_methods(self._session)
         else:
             self._bake(progress)
+
+    def _refine(self) -> None:
+        """Refine the mesh that is drawn where shadows lie now; given up once somebody wants something."""
+        revision, before = self._followed, self._session.samples.display
+        self._session.progress = lambda *_: not self._is_asked()
+        self._refined = revision
+        try:
+            self._session.refine()
+        except Cancelled:
+            self._refined = None
+            return
+        except (Error, MemoryError) as error:
+            log.warning("shadows stay as coarse as they are drawn: %s", error)
+            return
+        display = self._session.samples.display
+        assert before is not None and display is not None and self._geometry is not None
+        if display.same_triangles(before):
+            return
+        self._geometry = refined_geometry(self._geometry, self._session)
+        self._fill = fill_of(self._session)
+        self._encoder = Encoder(self._fill)
+        self._tell(Refined(self._geometry))
+        self._publish(revision)
+        return_free_memory()
 
     def _bake(self, progress: TaskProgress) -> None:
         """Compute everything; where there is no light yet, coarse bakes come first."""

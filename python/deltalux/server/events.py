@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from .edits import EditState, Key, Value
+from .geometry import Geometry
 from .values import Values
 
 
@@ -36,4 +37,11 @@ class Refused:
     message: str
 
 
-Event = Phase | Refused | Values | dict[str, Any]  # a dict goes to every page as it is
+@dataclass(frozen=True)
+class Refined:
+    """The mesh that pages draw is another one from now on."""
+
+    geometry: Geometry
+
+
+Event = Phase | Refused | Refined | Values | dict[str, Any]  # a dict goes to every page as it is

@@ -14,8 +14,9 @@ from deltalux.session import Session
 from .arrays import arrays_bytes, arrays_of
 from .edits import EditState, Key, Reach, Value, pose_matrix, state_of
 from .engine import Engine
-from .events import Event, Phase, Refused, Wanted
+from .events import Event, Phase, Refined, Refused, Wanted
 from .exports import Exports
+from .geometry import Geometry
 from .history import History
 from .messages import (
     EDITS,
@@ -54,11 +55,15 @@ class Hub:
     ----------
     session : Session, handed to the engine by `open`
     exports : where files go
+    geometry : what pages draw; None: there are no pages
     shown : whether values are encoded also while no page is connected, so that the first one has them at once
     """
 
-    def __init__(self, session: Session, exports: Exports, shown: bool = True) -> None:
+    def __init__(
+        self, session: Session, exports: Exports, geometry: Geometry | None, shown: bool = True
+    ) -> None:
         self._exports, self._shown = exports, shown
+        self.geometry = geometry
         self._names = Names(list(session.poses), list(session.dim_factors), list(session.reflectances))
         self._reach = Reach(session)
         self._history = History(state_of(session))
@@ -66,7 +71,7 @@ class Hub:
         self._pages: set[Page] = set()
         self._values: Values | None = None
         self._kept: dict[str, dict[str, Any]] = {}  # what a page that comes later is told, by type or subject
-        self._engine = Engine(session, self._from_engine, shown)
+        self._engine = Engine(session, self._from_engine, shown, geometry)
         self._revision = self._engine.first_revision
         self._loop: asyncio.AbstractEventLoop | None = None
         if not self._names.movables:
@@ -295,6 +300,8 @@ class Hub:
             self._phase = event.name
             self._kept.pop("progress", None)
             self._broadcast(self._state())
+        elif isinstance(event, Refined):
+            self._take_geometry(event.geometry)
         elif isinstance(event, Refused):
             self._history.state[event.key] = event.value
             self._broadcast({"type": "notice", "message": event.message})
@@ -303,6 +310,14 @@ class Hub:
             if event["type"] in ("frame", "progress", "unreached"):
                 self._kept[event["type"]] = event
             self._broadcast(event)
+
+    def _take_geometry(self, geometry: Geometry) -> None:
+        """Values of the mesh before are of no use any more; those of the new one come next."""
+        self.geometry, self._values = geometry, None
+        self._kept["geometry"] = {"type": "geometry", "number": geometry.number}
+        for page in self._pages:
+            page.start_over()
+            page.tell(self._kept["geometry"])
 
 
 def _check_present(state: EditState, name: str, expected: bool, verb: str) -> None:

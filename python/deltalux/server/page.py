@@ -13,7 +13,13 @@ from .values import Values
 
 IN_FLIGHT = 2  # frames that the page has not acknowledged
 MAX_WAITING = 1000  # answers that a page does not fetch
-LATEST_ONLY = ("state", "progress", "frame", "unreached")  # a newer one takes the place of one that waits
+LATEST_ONLY = (
+    "state",
+    "progress",
+    "frame",
+    "unreached",
+    "geometry",
+)  # a newer one takes the place of one that waits
 
 
 class Page:
@@ -56,6 +62,10 @@ class Page:
             return
         self._latest = values
         self._something.set()
+
+    def start_over(self) -> None:
+        """Values from now on are those of another mesh: the next frame holds all of them."""
+        self._latest = self._sent = None
 
     def acknowledge(self, seq: int) -> None:
         """The page shows frame `seq`, and has thereby taken those before it."""
