@@ -70,23 +70,23 @@ function frame(seq: number): ValuesFrame {
   }
 }
 
+const done: string[] = []
+let answers: ((loaded: Loaded) => void)[] = []
+const loaded = { info: { geometry: 1 }, buffer: new ArrayBuffer(0) } as unknown as Loaded
+const settled = () => new Promise((resolve) => setTimeout(resolve))
+
+function make(load = () => new Promise<Loaded>((resolve) => answers.push(resolve))) {
+  done.length = 0
+  answers = []
+  return new Remeshing(
+    load,
+    () => done.push('swap'),
+    ({ seq }, remeshed) => done.push(`apply ${seq}${remeshed ? ' first' : ''}`),
+    ({ seq }) => done.push(`drop ${seq}`),
+  )
+}
+
 describe('a mesh that is refined anew', () => {
-  const done: string[] = []
-  let answers: ((loaded: Loaded) => void)[] = []
-  const loaded = { info: { geometry: 1 }, buffer: new ArrayBuffer(0) } as unknown as Loaded
-  const settled = () => new Promise((resolve) => setTimeout(resolve))
-
-  function make(load = () => new Promise<Loaded>((resolve) => answers.push(resolve))) {
-    done.length = 0
-    answers = []
-    return new Remeshing(
-      load,
-      () => done.push('swap'),
-      ({ seq }, remeshed) => done.push(`apply ${seq}${remeshed ? ' first' : ''}`),
-      ({ seq }) => done.push(`drop ${seq}`),
-    )
-  }
-
   it('is drawn when it is here with its values, which wait for it', async () => {
     const remeshing = make()
     remeshing.take(frame(1))
