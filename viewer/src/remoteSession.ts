@@ -3,7 +3,7 @@
 import { Connection, type Answer } from './connection'
 import type {
   CheckedMessage,
-  Edit,
+  RequestMessage,
   ExportedMessage,
   FrameMessage,
   ProgressMessage,
@@ -22,7 +22,7 @@ export interface Note {
   text: string
 }
 
-type DragStep = Extract<Edit, { dragging: boolean }>
+type DragStep = Extract<RequestMessage, { type: 'move' | 'dim' | 'dims' }>
 
 export class RemoteSession {
   readonly link = new Signal<Link>('connecting')
@@ -62,7 +62,7 @@ export class RemoteSession {
   }
 
   /** Sends an edit; what the server refuses is shown, and the answer says so. */
-  async edit(edit: Edit): Promise<Answer> {
+  async edit(edit: RequestMessage): Promise<Answer> {
     const sent = performance.now()
     const answer = await this.connection.send(edit)
     if (answer.accepted && edit.type === 'move') this.onMoved(sent, answer.revision)

@@ -10,7 +10,6 @@ from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -24,6 +23,7 @@ from .figures import Figures
 from .geometry import Geometry, refined_geometry
 from .previews import previews
 from .progress import TaskProgress, shares_of
+from .told import FrameMessage, PhaseName, TaskName
 from .values import Encoder, VertexFill, fill_of
 
 BUDGET = 50.0  # milliseconds of one update while dragging, until a page sets another
@@ -36,7 +36,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class _Task:
-    name: str
+    name: TaskName
     work: Callable[[TaskProgress], None]
     failed: Callable[[str], None] | None = None  # is told why, where somebody waits for an answer
 
@@ -67,7 +67,7 @@ class Engine:
     ) -> None:
         self._session, self._tell, self._shown = session, tell, shown
         self._unpublished: int | None = None  # revision whose values nobody wanted to see
-        self._figure: dict[str, Any] | None = None  # of the last update
+        self._figure: FrameMessage | None = None  # of the last update
         self._own_progress = session.progress  # the user's, which gets it back
         self._changed = threading.Condition()
         # What was queued or left pending before the start is worked off as if a page had just asked for it.
@@ -141,7 +141,7 @@ class Engine:
         self._admit(_Task("export", lambda progress: self._export(work, progress)))
 
     def at_rest(
-        self, work: Callable[[Session, int, dict[str, Any] | None], None], failed: Callable[[str], None]
+        self, work: Callable[[Session, int, FrameMessage | None], None], failed: Callable[[str], None]
     ) -> None:
         """Run `work` once the light is that of the state; what is at work before is waited for.
 
@@ -247,19 +247,19 @@ class Engine:
         refines = display is not None and display.refinement is not None
         return refines and self._session.options["gather"] != "off" and self._refined != self._followed
 
-    def _resting_phase(self) -> str:
+    def _resting_phase(self) -> PhaseName:
         if not self._lit():
             return "empty"
         if self._behind():
             return "updating"
         return "failed" if self._failed or self._session.unfinished else "ready"
 
-    def _set_phase(self, name: str) -> None:
+    def _set_phase(self, name: PhaseName) -> None:
         if name != self._phase:
             self._phase = name
             self._tell(Phase(name))
 
-    def _progress(self, task: str) -> TaskProgress:
+    def _progress(self, task: TaskName) -> TaskProgress:
         return TaskProgress(task, self._tell, lambda: self._cancelled)
 
     def _report(self, error: Exception) -> None:
@@ -447,7 +447,7 @@ class Engine:
             self._finish()
         work(self._session)
 
-    def _read(self, work: Callable[[Session, int, dict[str, Any] | None], None]) -> None:
+    def _read(self, work: Callable[[Session, int, FrameMessage | None], None]) -> None:
         if not self._lit():
             raise OptionError("read: found no light yet, expected some; bake first")
         self._finish()

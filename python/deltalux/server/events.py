@@ -4,10 +4,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from .edits import EditState, Key, Value
 from .geometry import Geometry
+from .told import News, PhaseName
 from .values import Values
 
 
@@ -25,7 +25,7 @@ class Wanted:
 class Phase:
     """What the engine does now, a `phase` of the protocol."""
 
-    name: str
+    name: PhaseName
 
 
 @dataclass(frozen=True)
@@ -44,4 +44,4 @@ class Refined:
     geometry: Geometry
 
 
-Event = Phase | Refused | Refined | Values | dict[str, Any]  # a dict goes to every page as it is
+Event = Phase | Refused | Refined | Values | News  # news go to every page as they are

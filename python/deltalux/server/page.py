@@ -6,9 +6,9 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import Awaitable, Callable
-from typing import Any
 
 from .frames import frame_bytes
+from .told import Told
 from .values import Values
 
 IN_FLIGHT = 2  # frames that the page has not acknowledged
@@ -37,14 +37,14 @@ class Page:
         self.frames = frames
         self.asking = False  # it waits for `answer`
         self._answer: str | bytes | None = None
-        self._texts: dict[object, dict[str, Any]] = {}  # in the order of sending
+        self._texts: dict[object, Told] = {}  # in the order of sending
         self._latest: Values | None = None
         self._sent: Values | None = None
         self._seq = 0
         self._acknowledged = 0
         self._something = asyncio.Event()
 
-    def tell(self, message: dict[str, Any]) -> None:
+    def tell(self, message: Told) -> None:
         """Queue a message."""
         key = message["type"] if message["type"] in LATEST_ONLY else object()
         self._texts.pop(key, None)
