@@ -102,7 +102,7 @@ export class App {
     this.help = helpDialog(keys)
     listen(keys, (code, down) => this.cameras.key(code, down))
     this.legend = legendBox(this.look, info.unit)
-    this.labels = new IsolineLabels(this.stage, this.lit, this.look)
+    this.labels = new IsolineLabels(this.stage, this.lit, this.look, [this.legend.element])
     picture.append(
       this.labels.canvas,
       this.probes.layer,
