@@ -41,6 +41,17 @@ def triangle_areas(corners: np.ndarray) -> np.ndarray:
     return 0.5 * np.linalg.norm(normals_by_area(corners), axis=1)
 
 
+def barycentric(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """(m, 3) weights, their sum 1, by which corners (m, 3, 3) of triangles make up points (m, 3) in them."""
+    normals = normals_by_area(corners)
+    parts = [corners.copy() for _ in range(3)]
+    for corner, part in enumerate(parts):
+        part[:, corner] = points
+    shares = np.stack([np.einsum("ij,ij->i", normals_by_area(part), normals) for part in parts], axis=1)
+    shares = np.maximum(shares, 0.0)  # rounding may put a point on an edge outside
+    return shares / shares.sum(axis=1, keepdims=True)
+
+
 def versine(angle: float) -> float:
     """1 - cos(angle), accurate for narrow cones, too."""
     return float(2 * np.sin(angle / 2) ** 2)

@@ -134,7 +134,7 @@ class _Reader:
 
 async def play_messages(session: dl.Session, sequence: list[list[Any]], folder: Path) -> None:
     """Let pages come, send, leave; then check."""
-    hub = Hub(session, Exports(folder))
+    hub = Hub(session, Exports(folder), None)
     hub.open()
     try:
         readers: dict[int, _Reader] = {}

@@ -101,6 +101,36 @@ def test_detail_can_be_taken_back(monkeypatch, most):
     assert plain.without_detail() is plain
 
 
+def test_detail_lies_between_corners_that_are_always_there(moved):
+    moved.refine()
+    display = moved.samples.display
+    corners, weights = display.detail_in_plain()
+    assert len(corners) == len(display.detail) > 0
+    assert not np.isin(corners, display.detail).any()
+    np.testing.assert_allclose(weights.sum(axis=1), 1.0, rtol=1e-12)
+    assert weights.min() >= 0
+    made = np.einsum("dc,dcx->dx", weights, display.points[corners])
+    np.testing.assert_allclose(made, display.points[display.detail], atol=1e-12)
+    none, _ = display.without_detail().detail_in_plain()
+    assert none.shape == (0, 3)
+
+
+def test_refinement_that_is_stopped_changes_nothing(moved, monkeypatch):
+    moved.refine()
+    monkeypatch.setattr("deltalux.session.places.ASKED_TOGETHER", 100)
+    before, light = moved.samples.display, moved.vertex_irradiance
+    heard = []
+    moved.progress = lambda stage, _: heard.append(stage) or len(heard) < 5
+    with pytest.raises(dl.Cancelled, match=r"refine: cancelled; the mesh is as it was"):
+        moved.refine(0.02)
+    moved.progress = None
+    assert heard == ["refine shadows"] * 5
+    assert moved.samples.display is before
+    np.testing.assert_array_equal(moved.vertex_irradiance, light)
+    moved.refine(before.detail_length)  # places are asked for a few at a time: the mesh is the same
+    assert_same_mesh(moved.samples.display, before)
+
+
 def test_pictures_do_not_depend_on_it(moved):
     moved.refine(0.2)
     before = render_session(moved, size=(48, 30), keep=False)

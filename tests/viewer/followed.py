@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import queue
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import deltalux as dl
@@ -13,6 +14,7 @@ import pytest
 from deltalux.server.edits import pose_numbers, state_of
 from deltalux.server.engine import Engine
 from deltalux.server.events import Event, Phase, Wanted
+from deltalux.server.geometry import Geometry
 from deltalux.server.values import Values, fill_of
 
 from viewer.page_client import TIMEOUT, decoded
@@ -21,12 +23,12 @@ from viewer.page_client import TIMEOUT, decoded
 class Followed:
     """An engine at work on a session, and what it has told so far."""
 
-    def __init__(self, session: dl.Session) -> None:
+    def __init__(self, session: dl.Session, geometry: Geometry | None = None) -> None:
         self.session = session
         self.events: queue.Queue[Event] = queue.Queue()
         self.seen: list[Event] = []
         self.state = state_of(session)
-        self.engine = Engine(session, self.events.put)
+        self.engine = Engine(session, self.events.put, geometry=geometry)
         self.revision = self.engine.first_revision
 
     def __enter__(self) -> Followed:
@@ -77,6 +79,7 @@ def is_message(event: Event, kind: str) -> bool:
 
 def assert_shown(session: dl.Session, values: Values) -> None:
     """The values are the light of the session, which must be at rest."""
-    expected = fill_of(session)(session.irradiance)
+    fill = replace(fill_of(session), beyond=session.direct_beyond_samples())
+    expected = fill(session.irradiance)
     found = decoded(values.rows, values.scale)[:, :3]
     assert found == pytest.approx(expected, rel=1e-3, abs=1e-4 * expected.max())

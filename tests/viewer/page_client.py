@@ -102,8 +102,10 @@ class PageClient:
         return checked["digest"]
 
 
-def get(server: Server, path: str, token: str | None = None, **headers: str) -> urllib.request.addinfourl:
-    """GET an address of the server."""
-    query = f"?token={server.token if token is None else token}"
+def get(
+    server: Server, path: str, token: str | None = None, more: str = "", **headers: str
+) -> urllib.request.addinfourl:
+    """GET an address of the server; `more` comes after the token."""
+    query = f"?token={server.token if token is None else token}{more}"
     request = urllib.request.Request(f"http://127.0.0.1:{server.port}{path}{query}", headers=headers)
     return urllib.request.urlopen(request, timeout=TIMEOUT)

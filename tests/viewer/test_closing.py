@@ -11,6 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 from deltalux.server.app import BINARY_MESSAGE, TOO_MANY_MESSAGES, _serve_page
 from deltalux.server.exports import Exports
+from deltalux.server.geometry import geometry_of
 from deltalux.server.hub import Hub
 from starlette.websockets import WebSocket
 
@@ -44,7 +45,7 @@ def served(session, *messages, close_after=None):
     """Serve one page that says this; what was sent to it. The library closes after some messages."""
 
     async def serve():
-        hub = Hub(session, Exports(None))
+        hub = Hub(session, Exports(None), geometry_of(session))
         connection = Connection({"type": "websocket.connect"}, *messages)
 
         async def send(message):
@@ -55,7 +56,7 @@ def served(session, *messages, close_after=None):
         hub.open()
         try:
             websocket = WebSocket({"type": "websocket", "query_string": b""}, connection.receive, send)
-            await asyncio.wait_for(_serve_page(hub, websocket, True), 30)
+            await asyncio.wait_for(_serve_page(hub, websocket), 30)
             assert not hub._pages
         finally:
             await asyncio.to_thread(hub.close)

@@ -53,12 +53,9 @@ def test_only_files_of_this_run_are_replaced_and_served(tmp_path, session):
         exports.checked_name("mine.csv")
     assert exports.path_of("mine.csv") is None
     for _ in range(2):
-        answer = exports.write("new.csv", session)
-        assert answer == {
-            "file": "new.csv",
-            "bytes": (tmp_path / "new.csv").stat().st_size,
-            "address": "files/new.csv",
-        }
+        size, address = exports.write("new.csv", session)
+        assert size == (tmp_path / "new.csv").stat().st_size
+        assert address == "files/new.csv"
     assert exports.path_of("new.csv") == tmp_path / "new.csv"
     assert (tmp_path / "mine.csv").read_text() == "precious"
 

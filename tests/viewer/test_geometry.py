@@ -19,7 +19,7 @@ def arrays_of(geometry: Geometry) -> dict[str, np.ndarray]:
     return {
         name: np.frombuffer(
             geometry.data[a["offset"] : a["offset"] + a["length"]], a["type"][0] + "4"
-        ).reshape(-1, 3)
+        ).reshape((-1,) if name == "detail" else (-1, 3))
         for name, a in geometry.description["arrays"].items()
     }
 

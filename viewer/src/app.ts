@@ -20,8 +20,8 @@ import { timelineBar } from './panels/timelineBar'
 import { viewPanel } from './panels/viewPanel'
 import { Pointer } from './pointer'
 import { Probes } from './probes'
-import type { SceneInfo } from './protocol'
 import { References } from './references'
+import type { Loaded } from './remeshing'
 import { RemoteSession } from './remoteSession'
 import { saveScreenshot } from './screenshot'
 import { ServerFlow } from './serverFlow'
@@ -65,8 +65,8 @@ export class App {
   // long: makes the parts of the page, one after the other.
   constructor(
     root: HTMLElement,
-    private readonly info: SceneInfo,
-    geometry: ArrayBuffer,
+    { info, buffer }: Loaded,
+    load: (geometry: number) => Promise<Loaded>,
     private readonly token: string,
     socket: string,
     options: Options,
@@ -74,7 +74,7 @@ export class App {
     const picture = h('main', {}, this.canvas)
     root.replaceChildren(picture)
     this.stage = new Stage(this.canvas, options.antialias)
-    this.lit = new LitScene(info, geometryArrays(info, geometry), options.bench)
+    this.lit = new LitScene(info, geometryArrays(info, buffer), options.bench)
     this.stage.scene.add(this.lit.root)
     this.remote = new RemoteSession(socket)
     this.cameras = new Cameras(this.stage, this.lit.bounds)
@@ -102,7 +102,7 @@ export class App {
     this.help = helpDialog(keys)
     listen(keys, (code, down) => this.cameras.key(code, down))
     this.legend = legendBox(this.look, info.unit)
-    this.labels = new IsolineLabels(this.stage, this.lit, this.look)
+    this.labels = new IsolineLabels(this.stage, this.lit, this.look, [this.legend.element])
     picture.append(
       this.labels.canvas,
       this.probes.layer,
@@ -141,7 +141,7 @@ export class App {
 
     this.startView(asked.eye)
     this.objects.select(this.objects.names[0] ?? null)
-    this.flow = new ServerFlow(this, this.withToken('scene.json'), options.bench)
+    this.flow = new ServerFlow(this, this.withToken('scene.json'), load, options.bench)
     keepLink(this.stage, this.cameras, this.look)
     this.remote.connect()
   }
@@ -154,7 +154,7 @@ export class App {
   }
 
   screenshot(): void {
-    saveScreenshot(this.stage, this.labels.canvas, this.legend, `${this.info.name}.png`)
+    saveScreenshot(this.stage, this.labels.canvas, this.legend, `${this.lit.info.name}.png`)
   }
 
   fit(): void {
@@ -177,11 +177,11 @@ export class App {
   }
 
   private showCamera(index: number): void {
-    this.cameras.show(this.info.cameras[index], 1)
+    this.cameras.show(this.lit.info.cameras[index], 1)
     this.lit.root.updateMatrixWorld(true)
     this.stage.camera.updateMatrixWorld(true)
     const ahead = pick(this.stage.camera, this.lit.bodies, new Vector2(0, 0))
-    this.cameras.show(this.info.cameras[index], ahead?.distance ?? 1)
+    this.cameras.show(this.lit.info.cameras[index], ahead?.distance ?? 1)
     void this.look.measureAgain()
   }
 
@@ -192,7 +192,7 @@ export class App {
         { name: 'link', pose: eye.pose, vertical_fov: (eye.verticalFov * Math.PI) / 180 },
         distance || 1,
       )
-    } else if (this.info.cameras.length) {
+    } else if (this.lit.info.cameras.length) {
       this.showCamera(0)
     } else {
       this.fit()

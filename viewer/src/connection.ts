@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The WebSocket to the server: sends edits, hands on what arrives, comes back after a loss.
-import { decodeFrame, type Edit, type ServerMessage, type ValuesFrame } from './protocol'
+import { decodeFrame, type RequestMessage, type ServerMessage, type ValuesFrame } from './protocol'
 
 const FIRST_WAIT = 250 // ms before the first new attempt; doubles up to LONGEST_WAIT
 const LONGEST_WAIT = 4000
@@ -43,7 +43,7 @@ export class Connection {
   }
 
   /** Sends an edit; the promise tells whether the server took it. */
-  send(edit: Edit): Promise<Answer> {
+  send(edit: RequestMessage): Promise<Answer> {
     const id = this.nextId++
     if (!this.open) return Promise.resolve({ accepted: false, message: 'The server is away.' })
     this.socket?.send(JSON.stringify({ ...edit, id }))

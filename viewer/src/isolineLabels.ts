@@ -23,11 +23,20 @@ export interface IsolineLabel {
   y: number
 }
 
-/** Numbers for the ticks that the values pass; best where values change slowly. */
+/** Pixels from the top left. */
+export interface Rectangle {
+  left: number
+  top: number
+  right: number
+  bottom: number
+}
+
+/** Numbers for the ticks that the values pass; best where values change slowly, none in `covered`. */
 export function placeLabels(
   { width, height, pixels }: Measured,
   levels: number[],
   cell: number,
+  covered: Rectangle[] = [],
 ): IsolineLabel[] {
   const found: (IsolineLabel & { steepness: number })[] = []
   const at = (x: number, y: number) => 4 * (y * width + x)
@@ -51,12 +60,17 @@ export function placeLabels(
   for (const { value, x, y } of found) {
     if (placed.length === MOST_NUMBERS) break
     if (x < MARGIN || y < MARGIN || x > width * cell - MARGIN || y > height * cell - MARGIN) continue
+    if (covered.some((over) => isNear(over, x, y))) continue
     const free = placed.every(
       (other) => Math.hypot(other.x - x, other.y - y) > (other.value === value ? ALIKE_APART : APART),
     )
     if (free) placed.push({ value, x, y })
   }
   return placed
+}
+
+function isNear({ left, top, right, bottom }: Rectangle, x: number, y: number): boolean {
+  return x > left - MARGIN && x < right + MARGIN && y > top - MARGIN && y < bottom + MARGIN
 }
 
 export class IsolineLabels {
@@ -69,6 +83,7 @@ export class IsolineLabels {
     private readonly stage: Stage,
     private readonly lit: LitScene,
     private readonly look: Look,
+    private readonly over: Element[], // what lies over the picture
   ) {
     stage.afterDrawing.push(() => this.later())
   }
@@ -95,7 +110,15 @@ export class IsolineLabels {
     const measured = await measure(this.stage, this.lit, this.look.settings.value.mode, width, height)
     if (turn !== this.turn) return // another picture is there already
     const levels = ticks(scale).filter((value) => position(scale, value) > 0 && position(scale, value) < 1)
-    this.draw(placeLabels(measured, levels, CELL))
+    this.draw(placeLabels(measured, levels, CELL, this.covered()))
+  }
+
+  private covered(): Rectangle[] {
+    const { left: x, top: y } = this.stage.canvas.getBoundingClientRect()
+    return this.over.map((element) => {
+      const { left, top, right, bottom } = element.getBoundingClientRect()
+      return { left: left - x, top: top - y, right: right - x, bottom: bottom - y }
+    })
   }
 
   private draw(labels: IsolineLabel[]): void {

@@ -64,6 +64,12 @@ export class Look {
     this.change({ ranges: { ...ranges, [mode]: range } })
   }
 
+  /** The mesh that is drawn is another one. */
+  remeshed(): void {
+    this.creases.renew()
+    this.apply()
+  }
+
   /** The light, or the view, is another one: measures again what is automatic. */
   async measureAgain(): Promise<void> {
     for (const mode of Object.keys(this.measured) as ScaledMode[]) delete this.measured[mode]

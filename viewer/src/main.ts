@@ -3,6 +3,7 @@
 import { App } from './app'
 import { h } from './dom'
 import type { SceneInfo } from './protocol'
+import { Gone, type Loaded } from './remeshing'
 import { testHooks } from './testHooks'
 import './theme.css'
 import './style.css'
@@ -14,6 +15,7 @@ async function load(address: string): Promise<Response> {
   const answer = await fetch(address)
   if (answer.status === 403)
     throw new Error('The address lacks the right token. Open the one that the viewer printed.')
+  if (answer.status === 410) throw new Gone('The mesh that was asked for has been refined.')
   if (!answer.ok) throw new Error(`The server answered ${answer.status} to ${new URL(answer.url).pathname}.`)
   return answer
 }
@@ -22,10 +24,17 @@ async function start(root: HTMLElement): Promise<void> {
   const query = new URLSearchParams(location.search)
   const token = query.get('token') ?? ''
   const withToken = (path: string) => `${path}?token=${encodeURIComponent(token)}`
-  const [info, geometry] = await Promise.all([
-    load(withToken('scene.json')).then((answer) => answer.json() as Promise<SceneInfo>),
-    load(withToken('geometry.bin')).then((answer) => answer.arrayBuffer()),
-  ])
+  const loadScene = async (geometry?: number): Promise<Loaded> => {
+    const asked = geometry === undefined ? '' : `&geometry=${geometry}`
+    const info = (await (await load(withToken('scene.json') + asked)).json()) as SceneInfo
+    const arrays = await load(`${withToken('geometry.bin')}&geometry=${info.geometry}`)
+    return { info, buffer: await arrays.arrayBuffer() }
+  }
+  const loaded = await loadScene().catch((error: unknown) => {
+    if (error instanceof Gone) return loadScene() // it was refined in between, which it rarely is
+    throw error
+  })
+  const { info } = loaded
   if (info.protocol !== PROTOCOL) {
     throw new Error(`The server speaks protocol ${info.protocol}, this page ${PROTOCOL}. Reload the page.`)
   }
@@ -33,7 +42,7 @@ async function start(root: HTMLElement): Promise<void> {
   socket.protocol = socket.protocol === 'https:' ? 'wss:' : 'ws:'
   const options = { antialias: query.get('aa') !== '0', bench: query.has('bench') }
   document.title = `${info.name} · Deltalux`
-  window.deltalux = testHooks(new App(root, info, geometry, token, socket.href, options))
+  window.deltalux = testHooks(new App(root, loaded, loadScene, token, socket.href, options))
 }
 
 const root = document.getElementById('app')!

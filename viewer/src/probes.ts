@@ -4,7 +4,7 @@ import { Vector3 } from 'three'
 import { button, h } from './dom'
 import { number, unitLabel } from './format'
 import type { LitScene } from './three/litScene'
-import type { Hit } from './three/picking'
+import { hitAgain, normalOf, type Hit } from './three/picking'
 import type { Stage } from './three/stage'
 
 export interface Reading {
@@ -77,6 +77,19 @@ export class Probes {
       )
       if (reading.change) text.append(h('i', {}, `${reading.change > 0 ? '+' : ''}${number(reading.change)}`))
     }
+  }
+
+  /** The bodies get other triangles by `change`: pins stay where they are. */
+  over(change: () => void): void {
+    const normals = this.pins.map(({ hit }) => normalOf(hit))
+    change()
+    this.lit.root.updateMatrixWorld(true)
+    const pins = [...this.pins]
+    pins.forEach((pin, i) => {
+      const hit = hitAgain(pin.hit, normals[i])
+      if (hit) pin.hit = hit
+      else this.remove(pin)
+    })
   }
 
   private remove(pin: Pin): void {

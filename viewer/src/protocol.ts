@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The viewer's protocol (docs/reference/viewer-protocol.md): types of messages, decoding of frames.
+// The viewer's protocol (docs/reference/viewer-protocol.md): messages, what scene.json holds, decoding of frames.
 
 export type Pose = number[] // 16 numbers, column-major, rigid, local to world
 export type Rgb = [number, number, number]
 export type Unit = 'lux' | 'W/m2'
-export type Phase = 'empty' | 'baking' | 'preview' | 'ready' | 'updating' | 'checking' | 'failed'
 
 export interface ArrayPlace {
   offset: number
@@ -45,10 +44,14 @@ export interface SceneInfo {
   name: string
   unit: Unit
   run: string
+  geometry: number // one more each time that the mesh was refined anew
   bounds: [Rgb, Rgb]
   vertices: number
   triangles: number
-  arrays: { points: ArrayPlace; normals: ArrayPlace; indices: ArrayPlace }
+  arrays: Record<
+    'points' | 'normals' | 'indices' | 'detail' | 'detail_corners' | 'detail_weights',
+    ArrayPlace
+  >
   parts: PartInfo[]
   meshes: MeshInfo[]
   materials: MaterialInfo[]
@@ -57,85 +60,7 @@ export interface SceneInfo {
   folder: boolean
 }
 
-export type Edit =
-  | { type: 'move'; name: string; pose: Pose; dragging: boolean }
-  | { type: 'remove' | 'add'; name: string }
-  | { type: 'dim'; group: string; factor: number; dragging: boolean }
-  | { type: 'dims'; factors: Record<string, number>; dragging: boolean }
-  | { type: 'reflectance'; material: string; value: Rgb }
-  | { type: 'undo' | 'redo' | 'bake' | 'check' | 'cancel' }
-  | { type: 'budget'; milliseconds: number | null }
-  | { type: 'export'; file: string }
-
-export interface StateMessage {
-  type: 'state'
-  revision: number
-  poses: Record<string, Pose | null>
-  factors: Record<string, number>
-  reflectances: Record<string, Rgb>
-  undo: string | null
-  redo: string | null
-  phase: Phase
-  budget: number | null
-}
-
-export interface ProgressMessage {
-  type: 'progress'
-  task: 'bake' | 'check' | 'export'
-  stage: string
-  fraction: number
-  eta: number | null
-}
-
-export interface FrameMessage {
-  type: 'frame'
-  revision: number
-  milliseconds: Record<string, number>
-  affected_paths: number
-  paths: number
-  retraced_segments: number
-  segments: number
-  done: number
-  static_method: string | null
-  moving_method: string | null
-  recompute_milliseconds: number | null
-  speed_up: number | null
-  latency: number | null
-}
-
-export interface UnreachedMessage {
-  type: 'unreached'
-  revision: number
-  samples: number
-}
-
-export interface CheckedMessage {
-  type: 'checked'
-  same: boolean
-  digest: string
-  recomputed: string
-  milliseconds: number
-}
-
-export interface ExportedMessage {
-  type: 'exported'
-  id: number
-  file: string
-  bytes: number
-  address: string
-}
-
-export type ServerMessage =
-  | StateMessage
-  | ProgressMessage
-  | FrameMessage
-  | UnreachedMessage
-  | CheckedMessage
-  | ExportedMessage
-  | { type: 'accepted'; id: number; revision: number }
-  | { type: 'error'; id: number | null; message: string }
-  | { type: 'cancelled'; task: string }
-  | { type: 'notice'; message: string }
+export type * from './messages'
 
 export interface Run {
   first: number // vertex

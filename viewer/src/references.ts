@@ -19,6 +19,14 @@ export class References {
     this.times.value = { ...this.times.value, [reference]: new Date() }
   }
 
+  /** Another mesh is drawn: what was kept goes along, where `carry` can take it. */
+  carry(carry: (kept: Snapshot) => Snapshot): void {
+    for (const reference of REFERENCES) {
+      const kept = this.kept[reference]
+      if (kept) this.kept[reference] = carry(kept)
+    }
+  }
+
   /** What to compare with; before there was an edit, or anything remembered, that is the start. */
   of(reference: Reference): Snapshot | null {
     return this.kept[reference] ?? this.kept.start ?? null

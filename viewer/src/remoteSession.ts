@@ -3,7 +3,7 @@
 import { Connection, type Answer } from './connection'
 import type {
   CheckedMessage,
-  Edit,
+  RequestMessage,
   ExportedMessage,
   FrameMessage,
   ProgressMessage,
@@ -22,7 +22,7 @@ export interface Note {
   text: string
 }
 
-type DragStep = Extract<Edit, { dragging: boolean }>
+type DragStep = Extract<RequestMessage, { type: 'move' | 'dim' | 'dims' }>
 
 export class RemoteSession {
   readonly link = new Signal<Link>('connecting')
@@ -35,6 +35,7 @@ export class RemoteSession {
   readonly note = new Signal<Note | null>(null)
   onValues: (frame: ValuesFrame) => void = () => {}
   onConnected: () => void = () => {}
+  onGeometry: (number: number) => void = () => {} // values from now on are those of another mesh
   onMoved: (sent: number, revision: number) => void = () => {} // when it was sent, what it became
   private readonly connection: Connection
   private unanswered = 0
@@ -61,7 +62,7 @@ export class RemoteSession {
   }
 
   /** Sends an edit; what the server refuses is shown, and the answer says so. */
-  async edit(edit: Edit): Promise<Answer> {
+  async edit(edit: RequestMessage): Promise<Answer> {
     const sent = performance.now()
     const answer = await this.connection.send(edit)
     if (answer.accepted && edit.type === 'move') this.onMoved(sent, answer.revision)
@@ -126,6 +127,9 @@ export class RemoteSession {
         break
       case 'notice':
         this.note.value = { kind: 'notice', text: message.message }
+        break
+      case 'geometry':
+        this.onGeometry(message.number)
         break
       case 'accepted':
         break

@@ -5,9 +5,10 @@ import type { Look } from './look'
 import type { Objects } from './objects'
 import type { Probes } from './probes'
 import type { SceneInfo, StateMessage, ValuesFrame } from './protocol'
+import { Remeshing, type Loaded } from './remeshing'
 import type { References } from './references'
 import type { RemoteSession } from './remoteSession'
-import type { LitScene } from './three/litScene'
+import { geometryArrays, type LitScene } from './three/litScene'
 import type { Stage } from './three/stage'
 
 /** The parts of the page that the server's messages reach. */
@@ -28,17 +29,26 @@ export class ServerFlow {
   private readonly drawn: ValuesFrame[] = [] // arrived, not yet on the screen
   private revision = -1 // of the newest state
   private atRest = -1 // revision of the light that arrived last, where that is complete
+  private readonly remeshing: Remeshing
 
   /** `waitForGpu`: acknowledge no frame before the GPU has taken it (measurements want that). */
   constructor(
     private readonly to: Receivers,
     private readonly sceneAddress: string,
+    load: (geometry: number) => Promise<Loaded>,
     private readonly waitForGpu: boolean,
   ) {
-    const { remote, latency, stage } = to
+    const { remote, latency, lit, stage } = to
+    this.remeshing = new Remeshing(
+      load,
+      (loaded) => this.remesh(loaded),
+      (frame, remeshed) => this.takeValues(frame, remeshed),
+      (frame) => remote.acknowledge(frame.seq),
+    )
+    remote.onGeometry = (number) => this.remeshing.announce(number, lit.info.geometry)
     remote.onMoved = (sent, revision) => latency.accepted(sent, revision)
     remote.onConnected = () => this.startOver()
-    remote.onValues = (frame) => this.takeValues(frame)
+    remote.onValues = (frame) => this.remeshing.take(frame)
     remote.state.watch((state) => state && this.takeState(state))
     stage.afterDrawing.push(() => this.acknowledge())
   }
@@ -47,10 +57,20 @@ export class ServerFlow {
     this.to.latency.forget()
     this.shown = this.revision = this.atRest = -1
     this.drawn.length = 0
+    this.remeshing.startOver()
     this.checkRun().catch(() => {}) // the server is away again, which the connection notices
   }
 
-  private takeValues(frame: ValuesFrame): void {
+  private remesh({ info, buffer }: Loaded): void {
+    const { lit, look, probes, references } = this.to
+    probes.over(() => {
+      const carrier = lit.remesh(info, geometryArrays(info, buffer))
+      references.carry((kept) => carrier.carry(kept))
+    })
+    look.remeshed()
+  }
+
+  private takeValues(frame: ValuesFrame, remeshed: boolean): void {
     const { lit, look, probes, references, stage } = this.to
     const first = !lit.values.known
     lit.apply(frame)
@@ -60,7 +80,7 @@ export class ServerFlow {
     this.drawn.push(frame)
     probes.update()
     const another = frame.rest && (look.dark || look.settings.value.mode === 'difference')
-    if (frame.full || first || another) void look.measureAgain()
+    if ((frame.full && !remeshed) || first || another) void look.measureAgain()
     stage.invalidate()
   }
 
@@ -94,7 +114,9 @@ export class ServerFlow {
     const { info } = this.to.lit
     const served = (await (await fetch(this.sceneAddress)).json()) as SceneInfo
     if (served.run === info.run) return
-    const same = (['name', 'vertices', 'triangles'] as const).every((key) => served[key] === info[key])
+    const same = (['name', 'geometry', 'vertices', 'triangles'] as const).every(
+      (key) => served[key] === info[key],
+    )
     if (!same) location.reload()
     info.run = served.run
   }

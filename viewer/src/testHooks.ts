@@ -31,6 +31,7 @@ export function testHooks(app: App): TestHooks {
   return {
     state: () => ({
       link: remote.link.value,
+      geometry: lit.info.geometry,
       server: remote.state.value,
       frame: remote.frame.value,
       unreached: remote.unreached.value,

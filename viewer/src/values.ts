@@ -14,13 +14,19 @@ export interface Snapshot {
 
 /** Values of all vertices; what the halves hold is the value × scale. */
 export class Values {
-  readonly halves: Uint16Array
+  halves: Uint16Array
   scale = 1
   known = false // a frame has arrived
   preview = false
   reference: Snapshot | null = null // what changes are counted from
 
-  constructor(readonly vertices: number) {
+  constructor(public vertices: number) {
+    this.halves = new Uint16Array(CHANNELS * vertices)
+  }
+
+  /** From now on those of another mesh, which a full frame brings. */
+  resize(vertices: number): void {
+    this.vertices = vertices
     this.halves = new Uint16Array(CHANNELS * vertices)
   }
 

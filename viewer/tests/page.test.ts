@@ -131,6 +131,18 @@ describe('numbers on isolines', () => {
     ])
   })
 
+  it('do not stand under what lies over the picture', () => {
+    const ramp = picture(
+      (x) => 10 * x,
+      () => 5,
+    )
+    const legend = { left: 110, top: 0, right: 130, bottom: 4000 }
+    const places = (over: (typeof legend)[]) => placeLabels(ramp, [205, 405], 4, over).map(({ x }) => x)
+    expect(places([legend]).sort()).toEqual([162, 82].sort())
+    expect(places([{ ...legend, right: 150 }])).toEqual([82])
+    expect(places([{ ...legend, bottom: -100 }])).toHaveLength(2)
+  })
+
   it('do not stand where one surface ends before another', () => {
     const edge = picture(
       (x) => (x < 32 ? 100 : 300),

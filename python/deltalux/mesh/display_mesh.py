@@ -13,6 +13,7 @@ from deltalux import _core
 from deltalux.errors import OptionError, SceneError
 from deltalux.scene import Scene
 from deltalux.units import FARTHEST
+from deltalux.vectors import barycentric
 
 from .contact_cuts import cut_at_contacts
 from .sharing import Sharing
@@ -121,6 +122,21 @@ class DisplayMesh:
         """(s,) square metres that each sample represents: a third of the triangles around its vertices."""
         areas = self.vertex_areas()
         return areas if self.sharing is None else self.sharing.of_samples(areas)
+
+    def same_triangles(self, other: DisplayMesh) -> bool:
+        """Whether both are refined alike: meshes of one scene, whose plain triangles are the same."""
+        mine, others = (self.points, self.triangles), (other.points, other.triangles)
+        return all(map(np.array_equal, mine, others))
+
+    def detail_in_plain(self) -> tuple[np.ndarray, np.ndarray]:
+        """Where vertices of `detail` lie: three corners (d, 3) of a plain triangle, and weights (d, 3)."""
+        own = self.refinement
+        if own is None or len(own.vertices) == 0:
+            return np.zeros((0, 3), np.int64), np.zeros((0, 3))
+        part = np.zeros(len(self.points), np.int64)  # a triangle of each vertex
+        part[self.triangles.ravel()] = np.repeat(np.arange(len(self.triangles)), 3)
+        corners = own.plain_triangles[own.plain_triangle[part[own.vertices]]]
+        return corners, barycentric(self.points[own.vertices], self.points[corners])
 
     def without_detail(self) -> DisplayMesh:
         """The mesh before refinement at edges of shadows; itself if there was no such refinement."""

@@ -26,19 +26,18 @@ from .hub import Hub
 from .page import Page
 
 NEEDS_TOKEN = ("/scene.json", "/geometry.bin", "/files/", "/ws")
+GONE = 410  # status
 NO_STORE = {"Cache-Control": "no-store"}
 # Close codes of the WebSocket protocol.
 BINARY_MESSAGE, TOO_MANY_MESSAGES, TRY_LATER = 1003, 1008, 1013
 
 
-def make_app(
-    hub: Hub, geometry: Geometry | None, exports: Exports, *, run: str, host: str, token: str, page: Path
-) -> ASGIApp:
+def make_app(hub: Hub, exports: Exports, *, run: str, host: str, token: str, page: Path) -> ASGIApp:
     """The application behind its guard.
 
     Parameters
     ----------
-    hub, geometry, exports : what the application serves; without geometry there is no page
+    hub, exports : what the application serves; without geometry there is no page
     run : a string that differs from start to start
     host, token : see `Guard`
     page : folder of the page's static files
@@ -51,7 +50,7 @@ def make_app(
         return FileResponse(path, filename=path.name, media_type="application/octet-stream", headers=NO_STORE)
 
     async def socket(websocket: WebSocket) -> None:
-        await _serve_page(hub, websocket, geometry is not None)
+        await _serve_page(hub, websocket)
 
     @asynccontextmanager
     async def lifespan(_: Starlette) -> AsyncIterator[None]:
@@ -60,18 +59,26 @@ def make_app(
         await asyncio.to_thread(hub.close)
 
     routes: list[BaseRoute] = [Route("/files/{name}", file), WebSocketRoute("/ws", socket)]
-    if geometry is not None:
-        routes += _routes_of_page(geometry, {"run": run, "folder": exports.allowed}, page)
+    if hub.geometry is not None:
+        routes += _routes_of_page(hub, {"run": run, "folder": exports.allowed}, page)
     return Guard(Starlette(routes=routes, lifespan=lifespan), host, token, NEEDS_TOKEN)
 
 
-def _routes_of_page(geometry: Geometry, more: dict[str, Any], page: Path) -> list[BaseRoute]:
-    description = {**geometry.description, **more}
+def _routes_of_page(hub: Hub, more: dict[str, Any], page: Path) -> list[BaseRoute]:
+    def asked(request: Request) -> Geometry | None:
+        """The geometry, unless the one that is asked for by its number is gone."""
+        number = request.query_params.get("geometry")
+        assert hub.geometry is not None
+        return hub.geometry if number in (None, str(hub.geometry.number)) else None
 
-    async def scene(_: Request) -> Response:
-        return JSONResponse(description, headers=NO_STORE)
+    async def scene(request: Request) -> Response:
+        if (geometry := asked(request)) is None:
+            return _gone()
+        return JSONResponse(geometry.description | more, headers=NO_STORE)
 
-    async def data(_: Request) -> Response:
+    async def data(request: Request) -> Response:
+        if (geometry := asked(request)) is None:
+            return _gone()
         return Response(geometry.data, media_type="application/octet-stream", headers=NO_STORE)
 
     return [
@@ -81,11 +88,16 @@ def _routes_of_page(geometry: Geometry, more: dict[str, Any], page: Path) -> lis
     ]
 
 
-async def _serve_page(hub: Hub, websocket: WebSocket, shows: bool) -> None:
-    """Serve one page until it leaves or misbehaves; `shows`: whether there is a mesh, and so frames."""
+def _gone() -> Response:
+    return PlainTextResponse("410: found a geometry of another number; ask for scene.json again\n", GONE)
+
+
+async def _serve_page(hub: Hub, websocket: WebSocket) -> None:
+    """Serve one page until it leaves or misbehaves; with frames, if there is a mesh."""
     await websocket.accept()
+    wanted = websocket.query_params.get("frames") != "0"
     try:
-        page = hub.connect(frames=websocket.query_params.get("frames") != "0" and shows)
+        page = hub.connect(frames=wanted and hub.geometry is not None)
     except OptionError as error:
         await websocket.close(TRY_LATER, str(error))
         return

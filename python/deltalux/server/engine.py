@@ -10,7 +10,6 @@ from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -19,10 +18,12 @@ from deltalux.memory import return_free_memory
 from deltalux.session import Session
 
 from .edits import differences, queue_edit, state_of
-from .events import Event, Phase, Refused, Wanted
+from .events import Event, Phase, Refined, Refused, Wanted
 from .figures import Figures
+from .geometry import Geometry, refined_geometry
 from .previews import previews
 from .progress import TaskProgress, shares_of
+from .told import FrameMessage, PhaseName, TaskName
 from .values import Encoder, VertexFill, fill_of
 
 BUDGET = 50.0  # milliseconds for one update during a drag, until a page sets another number
@@ -30,13 +31,15 @@ BUDGET = 50.0  # milliseconds for one update during a drag, until a page sets an
 REST_BUDGET = 250.0
 # seconds to wait for the next pose of a drag, before continuing with the present one
 GRACE = 0.02
+# seconds at rest before the drawn mesh is refined where shadows lie now
+CALM = 0.5
 
 log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
 class _Task:
-    name: str
+    name: TaskName
     work: Callable[[TaskProgress], None]
     failed: Callable[[str], None] | None = None  # receives the reason, if somebody waits for an answer
 
@@ -55,13 +58,20 @@ class Engine:
         Nobody else may use the session from `start` until `stop` has returned.
     tell : receives events, on the engine's thread
     shown : whether any page displays values, see `show`
+    geometry : what pages draw at first; None: there are no pages
     """
 
-    def __init__(self, session: Session, tell: Callable[[Event], None], shown: bool = True) -> None:
+    def __init__(
+        self,
+        session: Session,
+        tell: Callable[[Event], None],
+        shown: bool = True,
+        geometry: Geometry | None = None,
+    ) -> None:
         self._session, self._tell, self._shown = session, tell, shown
         # revision whose values were not sent, because no page displayed them
         self._unpublished: int | None = None
-        self._figure: dict[str, Any] | None = None  # figures of the last update
+        self._figure: FrameMessage | None = None  # figures of the last update
         self._own_progress = session.progress  # the user's callback, restored at the end
         self._changed = threading.Condition()
         # Edits and paths left from before the start are processed like a page's first request.
@@ -81,6 +91,9 @@ class Engine:
         self._fill: VertexFill | None = None
         self._encoder: Encoder | None = None
         self._errors: np.ndarray | None = None  # standard errors that the pages display
+        self._geometry = geometry
+        # revision whose shadows the drawn mesh was refined for
+        self._refined: int | None = None
         self._thread = threading.Thread(target=self._run, name="deltalux-engine", daemon=True)
 
     # ---- for other threads --------------------------------------------------------------------
@@ -134,7 +147,7 @@ class Engine:
         self._admit(_Task("export", lambda progress: self._export(work, progress)))
 
     def at_rest(
-        self, work: Callable[[Session, int, dict[str, Any] | None], None], failed: Callable[[str], None]
+        self, work: Callable[[Session, int, FrameMessage | None], None], failed: Callable[[str], None]
     ) -> None:
         """Run `work` once the light belongs to the wanted state, after the tasks requested before.
 
@@ -181,6 +194,8 @@ class Engine:
                 # if an update started now, the drag's next pose would have to wait for its end
                 if self._wanted.dragging:
                     self._changed.wait_for(self._is_asked, GRACE)
+                elif self._only_coarse():
+                    self._changed.wait_for(self._is_asked, CALM)
                 if self._stopping:
                     return
                 self._at_work = self._tasks.popleft() if self._tasks else None
@@ -190,8 +205,10 @@ class Engine:
                     self._at_work.work(self._progress(self._at_work.name))
                 elif self._lit() and self._behind():
                     self._follow()
-                else:
+                elif self._unseen():
                     self._show_again()
+                elif self._only_coarse():
+                    self._refine()
             except Cancelled:
                 task = self._at_work
                 self._tell({"type": "cancelled", "task": task.name if task else "update"})
@@ -213,7 +230,7 @@ class Engine:
         return self._session.baked and self._session.foreign_build is None
 
     def _has_work(self) -> bool:
-        return self._is_asked() or (self._lit() and (self._behind() or self._unseen()))
+        return self._is_asked() or self._only_coarse() or (self._lit() and (self._behind() or self._unseen()))
 
     def _is_asked(self) -> bool:
         """Whether there is a new request."""
@@ -227,19 +244,29 @@ class Engine:
         """Whether a page now displays values that were not sent."""
         return self._shown and self._unpublished is not None
 
-    def _resting_phase(self) -> str:
+    def _only_coarse(self) -> bool:
+        """Whether nothing is left to do but to refine what is drawn where shadows lie now."""
+        if self._geometry is None or not self._shown or self._is_asked() or not self._lit():
+            return False
+        if self._wanted.dragging or self._behind() or self._unseen() or self._failed:
+            return False
+        display = self._session.samples.display
+        refines = display is not None and display.refinement is not None
+        return refines and self._session.options["gather"] != "off" and self._refined != self._followed
+
+    def _resting_phase(self) -> PhaseName:
         if not self._lit():
             return "empty"
         if self._behind():
             return "updating"
         return "failed" if self._failed or self._session.unfinished else "ready"
 
-    def _set_phase(self, name: str) -> None:
+    def _set_phase(self, name: PhaseName) -> None:
         if name != self._phase:
             self._phase = name
             self._tell(Phase(name))
 
-    def _progress(self, task: str) -> TaskProgress:
+    def _progress(self, task: TaskName) -> TaskProgress:
         return TaskProgress(task, self._tell, lambda: self._cancelled)
 
     def _report(self, error: Exception) -> None:
@@ -356,6 +383,30 @@ class Engine:
         else:
             self._bake(progress)
 
+    def _refine(self) -> None:
+        """Refine the mesh that is drawn where shadows lie now; given up once somebody wants something."""
+        revision, before = self._followed, self._session.samples.display
+        self._session.progress = lambda *_: not self._is_asked()
+        self._refined = revision
+        try:
+            self._session.refine()
+        except Cancelled:
+            self._refined = None
+            return
+        except (Error, MemoryError) as error:
+            log.warning("shadows stay as coarse as they are drawn: %s", error)
+            return
+        display = self._session.samples.display
+        assert before is not None and display is not None and self._geometry is not None
+        if display.same_triangles(before):
+            return
+        self._geometry = refined_geometry(self._geometry, self._session)
+        self._fill = fill_of(self._session)
+        self._encoder = Encoder(self._fill)
+        self._tell(Refined(self._geometry))
+        self._publish(revision)
+        return_free_memory()
+
     def _bake(self, progress: TaskProgress) -> None:
         """Compute everything; if there is no light yet, publish coarse previews first."""
         self._set_phase("baking")
@@ -403,7 +454,7 @@ class Engine:
             self._finish()
         work(self._session)
 
-    def _read(self, work: Callable[[Session, int, dict[str, Any] | None], None]) -> None:
+    def _read(self, work: Callable[[Session, int, FrameMessage | None], None]) -> None:
         if not self._lit():
             raise OptionError("read: found no light yet, expected some; bake first")
         self._finish()

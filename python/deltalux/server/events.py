@@ -4,9 +4,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 from .edits import EditState, Key, Value
+from .geometry import Geometry
+from .told import News, PhaseName
 from .values import Values
 
 
@@ -24,7 +25,7 @@ class Wanted:
 class Phase:
     """What the engine is doing, a `phase` of the protocol."""
 
-    name: str
+    name: PhaseName
 
 
 @dataclass(frozen=True)
@@ -36,4 +37,11 @@ class Refused:
     message: str
 
 
-Event = Phase | Refused | Values | dict[str, Any]  # a dict is sent to every page unchanged
+@dataclass(frozen=True)
+class Refined:
+    """From now on pages draw this mesh."""
+
+    geometry: Geometry
+
+
+Event = Phase | Refused | Refined | Values | News  # news are sent to every page unchanged

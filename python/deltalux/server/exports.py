@@ -6,7 +6,6 @@ from __future__ import annotations
 import os
 import re
 from pathlib import Path
-from typing import Any
 
 from deltalux.errors import OptionError
 from deltalux.outputs import WRITERS, write
@@ -73,8 +72,8 @@ class Exports:
             number += 1
         return f"{stem}-{number}{suffix}"
 
-    def write(self, name: str, session: Session) -> dict[str, Any]:
-        """Write the session's present state; return the answer's fields `file`, `bytes` and `address`.
+    def write(self, name: str, session: Session) -> tuple[int, str]:
+        """Write the session's present state; return the file's bytes and its address.
 
         Raises
         ------
@@ -87,7 +86,7 @@ class Exports:
         else:
             write(path, baked_of(session, self._command))
         self._written.add(name)
-        return {"file": name, "bytes": path.stat().st_size, "address": f"files/{name}"}
+        return path.stat().st_size, f"files/{name}"
 
     def path_of(self, name: str) -> Path | None:
         """Path of a regular file of that name, if this run wrote it, else None."""

@@ -5,10 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 from deltalux.results import Frame
 from deltalux.session import Session
+
+from .told import FrameMessage
 
 REPEATED = ("trace", "deposit", "direct")  # stages of a bake that a recompute repeats
 
@@ -22,18 +23,19 @@ class Figures:
     """
 
     recompute_milliseconds: float | None = None
-    _methods: dict[str, str | None] = field(default_factory=dict)
+    _static_method: str | None = None
+    _moving_method: str | None = None
     _milliseconds: dict[str, float] = field(default_factory=dict)
     _affected: int = 0
     _retraced: int = 0
 
-    def of_bake(self, session: Session, frame: Frame, revision: int, seconds: float) -> dict[str, Any]:
+    def of_bake(self, session: Session, frame: Frame, revision: int, seconds: float) -> FrameMessage:
         """The `frame` message of a bake."""
         self.recompute_milliseconds = sum(frame.milliseconds[stage] for stage in REPEATED)
         self.read_methods(session)
         self._start_again()
         self._add(frame, {"total": 1e3 * seconds})
-        return self._message(session, revision, 1.0) | {"speed_up": None, "latency": None}
+        return self._message(session, revision, 1.0, None, None)
 
     def of_update(
         self,
@@ -44,7 +46,7 @@ class Figures:
         fresh: bool,
         publishing: float,
         latency: float | None,
-    ) -> dict[str, Any]:
+    ) -> FrameMessage:
         """The `frame` message of an update.
 
         Parameters
@@ -58,13 +60,13 @@ class Figures:
         self._add(frame, {"values": publishing})
         recompute = self.recompute_milliseconds
         speed_up = recompute / self._milliseconds["total"] if recompute and frame.done == 1 else None
-        return self._message(session, revision, frame.done) | {"speed_up": speed_up, "latency": latency}
+        return self._message(session, revision, frame.done, speed_up, latency)
 
     def read_methods(self, session: Session) -> None:
         """Record the methods in use, which only a bake changes."""
         parts = session.plan.parts
         moving = dict.fromkeys(part.chosen for name, part in parts.items() if name != "static")
-        self._methods = {"static_method": parts["static"].chosen, "moving_method": ", ".join(moving) or None}
+        self._static_method, self._moving_method = parts["static"].chosen, ", ".join(moving) or None
 
     def _start_again(self) -> None:
         self._milliseconds, self._affected, self._retraced = {}, 0, 0
@@ -75,7 +77,9 @@ class Figures:
         self._affected += frame.affected_paths
         self._retraced += frame.retraced_segments
 
-    def _message(self, session: Session, revision: int, done: float) -> dict[str, Any]:
+    def _message(
+        self, session: Session, revision: int, done: float, speed_up: float | None, latency: float | None
+    ) -> FrameMessage:
         statistics = session.statistics
         return {
             "type": "frame",
@@ -86,6 +90,9 @@ class Figures:
             "retraced_segments": self._retraced,
             "segments": statistics["segments"],
             "done": done,
-            **self._methods,
+            "static_method": self._static_method,
+            "moving_method": self._moving_method,
             "recompute_milliseconds": self.recompute_milliseconds,
+            "speed_up": speed_up,
+            "latency": latency,
         }

@@ -24,10 +24,15 @@ PROTOCOL = 1
 
 @dataclass(frozen=True, eq=False)
 class Geometry:
-    """`scene.json` without `run` and `folder`, and `geometry.bin`."""
+    """`scene.json` without `run` and `folder`, and `geometry.bin`; numbered, because it can change."""
 
     description: dict[str, Any]
     data: bytes
+
+    @property
+    def number(self) -> int:
+        """0 for the first, one more each time that the mesh was refined anew."""
+        return self.description["geometry"]
 
 
 def display_of(session: Session) -> DisplayMesh:
@@ -50,23 +55,12 @@ def geometry_of(session: Session) -> Geometry:
         If the samples are not on the vertices of a display mesh.
     """
     scene, display = session.scene, display_of(session)
-    order = np.lexsort((display.reversed, display.triangle_material, display.triangle_mesh))
-    arrays = {
-        "points": display.points.astype("<f4"),
-        "normals": display.normals.astype("<f4"),
-        "indices": display.triangles[order].astype("<u4"),
-    }
     low, high = scene.bounds
-    description = {
+    constant = {
         "protocol": PROTOCOL,
         "name": Path(scene.source).stem if scene.source else "scene",
         "unit": scene.unit,
         "bounds": [low.tolist(), high.tolist()],
-        "vertices": len(display.points),
-        "triangles": len(order),
-        "arrays": _layout(arrays),
-        "parts": _parts(display, order),
-        "meshes": _meshes(scene, display),
         "materials": [
             {
                 "name": m.name,
@@ -79,7 +73,35 @@ def geometry_of(session: Session) -> Geometry:
         "groups": list(session.dim_factors),
         "cameras": [_camera(c) for c in (*_perspective(scene), _good_view(session, display))],
     }
-    return Geometry(description, b"".join(array.tobytes() for array in arrays.values()))
+    return _with_mesh(constant, 0, scene, display)
+
+
+def refined_geometry(before: Geometry, session: Session) -> Geometry:
+    """The same scene, after its display mesh was refined anew."""
+    return _with_mesh(before.description, before.number + 1, session.scene, display_of(session))
+
+
+def _with_mesh(description: dict[str, Any], number: int, scene: Scene, display: DisplayMesh) -> Geometry:
+    order = np.lexsort((display.reversed, display.triangle_material, display.triangle_mesh))
+    detail = np.zeros(0, np.int64) if display.detail is None else display.detail
+    corners, weights = display.detail_in_plain()
+    arrays = {
+        "points": display.points.astype("<f4"),
+        "normals": display.normals.astype("<f4"),
+        "indices": display.triangles[order].astype("<u4"),
+        "detail": detail.astype("<u4"),
+        "detail_corners": corners.astype("<u4"),
+        "detail_weights": weights.astype("<f4"),
+    }
+    of_mesh = {
+        "geometry": number,
+        "vertices": len(display.points),
+        "triangles": len(order),
+        "arrays": _layout(arrays),
+        "parts": _parts(display, order),
+        "meshes": _meshes(scene, display),
+    }
+    return Geometry(description | of_mesh, b"".join(array.tobytes() for array in arrays.values()))
 
 
 def _layout(arrays: dict[str, np.ndarray]) -> dict[str, dict[str, Any]]:

@@ -12,10 +12,11 @@ from deltalux.errors import Error, OptionError
 from deltalux.session import Session
 
 from .arrays import arrays_bytes, arrays_of
-from .edits import EditState, Key, Reach, Value, pose_matrix, state_of
+from .edits import EditState, Key, Kind, Reach, Value, pose_matrix, state_of
 from .engine import Engine
-from .events import Event, Phase, Refused, Wanted
+from .events import Event, Phase, Refined, Refused, Wanted
 from .exports import Exports
+from .geometry import Geometry
 from .history import History
 from .messages import (
     EDITS,
@@ -42,6 +43,7 @@ from .messages import (
     parse,
 )
 from .page import Page
+from .told import Answer, ErrorMessage, FinishedMessage, FrameMessage, News, PhaseName, StateMessage
 from .values import Values
 
 MAX_PAGES = 32
@@ -54,20 +56,24 @@ class Hub:
     ----------
     session : Session, handed to the engine by `open`
     exports : where exported files are written
+    geometry : what pages draw; None: there are no pages
     shown : encode values even while no page is connected, so that the first page has them at once
     """
 
-    def __init__(self, session: Session, exports: Exports, shown: bool = True) -> None:
+    def __init__(
+        self, session: Session, exports: Exports, geometry: Geometry | None, shown: bool = True
+    ) -> None:
         self._exports, self._shown = exports, shown
+        self.geometry = geometry
         self._names = Names(list(session.poses), list(session.dim_factors), list(session.reflectances))
         self._reach = Reach(session)
         self._history = History(state_of(session))
-        self._phase = "updating" if session.baked else "empty"  # until the engine reports its phase
+        self._phase: PhaseName = "updating" if session.baked else "empty"  # until the engine tells
         self._pages: set[Page] = set()
         self._values: Values | None = None
         # messages for pages that connect later, by type or subject
-        self._kept: dict[str, dict[str, Any]] = {}
-        self._engine = Engine(session, self._from_engine, shown)
+        self._kept: dict[str, News] = {}
+        self._engine = Engine(session, self._from_engine, shown, geometry)
         self._revision = self._engine.first_revision
         self._loop: asyncio.AbstractEventLoop | None = None
         if not self._names.movables:
@@ -213,19 +219,23 @@ class Hub:
             raise OptionError(f"{message.type}: found one that is not answered yet; wait for its answer")
         page.asking = True
 
-        def answer(session: Session, revision: int, figure: dict[str, Any] | None) -> None:
-            header: dict[str, Any] = {"type": "values", "id": message.id, "revision": revision}
+        def answer(session: Session, revision: int, figure: FrameMessage | None) -> None:
             if isinstance(message, Read):
-                data: str | bytes = arrays_bytes(header, arrays_of(session, message.arrays))
-            else:
-                digest = session.digest() if message.digest else None
-                header |= {"type": "finished", "digest": digest, "frame": figure}
-                data = json.dumps(header, allow_nan=False)
-            self._in_loop(page.answer, data)
+                header = {"type": "values", "id": message.id, "revision": revision}
+                self._in_loop(page.answer, arrays_bytes(header, arrays_of(session, message.arrays)))
+                return
+            finished: FinishedMessage = {
+                "type": "finished",
+                "id": message.id,
+                "revision": revision,
+                "digest": session.digest() if message.digest else None,
+                "frame": figure,
+            }
+            self._in_loop(page.answer, json.dumps(finished, allow_nan=False))
 
         def fail(reason: str) -> None:
-            answer = {"type": "error", "id": message.id, "message": reason}
-            self._in_loop(page.answer, json.dumps(answer))
+            error: ErrorMessage = {"type": "error", "id": message.id, "message": reason}
+            self._in_loop(page.answer, json.dumps(error))
 
         self._engine.at_rest(answer, fail)
 
@@ -233,8 +243,16 @@ class Hub:
         name = self._exports.checked_name(message.file)
 
         def write(session: Session) -> None:
+            answer: Answer
             try:
-                answer = {"type": "exported", "id": message.id, **self._exports.write(name, session)}
+                size, address = self._exports.write(name, session)
+                answer = {
+                    "type": "exported",
+                    "id": message.id,
+                    "file": name,
+                    "bytes": size,
+                    "address": address,
+                }
             except (Error, OSError, MemoryError) as error:
                 text = f'export "{name}": {error}'
                 answer = {"type": "error", "id": message.id, "message": text}
@@ -244,10 +262,10 @@ class Hub:
 
     # ---- what pages see -----------------------------------------------------------------------
 
-    def _state(self) -> dict[str, Any]:
+    def _state(self) -> StateMessage:
         state = self._history.state
 
-        def of(kind: str) -> dict[str, Value]:
+        def of(kind: Kind) -> dict[str, Any]:
             return {name: value for (k, name), value in state.items() if k == kind}
 
         return {
@@ -269,7 +287,7 @@ class Hub:
         self._engine.want(wanted)
         self._broadcast(self._state())
 
-    def _broadcast(self, message: dict[str, Any]) -> None:
+    def _broadcast(self, message: News) -> None:
         for page in self._pages:
             page.tell(message)
 
@@ -296,6 +314,8 @@ class Hub:
             self._phase = event.name
             self._kept.pop("progress", None)
             self._broadcast(self._state())
+        elif isinstance(event, Refined):
+            self._take_geometry(event.geometry)
         elif isinstance(event, Refused):
             self._history.state[event.key] = event.value
             self._broadcast({"type": "notice", "message": event.message})
@@ -304,6 +324,14 @@ class Hub:
             if event["type"] in ("frame", "progress", "unreached"):
                 self._kept[event["type"]] = event
             self._broadcast(event)
+
+    def _take_geometry(self, geometry: Geometry) -> None:
+        """Values of the mesh before are of no use any more; those of the new one come next."""
+        self.geometry, self._values = geometry, None
+        self._kept["geometry"] = {"type": "geometry", "number": geometry.number}
+        for page in self._pages:
+            page.start_over()
+            page.tell(self._kept["geometry"])
 
 
 def _check_present(state: EditState, name: str, expected: bool, verb: str) -> None:

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Messages from pages: a closed set of types; every message is checked before it is used."""
+"""Messages from pages and programs: a closed set of types; every message is checked before it is used.
+
+A docstring says what a request does, a note beside a type what the field holds; see `told`.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ import json
 import math
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import MISSING, dataclass, fields
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from deltalux.errors import OptionError
 from deltalux.scene import rigid_pose
@@ -15,6 +18,8 @@ from deltalux.scene import rigid_pose
 from .arrays import READABLE
 from .edits import pose_matrix
 
+Pose = tuple[float, ...]  # 4x4, rigid, column by column
+Rgb = tuple[float, float, float]
 MAX_TEXT = 1 << 20  # bytes: some thousands of moves
 MAX_ID = 2**53
 MAX_FACTOR = 1e6  # the core's own limit
@@ -41,11 +46,13 @@ class Message:
 
 @dataclass(frozen=True)
 class Move(Message):
-    """Put a movable at a pose."""
+    """Put an object at a pose. While `dragging`, updates keep to the time budget, and all moves up to
+    the one with `dragging: false` are one step of the history.
+    """
 
     type = "move"
     name: str
-    pose: tuple[float, ...]
+    pose: Pose
     dragging: bool = False
 
 
@@ -67,7 +74,7 @@ class Add(Message):
 
 @dataclass(frozen=True)
 class Dim(Message):
-    """Set the factor of a light group."""
+    """Set the factor of a light group (1 = as loaded, 0 to 1e6)."""
 
     type = "dim"
     group: str
@@ -77,55 +84,58 @@ class Dim(Message):
 
 @dataclass(frozen=True)
 class Dims(Message):
-    """Set the factors of several light groups in one step of the history."""
+    """Set the factors of several light groups; one step of the history."""
 
     type = "dims"
-    factors: dict[str, float]
+    factors: Annotated[dict[str, float], "{group: factor}"]
     dragging: bool = False
 
 
 @dataclass(frozen=True)
 class Reflectance(Message):
-    """Set the reflectance of a material."""
+    """Set the reflectance of a material, 0 to 1."""
 
     type = "reflectance"
     material: str
-    value: tuple[float, ...]
+    value: Annotated[Rgb, "[r,g,b]"]
     dragging: bool = False
 
 
 @dataclass(frozen=True)
 class Edit(Message):
-    """Several edits at once: all of them, or none."""
+    """Make all of them in this order, or none; one step of the history."""
 
     type = "edit"
-    edits: tuple[Message, ...]
+    edits: Annotated[
+        tuple[Message, ...],
+        ": a list of `move`, `remove`, `add`, `dim`, `reflectance`, each with `type` and without `id`",
+    ]
 
 
 @dataclass(frozen=True)
 class Undo(Message):
-    """Take the last step back."""
+    """Take the last step back, exactly."""
 
     type = "undo"
 
 
 @dataclass(frozen=True)
 class Redo(Message):
-    """Repeat the step that was taken back last."""
+    """Repeat the step that was taken back last, exactly."""
 
     type = "redo"
 
 
 @dataclass(frozen=True)
 class Bake(Message):
-    """Compute everything again."""
+    """Compute everything again with the present settings."""
 
     type = "bake"
 
 
 @dataclass(frozen=True)
 class Check(Message):
-    """Recompute and compare digests."""
+    """Recompute everything and compare the digests."""
 
     type = "check"
 
@@ -139,15 +149,15 @@ class Cancel(Message):
 
 @dataclass(frozen=True)
 class Budget(Message):
-    """Time budget of one update during a drag; None = no limit."""
+    """Set the time budget of one update during a drag; null = no limit."""
 
     type = "budget"
-    milliseconds: float | None
+    milliseconds: Annotated[float | None, "(1 to 10,000) or null"]
 
 
 @dataclass(frozen=True)
 class Export(Message):
-    """Write a file into the server's folder."""
+    """Write NAME.glb, .csv, .npz, .png or .dlx into the server's folder."""
 
     type = "export"
     accepted = False
@@ -156,25 +166,25 @@ class Export(Message):
 
 @dataclass(frozen=True)
 class Finish(Message):
-    """Answer once the light belongs to the state; with the digest if it is requested."""
+    """Wait until the light is that of the state: `finished`."""
 
     type = "finish"
     accepted = False
-    digest: bool = False
+    digest: Annotated[bool, ": true or false"] = False
 
 
 @dataclass(frozen=True)
 class Read(Message):
-    """Answer with exact values once the light belongs to the state."""
+    """Wait likewise, and read exact values: a binary message."""
 
     type = "read"
     accepted = False
-    arrays: tuple[str, ...]
+    arrays: Annotated[tuple[str, ...], ": some of `irradiance`, `standard_error`, `points`, `normals`"]
 
 
 @dataclass(frozen=True)
 class Ack:
-    """The page has displayed the frame of this number."""
+    """The frame of that number, and with it all before, is on the screen; no `id`, no answer."""
 
     type: ClassVar[str] = "ack"
     seq: int

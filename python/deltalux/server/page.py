@@ -6,15 +6,15 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import Awaitable, Callable
-from typing import Any
 
 from .frames import frame_bytes
+from .told import Told
 from .values import Values
 
 IN_FLIGHT = 2  # frames sent that the page has not acknowledged yet
 MAX_WAITING = 1000  # messages that may wait for a page that does not receive them
 # a newer message replaces a waiting one of the same type
-LATEST_ONLY = ("state", "progress", "frame", "unreached")
+LATEST_ONLY = ("state", "progress", "frame", "unreached", "geometry")
 
 
 class Page:
@@ -32,14 +32,14 @@ class Page:
         self.frames = frames
         self.asking = False  # whether the page waits for `answer`
         self._answer: str | bytes | None = None
-        self._texts: dict[object, dict[str, Any]] = {}  # in the order of sending
+        self._texts: dict[object, Told] = {}  # in the order of sending
         self._latest: Values | None = None
         self._sent: Values | None = None
         self._seq = 0
         self._acknowledged = 0
         self._something = asyncio.Event()
 
-    def tell(self, message: dict[str, Any]) -> None:
+    def tell(self, message: Told) -> None:
         """Queue a message."""
         key = message["type"] if message["type"] in LATEST_ONLY else object()
         self._texts.pop(key, None)
@@ -57,6 +57,10 @@ class Page:
             return
         self._latest = values
         self._something.set()
+
+    def start_over(self) -> None:
+        """Values from now on are those of another mesh: the next frame holds all of them."""
+        self._latest = self._sent = None
 
     def acknowledge(self, seq: int) -> None:
         """Record that the page shows frame `seq`, and so has received those before it."""

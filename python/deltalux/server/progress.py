@@ -7,6 +7,8 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from .told import ProgressMessage, TaskName
+
 INTERVAL = 0.1  # seconds between two messages
 FORESEEABLE = 0.02  # share of the task; before it, the remaining time cannot be estimated
 
@@ -44,7 +46,7 @@ class TaskProgress:
     """
 
     def __init__(
-        self, task: str, tell: Callable[[dict[str, Any]], None], stopped: Callable[[], bool]
+        self, task: TaskName, tell: Callable[[ProgressMessage], None], stopped: Callable[[], bool]
     ) -> None:
         self._task, self._tell, self._stopped = task, tell, stopped
         self._start = time.monotonic()

@@ -73,8 +73,7 @@ class Server:
         self.port: int = self._socket.getsockname()[1]
         self._host, self.token = host, secrets.token_urlsafe()
         app = make_app(
-            Hub(session, exports, shown),
-            geometry,
+            Hub(session, exports, geometry, shown),
             exports,
             run=secrets.token_hex(4),
             host=host,

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from deltalux import core_session, memory
-from deltalux.errors import OptionError
+from deltalux.errors import Cancelled, OptionError
 from deltalux.mesh.shadow_detail import detail_length, refined_at_shadows
 from deltalux.mesh.vertex_light import add_detail
 from deltalux.samples import Samples
@@ -17,6 +17,9 @@ from deltalux.units import PHOTOPIC_WEIGHTS
 
 from .calls import long_call
 from .facts import SessionFacts
+
+REFINE_STAGE = "refine shadows"
+ASKED_TOGETHER = 1 << 13  # places between two looks at whether to go on
 
 
 class SessionPlaces(SessionFacts):
@@ -80,6 +83,8 @@ class SessionPlaces(SessionFacts):
         ------
         OptionError
             Where the samples are not on a display mesh, or the session does not gather.
+        Cancelled
+            Where `progress` asked to stop.
         """
         display = self.samples.display
         if display is None:
@@ -90,7 +95,13 @@ class SessionPlaces(SessionFacts):
         length = detail_length(display, detail or display.detail_length or "auto")
 
         def light(points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-            return self._direct_at(points, normals) @ PHOTOPIC_WEIGHTS
+            found = np.zeros(len(points))
+            for first in range(0, len(points), ASKED_TOGETHER):
+                if self.progress and self.progress(REFINE_STAGE, 0.0) is False:
+                    raise Cancelled("refine: cancelled; the mesh is as it was")
+                own = slice(first, first + ASKED_TOGETHER)
+                found[own] = self._direct_at(points[own], normals[own]) @ PHOTOPIC_WEIGHTS
+            return found
 
         refined = refined_at_shadows(self.scene, display.without_detail(), light, length)
         self.samples = self.samples.shown_on(refined)

@@ -31,9 +31,8 @@ def two_cells() -> dl.Scene:
     return dl.Scene(meshes, materials, unit="lux", cameras=[camera])
 
 
-def make_session(paths: int = PATHS) -> dl.Session:
+def make_session(paths: int = PATHS, detail: float | None = None) -> dl.Session:
     """A session of the cells without light."""
     scene = two_cells()
-    return dl.Session(
-        scene, dl.Samples.on_vertices(scene, spacing=SPACING), paths=paths, gather=256, threads=2
-    )
+    samples = dl.Samples.on_vertices(scene, spacing=SPACING, detail=detail)
+    return dl.Session(scene, samples, paths=paths, gather=256, threads=2)

@@ -4,7 +4,7 @@ import { button, h } from '../dom'
 import { seconds } from '../format'
 import type { Lights } from '../lights'
 import type { Objects } from '../objects'
-import type { Phase } from '../protocol'
+import type { StateMessage } from '../protocol'
 import type { RemoteSession } from '../remoteSession'
 
 /** Banner while the server is away. */
@@ -27,7 +27,7 @@ export function progressBox(remote: RemoteSession): HTMLElement {
   remote.progress.watch((progress) => {
     element.hidden = progress === null
     if (!progress) return
-    const task = { bake: 'Baking', check: 'Checking', export: 'Exporting' }[progress.task]
+    const task = { bake: 'Baking', check: 'Checking', export: 'Exporting', read: 'Reading' }[progress.task]
     const eta = progress.eta === null ? '' : `, ${seconds(progress.eta)} left`
     const done = `${Math.floor(100 * progress.fraction)} %`
     text.textContent = `${task}: ${progress.stage.replaceAll('_', ' ')}, ${done}${eta}`
@@ -37,7 +37,7 @@ export function progressBox(remote: RemoteSession): HTMLElement {
   return element
 }
 
-const LIGHT_STATES: Partial<Record<Phase, string>> = {
+const LIGHT_STATES: Partial<Record<StateMessage['phase'], string>> = {
   empty: 'No light yet',
   preview: 'Preview: fewer paths, noisier light',
   failed: 'The update failed: this light is not up to date',

@@ -31,6 +31,14 @@ export class Creases {
     for (const line of this.lines) line.visible = on
   }
 
+  /** The bodies have other triangles. */
+  renew(): void {
+    const shown = this.lines?.some((line) => line.visible) ?? false
+    for (const line of this.lines ?? []) line.removeFromParent()
+    this.lines = null
+    this.show(shown)
+  }
+
   private make(body: Body): LineSegments {
     const geometry = new BufferGeometry()
     geometry.setAttribute('position', body.geometry.getAttribute('position'))

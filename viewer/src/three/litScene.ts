@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The scene as drawn: one mesh with groups for each mesh of the server's, values as an attribute of halves.
 import { Box3, BufferAttribute, BufferGeometry, DynamicDrawUsage, Group, Matrix4, Mesh, Vector3 } from 'three'
-import type { MeshInfo, PartInfo, Pose, Run, SceneInfo, ValuesFrame } from '../protocol'
+import { Carrier } from '../carrier'
+import type { ArrayPlace, MeshInfo, PartInfo, Pose, Run, SceneInfo, ValuesFrame } from '../protocol'
 import { CHANNELS, Values, type Snapshot } from '../values'
 import { SurfaceMaterials } from './materials'
 
@@ -12,14 +13,22 @@ export interface GeometryArrays {
   points: Float32Array
   normals: Float32Array
   indices: Uint32Array
+  detail: Uint32Array // vertices that refine shadows,
+  detailCorners: Uint32Array // the vertices of others between which they lie, 3 for each,
+  detailWeights: Float32Array // and how near they are to these
 }
 
 export function geometryArrays(info: SceneInfo, buffer: ArrayBuffer): GeometryArrays {
-  const { points, normals, indices } = info.arrays
+  const floats = ({ offset, length }: ArrayPlace) => new Float32Array(buffer, offset, length / 4)
+  const integers = ({ offset, length }: ArrayPlace) => new Uint32Array(buffer, offset, length / 4)
+  const { arrays } = info
   return {
-    points: new Float32Array(buffer, points.offset, points.length / 4),
-    normals: new Float32Array(buffer, normals.offset, normals.length / 4),
-    indices: new Uint32Array(buffer, indices.offset, indices.length / 4),
+    points: floats(arrays.points),
+    normals: floats(arrays.normals),
+    indices: integers(arrays.indices),
+    detail: integers(arrays.detail),
+    detailCorners: integers(arrays.detail_corners),
+    detailWeights: floats(arrays.detail_weights),
   }
 }
 
@@ -38,18 +47,15 @@ export class LitScene {
 
   /** `oneTriangle`: draw next to nothing, but upload all (to measure transport without rasterisation). */
   constructor(
-    readonly info: SceneInfo,
-    arrays: GeometryArrays,
-    oneTriangle = false,
+    public info: SceneInfo,
+    private arrays: GeometryArrays,
+    private readonly oneTriangle = false,
   ) {
     this.materials = new SurfaceMaterials(info.materials)
     this.values = new Values(info.vertices)
-    const parts = info.meshes.map((): PartInfo[] => [])
-    for (const part of info.parts) parts[part.mesh].push(part)
+    const geometries = this.geometries()
     info.meshes.forEach((mesh, i) => {
-      const geometry = this.geometry(mesh, parts[i], arrays)
-      if (oneTriangle) geometry.setDrawRange(0, 3)
-      const body = new Mesh(geometry, this.materials.all) as unknown as Body
+      const body = new Mesh(geometries[i], this.materials.all) as unknown as Body
       body.name = mesh.name
       body.userData.info = mesh
       body.frustumCulled = !oneTriangle
@@ -103,6 +109,33 @@ export class LitScene {
     }
     this.materials.shared.referenceScale.value = 1 / reference.scale
     this.compared = { with: reference, halves }
+  }
+
+  /** Takes another refinement of the same scene; returns how values of the one before go along. */
+  remesh(info: SceneInfo, arrays: GeometryArrays): Carrier {
+    const carrier = new Carrier([this.info, this.arrays], [info, arrays])
+    this.info = info
+    this.arrays = arrays
+    this.values.resize(info.vertices)
+    this.compared = null
+    const geometries = this.geometries()
+    this.bodies.forEach((body, i) => {
+      body.geometry.dispose()
+      body.geometry = geometries[i]
+      body.userData.info = info.meshes[i]
+    })
+    return carrier
+  }
+
+  /** One for each mesh. */
+  private geometries(): BufferGeometry[] {
+    const parts = this.info.meshes.map((): PartInfo[] => [])
+    for (const part of this.info.parts) parts[part.mesh].push(part)
+    return this.info.meshes.map((mesh, i) => {
+      const geometry = this.geometry(mesh, parts[i], this.arrays)
+      if (this.oneTriangle) geometry.setDrawRange(0, 3)
+      return geometry
+    })
   }
 
   private geometry(mesh: MeshInfo, parts: PartInfo[], arrays: GeometryArrays): BufferGeometry {

@@ -4,6 +4,7 @@
 import { Raycaster, Vector2, Vector3, type Camera, type Intersection, type Mesh } from 'three'
 import type { Body } from './litScene'
 
+const BESIDE = 1e-4 // of the distance from the body's origin, or metres: from where a hit is looked for again
 const SAME_PLACE = 1e-4 // of the distance: two triangles of one sheet
 
 export interface Hit {
@@ -32,7 +33,10 @@ export function pick(camera: Camera, bodies: Body[], at: Vector2): Hit | null {
   if (hits.length === 0) return null
   // Of the triangles of a sheet that is lit on both sides, the one that faces the eye counts.
   const near = hits.filter((hit) => hit.distance < hits[0].distance * (1 + SAME_PLACE))
-  const hit = near.find(faces) ?? hits[0]
+  return hitOf(near.find(faces) ?? hits[0])
+}
+
+function hitOf(hit: Intersection): Hit {
   const body = hit.object as unknown as Body
   const { a, b, c } = hit.face!
   const first = body.userData.info.first_vertex
@@ -46,6 +50,26 @@ export function pick(camera: Camera, bodies: Body[], at: Vector2): Hit | null {
     sampled: faces(hit),
     distance: hit.distance,
   }
+}
+
+/** What was hit, in the triangles that its body has now; null where they are no longer there. */
+export function hitAgain(hit: Hit, normal: Vector3): Hit | null {
+  const { body, local, sampled } = hit
+  const reach = BESIDE * (1 + local.length())
+  const from = body.localToWorld(local.clone().addScaledVector(normal, reach))
+  raycaster.set(from, normal.clone().negate().transformDirection(body.matrixWorld))
+  const found = raycaster.intersectObject(body, false)[0]
+  if (!found || found.distance > 2 * reach) return null
+  return { ...hitOf(found), sampled }
+}
+
+/** Normal of the triangle that was hit, in its body's space. */
+export function normalOf({ body, vertices }: Hit): Vector3 {
+  const points = body.geometry.getAttribute('position')
+  const [a, b, c] = vertices.map((vertex) =>
+    new Vector3().fromBufferAttribute(points, vertex - body.userData.info.first_vertex),
+  )
+  return b.sub(a).cross(c.sub(a)).normalize()
 }
 
 /** How far a way from a point leads before it meets a body. */

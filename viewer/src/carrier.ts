@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+// Values of one refinement of the scene's mesh taken over to another, to compare light before and after.
+import { DataUtils } from 'three'
+import type { SceneInfo } from './protocol'
+import type { GeometryArrays } from './three/litScene'
+import { CHANNELS, type Snapshot } from './values'
+
+type Refinement = [Pick<SceneInfo, 'vertices' | 'meshes'>, GeometryArrays]
+
+const NONE = -1
+
+export class Carrier {
+  private readonly from: Int32Array // vertex before, of each vertex now
+  private readonly between: number[] = [] // places in `detail` of vertices that were not there
+
+  constructor(
+    before: Refinement,
+    private readonly now: Refinement,
+  ) {
+    this.from = new Int32Array(now[0].vertices).fill(NONE)
+    const [plainBefore, plainNow] = [plainVertices(before), plainVertices(now)]
+    plainNow.forEach((vertex, i) => (this.from[vertex] = plainBefore[i]))
+    const places = new Map<string, number>()
+    forEachDetail(before, (vertex, place) => places.set(place, vertex))
+    forEachDetail(now, (vertex, place, i) => {
+      const same = places.get(place)
+      if (same === undefined) this.between.push(i)
+      else this.from[vertex] = same
+    })
+  }
+
+  /** The same bits at vertices that were there, interpolated values at others. */
+  carry({ halves, scale }: Snapshot): Snapshot {
+    const carried = new Uint16Array(CHANNELS * this.from.length)
+    this.from.forEach((before, vertex) => {
+      if (before === NONE) return
+      for (let c = 0; c < CHANNELS; c++) carried[CHANNELS * vertex + c] = halves[CHANNELS * before + c]
+    })
+    const { detail, detailCorners, detailWeights } = this.now[1]
+    for (const i of this.between) {
+      for (let c = 0; c < CHANNELS; c++) {
+        let sum = 0
+        for (let k = 3 * i; k < 3 * i + 3; k++) {
+          sum += detailWeights[k] * DataUtils.fromHalfFloat(carried[CHANNELS * detailCorners[k] + c])
+        }
+        carried[CHANNELS * detail[i] + c] = DataUtils.toHalfFloat(sum)
+      }
+    }
+    return { halves: carried, scale }
+  }
+}
+
+/** Those that no refinement added; their order is always the same. */
+function plainVertices([{ vertices }, { detail }]: Refinement): Uint32Array {
+  const plain = new Uint32Array(vertices - detail.length)
+  let end = 0
+  let next = 0 // of `detail`, which ascends
+  for (let vertex = 0; vertex < vertices; vertex++) {
+    if (next < detail.length && detail[next] === vertex) next++
+    else plain[end++] = vertex
+  }
+  return plain
+}
+
+/** Calls `visit` with each vertex that refines shadows and a text that is equal for equal places. */
+function forEachDetail(
+  [{ meshes }, { detail, points, normals }]: Refinement,
+  visit: (vertex: number, place: string, index: number) => void,
+): void {
+  let mesh = 0
+  detail.forEach((vertex, i) => {
+    while (vertex >= meshes[mesh].first_vertex + meshes[mesh].vertex_count) mesh++
+    const at = 3 * vertex
+    visit(vertex, `${mesh} ${points.subarray(at, at + 3).join()} ${normals.subarray(at, at + 3).join()}`, i)
+  })
+}
