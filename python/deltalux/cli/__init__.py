@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command line: one module per verb; here they are assembled and errors become exit codes."""
+"""The command line: one module per verb; this one assembles them and turns errors into exit codes."""
 
 from __future__ import annotations
 
@@ -70,18 +70,18 @@ def run(arguments: Sequence[str] | None = None) -> int:
         context = getattr(error, "ctx", None)
         hint = f" (see: {context.command_path} --help)" if usage and context else ""
         message = error.format_message()
-        if message:  # none when help was shown for want of a command
+        if message:  # there is none if help was shown because no command was given
             print_error(message + hint)
         return EXIT_USAGE if usage else EXIT_FAILURE
     except (KeyboardInterrupt, typer.Abort, Cancelled):
         print_error("cancelled")
         return EXIT_CANCELLED
-    except BrokenPipeError:  # the reader of a pipe had enough; what is left to flush goes nowhere
+    except BrokenPipeError:  # the reader of a pipe has closed it; discard what is still to be flushed
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except EXPECTED as error:
         print_error(failure_text(error))
         return EXIT_FAILURE
-    if code == EXIT_CANCELLED:  # Ctrl-C, which typer turned into an exit
+    if code == EXIT_CANCELLED:  # typer has turned Ctrl-C into an exit
         print_error("cancelled")
     return code or 0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What bake, update and demo share: samples from options, the bake itself, the session's figures."""
+"""Shared by bake, update and demo: samples from options, the bake itself, the session's figures."""
 
 from __future__ import annotations
 
@@ -22,9 +22,10 @@ from deltalux.units import LUX
 from .jobs import after_rounds, bake_job, counts_of, grown, in_pixels
 from .options import NONE, Grid
 
-# The next batch aims a little below the target, because the error of an error is some percent.
+# The next bake aims slightly below the target, because the estimated error is itself off by some per cent.
 AIM = 0.97
-MOST = 1e6  # times less error takes the square of it in paths, more than any session can have
+# largest factor: error falls with the square root of the paths, and no session can have so many more
+MOST = 1e6
 
 
 def make_samples(
@@ -35,18 +36,18 @@ def make_samples(
     detail: float | str = NONE,
     margin: float = 0.0,
 ) -> tuple[dl.Samples, dict[str, np.ndarray] | None, list[str]]:
-    """Return samples on the surfaces, or on working planes when there are any.
+    """Return samples on the surfaces, or on working planes if there are any.
 
-    Points of planes inside of or behind walls and furniture, or nearer than `margin` to some, are left out.
+    Points of planes inside or behind walls and furniture, or nearer than `margin` to some, are removed.
 
     Returns
     -------
-    samples, the indices of each plane's samples by name (None without planes), and what was left out, as
-    sentences
+    samples, the indices of each plane's samples by name (None without planes), and sentences about the
+    removed points
 
     Raises
     ------
-    OptionError : nothing of a plane is left
+    OptionError : no point of a plane remains
     """
     if not grids:
         own = None if detail == NONE else detail
@@ -70,7 +71,7 @@ def make_samples(
 def _free_part(
     scene: dl.Scene, name: str, plane: dl.Samples, inside: np.ndarray, margin: float
 ) -> tuple[dl.Samples, list[str]]:
-    """What of a plane is in free air, and what is to be said of the rest."""
+    """The part of a plane in free air, and a sentence about the rest."""
     near = near_walls(scene, plane.points, margin) & ~inside if margin > 0 else np.zeros(len(plane), bool)
     counts = {"inside of or behind walls and furniture": inside, f"nearer than {margin:g} m to some": near}
     said = [f"{int(marked.sum()):,} {what}" for what, marked in counts.items() if marked.any()]
@@ -85,7 +86,7 @@ def _free_part(
 
 
 def _plane(grid: Grid, radius: float | None) -> dl.Samples:
-    """Return rows along +X, the first at the smallest Z, as a plan is drawn; normals up."""
+    """Return rows along +X, the first at the smallest Z, as a plan is drawn; normals point up."""
     below = dl.Samples.on_grid(grid.corner, (grid.width, 0, 0), (0, 0, grid.depth), grid.spacing)
     plane = dl.Samples(below.points, (0, 1, 0), radius)  # X × Z points down
     plane.grid_shape, plane.spacing = below.grid_shape, below.spacing
@@ -104,17 +105,17 @@ def bake_scene(
     gather: str | int,
     **options: Any,
 ) -> tuple[dl.Session, dl.Frame]:
-    """Bake, then with more paths and rays until the error is below `target_error`.
+    """Bake, then again with more paths and rays until the error is below `target_error`.
 
-    A bake with more of them is a new one, so the result is that of a plain bake with the final
-    numbers, and its digest too.
+    Each bake starts from scratch, so that result and digest equal those of a plain bake with the final
+    numbers.
 
     Parameters
     ----------
-    scene, samples : what to light
+    scene, samples : scene to light, and where
     target_error : of the 90th percentile of `claimed_error`; None = one bake
-    targets : files that will be written then
-    progress : is told what lies ahead
+    targets : files that will be written afterwards
+    progress : is told which steps follow
     size : of pictures
     paths, gather : of the first bake
     options : of `deltalux.Session`
@@ -125,7 +126,7 @@ def bake_scene(
 
     Raises
     ------
-    OptionError : the target asks for more than there can be, or than fits into memory
+    OptionError : the target needs more paths or rays than are possible, or than fit into memory
     """
     reached = ""
     counts = in_pixels(counts_of(scene, samples, paths, gather, options["threads"]), size)
@@ -165,7 +166,7 @@ def total_milliseconds(frame: dl.Frame) -> float:
 
 
 def sample_sets(session: dl.Session) -> dict[str, np.ndarray]:
-    """Return the indices of each set of samples: what is static, then each movable that is present."""
+    """Return the indices of each set of samples: static ones, then those of each present movable."""
     samples = session.samples
     static = "surfaces" if samples.display else "plane" if samples.grid_shape else "samples"
     sets = {static: np.flatnonzero(samples.attached == None)}  # noqa: E711, elementwise
@@ -178,7 +179,7 @@ def sample_sets(session: dl.Session) -> dict[str, np.ndarray]:
 def figures(
     session: dl.Session, frame: dl.Frame, sets: Mapping[str, np.ndarray] | None = None
 ) -> dict[str, Any]:
-    """Return what --json prints of a baked or updated session.
+    """Return the data that --json prints about a baked or updated session.
 
     Parameters
     ----------
@@ -191,7 +192,7 @@ def figures(
     sets = sets or sample_sets(session)
     claimed = claimed_error(irradiance, error, session.samples.areas, sets)
     summaries = summarise(irradiance, error, sets)
-    undimmed = min(session.dim_factors.values(), default=1.0) >= 1  # else darkness is what was asked for
+    undimmed = min(session.dim_factors.values(), default=1.0) >= 1  # otherwise darkness was requested
     return {
         "unit": session.scene.unit,
         "samples": len(irradiance),
@@ -232,7 +233,7 @@ def summary_table(title: str, data: Mapping[str, Any]) -> Table:
 
 
 def _notes(data: Mapping[str, Any]) -> list[str]:
-    """What `figures` say about all samples together, as lines of text."""
+    """What `figures` contain about all samples together, as lines of text."""
     claimed = ClaimedError(**data["error"])
     lines = [f"samples at most {data['spacing']:.3g} m apart"] if data["spacing"] else []
     if data["detail_vertices"]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`deltalux compare`: how two results differ, as numbers and as a picture."""
+"""`deltalux compare`: differences between two results, as numbers and as a picture."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ PictureOption = Annotated[
 
 @dataclass(frozen=True, eq=False)
 class Loaded:
-    """A result and, where the file was a session, that session."""
+    """A result and, if the file was a session, that session."""
 
     result: Any
     session: dl.Session | None

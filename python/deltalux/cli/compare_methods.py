@@ -40,7 +40,7 @@ PICTURES = {
     "whole.png": "The scene through its camera; all pictures have one exposure.",
     "close_up.png": "Close up, where most small surfaces are seen.",
 }
-LABELS = {  # of the pictures, in their order
+LABELS = {  # captions of the pictures, in their order
     "reference": "reference",
     "session": "session (clipped discs)",
     "disc_index": "discs (whole)",

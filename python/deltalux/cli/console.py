@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What reaches the terminal: results on stdout; progress, warnings and errors on stderr."""
+"""Output to the terminal: results on stdout; progress, warnings and errors on stderr."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def print_error(message: str) -> None:
 
 
 class Terminal:
-    """Output of one command, as `--json` and `-q` ask for it.
+    """Output of one command, as `--json` and `-q` require.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class Terminal:
     def __init__(self, as_json: bool, quiet: bool) -> None:
         self.as_json, self._quiet = as_json, quiet
         self._out = Console()
-        if not self._out.is_terminal:  # a pipe or a file has no width to fit
+        if not self._out.is_terminal:  # a pipe or a file has no width
             self._out.width = _WIDEST
         self._err = Console(stderr=True)
 
@@ -64,12 +64,12 @@ class Terminal:
                 self._out.print(renderable, highlight=False, soft_wrap=isinstance(renderable, str))
 
     def say(self, text: str) -> None:
-        """Print a line that is no result: not with --json, nor -q."""
+        """Print a line that is not a result: neither with --json nor -q."""
         if not self.as_json and not self._quiet:
             self._line(text)
 
     def record(self, data: dict[str, Any], text: str | None = None) -> None:
-        """Print one of many results on one line, at once: `data` with --json, else `text` unless -q."""
+        """Print one of many results on one line at once: `data` with --json, else `text` unless -q."""
         if self.as_json:
             self._line(json.dumps(data, default=_plain))
         elif text is not None:
@@ -81,7 +81,7 @@ class Terminal:
 
     @contextmanager
     def working(self, text: str) -> Iterator[None]:
-        """Show, on stderr when that is a terminal, that something without a measure of progress is done."""
+        """Show on stderr, if it is a terminal, that work without a measure of progress is running."""
         if self._quiet or not self._err.is_terminal:
             yield
             return
@@ -90,9 +90,9 @@ class Terminal:
 
     @contextmanager
     def overall(self, steps: Iterable[Step]) -> Iterator[Overall]:
-        """Give an `Overall` for a job of these steps, shown as one bar with the time left.
+        """Provide an `Overall` for a job of these steps, shown as one bar with the time left.
 
-        It appears on stderr when that is a terminal, and moves on while nothing is reported.
+        It is drawn on stderr if that is a terminal, and advances even while nothing is reported.
         """
         overall = Overall(steps)
         with OverallBar(overall, self._err, disable=self._quiet or not self._err.is_terminal):
@@ -101,9 +101,9 @@ class Terminal:
 
     @contextmanager
     def progress(self) -> Iterator[ProgressCallback]:
-        """Give a callback (stage, fraction) that draws one bar with ETA per stage.
+        """Provide a callback (stage, fraction) that draws one bar with ETA per stage.
 
-        Bars appear on stderr when that is a terminal; the callback never asks to stop, because
+        Bars are drawn on stderr if that is a terminal; the callback never cancels, because
         Ctrl-C reaches it as KeyboardInterrupt.
         """
         bars = Progress(
@@ -122,7 +122,7 @@ class Terminal:
             if stage and stage != latest:
                 if latest:
                     bars.update(tasks[latest], completed=1.0)
-                if stage in tasks:  # a stage comes again where the bake goes on with more paths
+                if stage in tasks:  # a stage repeats if the bake continues with more paths
                     bars.reset(tasks[stage], total=1.0)
                 else:
                     tasks[stage] = bars.add_task(stage, total=1.0)
@@ -138,12 +138,12 @@ class Terminal:
 
 
 class OverallBar(Progress):
-    """One bar for all steps of a job: drawn ten times a second from what `overall` knows by then.
+    """One bar for all steps of a job: drawn ten times a second from the present state of `overall`.
 
     Parameters
     ----------
     overall : Overall
-    console : where it appears
+    console : where the bar is drawn
     disable : draw nothing
     """
 
@@ -162,9 +162,9 @@ class OverallBar(Progress):
         self.add_task("", total=1.0, stage="", elapsed="", left="")
 
     def get_renderables(self) -> Iterable[Any]:
-        """The bar as of now."""
+        """The bar in its present state."""
         now = self._overall.state()
-        for task in self.tasks:  # none while the bar is being made
+        for task in self.tasks:  # none while the bar is being constructed
             self.update(
                 task.id, completed=now.share, stage=now.stage, elapsed=_clock(now.elapsed),
                 left=_clock(now.remaining),
@@ -173,7 +173,7 @@ class OverallBar(Progress):
 
 
 def _keep_whole(table: Table) -> None:
-    """Let no cell end in an ellipsis: numbers keep their width, texts go on in the next line."""
+    """Never truncate a cell with an ellipsis: numbers keep their width, texts wrap."""
     for column in table.columns:
         column.overflow = "fold"
         if column.justify == "right":
@@ -186,7 +186,7 @@ def _clock(seconds: float | None) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Turn NumPy values into what JSON knows."""
+    """Convert NumPy values to JSON values."""
     if isinstance(value, np.ndarray):
         return value.tolist()
     if isinstance(value, np.generic):

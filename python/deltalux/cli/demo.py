@@ -58,7 +58,7 @@ class Times:
 
     @property
     def speed_up(self) -> float:
-        """How much sooner the update is done than the recomputation."""
+        """Ratio of the recomputation's time to the update's."""
         return self.recompute / self.update
 
 
@@ -132,7 +132,7 @@ def run(
 
 
 def _program() -> str:
-    """Return how this program was called, which may not be on the search path."""
+    """Return the command that started this program, which may not be on the search path."""
     called = sys.argv[0]
     return called if Path(called).name == "deltalux" else "deltalux"
 
@@ -144,7 +144,7 @@ def _mesh(session: dl.Session) -> DisplayMesh:
 
 
 def _picture(session: dl.Session, shot: Shot, threads: int | None, **options: Any) -> Picture:
-    """Draw the present state."""
+    """Draw the session's present state."""
     options = {"camera": shot.camera_in(session.scene), **options}
     options |= {"poses": session.poses, "size": shot.size, "threads": threads or 0}
     return render(session.scene, _mesh(session), session.irradiance, **options)
@@ -153,12 +153,12 @@ def _picture(session: dl.Session, shot: Shot, threads: int | None, **options: An
 def _pictures(
     session: dl.Session, before: Picture, irradiance: np.ndarray, shot: Shot, threads: int | None
 ) -> dict[str, Picture]:
-    """Draw what the report shows, all through the camera of the picture `before`.
+    """Draw the report's pictures, all with the camera of the picture `before`.
 
     Parameters
     ----------
     session : after the move
-    before, irradiance : picture and values before it
+    before, irradiance : picture and values before the move
     """
     camera = before.camera
     after = _picture(session, shot, threads, camera=camera, exposure=before.exposure)
@@ -181,7 +181,7 @@ def _pictures(
 def _sentences(
     scene: dl.Scene, data: dict[str, Any], frame: dl.Frame, times: Times, updated: str, recomputed: str
 ) -> list[str]:
-    """Say what was done, how long it took, and whether update and recompute agree."""
+    """Describe what was done, how long it took, and whether update and recompute agree."""
     x, _, z = MOVE.offset
     verdict = (
         f"update and recompute have the same digest: {updated}"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Edits of a session, from options or from a file that says the same in JSON."""
+"""Edits of a session, from options or from an equivalent JSON file."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .options import Move, Setting, parse_dim, parse_move, parse_reflectance
 
 @dataclass(frozen=True)
 class Edits:
-    """What is to change."""
+    """Edits to apply."""
 
     add: Sequence[str] = ()
     move: Sequence[Move] = ()
@@ -34,11 +34,11 @@ KINDS = tuple(Edits.__dataclass_fields__)
 
 
 def queue_edits(session: dl.Session, edits: Edits) -> None:
-    """Queue all of `edits`, moves relative to where things are.
+    """Queue all of `edits`, moves relative to the present poses.
 
     Raises
     ------
-    OptionError : the session refuses one; those before it are queued
+    OptionError : the session refuses an edit; those before it stay queued
     """
     for name in edits.add:
         session.add(name)
@@ -54,7 +54,7 @@ def queue_edits(session: dl.Session, edits: Edits) -> None:
 
 
 def moved_pose(pose: np.ndarray, step: Move) -> np.ndarray:
-    """Return `pose` (4x4) turned about +Y through its own origin and shifted.
+    """Return `pose` (4x4) rotated about +Y through its own origin and translated.
 
     Parameters
     ----------
@@ -71,11 +71,11 @@ def moved_pose(pose: np.ndarray, step: Move) -> np.ndarray:
 
 
 def edits_of_json(content: bytes) -> Edits:
-    """Read edits as JSON, each kind checked as the option of its name is.
+    """Read edits as JSON; each kind is checked like the option of its name.
 
     Raises
     ------
-    OptionError : no JSON, an unknown kind, a value that the option would refuse
+    OptionError : not JSON, an unknown kind, or a value that the option would refuse
     """
     data = _json_object(content)
     if unknown := [key for key in data if key not in KINDS]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What went wrong, as one line: what, where, and what to do about it."""
+"""Failures as one line: what, where, and the remedy."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ REMEDIES = {
     errno.ENOSPC: "free some space, or choose another disk",
 }
 
-EXPECTED = (OSError, MemoryError, Error)  # what commands fail with; anything else is a defect
+EXPECTED = (OSError, MemoryError, Error)  # failures that commands report; any other exception is a defect
 
 
 def failure_text(error: BaseException) -> str:
-    """One of `EXPECTED` as its user reads it."""
+    """The message for one of `EXPECTED`."""
     if isinstance(error, OSError):
         where = f"{error.filename}: " if error.filename else ""
         remedy = REMEDIES.get(error.errno or 0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`deltalux info`: what a scene holds, before any light is traced, and what a session file holds."""
+"""`deltalux info`: contents of a scene before any light is traced, and of a session file."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Turns the words SCENE and SESSION of a command line into objects."""
+"""Converts the arguments SCENE and SESSION of a command line to objects."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ BUNDLED_SCENES = ("atrium", "expo", "office", "cornell_box")
 
 
 def foreign_light(session: dl.Session, name: str) -> list[str]:
-    """Why the light of an opened session has to be computed again before an edit: one sentence, or none.
+    """Why the light of an opened session must be recomputed before an edit: one sentence, or none.
 
     Parameters
     ----------
-    session : just opened
-    name : of its file
+    session : session opened from a file
+    name : name of the file
     """
     if session.foreign_build is None:
         return []
@@ -41,12 +41,12 @@ def open_scene(
     Parameters
     ----------
     word : path of a file, or the name of a bundled scene
-    movable : names of nodes to make movable besides those that the file marks
+    movable : names of nodes to make movable, in addition to those that the file marks
     light_units, unit, up, groups : see `deltalux.load`; for files only
 
     Raises
     ------
-    FormatError : no such file, or not a scene
+    FormatError : there is no such file, or it is no scene
     SceneError, OptionError : see `deltalux.load`
     """
     name = word.replace("-", "_")

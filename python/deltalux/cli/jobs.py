@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the commands are about to do, as steps for the overall bar."""
+"""The steps of each command, for the overall progress bar."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ from deltalux.planning import is_calibrated
 from deltalux.rendering import MOST_RAYS, SIZE
 from deltalux.rendering import PATHS as PICTURE_PATHS
 
-BYTES_PER_TRIANGLE = 40.0  # of a scene file, before it is read
-USUAL_ERROR = 0.025  # that 300,000 paths with their rays claim
+BYTES_PER_TRIANGLE = 40.0  # of a scene file; estimate before it is read
+USUAL_ERROR = 0.025  # relative standard error of a typical bake with 300,000 paths and their rays
 USUAL_PATHS = 300_000
-MOST_GROWN = 1e3  # times less error than is usual: no more is foreseen
+MOST_GROWN = 1e3  # largest factor by which paths and rays are assumed to grow
 
 
 def before_loading(source: str, threads: int | None) -> Counts:
-    """Counts of a scene that nobody has looked into yet."""
+    """Counts of a scene that was not loaded yet."""
     path = Path(source)
     size = path.stat().st_size if path.is_file() else 0
     found = Counts(int(size / BYTES_PER_TRIANGLE)) if size else bundled(source.replace("-", "_"))
@@ -52,7 +52,7 @@ def before_loading(source: str, threads: int | None) -> Counts:
 def counts_of(
     scene: dl.Scene, samples: dl.Samples, paths: int | None, gather: str | int, threads: int | None
 ) -> Counts:
-    """Counts of a session to be made."""
+    """Counts of a session that is going to be made."""
     rays = resolved_gather(gather, len(samples), "first", "reachable")
     lights = scene.info()["lights"]
     return Counts(
@@ -68,23 +68,23 @@ def counts_of(
 
 
 def counts_of_session(session: dl.Session) -> Counts:
-    """Counts of a session that is there."""
+    """Counts of an existing session."""
     options = session.options
     return counts_of(session.scene, session.samples, options["paths"], options["gather"], options["threads"])
 
 
 def in_pixels(counts: Counts, size: tuple[int, int]) -> Counts:
-    """With pictures of this size, where there are pictures per pixel at all."""
+    """Counts with pictures of this size, if pictures have light per pixel."""
     return replace(counts, pixels=size[0] * size[1] if counts.pixels else 0)
 
 
 def suffixes(targets: Sequence[Path]) -> list[str]:
-    """Kinds of result files."""
+    """Suffixes of result files."""
     return [path.suffix.lower() for path in targets]
 
 
 def bake_job(counts: Counts, targets: Sequence[Path], target_error: float | None) -> list[Step]:
-    """All after the samples are placed."""
+    """All steps after the samples are placed."""
     if target_error is None:
         return [*baking(counts, is_calibrated()), *writing(counts, suffixes(targets)), *summing_up(counts)]
     usual = USUAL_ERROR * math.sqrt(USUAL_PATHS / counts.paths)
@@ -95,12 +95,12 @@ def bake_job(counts: Counts, targets: Sequence[Path], target_error: float | None
 
 
 def grown(counts: Counts, more: float) -> Counts:
-    """With so many times the paths and rays."""
+    """Counts with so many times the paths and rays."""
     return replace(counts, paths=int(more * counts.paths), rays=int(more * counts.rays))
 
 
 def after_rounds(rounds: Sequence[Counts], last: Counts, targets: Sequence[Path]) -> list[Step]:
-    """Bakes with these counts whose error is looked at; then what is written and said of the last one."""
+    """Steps of bakes with these counts whose error is checked, then of the last one's outputs and summary."""
     steps: list[Step] = []
     for counts in rounds:
         steps += [*baking(counts, is_calibrated()), *summing_up(counts)]
@@ -108,14 +108,14 @@ def after_rounds(rounds: Sequence[Counts], last: Counts, targets: Sequence[Path]
 
 
 def update_job(path: Path, targets: Sequence[Path], size: tuple[int, int], threads: int | None) -> list[Step]:
-    """All of an update, before the file is opened; `size` of its pictures."""
+    """All steps of an update, before the file is opened; `size` of its pictures."""
     stored = look_into(path, threads)
     counts = in_pixels(stored.counts, size)
     return [*opening(stored, is_calibrated()), *after_opening(counts, targets)]
 
 
 def look_into(path: Path, threads: int | None) -> Stored:
-    """What the table of contents of a session file tells; whatever is wrong with it, opening it will say."""
+    """Facts from a session file's table of contents; opening the file reports any error in it."""
     sizes: dict[str, int] = {}
     errors = (OSError, zipfile.BadZipFile, NotImplementedError, ValueError, struct.error)
     with suppress(*errors), zipfile.ZipFile(path) as archive:
@@ -135,7 +135,7 @@ def look_into(path: Path, threads: int | None) -> Stored:
 
 
 def after_opening(counts: Counts, targets: Sequence[Path], again: bool = False) -> list[Step]:
-    """All of an update, after the file is opened; `again`: it is computed anew before."""
+    """All steps of an update, after the file is opened; `again`: it is recomputed first."""
     steps = [*updating(counts), *writing(counts, suffixes(targets)), *summing_up(counts)]
     return [*recomputing(counts), *steps] if again else steps
 
@@ -143,7 +143,7 @@ def after_opening(counts: Counts, targets: Sequence[Path], again: bool = False) 
 def render_job(
     source: str, stored: bool, paths: int | None, rays: int | None, pixels: int, threads: int | None
 ) -> list[Step]:
-    """All of a picture, before its session, or its scene, is opened."""
+    """All steps of a picture, before its session or scene is opened."""
     if stored:
         found = look_into(Path(source), threads)
         return [*opening(found, is_calibrated()), *picture_steps(found.counts, pixels, rays)]
@@ -153,17 +153,17 @@ def render_job(
 
 
 def after_loading(counts: Counts, pixels: int, rays: int | None) -> list[Step]:
-    """A scene's bake, for its picture alone, and the picture."""
+    """Steps of a scene's bake for its picture only, and of the picture."""
     return [*baking(counts, is_calibrated()), *picture_steps(counts, pixels, rays)]
 
 
 def picture_steps(counts: Counts, pixels: int, rays: int | None) -> list[Step]:
-    """A picture of what is baked."""
+    """Steps of a picture of a baked session."""
     return [*drawing(replace(counts, pixels=pixels), rays or 0), Step("write files", 2.5e-6 * pixels)]
 
 
 def edges_into(progress: Overall, counts: Counts, rays: int | None = None) -> Callable[[float], None]:
-    """What tells `progress` how long a picture takes, once the edges in it are known."""
+    """Callback that tells `progress` how long a picture takes, once its edges are known."""
 
     def known(share: float) -> None:
         progress.revise(drawing(replace(counts, edges=share), rays or 0))

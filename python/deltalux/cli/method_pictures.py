@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of one scene by several methods, whole and close up at its smallest surfaces."""
+"""Pictures of one scene by several methods: the whole view, and a close-up of its smallest surfaces."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from deltalux.outputs.view import View, camera_rays
 from deltalux.scene import Camera
 from deltalux.studies import MethodStudy
 
-ZOOM = 5  # of the close-up
-GRID = 20  # windows tried along each side, in steps of a part of the picture
+ZOOM = 5  # magnification of the close-up
+GRID = 20  # number of candidate windows along each side
 COLUMNS = 2
 GAP = 6  # pixels between rows
 
 
 @dataclass(frozen=True, eq=False)
 class Views:
-    """What two cameras see of a display mesh."""
+    """Two cameras' views of a display mesh."""
 
     whole: View
     close_up: View
 
     @property
     def vertices(self) -> np.ndarray:
-        """Rows of the vertices that pictures need: those of all triangles around a seen one."""
+        """Indices of the vertices that pictures need: those of all triangles around a visible vertex."""
         triangles = self.whole.surfaces.display.triangles
         seen = np.concatenate([v.triangle[v.triangle >= 0] for v in (self.whole, self.close_up)])
         near = np.zeros(len(self.whole.surfaces.display.points), bool)
@@ -40,7 +40,7 @@ class Views:
 
 
 def make_views(study: MethodStudy, size: tuple[int, int]) -> Views:
-    """Look at the scene through its camera, and from there at the place with most small surfaces."""
+    """A view through the scene's camera, and one from there of the place with most small surfaces."""
     surfaces = Surfaces(study.scene, study.display, threads=study.threads or 0)
     everything = np.ones(len(study.display.points))
     camera = scene_camera(study.scene) or automatic_camera(surfaces, everything, size[0] / size[1])
@@ -49,7 +49,7 @@ def make_views(study: MethodStudy, size: tuple[int, int]) -> Views:
 
 
 def _close_up(whole: View, classes: np.ndarray) -> Camera:
-    """A camera at the same eye that fills its picture with the window of most small surfaces."""
+    """A camera at the same eye whose picture shows the window with most small surfaces."""
     width, height = whole.size
     smallness = np.square(classes / 3.0)  # small surfaces count, very small ones most
     shown = np.nan_to_num(whole.pixels(whole.values(smallness)[:, None])[..., 0])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The tree of a scene's nodes as a list: what each holds, and what moves it."""
+"""The tree of a scene's nodes as a list: contents of each node, and the movable it belongs to."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from deltalux.vectors import triangle_areas
 
 @dataclass
 class _Content:
-    """What is at a node, or at and below it: bounds in metres, triangles, names of lights, their power."""
+    """Contents of a node, or of its subtree: bounds in metres, triangles, names of lights, their power."""
 
     low: np.ndarray = field(default_factory=lambda: np.full(3, np.inf))
     high: np.ndarray = field(default_factory=lambda: np.full(3, -np.inf))
@@ -29,14 +29,14 @@ class _Content:
     lights: list[dict[str, Any]] = field(default_factory=list)
 
     def include(self, other: _Content) -> None:
-        """Add what is below."""
+        """Add the contents of a child."""
         self.low, self.high = np.minimum(self.low, other.low), np.maximum(self.high, other.high)
         self.triangles += other.triangles
         self.lights += other.lights
 
 
 def node_facts(scene: dl.Scene) -> list[dict[str, Any]]:
-    """Facts of each node, parents first; of a scene without nodes, of its meshes and lamps.
+    """Facts of each node, parents first; for a scene without nodes, of its meshes and lamps.
 
     Returns
     -------
@@ -74,7 +74,7 @@ def _plain_nodes(scene: dl.Scene) -> list[Node]:
 
 
 def _contents(scene: dl.Scene, nodes: Sequence[Node]) -> list[_Content]:
-    """Of each node, with what is below."""
+    """Contents of each node's subtree."""
     meshes = {mesh.name: mesh for mesh in scene.meshes}
     corners = {name: mesh.world_vertices for name, mesh in meshes.items()}
     luminous = {m.name: m for m in scene.materials if m.emissive}
@@ -103,7 +103,7 @@ def _contents(scene: dl.Scene, nodes: Sequence[Node]) -> list[_Content]:
 
 
 def _names(nodes: Sequence[Node]) -> list[str]:
-    """What `--movable` calls each alone."""
+    """The name by which `--movable` selects each node alone."""
     bearers = Counter(node.name for node in nodes)
     labels = [node.name if node.label is None else node.label for node in nodes]
     return [
@@ -113,9 +113,9 @@ def _names(nodes: Sequence[Node]) -> list[str]:
 
 
 def node_table(facts: Sequence[Mapping[str, Any]], unit: str) -> Table:
-    """`node_facts` as a table whose names are indented as the tree has them."""
+    """`node_facts` as a table whose names are indented like the tree."""
     table = Table(title="nodes", title_justify="left")
-    table.add_column("node", overflow="fold")  # never cut: it is what one types
+    table.add_column("node", overflow="fold")  # never truncated: users type it
     table.add_column("size (m)", justify="right")
     table.add_column("triangles", justify="right")
     table.add_column(f"lights ({'lm' if unit == LUX else 'W'})", justify="right")
@@ -140,7 +140,7 @@ def node_table(facts: Sequence[Mapping[str, Any]], unit: str) -> Table:
 
 
 def _lights(powers: Sequence[float | None]) -> str:
-    """How many, and the sum of the powers that are bounded."""
+    """Number of lights, and the sum of the bounded powers."""
     if not powers:
         return ""
     bounded = [power for power in powers if power is not None]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Options that several commands share, and the parsers of their values."""
+"""Options shared by several commands, and the parsers of their values."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ import typer
 from deltalux.io.space import METRES
 from deltalux.rendering import LARGEST
 
-AUTO, NONE = "auto", "none"  # of lengths: from the scene, and not at all
+AUTO, NONE = "auto", "none"  # values of lengths: chosen from the scene, and none
 LightUnits = Literal["spec", "blender-watts", "unitless"]
 _SIZES = {"": 1, "K": 2**10, "M": 2**20, "G": 2**30, "T": 2**40}
 
 
 @dataclass(frozen=True)
 class Grid:
-    """Horizontal working plane that looks up: corner, extent along +X and +Z, spacing; metres."""
+    """Horizontal working plane facing up: corner, extent along +X and +Z, spacing; metres."""
 
     corner: tuple[float, float, float]
     width: float
@@ -46,7 +46,7 @@ class Setting:
 
 
 def _numbers(text: str, counts: tuple[int, ...], form: str, whole: str | None = None) -> list[float]:
-    """Parse comma-separated numbers; an error shows `whole`, the value that `text` is a part of."""
+    """Parse comma-separated numbers; error messages show `whole`, the value that contains `text`."""
     try:
         values = [float(part) for part in text.split(",")]
     except ValueError:
@@ -139,7 +139,7 @@ def parse_positive(text: str) -> float:
 
 
 def parse_unit(text: str) -> str | float:
-    """Parse the name of a unit of length, or how many metres it has."""
+    """Parse the name of a unit of length, or its length in metres."""
     if text in METRES:
         return text
     form = f"one of {', '.join(METRES)}, or how many metres one unit has"

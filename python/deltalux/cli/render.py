@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`deltalux render`: a picture of a scene or a session, with the light of each pixel found anew."""
+"""`deltalux render`: a picture of a scene or a session, with light computed for each pixel."""
 
 from __future__ import annotations
 

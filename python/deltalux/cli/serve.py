@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`deltalux serve`: a session for programs, which edit it and read its light without opening it."""
+"""`deltalux serve`: serves a session to programs, which edit it and read its light."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def run(
 
 @contextmanager
 def _ended_by_sigterm() -> Iterator[None]:
-    """As by Ctrl-C, which is how services are ended."""
+    """Let SIGTERM, which ends services, act like Ctrl-C."""
 
     def interrupt(*_: Any) -> NoReturn:
         raise KeyboardInterrupt

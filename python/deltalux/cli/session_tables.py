@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tables of what a session file holds: what made it, light, edits, size by part."""
+"""Tables of a session file's contents: commands that made it, light, edits, size by part."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _UNITS = (("GiB", 2**30), ("MiB", 2**20), ("KiB", 2**10))
 
 
 def session_tables(facts: Mapping[str, Any]) -> list[Table]:
-    """`file_facts` as tables; the one of edits is there where there are any."""
+    """`file_facts` as tables; the one of edits only if there are any."""
     tables = [_light(facts)]
     if edits := _edits(facts["edits"]):
         table = Table("edit", "", title="edits", title_justify="left", show_header=False)
@@ -30,7 +30,7 @@ def session_tables(facts: Mapping[str, Any]) -> list[Table]:
 
 
 def size_text(size: int) -> str:
-    """Bytes in the largest unit that leaves a whole one."""
+    """Bytes in the largest unit that gives at least one."""
     for name, unit in _UNITS:
         if size >= unit:
             return f"{significant(size / unit, 3)} {name}"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How pictures are taken: where from, how large, how bright; the same for every command that makes some."""
+"""Views, sizes and brightness of pictures, the same for every command that makes pictures."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from deltalux.outputs.images import Picture
 from deltalux.rendering import SIZE, Rendering, check_size, false_colour_picture, lit_picture
 
 MOST_STOPS = 32
-FIELD_OF_VIEW = 0.9  # radians, of a camera that --eye places
+FIELD_OF_VIEW = 0.9  # radians; field of view of a camera given by --eye
 PICTURE, LAYERS = ".png", ".exr"
 
 Place = tuple[float, float, float]
@@ -28,12 +28,12 @@ class Shot:
 
     Parameters
     ----------
-    camera : name of one of the scene, or None
-    eye, target : look from one to the other, or None
+    camera : name of a camera of the scene, or None
+    eye, target : positions to look from and to, or None
     size : (width, height) in pixels
-    stops : how much brighter than metering says, in powers of two
+    stops : exposure relative to metering, in powers of two
     false_colour : irradiance instead of the lit scene
-    sized : `size` was asked for; else pictures that do not fit into memory are drawn from samples
+    sized : whether the user gave `size`; else pictures that do not fit into memory are drawn from samples
     """
 
     camera: str | None = None
@@ -46,7 +46,7 @@ class Shot:
 
     @property
     def given(self) -> str | None:
-        """An option that says where from, how large or how bright; None where there is none."""
+        """An option given for view, size or brightness; None if there is none."""
         options = {
             "--camera": self.camera is not None,
             "--eye": self.eye is not None,
@@ -57,28 +57,28 @@ class Shot:
         return next((option for option, was in options.items() if was), None)
 
     def refuse_plans(self, planes: int) -> None:
-        """Raise BadParameter where there are working planes, whose pictures are plans, and `given`."""
+        """Raise BadParameter if there are working planes, whose pictures are plans, and `given`."""
         if planes and self.given:
             raise typer.BadParameter(
                 f"found {self.given} for a working plane, whose picture is a plan; leave it out"
             )
 
     def check_size(self, memory_limit: int | None) -> None:
-        """Raise OptionError where a size was asked for that does not fit into memory."""
+        """Raise OptionError if the user gave a size that does not fit into memory."""
         if self.sized:
             check_size(self.size, memory_limit)
 
     @property
     def pixels(self) -> int:
-        """How many."""
+        """Number of pixels."""
         return self.size[0] * self.size[1]
 
     def camera_in(self, scene: dl.Scene) -> dl.Camera | None:
-        """The camera that was asked for, None where none was.
+        """The camera that the user chose; None if there is none.
 
         Raises
         ------
-        BadParameter : the scene has none of that name
+        BadParameter : the scene has no camera of that name
         """
         if self.eye is not None:
             return dl.Camera("eye", look_at(np.array(self.eye), np.array(self.target)), FIELD_OF_VIEW)
@@ -91,7 +91,7 @@ class Shot:
         raise typer.BadParameter(f"--camera: found '{self.camera}', expected a camera of the scene: {known}")
 
     def picture_of(self, rendering: Rendering) -> Picture:
-        """What is shown of it."""
+        """The lit picture or the false-colour picture of a rendering."""
         if self.false_colour:
             return false_colour_picture(rendering)
         return lit_picture(rendering, stops=self.stops)
@@ -108,11 +108,11 @@ def shot_of(
     targets: Sequence[Path],
     planes: int = 0,
 ) -> Shot:
-    """Make a shot of options, certain that they fit together and to the result files.
+    """Make a shot of options, after checking that they fit together and suit the result files.
 
     Parameters
     ----------
-    camera, eye, target, size, exposure, false_colour : see `Shot`; what was not given is None, 0 or False
+    camera, eye, target, size, exposure, false_colour : see `Shot`; None, 0 or False if not given
     targets : result files
     planes : number of working planes, whose pictures are plans
 

@@ -117,7 +117,7 @@ def run(
 def _run(
     wanted: Sequence[tuple[Experiment, dict[str, Any]]], output: Path, again: bool, progress: Progress
 ) -> tuple[list[Run], list[str]]:
-    """Run what is not finished yet; each is kept as soon as it is. Returns runs and names of the skipped."""
+    """Run unfinished experiments and save each result at once. Returns runs and the names of skipped ones."""
     runs: list[Run] = []
     skipped: list[str] = []
     for each, settings in wanted:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The folder of one experiment: its record, and the figures and tables made of it."""
+"""The folder of one experiment: its record, and the figures and tables made from it."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ MADE = (".svg", ".png", ".csv")
 
 @dataclass(frozen=True)
 class StudyFolder:
-    """Writes and reads what one experiment left.
+    """Writes and reads the files of one experiment.
 
     Attributes
     ----------
-    path : the folder; made when something is written
+    path : the folder; created when something is written
     """
 
     path: Path
 
     def finished(self, key: str) -> Record | None:
-        """The record of a run with this key, None where there is none.
+        """The record of a run with this key; None if there is none.
 
         Parameters
         ----------
@@ -46,7 +46,7 @@ class StudyFolder:
         self.write_text(RECORD, to_json(record))
 
     def draw(self, record: Record) -> None:
-        """Write figures and tables; also of a run from before, which they may not show as it is drawn now."""
+        """Write figures and tables; also for an earlier run, because they may be drawn differently now."""
         figures, tables = record.findings.figures, record.findings.tables
         for figure in figures:
             drawing = draw(figure)
@@ -56,7 +56,7 @@ class StudyFolder:
         for table in tables:
             self.write_text(f"{table.name}.csv", table_csv(table))
         wanted = {*(figure.name for figure in figures), *(table.name for table in tables)}
-        for left in self.path.iterdir():  # by a run with other settings
+        for left in self.path.iterdir():  # files of a run with other settings
             if left.suffix in MADE and left.stem not in wanted:
                 left.unlink()
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Result files of a command: which suffix means what, checked before any work is done, then written."""
+"""Result files of a command: suffixes are checked before any work is done; then files are written."""
 
 from __future__ import annotations
 
@@ -42,19 +42,19 @@ def check_targets(
     planes: int = 0,
     kinds: Mapping[str, str] = KINDS,
 ) -> list[Path]:
-    """Return the result files, certain to be of a known kind and in a writable place.
+    """Return the result files, after checking their kinds and that their places are writable.
 
     Parameters
     ----------
     outputs : values of -o
     more : words that followed the last value of -o
-    inputs : files that the command reads, as far as they are known before any of them is read
+    inputs : files that the command reads, as far as they are known before reading
     planes : number of working planes; 0 = samples on the surfaces
     kinds : what the command writes, by suffix
 
     Raises
     ------
-    BadParameter : unknown or unfitting suffix, a file named twice, an input, words that follow no -o
+    BadParameter : unknown or unsuitable suffix, a file named twice, an input, words that follow no -o
     OSError : the folder is absent or cannot be written to
     """
     if more and not outputs:
@@ -79,7 +79,7 @@ def check_targets(
 
 
 def keep_inputs(targets: Sequence[Path], inputs: Sequence[str | Path]) -> None:
-    """Raise BadParameter where one of the files `targets` is one of `inputs`, which writing would destroy."""
+    """Raise BadParameter if one of the files `targets` is one of `inputs`, which writing would destroy."""
     for path in targets:
         if lost := found_among(path, inputs):
             raise typer.BadParameter(
@@ -89,7 +89,7 @@ def keep_inputs(targets: Sequence[Path], inputs: Sequence[str | Path]) -> None:
 
 
 def check_writable(path: Path) -> None:
-    """Raise OSError where the file `path` could not be written."""
+    """Raise OSError if the file `path` cannot be written."""
     folder = path.parent
     if not folder.is_dir():
         raise FileNotFoundError(0, "found no such folder; make it first, or choose another", str(folder))
@@ -102,7 +102,7 @@ def check_writable(path: Path) -> None:
 def refine_shown(
     session: dl.Session, targets: Sequence[Path], detail: float | str | None, progress: Overall
 ) -> None:
-    """Refine what lit meshes and sessions show where shadows lie, down to `detail`; None = not at all."""
+    """Refine the display mesh at edges of shadows for lit meshes and sessions, to `detail`; None = no."""
     shown = session.samples.display is not None and session.options["gather"] != "off"
     if shown and detail is not None and any(path.suffix.lower() in (MESH, SESSION) for path in targets):
         progress.begin("refine shadows")
@@ -122,9 +122,9 @@ def write_targets(
     ----------
     session : baked
     targets : see `check_targets`
-    words : the command line after "deltalux", which every result names
-    shot : how pictures are taken
-    progress : is told what begins
+    words : the command line after "deltalux", which every result states
+    shot : settings of pictures
+    progress : is told which step begins
     """
     baked = None
     for path in targets:
@@ -145,21 +145,21 @@ def write_targets(
 def write_refined(
     session: dl.Session, targets: Sequence[Path], words: Sequence[str], shot: Shot, progress: Overall
 ) -> None:
-    """Write results after an edit: what was refined at edges of shadows is refined where they lie now."""
+    """Write results after an edit; a mesh that was refined at edges of shadows is refined anew."""
     display = session.samples.display
     refine_shown(session, targets, display.detail_length if display else None, progress)
     write_targets(session, targets, words, shot, progress)
 
 
 def _per_pixel(session: dl.Session, shot: Shot) -> bool:
-    """Whether pixels can have their own light: not of planes and discs, nor where memory is short."""
+    """Whether pixels can have their own light: not with planes or discs, nor if memory is short."""
     options = session.options
     gathers = session.samples.display is not None and options["gather"] != "off"
     return gathers and fits(shot.size, options["memory_limit"])
 
 
 def _draw(session: dl.Session, path: Path, words: Sequence[str], shot: Shot, progress: Overall) -> None:
-    """Write a picture in which each pixel has its own light; that of samples is too coarse for shadows."""
+    """Write a picture with light per pixel; sample values are too coarse for shadows."""
     progress.begin("view")
     edges_known = edges_into(progress, in_pixels(counts_of_session(session), shot.size))
     rendering = render_session(
@@ -173,5 +173,5 @@ def _draw(session: dl.Session, path: Path, words: Sequence[str], shot: Shot, pro
 
 
 def command_line(words: Sequence[str]) -> str:
-    """Return the command that `words` after "deltalux" make."""
+    """Return the full command of which `words` follow "deltalux"."""
     return shlex.join(["deltalux", *words])

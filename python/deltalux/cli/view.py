@@ -154,7 +154,7 @@ def run(
 
 
 def warn_of_others(terminal: Terminal, host: str) -> None:
-    """Say so where others than this machine reach the server."""
+    """Warn if other machines can reach the server."""
     if not is_loopback(host):
         terminal.warn(
             [f"{host} can be reached from other machines; whoever knows the address can edit the session"]
@@ -162,7 +162,7 @@ def warn_of_others(terminal: Terminal, host: str) -> None:
 
 
 def refuse_options_of_the_bake(context: typer.Context, source: str, names: Sequence[str], verb: str) -> None:
-    """Raise BadParameter for options, by `names`, that a session brings along."""
+    """Raise BadParameter for options, by `names`, that a session already determines."""
     for name in names:
         origin = context.get_parameter_source(name)
         if origin is not None and origin.name == "COMMANDLINE":

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`update --watch`: the session stays open, and follows a file of edits whenever that changes."""
+"""`update --watch`: keeps a session open, and updates it whenever a file of edits changes."""
 
 from __future__ import annotations
 
@@ -23,31 +23,32 @@ from .jobs import after_opening, counts_of_session, in_pixels
 from .shots import Shot
 from .targets import write_refined
 
-POLL = 0.2  # seconds between two looks at the file
-REST = 0.1  # it must not change for as long before it is read: editors write in pieces
-ABSENT = 1.0  # nor be absent: they also write by removing and renaming
-COARSEST = 2.5  # seconds between two times of change that a file system tells apart
+POLL = 0.2  # seconds between two checks of the file
+# seconds for which the file must not change before it is read: editors write in pieces
+REST = 0.1
+ABSENT = 1.0  # seconds for which it may be absent: editors also remove and rename
+COARSEST = 2.5  # seconds; coarsest resolution of a file system's modification times
 LARGEST = 1 << 24  # bytes
 
 
 class WatchedFile:
-    """A file whose contents are wanted, one after another.
+    """A file whose successive contents are read.
 
     It is polled, which works on every file system and for every way of writing.
 
     Parameters
     ----------
-    path : need not exist yet
-    wait : sleeps for some seconds
+    path : file that need not exist yet
+    wait : function that sleeps for some seconds
     """
 
     def __init__(self, path: Path, wait: Callable[[float], object] = time.sleep) -> None:
         self._path, self._wait = path, wait
-        self._read: object = object()  # what the file looked like when it was read
+        self._read: object = object()  # the file's status when it was read
         self._digest = b""
 
     def forget(self) -> None:
-        """Give the present content again once the file is written anew."""
+        """Return the present content again once the file is rewritten."""
         self._digest = b""
 
     def next(self) -> bytes:
@@ -56,7 +57,7 @@ class WatchedFile:
         Raises
         ------
         OSError, FormatError
-            Once where the file is absent, or no file that can be read.
+            Once if the file is absent, or cannot be read.
         """
         while True:
             look = self._look()
@@ -76,7 +77,7 @@ class WatchedFile:
         return found.st_mode, found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
 
     def _recent(self, look: tuple[int, ...] | None) -> bool:
-        """Whether the file may have changed since without looking differently."""
+        """Whether the file may have changed since with an unchanged status."""
         return look is not None and abs(time.time() - 1e-9 * look[4]) < COARSEST
 
     def _new_content(self) -> bytes | None:
@@ -103,19 +104,19 @@ def _content(path: Path) -> bytes:
 
 
 def _without_waiting(name: str, flags: int) -> int:
-    """Open also a pipe that nobody writes to."""
+    """Open without blocking, even a pipe that nobody writes to."""
     return os.open(name, flags | os.O_NONBLOCK)
 
 
 class Watch:
-    """A session that follows a file of edits.
+    """A session that is updated after each change of a file of edits.
 
     Parameters
     ----------
     session : baked; the edits of the file are relative to its present state
-    name, path : of the session's file, and the file of edits
+    name, path : name of the session's file, path of the file of edits
     targets, words, shot : see `write_refined`
-    terminal : gets one line for each change
+    terminal : receives one line for each change
     """
 
     def __init__(
@@ -132,11 +133,11 @@ class Watch:
         self._targets, self._words, self._shot = targets, words, shot
         self._terminal = terminal
         self._base = state_of(session)
-        self._stale = True  # the results are not those of the session's state
+        self._stale = True  # the results do not show the session's state
         self._at_work = False
 
     def follow(self, file: WatchedFile) -> None:
-        """Follow until Ctrl-C, which is the end; KeyboardInterrupt where it stops an update."""
+        """Follow the file until Ctrl-C; KeyboardInterrupt if that stops an update."""
         try:
             while True:
                 self._follow_one(file)
@@ -169,7 +170,7 @@ class Watch:
             self._session.progress = progress
             frame = self._session.update()
             write_refined(self._session, targets, self._words, self._shot, progress)
-            if self._terminal.as_json:  # what the line does not need takes longer than an update
+            if self._terminal.as_json:  # JSON contains figures that take longer than an update
                 progress.begin("sum up")
                 data = figures(self._session, frame)
         self._stale = self._at_work = False
@@ -185,7 +186,7 @@ class Watch:
         return data, line
 
     def _queue(self, content: bytes, before: dict[Key, Value]) -> None:
-        """Queue what leads from the state `before` to that of the file; where it is refused, nothing."""
+        """Queue the edits from the state `before` to the file's state; nothing if an edit is refused."""
         try:
             edits = edits_of_json(content)
             self._queue_state(self._base)

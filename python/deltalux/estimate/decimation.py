@@ -11,8 +11,10 @@ import numpy as np
 from deltalux.errors import Cancelled, OptionError
 from deltalux.segments import Progress
 
-FLAT = np.cos(np.radians(0.5))  # between normals around a vertex; float32 makes flat faces differ by so much
-THINNEST = 1e-9  # least area of a new triangle, in those of its longest edge
+# cosine between normals around a vertex; float32 positions alone make the normals of flat surfaces differ by
+# this much
+FLAT = np.cos(np.radians(0.5))
+THINNEST = 1e-9  # least ratio of twice a new triangle's area to its longest edge squared
 VERTICES_A_REPORT = 256
 
 
@@ -24,12 +26,12 @@ def decimate(
     *,
     progress: Progress | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Take vertices out of a mesh where the others' interpolated irradiance tells theirs.
+    """Remove vertices whose irradiance is interpolated well enough from the others.
 
     The third phase of Walter, Hubbard, Shirley & Greenberg 1997, by vertex removal: a vertex is merged into
-    a neighbour, in passes until none can be. Only vertices inside flat parts go, so that the shape and all
-    borders and creases stay, and no cracks open; a few stay whose merging would flatten a triangle. Takes
-    some 0.1 ms a vertex and pass.
+    a neighbour, in passes until none can be removed. Only vertices inside flat parts are removed, so that the
+    shape and all borders and creases stay, and no cracks open; a vertex also stays if merging it would make a
+    triangle degenerate. Takes about 0.1 ms per vertex and pass.
 
     Parameters
     ----------
@@ -37,9 +39,9 @@ def decimate(
     triangles : (m, 3) int array; vertices on creases are one per side, as in `DisplayMesh`
     irradiance : (n,) or (n, c) array
     tolerance : float
-        Every input vertex's irradiance differs from the interpolated one of the result by no more, in each
-        channel; in the unit of `irradiance`.
-    progress : called with ("decimate", share of the pass); False cancels
+        The irradiance of every input vertex differs from the interpolated irradiance of the result by at
+        most this, in each channel; in the unit of `irradiance`.
+    progress : called with ("decimate", share of the pass); returning False cancels
 
     Returns
     -------
@@ -51,7 +53,7 @@ def decimate(
     OptionError
         For arrays that do not fit together, or a tolerance that is negative or not finite.
     Cancelled
-        Where `progress` returned False.
+        If `progress` returned False.
     """
     corners, faces, values = _checked(points, triangles, irradiance)
     if not (np.isfinite(tolerance) and tolerance >= 0):
@@ -86,13 +88,13 @@ def _checked(points: Any, triangles: Any, irradiance: Any) -> tuple[np.ndarray, 
 
 
 class _Mesh:
-    """Triangles and, in each, the removed vertices that it covers."""
+    """Triangles and, for each, the removed vertices that it covers."""
 
     def __init__(self, points: np.ndarray, triangles: np.ndarray, values: np.ndarray, tolerance: float):
         a, b, c = (points[triangles[:, k]] for k in range(3))
         cross = np.cross(b - a, c - a)
         size = np.linalg.norm(cross, axis=1, keepdims=True)
-        # A triangle without area has no normal: nothing around it counts as flat.
+        # A degenerate triangle has no normal: its surroundings never count as flat.
         self.normals = np.where(size > 0, cross / np.where(size > 0, size, 1), 0).tolist()
         self.points, self.values, self.tolerance = points.tolist(), values.tolist(), tolerance
         self.triangles: list[tuple[int, int, int] | None] = [(p, q, r) for p, q, r in triangles.tolist()]
@@ -103,7 +105,7 @@ class _Mesh:
                 self.around[vertex].add(number)
 
     def one_pass(self, progress: Progress | None) -> int:
-        """Try every vertex once; how many went."""
+        """Try every vertex once; return how many were removed."""
         gone = 0
         for vertex in range(len(self.points)):
             if vertex % VERTICES_A_REPORT == 0 and _stopped(progress, vertex / len(self.points)):
@@ -124,7 +126,7 @@ class _Mesh:
         return any(self._merge(vertex, into, star, ring, axis) for into in likest)
 
     def _flat_ring(self, vertex: int) -> list[int]:
-        """The neighbours of a vertex that flat triangles close around, else nothing."""
+        """The ring of neighbours of a vertex if flat triangles close around it, else an empty list."""
         star = self.around[vertex]
         after = {}
         for number in star:
@@ -151,7 +153,7 @@ class _Mesh:
 
     def _merge(self, vertex: int, into: int, star: list[int], ring: list[int], axis: tuple[int, int]) -> bool:
         beyond = {n for number in self.around[into] for n in self._corners(number)}
-        if len(beyond.intersection(ring)) != 3:  # `into` itself and its two neighbours on the ring
+        if len(beyond.intersection(ring)) != 3:  # `into` itself and its two neighbours in the ring
             return False
         new: dict[int, tuple[int, int, int]] = {}
         for number in star:
@@ -190,7 +192,7 @@ class _Mesh:
 
 
 class _Frame:
-    """Barycentric coordinates in a triangle of the plane."""
+    """Barycentric coordinates in a triangle, projected to two axes."""
 
     def __init__(self, corners: list[list[float]]) -> None:
         (self.x, self.y), (bx, by), (cx, cy) = corners
@@ -219,6 +221,6 @@ def _dot(a: list[float], b: list[float]) -> float:
 
 
 def _flattest(normal: list[float]) -> tuple[int, int]:
-    """The two axes on which a plane's projection is largest."""
+    """The two axes on which a plane's projection has the largest area."""
     most = max(range(3), key=lambda k: abs(normal[k]))
     return ((1, 2), (2, 0), (0, 1))[most]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Methods that sum over discs by one pass over the segments: brute force and the disc index."""
+"""Disc methods with one pass over the segments: brute force and the disc index."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def brute_force(
     segments : Segments
     samples : Samples with radii, in world space
     segment_end : "first", "second" or "bounded" (second, at most 3 radii beyond the first)
-    first_bounce : count flights from this bounce on; 1 leaves direct light out
+    first_bounce : count segments from this bounce on; 1 excludes direct light
 
     Returns
     -------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks shared by all methods, and arrays as the core takes them."""
+"""Checks shared by all methods, and conversion of arrays to the core's."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ SEGMENT_ENDS = ("first", "second", "bounded")
 
 
 def check_choice(name: str, value: object, choices: tuple[str, ...]) -> None:
-    """Refuse a value that is none of the choices."""
+    """Refuse a value that is not among the choices."""
     if value not in choices:
         raise OptionError(f"{name}: found {value!r}, expected one of {choices}")
 
 
 def select_segments(segments: Segments, first_bounce: int, threads: int | None) -> Segments:
-    """Segments from a bounce on."""
+    """The segments from a bounce on."""
     check_threads(threads)
     return segments.select(segments.bounce >= first_bounce) if first_bounce else segments
 
 
 def check_world_points(samples: Samples) -> None:
-    """Refuse samples that move with an object."""
+    """Refuse samples that are attached to a movable."""
     if any(name is not None for name in samples.attached):
         raise OptionError("samples: found samples attached to a movable, expected world points here")
 
 
 def check_discs(samples: Samples) -> None:
-    """Refuse samples that are no discs of the world."""
+    """Refuse samples that are not discs in world space."""
     if np.isnan(samples.radius).any():
         raise OptionError(
             "samples: radius is automatic, which needs a scene; give a radius to estimate from bare segments"
@@ -56,7 +56,7 @@ def check_discs(samples: Samples) -> None:
 
 
 def core_segments(segments: Segments) -> _core.SegmentArrays:
-    """The same in the core, from their frame on."""
+    """The segments in the core, in coordinates relative to their frame."""
     origin = segments.origin if not segments.frame.any() else segments.origin - segments.frame
     return _core.SegmentArrays(
         np.ascontiguousarray(origin, np.float32),
@@ -70,7 +70,7 @@ def core_segments(segments: Segments) -> _core.SegmentArrays:
 def core_discs(
     samples: Samples, segments: Segments | None = None, radius: np.ndarray | None = None
 ) -> _core.DiscSet:
-    """Samples as discs of the core, in the frame of `segments`; `radius` in place of their own."""
+    """Samples as discs in the core, in the frame of `segments`; `radius` replaces their own."""
     points = samples.points if segments is None else samples.points - segments.frame
     arrays = (points, samples.normals, samples.radius if radius is None else radius)
     return _core.DiscSet(*(np.ascontiguousarray(array, np.float32) for array in arrays))

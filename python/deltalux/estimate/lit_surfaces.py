@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The surfaces that light falls on, as one-sided triangles, and hits as gather methods take them."""
+"""Lit surfaces as one-sided triangles, and segments as hits, for the gather methods."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ from deltalux.vectors import normals_by_area
 
 
 def core_surfaces(scene: Any) -> _core.SurfaceTree:
-    """Lit sides of all triangles, in the poses that the scene was given.
+    """Lit sides of all triangles, with meshes in their initial poses.
 
-    Triangles over whose common edge shading is smooth are one surface. A sheet that is lit from both
-    sides is two.
+    Triangles with smooth shading across their common edge form one surface. A sheet that is lit from both
+    sides forms two.
 
     Raises
     ------
     OptionError
-        Where there is no scene, or none of its triangles has an area.
+        If there is no scene, or none of its triangles has an area.
     """
     if not isinstance(scene, Scene):
         raise OptionError(f"scene: found {scene!r:.40}, expected the scene whose surfaces the segments hit")
     corners, welded, cosine = _triangles(scene)
     cross = normals_by_area(corners)
     size = np.linalg.norm(cross, axis=1)
-    # Corners that are welded together leave a triangle no side.
+    # Welding corners can make a triangle degenerate.
     solid = (size > 0) & (welded != welded[:, (1, 2, 0)]).all(axis=1)
     if not solid.any():
         raise OptionError("scene: found no triangle with an area, expected at least one")
@@ -63,9 +63,9 @@ def _triangles(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def core_hits(segments: Segments) -> _core.SegmentArrays:
-    """The same in the core; segments that hit nothing are endless."""
+    """The segments in the core; segments without a hit have infinite length."""
     length = segments.length
-    if segments.primitive is not None:  # traced ones that leave the scene end at its border
+    if segments.primitive is not None:  # traced segments that leave the scene end at its bounds
         length = np.where(segments.primitive == NOTHING, np.float32(np.inf), length)
     return _core.SegmentArrays(
         np.ascontiguousarray(segments.origin, np.float32),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A photon map that is kept up to date over edits: samples keep their valid photons."""
+"""A photon map that is updated after edits: samples keep their valid photons."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ _NONE = np.uint32(0xFFFFFFFF)  # no photon
 
 @dataclass(frozen=True)
 class PhotonUpdate:
-    """What an update of a photon map did.
+    """Report on an update of a photon map.
 
     Attributes
     ----------
-    removed, added : photons
-    requeried : samples that were asked anew
+    removed, added : numbers of photons
+    requeried : samples whose nearest photons were searched again
     changed : samples that kept their radius and lost photons or got new ones within it
-    kept : samples of which nothing changed
+    kept : samples without any change
     """
 
     removed: int
@@ -39,20 +39,21 @@ class PhotonUpdate:
 
 
 class PhotonMap:
-    """A photon map that keeps each sample's photons over edits (García et al. 2004; paper 1.1).
+    """A photon map that keeps each sample's photons across edits (García et al. 2004; paper 1.1).
 
-    Valid photons are never discarded: a sample keeps its photons and its radius, new photons within that
-    radius join them, so that their number differs from k; a sample that lost a photon is asked anew, if
-    wanted. That shows no bias, but another random error than a recompute has; `requery` makes both equal.
+    Valid photons are never discarded: a sample keeps its photons and its radius, and new photons within
+    that radius join them, so that their number may differ from k; a sample that lost a photon is optionally
+    queried again. No bias was observed, but the random error differs from a recompute's; `requery` makes
+    both equal.
 
     Parameters
     ----------
     segments, samples, k, kernel, unbiased, compression, cone, threads : see `photon_map`
-        Regions are discs (area="disc"): what an edit does to the area of surfaces is not followed.
+        Regions are discs (area="disc"): changes of the real surface area by edits are not considered.
 
     Attributes
     ----------
-    segments : Segments, those that count at present
+    segments : Segments, those present
 
     Raises
     ------
@@ -81,12 +82,12 @@ class PhotonMap:
         self.requery(progress=progress)
 
     def requery(self, *, progress: Progress | None = None) -> None:
-        """Ask for all samples anew: then `estimate` is that of `photon_map` with the present segments."""
+        """Query all samples again: then `estimate` equals `photon_map` with the present segments."""
         self._lists = _Lists(*self._core.neighbours(core_hits(self.segments), None, self._threads, progress))
 
     @property
     def estimate(self) -> Estimate:
-        """Irradiance from the photons that samples have at present."""
+        """Irradiance from the photons that the samples have at present."""
         lists = self._lists
         values, stats = self._core.weigh(
             core_hits(self.segments),
@@ -108,22 +109,22 @@ class PhotonMap:
         requery: bool = True,
         progress: Progress | None = None,
     ) -> PhotonUpdate:
-        """Take segments away and add others.
+        """Remove segments and add others.
 
         Parameters
         ----------
         removed : (n,) bool mask or integer array, into `segments`
         new_segments : Segments with the same quantum; they follow the kept ones in `segments`
         requery : bool
-            Ask samples that lost a photon anew; else they keep their radius too, which is the paper's mode
-            and needs no search among the kept photons. Samples without a radius are always asked.
+            Query samples that lost a photon again; otherwise they keep their radius, which is the paper's
+            mode and needs no search among the kept photons. Samples without a radius are always queried.
 
         Raises
         ------
         OptionError
-            Where `removed` does not fit, or quanta differ.
+            If `removed` does not fit, or quanta differ.
         Cancelled
-            Then everything is as before.
+            If cancelled; everything is then as before.
         """
         gone = _mask(removed, len(self.segments))
         if len(new_segments) and new_segments.quantum != self.segments.quantum:
@@ -166,11 +167,11 @@ class _Lists:
 
     @property
     def rows(self) -> np.ndarray:
-        """The sample of each photon."""
+        """The sample that each photon belongs to."""
         return np.repeat(np.arange(len(self.radius2)), self.counts)
 
     def with_any(self, gone: np.ndarray) -> np.ndarray:
-        """(n,) bool: samples with a photon, that at the rim included, of those gone."""
+        """(n,) bool: whether one of a sample's photons, or the one that defines its radius, is gone."""
         some = np.zeros(len(self.radius2), dtype=bool)
         some[self.rows[gone[self.photon]]] = True
         has_rim = self.rim != _NONE
@@ -178,7 +179,7 @@ class _Lists:
         return some
 
     def without(self, gone: np.ndarray) -> _Lists:
-        """The lists less the photons gone, the others renumbered."""
+        """The lists without the photons that are gone, the others renumbered."""
         number = np.where(gone, _NONE, np.cumsum(~gone) - 1).astype(np.uint32)
         stays = ~gone[self.photon]
         rim = self.rim.copy()
@@ -199,7 +200,7 @@ class _Lists:
         )
 
     def replaced(self, which: np.ndarray, other: _Lists) -> _Lists:
-        """The lists of `other` in place of those of the samples `which`."""
+        """The lists with those of the samples `which` replaced by the lists of `other`."""
         stays = ~np.isin(self.rows, which)
         radius2, rim = self.radius2.copy(), self.rim.copy()
         radius2[which], rim[which] = other.radius2, other.rim
@@ -222,7 +223,7 @@ class _Lists:
 
 
 def _mask(removed: Any, count: int) -> np.ndarray:
-    """(n,) bool from a mask or numbers."""
+    """(n,) bool from a mask or from indices."""
     array = np.asarray(removed)
     if array.dtype == bool and array.shape == (count,):
         return array
@@ -238,7 +239,7 @@ def _mask(removed: Any, count: int) -> np.ndarray:
 
 
 def _joined(one: Segments, two: Segments) -> Segments:
-    """All segments, with the quanta they have."""
+    """All segments, with unchanged quanta."""
     whole = object.__new__(Segments)
     for name, value in vars(one).items():
         other = getattr(two, name)

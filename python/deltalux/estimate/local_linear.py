@@ -16,7 +16,8 @@ from .inputs import check_choice, check_world_points, select_segments
 from .lit_surfaces import core_hits, core_surfaces
 
 KERNELS = ("epanechnikov", "constant")
-EXPECTED_HITS = 100.0  # noise of some 12 % with the Epanechnikov kernel, sqrt(4 / 3 / hits)
+# expected hits per disc: noise of about 12 % with the Epanechnikov kernel, sqrt(4 / 3 / hits)
+EXPECTED_HITS = 100.0
 
 
 def local_linear(
@@ -32,32 +33,32 @@ def local_linear(
 ) -> Estimate:
     """Local-linear density estimation (Walter, Hubbard, Shirley & Greenberg 1997).
 
-    Hits are listed by surface (triangles that shade smoothly into each other). Around a sample a plane
-    is fitted to their density under a kernel, which is clipped to the surface's polygons in the tangent
-    plane, so that constant and linear irradiance come out without bias up to edges and corners.
+    Hits are grouped by surface (triangles with smooth shading between them). Around a sample, a plane is
+    fitted to their density under a kernel, which is clipped to the surface's polygons in the tangent plane,
+    so that constant and linear irradiance is estimated without bias up to edges and corners.
 
     Parameters
     ----------
     segments : Segments
-    samples : Samples on surfaces, in world space; radii do not count
-    scene : Scene, with movables where they were when the segments were traced
+    samples : Samples on surfaces, in world space; radii are ignored
+    scene : Scene, with movables in the poses in which the segments were traced
     bandwidth : float or None
-        Radius of the kernel, metres. None chooses one for each surface, such that a whole disc holds 100
-        hits on the surface's average: h = sqrt(100 area / (pi hits)).
+        Radius of the kernel, metres. None chooses one per surface, such that a disc on the surface holds 100
+        hits on average: h = sqrt(100 area / (pi hits)).
     kernel : "epanechnikov" or "constant"
-    first_bounce : count flights from this bounce on; 1 leaves direct light out
+    first_bounce : count segments from this bounce on; 1 excludes direct light
 
     Returns
     -------
     Estimate
-        Irradiance is not negative (fits below 0 become 0); 0 for samples that lie on no surface (farther
-        off than 1 % of the scene's diagonal, or facing away) and on surfaces without hits. `stats`:
-        hits (that entered estimates) and disc_tests.
+        Irradiance is not negative (negative fits become 0); it is 0 for samples on no surface (farther away
+        than 1 % of the scene's diagonal, or facing away) and on surfaces without hits. `stats`: hits (used in
+        estimates) and disc_tests.
 
     Raises
     ------
     OptionError
-        For a bandwidth that is not positive, an unknown kernel, or no scene.
+        For a bandwidth that is not positive, an unknown kernel, or without a scene.
     """
     check_choice("kernel", kernel, KERNELS)
     if bandwidth is not None and not (np.isfinite(bandwidth) and bandwidth > 0):

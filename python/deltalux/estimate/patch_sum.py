@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Patch accumulation: the power that lands on each triangle of the display mesh, over its area."""
+"""Patch accumulation: divides the power that lands on each triangle of the display mesh by its area."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ from .lit_surfaces import core_hits
 
 @dataclass(frozen=True, eq=False)
 class PatchEstimate(Estimate):
-    """Irradiance of patches and of the vertices between them.
+    """Irradiance of patches and of their vertices.
 
     Attributes
     ----------
-    irradiance : (m, 3) float64, of the patches: the triangles of `display`
+    irradiance : (m, 3) float64, of the patches, which are the triangles of `display`
     sums : (m, 3) int64, power per patch in quanta
     vertex_irradiance : (n, 3) float64
-        Of the vertices of `display`: all power on the adjacent patches over all their area, the mean of
-        their irradiance weighted by area.
+        Of the vertices of `display`: total power on the adjacent patches over their total area, which is the
+        mean of their irradiance weighted by area.
     area : (m,) float64, square metres
     display : DisplayMesh
     """
@@ -41,13 +41,13 @@ class PatchEstimate(Estimate):
 
 
 class PatchSum:
-    """Patches of a scene, with power that can be added and taken away exactly.
+    """Patches of a scene, to which power can be added and exactly removed again.
 
     Parameters
     ----------
     scene : Scene
     spacing : metres, longest edge of a patch; None chooses from the scene's area
-    display : the patches, in place of those of `Samples.on_vertices(scene, spacing, share=False)`
+    display : display mesh that gives the patches; None = `Samples.on_vertices(scene, spacing, share=False)`
     threads : number of threads, None = all; results do not depend on it
 
     Raises
@@ -71,7 +71,7 @@ class PatchSum:
         check_threads(threads)
         self._scene, self._threads = scene, threads or 0
         chosen = Samples.on_vertices(scene, spacing, share=False).display if display is None else display
-        assert chosen is not None  # on_vertices makes one
+        assert chosen is not None  # on_vertices always makes one
         self.display = chosen
         self._sums = np.zeros((len(chosen.triangles), 3), np.int64)
         self._quantum: float | None = None
@@ -80,7 +80,7 @@ class PatchSum:
     def add(
         self, segments: Segments, *, poses: Poses | None = None, progress: Progress | None = None
     ) -> None:
-        """Add the power of segments to the patches on whose sampled side they end.
+        """Add the power of segments to the patches where they end on the sampled side.
 
         Parameters
         ----------
@@ -90,16 +90,16 @@ class PatchSum:
         Raises
         ------
         OptionError
-            Where the segments' quantum is another than before.
+            If the segments' quantum differs from the earlier ones'.
         Cancelled
-            Then nothing was added.
+            If cancelled; nothing was added then.
         """
         self._accumulate(segments, 1, poses, progress)
 
     def remove(
         self, segments: Segments, *, poses: Poses | None = None, progress: Progress | None = None
     ) -> None:
-        """Take back what `add` added of the same segments with the same poses, exactly."""
+        """Remove exactly what `add` added for the same segments with the same poses."""
         self._accumulate(segments, -1, poses, progress)
 
     def _accumulate(
@@ -120,7 +120,7 @@ class PatchSum:
         self._lost += sign * (len(segments) - hits)
 
     def _placed(self, poses: Poses | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Corners of the patches that are there, (k, 3, 3), their numbers and areas."""
+        """Corners of the present patches, (k, 3, 3), their numbers and areas."""
         points, _ = self.display.world(self._scene, poses)
         corners = points[self.display.triangles]
         area = triangle_areas(corners)
@@ -129,10 +129,10 @@ class PatchSum:
 
     @property
     def estimate(self) -> PatchEstimate:
-        """Irradiance from what was added and not removed.
+        """Irradiance from the segments that were added and not removed.
 
-        `stats`: hits, and `elsewhere`, segments that ended on no patch: on a side without samples, on a
-        removed movable, in free space; `triangle_tests`, triangles looked at to find the patches of those.
+        `stats`: hits; `elsewhere`, segments that ended on no patch: on a side without samples, on a
+        removed movable, in free space; `triangle_tests`, triangles tested to find the patches of segments.
         """
         quantum = 1.0 if self._quantum is None else self._quantum
         _, _, area = self._placed(None)
@@ -167,7 +167,7 @@ def patch_sum(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> PatchEstimate:
-    """Irradiance of patches: the power of the hits on each, over its area.
+    """Irradiance of patches: the power of the hits on each patch over its area.
 
     After Arvo 1986 ("Backward ray tracing") and Pattanaik & Mudur 1992 ("Computation of global
     illumination by Monte Carlo simulation of the particle model of light").
@@ -175,9 +175,9 @@ def patch_sum(
     Parameters
     ----------
     segments : Segments
-    scene : Scene, with movables where they were when the segments were traced
+    scene : Scene, with movables in the poses in which the segments were traced
     spacing : metres, longest edge of a patch; None chooses from the scene's area
-    first_bounce : count flights from this bounce on; 1 leaves direct light out
+    first_bounce : count segments from this bounce on; 1 excludes direct light
 
     Returns
     -------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Photon map: irradiance from the k hits that are nearest to a sample."""
+"""Photon map: irradiance from the k hits nearest to a sample."""
 
 from __future__ import annotations
 
@@ -38,40 +38,40 @@ def photon_map(
 ) -> Estimate:
     """Irradiance from the k nearest hits (Jensen 1996, "Global illumination using photon maps").
 
-    Hits are the ends of segments that arrive from a sample's front (direction · normal < 0), wherever
-    they lie; those of infinite length, or that leave the scene, have none.
+    Hits are the ends of segments that arrive at a sample's front (direction · normal < 0), wherever
+    they lie; segments of infinite length, or that leave the scene, have no hit.
 
     Parameters
     ----------
     segments : Segments
-    samples : Samples in world space; radii do not count
+    samples : Samples in world space; radii are ignored
     k : number of hits, at least 2
-        Where fewer arrive, all of them are taken, as with a smaller k; where none or one does (the
-        unbiased form), or where all lie at the sample itself, the result is 0.
+        If fewer arrive, all of them are used, as with a smaller k; if none arrives, or only one (in the
+        unbiased form), or if all lie at the sample itself, the result is 0.
     kernel : "constant", "cone" or "epanechnikov"
         Weight of a hit at distance d of the k-th one's distance r: 1, 1 - d / (cone r), or 1 - d² / r²;
         divided by its integral over the disc, pi r² times 1, 1 - 2 / (3 cone), or 1/2.
     unbiased : bool
-        Leave out the k-th hit, which defines r. With it, the constant kernel overestimates by
+        Exclude the k-th hit, which defines r. If it is included, the constant kernel overestimates by
         k / (k - 1) (García et al. 2012); Epanechnikov's gives it no weight.
     area : "disc" or "surface"
         "surface" divides by the integral over the real surfaces in the search region (Hey & Purgathofer
         2002, "Advanced radiance estimation for photon map global illumination"), and takes only hits on
         them: lit sides of triangles turned less than 45° from the sample's plane. The area is exact;
-        of the other kernels an 8-point quadrature over the radius is taken.
+        the other kernels are integrated by an 8-point quadrature over the radius.
     scene : Scene or None
-        Wanted by area="surface", with movables where they were when the segments were traced.
+        Required by area="surface", with movables in the poses in which the segments were traced.
     compression : float, at least 1
-        Distances along the sample's normal count so many times: the search region is an ellipsoid
-        flattened along the normal, which keeps hits on other surfaces out. 1, the default, is a sphere.
+        Factor on distances along the sample's normal: the search region becomes an ellipsoid flattened
+        along the normal, which excludes hits on other surfaces. 1, the default, is a sphere.
     cone : float, at least 1, Jensen's filter constant
-    first_bounce : count flights from this bounce on; 1 leaves direct light out
+    first_bounce : count segments from this bounce on; 1 excludes direct light
 
     Returns
     -------
     Estimate
-        Independent of threads and of the order of segments. `stats`: hits, those that were weighed, and
-        disc_tests, those looked at (which the order of segments may change).
+        Does not depend on threads or on the order of segments. `stats`: hits, those that were weighted, and
+        disc_tests, hits tested (which may depend on the order of segments).
 
     Raises
     ------
@@ -96,7 +96,7 @@ def core_map(
     cone: float,
     rows: np.ndarray | slice = slice(None),
 ) -> _core.PhotonMap:
-    """The core's method for these rows of the samples; options are those of `photon_map`."""
+    """The core's method for these rows of the samples; for the options see `photon_map`."""
     check_choice("kernel", kernel, KERNELS)
     check_choice("area", area, AREAS)
     if not isinstance(k, (int, np.integer)) or isinstance(k, bool) or not 2 <= k < 2**32:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The ray map: a kd-tree over segments that grows where it is asked (Havran et al. 2005)."""
+"""The ray map: a kd-tree over segments that is refined where queries reach it (Havran et al. 2005)."""
 
 from __future__ import annotations
 
@@ -45,25 +45,25 @@ def ray_map(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Estimate:
-    """Irradiance by a kd-tree over the segments whose leaves are split when samples visit them.
+    """Irradiance by a kd-tree over the segments; a leaf is split when a sample's query visits it.
 
     Parameters
     ----------
     segments : Segments
     samples : Samples in world space; for "disc" with radii
     metric : "disc", "hit", "crossing" or "line"
-        "disc" sums over discs, as `brute_force` does. The others take the k segments that arrive at
-        the sample's front and are nearest by the distance to their first hit, to their crossing of
-        the tangent plane, or to their part in front of the tangent plane. For "crossing" and "line"
-        a segment has to cross the plane before its end; with "bounded", no distance is less than
-        that of the radius for which a disc would count it.
-    k : number of segments, at least 2 if `unbiased`; only, and always, with metrics other than "disc"
+        "disc" sums over discs, as `brute_force` does. The others use the k segments that arrive at the
+        sample's front and are nearest by the distance to their first hit, to their crossing of the
+        tangent plane, or to their part in front of the tangent plane. For "crossing" and "line" a
+        segment must cross the plane before its end; with "bounded", its distance is at least the radius
+        of the smallest disc that would count it.
+    k : number of segments, at least 2 if `unbiased`; required by all metrics except "disc", which has none
     unbiased : sum the k - 1 inner segments, not all k, which overestimates by k / (k - 1)
         (García et al. 2012)
-    leaf_size : leaves of up to so many segments are not split
-    memory_limit : bytes of the map, or None; beyond it leaves stay big, and results the same
+    leaf_size : leaves with at most this many segments are not split
+    memory_limit : bytes of the map, or None; beyond it leaves are not split, and results are the same
     segment_end : "first", "second" or "bounded" (second, at most 3 radii beyond the first)
-    first_bounce : count flights from this bounce on; 1 leaves direct light out
+    first_bounce : count segments from this bounce on; 1 excludes direct light
 
     Returns
     -------
@@ -78,7 +78,7 @@ def ray_map(
     Raises
     ------
     OptionError
-        For unknown names, a k or sizes that are no such numbers, or samples without radii ("disc").
+        For unknown names, an invalid k or size, or samples without radii ("disc").
     """
     check_choice("metric", metric, ("disc", *METRICS))
     options = (_check_leaf_size(leaf_size), _check_limit(memory_limit), threads or 0)
@@ -102,23 +102,23 @@ def ray_map(
 
 
 class RayMap:
-    """A ray map to ask and to change.
+    """A ray map that can be queried and changed.
 
-    Queries split leaves as they go, so the first ones are slow. Calls from several threads wait for
-    each other.
+    Queries split leaves as they go, so the first ones are slow. Concurrent calls from several threads are
+    executed one after the other.
 
     Parameters
     ----------
     segments : Segments
-        They get the ids 0 to n - 1. Powers of all segments are kept in their quantum.
+        They get the ids 0 to n - 1. The powers of all segments are stored in their quantum.
     segment_end : "first", "second" or "bounded"
-    leaf_size : leaves of up to so many segments are not split
-    memory_limit : bytes of the map without powers, or None; beyond it leaves stay big
+    leaf_size : leaves with at most this many segments are not split
+    memory_limit : bytes of the map without powers, or None; beyond it leaves are not split
 
     Raises
     ------
     OptionError
-        For an unknown name, or sizes that are no such numbers.
+        For an unknown name, or an invalid size.
     """
 
     def __init__(
@@ -147,12 +147,12 @@ class RayMap:
         Returns
         -------
         (n,) uint32
-            Their ids, perhaps those of segments removed before.
+            Their ids; ids of removed segments may be reused.
 
         Raises
         ------
         OptionError
-            For powers more than four times the greatest of the first segments.
+            For powers more than four times the largest power of the first segments.
         """
         if self._quantum is None and len(segments):
             self._quantum = segments.quantum
@@ -169,12 +169,12 @@ class RayMap:
         return self._core.push(core_segments(part))
 
     def remove(self, ids: Any) -> None:
-        """Take segments out.
+        """Remove segments.
 
         Raises
         ------
         OptionError
-            For an id that no segment of the map has; the map is then as before.
+            For an id that no segment of the map has; the map is then unchanged.
         """
         given = np.asarray(ids)
         if given.ndim != 1 or (given.size and given.dtype.kind not in "iu"):
@@ -186,9 +186,9 @@ class RayMap:
     def disc(
         self, samples: Samples, *, threads: int | None = None, progress: Progress | None = None
     ) -> Estimate:
-        """Sums over discs, those of `brute_force` on the segments now in the map.
+        """Sums over discs: those of `brute_force` with the segments now in the map.
 
-        Asking about the same object again costs what the changes since then cost.
+        Querying the same object again takes time for the changes since the last query only.
 
         Parameters
         ----------
@@ -211,7 +211,7 @@ class RayMap:
         return self._core.sphere(_point("centre", centre), float(radius))
 
     def box(self, low: Sequence[float], high: Sequence[float]) -> np.ndarray:
-        """Ids, ascending, of the segments that meet the box before their first hit."""
+        """Ids, ascending, of the segments that intersect the box before their first hit."""
         corners = _point("low", low), _point("high", high)
         if (np.asarray(corners[0]) > np.asarray(corners[1])).any():
             raise OptionError(f"box: found low {corners[0]} above high {corners[1]}, expected low <= high")
@@ -225,7 +225,7 @@ class RayMap:
         Returns
         -------
         (n,) uint32, (n,) float64
-            Nearest first; fewer than k where no more segments arrive at the front.
+            Nearest first; fewer than k if fewer segments arrive at the front.
         """
         check_choice("metric", metric, METRICS)
         _check_integer("k", k, 1)
@@ -235,12 +235,12 @@ class RayMap:
 
     @property
     def stats(self) -> dict[str, int]:
-        """Counts over all queries so far, named as in `ray_map`; sphere_tests also of box queries."""
+        """Counts over all queries so far, named as in `ray_map`; sphere_tests include box queries."""
         return self._core.stats()
 
     @property
     def bytes(self) -> int:
-        """Memory of the map, the powers, and what the last disc query left to go on with."""
+        """Memory of the map, the powers, and the state that the last disc query keeps for the next one."""
         return self._core.bytes()
 
 
@@ -262,5 +262,5 @@ def _check_leaf_size(value: Any) -> int:
 
 
 def _check_limit(value: Any) -> int:
-    """Bytes, 0 = none."""
+    """Bytes; 0 = no limit."""
     return 0 if value is None else _check_integer("memory_limit", value, 1, 2**62)

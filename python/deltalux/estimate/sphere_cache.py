@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sphere cache: ray lists in nested spheres around the sample at hand."""
+"""Sphere cache: segment lists in nested spheres around the current sample."""
 
 from __future__ import annotations
 
@@ -44,9 +44,9 @@ def sphere_cache(
 ) -> Estimate:
     """The same sums by lists of the segments in nested spheres around each sample (paper 2.3).
 
-    S_0 holds all segments and is never invalid nor rebuilt; S_i has the radius r_0 ratio^i and holds
-    those of S_(i-1) that meet it. The samples are visited in order; spheres that a sample's disc makes
-    invalid are built anew around it, and the disc is tested against the innermost list.
+    S_0 holds all segments and is never invalidated nor rebuilt; S_i has the radius r_0 ratio^i and holds
+    those segments of S_(i-1) that intersect it. The samples are visited in order; spheres that a sample's
+    disc invalidates are rebuilt around the sample, and the disc is tested against the innermost list.
 
     Parameters
     ----------
@@ -56,18 +56,18 @@ def sphere_cache(
     min_rays : integer from 1; shorter lists are not subdivided
     order : "hilbert", "lebesgue" (Morton) or "none" (as given)
     containment : which spheres are valid for a disc
-        "all": those within and including the outermost that does not hold the disc are built anew;
-        exact. "nested": also a sphere that would not hold the next one around the sample; exact.
-        "literal": as printed in the paper, the innermost sphere that holds the disc is kept whatever
-        lies around it. **Literal is lossy**: it misses a few to fifty per cent of the hits. For studies.
+        "all": the outermost sphere that does not contain the disc and all inside it are rebuilt; exact.
+        "nested": likewise also a sphere that would not contain the next one around the sample; exact.
+        "literal": as printed in the paper, the innermost sphere that contains the disc is kept, whatever the
+        spheres around it. **Literal is lossy**: it misses a few to fifty per cent of the hits. For studies.
     outer_sphere : (centre, radius) of S_0 in metres, or None
-        Sets the radii of all spheres; where it stands plays no part. None: the least sphere around all
-        segments whose centre is that of their bounding box (of endless segments, the origin counts).
+        Sets the radii of all spheres; the centre has no influence. None: the smallest sphere around all
+        segments whose centre is that of their bounding box (for endless segments, the origin counts).
     segment_end : "first", "second" or "bounded" (second, at most 3 radii beyond the first)
-    first_bounce : count flights from this bounce on; 1 leaves direct light out
+    first_bounce : count segments from this bounce on; 1 excludes direct light
     threads : number of threads, None = all
         Sums and statistics do not depend on it. "nested" and "literal" use one.
-    progress : callable (stage, fraction) -> keep going
+    progress : callable (stage, fraction) -> False to cancel
 
     Returns
     -------
@@ -108,7 +108,7 @@ def sphere_cache(
 
 
 def check_ratio_and_rays(ratio: Any, min_rays: Any) -> tuple[float, int]:
-    """Refuse a ratio or a least list length that no sphere cache can have."""
+    """Refuse a ratio or a smallest list length that is not valid for a sphere cache."""
     try:
         number = float(ratio)
     except (TypeError, ValueError):
@@ -120,7 +120,7 @@ def check_ratio_and_rays(ratio: Any, min_rays: Any) -> tuple[float, int]:
 
 
 def outer_radius(outer_sphere: Any) -> float:
-    """Radius of S_0; 0 = around all segments."""
+    """Radius of S_0; 0 = enclose all segments."""
     if outer_sphere is None:
         return 0.0
     try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Readers: file to Scene, nothing else."""
+"""Readers: they convert files to Scenes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LIGHT_UNITS = ("spec", "blender-watts", "unitless")
 LOADERS = {".gltf": load_gltf, ".glb": load_gltf, ".obj": load_obj}
 
 
-# What other programs' files need, which those programs can do.
+# What files of other programs need, which those programs can export.
 EXPORTS = {
     "USD": ((".usd", ".usda", ".usdc", ".usdz"), "import it into Blender and export glTF 2.0 (.glb)"),
     "FBX": ((".fbx",), "import it into Blender and export glTF 2.0 (.glb)"),
@@ -86,7 +86,7 @@ def load(
         questions = size_questions(scene) if unit is None else []
         return replace_scene(scene, warnings=[*scene.warnings, *questions]) if questions else scene
     except Error as error:
-        # Inner functions say where in the file; only this one needs to know which file.
+        # Inner functions add the place in the file; only this one adds the file's name.
         raise type(error)(f"{path.name}: {error}") from error.__cause__
 
 

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Decoders of compressed geometry, in a process of their own.
+"""Decoders of compressed geometry, in a separate process.
 
-The data may be hostile, and the decoders of Draco and meshoptimizer are foreign C++ that takes sizes from
-them. In another process, with limits on memory and time, what goes wrong there is an error of the file.
+The data may be hostile, and the decoders of Draco and meshoptimizer are third-party C++ code that trusts
+the sizes in it. In a separate process with limits on memory and time, their failures become errors of the
+file.
 """
 
 from __future__ import annotations
@@ -27,20 +28,20 @@ from .diagnostics import malformed
 PACKAGES = {"KHR_draco_mesh_compression": "DracoPy", "EXT_meshopt_compression": "meshoptimizer"}
 WORKER = Path(__file__).with_name("decoder_worker.py")
 DTYPES = ("float32", "float64", "int8", "uint8", "int16", "uint16", "int32", "uint32")
-BASE_MEMORY = 256 << 20  # bytes that a decoder may take for any job, and for each declared element
+BASE_MEMORY = 256 << 20  # bytes that a decoder may use for any job; below, for each declared element
 MEMORY_PER_ELEMENT = 1024
 BASE_SECONDS, SECONDS_PER_ELEMENT = 30.0, 1e-4
 
 
 def missing_package(extension: str) -> str | None:
-    """What to install so that an extension's data can be decoded, None where it is there."""
+    """The package to install so that an extension's data can be decoded; None if it is installed."""
     if find_spec(PACKAGES[extension]) is not None:
         return None
     return "install deltalux[compressed], or export the file without compression"
 
 
 class DecoderProcess:
-    """Starts the worker when it is first needed; use it as a context."""
+    """Starts the worker when it is first needed; use it as a context manager."""
 
     def __init__(self) -> None:
         self._worker: subprocess.Popen[bytes] | None = None
@@ -54,13 +55,13 @@ class DecoderProcess:
         self._stop()
 
     def decode(self, data: bytes | memoryview, elements: int, place: str, **job: Any) -> list[np.ndarray]:
-        """The arrays of one job of the worker.
+        """The arrays that one job of the worker decodes.
 
         Parameters
         ----------
         data : compressed
-        elements : how many vertices and triangles are declared, which bounds memory and time
-        place : where in the file the data are, for errors
+        elements : number of declared vertices and triangles, which bounds memory and time
+        place : place of the data in the file, for errors
         job : see `decoder_worker`
 
         Raises
@@ -81,7 +82,7 @@ class DecoderProcess:
             watch.cancel()
 
     def _start(self) -> subprocess.Popen[bytes]:
-        # The numerical libraries of the worker would reserve memory for threads that have nothing to do.
+        # Otherwise the worker's numerical libraries would reserve memory for idle threads.
         environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path), "OPENBLAS_NUM_THREADS": "1"}
         pipes: dict[str, Any] = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
         pipes["stderr"] = subprocess.DEVNULL
@@ -110,7 +111,7 @@ class DecoderProcess:
             if stream is not None:
                 try:
                     stream.close()
-                except OSError:  # what was not yet sent to a worker that has ended
+                except OSError:  # data not yet sent to a worker that has ended
                     continue
         worker.wait()
 

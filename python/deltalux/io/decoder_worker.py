@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The process that `decoder_process` starts: reads jobs from stdin, writes decoded bytes to stdout.
 
-It runs as a script, so that a job starts without the rest of the package; see `decoder_process` for why the
-decoders of foreign projects have a process of their own.
+It runs as a script, so that it starts without loading the rest of the package; `decoder_process` explains
+why third-party decoders run in a separate process.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def meshopt(data: bytes, job: dict[str, Any]) -> list[np.ndarray]:
 
 
 def limit_memory(more: int) -> None:
-    """Let this process take `more` bytes beyond what it has."""
+    """Limit this process to `more` bytes beyond its present memory."""
     with open("/proc/self/statm") as file:  # noqa: PTH123, pathlib would load slower than all of this
         now = int(file.read().split()[0]) * resource.getpagesize()
     most = resource.getrlimit(resource.RLIMIT_AS)[1]
@@ -63,21 +63,21 @@ def limit_memory(more: int) -> None:
 
 
 def read(stream: BinaryIO) -> bytes:
-    """One message; empty at the end."""
+    """One message; empty at the end of the stream."""
     head = stream.read(LENGTH.size)
     return stream.read(LENGTH.unpack(head)[0]) if head else b""
 
 
 def write(stream: BinaryIO, *parts: bytes) -> None:
-    """Several messages."""
+    """Write several messages."""
     for part in parts:
         stream.write(LENGTH.pack(len(part)) + part)
     stream.flush()
 
 
 def serve(jobs: BinaryIO, results: BinaryIO) -> None:
-    """Answer jobs until there are no more: a description as JSON, then the arrays that it names."""
-    for module in ("DracoPy", "meshoptimizer"):  # before any memory is limited
+    """Answer jobs until there are no more: by a description as JSON, then the arrays that it lists."""
+    for module in ("DracoPy", "meshoptimizer"):  # before memory is limited
         try:
             __import__(module)
         except ImportError:
@@ -89,7 +89,7 @@ def serve(jobs: BinaryIO, results: BinaryIO) -> None:
             arrays = {"draco": draco, "meshopt": meshopt}[job["codec"]](data, job)
             shapes = [[str(array.dtype), list(array.shape)] for array in arrays]
             write(results, json.dumps({"arrays": shapes}).encode(), *(a.tobytes() for a in arrays))
-        except Exception as error:  # whatever a decoder meets in a broken file
+        except Exception as error:  # anything that a decoder may raise for a broken file
             write(results, json.dumps({"error": f"{type(error).__name__}: {error}"[:200]}).encode())
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What readers say: errors with place, found and expected; warnings batched by kind."""
+"""Messages of readers: errors with place, found and expected; warnings grouped by kind."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ T = TypeVar("T")
 
 
 class Notes:
-    """Warnings of one load; things of the same kind share one line."""
+    """Warnings of one load; warnings of the same kind share one line."""
 
     def __init__(self) -> None:
         self._items: dict[str, dict[str, None]] = {}
 
     def add(self, text: str, item: str = "") -> None:
-        """Record a warning; `item` names what it is about."""
+        """Record a warning; `item` names the object that it is about."""
         items = self._items.setdefault(text, {})
         if item:
             items.setdefault(item)
@@ -37,7 +37,7 @@ class Notes:
 
 
 def listed(names: Sequence[str], limit: int = SHOWN_ITEMS) -> str:
-    """The first names, and how many more there are."""
+    """The first names, and the number of the others."""
     more = len(names) - limit
     return ", ".join(names[:limit]) + (f" and {more} more" if more > 0 else "")
 
@@ -45,13 +45,13 @@ def listed(names: Sequence[str], limit: int = SHOWN_ITEMS) -> str:
 def malformed(
     where: str, found: Any, expected: str, remedy: str = "repair or re-export the file"
 ) -> FormatError:
-    """The error for a malformed file; a string in `found` is taken as a description, not as a value."""
+    """The error for a malformed file; a string in `found` is a description, not a value."""
     shown = found if isinstance(found, str) else reprlib.repr(found)
     return FormatError(f"{where}: found {shown}, expected {expected}; {remedy}")
 
 
 def element(items: Sequence[T], index: int, where: str) -> T:
-    """`items[index]`; FormatError where the file's index is out of range."""
+    """`items[index]`; FormatError if the file's index is out of range."""
     if not 0 <= index < len(items):
         raise malformed(where, index, f"an index below {len(items)}")
     return items[index]
@@ -63,13 +63,13 @@ def clean_name(text: str) -> str:
 
 
 class UniqueNames:
-    """Gives each name once; a repeated one gets "#2", "#3", … appended."""
+    """Makes names unique; a repeated name gets "#2", "#3", … appended."""
 
     def __init__(self) -> None:
         self._next: dict[str, int] = {}
 
     def take(self, name: str) -> str:
-        """`name`, or `name` with a number when it has been taken."""
+        """`name`, with a number appended if it is taken already."""
         candidate = name
         while candidate in self._next:
             self._next[name] += 1

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads regular files, and files that another file names and that must lie beside or below it."""
+"""Reads regular files, and files that another file references, which must lie beside or below it."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from pathlib import Path
 
 from .diagnostics import malformed
 
-SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.\-]*:")  # of a URL, or the letter of a drive
+SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.\-]*:")  # scheme of a URL, or a drive letter
 
 
 def read_regular_file(path: Path, where: str, limit: int | None = None) -> bytes:
-    """The file's bytes, the first `limit` of them; refuses devices and pipes, which may never end."""
+    """The file's bytes, at most the first `limit`; refuses devices and pipes, which may never end."""
     try:
         if not stat.S_ISREG(path.stat().st_mode):
             raise malformed(where, f'"{path.name}", which is no regular file', "a regular file")
@@ -30,7 +30,7 @@ def read_regular_file(path: Path, where: str, limit: int | None = None) -> bytes
 def read_beside(folder: Path, relative: str, where: str, limit: int | None = None) -> bytes:
     """The bytes of `folder`/`relative`.
 
-    Neither "..", absolute paths and addresses, nor symbolic links lead out of the folder.
+    Refuses "..", absolute paths, addresses and symbolic links that lead out of the folder.
     """
     shown = repr(relative[:80])
     if SCHEME.match(relative) or relative.startswith(("/", "\\")) or not relative.isprintable():

@@ -27,8 +27,8 @@ from .gltf_primitives import Primitives, joined_coordinates
 from .gltf_textures import Textures
 from .scene_size import require_memory_for_triangles
 
-# How lamps without a group of their own are put into groups: each alone, those of nodes of one name together,
-# or whichever keeps to as many groups as have sums of their own.
+# How lamps without a group in the file are grouped: each alone, by equal node names, or each alone unless
+# there would be more groups than have their own sums.
 BY_LAMP, BY_NAME, BY_COUNT = GROUPINGS = ("lamp", "name", "auto")
 
 
@@ -43,8 +43,8 @@ def load_gltf(
 
     A static node with a mesh becomes one Mesh with world vertices and the identity as pose. A movable node
     becomes one Mesh with everything below it: the pose is the rigid part of its world transform, scale and
-    shear go into the vertices, and lights below it are attached to it. Skins and morph targets are taken at
-    the authored vertices.
+    shear are applied to the vertices, and lights below it are attached to it. Skins and morph targets are
+    read in their authored state.
     """
     document = read_document(path)
     with DecoderProcess() as decoder:
@@ -75,7 +75,7 @@ def load_gltf(
 
 
 class _Assembly:
-    """Turns placed nodes into meshes, materials and lights."""
+    """Converts placed nodes to meshes, materials and lights."""
 
     def __init__(
         self,
@@ -103,7 +103,7 @@ class _Assembly:
         self.kept: list[Node] = []
 
     def check_size(self) -> None:
-        """Refuse, before any array is read, what instancing would blow up beyond the memory."""
+        """Refuse, before any array is read, a file whose instances would exceed the memory."""
         sizes: dict[int, tuple[int, int]] = {}
         triangles = vertices = 0
         for node in self.nodes:
@@ -120,7 +120,7 @@ class _Assembly:
     def scene(self, by_name: bool) -> Scene:
         """Meshes, materials, lights and nodes.
 
-        Each lamp is a light group of its own, or, `by_name`, those on nodes of one name share one.
+        Each lamp forms its own light group, or, `by_name`, lamps on nodes of one name share a group.
         """
         self._begin(by_name)
         self._put_together()
@@ -133,7 +133,7 @@ class _Assembly:
         )
 
     def _put_together(self) -> None:
-        """All nodes, in order; what belongs to a movable follows its root directly."""
+        """Process all nodes in order; the members of a movable follow its root directly."""
         members: dict[int, list[int]] = {}
         for k, owner in enumerate(self.ownership.owner):
             if owner is not None:
@@ -154,10 +154,10 @@ class _Assembly:
         return mesh is not None and len(self.primitives.surface(mesh).triangles) > 0
 
     def _add_mesh(self, root: int, members: list[int], pose: np.ndarray) -> None:
-        """One Mesh of the nodes `members`, with its materials, its lights and the records of its nodes."""
+        """Add one Mesh of the nodes `members`, with materials, lights and the records of its nodes."""
         movable = self.ownership.owner[root] == root
         name = self.ownership.mesh_name[root]
-        # The node's name differs from the mesh's where several nodes bear it.
+        # The mesh's name differs from the node's if several nodes have the same name.
         shared = self.by_name and name != self.nodes[root].name
         default_group = self.nodes[root].name if shared else None
         to_local = rigid_inverse(pose)
@@ -197,7 +197,7 @@ class _Assembly:
     def _material_index(
         self, materials: np.ndarray, node: PlacedNode, default_group: str | None, names: dict[str, int]
     ) -> np.ndarray:
-        """For each triangle the index of its material among `names`, which grows as needed."""
+        """Index of each triangle's material among `names`, which is extended as needed."""
         used, where = np.unique(materials, return_inverse=True)
         found = [self.materials.material(int(m), node.group, default_group).name for m in used]
         return np.array([names.setdefault(n, len(names)) for n in found], np.int64)[where]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Accessors to arrays: strides, sparse values, normalised integers; every bound is checked before use."""
+"""Converts accessors to arrays: strides, sparse values, normalised integers; checks every bound first."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ COMPONENTS: dict[int, np.dtype] = {
 }
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 INDEX_COMPONENTS = (5121, 5123, 5125)
-VECTOR_COMPONENTS = (5120, 5121, 5122, 5123, 5126)  # some of the integers are KHR_mesh_quantization's
-# Without a buffer view nothing bounds the count; a sparse accessor larger than this is no mesh.
+VECTOR_COMPONENTS = (5120, 5121, 5122, 5123, 5126)  # some of the integers come from KHR_mesh_quantization
+# Without a buffer view nothing bounds the count; a larger sparse accessor is not plausible for a mesh.
 MAX_UNBACKED_COUNT = 1 << 22
 
 
 @dataclass(frozen=True)
 class _Accessor:
     place: str
-    source: Any  # pygltflib's record
+    source: Any  # record of pygltflib
     dtype: np.dtype
     width: int
 
@@ -48,11 +48,11 @@ class Accessors:
         self._positions: dict[int, np.ndarray] = {}
 
     def declared(self, index: int, where: str) -> int:
-        """Number of elements that the accessor claims, whose data are elsewhere."""
+        """Number of elements declared by an accessor whose data are elsewhere."""
         return self._describe(index, where).count
 
     def count(self, index: int, where: str) -> int:
-        """Number of elements, after all bounds have been checked; allocates nothing of that size."""
+        """Number of elements, after checking all bounds; allocates nothing of that size."""
         accessor = self._describe(index, where)
         if accessor.source.bufferView is not None:
             self._base_stride(accessor)
@@ -72,14 +72,14 @@ class Accessors:
         return source.bufferView is not None or source.sparse is not None
 
     def positions(self, index: int, where: str) -> np.ndarray:
-        """(n, 3) float64; integers are read as KHR_mesh_quantization says."""
+        """(n, 3) float64; integers are interpreted according to KHR_mesh_quantization."""
         if index not in self._positions:
             self.count(index, where)
             self._positions[index] = self.positions_of(index, where, None)
         return self._positions[index]
 
     def positions_of(self, index: int, where: str, decoded: np.ndarray | None) -> np.ndarray:
-        """(n, 3) float64 positions, of values `decoded` elsewhere or (None) of the accessor's own."""
+        """(n, 3) float64 positions, from values `decoded` elsewhere or (None) the accessor's own data."""
         accessor = self._describe(index, where)
         values = self._vectors(accessor, "VEC3", decoded)
         _require_finite(values, accessor.place, "vertex", "finite positions")
@@ -95,14 +95,14 @@ class Accessors:
         return values
 
     def coordinates(self, index: int, where: str, vertex_count: int) -> np.ndarray:
-        """(n, 2) float32 texture coordinates, one for each vertex; NaN where they are not finite."""
+        """(n, 2) float32 texture coordinates, one per vertex; NaN where not finite."""
         self.count(index, where)
         return self.coordinates_of(index, where, None, vertex_count)
 
     def coordinates_of(
         self, index: int, where: str, decoded: np.ndarray | None, vertex_count: int
     ) -> np.ndarray:
-        """(n, 2) float32, of values `decoded` elsewhere or (None) of the accessor's own."""
+        """(n, 2) float32, from values `decoded` elsewhere or (None) from the accessor's own data."""
         accessor = self._describe(index, where)
         if accessor.count != vertex_count:
             raise malformed(
@@ -112,7 +112,7 @@ class Accessors:
         return np.where(np.isfinite(values), values, np.float32(np.nan))
 
     def _vectors(self, accessor: _Accessor, kind: str, decoded: np.ndarray | None) -> np.ndarray:
-        """Float64; what is not finite stays."""
+        """Float64; values that are not finite are kept."""
         self._expect(accessor, kind, VECTOR_COMPONENTS)
         with np.errstate(invalid="ignore"):
             values = (self._read(accessor) if decoded is None else decoded).astype(np.float64)
@@ -126,7 +126,7 @@ class Accessors:
         return self.indices_of(index, where, None, vertex_count)
 
     def indices_of(self, index: int, where: str, decoded: np.ndarray | None, vertex_count: int) -> np.ndarray:
-        """(n,) int64 below `vertex_count`, of values `decoded` elsewhere or (None) of the accessor's own."""
+        """(n,) int64 below `vertex_count`, from values `decoded` elsewhere or (None) the accessor's own."""
         accessor = self._describe(index, where)
         self._expect(accessor, "SCALAR", INDEX_COMPONENTS)
         values = (self._read(accessor)[:, 0] if decoded is None else decoded).astype(np.int64)
@@ -210,7 +210,7 @@ class Accessors:
     def _elements(
         self, view_index: int, offset: int, dtype: np.dtype, width: int, count: int, place: str
     ) -> np.ndarray:
-        """(count, width) array over the view's bytes; no copy."""
+        """(count, width) view of the buffer view's bytes; no copy."""
         stride = self._stride(view_index, offset, dtype.itemsize * width, count, place)
         if count == 0:
             return np.zeros((0, width), dtype)
@@ -218,7 +218,7 @@ class Accessors:
         return np.ndarray((count, width), dtype, data, offset, (stride, dtype.itemsize))
 
     def _stride(self, view_index: int, offset: int, size: int, count: int, place: str) -> int:
-        """Bytes from one element to the next, after the view's bounds have been checked."""
+        """Bytes from one element to the next, after checking the view's bounds."""
         length = self._buffers.length(view_index, f"{place}.bufferView")
         stride = self._buffers.stride(view_index) or size
         if stride < size:

@@ -19,7 +19,7 @@ from .scene_size import require_memory_for_decoding
 
 
 class Buffers:
-    """Reads buffers, and decodes compressed views, when they are first used, and keeps them."""
+    """Reads buffers and decodes compressed views when they are first used, and caches them."""
 
     def __init__(self, document: Document, decoder: DecoderProcess) -> None:
         self._document = document
@@ -28,7 +28,7 @@ class Buffers:
         self._decoded: dict[int, memoryview] = {}
 
     def length(self, index: int, where: str) -> int:
-        """How many bytes a buffer view has, after its bounds have been checked; decodes nothing."""
+        """Number of bytes of a buffer view, after checking its bounds; decodes nothing."""
         view = element(self._document.gltf.bufferViews, index, where)
         place = f"bufferViews[{index}]"
         if self._is_compressed(view):
@@ -52,11 +52,11 @@ class Buffers:
         return self._decoded[index]
 
     def stride(self, index: int) -> int | None:
-        """The view's byte stride, None where elements are packed."""
+        """The view's byte stride; None if elements are packed."""
         return self._document.gltf.bufferViews[index].byteStride
 
     def _is_compressed(self, view: Any) -> bool:
-        """Whether the view's bytes are to be had by decoding only; fallback buffers may hold them, too."""
+        """Whether the view's bytes must be decoded; fallback buffers may contain them, too."""
         if MESHOPT not in view.extensions or compression_remedy(MESHOPT):
             return False
         buffer = element(self._document.gltf.buffers, view.buffer, f"bufferViews.{MESHOPT}.buffer")
@@ -95,7 +95,7 @@ class Buffers:
 
 
 def read_uri(folder: Path, uri: str, where: str, limit: int | None = None) -> bytes:
-    """The bytes that a buffer's or image's URI stands for: a data URI, or a file in or below `folder`."""
+    """The bytes that a buffer's or image's URI refers to: a data URI, or a file in or below `folder`."""
     if uri[:5].lower() == "data:":
         return _decode_data_uri(uri, where)
     return read_beside(folder, unquote(uri), where, limit)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cameras of a glTF document, each at its node's place in the world."""
+"""Cameras of a glTF document, each with its node's world pose."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .gltf_nodes import PlacedNode, rigid_part
 
 
 def read_cameras(document: Document, nodes: list[PlacedNode]) -> list[Camera]:
-    """The cameras of the scene; those that can show nothing are left out with a warning."""
+    """The cameras of the scene; those that cannot show anything are dropped with a warning."""
     names = UniqueNames()
     cameras = []
     for node in nodes:
@@ -29,7 +29,7 @@ def read_cameras(document: Document, nodes: list[PlacedNode]) -> list[Camera]:
 
 
 def _view(source: Any, label: str, notes: Notes) -> dict[str, Any] | None:
-    """What a Camera has beside its name and pose, None for one that can show nothing."""
+    """Fields of a Camera besides name and pose; None for one that cannot show anything."""
     if source.perspective is not None:
         lens = source.perspective
         if not 0 < lens.yfov < math.pi:

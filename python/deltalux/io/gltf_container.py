@@ -25,7 +25,7 @@ BINARY_CHUNK = 0x004E4942
 def read_container(path: Path) -> tuple[dict[str, Any], bytes | None]:
     """The file's JSON object, and the binary chunk of a GLB.
 
-    The content decides which container it is, not the suffix.
+    The content determines which container it is, not the suffix.
     """
     data = read_regular_file(path, "file")
     if data[:4] == MAGIC:
@@ -86,7 +86,7 @@ def _parse_json(text: bytes) -> dict[str, Any]:
 
 @contextmanager
 def _no_garbage_collection() -> Iterator[None]:
-    """JSON holds no cycles, but collecting while it grows takes eight times as long as parsing."""
+    """JSON has no cycles, but garbage collection during parsing takes eight times as long as parsing."""
     enabled = gc.isenabled()
     gc.disable()
     try:

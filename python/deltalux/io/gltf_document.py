@@ -26,7 +26,7 @@ HONOURED = {
     "KHR_texture_transform",  # the mean texel does not depend on it
 }
 COMPRESSION = {"EXT_meshopt_compression", "KHR_draco_mesh_compression", "KHR_meshopt_compression"}
-# These change looks that Deltalux counts as diffuse anyway, so that a file may require them.
+# These change looks that Deltalux treats as diffuse anyway, so a file may require them.
 APPEARANCE = {
     "KHR_materials_" + name
     for name in (
@@ -38,9 +38,9 @@ APPEARANCE = {
 
 @dataclass(frozen=True)
 class Document:
-    """A glTF file after the checks that need no buffer.
+    """A glTF file after all checks that need no buffer.
 
-    `gltf` is a pygltflib.GLTF2; its indexes are not yet checked, its types are.
+    `gltf` is a pygltflib.GLTF2, whose types are checked, but not its indexes.
     """
 
     path: Path
@@ -49,14 +49,14 @@ class Document:
     notes: Notes
 
     def files(self) -> list[str]:
-        """Absolute paths of the document and of all that it names, read or not."""
+        """Absolute paths of the document and of all files that it references, read or not."""
         uris = [each.uri for each in (*self.gltf.buffers, *self.gltf.images) if each.uri is not None]
         named = [unquote(uri) for uri in uris if uri[:5].lower() != "data:"]
         return [str(path.absolute()) for path in (self.path, *(self.path.parent / name for name in named))]
 
 
 def read_document(path: Path) -> Document:
-    """Read and check the JSON of a .gltf or .glb file; FormatError says what is wrong with it."""
+    """Read and check the JSON of a .gltf or .glb file; FormatError describes any defect."""
     root, blob = read_container(path)
     _check_version(root)
     gltf = GLTF(root, "glTF")
@@ -67,12 +67,12 @@ def read_document(path: Path) -> Document:
 
 
 def compression_remedy(name: str) -> str | None:
-    """What to do about data that extension `name` compressed, None where they can be decoded."""
+    """The remedy for data that extension `name` compressed; None if they can be decoded."""
     return missing_package(name) if name in PACKAGES else "export the file without compression"
 
 
 def _check_version(root: dict[str, Any]) -> None:
-    # Before the schema: a glTF 1.0 file is best told so, not that its nodes are no list.
+    # Before the schema check: the best message about a glTF 1.0 file is its version.
     asset = root.get("asset")
     version = asset.get("version") if isinstance(asset, dict) else None
     minimum = asset.get("minVersion", "2.0") if isinstance(asset, dict) else "2.0"

@@ -25,7 +25,7 @@ class DracoPrimitives:
         self._decoder = decoder
 
     def size(self, primitive: Any, place: str) -> tuple[int, int]:
-        """Corners and vertices that the accessors declare; decodes nothing."""
+        """Numbers of corners and vertices that the accessors declare; decodes nothing."""
         if primitive.mode != TRIANGLES or primitive.indices is None:
             raise malformed(place, f"compressed data, mode {primitive.mode}", "indexed triangles, mode 4")
         source, where = primitive.extensions[NAME], f"{place}.extensions.{NAME}"
@@ -42,9 +42,9 @@ class DracoPrimitives:
     def read(
         self, primitive: Any, place: str, coordinates: str | None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-        """Positions (n, 3) and corners (k,), of which there are as many as declared, and (n, 2) coordinates.
+        """Positions (n, 3), corners (k,) and coordinates (n, 2), as many as are declared.
 
-        `coordinates` names their attribute; None where there is none, or it is not compressed.
+        `coordinates` names the attribute of coordinates; None if there is none, or it is not compressed.
         """
         source, where = primitive.extensions[NAME], f"{place}.extensions.{NAME}"
         declared = self.size(primitive, place)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""EXT_mesh_gpu_instancing: a node's mesh many times, each copy as a node of its own below it."""
+"""EXT_mesh_gpu_instancing: expands a node's instances to child nodes."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ _STILL = {"TRANSLATION": (0.0, 0.0, 0.0), "ROTATION": (0.0, 0.0, 0.0, 1.0), "SCA
 
 
 def expand_instances(nodes: list[PlacedNode], accessors: Accessors) -> list[PlacedNode]:
-    """The nodes, with the mesh of an instanced one moved to as many children of the same name.
+    """The nodes, with the mesh of an instanced node moved to one child per instance, of the same name.
 
-    Raises FormatError for attributes that do not fit together, SceneError where there is no memory for as
-    many nodes.
+    Raises FormatError for attributes that do not fit together, SceneError if there is not enough memory for
+    so many nodes.
     """
     counts = [_count(node, accessors) for node in nodes]
     if all(count is None for count in counts):
@@ -55,7 +55,7 @@ def _attributes(node: PlacedNode) -> dict[str, int]:
 
 
 def _count(node: PlacedNode, accessors: Accessors) -> int | None:
-    """How many instances a node has, None where it is not instanced."""
+    """Number of instances of a node; None if it is not instanced."""
     if NAME not in node.source.extensions or node.source.mesh is None:
         return None
     place = f"{node.place}.extensions.{NAME}.attributes"
@@ -66,7 +66,7 @@ def _count(node: PlacedNode, accessors: Accessors) -> int | None:
 
 
 def _matrices(node: PlacedNode, count: int, accessors: Accessors) -> Iterator[np.ndarray]:
-    """4x4 matrix of each instance to the node's own space."""
+    """4x4 matrix of each instance, to the node's local space."""
     place = f"{node.place}.extensions.{NAME}.attributes"
     given = _attributes(node)
     values = {

@@ -1,22 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """KHR_lights_punctual of a glTF document.
 
-What the numbers of lights mean is given by ``light_units``; the three values are the three modes of Blender's
-exporter (KhronosGroup/glTF-Blender-IO, issue 564 and pull request 1760).
+``light_units`` determines the meaning of the lights' numbers; its three values are the three modes of
+Blender's exporter (KhronosGroup/glTF-Blender-IO, issue 564 and pull request 1760).
 
 ``spec``
-    As KHR_lights_punctual and the core specification say: candela for point and spot, lux for directional
-    lights, cd/m2 for emission. Results are in lux.
+    As specified by KHR_lights_punctual and the core specification: candela for point and spot, lux for
+    directional lights, cd/m2 for emission. Results are in lux.
 ``blender-watts``
     As Blender's exporter wrote until October 2022 (its version 3.4.38), and writes in its mode "Raw": radiant
     watts for point lights, divided here by 4 pi to give W/sr; likewise for spots, which in Blender are point
     lights behind a mask, so that a narrower cone does not make them brighter; W/m2 for suns. Emission is
     radiance, W/(sr m2). Results are in W/m2; no luminous efficacy is assumed.
 ``unitless``
-    As the exporter's mode "Unitless" and most real-time viewers have it: the numbers are W/sr for point and
+    As in the exporter's mode "Unitless" and most real-time viewers: the numbers are W/sr for point and
     spot, W/m2 for directional lights, W/(sr m2) for emission. Results are in W/m2.
 
-A node's scale changes neither the intensity nor the direction of its light. `range` is not honoured: light
+A node's scale changes neither the intensity nor the direction of its light. `range` is ignored: light
 falls off with the square of the distance only.
 """
 
@@ -50,7 +50,7 @@ class Lights:
     """Collects the lights of nodes."""
 
     def __init__(self, document: Document, light_units: str, by_name: bool) -> None:
-        """`by_name`: lights that bear one name share a group, else each is one of its own."""
+        """`by_name`: lights with the same name share a group; otherwise each is a group of its own."""
         self._by_name = by_name
         self._document = document
         self._units = light_units
@@ -59,8 +59,8 @@ class Lights:
         self.found: list[Light] = []
 
     def add(self, node: PlacedNode, matrix: np.ndarray, attached_to: str | None) -> tuple[str, ...]:
-        """Add the light of a node, if any, and return its name; `matrix` takes the node to world or movable
-        space.
+        """Add the light of a node, if any, and return its name; `matrix` transforms the node to world or
+        movable space.
         """
         reference = node.source.extensions.get("KHR_lights_punctual")
         if reference is None:
@@ -117,7 +117,7 @@ class Lights:
         return inner, outer
 
     def note_plausibility(self, area_lumens: Iterable[tuple[str, float]]) -> None:
-        """Warn of powers that no real lamp has; `area_lumens` gives luminous meshes and their power."""
+        """Warn of powers that no real lamp has; `area_lumens` lists luminous meshes and their power."""
         if self._units != "spec":
             return
         notes = self._document.notes

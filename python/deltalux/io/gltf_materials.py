@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""glTF materials to diffuse reflectance and emission."""
+"""Converts glTF materials to diffuse reflectance and emission."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .diagnostics import OPAQUE, Notes, UniqueNames, malformed
 from .gltf_document import Document
 from .gltf_textures import TRANSFORM, Textures
 
-WHITE = 0.98  # nothing but a mirror reflects more; paths between such walls end late
+WHITE = 0.98  # largest reflectance: only mirrors reflect more, and paths between such walls are very long
 
 
 TRANSMISSION = "KHR_materials_transmission"
@@ -24,7 +24,7 @@ GLOSSY = "KHR_materials_pbrSpecularGlossiness"
 
 @dataclass(frozen=True)
 class _Read:
-    """One material of the file, before light groups."""
+    """One material of the file, before its light groups are known."""
 
     name: str
     reflectance: np.ndarray
@@ -35,7 +35,7 @@ class _Read:
 
 
 class Materials:
-    """Makes a Material where a triangle first uses it; -1 stands for glTF's default material.
+    """Makes a Material when a triangle first uses it; -1 is glTF's default material.
 
     Reflectance is baseColorFactor (diffuseFactor of KHR_materials_pbrSpecularGlossiness) times the mean
     linear texel; emission is emissiveFactor times KHR_materials_emissive_strength times the mean texel.
@@ -47,7 +47,7 @@ class Materials:
         self.begin()
 
     def begin(self) -> None:
-        """Forget which materials were made; what is made next may have other groups."""
+        """Discard the materials made so far; later ones may have other groups."""
         self._names = UniqueNames()
         self._found: dict[int, _Read] = {}
         self._made: dict[tuple[int, str | None], Material] = {}
@@ -58,15 +58,15 @@ class Materials:
         return list(self._made.values())
 
     def material(self, index: int, node_group: str | None, default_group: str | None) -> Material:
-        """The material, in the light group that a luminous triangle of it belongs to.
+        """The material, in the light group of its luminous triangles.
 
-        The node's extras.group comes before the material's, and that before `default_group`.
+        The node's extras.group takes precedence over the material's, and that over `default_group`.
         """
         found = self._found_at(index)
         group = (node_group or found.group or default_group) if found.emission.any() else None
         key = (index, group)
         if key not in self._made:
-            # A material in several groups becomes several: the first keeps the name.
+            # A material in several groups becomes several materials; the first one keeps the name.
             first = all(made != index for made, _ in self._made)
             name = found.name if first else self._names.take(f"{found.name} [{group or 'own'}]")
             self._made[key] = Material(
@@ -75,9 +75,9 @@ class Materials:
         return self._made[key]
 
     def coordinate_set(self, index: int) -> int | None:
-        """Number of the texture coordinates that a material's textures use, None where it has no texture.
+        """Number of the texture coordinate set that a material's textures use; None without textures.
 
-        Outputs show one set: that of the reflectance's texture, else of the emission's.
+        Outputs use one set: that of the reflectance's texture, else of the emission's.
         """
         source = self._document.gltf.materials[index]
         colour, _ = _base_colour(source)
@@ -130,7 +130,7 @@ class Materials:
 
 
 def _base_colour(source: Any) -> tuple[Any, list[float]]:
-    """Texture record (or None) and factor of what counts as diffuse."""
+    """Texture record (or None) and factor of the diffuse part."""
     glossy = source.extensions.get(GLOSSY)
     if glossy is not None:
         texture, factor = glossy.get("diffuseTexture"), glossy.get("diffuseFactor")
@@ -141,7 +141,7 @@ def _base_colour(source: Any) -> tuple[Any, list[float]]:
 
 
 def _set_of(reference: Any) -> int | None:
-    """Number of the set of texture coordinates that a texture record names."""
+    """Number of the texture coordinate set in a texture record."""
     if reference is None:
         return None
     return reference.extensions.get(TRANSFORM, {}).get("texCoord", reference.texCoord or 0)

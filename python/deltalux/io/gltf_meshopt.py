@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""EXT_meshopt_compression: what a compressed buffer view says of itself, checked before it is decoded."""
+"""EXT_meshopt_compression: the record of a compressed buffer view, checked before it is decoded."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ REQUIRED = ("buffer", "byteLength", "byteStride", "count", "mode")
 FILTER_STRIDES = {"NONE": range(4, 257, 4), "OCTAHEDRAL": (4, 8), "QUATERNION": (8,),
                   "EXPONENTIAL": range(4, 257, 4)}  # fmt: skip
 INDEX_STRIDES = (2, 4)
-# Most bytes that one byte can unfold to: 16 elements take at least two bits of each of their bytes' headers,
-# three indices of triangles or one of a sequence at least one byte.
+# Most bytes that one compressed byte can expand to: 16 elements take at least two bits of each of their
+# bytes' headers, three indices of triangles or one of a sequence at least one byte.
 MOST_OF_ATTRIBUTES = 64
 # Bytes of a decoder's memory for each byte that it makes are fewer than an element's share of so many.
 BYTES_PER_ELEMENT = 128
@@ -52,7 +52,7 @@ class MeshoptView:
 
 
 def meshopt_view(view: Any, place: str) -> MeshoptView:
-    """The checked record of a buffer view that has one; all but whether its bytes are in the buffer."""
+    """The checked record of a compressed buffer view; not checked is whether its bytes lie in the buffer."""
     source = view.extensions[NAME]
     place = f"{place}.extensions.{NAME}"
     for key in REQUIRED:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which nodes of a glTF document are movable objects, and what belongs to each."""
+"""Determines which nodes of a glTF document are movable, and which nodes belong to each."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ PREFIX = "MOVE_"
 class Ownership:
     """`owner[k]`: position of the movable node that node k belongs to (itself, if it is one), or None.
 
-    `mesh_name[k]`: the name of the mesh that node k gives rise to, for movable roots and static nodes.
+    `mesh_name[k]`: the name of the mesh made from node k, for movable roots and static nodes.
     """
 
     owner: list[int | None]
@@ -27,12 +27,12 @@ class Ownership:
 
 
 def assign_owners(nodes: list[PlacedNode], names: Sequence[str], notes: Notes) -> Ownership:
-    """Decide what moves: the nodes in `names`, those named MOVE_..., and those with extras.movable.
+    """Determine the movables: the nodes in `names`, those named MOVE_..., and those with extras.movable.
 
-    A name selects every node that bears it; where several do, "name#1" selects the first alone. Where no node
-    bears it, ``*``, ``?`` and ``[...]`` in it describe several, of which those with something to move are
-    selected. What lies within a movable belongs to it. Raises OptionError for a name that no node bears, or
-    with nothing to move.
+    A name selects every node with that name; if there are several, "name#1" selects only the first. If no
+    node has that name, ``*``, ``?`` and ``[...]`` in it select several nodes, of which those with content
+    are used. Everything below a movable belongs to it. Raises OptionError for a name that no node has, or
+    whose nodes have no content.
     """
     content = _with_content(nodes)
     wanted = _wanted(nodes, names, content, notes)
@@ -48,7 +48,7 @@ def assign_owners(nodes: list[PlacedNode], names: Sequence[str], notes: Notes) -
 
 
 def _with_content(nodes: list[PlacedNode]) -> list[bool]:
-    """Whether a mesh or a light is at or below each node."""
+    """Whether there is a mesh or a light at or below each node."""
     content = [n.source.mesh is not None or "KHR_lights_punctual" in n.source.extensions for n in nodes]
     for k in range(len(nodes) - 1, -1, -1):
         if content[k] and nodes[k].parent >= 0:
@@ -76,7 +76,7 @@ def _wanted(nodes: list[PlacedNode], names: Sequence[str], content: list[bool], 
 
 
 def _bearing(nodes: list[PlacedNode], word: str) -> list[int]:
-    """Positions of the nodes of that name, else of the one of that label, else of those it describes."""
+    """Positions of the nodes of that name, else of the one of that label, else of those that match it."""
     alone = [node.label if node.label != node.name else f"{node.name}#1" for node in nodes]
     return (
         [k for k, node in enumerate(nodes) if node.name == word]
@@ -92,8 +92,8 @@ def _unknown(word: str, exists: bool, movable: list[str]) -> str:
 
 
 def _mesh_names(nodes: list[PlacedNode], owner: list[int | None]) -> dict[int, str]:
-    # Labels of nodes with a mesh stay as they are without movables; a movable node without a mesh of its
-    # own takes its plain name where that is free (its mesh child may have borne it).
+    # Labels of nodes with a mesh do not depend on movables; a movable node without a mesh of its own gets its
+    # plain name if that is free (its mesh child may have had it).
     names: dict[int, str] = {}
     unique = UniqueNames()
     roots = [k for k, node in enumerate(nodes) if owner[k] in (None, k) and node.source.mesh is not None]

@@ -31,14 +31,14 @@ class PlacedNode:
 
     @property
     def place(self) -> str:
-        """Where the node is in the file."""
+        """Description of the node's place in the file."""
         return f"nodes[{self.index}]"
 
 
 def place_nodes(document: Document, space: np.ndarray | None = None) -> list[PlacedNode]:
     """The nodes of the default scene, depth first, with world transforms.
 
-    `space` takes the file's space to the world, 4x4; it becomes a part of the roots' transforms.
+    `space` transforms the file's space to the world, 4x4; it becomes a part of the roots' transforms.
     Raises FormatError for cycles, nodes with two parents, and transforms that are not affine or finite.
     """
     nodes = document.gltf.nodes
@@ -101,11 +101,12 @@ def _roots(document: Document, parents: list[int]) -> list[int]:
 def _topmost(listed: list[int], parents: list[int], place: str) -> list[int]:
     """The listed nodes that are below no other listed one.
 
-    The specification wants roots only, and Khronos' validator says so (SCENE_NON_ROOT_NODE). Exporters list
-    all nodes all the same; viewers open such files, and those that show each node twice are wrong.
+    The specification requires roots only, and Khronos' validator reports others (SCENE_NON_ROOT_NODE).
+    Exporters nevertheless list all nodes; viewers open such files, and those that show each node twice are
+    wrong.
     """
     wanted = set(listed)
-    top: dict[int, int] = {-1: -1}  # of each node that was met: the topmost listed one above it, or itself
+    top: dict[int, int] = {-1: -1}  # for each visited node: the topmost listed node above it, or itself
     for node in listed:
         chain: dict[int, None] = {}
         while node not in top:
@@ -142,7 +143,7 @@ def _name(document: Document, index: int) -> str:
 
 
 def unique_labels(names: list[str], with_mesh: list[bool]) -> list[str]:
-    """The names, numbered where they repeat."""
+    """The names, numbered if they repeat."""
     # Nodes with a mesh first: their labels become the names of meshes, so "room" below an empty "room"
     # is not "room#2".
     unique = UniqueNames()
@@ -167,7 +168,7 @@ def _local_matrix(node: Any, place: str) -> np.ndarray:
 
 
 def finite_product(parent: np.ndarray, local: np.ndarray, place: str) -> np.ndarray:
-    """`parent` @ `local`; FormatError where that is beyond float64."""
+    """`parent` @ `local`; FormatError if that exceeds float64."""
     with np.errstate(over="ignore", invalid="ignore"):
         world = parent @ local
     if not np.isfinite(world).all():
@@ -209,7 +210,7 @@ def rigid_part(matrix: np.ndarray) -> np.ndarray:
     rotation = u @ vt
     if np.linalg.det(linear) < 0:
         rotation = -rotation
-    elif np.linalg.det(rotation) < 0:  # a singular matrix: any rotation serves
+    elif np.linalg.det(rotation) < 0:  # a singular matrix: any rotation is valid
         rotation = u @ np.diag((1.0, 1.0, -1.0)) @ vt
     pose = np.eye(4)
     pose[:3, :3] = rotation

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writers: a result to a file, nothing else."""
+"""Writers of results to files."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ __all__ = [
 
 Writer = Callable[[str | os.PathLike[str], Baked], None]
 
-# Suffix -> writer. Sessions (.dlx) write themselves.
+# Writers by suffix. Session files (.dlx) are written by Session.save.
 WRITERS: dict[str, Writer] = {
     ".csv": write_csv,
     ".glb": write_glb,
@@ -44,12 +44,12 @@ WRITERS: dict[str, Writer] = {
 
 
 def writer_for(path: str | os.PathLike[str]) -> Writer:
-    """The writer of a file's suffix.
+    """The writer for a file's suffix.
 
     Raises
     ------
     OptionError
-        Where there is none; before the work, when the paths of outputs are checked first.
+        If there is none. Call this before the work, to check output paths early.
     """
     suffix = Path(path).suffix.lower()
     if suffix not in WRITERS:
@@ -64,7 +64,7 @@ def write(path: str | os.PathLike[str], baked: Baked) -> None:
     Raises
     ------
     OptionError
-        Where the suffix is unknown, the folder is absent, or the samples do not fit the format.
+        If the suffix is unknown, the folder does not exist, or the samples do not fit the format.
     """
     writer = writer_for(path)
     folder = Path(path).parent

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the writers are given: a result, and the scene and mesh that it belongs to."""
+"""Input of the writers: a result, with the scene and mesh that it belongs to."""
 
 from __future__ import annotations
 
@@ -52,12 +52,12 @@ class Result(Protocol):
 
     @property
     def about(self) -> Mapping[str, Any]:
-        """Command line, seed, numbers of paths and other statistics; JSON values."""
+        """Command line, seed, number of paths and other statistics; JSON values."""
 
 
 @dataclass(frozen=True, eq=False)
 class Baked:
-    """A result with what a picture or a coloured mesh needs beside it.
+    """A result with the further data that a picture or a coloured mesh needs.
 
     Parameters
     ----------
@@ -68,9 +68,9 @@ class Baked:
     poses : mapping of movable's name to pose or None
         Present poses; None = removed, missing = as loaded.
     gradient : (n, 3, 3) array or None
-    beyond : (d, 3) array or None, of `Session.direct_beyond_samples`
+    beyond : (d, 3) array or None, the value of `Session.direct_beyond_samples`
     grid : Samples or None
-        Those of the result, where they are on a grid.
+        The result's samples, if they form a grid.
     camera, exposure, stops, false_colour, size, threads : options of pictures, see `images.render`
     """
 
@@ -95,7 +95,7 @@ def vertex_irradiance(baked: Baked, display: DisplayMesh) -> np.ndarray:
 
 
 def display_of(baked: Baked, output: str) -> DisplayMesh:
-    """The display mesh; OptionError where the samples are not on its vertices."""
+    """The display mesh; OptionError if the samples are not on its vertices."""
     display = baked.display
     if display is None:
         raise OptionError(
@@ -112,7 +112,7 @@ def display_of(baked: Baked, output: str) -> DisplayMesh:
 
 
 def keep_inputs(path: str | os.PathLike[str], baked: Baked) -> None:
-    """Raise OptionError where writing `path` would destroy a file that the scene was read from."""
+    """Raise OptionError if writing `path` would overwrite a file that the scene was read from."""
     if lost := found_among(path, baked.scene.files):
         raise OptionError(
             f'output "{os.fspath(path)}": found the scene\'s own file "{lost}", which writing would destroy; '
@@ -121,7 +121,7 @@ def keep_inputs(path: str | os.PathLike[str], baked: Baked) -> None:
 
 
 def about_text(result: Result) -> dict[str, Any]:
-    """What every output says of itself, in JSON values: program, quantity, unit, the result's `about`."""
+    """Metadata of every output, as JSON values: program, quantity, unit, and the result's `about`."""
     about = {
         "program": f"deltalux {__version__}",
         "quantity": QUANTITIES.get(result.unit, "irradiance"),
@@ -133,7 +133,7 @@ def about_text(result: Result) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """Turn NumPy values, and whatever else is not JSON, into what is."""
+    """Convert NumPy values and other values that JSON does not have to JSON values."""
     if isinstance(value, np.ndarray):
         return value.tolist()
     if isinstance(value, np.generic):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A good view of a scene without a camera: many are tried with few rays, the best one is taken."""
+"""Chooses a view of a scene without a camera: tries many with few rays and takes the best one."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ from deltalux.scene import Camera, Scene
 from .view import camera_rays
 
 EYE_HEIGHT = 1.6  # metres above the floor
-ROOM_HEIGHTS = (2.2, 40.0)  # scenes of other heights are not in metres, or not for people
+# metres; scenes with other heights are not in metres, or not rooms for people
+ROOM_HEIGHTS = (2.2, 40.0)
 INSIDE_FOV, OUTSIDE_FOV = 1.15, 0.7
-# Elevation, azimuth step, and what such a view scores before it is looked at.
+# Elevation and azimuth step in degrees, and the initial score of such a view.
 LEVEL, FROM_ABOVE = (2.0, 90.0, 0.4), (25.0, 30.0, 0.55)  # into an open box; onto objects
 TRIAL_SIZE = (24, 16)
-ENOUGH, TOO_MUCH = 0.03, 0.3  # shares of the picture that show what can move
+ENOUGH, TOO_MUCH = 0.03, 0.3  # shares of the picture that show movables
 
 
 def scene_camera(scene: Scene) -> Camera | None:
@@ -27,12 +28,12 @@ def scene_camera(scene: Scene) -> Camera | None:
 
 
 def automatic_camera(surfaces: Surfaces, light: np.ndarray, aspect: float = 1.6) -> Camera:
-    """Choose a view: of what can move; from inside a room, across it; from outside an object, three-quarter.
+    """Choose a view of movables; from inside a room, across it; from outside an object, three-quarter.
 
     Parameters
     ----------
     surfaces : Surfaces
-    light : (n,) photopic values of the display mesh's vertices, so that lit sides are preferred
+    light : (n,) photopic values at the display mesh's vertices; lit sides are preferred
     aspect : width / height of the picture
     """
     low, high = surfaces.bounds
@@ -45,7 +46,7 @@ def automatic_camera(surfaces: Surfaces, light: np.ndarray, aspect: float = 1.6)
         score = _score(surfaces, hits, lit, prior, subjects)
         if best is None or score > best_score:
             best, best_score = camera, score
-    assert best is not None  # there are always views from outside
+    assert best is not None  # views from outside always exist
     return best
 
 
@@ -62,7 +63,7 @@ def look_at(eye: np.ndarray, target: np.ndarray) -> np.ndarray:
 
 
 def _middle() -> np.ndarray:
-    """(rays,) bool: not near the edge of a trial picture."""
+    """(rays,) bool: whether a ray is not near the edge of a trial picture."""
     width, height = TRIAL_SIZE
     x, y = np.meshgrid(np.arange(width), np.arange(height))
     return ((x >= 2) & (x < width - 2) & (y >= 2) & (y < height - 2)).ravel()
@@ -72,7 +73,7 @@ _MIDDLE = _middle()
 
 
 def _trial_pixels(aspect: float) -> tuple[np.ndarray, np.ndarray]:
-    """Centres of the trial's pixels; x is stretched where the picture's aspect differs."""
+    """Centres of the trial picture's pixels; x is scaled to the picture's aspect."""
     width, height = TRIAL_SIZE
     x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
     stretch = aspect / (width / height)
@@ -108,14 +109,14 @@ def _outside(low: np.ndarray, high: np.ndarray, aspect: float) -> Iterator[tuple
             away = np.array([np.sin(azimuth) * np.cos(rise), np.sin(rise), np.cos(azimuth) * np.cos(rise)])
             pose = look_at(centre + away, centre)
             local = (corners - centre) @ pose[:3, :3]
-            # Each corner asks for a distance; the furthest one has all of them in the picture.
+            # Each corner requires a distance; the largest one shows them all.
             distance = 1.04 * (local[:, 2:] + np.abs(local[:, :2]) / across).max()
             pose = look_at(centre + distance * away, centre)
             yield Camera("automatic", pose, OUTSIDE_FOV), prior
 
 
 def _subjects(surfaces: Surfaces) -> np.ndarray:
-    """(triangles,) bool: present, and of something that can move."""
+    """(triangles,) bool: whether a triangle is present and part of a movable."""
     movable = [i for i, mesh in enumerate(surfaces.scene.meshes) if mesh.movable]
     return np.isin(surfaces.display.triangle_mesh, movable) & (surfaces.area > 0)
 
@@ -129,9 +130,9 @@ def _lit_triangles(surfaces: Surfaces, light: np.ndarray) -> np.ndarray:
 def _score(
     surfaces: Surfaces, hits: Hits, lit: np.ndarray, prior: float | None, subjects: np.ndarray
 ) -> float:
-    """Lit surfaces seen from their sampled side, far enough away, and much to see: what can move above all.
+    """Score of a view: lit surfaces on their sampled side, far enough away, variety, and movables above all.
 
-    `prior` is what a view from outside scores to begin with, None inside.
+    `prior` is the initial score of a view from outside, None inside.
     The weights were set by looking at rooms, halls, single objects and open boxes.
     """
     display = surfaces.display
@@ -149,7 +150,7 @@ def _score(
 
     bright = lit[triangle].mean() * seen.mean()
     wrong_side = (hits.hit & ~seen).mean()
-    if prior is not None:  # framed to fit: how much of the picture it fills says nothing
+    if prior is not None:  # a view from outside is framed to fit, so its share of the picture means nothing
         return float(score + prior + (bright - 2 * wrong_side) / hits.hit.mean())
     low, high = surfaces.bounds
     diagonal = np.linalg.norm(high - low)
@@ -160,11 +161,11 @@ def _score(
 
 
 def _shown(subject: np.ndarray, middle: np.ndarray) -> float:
-    """How well the picture shows what can move: not at its edge, neither tiny nor all of it.
+    """Score of how well the picture shows movables: not at its edge, neither tiny nor filling it.
 
     Parameters
     ----------
-    subject, middle : (k,) bool of rays: they meet it, and are in the middle of the picture
+    subject, middle : (k,) bool of rays: whether they hit a movable, and are in the middle of the picture
     """
     share, cut = (subject & middle).mean(), (subject & ~middle).mean()
     if share == 0:

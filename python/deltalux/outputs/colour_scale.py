@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Colour scales: values to colours whose lightness a reader can order, with round ticks."""
+"""Colour scales: colours with monotonic lightness for values, and round ticks."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ SEQUENTIAL = (
     (0.17, 0.08, 300), (0.31, 0.15, 292), (0.45, 0.15, 262), (0.58, 0.11, 215),
     (0.70, 0.14, 158), (0.82, 0.18, 118), (0.91, 0.17, 100), (0.98, 0.06, 100),
 )  # fmt: skip
-DIVERGING = (  # dark in the middle: what stays recedes, what changes shines
+DIVERGING = (  # dark in the middle: unchanged values recede, changes stand out
     (0.94, 0.05, 215), (0.75, 0.13, 232), (0.51, 0.16, 256), (0.25, 0.0, 100),
     (0.52, 0.16, 35), (0.76, 0.15, 62), (0.95, 0.09, 98),
 )  # fmt: skip
-LOG_BEYOND = 8.0  # spread of values from which a logarithmic scale reads better
-LEAST_SPREAD = 0.1  # of the largest value: values that differ by less are shown from zero on
+# ratio of largest to smallest value from which a logarithmic scale is easier to read
+LOG_BEYOND = 8.0
+LEAST_SPREAD = 0.1  # share of the largest value: values with a smaller spread are shown from zero on
 
 
 def _oklab_to_linear(lab: np.ndarray) -> np.ndarray:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What pictures show where a sample lies under something else."""
+"""Values that pictures show where a sample is covered by another surface."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from deltalux.samples.clearance import covered_samples
 
 @dataclass(frozen=True, eq=False)
 class RimFill:
-    """Which covered samples take the mean of which open neighbours; made once, applied to many values.
+    """Replaces values of covered samples by the mean of their open neighbours; computed once, applied often.
 
     Parameters
     ----------
     filled : (k,) ascending, samples that get a value
-    neighbours : (j,) samples that give theirs, those of one filled sample together
-    first : (k,) where those of each filled sample begin
+    neighbours : (j,) samples that give their values; those of one filled sample are adjacent
+    first : (k,) where the neighbours of each filled sample begin
     """
 
     filled: np.ndarray
@@ -27,7 +27,7 @@ class RimFill:
     first: np.ndarray
 
     def __call__(self, values: np.ndarray) -> np.ndarray:
-        """A copy of `values` (n, c) in which the filled samples have their neighbours' mean."""
+        """A copy of `values` (n, c) in which the filled samples have the mean of their neighbours."""
         result = values.copy()
         if len(self.filled):
             counts = np.diff(np.r_[self.first, len(self.neighbours)])
@@ -36,7 +36,7 @@ class RimFill:
 
 
 def rim_fill(covered: np.ndarray, triangles: np.ndarray) -> RimFill:
-    """Covered samples (n,) bool that share an edge of the triangles (m, 3) with open ones."""
+    """A fill for covered samples (n,) bool that share an edge of the triangles (m, 3) with open ones."""
     start, end = triangles.ravel(), triangles[:, (1, 2, 0)].ravel()
     start, end = np.r_[start, end], np.r_[end, start]
     rim = covered[end] & ~covered[start]
@@ -47,8 +47,8 @@ def rim_fill(covered: np.ndarray, triangles: np.ndarray) -> RimFill:
 
 
 def shown_values(surfaces: Surfaces, values: np.ndarray) -> np.ndarray:
-    """Values (n, c) with those of covered samples at the rim replaced by the mean of their open neighbours.
+    """Values (n, c) in which covered samples at the rim have the mean of their open neighbours.
 
-    A triangle that is half under a bookcase would else fade to black before it reaches it.
+    Otherwise a triangle that lies half under a bookcase would fade to black before reaching it.
     """
     return rim_fill(covered_samples(surfaces), surfaces.display.triangles)(values)

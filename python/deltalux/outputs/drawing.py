@@ -14,9 +14,9 @@ INK = (235, 235, 235)
 
 
 def text_font(height: int) -> ImageFont.FreeTypeFont:
-    """Font for a picture of that many rows."""
+    """Font for a picture with that many rows."""
     font = ImageFont.load_default(size=float(np.clip(height / 36, 11, 40)))
-    assert isinstance(font, ImageFont.FreeTypeFont)  # it is, whenever a size is given
+    assert isinstance(font, ImageFont.FreeTypeFont)  # always so if a size is given
     return font
 
 
@@ -26,7 +26,7 @@ def legend(scale: ColourScale, unit: str, height: int) -> np.ndarray:
     line = sum(font.getmetrics())
     ticks = scale.ticks()
     labels = [tick_label(tick, signed=scale.diverging) for tick in ticks]
-    title = unit  # as it is: Pillow's own font has neither "²" nor a minus sign
+    title = unit  # unchanged: Pillow's own font has neither "²" nor a minus sign
     bar, gap = max(12, height // 30), max(4, height // 100)
     text_width = max(font.getlength(label) for label in [*labels, title])
     width = int(4 * gap + bar + gap + text_width + 2 * gap)
@@ -42,20 +42,20 @@ def legend(scale: ColourScale, unit: str, height: int) -> np.ndarray:
     for tick, label in zip(ticks, labels, strict=True):
         y = bottom - float(scale.position(tick)) * (bottom - top)
         draw.line((2 * gap + bar, y, 3 * gap + bar, y), fill=INK)
-        if last - y >= line:  # ticks rise; a label that would touch the last one is left out
+        if last - y >= line:  # ticks ascend; a label that would touch the previous one is omitted
             draw.text((4 * gap + bar, y), label, fill=INK, font=font, anchor="lm")
             last = y
     return np.asarray(image)
 
 
 def tick_label(value: float, signed: bool = False) -> str:
-    """A round number as a reader wants it."""
+    """A round number as a tick's label."""
     text = f"{value:.6g}"
     return f"+{text}" if signed and value > 0 else text
 
 
 def label_above(pixels: np.ndarray, text: str) -> np.ndarray:
-    """The picture below a line of text."""
+    """The picture with a line of text above it."""
     height, width = pixels.shape[:2]
     font = text_font(height)
     line = int(1.6 * sum(font.getmetrics()))
@@ -68,7 +68,7 @@ def label_above(pixels: np.ndarray, text: str) -> np.ndarray:
 def draw_isolines(
     pixels: np.ndarray, values: np.ndarray, levels: np.ndarray, separate: tuple[np.ndarray, np.ndarray]
 ) -> np.ndarray:
-    """Lines where the values cross a level.
+    """Draw lines where the values cross a level.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def draw_isolines(
     values : (height, width), NaN = none
     levels : (k,), rising
     separate : (height, width - 1) and (height - 1, width) bool
-        Neighbours (right, below) that are not on one surface.
+        Whether neighbours (right, below) lie on different surfaces.
     """
     band = np.searchsorted(levels, values)
     known = np.isfinite(values)
@@ -93,7 +93,7 @@ def draw_isolines(
 
 
 def draw_outlines(pixels: np.ndarray, separate: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
-    """Fine grey lines between neighbours (right, below; see `draw_isolines`) that are not on one surface."""
+    """Thin grey lines between neighbours (right, below; see `draw_isolines`) on different surfaces."""
     line = np.zeros(pixels.shape[:2], dtype=bool)
     line[:, 1:] |= separate[0]
     line[1:] |= separate[1]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The binary part of a .glb: arrays as accessors, images as they are encoded."""
+"""The binary part of a .glb: arrays as accessors, images in their encoding."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pygltflib as gl
 
 COMPONENTS = {"f": gl.FLOAT, "H": gl.UNSIGNED_SHORT, "I": gl.UNSIGNED_INT}
 KINDS = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
-MOST_SHORT = 65534  # 65535 restarts a primitive
+MOST_SHORT = 65534  # 65535 is the primitive restart index
 
 
 class Binary:
@@ -19,7 +19,7 @@ class Binary:
         self._bytes = bytearray()
 
     def view(self, data: bytes | memoryview, target: int | None = None) -> int:
-        """A buffer view of these bytes."""
+        """Add a buffer view of these bytes."""
         self._bytes += b"\0" * (-len(self._bytes) % 4)
         view = gl.BufferView(buffer=0, byteOffset=len(self._bytes), byteLength=len(data), target=target)
         self._bytes += data
@@ -27,7 +27,7 @@ class Binary:
         return len(self._document.bufferViews) - 1
 
     def vertices(self, values: np.ndarray, bounds: bool = False) -> int:
-        """An accessor of values (n, k) of vertices, float32 or normalized uint16, perhaps with bounds."""
+        """Add an accessor of vertex values (n, k), float32 or normalized uint16, optionally with bounds."""
         return self._accessor(
             values,
             self.view(np.ascontiguousarray(values).data.cast("B"), gl.ARRAY_BUFFER),
@@ -37,12 +37,12 @@ class Binary:
         )
 
     def indices(self, corners: np.ndarray) -> int:
-        """An accessor of vertex numbers, in two bytes each where they fit."""
+        """Add an accessor of vertex numbers, two bytes each if that suffices."""
         values = corners.ravel().astype(np.uint16 if corners.max() <= MOST_SHORT else np.uint32)
         return self._accessor(values, self.view(values.data.cast("B"), gl.ELEMENT_ARRAY_BUFFER))
 
     def finish(self) -> None:
-        """Hand the bytes over to the document."""
+        """Set the document's buffer to the collected bytes."""
         self._document.buffers[0].byteLength = len(self._bytes)
         self._document.set_binary_blob(bytes(self._bytes))
 

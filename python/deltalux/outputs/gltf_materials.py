@@ -27,7 +27,7 @@ class GltfMaterials:
         document.extensionsUsed.append(UNLIT)
 
     def add(self, material: Material, shown: Shown) -> int:
-        """Index of a new material."""
+        """Add a material and return its index."""
         look = material.look
         covers = look.alpha_mode == "OPAQUE"
         self._document.materials.append(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cameras and lamps of a .glb, on their nodes of the scene's tree or on ones of their own."""
+"""Cameras and lamps of a .glb, on the nodes of the scene's tree or on additional ones."""
 
 from __future__ import annotations
 
@@ -16,15 +16,17 @@ from deltalux.units import LUX
 from .camera import look_at
 
 PUNCTUAL = "KHR_lights_punctual"
-SAME_PLACE = 1e-6  # metres, and for each metre from the middle of the world
-LUMENS_PER_WATT = 683.0  # what viewers take radiometric light for
+# metres, and again as much per metre from the world's origin
+SAME_PLACE = 1e-6
+LUMENS_PER_WATT = 683.0  # the conversion that viewers assume for radiometric light
 
 
 class Places:
-    """Puts cameras and lamps into `document`.
+    """Adds cameras and lamps to `document`.
 
-    One goes to the node that bears its name where that stands as it does, as in the file that was read; else
-    it gets a node of its own. `worlds` are the present world matrices of the document's first nodes.
+    A camera or lamp is put on the node with its name if that has the same pose, as in the file that was
+    read; otherwise it gets a node of its own. `worlds` are the present world matrices of the document's
+    first nodes.
     """
 
     def __init__(self, document: gl.GLTF2, worlds: list[np.ndarray]) -> None:
@@ -36,7 +38,7 @@ class Places:
     def add_cameras(self, scene: Scene) -> None:
         """Add the scene's cameras.
 
-        An orthographic view without an end of its own ends behind the scene: glTF wants it to end somewhere.
+        An orthographic view without a far plane ends behind the scene, because glTF requires a far plane.
         """
         for camera in scene.cameras:
             pose = np.asarray(camera.pose, dtype=np.float64)
@@ -44,9 +46,9 @@ class Places:
             self._document.cameras.append(_camera_definition(camera, scene))
 
     def add_lights(self, scene: Scene, moved: Callable[[str], np.ndarray | None]) -> None:
-        """Add the lights that glTF has a kind for where they are now.
+        """Add the lights that glTF supports at their present places.
 
-        `moved` tells where a movable's own space is in the world, by the movable's name; None = nowhere.
+        `moved` returns a movable's present local-to-world matrix by its name; None = removed.
         """
         factor = 1.0 if scene.unit == LUX else LUMENS_PER_WATT
         definitions: list[dict[str, Any]] = []
@@ -70,7 +72,7 @@ class Places:
     def _node(
         self, name: str, matrix: np.ndarray, slot: str, same: Callable[[np.ndarray, np.ndarray], bool]
     ) -> gl.Node:
-        """The node for something at `matrix`, whose `slot` is free."""
+        """The node for an object at `matrix`, whose `slot` must be free."""
         for node, world in self._nodes.get(name, ()):
             if getattr(node, slot) in (None, {}) and same(world, matrix):
                 return node
@@ -85,7 +87,7 @@ def _same_pose(world: np.ndarray, pose: np.ndarray) -> bool:
 
 
 def _same_light(light: Light, world: np.ndarray, at: np.ndarray) -> bool:
-    """Whether it shines there as from `at`: scale and turns about its axis are all the same to it."""
+    """Whether the light shines equally from both: scale and rotation about its axis do not matter."""
     near = SAME_PLACE * (1 + np.abs(at[:3, 3]).max())
     placed = light.place is None or np.allclose(world[:3, 3], at[:3, 3], rtol=0, atol=near)
     along = world[:3, 2] / np.linalg.norm(world[:3, 2])
@@ -112,7 +114,7 @@ def _far_end(camera: Camera, scene: Scene) -> float:
 
 
 def _light_matrix(light: Light) -> np.ndarray:
-    """To the world from a light's own space, where it shines along -Z."""
+    """Local-to-world matrix of a light that shines along local -Z."""
     towards = np.array((0.0, 0.0, -1.0)) if light.axis is None else light.axis
     matrix = look_at(np.zeros(3), towards)
     if light.place is not None:
@@ -121,9 +123,9 @@ def _light_matrix(light: Light) -> np.ndarray:
 
 
 def _light_definition(light: Light, own: dict[str, Any], factor: float) -> dict[str, Any]:
-    """The light as KHR_lights_punctual has it: candela or lux, `factor` times its own intensity.
+    """The light in KHR_lights_punctual: candela or lux, `factor` times its own intensity.
 
-    `own`: what its kind says there.
+    `own`: the properties of its kind there.
     """
     power = factor * light.strength
     brightest = float(power.max())

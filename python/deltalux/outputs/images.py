@@ -28,14 +28,14 @@ from .drawing import draw_isolines, draw_outlines, label_above, legend
 from .tone import KEY, encode_srgb, metered, tone_map
 from .view import View
 
-UNSAMPLED = 0.012  # linear grey of a side that has no samples: nothing is known of its light
+UNSAMPLED = 0.012  # linear grey of a side without samples, whose light is unknown
 SURROUNDINGS = 0.03
 METERING_SIZE = (96, 60)
 
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """An image and what a second one needs to be comparable with it.
+    """An image, with the settings that make a second one comparable with it.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class Picture:
     about: dict[str, Any] = field(default_factory=dict)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write a .png that carries `about` as the text entry "deltalux"."""
+        """Write a .png with `about` as the text entry "deltalux"."""
         notes = PngInfo()
         if self.about:
             notes.add_itxt("deltalux", json.dumps(self.about))
@@ -80,9 +80,9 @@ def render(
 ) -> Picture:
     """Picture of the lit scene, or its photopic irradiance in false colours.
 
-    Each ray interpolates the irradiance of the triangle that it meets; a lit picture shows
-    reflectance × irradiance / pi plus emission. A side that has no samples is dark grey: its
-    light is not known. Samples under something else take their neighbours' values.
+    Each ray interpolates the irradiance of the triangle that it hits; a lit picture shows
+    reflectance × irradiance / pi plus emission. A side without samples is dark grey, because its
+    light is unknown. Samples covered by other surfaces take their neighbours' values.
 
     Parameters
     ----------
@@ -90,21 +90,21 @@ def render(
     display : DisplayMesh
     irradiance : (s, 3) linear, one for each sample of `display`
     poses : present poses of movables, see `DisplayMesh.world`
-    camera : None = the scene's first camera, else a good one is looked for
-    size : (width, height) in pixels; a legend comes on top of the width
+    camera : None = the scene's first camera, else one is chosen automatically
+    size : (width, height) in pixels; a legend is added to the width
     exposure : factor on radiance; None = automatic. `Picture.exposure` of one picture makes
         another comparable with it, as do `camera` and `scale`.
-    stops : how much brighter, in powers of two
-    false_colour, scale, isolux : colours by value, their scale, and lines at the scale's ticks
+    stops : additional exposure in powers of two
+    false_colour, scale, isolux : false colours, their scale, and isolines at the scale's ticks
     rays_per_pixel : int
     threads : int, 0 = all
     caster : see `Surfaces`
-    beyond : (d, 3) or None, of `Session.direct_beyond_samples`
+    beyond : (d, 3) or None, the value of `Session.direct_beyond_samples`
 
     Raises
     ------
     OptionError
-        Where `irradiance` does not belong to `display`, or `size` is not positive.
+        If `irradiance` does not belong to `display`, or `size` is not positive.
     """
     values = add_detail(_checked_values(display, irradiance).copy(), display, beyond)
     view = _view(scene, display, photopic(values), poses, camera, size, rays_per_pixel, threads, caster)
@@ -115,14 +115,14 @@ def render(
 
 
 def lit_picture(view: View, values: np.ndarray, exposure: float | None = None, stops: float = 0.0) -> Picture:
-    """The lit scene as `render` draws it, in a view that was made before.
+    """The lit scene as `render` draws it, in an existing view.
 
     Parameters
     ----------
     view : View
     values : (n, 3) irradiance as shown, see `shown_values`, one for each vertex of the view's display
     exposure : factor on radiance; None = automatic
-    stops : how much brighter, in powers of two
+    stops : additional exposure in powers of two
     """
     radiance, light_source = _radiance(view, values)
     if exposure is None:
@@ -135,7 +135,7 @@ def lit_picture(view: View, values: np.ndarray, exposure: float | None = None, s
 def metered_exposure(
     surfaces: Surfaces, values: np.ndarray, camera: Camera | None = None, key: float = KEY
 ) -> float:
-    """The exposure that a lit picture of these surfaces would choose, within some per cent.
+    """The exposure that a lit picture of these surfaces would choose, to within a few per cent.
 
     Parameters
     ----------
@@ -167,10 +167,10 @@ def difference(
     threads: int = 0,
     caster: CasterType = core_caster,
 ) -> Picture:
-    """Photopic irradiance after minus before, orange where brighter, blue where darker.
+    """Photopic irradiance after minus before: orange where brighter, blue where darker.
 
-    The scale is symmetric around zero; the parameters are those of `render`, with the scene
-    drawn at `poses`, which should be those after the edit.
+    The scale is symmetric around zero; the parameters are those of `render`. The scene is drawn at
+    `poses`, which should be those after the edit.
     """
     old, new = photopic(_checked_values(display, before)), photopic(_checked_values(display, after))
     view = _view(scene, display, old + new, poses, camera, size, rays_per_pixel, threads, caster)
@@ -179,7 +179,7 @@ def difference(
 
 
 def side_by_side(pictures: Sequence[Picture], labels: Sequence[str]) -> Picture:
-    """Pictures of one height next to each other, each below its label."""
+    """Pictures of equal height side by side, each with its label above."""
     heights = {len(p.pixels) for p in pictures}
     if len(heights) != 1 or len(pictures) != len(labels):
         raise OptionError(
@@ -193,7 +193,7 @@ def side_by_side(pictures: Sequence[Picture], labels: Sequence[str]) -> Picture:
 
 
 def _checked_values(display: DisplayMesh, irradiance: np.ndarray) -> np.ndarray:
-    """Irradiance (s, 3) of the samples as the vertices show it."""
+    """Irradiance at the vertices from irradiance (s, 3) of the samples."""
     values, count = np.asarray(irradiance, dtype=np.float64), len(display.sample_vertices)
     if values.shape != (count, 3):
         raise OptionError(
@@ -220,7 +220,7 @@ def _camera(surfaces: Surfaces, light: np.ndarray, camera: Camera | None, size: 
 
 
 def _radiance(view: View, irradiance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Radiance (rays, 3) towards the camera, and whether it is that of a light source."""
+    """Radiance (rays, 3) towards the camera, and whether it comes from a light source."""
     materials = view.surfaces.scene.materials
     reflectance = np.array([m.reflectance for m in materials])
     material = view.surfaces.display.triangle_material[view.triangle]
@@ -240,7 +240,7 @@ def _false_colour(
     scale = scale or choose(seen)
     colours = np.where(view.facing[:, None], scale.colours(np.nan_to_num(seen)), _unsampled(view))
     pixels = encode_srgb(view.pixels(colours))
-    if scale.diverging:  # nearly all of it has one colour; outlines show where a change is
+    if scale.diverging:  # most of the picture has one colour; outlines show where a change is
         pixels = draw_outlines(pixels, view.seams())
     if isolux:
         pixels = draw_isolines(pixels, view.pixels(seen)[..., 0], scale.ticks(), view.seams())

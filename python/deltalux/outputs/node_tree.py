@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The input file's node hierarchy, with the movables where they are now."""
+"""The input file's node hierarchy, with the movables at their present poses."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from deltalux.scene import Node, Scene
 
 
 def world_matrices(nodes: tuple[Node, ...], matrices: list[np.ndarray] | None = None) -> list[np.ndarray]:
-    """4x4 invertible matrix of each node, its own space to the world.
+    """4x4 invertible local-to-world matrix of each node.
 
-    `matrices` take each node to its parent, see `moved_matrices`; None = as loaded.
+    `matrices` transform from each node to its parent, see `moved_matrices`; None = as loaded.
     """
     matrices = [_invertible(node.matrix) for node in nodes] if matrices is None else matrices
     worlds = [np.eye(4)] * len(nodes)
@@ -26,7 +26,7 @@ def world_matrices(nodes: tuple[Node, ...], matrices: list[np.ndarray] | None = 
 def _invertible(matrix: np.ndarray) -> np.ndarray:
     """The matrix, with scales of zero replaced by one.
 
-    What hangs on a flattened node is written flat, so that such a node needs not flatten it.
+    The geometry below a node that flattens it is written flat, so that the node need not flatten it.
     """
     u, scale, vt = np.linalg.svd(matrix[:3, :3])
     flat = scale <= 1e-12 * scale[0]
@@ -38,9 +38,9 @@ def _invertible(matrix: np.ndarray) -> np.ndarray:
 
 
 def moved_matrices(scene: Scene, poses: Mapping[int, np.ndarray | None]) -> list[np.ndarray]:
-    """4x4 matrix of each node relative to its parent, movables at `poses` (by mesh index).
+    """4x4 matrix of each node relative to its parent, with movables at `poses` (by mesh index).
 
-    Only the topmost node of a moved object changes: the others follow it.
+    Only the topmost node of a moved object changes: its descendants follow it.
     """
     nodes = scene.nodes
     worlds = world_matrices(nodes)
@@ -52,7 +52,7 @@ def moved_matrices(scene: Scene, poses: Mapping[int, np.ndarray | None]) -> list
         parent_move = moves[node.parent] if node.parent >= 0 else np.eye(4)
         names = [*(name for name, _, _ in node.parts), node.name]
         mesh = next((index_of[name] for name in names if name in index_of), None)
-        # An empty node and a lamp go with what they hang on.
+        # An empty node or a lamp moves with its parent.
         moves[index] = parent_move if mesh is None else move_since_load(scene, mesh, poses)
         if not np.array_equal(moves[index], parent_move):
             parent_world = worlds[node.parent] if node.parent >= 0 else np.eye(4)
@@ -62,7 +62,7 @@ def moved_matrices(scene: Scene, poses: Mapping[int, np.ndarray | None]) -> list
 
 
 def move_since_load(scene: Scene, mesh: int, poses: Mapping[int, np.ndarray | None]) -> np.ndarray:
-    """Where a mesh went since it was loaded, world to world."""
+    """The motion of a mesh since it was loaded, world to world."""
     loaded, now = scene.meshes[mesh].pose, poses.get(mesh)
     if now is None or np.array_equal(now, loaded):
         return np.eye(4)
@@ -74,6 +74,6 @@ def _parents_first(nodes: tuple[Node, ...]) -> list[int]:
     for index, node in enumerate(nodes):
         children.setdefault(node.parent, []).append(index)
     order = list(children.get(-1, ()))
-    for index in order:  # grows while it is walked
+    for index in order:  # the list grows during the loop
         order.extend(children.get(index, ()))
     return order

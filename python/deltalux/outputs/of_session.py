@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the writers need of a session in its present state."""
+"""Input of the writers from a session's present state."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from .baked import Baked
 
 
 def present_scene(session: Session) -> Scene:
-    """The session's scene with the reflectances that it has now."""
+    """The session's scene with its present reflectances."""
     present = session.reflectances
     materials = [replace(m, reflectance=present[m.name]) for m in session.scene.materials]
     return replace_scene(session.scene, materials=materials)
 
 
 def baked_of(session: Session, command: str, false_colour: bool = False) -> Baked:
-    """The session's results with its scene as it is now.
+    """The session's results with its scene in the present state.
 
     Parameters
     ----------
     session : baked
-    command : what made the result, which names it
-    false_colour : pictures show irradiance instead of the lit scene
+    command : the command that made the result, kept in its metadata
+    false_colour : whether pictures show irradiance instead of the lit scene
     """
     result = session.result
     return Baked(

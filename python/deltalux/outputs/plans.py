@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Grids of values as plans: false colours, axes in metres, values where there is room."""
+"""Plans of grids of values: false colours, axes in metres, and values where there is room."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from .drawing import INK, PAPER, draw_isolines, legend, text_font, tick_label
 from .images import SURROUNDINGS, Picture
 from .tone import encode_srgb
 
-LEAST_HEIGHT = 200  # pixels, so that a legend fits beside a plan
-_ALIGNED = 0.99999  # cosine from which a side runs along an axis of the world
+LEAST_HEIGHT = 200  # pixels, so that a legend fits beside the plan
+_ALIGNED = 0.99999  # least cosine between a side of the grid and a world axis that counts as parallel
 _TICK, _GAP = 5, 6  # pixels
-_TICK_DISTANCE = 60  # pixels, at least
+_TICK_DISTANCE = 60  # pixels, least distance between ticks
 
 
 @dataclass(frozen=True)
 class Axis:
-    """One side of a grid: its name, the coordinate of the first cell's middle, and the step to the next.
+    """One side of a grid: its name, the coordinate of the first cell's centre, and the step to the next cell.
 
-    A side that runs along an axis of the world has that axis' name and coordinates, another one none and
-    metres from the first cell.
+    A side parallel to a world axis has that axis' name and coordinates; another one has no name, and
+    its coordinates are metres from the first cell.
     """
 
     name: str
@@ -39,12 +39,12 @@ class Axis:
 
 
 def plan_axes(samples: Samples) -> tuple[Axis, Axis]:
-    """Axes along columns and along rows of samples on a grid, from where the samples are."""
+    """Axes along columns and rows of samples on a grid, computed from the samples' places."""
     assert samples.grid_shape is not None
     columns = samples.grid_shape[1]
     cells = np.arange(len(samples)) if samples.grid_cells is None else samples.grid_cells
     places = np.stack([np.ones(len(cells)), cells % columns, cells // columns], axis=1)
-    # The least squares solution has no step along a side on which all samples are in one line.
+    # If all samples lie in one line, the least squares solution has step zero along the other side.
     origin, along, down = np.linalg.lstsq(places, samples.points, rcond=None)[0]
     return _axis(origin, along), _axis(origin, down)
 
@@ -73,9 +73,9 @@ def grid_picture(
     values : (rows, columns), photopic; the first row is at the top
     unit : str
     scale : None = automatic
-    isolux : lines at the scale's ticks
+    isolux : whether to draw isolines at the scale's ticks
     longest : pixels along the longer side
-    axes : along columns and along rows; with them the plan has a margin with coordinates, and values
+    axes : along columns and rows; with them, the plan has a margin with coordinates, and values
     """
     values = np.asarray(values, dtype=np.float64)
     if values.ndim != 2 or values.size == 0:
@@ -96,7 +96,7 @@ def grid_picture(
 
 
 def _enlarged(values: np.ndarray, cell: int) -> np.ndarray:
-    """Bilinear enlargement by `cell`, each value in the middle of its square; cells without one stay so."""
+    """Bilinear enlargement by `cell`, each value at the centre of its square; NaN cells stay NaN."""
     known = np.isfinite(values)
     if known.all():
         return _between_cells(values, cell)
@@ -123,12 +123,12 @@ def _font(cell: int) -> ImageFont.FreeTypeFont:
 
 
 def _with_values(pixels: np.ndarray, values: np.ndarray, cell: int) -> np.ndarray:
-    """Values in the middle of their cells: of every second, third, … one where they would touch."""
+    """Values at the centres of their cells; only every second, third, … value if they would touch."""
     font = _font(cell)
     labels = {at: significant(float(value), 3) for at, value in np.ndenumerate(values) if np.isfinite(value)}
     if not labels:
         return pixels
-    # Only some of a large grid are drawn, so the longest of a few has to do for the room that one needs.
+    # Only some values of a large grid are drawn; the longest of a sample of labels determines the room.
     widest = max(font.getlength(label) for label in list(labels.values())[:: max(1, len(labels) // 500)])
     across = math.ceil((widest + 2 * _GAP) / cell)
     down = math.ceil((sum(font.getmetrics()) + _GAP) / cell)
@@ -142,7 +142,7 @@ def _with_values(pixels: np.ndarray, values: np.ndarray, cell: int) -> np.ndarra
 
 
 def _with_axes(pixels: np.ndarray, axes: tuple[Axis, Axis], cell: int) -> np.ndarray:
-    """The plan in a margin with ticks and coordinates, columns below and rows to the left."""
+    """The plan with a margin of ticks and coordinates, columns below and rows to the left."""
     height, width = pixels.shape[:2]
     font = text_font(max(height, 400))
     line = sum(font.getmetrics())
@@ -162,12 +162,13 @@ def _with_axes(pixels: np.ndarray, axes: tuple[Axis, Axis], cell: int) -> np.nda
         draw.text((left - 1 - _TICK - _GAP, top + at), label, fill=INK, font=font, anchor="rm")
     names = [f"{axis.name} (m)".strip() for axis in axes]
     draw.text((left + width // 2, top + height + bottom - _GAP), names[0], fill=INK, font=font, anchor="mb")
-    draw.text((_GAP, top - line // 2 - _GAP), names[1], fill=INK, font=font, anchor="lb")  # clear of a tick
+    # does not touch a tick
+    draw.text((_GAP, top - line // 2 - _GAP), names[1], fill=INK, font=font, anchor="lb")
     return np.asarray(image)
 
 
 def _ticks(axis: Axis, cell: int, length: int) -> list[tuple[float, str]]:
-    """Pixels from the plan's edge and labels of round coordinates; none on a side of one cell."""
+    """Ticks as pixels from the plan's edge and round coordinates; none on a side of one cell."""
     if axis.step == 0:
         return []
     per_pixel = abs(axis.step) / cell

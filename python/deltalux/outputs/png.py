@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of results as .png files, by where the samples are."""
+"""Writes results as .png files, depending on where the samples are."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .plans import grid_picture, plan_axes
 
 
 def write_png(path: str | os.PathLike[str], baked: Baked) -> None:
-    """Write the picture that fits the samples: the scene, or the plan of a grid."""
+    """Write the picture that suits the samples: the scene, or the plan of a grid."""
     keep_inputs(path, baked)
     result = baked.result
     if baked.display is None and baked.grid is not None:

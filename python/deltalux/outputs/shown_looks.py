@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What unlit viewers multiply: a base colour, perhaps a texture, and light in vertex colours."""
+"""Factors that unlit viewers multiply: base colour, an optional texture, and light in vertex colours."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from deltalux.scene import Material
 from deltalux.scene.look import Texture
 from deltalux.units import photopic
 
-# Vertex colours end at 1, in typical light they are 0.4: a texture that needs more than this is left out.
+# Vertex colours are at most 1 and typically 0.4: a texture that needs a larger gain than this is omitted.
 MOST_GAIN = 4.0
 
 
@@ -45,18 +45,19 @@ class Shown:
 
 
 def shown_as(material: Material, textured: bool, irradiance: np.ndarray) -> Shown:
-    """How a material is shown where it has texture coordinates (`textured`), or where it has none.
+    """How a material is shown, with texture coordinates (`textured`) or without.
 
-    One texture is all that a viewer takes. A luminous material with two shows that of its emission where it
-    emits more than it reflects of its mean `irradiance` (3,), unless the texture of its surface is brighter:
-    a screen or a lamp is seen by its own light, a room's atlas or a device with a small lamp on it is not.
-    What belongs to the other texture has the hue of both, and on average its own brightness.
+    Viewers support only one texture. A luminous material with two shows the emission's texture if it emits
+    more than it reflects of its mean `irradiance` (3,), unless the reflectance's texture is brighter: a
+    screen or a lamp is visible by its own light, but a room's atlas or a device with a small lamp on it is
+    not.
+    Light that belongs to the omitted texture has the hue of both, and on average its own brightness.
     """
     look, none = material.look, np.ones(3)
     if not material.emissive:
         if look.colour is None or not textured:
             return Shown(material.reflectance, None, none, none)
-        # More than 1 where the reflectance was changed and a dark texture made bright.
+        # More than 1 after an edit that made the reflectance of a dark texture bright.
         factor = _ratio(material.reflectance, look.colour.mean)
         if factor.max() > MOST_GAIN:
             return shown_as(material, False, irradiance)
@@ -77,5 +78,5 @@ def shown_as(material: Material, textured: bool, irradiance: np.ndarray) -> Show
 
 
 def _ratio(above: np.ndarray, below: np.ndarray) -> np.ndarray:
-    """Quotients, 1 where a channel divides by nothing: what is multiplied by it is black anyway."""
+    """Quotients; 1 for a channel that divides by zero, because its product is black anyway."""
     return np.divide(above, below, out=np.ones(3), where=below > 0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Results as tables: .npz (everything, exact) and .csv (for spreadsheets), and reading them back."""
+"""Results as tables: .npz (complete and exact) and .csv (for spreadsheets), and their reader."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ ARRAYS = ("points", "normals", "irradiance", "standard_error", "radius")
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """A result read from a file; its fields are those of a `Result`."""
+    """A result read from a file; it has the fields of a `Result`."""
 
     points: np.ndarray
     normals: np.ndarray
@@ -40,20 +40,21 @@ class Table:
 
 
 def write_npz(path: str | os.PathLike[str], baked: Baked) -> None:
-    """Write the arrays of the result, `unit` and `about` (a JSON text), and the gradient if there is one."""
+    """Write the arrays of the result, `unit`, `about` (JSON text), and the gradient if there is one."""
     keep_inputs(path, baked)
     arrays: dict[str, Any] = {name: np.asarray(getattr(baked.result, name)) for name in ARRAYS}
     if baked.gradient is not None:
         arrays["gradient"] = np.asarray(baked.gradient)
     about = json.dumps(about_text(baked.result))
-    data = io.BytesIO()  # a zip that could not be written whole would be tried again when it is collected
+    # in memory first: the destructor of an incompletely written zip would try to write again
+    data = io.BytesIO()
     np.savez_compressed(data, **arrays, unit=np.array(baked.result.unit), about=np.array(about))
     with written_aside(path) as file:
         file.write(data.getbuffer())
 
 
 def write_csv(path: str | os.PathLike[str], baked: Baked) -> None:
-    """Write one line per sample after a header of `# key: value` lines; E is the photopic value."""
+    """Write header lines `# key: value`, then one line per sample; E is the photopic value."""
     keep_inputs(path, baked)
     result = baked.result
     rows = np.column_stack(
@@ -80,7 +81,7 @@ def read(path: str | os.PathLike[str]) -> Table:
     Raises
     ------
     FormatError
-        Where the file is absent, truncated or foreign.
+        If the file does not exist, is truncated or foreign.
     """
     file = Path(path)
     reader = {".npz": _read_npz, ".csv": _read_csv}.get(file.suffix.lower())

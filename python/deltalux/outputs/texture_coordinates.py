@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Texture coordinates of the refined triangles, interpolated from those of the scene's triangles."""
+"""Texture coordinates of the refined triangles, interpolated from the scene's triangles."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ import numpy as np
 from deltalux.mesh.display_mesh import DisplayMesh, weld
 from deltalux.scene import Scene
 
-BATCH = 1 << 17  # triangles at a time, so that memory stays flat
-# Refinement halves edges, so that weights are whole multiples of this, and neighbours agree to the last bit.
+BATCH = 1 << 17  # triangles at a time, to bound memory
+# Refinement halves edges, so that weights are multiples of this, and neighbours agree to the last bit.
 WEIGHT_STEP = 2.0**-20
 
 
 class TextureCoordinates:
-    """Finds the coordinates of display triangles' corners.
+    """Computes texture coordinates at the corners of display triangles.
 
     Parameters
     ----------
     scene : Scene
-    display : DisplayMesh of it
+    display : display mesh of the scene
     """
 
     def __init__(self, scene: Scene, display: DisplayMesh) -> None:
@@ -46,7 +46,7 @@ class TextureCoordinates:
         ab, ac = b - a, c - a
         normal = np.cross(ab, ac)
         squared = np.einsum("kx,kx->k", normal, normal)[:, None]
-        # What has no area shows its first corner.
+        # A degenerate triangle has the coordinates of its first corner.
         normal = np.divide(normal, squared, out=np.zeros_like(normal), where=squared > 0)
         weight_b = np.einsum("kix,kx->ki", np.cross(at, ac[:, None]), normal)
         weight_c = np.einsum("kix,kx->ki", np.cross(ab[:, None], at), normal)
@@ -59,7 +59,7 @@ class TextureCoordinates:
 def split_at_seams(
     vertices: np.ndarray, coordinates: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """One vertex for each place and texture coordinate there.
+    """Duplicate vertices so that each has only one texture coordinate.
 
     Parameters
     ----------
@@ -68,8 +68,8 @@ def split_at_seams(
 
     Returns
     -------
-    used : (n,) numbers of the vertices, one as often as it has different coordinates
-    texels : (n, 2) float32, theirs
+    used : (n,) numbers of the original vertices, each repeated for every different coordinate
+    texels : (n, 2) float32, texture coordinates of these
     corners : (k, 3) index into both
     """
     texels = np.ascontiguousarray(coordinates.reshape(-1, 2) + np.float32(0))  # -0 becomes 0

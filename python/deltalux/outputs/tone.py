@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From linear light to what a screen shows: exposure, tone curve, sRGB."""
+"""Linear light to display colours: exposure, tone curve, sRGB."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ import numpy as np
 
 from deltalux.units import photopic
 
-KEY = 0.32  # where the typical luminance lands before the tone curve
+KEY = 0.32  # display level of the typical luminance, before the tone curve
 WHITE = 5.0  # exposed luminance that becomes white
 
 
 def metered(luminance: np.ndarray, lamp: np.ndarray, key: float = KEY) -> float:
-    """Exposure for what is seen; light sources are left out, unless they are all that can be seen.
+    """Exposure for visible surfaces; light sources are excluded, unless nothing else is visible.
 
     Parameters
     ----------
-    luminance : (n,) photopic radiance of what is seen
-    lamp : (n,) bool, that of a light source
+    luminance : (n,) photopic radiance of the visible surfaces
+    lamp : (n,) bool, whether it is a light source's
     key : see `automatic_exposure`
     """
     others = luminance[~lamp]
@@ -29,13 +29,13 @@ def automatic_exposure(luminance: np.ndarray, key: float = KEY) -> float:
 
     Parameters
     ----------
-    luminance : (n,) photopic radiance of what is seen
-    key : where the typical luminance lands
+    luminance : (n,) photopic radiance of the visible surfaces
+    key : display level of the typical luminance
     """
     lit = luminance[luminance > 0]
     if lit.size == 0:
         return 1.0
-    # Deep shadow must not make the rest white: it counts as a hundredth of the bright parts.
+    # So that deep shadow does not make the rest white, it counts as at least a hundredth of the bright parts.
     floor = 0.01 * np.percentile(lit, 90)
     return float(key / np.exp(np.log(np.maximum(luminance, floor)).mean()))
 
@@ -43,7 +43,7 @@ def automatic_exposure(luminance: np.ndarray, key: float = KEY) -> float:
 def tone_map(radiance: np.ndarray, exposure: float) -> np.ndarray:
     """Display colour, linear in [0, 1], of linear radiance (..., 3).
 
-    Reinhard's curve on luminance, so that hues stay; a channel beyond 1 pulls the colour
+    Reinhard's curve on luminance, which preserves hue; a channel beyond 1 is desaturated
     towards grey of the same luminance.
     """
     exposed = exposure * np.asarray(radiance, dtype=np.float64)

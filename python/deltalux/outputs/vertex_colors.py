@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Results as .glb: the display mesh with vertex colours that show the light, and its exact values beside."""
+"""Writes results as .glb: the display mesh with light as vertex colours, and exact values as attributes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ from .node_tree import moved_matrices, world_matrices
 from .shown_looks import Shown, shown_as
 from .texture_coordinates import TextureCoordinates, split_at_seams
 
-KEY = 0.2  # where the typical luminance of a picture lands: below that of pictures, no tone curve follows
+# display level of the typical luminance: lower than in pictures, because no tone curve follows
+KEY = 0.2
 
 
 def write_glb(path: str | os.PathLike[str], baked: Baked) -> None:
@@ -35,16 +36,16 @@ def write_glb(path: str | os.PathLike[str], baked: Baked) -> None:
     Every node of the scene keeps its name and place; its refined triangles carry COLOR_0 =
     min(1, exposure × irradiance), which multiplies the base colour (the reflectance) of an
     unlit material, and the unclamped linear values as _IRRADIANCE and _STANDARD_ERROR.
-    In COLOR_0, samples under something else take their neighbours' values.
-    Where the scene has a texture and coordinates, the base colour is a factor on the texture; the mean
-    texel times it is the reflectance. Luminous materials have a white base colour and their radiance in
-    COLOR_0. Cameras, lights and the transparency of materials are kept. What the numbers mean stands in
-    `asset.extras`.
+    In COLOR_0, samples covered by other surfaces take their neighbours' values.
+    If the scene has a texture and coordinates, the base colour is a factor on the texture, and its
+    product with the mean texel is the reflectance. Luminous materials have a white base colour and their
+    radiance in COLOR_0. Cameras, lights and the transparency of materials are kept. `asset.extras` documents
+    the numbers.
 
     Raises
     ------
     OptionError
-        Where the samples are not on the vertices of the display mesh, or the scene was read from `path`.
+        If the samples are not on the vertices of the display mesh, or the scene was read from `path`.
     """
     keep_inputs(path, baked)
     display = display_of(baked, ".glb")
@@ -71,13 +72,13 @@ def write_glb(path: str | os.PathLike[str], baked: Baked) -> None:
 
 
 def _exposure(surfaces: Surfaces, shown: np.ndarray, camera: Camera | None) -> float:
-    """Factor on irradiance times reflectance; pictures meter radiance, which is that over pi."""
+    """Factor on irradiance times reflectance; pictures meter radiance, which is this product over pi."""
     return metered_exposure(surfaces, shown, camera, KEY) / np.pi if shown.any() else 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """Display triangles that one node carries, and the map from display space into the node's."""
+    """Display triangles that one node carries, and the transform from display space to the node's."""
 
     triangles: np.ndarray
     to_node: np.ndarray  # (3, 3)
@@ -97,7 +98,7 @@ class _Writer:
         exposure: float,
     ) -> None:
         self._baked, self._display, self._exposure = baked, display, exposure
-        # Of each vertex: by the attribute's name, and as COLOR_0 shows it.
+        # Values at vertices: by attribute name, and as COLOR_0 shows them.
         self._light, self._shown = light, shown
         self._coordinates = TextureCoordinates(baked.scene, display)
         self._materials: dict[tuple[int, bool], tuple[Shown, int]] = {}
@@ -134,7 +135,7 @@ class _Writer:
             self.document.scenes[0].nodes.append(len(self.document.nodes) - 1)
 
     def add_places(self) -> None:
-        """Add the scene's cameras, and its lights where they are now."""
+        """Add the scene's cameras, and its lights at their present places."""
         scene = self._baked.scene
         worlds = world_matrices(scene.nodes, moved_matrices(scene, self._poses))
         places = Places(self.document, worlds)
@@ -142,7 +143,7 @@ class _Writer:
         places.add_lights(scene, lambda movable: self._poses[self._index_of[movable]])
 
     def finished(self) -> gl.GLTF2:
-        """The document with its binary part."""
+        """The finished document with its binary part."""
         for node in self.document.nodes:
             node.children = node.children or None
         self._binary.finish()
@@ -157,7 +158,8 @@ class _Writer:
             mesh_triangles = slice(self._first[index], self._first[index + 1])
             source = self._display.source_triangle[mesh_triangles]
             low, high = np.searchsorted(source, (first, first + count)) + mesh_triangles.start
-            # As loaded, the node's world matrix takes its space to the world, the pose the part's.
+            # As loaded, the node's world matrix transforms the node to the world, and the pose transforms the
+            # part.
             matrix = world
             if scene.meshes[index].movable:
                 matrix = np.linalg.inv(scene.meshes[index].pose) @ world
@@ -216,12 +218,12 @@ class _Writer:
             attributes.TEXCOORD_0 = self._binary.vertices(texels)
         for name, values in self._light.items():
             setattr(attributes, name, self._binary.vertices(values[used].astype(np.float32)))
-        # A viewer turns the winding of a mirrored node round.
+        # Viewers invert the winding of a mirrored node.
         indices = self._binary.indices(corners[:, (0, 2, 1)] if part.mirrored else corners)
         return gl.Primitive(attributes=attributes, indices=indices, material=number)
 
     def _material(self, index: int, textured: bool) -> tuple[Shown, int]:
-        """How a material is shown on surfaces with texture coordinates, or without, and its number."""
+        """How a material is shown on surfaces with or without texture coordinates, and its number."""
         key = (index, textured)
         if key not in self._materials:
             material = self._baked.scene.materials[index]
@@ -231,7 +233,7 @@ class _Writer:
         return self._materials[key]
 
     def _mean_light(self, material: int) -> np.ndarray:
-        """(3,) irradiance that a material's surfaces have on average."""
+        """(3,) mean irradiance of a material's surfaces."""
         display = self._display
         own = display.triangles[display.triangle_material == material]
         return self._shown[own.ravel()].mean(axis=0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a camera sees of a display mesh: rays cast once, values shaded onto them as often as needed."""
+"""A camera's view of a display mesh: rays are cast once, and values shaded as often as needed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from deltalux.mesh.surfaces import Surfaces
 from deltalux.scene import Camera
 
-BATCH = 1 << 18  # rays at a time, so that memory stays flat
+BATCH = 1 << 18  # rays at a time, to bound memory
 
 
 def camera_rays(
@@ -31,7 +31,7 @@ def camera_rays(
 
 
 class View:
-    """The surfaces as a camera sees them, several rays per pixel.
+    """The surfaces that a camera sees, with several rays per pixel.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ class View:
         self.facing = np.concatenate([h.facing for h in batches])
 
     def values(self, per_vertex: np.ndarray) -> np.ndarray:
-        """Interpolate (n,) or (n, c) vertex values: one per ray, NaN where unsampled."""
+        """Interpolate vertex values (n,) or (n, c): one per ray, NaN on sides without samples."""
         corners = self.surfaces.display.triangles[self.triangle[self.facing]]
         weights = self.weights[self.facing]
         result = np.full((len(self.triangle), *per_vertex.shape[1:]), np.nan)
@@ -61,12 +61,12 @@ class View:
         return result
 
     def pixels(self, colours: np.ndarray) -> np.ndarray:
-        """Mean of the rays (rays, c) of each pixel: (height, width, c)."""
+        """Mean colour (rays, c) of each pixel's rays: (height, width, c)."""
         width, height = self.size
         return colours.reshape(height, width, self.rays_per_pixel, -1).mean(axis=2)
 
     def seams(self) -> tuple[np.ndarray, np.ndarray]:
-        """Pixels whose right or lower neighbour shows another surface: (h, w - 1) and (h - 1, w) bool."""
+        """Whether a pixel's right or lower neighbour shows another surface: (h, w - 1), (h - 1, w) bool."""
         width, height = self.size
         first = self.triangle.reshape(height, width, self.rays_per_pixel)[:, :, 0]
         normals = self.surfaces.normals[first]
@@ -89,7 +89,7 @@ class View:
 
 
 def _pixel_offsets(count: int) -> np.ndarray:
-    """Well spread places in a pixel: Hammersley points, (count, 2)."""
+    """Well distributed places in a pixel: Hammersley points, (count, 2)."""
     index = np.arange(count)
     inverse = sum(((index >> bit) & 1) * 0.5 ** (bit + 1) for bit in range(8))
     rank = np.argsort(np.argsort(inverse))

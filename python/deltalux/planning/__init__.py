@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a method will cost before it runs: pilots on a hundredth of the segments, and estimates."""
+"""Predicted costs of a method before it runs: pilots on a hundredth of the segments, and estimates."""
 
 from .arrays import MethodCost, predict
 from .hybrid import HybridEstimate, hybrid_estimate

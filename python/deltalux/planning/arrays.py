@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Predicted cost of each disc method on given segments and samples, from a hundredth of the segments."""
+"""Predicted cost of each disc method for given segments and samples, from a hundredth of the segments."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from deltalux.segments import Progress, Segments, check_threads
 from .machine import machine_constants
 
 METHODS: tuple[str, ...] = _core.METHODS
-DRAWN = 10  # segments that the core gets for each that it takes; it spreads these evenly in space
+DRAWN = 10  # candidate segments per segment that the core selects, evenly in space
 
 
 @dataclass(frozen=True)
 class MethodCost:
-    """What one method will cost, in processor seconds.
+    """Predicted cost of one method, in processor seconds.
 
     Attributes
     ----------
     method : "brute_force", "disc_index", "ray_map" or "sphere_cache"
-    build_seconds : to make the index, or the order of visits
+    build_seconds : to build the index, or to sort the samples into visiting order
     search_seconds : to find all crossings
-    counts : predicted counts, by name; those that the method does not have are 0
-    bytes : memory beside samples and segments
+    counts : predicted counts, by name; 0 for those that the method does not have
+    bytes : memory in addition to samples and segments
     """
 
     method: str
@@ -39,7 +39,7 @@ class MethodCost:
 
     @property
     def seconds(self) -> float:
-        """Build and search."""
+        """Build and search together."""
         return self.build_seconds + self.search_seconds
 
 
@@ -52,18 +52,18 @@ def predict(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> dict[str, MethodCost]:
-    """Predict what each function of `dl.estimate` would cost with its default options.
+    """Predict the cost of each function of `dl.estimate` with its default options.
 
-    A pilot runs each method to its full depth on every hundredth segment (more where that would be
-    fewer than 4096), with the least lengths of lists scaled alike; its counts, scaled up, are
-    multiplied by the machine's constants.
+    A pilot runs each method at full depth on every hundredth segment (more segments if that were fewer
+    than 4096), with minimum list lengths scaled likewise; its counts, scaled up, are multiplied by the
+    machine's constants.
 
     Parameters
     ----------
-    segments, samples : as of `dl.estimate.disc_index`
-    methods : which ones
+    segments, samples : as in `dl.estimate.disc_index`
+    methods : methods to predict
     segment_end : "first", "second" or "bounded"
-    threads : of the pilot; neither counts nor processor seconds depend on it
+    threads : of the pilot; they influence neither counts nor processor seconds
 
     Returns
     -------
@@ -72,7 +72,7 @@ def predict(
     Raises
     ------
     OptionError
-        For unknown names, or samples that are no discs of the world.
+        For unknown names, or samples that are not discs in world space.
     """
     check_choice("segment_end", segment_end, SEGMENT_ENDS)
     for method in methods:
@@ -86,7 +86,7 @@ def predict(
     step = max(1, len(segments) // wanted)
     drawn = core_segments(segments.select(slice(step // 2, None, step)))
     outer = 0.0
-    if "sphere_cache" in methods:  # of all segments: a single one that goes far can set it
+    if "sphere_cache" in methods:  # of all segments: a single long one can determine it
         outer = _core.enclosing_radius(core_segments(segments), segment_end, samples.radius.max())
     pilot = _core.Pilot(core_discs(samples, segments), segment_end, threads or 0)
     total, discs = float(len(segments)), float(len(samples))

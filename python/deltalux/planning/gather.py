@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the final gather of a session would cost: two small bakes, and what lies between them."""
+"""Predicted cost of a session's final gather: two small bakes, and interpolation between them."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from deltalux.segments import Progress
 
 from .parts import GatherPlan
 
-PILOTS = (128, 1024)  # samples: what does not grow with them is in both
-PILOT_PATHS = 50_000  # with far fewer of them other samples look noisy, and cast more rays
-NUDGE = 1e-3  # of a movable's size: every ray that meets it is cast again, as in a drag
-BAKE, BYTES = "\0bake", "\0bytes"  # beside the names of movables
+PILOTS = (128, 1024)  # numbers of samples; costs that do not grow with the samples are in both
+PILOT_PATHS = 50_000  # with far fewer paths, other samples would look noisy, and cast more rays
+NUDGE = 1e-3  # as a share of a movable's size: as in a drag, every ray that hits it is cast again
+BAKE, BYTES = "\0bake", "\0bytes"  # keys beside the names of movables
 
 
 @dataclass(frozen=True)
 class _Costs:
-    """Of one pilot: seconds and bytes by what they are for."""
+    """Costs of one pilot: seconds and bytes by purpose."""
 
     samples: int
     of: dict[str, float]
 
     def grown(self, few: _Costs, samples: int) -> dict[str, float]:
-        """On the line through both pilots, not below this one, which is the larger."""
+        """Extrapolate along the line through both pilots, but not below this one, the larger."""
         if samples <= self.samples or few.samples == self.samples:
             return self.of
         ahead = (samples - self.samples) / (self.samples - few.samples)
@@ -43,7 +43,7 @@ class _Costs:
 def plan_gather(
     scene: Scene, flat: FlatScene, samples: Samples, options: SessionOptions, progress: Progress | None
 ) -> GatherPlan | None:
-    """Predict the gather of a session with these options; None where it does not gather.
+    """Predict the gather of a session with these options; None if it does not gather.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def _pilot(
 
 
 def _seconds(work: Callable[[], Any], stages: tuple[str, ...]) -> float:
-    """Processor seconds of some of the stages."""
+    """Processor seconds of some of the stages of `work`."""
     start = time.process_time()
     milliseconds = work()["milliseconds"]
     seconds = time.process_time() - start
@@ -87,7 +87,7 @@ def _seconds(work: Callable[[], Any], stages: tuple[str, ...]) -> float:
 
 
 def _frame(core: Any, flat: FlatScene, mesh: Mesh, progress: Progress | None) -> float:
-    """Processor seconds to follow a movable and to read the light."""
+    """Processor seconds to update the light after moving a movable, and to read it."""
     pose = mesh.pose.copy()
     inwards = np.mean(core.world(), axis=0)[0] + flat.origin[0] - pose[0, 3]
     pose[0, 3] += np.copysign(NUDGE * float(np.ptp(mesh.vertices, axis=0).max(initial=0.0)), inwards)
@@ -100,7 +100,7 @@ def _frame(core: Any, flat: FlatScene, mesh: Mesh, progress: Progress | None) ->
 
 
 def _spread(samples: Samples, count: int) -> Samples:
-    """About so many of the samples, evenly among them."""
+    """About `count` of the samples, evenly distributed."""
     chosen = np.unique(np.linspace(0, len(samples) - 1, count).astype(int))
     radius = samples.radius[chosen]
     return Samples(

@@ -31,12 +31,12 @@ class HybridEstimate:
     Attributes
     ----------
     radii : (k + 1,) metres
-    measured : (k + 1,) bool; False where theory speaks
+    measured : (k + 1,) bool; False where theory was used
     rays : (k + 1,) mean length of the list of S_i over its builds, as `mean_rays` of `sphere_cache`
-    rebuilds : (k + 1,) times that S_i is built; those of S_0 are 0
+    rebuilds : (k + 1,) number of times that S_i is built; 0 for S_0
     level_tests : (k + 1,) sphere tests against S_i
-    disc_tests : in the innermost lists of all samples
-    pilot_sphere_tests : what the measurement itself cost
+    disc_tests : tests in the innermost lists of all samples
+    pilot_sphere_tests : sphere tests of the measurement itself
     """
 
     radii: np.ndarray
@@ -71,17 +71,17 @@ def hybrid_estimate(
     """Predict the counts of `dl.estimate.sphere_cache` as section 4.1 of the paper proposes.
 
     The cache runs through all samples on every `divisor`-th segment, with its upper levels only and
-    without testing a disc. Below level U = `upper_levels`, theory goes on from what was counted there:
+    without testing a disc. Below level U = `upper_levels`, theory extrapolates from the counts there:
     n_i = n_U Q^(2(i-U)) rays (`model.rays_in_sphere`), m_i = m_U Q^(-3(i-U)) rebuilds, at most one per
-    sample, thinned where lists are shorter than `min_rays` (`model.divided_share`, for as many uniform
+    sample, reduced where lists are shorter than `min_rays` (`model.divided_share`, for as many uniform
     lines as give n_U rays). Disc tests are the expected lengths of the innermost lists.
 
     Parameters
     ----------
-    segments, samples : as of `sphere_cache`
+    segments, samples : as in `sphere_cache`
     ratio, min_rays, order, outer_sphere, segment_end : options of that cache
-    upper_levels : integer from 1; levels that are measured
-    divisor : integer from 1; the pilot takes one segment of so many, and min_rays / divisor (at least 1)
+    upper_levels : integer from 1; number of measured levels
+    divisor : integer from 1; the pilot uses every divisor-th segment, and min_rays / divisor (at least 1)
     spread : "volume", m_i ~ Q^(-3i) as in the paper, or "surface", m_i ~ Q^(-2i)
     threads, progress : as elsewhere; counts do not depend on threads
 
@@ -142,7 +142,7 @@ def _continue(
     min_rays: int,
     spread: str,
 ) -> HybridEstimate:
-    """Scale the measured levels up, and go on below them by theory."""
+    """Scale the measured levels up, and extrapolate below them by theory."""
     count = len(radii)
     known = min(len(pilot["radii"]), count)
     rebuilds, tests, rays = np.zeros(count), np.zeros(count), np.zeros(count)
@@ -152,7 +152,7 @@ def _continue(
     rays[:known] = np.divide(pilot["rays"][:known], builds) * scale
     last = known - 1
     lists = _Lists(round(rays[last] * ratio ** (-2 * last)), ratio, min_rays)
-    # As many as there would be, were every list long enough to be divided.
+    # The number of rebuilds if every list were long enough to be divided.
     wished = rebuilds[last] / max(lists.built(last), rebuilds[last] / len(depth)) if rebuilds[last] else 0.0
     for level in range(known, count):
         deep_enough = float((depth >= level).sum())
@@ -183,16 +183,16 @@ class _Lists:
         self._lines, self._ratio, self._least = lines, ratio, min_rays
 
     def built(self, level: int) -> float:
-        """Probability that S_level is built: the list around it is long enough."""
+        """Probability that S_level is built, because the list around it is long enough."""
         return 1.0 if level == 0 else self._long(self._lines, level - 1, self._least)
 
     def divided_length(self, level: int) -> float:
-        """Mean length of the list of S_level where it is divided; 0 where it never is."""
+        """Mean length of the lists of S_level that are divided; 0 if none is."""
         share = self._long(self._lines, level, self._least)
         return self._divided_part(level) / share if share > 0 else 0.0
 
     def innermost_length(self, depth: int) -> float:
-        """Mean length of the list that a disc is tested against, `depth` the last level it may have."""
+        """Mean length of the list that a disc is tested against; `depth` is the last level it can have."""
         # E[N_i; N_i < min_rays, N_(i-1) >= min_rays] summed over the levels at which a walk can end:
         # a segment of S_(i-1) is in S_i with probability Q².
         inside = self._ratio**2

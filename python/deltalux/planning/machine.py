@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a test costs on this machine: calibrated once, then kept in a file of the user's cache."""
+"""Costs of tests on this machine: calibrated once, then kept in a file in the user's cache."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from deltalux.files import written_aside
 from deltalux.segments import Progress
 
 FORMAT = "deltalux-machine"
-VERSION = 4  # of the file; rises when the constants mean something else
+VERSION = 4  # version of the file; increases when the constants change their meaning
 
 Machine = dict[str, list[list[float]]]
 _known: dict[str, Machine] = {}
@@ -27,8 +27,8 @@ def machine_constants(progress: Progress | None = None) -> Machine:
     """Constants of this processor and build, calibrated if no file holds them.
 
     The file is `deltalux/machine.json` in the user's cache folder (XDG_CACHE_HOME, else ~/.cache). It
-    is renewed when the processor or the build differ; where it cannot be written, every process
-    calibrates anew, which takes just under a second of one processor.
+    is renewed when the processor or the build changes; if it cannot be written, every process
+    calibrates again, which takes just under a second of one processor.
 
     Returns
     -------
@@ -52,7 +52,7 @@ def machine_constants(progress: Progress | None = None) -> Machine:
 
 
 def is_calibrated() -> bool:
-    """Whether `machine_constants` will find its file; then it takes no time."""
+    """Whether `machine_constants` will find its file, and so take no time."""
     key = f"{processor()}; {core_build()}"
     return key in _known or _read(_cache_file(), key) is not None
 
@@ -64,7 +64,7 @@ def core_build() -> str:
 
 
 def processor() -> str:
-    """Its name, as the system tells it."""
+    """Name of the processor, from the system."""
     try:
         for line in Path("/proc/cpuinfo").read_text().splitlines():
             if line.startswith("model name"):
@@ -78,13 +78,13 @@ def _cache_file() -> Path | None:
     folder = os.environ.get("XDG_CACHE_HOME", "")
     try:
         root = Path(folder) if folder else Path.home() / ".cache"
-    except RuntimeError:  # there is no home
+    except RuntimeError:  # there is no home folder
         return None
     return root / "deltalux" / "machine.json"
 
 
 def _read(path: Path | None, key: str) -> Machine | None:
-    """The constants that the file holds for `key`, or None."""
+    """The constants in the file for `key`, or None."""
     if path is None:
         return None
     try:

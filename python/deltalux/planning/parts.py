@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Plans: what each disc method and the gather cost in a session, the choice, and the reason in words."""
+"""Plans: cost of each disc method and the gather in a session, the choice, and its reason in words."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ INDEX = "disc_index"
 
 @dataclass(frozen=True)
 class MethodPlan:
-    """What one method costs in one part, processor seconds.
+    """Cost of one method in one part, in processor seconds.
 
     Attributes
     ----------
     method : "brute_force", "disc_index", "ray_map" or "sphere_cache"
-    build_seconds : to make the index, or the order of visits
-    bake_seconds : to bring all segments of the bake to the samples
-    frame_seconds : to bring a frame's segments to them, the estimator being there
-    bytes : memory beside segments, samples and sums
-    piloted : False where bounds from below, without a pilot, showed that the method cannot save a
-        tenth; then seconds and counts are such bounds
+    build_seconds : to build the index, or to sort the samples into visiting order
+    bake_seconds : to find the crossings of all the bake's segments with the samples' discs
+    frame_seconds : to find those of a frame's segments, with the existing estimator
+    bytes : memory in addition to segments, samples and sums
+    piloted : False if lower bounds showed without a pilot that the method cannot save a tenth; seconds and
+        counts are then these bounds
     bake_counts, frame_counts : predicted tests by kind
     """
 
@@ -43,7 +43,7 @@ class MethodPlan:
     frame_counts: Mapping[str, float]
 
     def figures(self) -> tuple[str, str, str]:
-        """Times to build, bake and update, for readers; ≥ marks bounds."""
+        """Times to build, bake and update, for readers; ≥ marks lower bounds."""
         least = "" if self.piloted else "≥ "
         return (
             duration(self.build_seconds),
@@ -52,7 +52,7 @@ class MethodPlan:
         )
 
     def seconds(self, frames: float, rebuild: bool = False) -> float:
-        """Build, bake and so many frames; with `rebuild` each frame builds again."""
+        """Build, bake and so many frames; with `rebuild`, each frame builds again."""
         frame = self.frame_seconds + (self.build_seconds if rebuild else 0.0)
         return self.build_seconds + self.bake_seconds + frames * frame
 
@@ -64,15 +64,15 @@ class PartPlan:
     Attributes
     ----------
     part : "static", or the movable's name
-    samples : how many
-    bake_segments : segments that the bake brings to the part, about
-    frame_segments : segments that a frame in which an object moves adds to it, about
-    frames : how many such frames the choice reckons with
-    size_by_sphere, size_by_box : the movable's over the scene's, radii of spheres and diagonals of
-        boxes; 0 of the static part
-    chosen : method
-    reason : why, in words
-    methods : costs, the cheapest first; empty where the user named the method
+    samples : number of samples
+    bake_segments : segments that the bake processes in this part, approximately
+    frame_segments : segments that a frame in which an object moves adds to it, approximately
+    frames : number of such frames that the choice assumes
+    size_by_sphere, size_by_box : size of the movable over that of the scene, by radii of spheres and
+        diagonals of boxes; 0 for the static part
+    chosen : the chosen method
+    reason : the reason, in words
+    methods : costs, the cheapest first; empty if the user chose the method
     """
 
     part: str
@@ -87,7 +87,7 @@ class PartPlan:
     methods: Sequence[MethodPlan]
 
     def method(self, name: str) -> MethodPlan:
-        """The costs of a method; KeyError where they are not known."""
+        """The costs of a method; KeyError if they are not known."""
         for method in self.methods:
             if method.method == name:
                 return method
@@ -95,15 +95,15 @@ class PartPlan:
 
     @property
     def all_piloted(self) -> bool:
-        """Whether the costs of all methods are known; without a pilot they are known from below only."""
+        """Whether the costs of all methods are known; without a pilot only lower bounds are known."""
         return bool(self.methods) and all(m.piloted for m in self.methods)
 
     @property
     def pays_after(self) -> float | None:
-        """Frames after which the disc index, built once, has cost less than any method without one.
+        """Frames after which the disc index, built once, has cost less than any method without an index.
 
-        0: within the bake. None: never by the predicted seconds, or not known. For an index that is
-        kept; one that each frame builds again has no such number.
+        0: within the bake. None: never, by the predicted seconds, or not known. This is for an index that is
+        kept; an index that each frame builds again has no such number.
         """
         if not self.all_piloted:
             return None
@@ -114,14 +114,14 @@ class PartPlan:
 
 @dataclass(frozen=True)
 class GatherPlan:
-    """What the gather costs, processor seconds.
+    """Cost of the gather, in processor seconds.
 
     Attributes
     ----------
-    rays : of each sample; where light is noisy samples cast more
-    bake_seconds : to divide surfaces into cells, to look for bright places and to cast all rays
-    frame_seconds : by movable: to cast again what its next step of a drag changes, and to read the light
-    bytes : of all rays and what they meet
+    rays : rays per sample; samples with noisy light cast more
+    bake_seconds : to divide surfaces into cells, to find bright places and to cast all rays
+    frame_seconds : by movable: to cast again the rays that the next step of a drag changes, and to read light
+    bytes : memory of all rays and their hits
     """
 
     rays: int
@@ -139,16 +139,16 @@ class GatherPlan:
 
 @dataclass(frozen=True)
 class Plan:
-    """What `dl.plan` found.
+    """Result of `dl.plan`.
 
     Attributes
     ----------
     parts : by name, "static" first
     policy : "measured", "paper-sphere" or "paper-box"
-    rebuild : whether each frame builds the estimators of movables again
-    milliseconds : that planning took, calibration apart; 0 in a session, whose bake reports its stages
-    gather : what the gather costs; None where the session does not gather, and in a session
-    paths : of the bake; 0 in a session, whose options tell
+    rebuild : whether each frame rebuilds the estimators of movables
+    milliseconds : time of planning, without calibration; 0 in a session, whose bake reports its stages
+    gather : cost of the gather; None if the session does not gather, and in a session
+    paths : paths of the bake; 0 in a session, whose options tell
     """
 
     parts: Mapping[str, PartPlan]
@@ -195,7 +195,7 @@ class Plan:
 
 
 def duration(seconds: float) -> str:
-    """A time as people read it."""
+    """A duration in readable units."""
     for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
         if seconds >= size:
             return f"{seconds / size:.3g} {unit}"
@@ -218,13 +218,13 @@ def read_plan(
     rebuild: bool,
     milliseconds: float,
 ) -> Plan:
-    """A plan of the core, in words.
+    """A plan of the core, with reasons in words.
 
     Parameters
     ----------
-    parts : as the core gives them
+    parts : as returned by the core
     names : of movables, by number
-    asked : the user's static method by False, moving method by True
+    asked : the user's choice of the static method under False, of the moving method under True
     policy, rebuild, milliseconds : see `Plan`
     """
     found = {}

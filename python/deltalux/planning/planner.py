@@ -42,22 +42,22 @@ def plan(
     rebuild: bool = False,
     progress: Progress | None = None,
 ) -> Plan:
-    """Predict what every disc method would cost in a session, and choose one per part; and the gather.
+    """Predict the cost of every disc method and of the gather in a session, and choose a method per part.
 
-    A pilot walks 8192 of the session's paths and brings their segments to each method at full depth;
-    counts of tests, scaled up, are multiplied by constants that were calibrated on this machine. Where the
-    session would gather, two small bakes tell what that costs.
+    A pilot traces 8192 of the session's paths and passes their segments to each method at full depth;
+    counts of tests, scaled up, are multiplied by constants calibrated on this machine. If the session
+    would gather, two small bakes measure its cost.
 
     Parameters
     ----------
     scene, samples, paths, seed, threads, segment_end, disc_area, direct, max_bounces, gather
-        As of `Session`.
+        As in `Session`.
     policy : "measured", "paper-sphere" or "paper-box"
         Choose by predicted seconds, or by the paper's Theorem 2: disc index for static samples, sphere
         cache for a movable below 35 % of the scene, by their spheres' radii or their boxes' diagonals.
-    frames : frames, each moving one object, that follow the bake; None = 100 if anything can move
-    rebuild : plan as if every frame built its estimators again, as the paper does; a session never does
-    progress : callable (stage, fraction) -> keep going
+    frames : frames, each moving one object, that follow the bake; None = 100 if there are movables
+    rebuild : plan as if every frame rebuilt its estimators, as in the paper; a session never does
+    progress : callable (stage, fraction) -> False to cancel
 
     Returns
     -------

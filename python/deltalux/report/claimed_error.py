@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the standard errors of all samples together say: their distribution, by area."""
+"""Distribution, by area, of the standard errors of all samples."""
 
 from __future__ import annotations
 
@@ -10,20 +10,22 @@ import numpy as np
 
 from deltalux.units import photopic
 
-FLOOR = 0.05  # of the mean irradiance: errors of darker samples are of that, not of their own light
-MEDIANS = 3.0  # more than so many times the median is no mean: a roof in the sun above the room that is meant
+FLOOR = 0.05  # as a share of the mean irradiance: errors of darker samples are relative to this
+# a mean of more than this many medians is not representative, for example with a sunlit roof above the room
+# in question
+MEDIANS = 3.0
 MEDIAN, TAIL = 0.5, 0.9
-WARN_ABOVE = 0.1  # the 90th percentile
+WARN_ABOVE = 0.1  # largest accepted 90th percentile
 
 
 @dataclass(frozen=True)
 class ClaimedError:
-    """Standard error over irradiance, photopic, over the lit samples by the area they stand for.
+    """Standard error over irradiance, photopic, over the lit samples, weighted by area.
 
     Attributes
     ----------
-    median, p90 : half and nine tenths of the lit area claim no larger error; 0 where nothing is lit
-    sets : name of a set -> its own 90th percentile, of sets that are lit
+    median, p90 : half and nine tenths of the lit area have no larger error; 0 if nothing is lit
+    sets : name of a set -> its own 90th percentile, for sets that are lit
     """
 
     median: float
@@ -32,7 +34,7 @@ class ClaimedError:
 
     @property
     def worst(self) -> str | None:
-        """The set whose percentile is the largest."""
+        """The set with the largest percentile."""
         return max(self.sets, key=lambda name: self.sets[name], default=None)
 
 
@@ -42,17 +44,17 @@ def claimed_error(
     areas: np.ndarray,
     sets: Mapping[str, np.ndarray] | None = None,
 ) -> ClaimedError:
-    """Median and 90th percentile of the relative standard error over what is lit.
+    """Median and 90th percentile of the relative standard error over the lit area.
 
-    The error of a sample is relative to its irradiance, or to 5 % of the mean irradiance of what is
-    lit where that is more. A mean of more than three times the median counts as that: where the sun lights a
-    roof a thousand times as brightly as a room, the room's errors would else all be next to nothing.
+    The error of a sample is relative to its irradiance, or to 5 % of the mean irradiance of the lit samples
+    if that is more. The mean is limited to three times the median: otherwise, where the sun lights a roof a
+    thousand times as brightly as a room, all the room's errors would be next to nothing.
 
     Parameters
     ----------
     irradiance, standard_error : (n, 3) arrays
-    areas : (n,) array, what each sample stands for, in any unit
-    sets : name of a set -> indices of its samples; None: no set is told apart
+    areas : (n,) array, area that each sample represents, in any unit
+    sets : name of a set -> indices of its samples; None: no sets
     """
     values, errors = photopic(irradiance), photopic(standard_error)
     lit = (values > 0) & (areas > 0)
@@ -72,14 +74,14 @@ def claimed_error(
 
 
 def weighted_quantile(values: np.ndarray, weights: np.ndarray, share: float) -> float:
-    """The least value that, with all below it, has at least `share` of the weight."""
+    """The smallest value for which it and all smaller values have at least `share` of the weight."""
     order = np.argsort(values, kind="stable")
     below = np.cumsum(weights[order])
     return float(values[order][np.searchsorted(below, share * below[-1])])
 
 
 def advice(error: ClaimedError, paths: int, gather: str | int) -> str | None:
-    """A line for those whose light is noisy: how noisy, and what would help; None where it is not.
+    """Advice if the light is noisy: how noisy it is, and the remedy; None if it is not.
 
     Parameters
     ----------
@@ -87,7 +89,7 @@ def advice(error: ClaimedError, paths: int, gather: str | int) -> str | None:
     """
     if error.p90 <= WARN_ABOVE:
         return None
-    more = (error.p90 / WARN_ABOVE) ** 2  # noise falls with the root, or sooner
+    more = (error.p90 / WARN_ABOVE) ** 2  # noise falls at least with the square root
     wanted = f"--paths {_rounded(paths * more)}"
     if gather != "off":
         wanted += f" --gather {_rounded(int(gather) * more)}"
@@ -98,6 +100,6 @@ def advice(error: ClaimedError, paths: int, gather: str | int) -> str | None:
 
 
 def _rounded(count: float) -> int:
-    """Up to two digits."""
+    """Round up to two digits."""
     unit = 10 ** max(0, int(np.floor(np.log10(count))) - 1)
     return int(np.ceil(count / unit)) * unit

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How two sets of irradiance differ, as the numbers that a comparison prints."""
+"""Differences between two sets of irradiance, as the numbers that a comparison prints."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from deltalux.units import photopic
 
-DARK = 0.1  # of a channel's mean: below it, differences count as if the sample were that bright
+DARK = 0.1  # share of a channel's mean: differences of darker samples are relative to this
 
 
 def compare(a: np.ndarray, b: np.ndarray) -> dict[str, Any]:
@@ -21,8 +21,8 @@ def compare(a: np.ndarray, b: np.ndarray) -> dict[str, Any]:
 
     Returns
     -------
-    dict with `samples`; `changed`, how many differ at all; `mean_a`, `mean_b`, `mean_difference`,
-    `rms_difference` and `largest_difference`, photopic, of b - a; `largest_index`; and
+    dict with `samples`; `changed`, number of samples that differ at all; `mean_a`, `mean_b`,
+    `mean_difference`, `rms_difference` and `largest_difference`, photopic, of b - a; `largest_index`; and
     `rms_relative_difference`, over all channels, relative to max(a, 10 % of the channel's mean).
     """
     before, after = photopic(a), photopic(b)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One self-contained HTML page: tables and pictures, nothing fetched from elsewhere."""
+"""One self-contained HTML page: tables and pictures, without external resources."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _IMAGES = {
 
 @dataclass(frozen=True)
 class Link:
-    """A cell that leads to another section of the page, by its anchor."""
+    """A cell that links to another section of the page, by its anchor."""
 
     text: str
     anchor: str
@@ -44,12 +44,12 @@ class Section:
     ----------
     title : heading
     paragraphs : plain text
-    header, rows : the table; columns with numbers are set flush right
+    header, rows : the table; columns with numbers are right-aligned
     pictures : (PNG or SVG file, caption) pairs, embedded into the page
-    anchor : name that other parts of the page link to; such sections are listed in its contents
-    level : of the heading: 2, or 3 for parts of the section before
-    folded : show the table only when its title is clicked
-    download : (file name, text) of a file that the page carries along
+    anchor : name by which other parts of the page link to it; such sections are listed in the contents
+    level : heading level: 2, or 3 for parts of the section before
+    folded : whether the table is hidden until its title is clicked
+    download : (file name, text) of a file embedded in the page
     """
 
     title: str

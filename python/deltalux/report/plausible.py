@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A doubt about levels of light that no place has, with the likely cause."""
+"""Doubts implausible levels of light, and names the likely cause."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ DARKEST, BRIGHTEST = 0.1, 2e5
 
 
 def light_doubt(summaries: Sequence[SetSummary], unit: str) -> str | None:
-    """One sentence where the brightest sample is darker than moonlight, or the mean brighter than the sun.
+    """One sentence if the brightest sample is darker than moonlight, or the mean brighter than the sun.
 
     Parameters
     ----------
     summaries : of all sets of samples, in `unit`
-    unit : results in W/m2 are not doubted: no eye has to see by them
+    unit : results in W/m2 are not judged, because they need not be visible light
     """
     lit = [summary for summary in summaries if summary.samples and summary.maximum > 0]
     if unit != LUX or not lit:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The figures that a lighting designer asks for first: minimum, mean, maximum, uniformity."""
+"""The figures that lighting designers need first: minimum, mean, maximum, uniformity."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from deltalux.units import photopic
 
 @dataclass(frozen=True)
 class SetSummary:
-    """Figures of one set of samples, photopic, in the unit of the scene.
+    """Figures of one set of samples, photopic, in the scene's unit.
 
     Attributes
     ----------
     name : the set
     samples : number of samples
     minimum, mean, maximum : over the samples, each counted once
-    uniformity : minimum / mean; 0 where the mean is 0
-    standard_error : mean of the samples' own standard errors
+    uniformity : minimum / mean; 0 if the mean is 0
+    standard_error : mean of the samples' standard errors
     """
 
     name: str
@@ -42,10 +42,10 @@ def summarise(
     ----------
     irradiance : (n, 3) array
     standard_error : (n, 3) array, per channel
-    sets : name of a set -> indices of its samples; empty sets are left out
+    sets : name of a set -> indices of its samples; empty sets are omitted
     """
     values = photopic(irradiance)
-    # One path carries light of one colour, so the errors of the channels move together.
+    # A path carries light of one colour, so the channels' errors are correlated.
     errors = photopic(standard_error)
     result = []
     for name, index in sets.items():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws figures as vectors and as pixels; the only file that knows matplotlib."""
+"""Draws figures as SVG and PNG; the only file that uses matplotlib."""
 
 from __future__ import annotations
 
@@ -10,16 +10,18 @@ from typing import Any
 from deltalux.errors import OptionError
 from deltalux.studies.experiment import Curve, Figure
 
-# Okabe and Ito's palette: its colours differ for every kind of colour vision. Yellow is too pale on white.
+# Okabe and Ito's palette: distinguishable with every kind of colour vision. Yellow is too pale on white.
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 MARKERS = "os^Dv<>"
 THEORY_DASHES = ((0, (5, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)), (0, (3, 1)))
 SIZE = (7.2, 4.4)  # inches
 DOTS_PER_INCH = 150
 LEGEND_COLUMNS = 2  # below the axes
-SHORT_AXIS = 150.0  # times its lower end
-CROWDED = 5  # so many curves have their legend below the axes
-MARK_SLOPE = 30  # degrees, of several texts, which else would run into each other
+# an axis whose ends differ by less than this factor counts as short
+SHORT_AXIS = 150.0
+CROWDED = 5  # from this number of curves on, the legend is below the axes
+# degrees; slope of several texts, which would otherwise overlap
+MARK_SLOPE = 30
 STYLE: Any = {
     "font.size": 10.5,
     "axes.grid": True,
@@ -31,20 +33,20 @@ STYLE: Any = {
     "errorbar.capsize": 2.5,
     "legend.framealpha": 0.85,
     "legend.fontsize": 9.5,
-    "svg.hashsalt": "deltalux",  # so that equal figures are equal files
+    "svg.hashsalt": "deltalux",  # makes equal figures equal files
 }
 
 
 @dataclass(frozen=True)
 class Drawing:
-    """A figure drawn: SVG text and PNG bytes."""
+    """A drawn figure: SVG text and PNG bytes."""
 
     svg: str
     png: bytes
 
 
 def check_drawing() -> None:
-    """Raise OptionError where matplotlib is missing."""
+    """Raise OptionError if matplotlib is missing."""
     try:
         import matplotlib  # noqa: F401
     except ImportError:
@@ -64,7 +66,7 @@ def draw(figure: Figure) -> Drawing:
     Raises
     ------
     OptionError
-        Where matplotlib is missing.
+        If matplotlib is missing.
     """
     check_drawing()
     import matplotlib
@@ -73,7 +75,7 @@ def draw(figure: Figure) -> Drawing:
 
     with matplotlib.rc_context(STYLE):
         canvas = Canvas(figsize=SIZE, layout="constrained")
-        FigureCanvasAgg(canvas)  # no window, whatever the machine has
+        FigureCanvasAgg(canvas)  # without a window on any machine
         _fill(canvas.subplots(), canvas, figure)
         vectors, pixels = io.StringIO(), io.BytesIO()
         canvas.savefig(vectors, format="svg", metadata={"Date": None})
@@ -109,7 +111,7 @@ def _fill(axes: Any, canvas: Any, figure: Figure) -> None:
             _short_axis(axis)
     _marks(axes, figure)
     handles, labels = axes.get_legend_handles_labels()
-    order = [labels.index(curve.label) for curve in figure.curves]  # matplotlib puts plain lines first
+    order = [labels.index(curve.label) for curve in figure.curves]  # matplotlib lists plain lines first
     entries = [handles[place] for place in order], [labels[place] for place in order]
     if len(figure.curves) >= CROWDED:
         canvas.legend(*entries, loc="outside lower center", ncols=LEGEND_COLUMNS)
@@ -118,7 +120,7 @@ def _fill(axes: Any, canvas: Any, figure: Figure) -> None:
 
 
 def _short_axis(axis: Any) -> None:
-    """Plain numbers on a logarithmic axis of few decades, where powers of ten are too few to read by."""
+    """Plain numbers on a logarithmic axis of few decades, where powers of ten would be too few labels."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     low, high = axis.get_view_interval()
@@ -129,7 +131,7 @@ def _short_axis(axis: Any) -> None:
 
 
 def _bars(axes: Any, curve: Curve, colour: str, place: int, count: int) -> None:
-    """Bars of several curves stand beside each other."""
+    """Bars of several curves are drawn side by side."""
     steps = [b - a for a, b in zip(curve.x, curve.x[1:], strict=False)]
     width = 0.8 * min(steps, default=1.0) / count
     places = [x + (place - (count - 1) / 2) * width for x in curve.x]
@@ -137,7 +139,7 @@ def _bars(axes: Any, curve: Curve, colour: str, place: int, count: int) -> None:
 
 
 def _marks(axes: Any, figure: Figure) -> None:
-    """Vertical lines, each with its text above the axes, where no curve is."""
+    """Vertical lines, each with its text above the axes, where there are no curves."""
     slope = MARK_SLOPE if len(figure.marks) > 1 else 0
     for mark in figure.marks:
         axes.axvline(mark.x, color="0.35", linestyle=":", linewidth=1.1)

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sentences on what a comparison of methods found, each decided by its figures."""
+"""Sentences on the results of a comparison of methods, each decided by its figures."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-WORSE = 1.5  # times as many wrong samples are called more
-ERROR_MARGIN = 0.05  # RMS errors that differ by less are called equal
+WORSE = 1.5  # ratio of the numbers of wrong samples from which a method is called worse
+ERROR_MARGIN = 0.05  # RMS errors whose difference is smaller are called equal
 
 Row = Mapping[str, Any]
 _PLACES = {
@@ -19,11 +19,11 @@ _PLACES = {
 
 
 def findings(data: Row) -> list[str]:
-    """What the figures of `deltalux compare-methods` say, a sentence or two each.
+    """The results of `deltalux compare-methods`, in a sentence or two each.
 
     Parameters
     ----------
-    data : as `MethodStudy.run` returns it
+    data : as returned by `MethodStudy.run`
     """
     methods = {row["name"]: row for row in data["methods"]}
     equal = {row["name"]: row for row in data["equal_count"]["rows"]}
@@ -55,7 +55,7 @@ def _fastest(rows: Sequence[Row]) -> str:
 
 
 def _claim(data: Row, equal: Mapping[str, Row], name: str) -> str:
-    """The photon map against discs of equal expected count, in one class of samples."""
+    """The photon map against discs with the same expected count, in one class of samples."""
     group = next(c for c in data["classes"] if c["name"] == name)
     photons, whole, clipped = (
         equal[key]["by_class"][name] for key in ("photon_map", "discs_of_k", "clipped_discs_of_k")

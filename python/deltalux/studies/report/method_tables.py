@@ -14,17 +14,17 @@ FIGURES = ("rms_error", "bias", "median", "too_dark", "too_bright")
 
 
 def methods_csv(data: Row) -> str:
-    """One row per method: costs, then error figures of all samples and by class, as shares of 1.
+    """One row per method: costs, then error figures over all samples and by class, as shares of 1.
 
     Parameters
     ----------
-    data : as `MethodStudy.run` returns it
+    data : as returned by `MethodStudy.run`
     """
     return _csv(data, data["methods"], ("name", "kind", *COST))
 
 
 def equal_count_csv(data: Row) -> str:
-    """One row per method of equal expected count, figures as in `methods_csv`."""
+    """One row per method with the same expected count, figures as in `methods_csv`."""
     return _csv(data, data["equal_count"]["rows"], ("name",))
 
 

@@ -58,8 +58,8 @@ def methods_page(title: str, about: str, data: Row, pictures: Sequence[tuple[Pat
     Parameters
     ----------
     title : heading
-    about : how it was made
-    data : as `MethodStudy.run` returns it
+    about : the command and settings that made it
+    data : as returned by `MethodStudy.run`
     pictures : (PNG file, caption) pairs
     """
     header = ("method", "all", *(group["name"] for group in data["classes"]))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The study as one HTML page: every claim with what the data say of it, then each experiment."""
+"""The study as one HTML page: every claim with its result, then each experiment."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ def study_page(runs: Sequence[Run], command: str, note: str = "") -> str:
     Parameters
     ----------
     runs : experiments with their records and their figures' SVG files, by figure name
-    command : that made the page
-    note : on all runs, such as that they were quick
+    command : the command that made the page
+    note : remark on all runs, for example that they were quick
     """
     about = [text for text in (*INTRODUCTION, _tally(runs), note, f"Made by: {command}") if text]
     sections = [Section("Claims and outcomes", about, ("outcome", "claim", "experiment"), _claims(runs))]

@@ -10,7 +10,7 @@ from deltalux.studies.experiment import Table
 
 
 def table_csv(table: Table) -> str:
-    """The table as CSV; a cell that was not measured is empty."""
+    """The table as CSV; cells that were not measured are empty."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(table.columns)
