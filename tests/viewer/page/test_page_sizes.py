@@ -95,11 +95,12 @@ def test_upright_picture_shows_what_the_wide_one_does(viewer):
     """The camera's angle is that of the shorter side."""
     field = viewer.state()["camera"]["fov"]
     resize(viewer, (400, 800))
+    viewer.until(f"deltalux.state().camera.fov > {field}")  # the page hears of its size later than the test
+    viewer.settle()
     for name in ("crate", "post"):
         x, y = viewer.ask(f"deltalux.project('{name}')")
         canvas = viewer.state()["canvas"]
         assert canvas["left"] < x < canvas["right"] and canvas["top"] < y < canvas["bottom"]
-    assert viewer.state()["camera"]["fov"] > field
     start = tuple(viewer.ask("deltalux.project('post')"))
     viewer.after(lambda: viewer.touch((start, (-20, 10))), "deltalux.state().server.undo !== null")
     assert viewer.state()["selected"] == "post"
