@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
 from urllib.error import HTTPError
 
 import deltalux as dl
@@ -18,7 +20,7 @@ from deltalux.server.values import Values
 from rooms import room, translation
 
 from viewer.followed import Followed, assert_shown, is_message
-from viewer.page_client import PageClient, get
+from viewer.page_client import TIMEOUT, PageClient, get
 from viewer.served_room import PATHS, saved
 
 AWAY = translation(-0.5, 0.4, -0.4)
@@ -51,6 +53,14 @@ def followed(session) -> Iterator[Followed]:
     with Followed(session, geometry_of(session)) as engine:
         engine.until(lambda e: e == Phase("ready"))
         yield engine
+
+
+def wait_while(condition: Callable[[], bool]) -> None:
+    """Until it no longer holds; of what no event tells."""
+    end = time.monotonic() + TIMEOUT
+    while condition():
+        assert time.monotonic() < end
+        time.sleep(0.01)
 
 
 def refined_at(session: dl.Session, **poses: np.ndarray) -> np.ndarray:
@@ -97,8 +107,7 @@ def test_the_same_shadows_need_no_other_mesh(followed):
     followed.engine.at_rest(lambda *_: followed.events.put({"type": "read"}), print)
     followed.until(lambda e: is_message(e, "read"))
     count = len(followed.of(Refined))
-    while followed.engine._only_coarse():
-        pass
+    wait_while(followed.engine._only_coarse)
     followed.engine.stop()
     while not followed.events.empty():
         followed.seen.append(followed.events.get())
@@ -142,17 +151,20 @@ def test_nothing_is_refined_under_a_drag_or_where_nobody_looks(followed):
     followed.until(lambda e: isinstance(e, Refined))
 
 
-def test_a_mesh_that_cannot_be_refined_stays(session, monkeypatch, caplog):
-    def refine(_: dl.Session) -> int:
+@pytest.mark.parametrize("broken", ["session.refine", "refined_geometry", "fill_of"])
+def test_a_mesh_that_cannot_be_refined_stays(session, monkeypatch, caplog, broken):
+    def fail(*_: Any) -> None:
         raise MemoryError("no room")
 
-    monkeypatch.setattr(dl.Session, "refine", refine)
+    before = session.samples
     with Followed(session, geometry_of(session)) as followed:
         followed.until_phase("ready")
+        monkeypatch.setattr(*((dl.Session, "refine") if "." in broken else (engine_module, broken)), fail)
         followed.want(block=AWAY)
         followed.rest()
-        while "no room" not in caplog.text:
-            pass
+        wait_while(lambda: "no room" not in caplog.text)
+        monkeypatch.undo()
+        assert session.samples is before
         followed.want(block=translation(0.5, 0.4, 0.4))
         followed.rest()
         assert not followed.of(Refined)

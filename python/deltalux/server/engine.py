@@ -385,27 +385,29 @@ class Engine:
 
     def _refine(self) -> None:
         """Refine the mesh that is drawn where shadows lie now; given up once somebody wants something."""
-        revision, before = self._followed, self._session.samples.display
+        revision, before = self._followed, self._session.samples
+        assert before.display is not None and self._geometry is not None
         self._session.progress = lambda *_: not self._is_asked()
-        self._refined = revision
         try:
             self._session.refine()
+            display = self._session.samples.display
+            assert display is not None
+            geometry = fill = None
+            if not display.same_triangles(before.display):
+                geometry, fill = refined_geometry(self._geometry, self._session), fill_of(self._session)
         except Cancelled:
-            self._refined = None
             return
         except (Error, MemoryError) as error:
+            self._session.samples = before  # that of the mesh that pages go on to draw
+            self._refined = revision
             log.warning("shadows stay as coarse as they are drawn: %s", error)
             return
-        display = self._session.samples.display
-        assert before is not None and display is not None and self._geometry is not None
-        if display.same_triangles(before):
-            return
-        self._geometry = refined_geometry(self._geometry, self._session)
-        self._fill = fill_of(self._session)
-        self._encoder = Encoder(self._fill)
-        self._tell(Refined(self._geometry))
-        self._publish(revision)
-        return_free_memory()
+        self._refined = revision
+        if geometry and fill:
+            self._geometry, self._fill, self._encoder = geometry, fill, Encoder(fill)
+            self._tell(Refined(geometry))
+            self._publish(revision)
+            return_free_memory()
 
     def _bake(self, progress: TaskProgress) -> None:
         """Compute everything; if there is no light yet, publish coarse previews first."""
