@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import ctypes
 import json
 import subprocess
 import sys
@@ -34,6 +35,10 @@ from soak_clients import Shared, SoakClient
 OUT = Path(__file__).parent / "out"
 MIB = 2**20
 CLIENTS = 3
+MALLINFO = (  # fields of glibc's struct mallinfo2
+    *("arena", "ordblks", "smblks", "hblks", "hblkhd"),
+    *("usmblks", "fsmblks", "uordblks", "fordblks", "keepcost"),
+)
 WARM_UP = 0.25  # share of the time before memory is called flat
 MOST_GROWTH = 0.5  # MiB a minute after that
 MOST_SLOWER = 1.5  # 95 % latency of the last third over that of the first
@@ -52,8 +57,31 @@ def serve(args: argparse.Namespace) -> int:
         session.bake()
         with Server(session, folder=args.serve) as server:
             print(f"ws://127.0.0.1:{server.port}/ws?token={server.token}", flush=True)
-            sys.stdin.read()
+            for _ in sys.stdin:  # each line asks for the memory in use
+                print(in_use(), flush=True)
     return 0
+
+
+class _Mallinfo(ctypes.Structure):
+    """glibc's struct mallinfo2."""
+
+    _fields_ = tuple((name, ctypes.c_size_t) for name in MALLINFO)
+
+
+def in_use() -> int:
+    """Bytes of this process that the C library gave out and did not get back: no holes, no caches."""
+    mallinfo = ctypes.CDLL(None).mallinfo2
+    mallinfo.restype = _Mallinfo
+    found = mallinfo()
+    return int(found.uordblks + found.hblkhd)
+
+
+def allocated(server: subprocess.Popen[str]) -> int:
+    """The server's :func:`in_use`."""
+    assert server.stdin and server.stdout
+    server.stdin.write("\n")
+    server.stdin.flush()
+    return int(server.stdout.readline())
 
 
 def resident(pid: int) -> int:
@@ -62,17 +90,16 @@ def resident(pid: int) -> int:
     return 1024 * next(int(line.split()[1]) for line in lines if line.startswith("VmRSS"))
 
 
-async def soak(address: str, pid: int, args: argparse.Namespace) -> list[dict[str, Any]]:
-    """Let the clients work; one row a minute (or what --every says)."""
+async def soak(address: str, server: subprocess.Popen[str], args: argparse.Namespace) -> list[dict[str, Any]]:
+    """Let the clients work; one row for every --every seconds of work and the check after them."""
     shared = Shared(address)
     clients = [SoakClient(shared, number, args.seed) for number in range(CLIENTS)]
     tasks = [asyncio.create_task(client.work()) for client in clients]
     rows, begin = [], time.monotonic()
     try:
-        for number in range(max(1, round(60 * args.minutes / args.every))):
+        while not rows or time.monotonic() - begin < 60 * args.minutes:
             shared.go.set()
-            # However long the last check took: else the next one would hold up what they begin now.
-            end = max(begin + (number + 1) * args.every, time.monotonic() + args.every / 4)
+            end = time.monotonic() + args.every
             while time.monotonic() < end:
                 await asyncio.sleep(min(1.0, max(0.0, end - time.monotonic())))
                 for task in tasks:
@@ -85,7 +112,8 @@ async def soak(address: str, pid: int, args: argparse.Namespace) -> list[dict[st
                     "seconds": time.monotonic() - begin,
                     "same": checked["same"],
                     "digest": checked["digest"],
-                    "resident": resident(pid),
+                    "resident": resident(server.pid),
+                    "allocated": allocated(server),
                     "poses": len(shared.latencies),
                     "p50": _percentile(shared.latencies, 50),
                     "p95": _percentile(shared.latencies, 95),
@@ -110,7 +138,8 @@ def _percentile(values: list[float], share: float) -> float:
 
 def print_row(row: dict[str, Any]) -> None:
     print(
-        f"{row['seconds'] / 60:6.1f} min  {row['resident'] / MIB:8.1f} MiB  {row['poses']:5} poses: "
+        f"{row['seconds'] / 60:6.1f} min  {row['resident'] / MIB:8.1f} MiB "
+        f"({row['allocated'] / MIB:.1f} in use)  {row['poses']:5} poses: "
         f"p50 {row['p50']:5.0f} ms, p95 {row['p95']:5.0f} ms  "
         f"{sum(row['actions'].values()):6} actions  digest {row['digest'][:8]} "
         f"{'same' if row['same'] else 'DIFFERS'}",
@@ -139,11 +168,16 @@ def summary(rows: list[dict[str, Any]], digests: tuple[str, str]) -> dict[str, A
     """What the table comes to."""
     minutes = np.array([row["seconds"] / 60 for row in rows])
     memory = np.array([row["resident"] / MIB for row in rows])
+    in_use = np.array([row["allocated"] / MIB for row in rows])
     late = minutes >= WARM_UP * minutes[-1]
-    slope, noise = 0.0, 0.0
-    if late.sum() > 1:
-        line = linregress(minutes[late], memory[late])
-        slope, noise = float(line.slope), float(line.stderr)
+
+    def slope(values: np.ndarray) -> tuple[float, float]:
+        """MiB a minute, and its standard error."""
+        if late.sum() < 2:
+            return 0.0, 0.0
+        line = linregress(minutes[late], values[late])
+        return float(line.slope), float(line.stderr)
+
     third = max(1, len(rows) // 3)
     p95 = np.array([row["p95"] for row in rows])
     first, last = (float(np.nanmedian(part)) for part in (p95[:third], p95[-third:]))
@@ -154,8 +188,12 @@ def summary(rows: list[dict[str, Any]], digests: tuple[str, str]) -> dict[str, A
         "mib_first": float(memory[0]),
         "mib_last": float(memory[-1]),
         "mib_most": float(memory.max()),
-        "mib_a_minute": slope,
-        "mib_a_minute_error": noise,
+        "mib_a_minute": slope(memory)[0],
+        "mib_a_minute_error": slope(memory)[1],
+        "mib_in_use_first": float(in_use[0]),
+        "mib_in_use_last": float(in_use[-1]),
+        "mib_in_use_a_minute": slope(in_use)[0],
+        "mib_in_use_a_minute_error": slope(in_use)[1],
         "p95_first_third": first,
         "p95_last_third": last,
         "actions": rows[-1]["actions"],
@@ -184,7 +222,7 @@ def main() -> int:
             assert server.stdin and server.stdout
             try:
                 address = server.stdout.readline().strip()
-                rows = asyncio.run(soak(address, server.pid, args))
+                rows = asyncio.run(soak(address, server, args))
             finally:
                 server.stdin.close()
         digests = fresh_digest(Path(folder) / "last.dlx", args)
@@ -192,7 +230,7 @@ def main() -> int:
     print(json.dumps(found, indent=1))
     args.out.parent.mkdir(exist_ok=True)
     args.out.write_text(json.dumps({"summary": found, "rows": rows, "digests": digests}, indent=1))
-    flat = found["mib_a_minute"] <= MOST_GROWTH
+    flat = max(found["mib_a_minute"], found["mib_in_use_a_minute"]) <= MOST_GROWTH
     steady = found["p95_last_third"] <= MOST_SLOWER * found["p95_first_third"]
     if len(rows) < 10:  # too short to tell growth from noise
         flat = steady = True

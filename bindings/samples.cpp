@@ -6,6 +6,7 @@
 #include "samples/cube_groups.h"
 #include "samples/mesh_edges.h"
 #include "samples/places.h"
+#include "samples/sharing.h"
 #include "samples/smooth_vertices.h"
 #include "samples/subdivision.h"
 #include "samples/triangle_shapes.h"
@@ -206,6 +207,38 @@ nb::object groups_in_cubes(const Points& vertices, const Triangles& triangles, c
   }));
 }
 
+nb::object centroid_vertices(const Points& points, const Numbers& group) {
+  check_equal(group.shape(0), points.shape(0));
+  check_below(group.data(), group.shape(0), points.shape(0));
+  return array(
+      released([&] { return samples::centroid_vertices(spanned(points), spanned(group)); }));
+}
+
+nb::tuple shared_weights(const Points& points, const Points& normals, const Triangles& triangles,
+                         const Numbers& kind, const Numbers& group, const Numbers& vertex,
+                         const Numbers& others, const Rows<int64_t, samples::kNeighbours>& near,
+                         double edge, double reach, double least_cosine, double least_bound,
+                         int threads) {
+  const size_t n = points.shape(0);
+  check_below(triangles, n);
+  for (const size_t own : {normals.shape(0), kind.shape(0), group.shape(0)}) check_equal(own, n);
+  for (const Numbers* of : {&vertex, &others}) check_below(of->data(), of->shape(0), n);
+  check_below(group.data(), n, vertex.shape(0));
+  check_equal(near.shape(0), others.shape(0));
+  check_below(near.data(), near.size(), vertex.shape(0));
+  samples::SharedWeights found = released([&] {
+    const samples::GroupedMesh mesh{spanned(points), spanned(normals), spanned(triangles),
+                                    spanned(kind),   spanned(group),   spanned(vertex)};
+    return samples::shared_weights(
+        mesh, spanned(others),
+        rows<std::array<int64_t, samples::kNeighbours>, samples::kNeighbours>(near),
+        {edge, reach, least_cosine, least_bound}, Workers(threads));
+  });
+  const size_t k = others.shape(0);
+  return nb::make_tuple(table<int32_t>(std::move(found.samples), {k, samples::kNeighbours}),
+                        table<float>(std::move(found.weights), {k, samples::kNeighbours}));
+}
+
 nb::object normals_by_area(const Points& points, const Triangles& triangles) {
   check_below(triangles, points.shape(0));
   return array(
@@ -259,6 +292,11 @@ void bind_samples(nb::module_& m) {
         nb::arg("share"), nb::arg("most"));
   m.def("groups_in_cubes", &groups_in_cubes, nb::arg("vertices"), nb::arg("triangles"),
         nb::arg("kind"), nb::arg("edge"), nb::arg("offset"));
+  m.def("centroid_vertices", &centroid_vertices, nb::arg("points"), nb::arg("group"));
+  m.def("shared_weights", &shared_weights, nb::arg("points"), nb::arg("normals"),
+        nb::arg("triangles"), nb::arg("kind"), nb::arg("group"), nb::arg("vertex"),
+        nb::arg("others"), nb::arg("near"), nb::arg("edge"), nb::arg("reach"),
+        nb::arg("least_cosine"), nb::arg("least_bound"), nb::arg("threads") = 0);
   m.def("normals_by_area", &normals_by_area, nb::arg("points"), nb::arg("triangles"));
   m.def("areas", &areas, nb::arg("points"), nb::arg("triangles"));
   m.def("without_area", &without_area, nb::arg("points"), nb::arg("triangles"));

@@ -101,6 +101,8 @@ class LightShape {
   float radius_ = 0;           // half of the box's diagonal
   Vec3f facing_{};             // the normal of a flat light; otherwise zero
   std::vector<Triangle> triangles_;
+  std::vector<float> before_;     // Triangle::before of each, side by side
+  std::vector<uint32_t> nearby_;  // by n-th of the area, n triangles: where to begin a search
   std::array<Corner, kCorners> corners_;
   bool two_sided_, on_;
   uint64_t key_;

@@ -66,6 +66,10 @@ class CellFinder {
   /// The cell where a ray from `origin` along `w` lands at distance `t` on `primitive`; kNoCell on
   /// a triangle without area.
   uint32_t find(uint32_t primitive, Vec3f origin, Vec3f w, float t) const;
+  /// Fetches what find() reads first, so that a later call needs not wait for memory.
+  void prefetch(uint32_t primitive) const {
+    if (primitive < scene_.static_primitives()) cells_.bodies_[0].cells.prefetch(primitive);
+  }
 
  private:
   const scene::Scene& scene_;

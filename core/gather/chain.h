@@ -31,9 +31,9 @@ struct Present {
   const Suns& suns;
   /// The receiver where a ray lands, on the side that it hits.
   direct::Receiver landing(Vec3f origin, Vec3f w, const trace::Hit& hit) const {
-    const uint32_t object = scene.object_of(hit.primitive);
+    const bool fixed = hit.primitive < scene.static_primitives();
     return {origin + w * hit.t, trace::facing_normal(hit, w),
-            scene.objects[object].movable ? object : scene::kNone, scene.slack_of(hit.primitive)};
+            fixed ? scene::kNone : scene.object_of(hit.primitive), scene.slack_of(hit.primitive)};
   }
 };
 

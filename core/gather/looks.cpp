@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numeric>
 
 #include "base/random.h"
 #include "base/stopwatch.h"
@@ -14,6 +15,7 @@ namespace deltalux::gather {
 namespace {
 
 constexpr size_t kGrain = 64;      // samples per task of a thread
+constexpr size_t kTogether = 16;   // rays that are cast before their cells are looked up
 constexpr size_t kPortion = 2048;  // samples whose rays are cast before they are stored
 constexpr size_t kMaxPassed = 6;   // boxes kept per object; more are merged
 
@@ -55,23 +57,39 @@ class Looks::Caster {
     return {looks_.directions_, present_.guiding,           present_.beams,
             uint32_t(sample),   looks_.rays_.count(sample), present_.receivers[sample]};
   }
-  /// Casts one ray and appends what it met.
-  void look(const SampleRays& rays, size_t sample, uint32_t ray, Found& out) const {
-    Found::Ray own{looks_.rays_.first(sample) + ray, kDark, 0, false};
-    const Vec3f o = rays.origin();
-    const Aim aim = blind(sample) ? Aim{} : rays.aim(ray);
-    const trace::Hit hit = aim.w == Vec3f{} ? trace::Hit{} : present_.caster.closest(o, aim.w);
-    if (hit.valid()) {
-      own.target = finder_.find(hit.primitive, o, aim.w, hit.t);
-      // If something hides the point that the ray aims for, keep the ray with weight 0: the
-      // obstacle may move.
-      if (own.target != kNoCell && (!aim.point || aim.point->is_met(o, aim.w, hit)))
-        weigh(rays, sample, ray, aim.w, hit, own, out);
-    }
-    out.rays.push_back(own);
+  /// Casts the given rays of a sample and appends what they met.
+  void look(const SampleRays& rays, size_t sample, std::span<const uint32_t> which,
+            Found& out) const {
+    for (size_t first = 0; first < which.size(); first += kTogether)
+      look_together(rays, sample, which.subspan(first, std::min(kTogether, which.size() - first)),
+                    out);
   }
 
  private:
+  /// Casts at most kTogether rays, step by step: what a step reads for one ray does not depend on
+  /// the others, so that the processor waits for memory once, not ray by ray.
+  void look_together(const SampleRays& rays, size_t sample, std::span<const uint32_t> which,
+                     Found& out) const {
+    const Vec3f o = rays.origin();
+    std::array<Aim, kTogether> aims;
+    std::array<trace::Hit, kTogether> hits;
+    std::array<uint32_t, kTogether> cells;
+    for (size_t i = 0; i < which.size(); ++i) {
+      aims[i] = blind(sample) ? Aim{} : rays.aim(which[i]);
+      hits[i] = aims[i].w == Vec3f{} ? trace::Hit{} : present_.caster.closest(o, aims[i].w);
+      if (hits[i].valid()) finder_.prefetch(hits[i].primitive);
+    }
+    for (size_t i = 0; i < which.size(); ++i)
+      cells[i] = hits[i].valid() ? finder_.find(hits[i].primitive, o, aims[i].w, hits[i].t) : kDark;
+    for (size_t i = 0; i < which.size(); ++i) {
+      Found::Ray own{looks_.rays_.first(sample) + which[i], cells[i], 0, false};
+      // If something hides the point that the ray aims for, keep the ray with weight 0: the
+      // obstacle may move.
+      if (cells[i] != kNoCell && (!aims[i].point || aims[i].point->is_met(o, aims[i].w, hits[i])))
+        weigh(rays, sample, which[i], aims[i].w, hits[i], own, out);
+      out.rays.push_back(own);
+    }
+  }
   /// Computes the weight of a ray that hit something, and its chain if it has one.
   void weigh(const SampleRays& rays, size_t sample, uint32_t ray, Vec3f w, const trace::Hit& hit,
              Found::Ray& own, Found& out) const {
@@ -246,11 +264,13 @@ void Looks::cast(const Present& present, const Workers& workers, Progress& progr
     const size_t portion = std::min(kPortion, samples() - first);
     std::vector<Found> found((portion + kGrain - 1) / kGrain);
     workers.for_blocks(portion, kGrain, [&](size_t begin, size_t end) {
+      std::vector<uint32_t> all;
       for (size_t sample = first + begin; sample < first + end; ++sample) {
         progress.check();
         const SampleRays own = caster.rays(sample);
-        for (uint32_t ray = 0; ray < own.count(); ++ray)
-          caster.look(own, sample, ray, found[begin / kGrain]);
+        all.resize(own.count());
+        std::iota(all.begin(), all.end(), 0u);
+        caster.look(own, sample, all, found[begin / kGrain]);
       }
       progress.advance(rays_.first(first + end) - rays_.first(first + begin));
     });
@@ -355,6 +375,7 @@ uint64_t Looks::follow(const Present& present, const Workers& workers, Progress&
       const bool apart =
           suspects.passes_by(std::span(targets_).subspan(ray, rays_.first(to) - ray));
       std::vector<uint8_t> again;
+      std::vector<uint32_t> which;
       for (size_t i = from; i < to; ++i) {
         // Samples that only recast some rays are processed together with the first part of the
         // others.
@@ -364,8 +385,12 @@ uint64_t Looks::follow(const Present& present, const Workers& workers, Progress&
         if (fresh[i]) parts_[i] = uint8_t(task.end);
         again.assign(shown(i), fresh[i]);
         if (!fresh[i]) suspects.mark(own, i, apart, again);
+        which.clear();
         for (uint32_t r = rays_of(i, task.part); r < again.size(); ++r)
-          if (again[r]) caster.look(own, i, r, found[begin / grain]), changed_[i] = 1;
+          if (again[r]) which.push_back(r);
+        if (which.empty()) continue;
+        caster.look(own, i, which, found[begin / grain]);
+        changed_[i] = 1;
       }
     });
     progress.advance(step);

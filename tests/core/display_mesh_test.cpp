@@ -10,6 +10,7 @@
 #include "samples/cube_groups.h"
 #include "samples/mesh_edges.h"
 #include "samples/places.h"
+#include "samples/sharing.h"
 #include "samples/smooth_vertices.h"
 #include "samples/subdivision.h"
 #include "samples/triangle_shapes.h"
@@ -175,6 +176,48 @@ TEST(CubeGroups, StayInOneCubeAndKind) {
   EXPECT_EQ(groups({5, 5, 5, 5}, 0), (std::vector<int32_t>{0, 0, 0, 1}));
   EXPECT_EQ(groups({5, 6, 5, 5}, 0), (std::vector<int32_t>{0, 1, 0, 2}));
   EXPECT_EQ(groups({5, 5, 5, 5}, 0.7), (std::vector<int32_t>{0, 1, 2, 1}));
+}
+
+TEST(Sharing, TakesTheVertexNearestToTheCentroid) {
+  const std::vector<Vec3d> points{{0, 0, 0}, {5, 0, 0}, {1, 0, 0}, {2, 0, 0}, {7, 0, 0}};
+  EXPECT_EQ(centroid_vertices(points, Numbers{0, 1, 0, 0, 1}), (Numbers{2, 1}));
+}
+
+TEST(Sharing, WeightsSamplesOfTheSameSurface) {
+  // A strip of vertices 0 to 9, 1 m apart, with a row beside it; groups of two, samples at even
+  // ones.
+  std::vector<Vec3d> points, normals(20, Vec3d{0, 0, 1});
+  Numbers kind(20), group, vertex;
+  std::vector<Triangle> triangles;
+  for (int64_t i = 0; i < 20; ++i) {
+    points.push_back({double(i % 10), double(i / 10), 0});
+    group.push_back(i % 10 / 2 + i / 10 * 5);
+    if (i % 2 == 0) vertex.push_back(i);
+    if (i % 10 < 9 && i < 10) triangles.push_back({i, i + 1, i + 10});
+  }
+  const std::vector<std::array<int64_t, 4>> near{{0, 1, 2, 3}};
+  const auto of = [&](double reach) {
+    const Numbers others{3};
+    return shared_weights({points, normals, triangles, kind, group, vertex}, others, near,
+                          {1, reach, 0.7, 0.5}, Workers(1));
+  };
+  // Vertex 3 of group 1, whose sample 1 replaces the last one; 2 m away is beyond reach.
+  EXPECT_EQ(of(2).samples[0], (std::array<int32_t, 4>{0, 1, 1, 2}));
+  EXPECT_EQ(of(2).weights[0], (std::array<float, 4>{0, 0.5f, 0, 0.5f}));
+  // At 3 m the bound is 3.5, at 1 m 1.5.
+  const double far = 1 / (3.5 * 3.5), close = 1 / (1.5 * 1.5), all = far + 2 * close;
+  EXPECT_FLOAT_EQ(of(4).weights[0][0], float(far / all));
+  EXPECT_FLOAT_EQ(of(4).weights[0][3], float(close / all));
+  // The group's own sample serves alone where none is within reach,
+  EXPECT_EQ(of(0.5).weights[0], (std::array<float, 4>{0, 1, 0, 0}));
+  // and samples of another kind, of another direction, or far along the mesh do not.
+  kind[4] = 1;
+  EXPECT_EQ(of(2).weights[0], (std::array<float, 4>{0, 1, 0, 0}));
+  kind[4] = 0, normals[4] = {1, 0, 0};
+  EXPECT_EQ(of(2).weights[0], (std::array<float, 4>{0, 1, 0, 0}));
+  normals[4] = {0, 0, 1};
+  std::erase_if(triangles, [](const Triangle& t) { return t[0] == 3; });
+  EXPECT_EQ(of(2).weights[0], (std::array<float, 4>{0, 1, 0, 0}));
 }
 
 TEST(TriangleShapes, TellAreaAndWidth) {

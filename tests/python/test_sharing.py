@@ -124,15 +124,6 @@ def test_both_sides_of_a_thin_thing_are_kept_apart():
     assert turn[sharing.weights > 0].min() > 0.3
 
 
-def test_groups_side_by_side_are_found_among_many(full: DisplayMesh):
-    """Of 60,000 groups pairs have numbers beyond 32 bits: they once wrapped, so that nothing was close."""
-    strip = replace(full, triangles=np.array([(0, 1, 2), (1, 2, 3), (2, 3, 4), (3, 4, 5)]))
-    group = np.array([59_990, 59_991, 59_992, 59_993, 59_994, 0], np.int32)
-    asked = np.array([0, 3, 4]), np.array([(2, 5), (5, 0), (5, 0)])
-    close = shared_samples._close(strip, group, *asked)
-    np.testing.assert_array_equal(close, [(True, False), (True, True), (True, True)])
-
-
 def test_areas_add_up(full: DisplayMesh, few: DisplayMesh):
     assert few.sample_areas().sum() == pytest.approx(full.vertex_areas().sum(), rel=1e-6)
     assert (few.sample_areas() > 0).all()

@@ -6,7 +6,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.sparse import coo_matrix
 from scipy.spatial import cKDTree
 
 from deltalux import _core
@@ -41,7 +40,7 @@ def shared(display: DisplayMesh, covered: np.ndarray, most: int = MOST_SAMPLES) 
     # Connected smooth surfaces.
     piece = np.asarray(_core.connected_components(*_edges(display), len(display.points)))
     edge, group = _grouped(display, piece, covered, most)
-    vertices = np.sort(_middles(display, group))
+    vertices = np.sort(np.asarray(_core.centroid_vertices(display.points, group)))
     sharing = _weighted(display, piece, covered, group, vertices, edge)
     for array in (sharing.vertices, sharing.samples, sharing.weights):
         array.setflags(write=False)
@@ -71,7 +70,7 @@ def _grouped(
         number = np.asarray(
             _core.groups_in_cubes(display.points, display.triangles, like, edges[step], OFFSET)
         )
-        return int(number.max()) + 1, number
+        return int(number.max()) + 1, number.astype(np.int64)
 
     low, high = 0, STEPS - 1  # Bisection for the smallest edge that suffices: tries few edges.
     best = groups(low)[1]
@@ -85,36 +84,6 @@ def _grouped(
     return float(edges[low]), best
 
 
-def _close(display: DisplayMesh, group: np.ndarray, vertices: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """(k, j) bool: whether the groups of vertices (k,) and of others (k, j) are at most two steps apart.
-
-    Places that are close in space may be far apart on the surface, for example behind a partition.
-    """
-    group = group.astype(np.int64)  # a pair of groups is encoded as one number, which needs 64 bits
-    one, two = (group[ends] for ends in _edges(display))
-    across = np.flatnonzero(one != two)
-    one, two = one[across], two[across]
-    count = int(group.max()) + 1
-    own = np.arange(count)
-    rows, columns = np.concatenate([one, two, own]), np.concatenate([two, one, own])
-    step = coo_matrix((np.ones(len(rows), dtype=bool), (rows, columns)), shape=(count, count)).tocsr()
-    near = step @ step
-    near.sort_indices()
-    reached = np.repeat(own, np.diff(near.indptr)) * count + near.indices
-    asked = group[vertices][:, None] * count + group[others]
-    at = np.minimum(np.searchsorted(reached, asked), len(reached) - 1)
-    return reached[at] == asked
-
-
-def _middles(display: DisplayMesh, group: np.ndarray) -> np.ndarray:
-    """The vertex of each group that is nearest to the group's centroid."""
-    size = np.bincount(group)
-    middle = np.stack([np.bincount(group, axis) / size for axis in display.points.T], axis=1)
-    off = np.linalg.norm(display.points - middle[group], axis=1)
-    order = np.lexsort((off, group))
-    return order[np.searchsorted(group[order], np.arange(len(size)))]
-
-
 def _weighted(
     display: DisplayMesh,
     piece: np.ndarray,
@@ -124,30 +93,31 @@ def _weighted(
     edge: float,
 ) -> Sharing:
     """Split-sphere weights (Ward, Rubinstein & Clear 1988) of the nearest samples of the same piece."""
-    count, width = len(display.points), min(NEIGHBOURS, len(vertices))
+    count = len(display.points)
     samples, weights = np.zeros((count, NEIGHBOURS), np.int32), np.zeros((count, NEIGHBOURS), np.float32)
     samples[vertices, 0], weights[vertices, 0] = np.arange(len(vertices)), 1.0
     others = np.setdiff1d(np.arange(count), vertices, assume_unique=True)
     # Vertices of another piece, or where only one is covered, count as far away.
-    apart = 16 * REACH * (2 * piece + covered)
-    place = np.column_stack([display.points / edge, display.normals, apart])
+    kind = 2 * piece.astype(np.int64) + covered
+    place = np.column_stack([display.points / edge, display.normals, 16 * REACH * kind])
+    width = min(NEIGHBOURS, len(vertices))
     _, near = cKDTree(place[vertices]).query(place[others], width, workers=-1)
     near = near.reshape(len(others), width)
-    of_group = np.zeros(group.max() + 1, dtype=np.int64)
-    of_group[group[vertices]] = np.arange(len(vertices))
-    near[:, -1] = of_group[group[others]]  # always include the sample of the vertex's own group
-    near.sort(axis=1)
-
-    there = vertices[near]
-    distance = np.linalg.norm(display.points[others][:, None] - display.points[there], axis=2) / edge
-    turn = np.einsum("ki,kji->kj", display.normals[others], display.normals[there])
-    serves = (apart[there] == apart[others][:, None]) & (turn > LARGEST_TURN) & (distance < REACH)
-    serves &= _close(display, group, others, there)
-    serves[:, 1:] &= near[:, 1:] != near[:, :-1]
-    bound = distance + np.sqrt(np.maximum(0.0, 1 - turn))
-    weight = np.where(serves, (bound + LEAST_BOUND) ** -2.0, 0.0)
-    alone = ~serves.any(axis=1)
-    weight[alone] = near[alone] == of_group[group[others[alone]]][:, None]
-    samples[others, :width] = near
-    weights[others, :width] = weight / weight.sum(axis=1, keepdims=True)
+    near = near[
+        :, np.minimum(np.arange(NEIGHBOURS), width - 1)
+    ]  # fewer samples than columns: repeat the last
+    samples[others], weights[others] = _core.shared_weights(
+        display.points,
+        display.normals,
+        display.triangles,
+        kind,
+        group,
+        vertices,
+        others,
+        np.ascontiguousarray(near),
+        edge=edge,
+        reach=REACH,
+        least_cosine=LARGEST_TURN,
+        least_bound=LEAST_BOUND,
+    )
     return Sharing(vertices, samples, weights)
