@@ -108,7 +108,10 @@ LightShape::LightShape(const trace::Light& light, uint32_t number, uint64_t seed
          before, light.cumulative[i] - before});
     before = light.cumulative[i];
   }
-  for (const Triangle& triangle : triangles_) before_.push_back(triangle.before);
+  for (const Triangle& triangle : triangles_) {
+    before_.push_back(triangle.before);
+    columns_.add(triangle);
+  }
   for (size_t i = 0, found = 0; i < before_.size(); ++i) {
     const float position = float(i) / float(before_.size());
     while (found + 1 < before_.size() && before_[found + 1] <= position) ++found;
@@ -150,24 +153,53 @@ void LightShape::find_corners(Vec3f centre) {
 double LightShape::open(const Receiver& receiver) const {
   if (!on_ || receiver.normal == Vec3f{}) return 0;
   if (!is_area()) return open_punctual(receiver);
-  double sum = 0;
-  for (const Triangle& triangle : triangles_) sum += open_triangle(triangle, receiver);
-  return sum;
+  return open_area(receiver);
 }
 
-double LightShape::open_triangle(const Triangle& t, const Receiver& receiver) const {
-  const Vec3f to_corner = t.corner - receiver.point;
-  const float front = -dot(t.normal, to_corner);
-  if (!(front > 0 || (two_sided_ && front < 0))) return 0;
-  const Vec3f d = to_corner + (t.edge_u + t.edge_v) * (1.0f / 3.0f);
-  const float squared = dot(d, d);
-  if (t.longest_squared < kSmall * squared) {
-    const float cosines = dot(receiver.normal, d) * std::fabs(front);
-    return cosines > 0 ? double(t.area) * cosines / (double(squared) * squared) : 0.0;
+void LightShape::Columns::add(const Triangle& t) {
+  const Vec3f middle = (t.edge_u + t.edge_v) * (1.0f / 3.0f);
+  x.push_back(t.corner.x), y.push_back(t.corner.y), z.push_back(t.corner.z);
+  middle_x.push_back(middle.x), middle_y.push_back(middle.y), middle_z.push_back(middle.z);
+  normal_x.push_back(t.normal.x), normal_y.push_back(t.normal.y), normal_z.push_back(t.normal.z);
+  area.push_back(t.area), longest_squared.push_back(t.longest_squared);
+}
+
+double LightShape::open_area(const Receiver& receiver) const {
+  constexpr size_t kBlock = 64;
+  const Vec3f p = receiver.point, n = receiver.normal;
+  const Columns& c = columns_;
+  const float behind = two_sided_ ? 1.0f : 0.0f;
+  alignas(64) double as_point[kBlock];
+  alignas(64) float facing[kBlock];  // > 0: to be integrated exactly
+  double sum = 0;
+  for (size_t first = 0; first < triangles_.size(); first += kBlock) {
+    const size_t count = std::min(kBlock, triangles_.size() - first);
+    for (size_t k = 0; k < count; ++k) {
+      const size_t i = first + k;
+      const Vec3f to{c.x[i] - p.x, c.y[i] - p.y, c.z[i] - p.z};
+      const float side = -dot(Vec3f{c.normal_x[i], c.normal_y[i], c.normal_z[i]}, to);
+      const float front = std::max(side, -side * behind);
+      const Vec3f d{to.x + c.middle_x[i], to.y + c.middle_y[i], to.z + c.middle_z[i]};
+      const float squared = dot(d, d), above = dot(n, d) * front;
+      const bool small = c.longest_squared[i] < kSmall * squared;
+      const float cosines = small & (front > 0) & (above > 0) ? above : 0.0f;
+      as_point[k] = cosines > 0
+                        ? double(c.area[i]) * double(cosines) / (double(squared) * double(squared))
+                        : 0.0;
+      facing[k] = small ? 0.0f : front;
+    }
+    for (size_t k = 0; k < count; ++k) {
+      if (!(facing[k] > 0)) {
+        sum += as_point[k];
+        continue;
+      }
+      const Triangle& t = triangles_[first + k];
+      const Vec3d corner(t.corner - p);
+      const Vec3d v[3] = {corner, corner + Vec3d(t.edge_u), corner + Vec3d(t.edge_v)};
+      sum += triangle_irradiance(v, Vec3d(n));
+    }
   }
-  const Vec3d corner(to_corner);
-  const Vec3d v[3] = {corner, corner + Vec3d(t.edge_u), corner + Vec3d(t.edge_v)};
-  return triangle_irradiance(v, Vec3d(receiver.normal));
+  return sum;
 }
 
 double LightShape::open_punctual(const Receiver& receiver) const {

@@ -81,12 +81,19 @@ class LightShape {
     // cumulative share of the light's area before this triangle, and its own share
     float before, share;
   };
+  /// What open() reads of each triangle, as columns: bulbs consist of thousands.
+  struct Columns {
+    std::vector<float> x, y, z;                       // corner
+    std::vector<float> middle_x, middle_y, middle_z;  // from the corner to the centroid
+    std::vector<float> normal_x, normal_y, normal_z, area, longest_squared;
+    void add(const Triangle& triangle);
+  };
   struct Corner {
     Vec3f point, normal;
     float slack;
   };
   void find_corners(Vec3f centre);
-  double open_triangle(const Triangle& triangle, const Receiver& receiver) const;
+  double open_area(const Receiver& receiver) const;
   bool is_area() const { return !punctual_.kind; }
   double open_punctual(const Receiver& receiver) const;
   void cast_single(const Receiver& receiver, Strata& out) const;
@@ -101,6 +108,7 @@ class LightShape {
   float radius_ = 0;           // half of the box's diagonal
   Vec3f facing_{};             // the normal of a flat light; otherwise zero
   std::vector<Triangle> triangles_;
+  Columns columns_;
   std::vector<float> before_;     // Triangle::before of each, side by side
   std::vector<uint32_t> nearby_;  // by n-th of the area, n triangles: where to begin a search
   std::array<Corner, kCorners> corners_;
