@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 
+#include "base/assertion.h"
+
 namespace deltalux::trace {
 
 RayCaster::RayCaster(const scene::Scene& scene, Progress& progress) {
@@ -52,6 +54,7 @@ void RayCaster::update_object(const scene::Scene& scene, uint32_t index) {
 }
 
 RayCaster::Saved RayCaster::save_object(uint32_t object) const {
+  DELTALUX_ASSERT(object < movables_.size());
   Saved saved;
   saved.object_ = object;
   saved.movable_ = movables_[object];
@@ -59,6 +62,7 @@ RayCaster::Saved RayCaster::save_object(uint32_t object) const {
 }
 
 void RayCaster::put_back(Saved&& saved) noexcept {
+  DELTALUX_ASSERT(saved.object_ < movables_.size());
   movables_[saved.object_] = std::move(saved.movable_);
   list_present();
 }
@@ -84,6 +88,7 @@ Hit RayCaster::closest_static(Vec3f o, Vec3f d, float from, float to) const {
 }
 
 Hit RayCaster::closest_object(uint32_t object, Vec3f o, Vec3f d, float from, float to) const {
+  DELTALUX_ASSERT(object < movables_.size());
   const Movable& movable = movables_[object];
   if (!movable.scene) return {};
   return movable.scene.closest(movable.first_primitive, o, d, from, to);
@@ -91,6 +96,7 @@ Hit RayCaster::closest_object(uint32_t object, Vec3f o, Vec3f d, float from, flo
 
 Hit RayCaster::closer(const Hit& best, uint32_t object, Vec3f o, Vec3f d, float from,
                       float to) const {
+  DELTALUX_ASSERT(object < movables_.size());
   const Movable& movable = movables_[object];
   // Skipping an object by its padded box is safe: if the box is beyond `best`, its triangles are
   // strictly beyond.
@@ -112,6 +118,7 @@ bool RayCaster::occluded_static(Vec3f o, Vec3f d, float to) const {
 }
 
 bool RayCaster::occluded_object(uint32_t object, Vec3f o, Vec3f d, float to) const {
+  DELTALUX_ASSERT(object < movables_.size());
   const Movable& movable = movables_[object];
   return movable.scene && reaches(movable, o, d, to) && movable.scene.occluded(o, d, to);
 }
@@ -129,6 +136,7 @@ RayBits RayCaster::occluded_static(const RayFan& fan, const RayBits& wanted) con
 
 RayBits RayCaster::occluded_object(uint32_t object, const RayFan& fan,
                                    const RayBits& wanted) const {
+  DELTALUX_ASSERT(object < movables_.size());
   const Movable& movable = movables_[object];
   if (!movable.scene) return {};
   return movable.scene.occluded(fan, wanted);
