@@ -26,7 +26,7 @@ METHODS = ("auto", *_core.METHODS)
 RAYS = {1536: 1 << 22, 1024: 1 << 22, 512: 1 << 22, 256: 1 << 24, 128: 1 << 24, 64: 1 << 24}
 PATHS_OF_RAYS, PATHS_OF_DISCS = 300_000, 1_000_000  # default numbers of paths, with a gather and without
 
-Check = Callable[[str, Any], Any]
+Check = Callable[[str, Any, Mapping[str, Any]], Any]
 Taker = TypeVar("Taker", bound=Callable[..., Any])
 
 
@@ -37,8 +37,8 @@ class Option:
     Parameters
     ----------
     default : the value where none is given
-    check : called with name and value; raises OptionError, or returns the value to keep, which the session
-        file's JSON can hold
+    check : called with name, value and the values of all options; raises OptionError, or returns the value
+        to keep, which the session file's JSON can hold
     help : its entry in docstrings: what follows "name : ", and indented lines below
     to_core : makes of the value what the core gets under the option's name
     """
@@ -84,7 +84,7 @@ def gather_rays(gather: str | int) -> int:
 
 
 def _one_of(choices: tuple[str, ...]) -> Check:
-    def check(name: str, value: Any) -> Any:
+    def check(name: str, value: Any, _: Mapping[str, Any]) -> Any:
         check_choice(name, value, choices)
         return value
 
@@ -94,18 +94,18 @@ def _one_of(choices: tuple[str, ...]) -> Check:
 def _whole(refuse: Callable[[Any], None]) -> Check:
     """Check by `refuse`, which knows the name; NumPy's integers become Python's."""
 
-    def check(_: str, value: Any) -> Any:
+    def check(name: str, value: Any, _: Mapping[str, Any]) -> Any:
         refuse(value)
         return None if value is None else int(value)
 
     return check
 
 
-def _gather(_: str, value: Any) -> Any:
+def _gather(name: str, value: Any, _: Mapping[str, Any]) -> Any:
     return gather_rays(value) or value
 
 
-def _memory(name: str, value: Any) -> Any:
+def _memory(name: str, value: Any, _: Mapping[str, Any]) -> Any:
     if value is not None and not 0 < value < 2**63:
         raise OptionError(f"{name}: found {value}, expected bytes, or None for what is free")
     return value
@@ -232,7 +232,7 @@ def checked_options(given: Mapping[str, Any], samples: int) -> dict[str, Any]:
     values["gather"] = resolved_gather(values["gather"], samples, values["segment_end"], values["disc_area"])
     if values["paths"] is None:
         values["paths"] = default_paths(values["gather"])
-    return {name: option.check(name, values[name]) for name, option in OPTIONS.items()}
+    return {name: option.check(name, values[name], values) for name, option in OPTIONS.items()}
 
 
 def core_options(options: Mapping[str, Any]) -> dict[str, Any]:
