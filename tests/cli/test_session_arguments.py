@@ -10,7 +10,7 @@ import typer
 from deltalux.cli import app, render, view
 from deltalux.cli.options import SESSION_OPTIONS
 from deltalux.cli.session_arguments import session_arguments
-from deltalux.session_options import OPTIONS
+from deltalux.session_options import OPTIONS, PlanOptions, options_of
 from typer.main import get_command
 
 COMMANDS = get_command(app).commands  # type: ignore[attr-defined]
@@ -22,7 +22,12 @@ def test_all_are_options_of_a_session() -> None:
 
 @pytest.mark.parametrize(
     ("verb", "others"),
-    [("bake", set()), ("view", set()), ("plan", {"memory_limit"}), ("render", {"paths", "gather"})],
+    [
+        ("bake", set()),
+        ("view", set()),
+        ("plan", set(SESSION_OPTIONS) - set(options_of(PlanOptions))),
+        ("render", {"paths", "gather"}),
+    ],
 )
 def test_commands_have_them_with_the_defaults_of_a_session(verb: str, others: set[str]) -> None:
     parameters = {parameter.name: parameter for parameter in COMMANDS[verb].params}
@@ -31,6 +36,7 @@ def test_commands_have_them_with_the_defaults_of_a_session(verb: str, others: se
         assert f"--{name.replace('_', '-')}" in parameters[name].opts
         assert parameters[name].help
     assert "session" not in parameters
+    assert ("memory_limit" in parameters) == (verb != "plan")
 
 
 def test_a_command_gets_their_values_together() -> None:
@@ -44,14 +50,9 @@ def test_a_command_gets_their_values_together() -> None:
     program.command()(command)
     words = ["room", "--paths", "2e3", "--memory-limit", "1G", "--quiet"]
     get_command(program).main(words, standalone_mode=False)
-    assert got == {
-        "scene": "room",
-        "quiet": True,
-        "paths": 2000,
-        "seed": 1,
-        "threads": None,
-        "memory_limit": 2**30,
-    }
+    expected = {name: OPTIONS[name].default for name in SESSION_OPTIONS if name != "gather"}
+    expected |= {"scene": "room", "quiet": True, "paths": 2000, "memory_limit": 2**30}
+    assert got == expected
 
 
 def test_a_stored_session_brings_all_but_threads() -> None:
