@@ -4,6 +4,7 @@
 #pragma once
 #include <deque>
 
+#include "base/assertion.h"
 #include "base/transform.h"
 #include "gather/body_cells.h"
 #include "scene/scene.h"
@@ -25,9 +26,18 @@ class Cells {
   uint32_t size() const { return uint32_t(area_.size()); }
   /// Area in square metres; and the distance below which a hit counts as near, so that the ray
   /// continues as a chain instead of reading this cell.
-  float area(uint32_t cell) const { return area_[cell]; }
-  float near(uint32_t cell) const { return near_[cell]; }
-  uint32_t material(uint32_t cell) const { return material_[cell]; }
+  float area(uint32_t cell) const {
+    DELTALUX_ASSERT(cell < size());
+    return area_[cell];
+  }
+  float near(uint32_t cell) const {
+    DELTALUX_ASSERT(cell < size());
+    return near_[cell];
+  }
+  uint32_t material(uint32_t cell) const {
+    DELTALUX_ASSERT(cell < size());
+    return material_[cell];
+  }
   /// Index of the first cell of a movable, and of the one behind its last.
   std::pair<uint32_t, uint32_t> of_object(uint32_t object) const;
   /// Edge length of the squares of static geometry.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "base/assertion.h"
 #include "base/error.h"
 
 namespace deltalux::scene {
@@ -175,6 +176,7 @@ void Scene::drop_last_object() {
 }
 
 uint32_t Scene::object_of(uint32_t primitive) const {
+  DELTALUX_ASSERT(primitive < primitives_);
   if (primitive < static_primitives_) return object_of_static_[primitive];
   uint32_t low = 0, high = uint32_t(objects.size());
   while (high - low > 1) {

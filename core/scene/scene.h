@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "base/assertion.h"
 #include "base/transform.h"
 #include "base/vec.h"
 #include "lights/kind.h"
@@ -75,10 +76,16 @@ class Scene {
   const Material& material_of(uint32_t primitive) const {
     return materials[material_index(primitive)];
   }
-  uint32_t material_index(uint32_t primitive) const { return primitive_[primitive].material; }
+  uint32_t material_index(uint32_t primitive) const {
+    DELTALUX_ASSERT(primitive < primitives_);
+    return primitive_[primitive].material;
+  }
   /// Bound of the rounding error of a primitive's plane in ray queries, in any pose: for large
   /// tilted triangles and slivers it exceeds position_slack() of a point on them.
-  float slack_of(uint32_t primitive) const { return primitive_[primitive].slack; }
+  float slack_of(uint32_t primitive) const {
+    DELTALUX_ASSERT(primitive < primitives_);
+    return primitive_[primitive].slack;
+  }
   /// The box that contains all light paths. finish() fixes it from static geometry alone if that
   /// encloses the movables, so that it does not depend on their poses.
   const Box& world() const { return world_; }

@@ -83,7 +83,7 @@ void occluded16(const int* valid, RTCScene scene, RTCRay16& rays) {
 /// A query that records every hit and accepts none.
 struct Collector {
   QueryContext context;  // must be first: Embree passes its address back
-  std::span<Passage> out;
+  std::span<Intersection> out;
   size_t count = 0;
 
   static void note(const RTCFilterFunctionNArguments* arguments) {
@@ -226,7 +226,7 @@ RayBits EmbreeScene::occluded(const RayFan& fan, const RayBits& wanted) const {
   return blocked;
 }
 
-size_t EmbreeScene::passages(Vec3f o, Vec3f d, std::span<Passage> out) const {
+size_t EmbreeScene::intersections(Vec3f o, Vec3f d, std::span<Intersection> out) const {
   if (!can_be_traced(o, d)) return 0;
   Collector collector{{}, out};
   RTCRayHit query;

@@ -37,8 +37,8 @@ class EmbreeScene {
   bool occluded(Vec3f o, Vec3f d, float to) const;
   /// Which of the rays in `wanted` are blocked.
   RayBits occluded(const RayFan& fan, const RayBits& wanted) const;
-  /// All passages of the ray, one per triangle, in no order; as many as `out` has room for.
-  size_t passages(Vec3f o, Vec3f d, std::span<Passage> out) const;
+  /// All intersections of the ray, one per triangle, in no order; as many as `out` has room for.
+  size_t intersections(Vec3f o, Vec3f d, std::span<Intersection> out) const;
 
  private:
   std::shared_ptr<void> scene_;

@@ -28,8 +28,8 @@ struct RayFan {
 };
 using RayBits = std::array<uint64_t, RayFan::kMaxRays / 64>;  ///< one bit per ray of a fan
 
-/// A point where a line passes through a surface.
-struct Passage {
+/// A point where a line goes through a surface.
+struct Intersection {
   float t;
   int into;            ///< +1 from front to back, -1 from back to front
   uint32_t primitive;  ///< within its own acceleration structure

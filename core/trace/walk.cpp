@@ -2,8 +2,10 @@
 // Traces single segments; callers process many in parallel.
 #include "trace/walk.h"
 
+#include <algorithm>
 #include <cmath>
 
+#include "base/assertion.h"
 #include "base/direction.h"
 #include "base/error.h"
 #include "base/random.h"
@@ -14,6 +16,12 @@ namespace {
 
 // Dimensions of a bounce's random numbers.
 enum : uint32_t { kScatterU, kScatterV, kSurvive };
+
+bool is_finite(Vec3f p) { return std::isfinite(p.x + p.y + p.z); }
+
+bool is_unit(Vec3f v) { return std::fabs(dot(v, v) - 1) < 1e-3f; }
+
+bool is_length(float t) { return t >= 0 && std::isfinite(t); }
 
 }  // namespace
 
@@ -39,6 +47,9 @@ Flight Walk::birth(const Light& light, uint64_t index, const Emission& e,
     flight.power[c] =
         e.weight == 1 ? quanta[c] : uint32_t(double(quanta[c]) * double(e.weight) + 0.5);
   flight.path = uint32_t(light.first_path + index);
+  DELTALUX_ASSERT(index < light.path_count);
+  DELTALUX_ASSERT(is_unit(e.direction) && is_finite(flight.origin));
+  DELTALUX_ASSERT(*std::max_element(flight.power, flight.power + 3) <= 1u << 31);
   return flight;
 }
 
@@ -56,8 +67,10 @@ Interaction Walk::scatter(const Flight& flight, uint32_t bounce, const Hit& hit)
   if (!hit.valid()) {
     interaction.length = interaction.extended =
         distance_to_border(scene_.world(), flight.origin, w);
+    DELTALUX_ASSERT(is_length(interaction.length));
     return interaction;
   }
+  DELTALUX_ASSERT(is_length(hit.t));
   interaction.length = interaction.extended = hit.t;
   if (options_.second_hit) {
     const float border = distance_to_border(scene_.world(), flight.origin, w);
@@ -65,6 +78,7 @@ Interaction Walk::scatter(const Flight& flight, uint32_t bounce, const Hit& hit)
     const float beyond = surface_slack(flight.origin, w, hit, scene_.slack_of(hit.primitive));
     const Hit second = caster_.closest(flight.origin, w, hit.t + beyond, limit);
     interaction.extended = second.valid() ? second.t : limit;
+    DELTALUX_ASSERT(is_length(interaction.extended) && interaction.extended >= interaction.length);
   }
   const Vec3f reflectance = scene_.material_of(hit.primitive).reflectance;
   // Russian roulette by the square root makes paths longer and their power lower than the
@@ -83,6 +97,9 @@ Interaction Walk::scatter(const Flight& flight, uint32_t bounce, const Hit& hit)
     interaction.next.power[c] =
         uint32_t(double(flight.power[c]) * (double(reflectance[c]) / double(survival)) + 0.5);
   interaction.next.path = flight.path;
+  DELTALUX_ASSERT(is_finite(interaction.next.origin));
+  // choose_scale() counts on no path gaining power.
+  for (int c = 0; c < 3; ++c) DELTALUX_ASSERT(interaction.next.power[c] <= flight.power[c]);
   return interaction;
 }
 
