@@ -10,6 +10,7 @@ from pathlib import Path
 STAGES = (
     "base",
     "lights",
+    "surfaces",
     "scene",
     "trace",
     "direct",

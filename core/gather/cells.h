@@ -38,6 +38,8 @@ class Cells {
     DELTALUX_ASSERT(cell < size());
     return material_[cell];
   }
+  /// The mean of Scene::share_at() over the cell, by area.
+  Vec3f share(uint32_t cell) const { return share_.empty() ? Vec3f{1, 1, 1} : share_[cell]; }
   /// Index of the first cell of a movable, and of the one behind its last.
   std::pair<uint32_t, uint32_t> of_object(uint32_t object) const;
   /// Edge length of the squares of static geometry.
@@ -59,7 +61,7 @@ class Cells {
     uint32_t first_cell, first_primitive;
     BodyCells cells;
   };
-  void add(uint32_t object, uint32_t first_primitive,
+  void add(const scene::Scene& scene, uint32_t object, uint32_t first_primitive,
            std::span<const BodyCells::Triangle> triangles, float edge);
 
   float metre_ = 1;
@@ -67,6 +69,7 @@ class Cells {
   std::vector<uint32_t> body_of_;  // by object: index in bodies_
   std::vector<float> area_, near_;
   std::vector<uint32_t> material_;
+  std::vector<Vec3f> share_;  // empty while all are 1
 };
 
 /// Finds cells in the present poses; has to be made anew after each edit.

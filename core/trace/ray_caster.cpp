@@ -9,6 +9,27 @@
 
 namespace deltalux::trace {
 
+namespace {
+
+/// The holes of one object, or with kNone of all static ones; none if its surfaces are opaque.
+std::optional<Holes> holes_of(const scene::Scene& scene, uint32_t index) {
+  const bool all_static = index == scene::kNone;
+  const auto has_holes = [&](const scene::Object& object) {
+    return std::any_of(object.material.begin(), object.material.end(), [&](uint32_t m) {
+      return !scene.materials[m].kind->is_opaque(scene.materials[m]);
+    });
+  };
+  if (!all_static) {
+    const scene::Object& object = scene.objects[index];
+    return has_holes(object) ? std::optional(Holes{&scene, object.first_primitive}) : std::nullopt;
+  }
+  for (const scene::Object& object : scene.objects)
+    if (!object.movable && has_holes(object)) return Holes{&scene, 0};
+  return std::nullopt;
+}
+
+}  // namespace
+
 RayCaster::RayCaster(const scene::Scene& scene, Progress& progress) {
   std::vector<Vec3f> vertices;
   std::vector<std::array<uint32_t, 3>> triangles;
@@ -20,7 +41,7 @@ RayCaster::RayCaster(const scene::Scene& scene, Progress& progress) {
     for (const auto& t : object.triangles)
       triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
   }
-  static_ = EmbreeScene(device_, vertices, triangles, &progress);
+  static_ = EmbreeScene(device_, vertices, triangles, &progress, holes_of(scene, scene::kNone));
   for (uint32_t i = 0; i < scene.primitives(); ++i) margin_ = std::max(margin_, scene.slack_of(i));
   margin_ += position_slack({scene.world().reach(), 0, 0});
   movables_.resize(scene.objects.size());
@@ -42,7 +63,7 @@ void RayCaster::update_object(const scene::Scene& scene, uint32_t index) {
     fresh.solid = EmbreeScene(device_, object.vertices, object.triangles, nullptr);
   if (object.present && !object.triangles.empty()) {
     const std::vector<Vec3f> vertices = object.world_vertices();
-    fresh.scene = EmbreeScene(device_, vertices, object.triangles, nullptr);
+    fresh.scene = EmbreeScene(device_, vertices, object.triangles, nullptr, holes_of(scene, index));
     Box box;
     for (const Vec3f& v : vertices) box.grow(v);
     fresh.bounds = box.padded(margin);
