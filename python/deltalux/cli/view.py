@@ -143,7 +143,9 @@ def run(
             )
     terminal.warn(session.scene.warnings)
     if not session.poses:
-        terminal.warn(["nothing here can be moved; name what should be with --movable NAME"])
+        terminal.warn(
+            ["nothing here can be moved yet; use Make movable in the page, or name it with --movable"]
+        )
     warn_of_others(terminal, host)
     with session:
         shown = dl.view(
