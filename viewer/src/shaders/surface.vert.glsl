@@ -8,9 +8,11 @@ in vec4 reference;
 uniform float valueScale;
 uniform float referenceScale;
 
-out vec3 irradiance;
-out float standardError;
-out vec3 change;
+// Centroid: the middle of a pixel that is covered in part may lie beyond the triangle, which extrapolates.
+centroid out vec3 irradiance;
+centroid out float standardError;
+centroid out vec3 change;
+centroid out float uncompared; // above 0 where the reference lacks a value: its error is −1 there
 out vec3 worldNormal;
 out vec3 toEye;
 
@@ -21,6 +23,7 @@ void main() {
   standardError = values.a * valueScale;
   // The scales are powers of two: equal bits at equal scales leave exactly nothing.
   change = values.rgb * valueScale - reference.rgb * referenceScale;
+  uncompared = max(-reference.a, 0.0);
   vec4 world = modelMatrix * vec4(position, 1.0);
   worldNormal = mat3(modelMatrix) * normal;
   toEye = cameraPosition - world.xyz;
