@@ -77,6 +77,10 @@ export class App {
     this.stage = new Stage(this.canvas, options.antialias)
     this.lit = new LitScene(info, geometryArrays(info, buffer), options.bench)
     this.stage.scene.add(this.lit.root)
+    this.stage.beforeDrawing.push(() => {
+      this.lit.materials.shared.depthOfPixel.value = this.stage.depthOfPixel
+      return false
+    })
     this.remote = new RemoteSession(socket)
     this.cameras = new Cameras(this.stage, this.lit.bounds)
     this.objects = new Objects(this.stage, this.lit, this.remote, new Outline(this.stage, ACCENT))
