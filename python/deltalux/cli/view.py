@@ -117,7 +117,9 @@ def run(
             opened = dl.Session(scene, samples, **session)
     terminal.warn(opened.scene.warnings)
     if not opened.poses:
-        terminal.warn(["nothing here can be moved; name what should be with --movable NAME"])
+        terminal.warn(
+            ["nothing here can be moved yet; use Make movable in the page, or name it with --movable"]
+        )
     warn_of_others(terminal, host)
     with opened:
         shown = dl.view(opened, host=host, port=port, folder=folder, open_browser=not no_browser, block=False)

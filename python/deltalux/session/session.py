@@ -202,6 +202,48 @@ class Session(SessionPlaces):
         self.foreign_build, self._built_by = None, session.description()
         return frame
 
+    @long_call
+    def rebake(self, scene: Scene, samples: Samples | None = None) -> Frame:
+        """Bake another version of the scene, for example with more movables or lamps; edits so far are kept.
+
+        That is a new bake of the session's options: poses, removed movables, dim factors and reflectances of
+        what `scene` has, too, are those of now. If it fails or is cancelled, the session stays as it was.
+
+        Parameters
+        ----------
+        scene : Scene
+        samples : Samples or None
+            None: on the vertices of the scene's display mesh.
+
+        Raises
+        ------
+        OptionError, SceneError
+        """
+        other = Session(scene, samples, progress=self.progress, **self._options)
+        try:
+            self._repeat_edits(other)
+            frame = other._bake()
+        except BaseException:
+            other.close()
+            raise
+        other.made_by = self.made_by
+        self.__dict__.update({name: value for name, value in vars(other).items() if name != "_calls"})
+        return frame
+
+    def _repeat_edits(self, other: Session) -> None:
+        """Queue in `other` what the edits here, done and queued, made of what both have."""
+        for name in self._poses.keys() & other._poses.keys():
+            if not np.array_equal(self._poses[name], other._poses[name]):
+                other.move(name, self._poses[name])
+            if name in self._removed:
+                other.remove(name)
+        for group in self._factors.keys() & other._factors.keys():
+            if self._factors[group] != other._factors[group]:
+                other.dim(group, self._factors[group])
+        for material in self._reflectances.keys() & other._reflectances.keys():
+            if self._reflectances[material] != other._reflectances[material]:
+                other.set_reflectance(material, self._reflectances[material])
+
     def _prepare_choice(self) -> None:
         """If the options leave the methods to the core, measure the constants of its cost model."""
         if "auto" in (self._options["static_method"], self._options["moving_method"]):
