@@ -20,7 +20,7 @@ from typing import Any
 
 import deltalux as dl
 import numpy as np
-from deltalux import core_session
+from deltalux import session_options
 from deltalux.report.claimed_error import claimed_error
 from numpy.typing import NDArray
 from peers.pictured_rooms import ROOMS, named_scene
@@ -43,7 +43,7 @@ def measure(name: str, options: argparse.Namespace) -> dict[str, Any]:
     """Claims and truth of one scene."""
     scene = named_scene(name)
     whole = dl.Samples.on_vertices(scene)
-    rays = core_session.resolved_gather("auto", len(whole), "first", "reachable")
+    rays = session_options.resolved_gather("auto", len(whole), "first", "reachable")
     samples, areas = drawn(whole, options.samples)
     start = time.process_time()
     found, errors, claims = [], [], []

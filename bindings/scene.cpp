@@ -4,6 +4,7 @@
 
 #include "common.h"
 #include "lights/kinds.h"
+#include "surfaces/kinds.h"
 
 namespace deltalux::python {
 
@@ -11,7 +12,8 @@ using scene::Scene;
 
 scene::Object make_object(const std::string& name, const Rows<float, 3>& vertices,
                           const Rows<uint32_t, 3>& triangles, const Column<uint32_t>& material,
-                          const Column<uint32_t>& group, bool movable, const Matrix& pose) {
+                          const Column<uint32_t>& group, bool movable, const Matrix& pose,
+                          const Rows<float, 6>& texture) {
   scene::Object object;
   object.name = name;
   object.vertices = to_vectors(vertices);
@@ -22,6 +24,9 @@ scene::Object make_object(const std::string& name, const Rows<float, 3>& vertice
   object.group = to_vector(group);
   object.movable = movable;
   object.pose = to_pose(pose);
+  object.texture.resize(texture.shape(0));
+  for (size_t t = 0; t < object.texture.size(); ++t)
+    for (size_t k = 0; k < 6; ++k) object.texture[t][k / 2][k % 2] = texture.data()[6 * t + k];
   return object;
 }
 
@@ -30,18 +35,22 @@ void bind_scene(nb::module_& m) {
       .def("__init__", [](scene::Object* self, const std::string& name,
                           const Rows<float, 3>& vertices, const Rows<uint32_t, 3>& triangles,
                           const Column<uint32_t>& material, const Column<uint32_t>& group,
-                          bool movable, const Matrix& pose) {
-        new (self)
-            scene::Object(make_object(name, vertices, triangles, material, group, movable, pose));
+                          bool movable, const Matrix& pose, const Rows<float, 6>& texture) {
+        new (self) scene::Object(
+            make_object(name, vertices, triangles, material, group, movable, pose, texture));
       });
   nb::class_<Scene>(m, "Scene")
       .def(nb::init<>())
       .def("add_material",
-           [](Scene& s, std::array<float, 3> reflectance, std::array<float, 3> emission,
-              bool two_sided) {
+           [](Scene& s, const std::string& name, std::array<float, 3> reflectance,
+              std::array<float, 3> emission, bool two_sided, const std::string& kind,
+              std::vector<float> parameters) {
              s.materials.push_back({{reflectance[0], reflectance[1], reflectance[2]},
                                     {emission[0], emission[1], emission[2]},
-                                    two_sided});
+                                    two_sided,
+                                    &surfaces::kind_named(kind),
+                                    std::move(parameters),
+                                    name});
            })
       .def("add_object", [](Scene& s, const scene::Object& object) { s.objects.push_back(object); })
       .def("add_light",

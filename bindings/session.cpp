@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "plan_values.h"
+#include "session_options.h"
 
 namespace deltalux::python {
 namespace {
@@ -62,29 +63,6 @@ plan::Policy to_policy(const std::string& name) {
   return name == "paper-sphere" ? plan::Policy::paper_sphere
          : name == "paper-box"  ? plan::Policy::paper_box
                                 : plan::Policy::measured;
-}
-
-session::Options to_options(uint64_t paths, uint64_t seed, int threads, const std::string& end,
-                            const std::string& area, const std::string& direct,
-                            const std::string& static_method, const std::string& moving_method,
-                            uint32_t max_bounces, uint64_t memory_limit, uint32_t gather_rays) {
-  session::Options o;
-  o.paths = paths;
-  o.seed = seed;
-  o.threads = threads;
-  o.segment_end = end == "first"    ? segments::SegmentEnd::first
-                  : end == "second" ? segments::SegmentEnd::second
-                                    : segments::SegmentEnd::bounded;
-  o.disc_area = area == "whole" ? samples::DiscArea::whole : samples::DiscArea::reachable;
-  o.direct = direct == "paths"     ? session::DirectMode::paths
-             : direct == "sampled" ? session::DirectMode::sampled
-                                   : session::DirectMode::automatic;
-  o.static_method = to_method(static_method);
-  o.moving_method = to_method(moving_method);
-  o.max_bounces = max_bounces;
-  o.memory_limit = memory_limit;
-  o.gather_rays = gather_rays;
-  return o;
 }
 
 nb::object read_bytes(const ArchiveView& archive, const std::string& name, size_t offset,
@@ -146,22 +124,19 @@ void bind_session(nb::module_& m) {
       });
 
   nb::class_<Session>(m, "Session")
-      .def("__init__",
-           [](Session* self, const scene::Scene& scene, const Rows<float, 3>& points,
-              const Rows<float, 3>& normals, const Column<float>& radius,
-              const Column<uint32_t>& attached, uint64_t paths, uint64_t seed, int threads,
-              const std::string& segment_end, const std::string& disc_area,
-              const std::string& direct, const std::string& static_method,
-              const std::string& moving_method, uint32_t max_bounces, uint64_t memory_limit,
-              uint32_t gather_rays) {
-             samples::SampleSet set{to_vectors(points), to_vectors(normals), to_vector(radius),
-                                    to_vector(attached)};
-             const session::Options options =
-                 to_options(paths, seed, threads, segment_end, disc_area, direct, static_method,
-                            moving_method, max_bounces, memory_limit, gather_rays);
-             nb::gil_scoped_release release;
-             new (self) Session(scene, std::move(set), options);
-           })
+      .def(
+          "__init__",
+          [](Session* self, const scene::Scene& scene, const Rows<float, 3>& points,
+             const Rows<float, 3>& normals, const Column<float>& radius,
+             const Column<uint32_t>& attached, const nb::dict& options) {
+            samples::SampleSet set{to_vectors(points), to_vectors(normals), to_vector(radius),
+                                   to_vector(attached)};
+            const session::Options checked = to_options(options);
+            nb::gil_scoped_release release;
+            new (self) Session(scene, std::move(set), checked);
+          },
+          nb::arg("scene"), nb::arg("points"), nb::arg("normals"), nb::arg("radius"),
+          nb::arg("attached"), nb::arg("options"))
       .def(
           "bake",
           [](Session& s, nb::object callback) {

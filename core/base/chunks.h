@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/assertion.h"
+
 namespace deltalux {
 
 template <class T>
@@ -23,8 +25,14 @@ class Chunks {
   }
 
   size_t size() const { return size_; }
-  T& operator[](size_t i) { return pieces_[i / kChunk][i % kChunk]; }
-  const T& operator[](size_t i) const { return pieces_[i / kChunk][i % kChunk]; }
+  T& operator[](size_t i) {
+    DELTALUX_ASSERT(i < size_);
+    return pieces_[i / kChunk][i % kChunk];
+  }
+  const T& operator[](size_t i) const {
+    DELTALUX_ASSERT(i < size_);
+    return pieces_[i / kChunk][i % kChunk];
+  }
   /// Appends `count` default-constructed elements.
   void grow(size_t count) {
     while (pieces_.size() * kChunk < size_ + count)

@@ -58,7 +58,7 @@ class DirectLight::Outstanding {
         sample_(direct.samples_),
         block_(block_count(direct.samples_)) {
     uint64_t number = direct.past_;  // of changes up to the current one
-    for (const Change& change : direct.recent_) {
+    for (const DirectChange& change : direct.recent_) {
       ++number;
       first_box_.push_back(boxes_.size());
       boxes_.insert(boxes_.end(), change.boxes.begin(), change.boxes.end());
@@ -187,14 +187,14 @@ void DirectLight::compute(const Present& present, const Workers& workers, Progre
   *this = std::move(fresh);
 }
 
-void DirectLight::update(const Present& present, const Change& change, const Workers& workers,
+void DirectLight::update(const Present& present, const DirectChange& change, const Workers& workers,
                          Progress& progress, double budget_ms) {
   check(present);
   const Stopwatch watch;
   const size_t old_columns = columns_.size();
   const uint64_t before = past_ + recent_.size();
   std::vector<Column> added = make_columns(present.lights, present.sampled, old_columns);
-  Change latest = change;
+  DirectChange latest = change;
   for (uint32_t i = 0; i < added.size(); ++i) {
     added[i].taken = before;
     latest.lights.push_back(uint32_t(old_columns) + i);

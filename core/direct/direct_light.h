@@ -25,8 +25,8 @@ struct Present {
   std::span<const Receiver> receivers;  ///< by sample, in world space
 };
 
-/// The difference between two states of the scene.
-struct Change {
+/// The difference between two states of the scene, as far as direct light depends on it.
+struct DirectChange {
   /// RayCaster::object_bounds() before and after, of every movable object that was moved, added or
   /// removed
   std::vector<Box> boxes;
@@ -52,7 +52,7 @@ class DirectLight {
   /// the receiver; against static geometry only if the light or the receiver itself changed. With
   /// `budget_ms` > 0, lights are updated in turn: at least one, and as many as fit the time; call
   /// with an empty change to update the next ones.
-  void update(const Present& present, const Change& change, const Workers& workers,
+  void update(const Present& present, const DirectChange& change, const Workers& workers,
               Progress& progress, double budget_ms = 0);
   /// The share of the lights that are up to date, from 0 to 1.
   double current_share() const;
@@ -129,9 +129,10 @@ class DirectLight {
   std::vector<Column> columns_;  // by light
   std::vector<PartialView> partial_;
   std::vector<uint32_t> unused_;  // free entries of partial_
-  std::deque<Change> recent_;     // from the first one that some light does not take into account
-  uint64_t past_ = 0;             // number of changes dropped before recent_
-  uint32_t turn_ = 0;             // index of the light whose turn is next
+  std::deque<DirectChange>
+      recent_;         // from the first one that some light does not take into account
+  uint64_t past_ = 0;  // number of changes dropped before recent_
+  uint32_t turn_ = 0;  // index of the light whose turn is next
 };
 
 }  // namespace deltalux::direct

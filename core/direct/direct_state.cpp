@@ -24,7 +24,7 @@ constexpr double kFacingShare = 0.6, kPartialShare = 0.15, kRaysPerTriangle = 0.
 size_t DirectLight::bytes() const {
   size_t sum = sums_.capacity() * sizeof(int64_t) + partial_.capacity() * sizeof(PartialView) +
                unused_.capacity() * sizeof(uint32_t);
-  for (const Change& change : recent_)
+  for (const DirectChange& change : recent_)
     sum += change.boxes.capacity() * sizeof(Box) +
            (change.lights.capacity() + change.samples.capacity()) * sizeof(uint32_t);
   for (const Column& column : columns_)
@@ -94,7 +94,7 @@ void DirectLight::restore(ArchiveSource& archive, std::span<const trace::Light> 
   for (uint32_t place = 0; place < places; ++place)
     if (!used[place]) fresh.unused_.push_back(place);
   const auto begins = archive.read_all<uint8_t>("direct.behind", lights.size());
-  Change anew;
+  DirectChange anew;
   for (uint32_t light = 0; light < lights.size(); ++light) {
     if (begins[light] > sampled[light]) refuse("direct.behind");
     if (begins[light]) anew.lights.push_back(light);

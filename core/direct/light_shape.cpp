@@ -78,7 +78,7 @@ uint64_t place_key(Vec3f p, Vec3f n) {
 
 double Strata::share(const trace::RayBits& seen) const {
   if (seen == countable) return 1;
-  alignas(64) std::array<float, trace::RayFan::kMaxRays> lit;
+  alignas(64) std::array<float, trace::RayFan::kMaxRays> lit{};
   const auto sum = [&](const trace::RayBits& rays) {
     for (size_t i = 0; i < fan.count; ++i)
       lit[i] = (rays[i / 64] >> (i % 64)) & 1 ? weight[i] : 0.0f;

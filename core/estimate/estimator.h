@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/assertion.h"
 #include "base/parallel.h"
 #include "base/progress.h"
 #include "samples/disc_set.h"
@@ -31,6 +32,7 @@ struct EnergySums {
   static constexpr float kMomentSteps = 64;
 
   int64_t* cell(uint32_t slab, uint32_t sample) const {
+    DELTALUX_ASSERT(data && sample < samples);
     return data + (size_t(slab) * samples + sample) * 3;
   }
   /// Thread-safe if `shared`; integer addition makes the order irrelevant.

@@ -64,12 +64,11 @@ SurfaceTree::SurfaceTree(const double* corners, const uint32_t* surface, size_t 
 
 void SurfaceTree::build(uint32_t node, uint32_t begin, uint32_t end) {
   Vec3d low = triangles_[order_[begin]].corner[0], high = low;
-  Vec3d least = low * 3.0, most = least;  // of the sums of corners
   const auto middle = [&](uint32_t i) {
     const auto& c = triangles_[i].corner;
     return c[0] + c[1] + c[2];
   };
-  least = most = middle(order_[begin]);
+  Vec3d least = middle(order_[begin]), most = least;  // of the sums of corners
   for (uint32_t k = begin; k < end; ++k) {
     for (const Vec3d& p : triangles_[order_[k]].corner) low = min(low, p), high = max(high, p);
     least = min(least, middle(order_[k])), most = max(most, middle(order_[k]));

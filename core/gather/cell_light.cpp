@@ -24,7 +24,8 @@ double landed(const CellState& state, uint32_t cell, uint32_t batch, size_t chan
 Vec3d unit_of(const CellState& state, uint32_t cell, float bare) {
   const double area = double(state.cells.area(cell)) * double(bare);
   if (!(area > 0)) return {};
-  const Vec3f reflectance = state.scene.materials[state.cells.material(cell)].reflectance;
+  const Vec3f reflectance = surfaces::product(
+      state.scene.materials[state.cells.material(cell)].reflectance, state.cells.share(cell));
   Vec3d unit;
   for (int c = 0; c < 3; ++c) unit[c] = state.scales.quantum * double(reflectance[c]) / area;
   return unit;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "gather/cell_shares.h"
 
 namespace deltalux::gather {
 namespace {
@@ -39,7 +40,7 @@ Cells::Cells(const scene::Scene& scene, float metre) : metre_(metre) {
     const auto own = triangles_of(object, true);
     fixed.insert(fixed.end(), own.begin(), own.end());
   }
-  add(scene::kNone, 0, fixed, kStaticEdge * metre);
+  add(scene, scene::kNone, 0, fixed, kStaticEdge * metre);
   body_of_.assign(scene.objects.size(), 0);
   for (uint32_t i = 0; i < scene.objects.size(); ++i)
     if (scene.objects[i].movable) add_object(scene, i);
@@ -52,10 +53,10 @@ void Cells::add_object(const scene::Scene& scene, uint32_t index) {
   Box box;
   for (const Vec3f& v : object.vertices) box.grow(v);
   const float edge = std::min(kMovableEdge * metre_, kShareOfMovable * box.diagonal());
-  add(index, object.first_primitive, triangles_of(object, false), edge);
+  add(scene, index, object.first_primitive, triangles_of(object, false), edge);
 }
 
-void Cells::add(uint32_t object, uint32_t first_primitive,
+void Cells::add(const scene::Scene& scene, uint32_t object, uint32_t first_primitive,
                 std::span<const BodyCells::Triangle> triangles, float edge) {
   BodyCells cells(triangles, edge > 0 ? edge : 1.0f);
   if (uint64_t(size()) + cells.size() >= kNoCell / 2)
@@ -68,6 +69,10 @@ void Cells::add(uint32_t object, uint32_t first_primitive,
     near_.push_back(kNear * std::sqrt(own.areas()[i]));
     material_.push_back(own.materials()[i]);
   }
+  if (!share_.empty() || any_varies(scene, triangles)) {
+    share_.resize(bodies_.back().first_cell, {1, 1, 1});
+    add_cell_shares(scene, first_primitive, triangles, own, edge, share_);
+  }
 }
 
 void Cells::drop_objects(size_t count) {
@@ -77,6 +82,7 @@ void Cells::drop_objects(size_t count) {
     if (body == 0 || body + 1 != bodies_.size()) continue;
     const uint32_t first = bodies_.back().first_cell;
     area_.resize(first), near_.resize(first), material_.resize(first);
+    if (!share_.empty()) share_.resize(first, {1, 1, 1});
     bodies_.pop_back();
   }
 }
@@ -90,7 +96,7 @@ std::pair<uint32_t, uint32_t> Cells::of_object(uint32_t object) const {
 
 size_t Cells::bytes() const {
   size_t sum = (area_.capacity() + near_.capacity()) * sizeof(float) +
-               material_.capacity() * sizeof(uint32_t);
+               material_.capacity() * sizeof(uint32_t) + share_.capacity() * sizeof(Vec3f);
   for (const Body& body : bodies_) sum += sizeof(Body) + body.cells.bytes();
   return sum;
 }

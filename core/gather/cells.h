@@ -4,6 +4,7 @@
 #pragma once
 #include <deque>
 
+#include "base/assertion.h"
 #include "base/transform.h"
 #include "gather/body_cells.h"
 #include "scene/scene.h"
@@ -25,9 +26,20 @@ class Cells {
   uint32_t size() const { return uint32_t(area_.size()); }
   /// Area in square metres; and the distance below which a hit counts as near, so that the ray
   /// continues as a chain instead of reading this cell.
-  float area(uint32_t cell) const { return area_[cell]; }
-  float near(uint32_t cell) const { return near_[cell]; }
-  uint32_t material(uint32_t cell) const { return material_[cell]; }
+  float area(uint32_t cell) const {
+    DELTALUX_ASSERT(cell < size());
+    return area_[cell];
+  }
+  float near(uint32_t cell) const {
+    DELTALUX_ASSERT(cell < size());
+    return near_[cell];
+  }
+  uint32_t material(uint32_t cell) const {
+    DELTALUX_ASSERT(cell < size());
+    return material_[cell];
+  }
+  /// The mean of Scene::share_at() over the cell, by area.
+  Vec3f share(uint32_t cell) const { return share_.empty() ? Vec3f{1, 1, 1} : share_[cell]; }
   /// Index of the first cell of a movable, and of the one behind its last.
   std::pair<uint32_t, uint32_t> of_object(uint32_t object) const;
   /// Edge length of the squares of static geometry.
@@ -49,7 +61,7 @@ class Cells {
     uint32_t first_cell, first_primitive;
     BodyCells cells;
   };
-  void add(uint32_t object, uint32_t first_primitive,
+  void add(const scene::Scene& scene, uint32_t object, uint32_t first_primitive,
            std::span<const BodyCells::Triangle> triangles, float edge);
 
   float metre_ = 1;
@@ -57,6 +69,7 @@ class Cells {
   std::vector<uint32_t> body_of_;  // by object: index in bodies_
   std::vector<float> area_, near_;
   std::vector<uint32_t> material_;
+  std::vector<Vec3f> share_;  // empty while all are 1
 };
 
 /// Finds cells in the present poses; has to be made anew after each edit.

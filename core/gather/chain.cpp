@@ -18,6 +18,8 @@ enum : uint32_t {
   kStays
 };  // dimensions of a vertex's random numbers
 
+constexpr Vec3f kMaxShare{Vertex::kMaxShare, Vertex::kMaxShare, Vertex::kMaxShare};
+
 /// Replaces LightShape::glance close to a light, where points drawn uniformly differ much in
 /// contribution: returns the exact unshadowed irradiance, and one of many shadow rays, chosen by
 /// its share of it.
@@ -120,6 +122,7 @@ Chain ChainTracer::trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w,
   Chain chain;
   chain.passage.near.grow(origin);
   trace::Hit hit = met;
+  Vec3f share{1, 1, 1};  // product over the vertices
   for (;;) {
     Vertex& vertex = chain.vertex[chain.count];
     const direct::Receiver at = present_.landing(origin, w, hit);
@@ -129,7 +132,8 @@ Chain ChainTracer::trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w,
       return chain.count ? Draw{random(chain.count, u), random(chain.count, v)} : first;
     };
     one_light_.ask(present_.caster, at, draw(kLightU, kLightV), vertex);
-    for (float& value : vertex.direct) value *= chain.weight;
+    share = min(surfaces::product(share, scene.share_at(hit.primitive, hit.u, hit.v)), kMaxShare);
+    for (size_t c = 0; c < 3; ++c) vertex.direct[c] *= chain.weight * share[int(c)];
     origin = trace::leave_surface(origin, w, hit, at.normal, at.plane);
     const Turn turn(guides_, present_.beams, origin, at.normal);
     const Draw turned = draw(kTurnU, kTurnV);
@@ -148,15 +152,19 @@ Chain ChainTracer::trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w,
     const uint32_t cell = finder_.find(hit.primitive, origin, w, hit.t);
     if (cell == kNoCell) return chain;
     if (hit.t >= present_.cells.near(cell)) {
-      finish(draw(kLightU, kLightV), next, scene.material_index(hit.primitive), cell, chain);
+      finish(draw(kLightU, kLightV), next, hit, cell, share, chain);
       return chain;
     }
   }
 }
 
-void ChainTracer::finish(const Draw& draw, const direct::Receiver& at, uint32_t material,
-                         uint32_t cell, Chain& chain) const {
+void ChainTracer::finish(const Draw& draw, const direct::Receiver& at, const trace::Hit& hit,
+                         uint32_t cell, Vec3f share, Chain& chain) const {
   chain.end = cell;
+  if (share != Vec3f{1, 1, 1})
+    chain.vertex[chain.count++] = {Vertex::kShare, scene::kNone, {share.x, share.y, share.z}};
+  const scene::Scene& scene = present_.scene;
+  const Vec3f own = scene.share_at(hit.primitive, hit.u, hit.v);
   // Keep the vertex even if something hides the light: it may move.
   const auto ask = [&](const OneLight& one) {
     Vertex& vertex = chain.vertex[chain.count];
@@ -165,8 +173,8 @@ void ChainTracer::finish(const Draw& draw, const direct::Receiver& at, uint32_t 
   };
   const auto keep = [&] {
     Vertex& vertex = chain.vertex[chain.count++];
-    vertex.material = material | Vertex::kEnd;
-    for (float& value : vertex.direct) value *= chain.weight;
+    vertex.material = scene.material_index(hit.primitive) | Vertex::kEnd;
+    for (size_t c = 0; c < 3; ++c) vertex.direct[c] *= chain.weight * own[int(c)];
   };
   if (present_.beams.reach(cell) && ask(one_beam_)) {
     chain.in_beam = true;
@@ -180,8 +188,7 @@ Chain ChainTracer::end(const Draw& first, Vec3f origin, Vec3f w, const trace::Hi
   Chain chain;
   chain.passage.near.grow(origin);
   chain.passage.origin = origin, chain.passage.last = origin + w * hit.t;
-  finish(first, present_.landing(origin, w, hit), present_.scene.material_index(hit.primitive),
-         cell, chain);
+  finish(first, present_.landing(origin, w, hit), hit, cell, {1, 1, 1}, chain);
   return chain;
 }
 

@@ -38,20 +38,29 @@ struct Present {
 };
 
 inline constexpr uint32_t kMaxTouched = 16;
-inline constexpr uint32_t kMaxVertices = kMaxTouched + 1;  ///< its end may have two, by then
-inline constexpr uint32_t kDark = kNoCell;                 // where a ray meets nothing
+/// By then, its end may have two; and one tells of surfaces whose reflectance varies.
+inline constexpr uint32_t kMaxVertices = kMaxTouched + 2;
+inline constexpr uint32_t kDark = kNoCell;  // where a ray meets nothing
 
 /// A surface point of a chain, with the direct light there of one randomly chosen light, which
-/// represents all lights.
+/// represents all lights. Light from beyond a point is multiplied by the mean reflectance of its
+/// material, which edits change; how the reflectance at the points compares with these means is a
+/// vertex of its own behind all of them, unless it is the same.
 struct Vertex {
   /// Flag in `material`: the vertex is the far end of the chain itself.
   static constexpr uint32_t kEnd = 0x80000000u;
+  /// Value of `material`: this is no point; `direct` holds factors on light from beyond.
+  static constexpr uint32_t kShare = 0x40000000u;
+  /// Bound of such factors, so that sums stay finite; no scene comes near it.
+  static constexpr float kMaxShare = 1e6f;
   uint32_t material = 0;
   /// Or kNone: no light illuminates the point, even unshadowed.
   uint32_t light = scene::kNone;
-  /// Irradiance without dimming, times the weight of the chain up to this vertex.
+  /// Irradiance without dimming, times the weight of the chain up to this vertex, times
+  /// Scene::share_at() of this vertex and (not for those of the end) of all before it.
   std::array<float, 3> direct{};
   bool is_of_end() const { return material & kEnd; }
+  bool is_share() const { return material == kShare; }
   friend bool operator==(const Vertex&, const Vertex&) = default;
 };
 
@@ -115,9 +124,10 @@ class ChainTracer {
   Chain end(const Draw& first, Vec3f origin, Vec3f w, const trace::Hit& hit, uint32_t cell) const;
 
  private:
-  /// Sets the chain's end, and adds vertices for the direct light of beams and suns there.
-  void finish(const Draw& draw, const direct::Receiver& at, uint32_t material, uint32_t cell,
-              Chain& chain) const;
+  /// Sets the chain's end, and adds vertices: for the shares of the reflectance up to there,
+  /// and for the direct light of beams and suns at the end.
+  void finish(const Draw& draw, const direct::Receiver& at, const trace::Hit& hit, uint32_t cell,
+              Vec3f share, Chain& chain) const;
 
   const Present& present_;
   const CellFinder& finder_;

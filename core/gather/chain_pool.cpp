@@ -73,6 +73,10 @@ void ChainPool::send(uint32_t number, const Paint& paint) {
   const std::span<const Vertex> own = vertices(number);
   for (size_t i = 0; i < own.size(); ++i) {
     const Vertex& vertex = own[i];
+    if (vertex.is_share()) {
+      for (size_t c = 0; c < 3; ++c) out.through[c] *= vertex.direct[c];
+      continue;
+    }
     const bool is_end = vertex.is_of_end();
     const Vec3f reflectance = paint.reflectance[vertex.material & ~Vertex::kEnd];
     // The probability of continuation divides what comes from beyond the vertex, not the vertex's

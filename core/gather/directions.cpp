@@ -26,8 +26,8 @@ std::array<Cone, Directions::kSide * Directions::kSide> Directions::make_cones()
   constexpr uint32_t kSteps = 16;  // along a stratum's side
   const auto at = [&](uint32_t i, uint32_t a, uint32_t b) {
     const float step = 1.0f / (kSide * kSteps);
-    return trace::cosine_direction({0, 0, 1}, float((i % kSide) * kSteps + a) * step,
-                                   float((i / kSide) * kSteps + b) * step);
+    return cosine_direction({0, 0, 1}, float((i % kSide) * kSteps + a) * step,
+                            float((i / kSide) * kSteps + b) * step);
   };
   for (uint32_t i = 0; i < kSide * kSide; ++i) {
     const Vec3f axis = at(i, kSteps / 2, kSteps / 2);

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "base/cone.h"
+#include "base/hemisphere.h"
 #include "base/random.h"
-#include "trace/scatter.h"
 
 namespace deltalux::gather {
 
@@ -20,7 +20,7 @@ class Directions {
   /// Direction of ray `ray` of the sample with key `sample`, about the unit normal `n`.
   Vec3f operator()(uint64_t sample, uint32_t ray, Vec3f n) const {
     const auto [u, v] = shifted(ray, combine(key_, sample));
-    return trace::cosine_direction(n, u, v);
+    return cosine_direction(n, u, v);
   }
   /// Point `number` of another sequence of that sample, `stream` > 0, in the unit square.
   std::array<float, 2> point(uint64_t sample, uint32_t stream, uint32_t number) const {

@@ -30,7 +30,9 @@ std::optional<BeamGuide> find_beam(const Present& present, const Evaluation& eva
     if (!point.valid() || !(distance > 0)) continue;
     const uint32_t cell = finder.find(point.primitive, lamp.position, d * (1 / distance), distance);
     if (cell == kNoCell) continue;
-    const Vec3f reflectance = present.scene.materials[present.cells.material(cell)].reflectance;
+    const Vec3f reflectance =
+        surfaces::product(present.scene.materials[present.cells.material(cell)].reflectance,
+                          present.cells.share(cell));
     const float own = evaluation.dim(light) * dot(lamp.intensity, reflectance) * float(each);
     power[cell] += own, sent += double(own), ++landed;
   }

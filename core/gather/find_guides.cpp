@@ -90,7 +90,8 @@ float sunlight(const Present& present, const Evaluation& evaluation, Vec3f origi
                const trace::Hit& hit) {
   const direct::Receiver at = present.landing(origin, w, hit);
   const Vec3f reflectance =
-      present.scene.materials[present.scene.material_index(hit.primitive)].reflectance;
+      present.scene.material_of(hit.primitive)
+          .reflectance_at(present.scene.point_on(hit.primitive, hit.u, hit.v));
   float sum = 0;
   for (const uint32_t number : present.suns.lights()) {
     const lights::Punctual& sun = present.lights[number].punctual;

@@ -52,6 +52,13 @@ void check(const Record& record, uint32_t cells) {
 }
 
 void check(const Vertex& vertex, const Present& present) {
+  if (vertex.is_share()) {
+    if (vertex.light != scene::kNone) refuse(kVertices, "found a light where there is no point");
+    for (float share : vertex.direct)
+      if (!(share >= 0 && share <= Vertex::kMaxShare))
+        refuse(kVertices, "found a share no surface has");
+    return;
+  }
   if ((vertex.material & ~Vertex::kEnd) >= present.scene.materials.size())
     refuse(kVertices, "found a material that is not there");
   const bool lit = vertex.light != scene::kNone;
@@ -176,10 +183,13 @@ void Looks::restore(ArchiveSource& archive, const Present& present, const Worker
     const Record record = records.next();
     check(record, cells);
     if (record.count > vertices.left()) refuse(kVertices, "is too short");
+    uint32_t shares = 0;
     for (uint32_t k = 0; k < record.count; ++k) {
       own[k] = vertices.next();
       check(own[k], present);
+      shares += own[k].is_share();
     }
+    if (shares > 1) refuse(kVertices, "found a chain with shares in two places");
     target = kChain + chains_.add(std::span(own).first(record.count), record.end, record.weight,
                                   record.passage);
   }

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "trace/scatter.h"
+#include "base/hemisphere.h"
 
 namespace deltalux::gather {
 
@@ -46,8 +46,7 @@ Turn::Turn(const GuideColumns& guides, const Beams& beams, Vec3f from, Vec3f n)
 
 Aim Turn::draw(float u, float v, bool& in_beam) const {
   // Reuse the random number of the choice: rescaled within its interval, it is uniform again.
-  if (u >= guided_)
-    return {trace::cosine_direction(normal_, stretched((u - guided_) / (1 - guided_)), v)};
+  if (u >= guided_) return {cosine_direction(normal_, stretched((u - guided_) / (1 - guided_)), v)};
   float left = u / guided_ * all_;
   size_t last = 0;
   for (size_t i = 0; i < count_ && left >= 0; ++i) last = i, left -= share_[i];

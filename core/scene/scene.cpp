@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "base/assertion.h"
 #include "base/error.h"
 
 namespace deltalux::scene {
@@ -48,6 +49,26 @@ float plane_slack(const Object& object, const std::array<uint32_t, 3>& triangle)
     for (int i = 0; i < 3; ++i) far = std::max(far, std::fabs(corner[i]));
   const double slack = area > 0 ? kRounding * terms / area : kMaxShare * longest;
   return float(std::min(slack, kMaxShare * longest) + kRounding * far);
+}
+
+/// Refuses an object without the texture coordinates that its surfaces read.
+void check_texture(const Object& object, const std::vector<Material>& materials) {
+  const std::string what = "mesh \"" + object.name + "\": ";
+  if (!object.texture.empty() && object.texture.size() != object.triangles.size())
+    throw SceneError(what + "expected texture coordinates of each triangle, or none");
+  for (size_t t = 0; t < object.triangles.size(); ++t) {
+    const Material& material = materials[object.material[t]];
+    if (material.kind->reads() != surfaces::Reads::texture) continue;
+    bool given = !object.texture.empty();
+    for (int k = 0; given && k < 3; ++k)
+      given = std::isfinite(object.texture[t][size_t(k)][0]) &&
+              std::isfinite(object.texture[t][size_t(k)][1]);
+    if (!given)
+      throw SceneError(
+          what + "found triangle " + std::to_string(t) +
+          " without texture coordinates, expected some, which the surface of material \"" +
+          material.name + "\" reads");
+  }
 }
 
 }  // namespace
@@ -100,6 +121,7 @@ void Scene::check(const Object& object) const {
     throw SceneError(what + "expected one material and one group per triangle");
   for (uint32_t g : object.group)
     if (g >= group_count) throw SceneError(what + "a light group is out of range");
+  check_texture(object, materials);
   for (const Vec3f& v : object.vertices)
     if (!std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z))
       throw SceneError(what + "found a vertex that is not finite, expected finite numbers");
@@ -135,6 +157,12 @@ void Scene::finish() {
       static_primitives_ = primitives_;
       object_of_static_.resize(primitives_, uint32_t(i));
     }
+  }
+  for (const Material& material : materials) {
+    const std::string what = "material \"" + material.name + "\": found ";
+    if (const char* flaw = material.kind->flaw(material.parameters)) throw SceneError(what + flaw);
+    if (!material.admits(material.reflectance))
+      throw SceneError(what + "a reflectance that exceeds 1 where the surface is brightest");
   }
   for (const PunctualLight& light : lights) {
     if (!light.kind) throw SceneError("light \"" + light.name + "\": it is of no kind");
@@ -174,7 +202,17 @@ void Scene::drop_last_object() {
   objects.pop_back();
 }
 
+std::array<float, 2> Scene::texture_at(uint32_t primitive, float u, float v) const {
+  const Object& object = objects[object_of(primitive)];
+  const auto& corner = object.texture[primitive - object.first_primitive];
+  std::array<float, 2> at;
+  for (size_t k = 0; k < 2; ++k)
+    at[k] = corner[0][k] + u * (corner[1][k] - corner[0][k]) + v * (corner[2][k] - corner[0][k]);
+  return at;
+}
+
 uint32_t Scene::object_of(uint32_t primitive) const {
+  DELTALUX_ASSERT(primitive < primitives_);
   if (primitive < static_primitives_) return object_of_static_[primitive];
   uint32_t low = 0, high = uint32_t(objects.size());
   while (high - low > 1) {

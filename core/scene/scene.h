@@ -1,24 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scene of the core: objects made of triangles, diffuse materials, punctual lights.
+// The scene of the core: objects made of triangles, materials, punctual lights.
 #pragma once
 #include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
 
+#include "base/assertion.h"
 #include "base/transform.h"
 #include "base/vec.h"
 #include "lights/kind.h"
+#include "surfaces/kind.h"
 
 namespace deltalux::scene {
 
 inline constexpr uint32_t kNone = 0xffffffffu;
 
-struct Material {
-  Vec3f reflectance;
-  Vec3f emission;  ///< radiance per channel
-  bool two_sided = false;
-};
+using Material = surfaces::Surface;
 
 struct Object {
   std::string name;
@@ -26,6 +24,9 @@ struct Object {
   std::vector<std::array<uint32_t, 3>> triangles;  ///< front side = counter-clockwise
   std::vector<uint32_t> material;                  ///< per triangle
   std::vector<uint32_t> group;  ///< light group of each triangle, used if it emits
+  /// Texture coordinates of each triangle's corners. May be empty, or not finite, where no surface
+  /// reads them.
+  std::vector<std::array<std::array<float, 2>, 3>> texture{};
   bool movable = false;
   bool present = true;  ///< false while removed by an edit
   Pose pose;
@@ -75,10 +76,34 @@ class Scene {
   const Material& material_of(uint32_t primitive) const {
     return materials[material_index(primitive)];
   }
-  uint32_t material_index(uint32_t primitive) const { return primitive_[primitive].material; }
+  uint32_t material_index(uint32_t primitive) const {
+    DELTALUX_ASSERT(primitive < primitives_);
+    return primitive_[primitive].material;
+  }
+  /// The point with barycentrics u and v on a primitive, with what its surface reads of it.
+  surfaces::Point point_on(uint32_t primitive, float u, float v) const {
+    surfaces::Point at{u, v, {}};
+    if (material_of(primitive).kind->reads() == surfaces::Reads::texture)
+      at.texture = texture_at(primitive, u, v);
+    return at;
+  }
+  /// Whether rays pass straight through the primitive at that point.
+  bool lets_pass(uint32_t primitive, float u, float v) const {
+    const Material& own = material_of(primitive);
+    return !own.kind->is_opaque(own) && !own.kind->stops(own, point_on(primitive, u, v));
+  }
+  /// Kind::share() of the primitive's surface at that point.
+  Vec3f share_at(uint32_t primitive, float u, float v) const {
+    const Material& own = material_of(primitive);
+    if (own.kind->reads() == surfaces::Reads::nothing) return {1, 1, 1};
+    return own.kind->share(own, point_on(primitive, u, v));
+  }
   /// Bound of the rounding error of a primitive's plane in ray queries, in any pose: for large
   /// tilted triangles and slivers it exceeds position_slack() of a point on them.
-  float slack_of(uint32_t primitive) const { return primitive_[primitive].slack; }
+  float slack_of(uint32_t primitive) const {
+    DELTALUX_ASSERT(primitive < primitives_);
+    return primitive_[primitive].slack;
+  }
   /// The box that contains all light paths. finish() fixes it from static geometry alone if that
   /// encloses the movables, so that it does not depend on their poses.
   const Box& world() const { return world_; }
@@ -95,6 +120,7 @@ class Scene {
   /// Assigns primitive numbers to an object.
   void number(Object& object);
   Box measure_world() const;
+  std::array<float, 2> texture_at(uint32_t primitive, float u, float v) const;
 
   std::vector<uint32_t> object_of_static_;  // by static primitive
   struct Primitive {

@@ -2,6 +2,8 @@
 // Column by column: each is read and written in one go.
 #include "segments/segment_columns.h"
 
+#include "base/assertion.h"
+
 namespace deltalux::segments {
 namespace {
 
@@ -31,6 +33,7 @@ void SegmentColumns::assign(const SegmentColumns& from, std::span<const uint32_t
   for (int k = 0; k < 8; ++k)
     for (uint32_t i : order) column[k].push_back(from.column[k][i]);
   for (uint32_t i : order) {
+    DELTALUX_ASSERT(i < from.count());
     const uint32_t* p = from.power.data() + 3 * size_t(i);
     power.insert(power.end(), p, p + 3);
   }
@@ -45,6 +48,8 @@ void SegmentColumns::clear() {
 }
 
 SegmentSpan SegmentColumns::span(size_t begin, size_t end) const {
+  DELTALUX_ASSERT(begin <= end && end <= count());
+  DELTALUX_ASSERT(power.size() == 3 * count() && (slab.empty() || slab.size() == count()));
   SegmentSpan out{.count = end - begin,
                   .power = power.data() + 3 * begin,
                   .slab = slab.empty() ? nullptr : slab.data() + begin};

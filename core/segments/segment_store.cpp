@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/assertion.h"
+
 namespace deltalux::segments {
 
 ScanGrid::ScanGrid(const Box& world) {
@@ -47,6 +49,7 @@ void BounceSegments::allocate(size_t count, const Extras& extras, std::vector<ui
     if (!free_.empty()) {
       slot = free_.back();
       free_.pop_back();
+      DELTALUX_ASSERT(at(slot).length < 0);
       continue;
     }
     if (size_ % kChunk == 0) {
@@ -61,6 +64,7 @@ void BounceSegments::allocate(size_t count, const Extras& extras, std::vector<ui
       if (extras.extended) chunk.extended = std::make_unique<float[]>(kChunk);
       if (extras.landing) chunk.landing = std::make_unique<uint32_t[]>(kChunk);
     }
+    DELTALUX_ASSERT(size_ < kNoSlot);
     slot = size_++;
   }
 }
@@ -87,6 +91,7 @@ size_t SegmentStore::bytes() const {
 }
 
 void SegmentStore::index(uint32_t bounce, uint32_t slot) {
+  DELTALUX_ASSERT(bounce < bounces_.size());
   const BounceSegments::Chunk& chunk = bounces_[bounce].chunk(slot);
   const uint32_t i = slot % BounceSegments::kChunk;
   const Segment& s = chunk.segment[i];

@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "base/assertion.h"
 #include "base/direction.h"
 #include "base/vec.h"
 #include "scene/scene.h"
@@ -91,8 +92,14 @@ class BounceSegments {
   Segment& at(uint32_t slot) { return chunk(slot).segment[slot % kChunk]; }
   const Segment& at(uint32_t slot) const { return chunk(slot).segment[slot % kChunk]; }
   HitSlots& slots(uint32_t slot) { return chunk(slot).slots[slot % kChunk]; }
-  float& extended(uint32_t slot) { return chunk(slot).extended[slot % kChunk]; }
-  uint32_t& landing(uint32_t slot) { return chunk(slot).landing[slot % kChunk]; }
+  float& extended(uint32_t slot) {
+    DELTALUX_ASSERT(chunk(slot).extended);
+    return chunk(slot).extended[slot % kChunk];
+  }
+  uint32_t& landing(uint32_t slot) {
+    DELTALUX_ASSERT(chunk(slot).landing);
+    return chunk(slot).landing[slot % kChunk];
+  }
   /// The distance to the second hit, or the length if that is not kept.
   float extended_or_length(uint32_t slot) const {
     const Chunk& c = chunk(slot);
@@ -103,13 +110,22 @@ class BounceSegments {
     c.low[slot % kChunk] = box.low;
     c.high[slot % kChunk] = box.high;
   }
-  Chunk& chunk(uint32_t slot) { return *chunks_[slot / kChunk]; }
-  const Chunk& chunk(uint32_t slot) const { return *chunks_[slot / kChunk]; }
+  Chunk& chunk(uint32_t slot) {
+    DELTALUX_ASSERT(slot < size_);
+    return *chunks_[slot / kChunk];
+  }
+  const Chunk& chunk(uint32_t slot) const {
+    DELTALUX_ASSERT(slot < size_);
+    return *chunks_[slot / kChunk];
+  }
 
   /// Provides slots for `count` new segments, freed ones first. Not thread-safe.
   void allocate(size_t count, const Extras& extras, std::vector<uint32_t>& out);
   /// Frees a slot, whose segment must be marked as unused before. Not thread-safe.
-  void release(uint32_t slot) { free_.push_back(slot); }
+  void release(uint32_t slot) {
+    DELTALUX_ASSERT(at(slot).length < 0);
+    free_.push_back(slot);
+  }
   size_t bytes() const;
 
  private:

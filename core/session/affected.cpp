@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "base/assertion.h"
 #include "base/direction.h"
 #include "session/scan.h"
 
@@ -119,6 +120,12 @@ class Finder {
   std::vector<ScanBox> boxes_;
 };
 
+bool is_applied(const State& state, const ObjectChange& change) {
+  if (change.object >= state.scene.objects.size()) return false;
+  const Box& now = state.caster->object_bounds(change.object);
+  return now.low == change.after.low && now.high == change.after.high;
+}
+
 }  // namespace
 
 std::vector<Box> boxes_of(std::span<const ObjectChange> changes) {
@@ -142,6 +149,9 @@ std::vector<uint32_t> moved_samples(const State& state, std::span<const ObjectCh
 
 Affected find_affected(const State& state, std::span<const ObjectChange> changes,
                        std::span<const uint8_t> materials, Progress& progress) {
+  DELTALUX_ASSERT(std::all_of(changes.begin(), changes.end(), [&](const ObjectChange& change) {
+    return is_applied(state, change);
+  }));
   const Finder finder(state, changes, materials);
   const std::vector<BounceSegments>& bounces = state.store.bounces();
   Affected out;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "base/assertion.h"
 #include "base/direction.h"
 
 namespace deltalux::session {
@@ -103,6 +104,7 @@ void Deposit::for_slabs(uint32_t bounce, std::span<const uint32_t> slots,
 
 bool Deposit::counts(uint32_t bounce, const Segment& segment, uint16_t& slab) const {
   if (segment.length < 0) return false;
+  DELTALUX_ASSERT(segment.path < state_.cut.size());
   const size_t light = state_.light_of(segment.path);
   // Gradients come from discs in sessions with a final gather, too.
   const bool gathered = state_.gather && !sums_.moments;
@@ -115,6 +117,7 @@ bool Deposit::counts(uint32_t bounce, const Segment& segment, uint16_t& slab) co
 
 void Deposit::gather(SegmentBlock& block, uint32_t bounce, uint32_t slot, const Segment& segment,
                      uint16_t slab) const {
+  DELTALUX_ASSERT(block.count < kGrain && slab < state_.sum_groups() * kBatches);
   const size_t i = block.count++;
   const Vec3f w = decode_direction(segment.direction);
   block.ox[i] = segment.origin.x, block.oy[i] = segment.origin.y, block.oz[i] = segment.origin.z;
@@ -197,8 +200,11 @@ void Deposit::remove(uint32_t bounce, std::span<const uint32_t> slots) {
         gather(many, bounce, own[i], segment, slab);
         continue;
       }
-      for (uint32_t disc : hits.disc)
-        if (disc != HitSlots::kFree) sums_.add(slab, discs.id[disc], segment.power, -1);
+      for (uint32_t disc : hits.disc) {
+        if (disc == HitSlots::kFree) continue;
+        DELTALUX_ASSERT(disc < discs.size());
+        sums_.add(slab, discs.id[disc], segment.power, -1);
+      }
     }
     if (many.count) feeds_[0].add(many.span(), -1);
     to_moving(block, -1);

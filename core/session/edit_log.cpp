@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "base/assertion.h"
+
 namespace deltalux::session {
 
 std::vector<trace::Light> added_lights(const State& s, const scene::Scene& scene, uint32_t object) {
@@ -57,12 +59,16 @@ void EditLog::set(std::span<const scene::Edit> edits) {
   scene::Scene& scene = s_.scene;
   for (const scene::Edit& edit : edits) {
     if (const auto* move = std::get_if<scene::Move>(&edit)) {
+      DELTALUX_ASSERT(scene.objects[move->object].movable);
       scene.objects[move->object].pose = move->pose;
     } else if (const auto* presence = std::get_if<scene::SetPresent>(&edit)) {
+      DELTALUX_ASSERT(scene.objects[presence->object].movable);
       scene.objects[presence->object].present = presence->present;
     } else if (const auto* dim = std::get_if<scene::Dim>(&edit)) {
+      DELTALUX_ASSERT(dim->group < s_.group_factor.size() && dim->factor >= 0);
       s_.group_factor[dim->group] = dim->factor;
     } else if (const auto* paint = std::get_if<scene::SetReflectance>(&edit)) {
+      DELTALUX_ASSERT(paint->material < scene.materials.size());
       scene.materials[paint->material].reflectance = paint->reflectance;
     } else if (const auto* insert = std::get_if<scene::Insert>(&edit)) {
       scene.add_object(insert->object);

@@ -3,6 +3,7 @@
 // bounce.
 #include "session/path_update.h"
 
+#include "base/assertion.h"
 #include "base/stopwatch.h"
 
 namespace deltalux::session {
@@ -144,6 +145,7 @@ void PathUpdate::advance(std::vector<Wavefront> fresh, const Progress* progress)
 
 void PathUpdate::trace(uint32_t bounce, const Wavefront& wavefront,
                        std::vector<uint32_t>& children) {
+  DELTALUX_ASSERT(bounce < state_.options.max_bounces);
   const std::vector<uint32_t>& slots = wavefront.slots;
   BounceSegments* stored = &state_.store.bounce(bounce);
   const size_t blocks = (slots.size() + kGrain - 1) / kGrain;

@@ -3,7 +3,10 @@
 // which is that of memory.
 #include "session/pending.h"
 
+#include <algorithm>
 #include <array>
+
+#include "base/assertion.h"
 
 namespace deltalux::session {
 
@@ -21,14 +24,18 @@ EditMarks::EditMarks(State& state, std::vector<PendingPath>& waiting)
 }
 
 void EditMarks::mark(const PendingPath& path) {
+  DELTALUX_ASSERT(path.path < state_.cut.size() && path.bounce < kNotCut);
+  DELTALUX_ASSERT(state_.store.bounces()[path.bounce].at(path.slot).path == path.path);
   uint8_t& cut = state_.cut[path.path];
   if (cut <= path.bounce) return;
   // An edit visits a path's bounces in ascending order, so an existing mark is that of an older
   // edit.
-  if (cut == kNotCut)
+  if (cut == kNotCut) {
     waiting_.push_back(path);
-  else
+  } else {
+    DELTALUX_ASSERT(waiting_[place_[path.path]].path == path.path);
     waiting_[place_[path.path]] = path;
+  }
   cut = path.bounce;
 }
 
@@ -45,6 +52,14 @@ void EditMarks::order() {
   std::vector<PendingPath> sorted(group.size());
   for (size_t i = 0; i < group.size(); ++i) sorted[start[group[i]]++] = waiting_[older_ + i];
   std::copy(sorted.begin(), sorted.end(), waiting_.begin() + long(older_));
+}
+
+bool agree(std::span<const uint8_t> cut, std::span<const PendingPath> waiting) {
+  const auto uncut = size_t(std::count(cut.begin(), cut.end(), kNotCut));
+  return cut.size() - uncut == waiting.size() &&
+         std::all_of(waiting.begin(), waiting.end(), [&](const PendingPath& path) {
+           return path.path < cut.size() && cut[path.path] == path.bounce;
+         });
 }
 
 }  // namespace deltalux::session

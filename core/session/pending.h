@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The list of paths that wait to be traced again: each path once, in the order of replacement.
 #pragma once
+#include <span>
 #include <vector>
 
 #include "session/path_update.h"
@@ -31,5 +32,8 @@ class EditMarks {
   std::vector<uint32_t> place_;
   size_t older_;
 };
+
+/// Whether the marks (State::cut) are those of the waiting paths, and of no other.
+bool agree(std::span<const uint8_t> cut, std::span<const PendingPath> waiting);
 
 }  // namespace deltalux::session

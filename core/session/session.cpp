@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "base/assertion.h"
 #include "base/cpu.h"
 #include "base/error.h"
 #include "samples/curve_order.h"
@@ -281,6 +282,7 @@ void Session::refresh_areas(const std::vector<ObjectChange>* changes) {
 }
 
 void Session::check_whole() const {
+  DELTALUX_ASSERT(step_ == Step::rest);
   if (damaged_)
     throw Error(
         "session: memory ran out in the middle of an update, and again when everything was "

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/archive.h"
+#include "base/assertion.h"
 #include "base/progress.h"
 #include "base/stopwatch.h"
 #include "direct/direct_light.h"
@@ -157,6 +158,14 @@ class Session {
   void restore(ArchiveSource& archive, Progress& progress);
 
  private:
+  /// How far an update is. Only at rest, results may be read: sums, marks and scene belong
+  /// together.
+  enum class Step : uint8_t {
+    rest,
+    applied,   ///< the scene is the new one, and what that affects is found
+    marked,    ///< affected paths are cut and wait
+    replaced,  ///< as many of them as were asked for are traced again
+  };
   /// A callback for read_samples() that reads the gathered light of every sample.
   auto all_gathered() const;
   /// Reads the gathered light of samples [begin, end), with pooled errors if `errors`.
@@ -332,6 +341,11 @@ class Session {
   /// Throws Error if an update failed in the middle and so did rebuild(), so that there is no valid
   /// state.
   void check_whole() const;
+  /// Enters the next step of an update.
+  void enter(Step from, Step next) {
+    DELTALUX_ASSERT(step_ == from);
+    step_ = next;
+  }
   double bytes_per_segment() const;
   double choose_irradiance_quantum() const;
   std::unique_ptr<direct::DirectLight> make_direct(double irradiance_quantum) const;
@@ -358,6 +372,7 @@ class Session {
   std::future<void> disposal_;
   bool baked_ = false;
   bool edits_applied_ = true;
+  Step step_ = Step::rest;
   bool damaged_ = false;  ///< whether an update failed in the middle, and so did rebuild()
 };
 

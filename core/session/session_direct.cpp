@@ -109,7 +109,7 @@ void Session::update_direct(std::span<const ObjectChange> changes, size_t old_li
                             double budget_ms, Progress& progress) {
   const State& s = *state_;
   if (changes.empty() && old_lights == s.lights.size() && direct_->current_share() == 1) return;
-  direct::Change change;
+  direct::DirectChange change;
   std::vector<uint8_t> changed(s.scene.objects.size());
   for (const ObjectChange& c : changes) changed[c.object] = 1;
   change.boxes = boxes_of(changes);

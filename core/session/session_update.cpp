@@ -4,6 +4,7 @@
 #include <numbers>
 #include <utility>
 
+#include "base/assertion.h"
 #include "base/error.h"
 #include "session/edit_log.h"
 #include "session/pending.h"
@@ -49,6 +50,7 @@ void add_paths(State& s, EditMarks& marks) {
   s.store.bounce(0).allocate(all - s.cut.size(), s.store.extras(), slots);
   s.cut.resize(all, kNotCut);
   for (uint32_t slot : slots) {
+    DELTALUX_ASSERT(slot < all);  // the number of a slot of bounce 0 is the path's
     s.store.bounce(0).at(slot) = segments::unused_segment(slot);
     s.store.bounce(0).slots(slot) = {};
     marks.mark(whole_path(slot));
@@ -139,12 +141,18 @@ void Session::check(const scene::Edit& edit, std::span<const scene::Edit> before
     for (int c = 0; c < 3; ++c)
       if (!(paint->reflectance[c] >= 0 && paint->reflectance[c] <= 1))
         throw OptionError("reflectance: expected 0 to 1 per channel");
+    const scene::Material& material = scene.materials[paint->material];
+    if (!material.admits(paint->reflectance))
+      throw OptionError("reflectance: the surface of material \"" + material.name +
+                        "\" would reflect more than it receives where it is brightest; expected "
+                        "a lower mean");
   }
 }
 
 Frame Session::update(std::span<const scene::Edit> edits, double budget_ms, Progress& progress) {
   edits_applied_ = false;
   if (damaged_) rebuild(progress);
+  DELTALUX_ASSERT(step_ == Step::rest && agree(state_->cut, pending_));
   for (size_t i = 0; i < edits.size(); ++i) check(edits[i], edits.first(i));
   Frame frame;
   Stopwatch watch;
@@ -152,6 +160,7 @@ Frame Session::update(std::span<const scene::Edit> edits, double budget_ms, Prog
   const Affected affected = apply(edits, log, budget_ms, watch, progress, frame);
   edits_applied_ = true;
   if (!baked_) return frame;
+  enter(Step::rest, Step::applied);
   frame.scanned_segments = affected.scanned;
   frame.candidates = affected.candidates;
   size_t refused = 0;
@@ -226,11 +235,13 @@ size_t Session::follow(std::span<const scene::Edit> edits, const EditLog& log,
   frame.end_stage("gather", watch);
   if (!log.changes().empty()) refresh_areas(&log.changes());
   frame.end_stage("areas", watch);
+  enter(Step::replaced, Step::rest);
   return refused;
 }
 
 void Session::rebuild(Progress& progress) {
   damaged_ = true;
+  step_ = Step::rest;  // wherever the update failed
   Frame frame;
   Progress unstoppable;
   pending_.clear();
@@ -263,6 +274,8 @@ size_t Session::replace_paths(const EditLog& log, const Affected& affected, doub
                   segment.hit_known, segment.hit});
   if (s.lights.size() > log.old_lights()) add_paths(s, marks);
   if (budget_ms != 0) marks.order();
+  enter(Step::applied, Step::marked);
+  DELTALUX_ASSERT(agree(s.cut, pending_));
 
   // Sum the samples of moved objects anew, from the stored segments near the new pose.
   std::vector<size_t> again;
@@ -327,6 +340,8 @@ size_t Session::run_pending(double budget_ms, Progress& progress, Frame& frame,
     step = size_t(std::clamp(fits, 1.0, double(std::min(2 * step, kMaxPerStep))));
   } while (done < total && !progress.cancelled());
   pending_.erase(pending_.begin(), pending_.begin() + long(done));
+  enter(Step::marked, Step::replaced);
+  DELTALUX_ASSERT(agree(s.cut, pending_));
   frame.affected_paths = update.counts().paths;
   frame.removed_segments = update.counts().removed;
   frame.retraced_segments = update.counts().retraced;

@@ -189,9 +189,11 @@ void Session::restore_scene(ArchiveSource& archive) {
   snapshot::check_poses(original, s.scene);
   const auto reflectance = archive.read_all<float>("reflectance", 3 * s.scene.materials.size());
   snapshot::check_range("reflectance", reflectance, 0, 1);
-  for (size_t m = 0; m < s.scene.materials.size(); ++m)
-    s.scene.materials[m].reflectance = {reflectance[3 * m], reflectance[3 * m + 1],
-                                        reflectance[3 * m + 2]};
+  for (size_t m = 0; m < s.scene.materials.size(); ++m) {
+    const Vec3f own{reflectance[3 * m], reflectance[3 * m + 1], reflectance[3 * m + 2]};
+    check(scene::SetReflectance{uint32_t(m), own}, {});
+    s.scene.materials[m].reflectance = own;
+  }
   s.group_factor = archive.read_all<double>("group_factor", s.scene.group_count);
   for (uint32_t group = 0; group < s.scene.group_count; ++group)
     check(scene::Dim{group, s.group_factor[group]}, {});

@@ -4,7 +4,6 @@
 #include "session/unreached.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace deltalux::session {
 namespace {
@@ -14,11 +13,8 @@ constexpr size_t kAsked = 1024;  // samples examined at most, evenly spaced
 /// Per channel, the largest share of a path's power that one reflection can leave.
 Vec3d scattered_share(const scene::Scene& scene) {
   Vec3d most{};
-  for (const scene::Material& material : scene.materials) {
-    const Vec3d r(material.reflectance);
-    const double survival = std::sqrt(std::max({r.x, r.y, r.z}));
-    for (int c = 0; survival > 0 && c < 3; ++c) most[c] = std::max(most[c], r[c] / survival);
-  }
+  for (const scene::Material& material : scene.materials)
+    most = max(most, material.kind->max_throughput(material));
   return most;
 }
 

@@ -83,7 +83,7 @@ void occluded16(const int* valid, RTCScene scene, RTCRay16& rays) {
 /// A query that records every hit and accepts none.
 struct Collector {
   QueryContext context;  // must be first: Embree passes its address back
-  std::span<Passage> out;
+  std::span<Intersection> out;
   size_t count = 0;
 
   static void note(const RTCFilterFunctionNArguments* arguments) {
@@ -100,6 +100,19 @@ struct Collector {
     self.out[self.count++] = {ray.tfar, along < 0 ? 1 : -1, hit.primID};
   }
 };
+
+/// Rejects hits where rays pass straight through.
+void reject_holes(const RTCFilterFunctionNArguments* arguments) {
+  const Holes& holes = *static_cast<const Holes*>(arguments->geometryUserPtr);
+  RTCHitN* hits = arguments->hit;
+  for (unsigned i = 0; i < arguments->N; ++i) {
+    if (arguments->valid[i] != -1) continue;
+    const uint32_t primitive = holes.first_primitive + RTCHitN_primID(hits, arguments->N, i);
+    if (holes.scene->lets_pass(primitive, RTCHitN_u(hits, arguments->N, i),
+                               RTCHitN_v(hits, arguments->N, i)))
+      arguments->valid[i] = 0;
+  }
+}
 
 }  // namespace
 
@@ -126,7 +139,8 @@ std::string EmbreeDevice::description() const {
 }
 
 EmbreeScene::EmbreeScene(const EmbreeDevice& own, std::span<const Vec3f> vertices,
-                         std::span<const std::array<uint32_t, 3>> triangles, Progress* progress) {
+                         std::span<const std::array<uint32_t, 3>> triangles, Progress* progress,
+                         const std::optional<Holes>& holes) {
   if (fault::due(fault::Kind::commit)) throw Error("Embree: a failure on purpose");
   const auto device = static_cast<RTCDevice>(own.device_.get());
   rtcGetDeviceError(device);  // clear the error that an earlier failure may have left
@@ -146,6 +160,12 @@ EmbreeScene::EmbreeScene(const EmbreeDevice& own, std::span<const Vec3f> vertice
   }
   if (!vertices.empty()) std::memcpy(points, vertices.data(), vertices.size_bytes());
   if (!triangles.empty()) std::memcpy(indices, triangles.data(), triangles.size_bytes());
+  if (holes) {
+    holes_ = std::make_shared<Holes>(*holes);
+    rtcSetGeometryUserData(geometry, const_cast<Holes*>(holes_.get()));
+    rtcSetGeometryIntersectFilterFunction(geometry, reject_holes);
+    rtcSetGeometryOccludedFilterFunction(geometry, reject_holes);
+  }
   rtcCommitGeometry(geometry);
   rtcSetSceneFlags(scene, kSceneFlags);
   rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
@@ -173,7 +193,9 @@ Hit EmbreeScene::closest(uint32_t first_primitive, Vec3f o, Vec3f d, float from,
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
   return {query.ray.tfar,
           first_primitive + query.hit.primID,
-          {query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z}};
+          {query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z},
+          query.hit.u,
+          query.hit.v};
 }
 
 bool EmbreeScene::occluded(Vec3f o, Vec3f d, float to) const {
@@ -226,7 +248,7 @@ RayBits EmbreeScene::occluded(const RayFan& fan, const RayBits& wanted) const {
   return blocked;
 }
 
-size_t EmbreeScene::passages(Vec3f o, Vec3f d, std::span<Passage> out) const {
+size_t EmbreeScene::intersections(Vec3f o, Vec3f d, std::span<Intersection> out) const {
   if (!can_be_traced(o, d)) return 0;
   Collector collector{{}, out};
   RTCRayHit query;

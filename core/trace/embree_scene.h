@@ -2,6 +2,7 @@
 // An acceleration structure over triangles. Only embree_scene.cpp knows Embree (3.13 or 4).
 #pragma once
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -23,24 +24,34 @@ class EmbreeDevice {
   std::shared_ptr<void> device_;
 };
 
+/// Tells where rays pass straight through triangles.
+struct Holes {
+  const scene::Scene* scene;
+  uint32_t first_primitive;  ///< of the triangles
+};
+
 /// An immutable acceleration structure. Queries are thread-safe. A ray that Embree cannot handle
 /// (not finite, beyond kFarthest, without direction) hits nothing.
 class EmbreeScene {
  public:
   EmbreeScene() = default;  ///< empty
-  /// Copies the triangles. Throws Cancelled, or Error if memory runs out.
+  /// Copies the triangles. If there are `holes`, their scene must outlive this structure and all
+  /// its copies. Throws Cancelled, or Error if memory runs out.
   EmbreeScene(const EmbreeDevice& device, std::span<const Vec3f> vertices,
-              std::span<const std::array<uint32_t, 3>> triangles, Progress* progress);
+              std::span<const std::array<uint32_t, 3>> triangles, Progress* progress,
+              const std::optional<Holes>& holes = {});
 
   explicit operator bool() const { return scene_ != nullptr; }
   Hit closest(uint32_t first_primitive, Vec3f o, Vec3f d, float from, float to) const;
   bool occluded(Vec3f o, Vec3f d, float to) const;
   /// Which of the rays in `wanted` are blocked.
   RayBits occluded(const RayFan& fan, const RayBits& wanted) const;
-  /// All passages of the ray, one per triangle, in no order; as many as `out` has room for.
-  size_t passages(Vec3f o, Vec3f d, std::span<Passage> out) const;
+  /// All intersections of the ray, holes aside, one per triangle, in no order; as many as `out` has
+  /// room for.
+  size_t intersections(Vec3f o, Vec3f d, std::span<Intersection> out) const;
 
  private:
+  std::shared_ptr<const Holes> holes_;  // null if there are none
   std::shared_ptr<void> scene_;
 };
 

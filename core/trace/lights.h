@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "base/assertion.h"
 #include "base/random.h"
 #include "base/vec.h"
 #include "lights/kind.h"
@@ -90,6 +91,7 @@ Emission emit(const Light& light, uint64_t seed, uint64_t index, uint32_t batche
 
 /// The batch of a path within its light; batches are contiguous ranges of equal size.
 inline uint32_t batch_of(const Light& light, uint64_t index, uint32_t batches) {
+  DELTALUX_ASSERT(index < light.path_count);
   return uint32_t(index * batches / light.path_count);
 }
 

@@ -14,7 +14,8 @@ namespace deltalux::trace {
 struct Hit {
   float t = std::numeric_limits<float>::infinity();
   uint32_t primitive = scene::kNone;  ///< in the numbering of Scene
-  Vec3f normal{};  ///< geometric normal; its side follows the winding; not normalised
+  Vec3f normal{};      ///< geometric normal; its side follows the winding; not normalised
+  float u = 0, v = 0;  ///< barycentrics, see surfaces::Point
   bool valid() const { return primitive != scene::kNone; }
 };
 
@@ -28,8 +29,8 @@ struct RayFan {
 };
 using RayBits = std::array<uint64_t, RayFan::kMaxRays / 64>;  ///< one bit per ray of a fan
 
-/// A point where a line passes through a surface.
-struct Passage {
+/// A point where a line goes through a surface.
+struct Intersection {
   float t;
   int into;            ///< +1 from front to back, -1 from back to front
   uint32_t primitive;  ///< within its own acceleration structure

@@ -5,7 +5,30 @@
 #include <algorithm>
 #include <array>
 
+#include "base/assertion.h"
+
 namespace deltalux::trace {
+
+namespace {
+
+/// The holes of one object, or with kNone of all static ones; none if its surfaces are opaque.
+std::optional<Holes> holes_of(const scene::Scene& scene, uint32_t index) {
+  const bool all_static = index == scene::kNone;
+  const auto has_holes = [&](const scene::Object& object) {
+    return std::any_of(object.material.begin(), object.material.end(), [&](uint32_t m) {
+      return !scene.materials[m].kind->is_opaque(scene.materials[m]);
+    });
+  };
+  if (!all_static) {
+    const scene::Object& object = scene.objects[index];
+    return has_holes(object) ? std::optional(Holes{&scene, object.first_primitive}) : std::nullopt;
+  }
+  for (const scene::Object& object : scene.objects)
+    if (!object.movable && has_holes(object)) return Holes{&scene, 0};
+  return std::nullopt;
+}
+
+}  // namespace
 
 RayCaster::RayCaster(const scene::Scene& scene, Progress& progress) {
   std::vector<Vec3f> vertices;
@@ -18,7 +41,7 @@ RayCaster::RayCaster(const scene::Scene& scene, Progress& progress) {
     for (const auto& t : object.triangles)
       triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
   }
-  static_ = EmbreeScene(device_, vertices, triangles, &progress);
+  static_ = EmbreeScene(device_, vertices, triangles, &progress, holes_of(scene, scene::kNone));
   for (uint32_t i = 0; i < scene.primitives(); ++i) margin_ = std::max(margin_, scene.slack_of(i));
   margin_ += position_slack({scene.world().reach(), 0, 0});
   movables_.resize(scene.objects.size());
@@ -40,7 +63,7 @@ void RayCaster::update_object(const scene::Scene& scene, uint32_t index) {
     fresh.solid = EmbreeScene(device_, object.vertices, object.triangles, nullptr);
   if (object.present && !object.triangles.empty()) {
     const std::vector<Vec3f> vertices = object.world_vertices();
-    fresh.scene = EmbreeScene(device_, vertices, object.triangles, nullptr);
+    fresh.scene = EmbreeScene(device_, vertices, object.triangles, nullptr, holes_of(scene, index));
     Box box;
     for (const Vec3f& v : vertices) box.grow(v);
     fresh.bounds = box.padded(margin);
@@ -52,6 +75,7 @@ void RayCaster::update_object(const scene::Scene& scene, uint32_t index) {
 }
 
 RayCaster::Saved RayCaster::save_object(uint32_t object) const {
+  DELTALUX_ASSERT(object < movables_.size());
   Saved saved;
   saved.object_ = object;
   saved.movable_ = movables_[object];
@@ -59,6 +83,7 @@ RayCaster::Saved RayCaster::save_object(uint32_t object) const {
 }
 
 void RayCaster::put_back(Saved&& saved) noexcept {
+  DELTALUX_ASSERT(saved.object_ < movables_.size());
   movables_[saved.object_] = std::move(saved.movable_);
   list_present();
 }
@@ -84,6 +109,7 @@ Hit RayCaster::closest_static(Vec3f o, Vec3f d, float from, float to) const {
 }
 
 Hit RayCaster::closest_object(uint32_t object, Vec3f o, Vec3f d, float from, float to) const {
+  DELTALUX_ASSERT(object < movables_.size());
   const Movable& movable = movables_[object];
   if (!movable.scene) return {};
   return movable.scene.closest(movable.first_primitive, o, d, from, to);
@@ -91,6 +117,7 @@ Hit RayCaster::closest_object(uint32_t object, Vec3f o, Vec3f d, float from, flo
 
 Hit RayCaster::closer(const Hit& best, uint32_t object, Vec3f o, Vec3f d, float from,
                       float to) const {
+  DELTALUX_ASSERT(object < movables_.size());
   const Movable& movable = movables_[object];
   // Skipping an object by its padded box is safe: if the box is beyond `best`, its triangles are
   // strictly beyond.
@@ -112,6 +139,7 @@ bool RayCaster::occluded_static(Vec3f o, Vec3f d, float to) const {
 }
 
 bool RayCaster::occluded_object(uint32_t object, Vec3f o, Vec3f d, float to) const {
+  DELTALUX_ASSERT(object < movables_.size());
   const Movable& movable = movables_[object];
   return movable.scene && reaches(movable, o, d, to) && movable.scene.occluded(o, d, to);
 }
@@ -129,6 +157,7 @@ RayBits RayCaster::occluded_static(const RayFan& fan, const RayBits& wanted) con
 
 RayBits RayCaster::occluded_object(uint32_t object, const RayFan& fan,
                                    const RayBits& wanted) const {
+  DELTALUX_ASSERT(object < movables_.size());
   const Movable& movable = movables_[object];
   if (!movable.scene) return {};
   return movable.scene.occluded(fan, wanted);
@@ -136,35 +165,35 @@ RayBits RayCaster::occluded_object(uint32_t object, const RayFan& fan,
 
 void RayCaster::add_inside(uint32_t object, Vec3f o, Vec3f d, float to,
                            std::vector<Stretch>& out) const {
-  // passages; an object with more of them on one line is treated as not closed
-  constexpr size_t kMaxPassages = 512;
+  // intersections; an object with more of them on one line is treated as not closed
+  constexpr size_t kMaxIntersections = 512;
   constexpr int kTries = 4;
   const Movable& movable = movables_[object];
   if (!movable.scene || !movable.solid || !reaches(movable, o, d, to)) return;
   // Examine the whole line, from before the object: every entry must have an exit.
   const float before = length(movable.bounds.extent()) + length(movable.bounds.centre() - o);
   const Vec3f from = movable.to_local.point(o);
-  std::array<Passage, kMaxPassages> passages;
+  std::array<Intersection, kMaxIntersections> intersections;
   for (int attempt = 0; attempt < kTries; ++attempt) {
     // A line through an edge may hit one of its triangles or both; then retry with a line slightly
     // beside it.
     const float aside = 1e-4f * float(attempt);
     const Vec3f turned = movable.to_local.direction(d) + Vec3f{aside, -aside, 0.5f * aside};
     const Vec3f w = normalize(turned);
-    const size_t count = movable.solid.passages(from - w * before, w, passages);
-    if (count == kMaxPassages) return;
-    const auto end = passages.begin() + long(count);
-    std::sort(passages.begin(), end, [](const Passage& a, const Passage& b) {
+    const size_t count = movable.solid.intersections(from - w * before, w, intersections);
+    if (count == kMaxIntersections) return;
+    const auto end = intersections.begin() + long(count);
+    std::sort(intersections.begin(), end, [](const Intersection& a, const Intersection& b) {
       return a.t != b.t ? a.t < b.t : a.primitive < b.primitive;
     });
     int sum = 0;
-    for (size_t i = 0; i < count; ++i) sum += passages[i].into;
+    for (size_t i = 0; i < count; ++i) sum += intersections[i].into;
     if (sum != 0) continue;
     int winding = 0;
     for (size_t i = 0; i + 1 < count; ++i) {
-      winding += passages[i].into;
-      const Stretch inside{std::max(0.0f, passages[i].t - before),
-                           std::min(to, passages[i + 1].t - before)};
+      winding += intersections[i].into;
+      const Stretch inside{std::max(0.0f, intersections[i].t - before),
+                           std::min(to, intersections[i + 1].t - before)};
       if (winding != 0 && inside.begin < inside.end) out.push_back(inside);
     }
     return;

@@ -27,6 +27,7 @@ struct Stretch {
 /// happens to one object never changes the bits of another object's hit.
 class RayCaster {
  public:
+  /// If surfaces of the scene have holes, the scene must outlive the caster.
   RayCaster(const scene::Scene& scene, Progress& progress);
   RayCaster(const RayCaster&) = delete;
   RayCaster& operator=(const RayCaster&) = delete;

@@ -2,34 +2,15 @@
 // How a path leaves the surface that it hit.
 #pragma once
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 
+#include "base/hemisphere.h"
 #include "base/vec.h"
 #include "trace/ray_caster.h"
 
 namespace deltalux::trace {
 
-/// Cosine-distributed direction about the unit vector n (concentric map, Shirley & Chiu 1997).
-inline Vec3f cosine_direction(Vec3f n, float r, float s) {
-  const float a = 2 * r - 1, b = 2 * s - 1;
-  float radius = 0, phi = 0;
-  if (a * a > b * b) {
-    radius = a;
-    phi = (std::numbers::pi_v<float> / 4) * (b / a);
-  } else if (b != 0) {
-    radius = b;
-    phi = (std::numbers::pi_v<float> / 2) - (std::numbers::pi_v<float> / 4) * (a / b);
-  }
-  const float x = radius * std::cos(phi), y = radius * std::sin(phi);
-  return turned({x, y, std::sqrt(std::max(0.0f, 1 - x * x - y * y))}, n);
-}
-
 /// The unit normal on the side that a ray along w came from.
-inline Vec3f facing_normal(const Hit& hit, Vec3f w) {
-  const Vec3f n = normalize(hit.normal);
-  return dot(n, w) > 0 ? -n : n;
-}
+inline Vec3f facing_normal(const Hit& hit, Vec3f w) { return facing(hit.normal, w); }
 
 /// How far above a surface a path leaves it, so that rounding does not put it below (as in pbrt).
 /// `plane`: Scene::slack_of() of the surface.

@@ -8,7 +8,17 @@ from .io import load
 from .planning import Plan, plan
 from .results import Estimate, Frame, Result
 from .samples import Samples
-from .scene import Camera, Material, Mesh, Node, PointLight, Scene, SpotLight, SunLight
+from .scene import (
+    Camera,
+    DiffuseSurface,
+    Material,
+    Mesh,
+    Node,
+    PointLight,
+    Scene,
+    SpotLight,
+    SunLight,
+)
 from .segments import Segments, trace, uniform_lines
 from .server import serve, view
 from .session import Session
@@ -17,6 +27,7 @@ from .version import __version__
 __all__ = [
     "Camera",
     "Cancelled",
+    "DiffuseSurface",
     "Error",
     "Estimate",
     "FormatError",

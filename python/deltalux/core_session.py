@@ -1,101 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The core's session: checks its options, and converts scene and samples to the core's input."""
+"""The core's session: converts scene, samples and options to the core's input, and edits' arguments."""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, TypedDict
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from . import _core
 from .errors import OptionError
-from .estimate.inputs import SEGMENT_ENDS, check_choice
-from .memory import available_memory
+from .estimate.inputs import check_choice
 from .samples import Samples
 from .scene import Mesh, Scene
 from .scene.flatten import FlatScene
 from .scene.frame import is_lost, place_slack
-from .segments import check_bounces, check_integer, check_paths, check_seed, check_threads
+from .segments import check_integer
+from .session_options import RAY_COUNTS, core_options
 
-DIRECT_MODES = ("auto", "paths", "sampled")
 LIGHT_PARTS = ("all", "direct", "indirect")
-RAY_COUNTS = (8, 65536)  # bounds of the number of rays of a place
-DISC_AREAS = ("reachable", "whole")
-METHODS = ("auto", *_core.METHODS)
-# Rays per sample with gather="auto": an entry applies if all samples together cast at most this many rays.
-# More rays than 256, for few samples, cost no more time than 16,384 samples of 256 rays do. With fewer than
-# 64 rays, light under narrow spots is far noisier than it should be.
-RAYS = {1536: 1 << 22, 1024: 1 << 22, 512: 1 << 22, 256: 1 << 24, 128: 1 << 24, 64: 1 << 24}
 AT_REST = 0xFFFFFFFF  # object number of samples that belong to no movable
-
-
-class SessionOptions(TypedDict):
-    """Options of a session, checked; a session file stores them."""
-
-    paths: int
-    seed: int
-    threads: int | None
-    segment_end: str
-    disc_area: str
-    direct: str
-    static_method: str
-    moving_method: str
-    max_bounces: int
-    memory_limit: int | None
-    gather: str | int
-
-
-def checked_options(options: SessionOptions) -> SessionOptions:
-    """Check the options; counts become Python integers, which the session file's JSON can hold.
-
-    Raises
-    ------
-    OptionError
-    """
-    check_choice("segment_end", options["segment_end"], SEGMENT_ENDS)
-    check_choice("disc_area", options["disc_area"], DISC_AREAS)
-    check_choice("direct", options["direct"], DIRECT_MODES)
-    check_choice("static_method", options["static_method"], METHODS)
-    check_choice("moving_method", options["moving_method"], METHODS)
-    check_paths(options["paths"])
-    check_seed(options["seed"])
-    check_threads(options["threads"])
-    check_bounces(options["max_bounces"])
-    gather_rays(options["gather"])
-    limit = options["memory_limit"]
-    if limit is not None and not 0 < limit < 2**63:
-        raise OptionError(f"memory_limit: found {limit}, expected bytes, or None for what is free")
-    good = options.copy()
-    good["paths"], good["seed"] = int(options["paths"]), int(options["seed"])
-    return good
-
-
-def resolved_gather(gather: str | int, samples: int, segment_end: str, disc_area: str) -> str | int:
-    """The value that "auto" stands for; any other value unchanged."""
-    if gather != "auto":
-        return gather
-    if (segment_end, disc_area) != ("first", "reachable"):
-        return "off"
-    fitting = (rays for rays, together in RAYS.items() if rays * samples <= together)
-    return next(fitting, "off")
-
-
-def default_paths(gather: str | int) -> int:
-    """Default number of paths: discs need many, whereas the cells that rays read need fewer."""
-    return 1_000_000 if gather == "off" else 300_000
-
-
-def gather_rays(gather: str | int) -> int:
-    """Rays of each sample; 0: all light is estimated by discs.
-
-    Raises
-    ------
-    OptionError
-    """
-    if gather == "off":
-        return 0
-    check_integer("gather", gather, *RAY_COUNTS)
-    return int(gather)
 
 
 def check_asked(part: str, rays: int | None, gather: str | int) -> None:
@@ -177,7 +101,7 @@ def _core_points(flat: FlatScene, samples: Samples) -> np.ndarray:
     return np.ascontiguousarray(samples.points - begin, np.float32)
 
 
-def make_core_session(scene: Scene, flat: FlatScene, samples: Samples, options: SessionOptions) -> Any:
+def make_core_session(scene: Scene, flat: FlatScene, samples: Samples, options: Mapping[str, Any]) -> Any:
     """A session of the core, before its bake.
 
     Raises
@@ -185,24 +109,13 @@ def make_core_session(scene: Scene, flat: FlatScene, samples: Samples, options: 
     OptionError, SceneError
     """
     numbers = [AT_REST if name is None else movable_index(scene, flat, name) for name in samples.attached]
-    limit = options["memory_limit"]
     return _core.Session(
         flat.core,
-        _core_points(flat, samples),
-        np.ascontiguousarray(samples.normals, np.float32),
-        np.ascontiguousarray(samples.radius, np.float32),
-        np.array(numbers, np.uint32),
-        options["paths"],
-        options["seed"],
-        options["threads"] or 0,
-        options["segment_end"],
-        options["disc_area"],
-        options["direct"],
-        options["static_method"],
-        options["moving_method"],
-        options["max_bounces"],
-        available_memory() if limit is None else int(limit),
-        gather_rays(options["gather"]),
+        points=_core_points(flat, samples),
+        normals=np.ascontiguousarray(samples.normals, np.float32),
+        radius=np.ascontiguousarray(samples.radius, np.float32),
+        attached=np.array(numbers, np.uint32),
+        options=core_options(options),
     )
 
 

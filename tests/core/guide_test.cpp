@@ -132,7 +132,7 @@ TEST(Guide, DrawnDirectionsBringTheSameLightWithLessNoise) {
   const Turn turn(GuideColumns(guiding.guides), none, from, n);
   for (uint32_t i = 0; i < kCount; ++i) {
     const auto r = sobol::sample(i, 5);
-    const double a = light(from, trace::cosine_direction(n, r[0], r[1]));
+    const double a = light(from, cosine_direction(n, r[0], r[1]));
     bool in_beam = false;
     const Aim next = turn.draw(r[2], r[1], in_beam);
     const double b = next.w == Vec3f{} ? 0.0
@@ -173,7 +173,7 @@ TEST_P(GuidedRays, EachPartBringsTheSameLight) {
   for (uint32_t ray = 0; ray < rays; ++ray) ++count[part_of(ray)];
   for (uint32_t i = 0; i < 1u << 18; ++i) {
     const auto r = sobol::sample(i, 5);
-    even += light(from_, trace::cosine_direction(n_, r[0], r[1])) / (1u << 18);
+    even += light(from_, cosine_direction(n_, r[0], r[1])) / (1u << 18);
   }
   for (uint32_t sample = 0; sample < 500; ++sample) {
     const SampleRays own(directions, guiding_, none_, sample, rays,

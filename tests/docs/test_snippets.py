@@ -10,7 +10,7 @@ from typing import Any
 import deltalux as dl
 import pytest
 from builders.gltf import GltfBuilder
-from deltalux import core_session
+from deltalux import session_options
 from deltalux.samples import samples
 from deltalux.scene import replace_scene
 
@@ -47,8 +47,8 @@ def _quick(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     few = replace_scene(office, meshes=[thinned(mesh) for mesh in office.meshes])
     assert few.groups == office.groups
     monkeypatch.setattr(dl.scenes, "office", lambda: few)
-    monkeypatch.setattr(core_session, "default_paths", lambda gather: 2000)
-    monkeypatch.setattr(core_session, "RAYS", {16: 1 << 30})
+    monkeypatch.setattr(session_options, "default_paths", lambda gather: 2000)
+    monkeypatch.setattr(session_options, "RAYS", {16: 1 << 30})
     refine = samples.refine
     monkeypatch.setattr(
         samples, "refine", lambda scene, spacing, **options: refine(scene, spacing or COARSE, **options)

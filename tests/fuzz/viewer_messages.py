@@ -20,6 +20,7 @@ MOVABLES, GROUPS, MATERIALS = (
     ["ceiling", "desk"],
     ["wall", "paint", "ceiling glow", "glow"],
 )
+FIXED = ["walls", "ceiling lamp"]
 FILES = [
     "a.glb",
     "b.csv",
@@ -99,7 +100,7 @@ def request(rng: Rng) -> dict[str, Any]:
     kinds = (
         ["move"] * 8 + ["dim"] * 3 + ["reflectance"] * 2 + ["remove", "add"] * 2 + ["undo"] * 4 + ["redo"] * 2
     )
-    kinds += ["finish", "read", "edit", "edit"]
+    kinds += ["finish", "read", "edit", "edit", "make_movable", "add_lamp"]
     kind = str(pick(rng, [*kinds, "bake", "check", "cancel", "budget", "export", "ack", "ack"]))
     message: dict[str, Any] = {"type": kind, "id": int(rng.integers(1000))}
     if kind in ("move", "remove", "add"):
@@ -120,6 +121,10 @@ def request(rng: Rng) -> dict[str, Any]:
         message["edits"] = [request(rng) for _ in range(rng.integers(4))]
         for each in message["edits"]:
             each.pop("id", None)
+    elif kind == "make_movable":
+        message["mesh"] = pick(rng, [*MOVABLES, *FIXED])
+    elif kind == "add_lamp":
+        message["position"] = pose(rng)[12:15]
     elif kind == "export":
         message["file"] = pick(rng, FILES)
     elif kind == "ack":

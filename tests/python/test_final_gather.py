@@ -6,7 +6,7 @@ from __future__ import annotations
 import deltalux as dl
 import numpy as np
 import pytest
-from deltalux import core_session
+from deltalux import session_options
 from oracles import office_reference as reference
 from oracles import world
 from oracles.metrics import change_error, relative_error
@@ -194,8 +194,8 @@ def test_gradients_are_those_of_discs(session):
     ],
 )
 def test_defaults_keep_to_so_many_rays(samples, rays, paths):
-    asked = core_session.resolved_gather("auto", samples, "first", "reachable")
-    assert (asked, core_session.default_paths(asked)) == (rays, paths)
+    asked = session_options.resolved_gather("auto", samples, "first", "reachable")
+    assert (asked, session_options.default_paths(asked)) == (rays, paths)
 
 
 def test_discs_of_another_kind_are_not_gathered():

@@ -164,6 +164,11 @@ HOSTILE = {
         r"points: found a coordinate of 1e\+300 m, expected at most 1e\+15",
     ),
     "a light of no kind": (set_field("x", "scene", "lights", 0, "kind"), "found kind 'x'"),
+    "a surface of no kind": (
+        set_field("velvet", "scene", "materials", 0, "surface", "kind"),
+        r"materials\[0\].surface: found kind 'velvet', expected one of \['diffuse'\]",
+    ),
+    "no surface": (set_field(None, "scene", "materials", 0, "surface"), "surface: found kind None"),
     "a node under itself": (set_field([NODE | {"parent": 0}], "scene", "nodes"), "parent: found 0"),
     "a node's part beyond": (
         set_field([NODE | {"parts": [["walls", 0, 99]]}], "scene", "nodes"),

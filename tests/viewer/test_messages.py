@@ -12,7 +12,7 @@ from deltalux.server.messages import REQUESTS, Ack, BadMessage, Budget, Move, Na
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-NAMES = Names(["block", "lamp"], ["ceiling"], ["paint"])
+NAMES = Names(["block", "lamp"], ["ceiling"], ["paint"], ["walls"])
 POSE = list(pose_numbers(np.eye(4)))
 GOOD = {
     "move": {"name": "block", "pose": POSE, "dragging": True},
@@ -25,6 +25,8 @@ GOOD = {
     "export": {"file": "a.glb"},
     "edit": {"edits": [{"type": "remove", "name": "block"}]},
     "read": {"arrays": ["irradiance"]},
+    "make_movable": {"mesh": "walls"},
+    "add_lamp": {"position": [0.0, 1.0, 0.5]},
 }
 
 

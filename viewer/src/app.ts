@@ -3,6 +3,7 @@
 import { Box3, Vector2 } from 'three'
 import { h } from './dom'
 import { helpDialog, listen } from './keys'
+import { lampPlace } from './lampPlace'
 import { Latency } from './latency'
 import { Lights } from './lights'
 import { Look } from './look'
@@ -76,6 +77,10 @@ export class App {
     this.stage = new Stage(this.canvas, options.antialias)
     this.lit = new LitScene(info, geometryArrays(info, buffer), options.bench)
     this.stage.scene.add(this.lit.root)
+    this.stage.beforeDrawing.push(() => {
+      this.lit.materials.shared.depthOfPixel.value = this.stage.depthOfPixel
+      return false
+    })
     this.remote = new RemoteSession(socket)
     this.cameras = new Cameras(this.stage, this.lit.bounds)
     this.objects = new Objects(this.stage, this.lit, this.remote, new Outline(this.stage, ACCENT))
@@ -89,6 +94,7 @@ export class App {
     this.pointer = new Pointer(this.stage, this.lit, this.objects, this.probes, this.cameras)
     this.timeline = new Timeline(this.objects)
     const lights = new Lights(info.groups, this.remote)
+    this.lit.version.watch(() => lights.rename(this.lit.info.groups))
 
     const top = header(info, this.look, this.remote, {
       showCamera: (index) => this.showCamera(index),
@@ -111,7 +117,7 @@ export class App {
         'div',
         { class: 'over' },
         banner(this.remote),
-        lightState(this.remote, lights),
+        lightState(this.remote, lights, () => this.addLamp()),
         progressBox(this.remote),
         hint(this.objects),
         comparisonNote(this.look, this.references),
@@ -146,6 +152,17 @@ export class App {
     this.remote.connect()
   }
 
+  /** Hangs a lamp where the camera looks. */
+  private addLamp(): void {
+    this.lit.root.updateMatrixWorld(true)
+    const { camera } = this.stage
+    const seen = pick(camera, this.lit.bodies, new Vector2(0, 0))?.point ?? null
+    const place = lampPlace(camera.position, seen, this.lit.bounds, (from, way) =>
+      clearDistance(this.lit.bodies, from, way),
+    )
+    void this.remote.edit({ type: 'add_lamp', position: place.toArray() })
+  }
+
   remember(): void {
     if (!this.lit.values.known) return
     this.references.keep('remembered')
@@ -158,7 +175,7 @@ export class App {
   }
 
   fit(): void {
-    const { body } = this.objects.gizmo
+    const { body } = this.objects
     const [box, others] = body?.visible
       ? [new Box3().setFromObject(body), this.lit.bodies.filter((other) => other !== body)]
       : [this.lit.bounds, this.lit.bodies]

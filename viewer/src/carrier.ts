@@ -3,9 +3,9 @@
 import { DataUtils } from 'three'
 import type { SceneInfo } from './protocol'
 import type { GeometryArrays } from './three/litScene'
-import { CHANNELS, type Snapshot } from './values'
+import { CHANNELS, isUnknown, UNKNOWN, type Snapshot } from './values'
 
-type Refinement = [Pick<SceneInfo, 'vertices' | 'meshes'>, GeometryArrays]
+export type Refinement = [Pick<SceneInfo, 'vertices' | 'meshes' | 'bounds'>, GeometryArrays]
 
 const NONE = -1
 
@@ -38,6 +38,11 @@ export class Carrier {
     })
     const { detail, detailCorners, detailWeights } = this.now[1]
     for (const i of this.between) {
+      const corners = detailCorners.subarray(3 * i, 3 * i + 3)
+      if (corners.some((corner) => isUnknown(carried, corner))) {
+        carried.set(UNKNOWN, CHANNELS * detail[i])
+        continue
+      }
       for (let c = 0; c < CHANNELS; c++) {
         let sum = 0
         for (let k = 3 * i; k < 3 * i + 3; k++) {

@@ -52,10 +52,14 @@ export class Lights {
   private held = new Set<string>() // groups that the user is dimming, ahead of the server's state
   private before: Factors | null = null // factors before some shone alone
 
+  /** Names of the groups, which another version of the scene changes. */
+  readonly groups: Signal<string[]>
+
   constructor(
-    readonly names: string[],
+    names: string[],
     private readonly remote: RemoteSession,
   ) {
+    this.groups = new Signal(names)
     for (const name of names) this.factors.set(name, 1)
     remote.state.watch((state) => {
       for (const [name, factor] of Object.entries(state?.factors ?? {})) {
@@ -63,6 +67,15 @@ export class Lights {
       }
       this.changed.value = null
     })
+  }
+
+  get names(): string[] {
+    return this.groups.value
+  }
+
+  rename(names: string[]): void {
+    for (const name of names) if (!this.factors.has(name)) this.factors.set(name, 1)
+    this.groups.value = names
   }
 
   /** Sets groups; `dragging`: others will follow. */
@@ -91,7 +104,7 @@ export class Lights {
     const before = this.before ?? Object.fromEntries(this.factors)
     this.before = again ? null : before
     this.alone.value = new Set(again ? [] : names)
-    const wanted = (name: string) => (again || this.alone.value.has(name) ? before[name] : 0)
+    const wanted = (name: string) => (again || this.alone.value.has(name) ? (before[name] ?? 1) : 0)
     this.set(
       Object.fromEntries(
         this.names

@@ -56,6 +56,16 @@ export interface BakeRequest {
   type: 'bake'
 }
 
+export interface MakeMovableRequest {
+  type: 'make_movable'
+  mesh: string
+}
+
+export interface AddLampRequest {
+  type: 'add_lamp'
+  position: [number, number, number]
+}
+
 export interface CheckRequest {
   type: 'check'
 }
@@ -93,6 +103,8 @@ export type RequestMessage =
   | UndoRequest
   | RedoRequest
   | BakeRequest
+  | MakeMovableRequest
+  | AddLampRequest
   | CheckRequest
   | CancelRequest
   | BudgetRequest
@@ -106,6 +118,7 @@ export interface StateMessage {
   poses: Record<string, number[] | null>
   factors: Record<string, number>
   reflectances: Record<string, [number, number, number]>
+  dark: boolean
   undo: string | null
   redo: string | null
   phase: 'empty' | 'baking' | 'preview' | 'ready' | 'updating' | 'checking' | 'failed'

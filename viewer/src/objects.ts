@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Movable objects: which one is selected, where each is, and every way of moving one.
+// Objects: which one is selected, where each movable one is, and every way of moving one.
 import { Matrix4, Vector3 } from 'three'
 import type { StateMessage } from './protocol'
 import type { RemoteSession } from './remoteSession'
@@ -31,12 +31,30 @@ export class Objects {
       moved: (body: Body, pose: Matrix4, dragging: boolean) => this.send(body.name, pose, dragging),
     })
     this.mode.watch((mode) => this.gizmo.setMode(mode))
-    this.selected.watch((name) => {
-      const body = (name !== null && this.lit.body(name)) || null
+    this.selected.watch(() => {
+      const { body } = this
+      const movable = body && this.isMovable(body.name) ? body : null
       outline.body = body
-      this.gizmo.attach(body)
-      this.placement.value = body && this.gizmo.placement()
+      this.gizmo.attach(movable)
+      this.placement.value = movable && this.gizmo.placement()
+      this.stage.invalidate()
     })
+    // What could not be moved may be movable now.
+    lit.version.watch(() => this.selected.tell())
+  }
+
+  /** What is drawn of the selected object. */
+  get body(): Body | null {
+    return (this.selected.value !== null && this.lit.body(this.selected.value)) || null
+  }
+
+  isMovable(name: string): boolean {
+    return this.lit.body(name)?.userData.info.movable ?? false
+  }
+
+  /** Asks for the bake that lets an object be moved. */
+  makeMovable(mesh: string): void {
+    void this.remote.edit({ type: 'make_movable', mesh })
   }
 
   get names(): string[] {
@@ -78,6 +96,7 @@ export class Objects {
   }
 
   toggleRemoved(name: string): void {
+    if (!this.isMovable(name)) return
     void this.remote.edit({ type: this.isRemoved(name) ? 'add' : 'remove', name })
   }
 

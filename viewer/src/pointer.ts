@@ -78,7 +78,7 @@ export class Pointer {
     this.objects.gizmo.setListening(true)
     this.cameras.orbit.enabled = !this.cameras.flying
     if (press.wandered || event.type === 'pointercancel' || !press.hit) return
-    if (press.hit.body.userData.info.movable) this.objects.select(press.hit.body.name)
+    if (!press.shift) this.objects.select(press.hit.body.name)
     this.probes.pin(press.hit, press.shift)
   }
 

@@ -4,7 +4,7 @@ import { Vector3 } from 'three'
 import { button, h } from './dom'
 import { number, unitLabel } from './format'
 import type { LitScene } from './three/litScene'
-import { hitAgain, normalOf, type Hit } from './three/picking'
+import { hitAgain, placeOf, type Hit } from './three/picking'
 import type { Stage } from './three/stage'
 
 export interface Reading {
@@ -37,10 +37,13 @@ export class Probes {
     if (!hit.sampled || !values.known) return null
     const mean = (of: (vertex: number) => number) =>
       hit.vertices.reduce((sum, vertex, i) => sum + hit.weights[i] * of(vertex), 0)
+    const changes = hit.vertices.map((vertex) => values.change(vertex))
     return {
       value: mean((vertex) => values.photopic(vertex)),
       error: mean((vertex) => values.standardError(vertex)),
-      change: values.reference ? mean((vertex) => values.change(vertex)) : null,
+      change: changes.includes(null)
+        ? null
+        : changes.reduce<number>((sum, v, i) => sum + hit.weights[i] * v!, 0),
     }
   }
 
@@ -81,12 +84,11 @@ export class Probes {
 
   /** The bodies get other triangles by `change`: pins stay where they are. */
   over(change: () => void): void {
-    const normals = this.pins.map(({ hit }) => normalOf(hit))
+    const pins = this.pins.map((pin) => ({ pin, place: placeOf(pin.hit) }))
     change()
     this.lit.root.updateMatrixWorld(true)
-    const pins = [...this.pins]
-    pins.forEach((pin, i) => {
-      const hit = hitAgain(pin.hit, normals[i])
+    pins.forEach(({ pin, place }) => {
+      const hit = hitAgain(pin.hit, place)
       if (hit) pin.hit = hit
       else this.remove(pin)
     })

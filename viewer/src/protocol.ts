@@ -45,6 +45,7 @@ export interface SceneInfo {
   unit: Unit
   run: string
   geometry: number // one more each time that the mesh was refined anew
+  version: number // one more each time that another version of the scene was baked
   bounds: [Rgb, Rgb]
   vertices: number
   triangles: number

@@ -62,10 +62,12 @@ export class ServerFlow {
   }
 
   private remesh({ info, buffer }: Loaded): void {
-    const { lit, look, probes, references } = this.to
+    const { lit, look, probes, references, remote, objects } = this.to
+    const state = remote.state.value
     probes.over(() => {
-      const carrier = lit.remesh(info, geometryArrays(info, buffer))
+      const carrier = lit.remesh(info, geometryArrays(info, buffer), state?.poses ?? {})
       references.carry((kept) => carrier.carry(kept))
+      if (state) objects.follow(state) // what can be moved now has a pose
     })
     look.remeshed()
   }
@@ -114,7 +116,7 @@ export class ServerFlow {
     const { info } = this.to.lit
     const served = (await (await fetch(this.sceneAddress)).json()) as SceneInfo
     if (served.run === info.run) return
-    const same = (['name', 'geometry', 'vertices', 'triangles'] as const).every(
+    const same = (['name', 'version', 'geometry', 'vertices', 'triangles'] as const).every(
       (key) => served[key] === info[key],
     )
     if (!same) location.reload()

@@ -12,7 +12,12 @@ export class Signal<T> {
 
   set value(value: T) {
     this.current = value
-    for (const listener of this.listeners) listener(value)
+    this.tell()
+  }
+
+  /** Tells the value again: something that it stands for is another. */
+  tell(): void {
+    for (const listener of this.listeners) listener(this.current)
   }
 
   /** Calls at each change, and once now. */

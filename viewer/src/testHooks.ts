@@ -74,7 +74,7 @@ export function testHooks(app: App): TestHooks {
       body.geometry.computeBoundingSphere()
       return onPage(body.localToWorld(body.geometry.boundingSphere!.center.clone()))
     },
-    gizmoHandle: (axis) => (objects.selected.value === null ? null : onPage(objects.gizmo.arrow(axis))),
+    gizmoHandle: (axis) => (objects.gizmo.body === null ? null : onPage(objects.gizmo.arrow(axis))),
     gizmoAxis: () => objects.gizmo.controls.axis,
     /** Nothing to draw, nothing on the way, the light up to date. */
     idle: () =>

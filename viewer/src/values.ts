@@ -4,12 +4,18 @@ import { DataUtils } from 'three'
 import type { Run, ValuesFrame } from './protocol'
 
 export const CHANNELS = 4 // R, G, B irradiance, photopic standard error
+export const UNKNOWN = [0, 0, 0, 0xbc00] // halves of a vertex that has no value: its error is −1
 const PHOTOPIC = [0.2126, 0.7152, 0.0722]
 
 /** The values of one moment. */
 export interface Snapshot {
   halves: Uint16Array
   scale: number
+}
+
+/** Whether a state has no value for a vertex. */
+export function isUnknown(halves: Uint16Array, vertex: number): boolean {
+  return halves[CHANNELS * vertex + 3] === UNKNOWN[3]
 }
 
 /** Values of all vertices; what the halves hold is the value × scale. */
@@ -68,10 +74,10 @@ export class Values {
     return this.read(this.halves, this.scale, vertex, 3)
   }
 
-  /** Photopic value now minus that of the reference; exactly zero where the bits are equal. */
-  change(vertex: number): number {
+  /** Photopic value now minus that of the reference, null without; exactly zero where the bits are equal. */
+  change(vertex: number): number | null {
     const before = this.reference
-    if (!before) return 0
+    if (!before || isUnknown(before.halves, vertex)) return null
     return photopic(this.rgb(vertex).map((now, c) => now - this.read(before.halves, before.scale, vertex, c)))
   }
 

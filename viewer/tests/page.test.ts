@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Parts of the page that need no browser: links, dimmers, poses between keys, creases, latencies, numbers.
-import { Matrix4, Quaternion, Vector3 } from 'three'
-import { describe, expect, it } from 'vitest'
+import { Box3, Matrix4, Quaternion, Vector3 } from 'three'
+import { describe, expect, it, vi } from 'vitest'
 import { number, tick } from '../src/format'
+import { lampPlace } from '../src/lampPlace'
 import { Latency } from '../src/latency'
 import { families, Fader } from '../src/lights'
 import { unreachedText } from '../src/panels/figuresPanel'
@@ -75,13 +76,14 @@ describe('creases', () => {
 
 describe('latency', () => {
   it('is counted for each pose once its revision, or a later one, is on the screen', () => {
+    vi.spyOn(performance, 'now').mockReturnValue(1000)
     const latency = new Latency()
-    latency.accepted(performance.now() - 100, 5)
-    latency.accepted(performance.now() - 50, 6)
+    latency.accepted(900, 5)
+    latency.accepted(950, 6)
     latency.shown(4)
     expect(latency.all).toHaveLength(0)
     latency.shown(5)
-    expect(latency.all).toEqual([expect.closeTo(100, -1.5)])
+    expect(latency.all).toEqual([100])
     latency.shown(7)
     expect(latency.all).toHaveLength(2)
     latency.shown(7)
@@ -149,6 +151,27 @@ describe('numbers on isolines', () => {
       (x) => (x < 32 ? 5 : 9),
     )
     expect(placeLabels(edge, [205], 4)).toEqual([])
+  })
+})
+
+describe('an added lamp', () => {
+  const room = new Box3(new Vector3(-2, 0, -2), new Vector3(2, 3, 2))
+  const inside = (height: number) => (from: Vector3, way: Vector3) => (way.y > 0 ? height - from.y : from.y)
+
+  it('hangs below the ceiling on the way to what is seen', () => {
+    const place = lampPlace(new Vector3(-1, 1.5, 0), new Vector3(1, 0, 0), room, inside(3))
+    expect(place.toArray()).toEqual([expect.closeTo(0.2), 2.5, 0])
+    expect(lampPlace(new Vector3(-1, 0.2, 0), new Vector3(1, 0, 0), room, inside(0.5)).y).toBeCloseTo(0.4)
+  })
+
+  it('is within the bounds, seen from outside, under the sky and towards nothing', () => {
+    const sky = () => Infinity
+    expect(lampPlace(new Vector3(0, 1, 30), new Vector3(0, 1, -2), room, sky).toArray()).toEqual([
+      0,
+      2.5,
+      expect.closeTo(1.92),
+    ])
+    expect(lampPlace(new Vector3(0, 1, 30), null, room, sky).toArray()).toEqual([0, 2.5, 0])
   })
 })
 

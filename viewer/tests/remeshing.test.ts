@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Another refinement of the mesh: earlier light goes along, frames wait for the mesh that they belong to.
-import { DataUtils } from 'three'
+import { DataUtils, Matrix4 } from 'three'
 import { describe, expect, it } from 'vitest'
 import { Carrier } from '../src/carrier'
-import type { ValuesFrame } from '../src/protocol'
+import type { Rgb, ValuesFrame } from '../src/protocol'
 import { Gone, Remeshing, type Loaded } from '../src/remeshing'
 import type { GeometryArrays } from '../src/three/litScene'
+import { isUnknown } from '../src/values'
+import { VersionCarrier } from '../src/versionCarrier'
 
 const half = DataUtils.toHalfFloat
 
@@ -19,6 +21,10 @@ function refined(detail: [x: number, weights: number[]][]) {
   corners.forEach((x, i) => (points[3 * i] = x))
   const info = {
     vertices: count,
+    bounds: [
+      [0, 0, 0],
+      [2, 1, 1],
+    ] as [Rgb, Rgb],
     meshes: [
       { name: 'floor', movable: false, first_vertex: 0, vertex_count: first },
       { name: 'chair', movable: true, first_vertex: first, vertex_count: 3 },
@@ -54,6 +60,39 @@ describe('values of another refinement', () => {
     expect([...carried.halves].filter((_, i) => i % 4 === 3).map(DataUtils.fromHalfFloat)).toEqual([
       10, 20, 40, 777, 30, 35, 50, 60, 70,
     ])
+  })
+})
+
+describe('values of another version', () => {
+  it('are the same bits at equal places, where one pose lies in between, and unknown elsewhere', () => {
+    const before = refined([[0.5, [0.5, 0.5, 0]]])
+    const now = refined([[1.5, [0, 0.5, 0.5]]])
+    const pose = new Matrix4().makeTranslation(5, 0, -3)
+    const [, { points }] = now
+    for (let vertex = 4; vertex < 7; vertex++) {
+      points[3 * vertex] -= 5
+      points[3 * vertex + 2] += 3
+    }
+    const halves = Uint16Array.from({ length: 4 * 7 }, (_, i) => half(i))
+    const carrier = new VersionCarrier(before, now, new Map([[1, pose]]))
+    const { halves: carried } = carrier.carry({ halves, scale: 4 })
+    const known = [0, 1, 2, 4, 5, 6]
+    for (const vertex of known) {
+      const own = [4 * vertex, 4 * vertex + 4] as const
+      expect(carried.slice(...own)).toEqual(halves.slice(...own))
+    }
+    expect([0, 1, 2, 3, 4, 5, 6].filter((vertex) => !isUnknown(carried, vertex))).toEqual(known)
+  })
+
+  it('keep several vertices of one place apart, and know none where their number differs', () => {
+    const twice = (...xs: number[]) => refined(xs.map((x) => [x, [1, 0, 0]]))
+    const halves = Uint16Array.from({ length: 4 * 8 }, (_, i) => half(i))
+    const carried = (before: number[], now: number[]) =>
+      new VersionCarrier(twice(...before), twice(...now), new Map()).carry({ halves, scale: 1 }).halves
+    const known = carried([0.5, 0.5], [0.7, 0.5, 0.5])
+    expect([3, 4, 5].map((vertex) => isUnknown(known, vertex))).toEqual([true, false, false])
+    expect(known.slice(16, 24)).toEqual(halves.slice(12, 20))
+    expect(isUnknown(carried([0.5, 0.5], [0.5]), 3)).toBe(true)
   })
 })
 

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import typer
 
 from deltalux.pace import loading
@@ -19,50 +21,44 @@ from .options import (
     ExposureOption,
     EyeOption,
     FalseColourOption,
-    GatherOption,
     GridOption,
     GroupsOption,
     JsonOption,
     LightUnitsOption,
     MarginOption,
-    MemoryLimitOption,
     MoreOutputsArgument,
     MovableOption,
     OutputsOption,
-    PathsOption,
     QuietOption,
     RadiusOption,
     SceneArgument,
-    SeedOption,
     SizeOption,
     SpacingOption,
     TargetErrorOption,
     TargetOption,
-    ThreadsOption,
     UnitOption,
     UpOption,
 )
+from .session_arguments import session_arguments
 from .shots import shot_of
 from .targets import check_targets, keep_inputs, refine_shown, write_targets
 
 
+@session_arguments()
 def run(
     context: typer.Context,
     scene: SceneArgument,
     more: MoreOutputsArgument = None,
+    *,
     output: OutputsOption = None,
     movable: MovableOption = None,
-    paths: PathsOption = None,
-    gather: GatherOption = "auto",
+    session: dict[str, Any],
     target_error: TargetErrorOption = None,
     spacing: SpacingOption = None,
     detail: DetailOption = AUTO,
     grid: GridOption = None,
     margin: MarginOption = 0.0,
     radius: RadiusOption = None,
-    seed: SeedOption = 1,
-    threads: ThreadsOption = None,
-    memory_limit: MemoryLimitOption = None,
     light_units: LightUnitsOption = "spec",
     unit: UnitOption = None,
     up: UpOption = "y",
@@ -92,9 +88,9 @@ def run(
     planes = len(grid or ())
     targets = check_targets(output, more, [scene], planes=planes)
     shot = shot_of(camera, eye, target, size, exposure, false_colour, targets=targets, planes=planes)
-    shot.check_size(memory_limit)
+    shot.check_size(session["memory_limit"])
     terminal = Terminal(as_json, quiet)
-    guess = in_pixels(before_loading(scene, threads), shot.size)
+    guess = in_pixels(before_loading(scene, session["threads"]), shot.size)
     with terminal.overall([*loading(guess), *bake_job(guess, targets, target_error)]) as progress:
         progress.begin("load scene")
         loaded = open_scene(scene, movable, light_units, unit, up, groups)
@@ -104,24 +100,20 @@ def run(
         progress.begin("place samples")
         samples, sets, left_out = make_samples(loaded, spacing, grid or (), radius, margin=margin)
         terminal.warn(left_out)
-        session, frame = bake_scene(
+        baked, frame = bake_scene(
             loaded,
             samples,
             target_error,
             targets,
             size=shot.size,
-            paths=paths,
-            gather=gather,
-            seed=seed,
-            threads=threads,
-            memory_limit=memory_limit,
             progress=progress,
+            **session,
         )
-        with session:
-            refine_shown(session, targets, None if detail == NONE else detail, progress)
-            write_targets(session, targets, context.obj, shot, progress)
+        with baked:
+            refine_shown(baked, targets, None if detail == NONE else detail, progress)
+            write_targets(baked, targets, context.obj, shot, progress)
             progress.begin("sum up")
-            data = figures(session, frame, sets)
+            data = figures(baked, frame, sets)
     data["warnings"] += left_out
     data |= {"scene": scene, "outputs": [str(path) for path in targets]}
     written = [f"wrote {path}" for path in targets]

@@ -18,6 +18,7 @@ from .console import Terminal
 from .inputs import open_scene
 from .node_list import node_facts, node_table
 from .options import (
+    OF_THE_SCENE,
     GroupsOption,
     JsonOption,
     LightUnitsOption,
@@ -29,8 +30,6 @@ from .options import (
 from .session_tables import session_tables
 from .targets import SESSION
 from .view import SourceArgument, refuse_options_of_the_bake
-
-OF_THE_BAKE = ("movable", "light_units", "unit", "up", "groups")
 
 
 def run(
@@ -67,7 +66,7 @@ def run(
     stored = Path(source).suffix.lower() == SESSION
     session: dict[str, Any] = {}
     if stored:
-        refuse_options_of_the_bake(context, source, OF_THE_BAKE, "info")
+        refuse_options_of_the_bake(context, source, OF_THE_SCENE, "info")
         with terminal.working("read session"):
             session, scene = file_facts(source)
     else:

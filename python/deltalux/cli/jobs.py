@@ -13,7 +13,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import deltalux as dl
-from deltalux.core_session import default_paths, resolved_gather
 from deltalux.pace import (
     MORE_RAYS,
     POINT,
@@ -34,6 +33,7 @@ from deltalux.pace import (
 from deltalux.planning import is_calibrated
 from deltalux.rendering import MOST_RAYS, SIZE
 from deltalux.rendering import PATHS as PICTURE_PATHS
+from deltalux.session_options import default_paths, resolved_gather
 
 BYTES_PER_TRIANGLE = 40.0  # of a scene file; estimate before it is read
 USUAL_ERROR = 0.025  # relative standard error of a typical bake with 300,000 paths and their rays

@@ -12,6 +12,7 @@ import typer
 
 from deltalux.io.space import METRES
 from deltalux.rendering import LARGEST
+from deltalux.session_options import PATHS_OF_DISCS, PATHS_OF_RAYS, rays_in_words
 
 AUTO, NONE = "auto", "none"  # values of lengths: chosen from the scene, and none
 LightUnits = Literal["spec", "blender-watts", "unitless"]
@@ -259,9 +260,8 @@ GatherOption = Annotated[
         "--gather",
         parser=parse_gather,
         metavar="N|auto|off",
-        help="Rays with which each sample looks around: four times as many halve the noise. auto: 256, "
-        "1536 up to 2,730 samples, 1024 up to 4,096, 512 up to 8,192, 128 beyond 65,536, 64 beyond 131,072, "
-        "off beyond 262,144. off: light from discs, wrong beside things.",
+        help="Rays with which each sample looks around: four times as many halve the noise. auto: "
+        f"{rays_in_words()}. off: light from discs, wrong beside things.",
     ),
 ]
 PathsOption = Annotated[
@@ -270,7 +270,8 @@ PathsOption = Annotated[
         "--paths",
         parser=parse_count,
         metavar="N",
-        help="Light paths to trace.  [dim]\\[default: 300000; with --gather off: 1000000][/]",
+        help="Light paths to trace.  "
+        f"[dim]\\[default: {PATHS_OF_RAYS}; with --gather off: {PATHS_OF_DISCS}][/]",
         show_default=False,
     ),
 ]
@@ -352,3 +353,14 @@ MemoryLimitOption = Annotated[
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as JSON on stdout.")]
 QuietOption = Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing but errors (and --json).")]
+
+# Options of a session that the command line has, by the names that deltalux.session_options declares.
+SESSION_OPTIONS: dict[str, Any] = {
+    "paths": PathsOption,
+    "gather": GatherOption,
+    "seed": SeedOption,
+    "threads": ThreadsOption,
+    "memory_limit": MemoryLimitOption,
+}
+# What a stored session's scene was read with.
+OF_THE_SCENE = ("movable", "light_units", "unit", "up", "groups")

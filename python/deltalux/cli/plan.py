@@ -3,35 +3,33 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 from rich.table import Table
 
 import deltalux as dl
 from deltalux.planning.parts import INDEX, PartPlan, duration
+from deltalux.session_options import PlanOptions
 
 from .baking import make_samples
 from .console import Terminal
 from .inputs import open_scene
 from .options import (
-    GatherOption,
     GridOption,
     GroupsOption,
     JsonOption,
     LightUnitsOption,
     MarginOption,
     MovableOption,
-    PathsOption,
     QuietOption,
     RadiusOption,
     SceneArgument,
-    SeedOption,
     SpacingOption,
-    ThreadsOption,
     UnitOption,
     UpOption,
 )
+from .session_arguments import session_arguments
 
 PolicyOption = Annotated[
     Literal["measured", "paper-sphere", "paper-box"],
@@ -56,11 +54,12 @@ RebuildOption = Annotated[
 ]
 
 
+@session_arguments(PlanOptions)
 def run(
     scene: SceneArgument,
+    *,
     movable: MovableOption = None,
-    paths: PathsOption = None,
-    gather: GatherOption = "auto",
+    session: dict[str, Any],
     spacing: SpacingOption = None,
     grid: GridOption = None,
     margin: MarginOption = 0.0,
@@ -68,8 +67,6 @@ def run(
     policy: PolicyOption = "measured",
     frames: FramesOption = None,
     rebuild: RebuildOption = False,
-    seed: SeedOption = 1,
-    threads: ThreadsOption = None,
     light_units: LightUnitsOption = "spec",
     unit: UnitOption = None,
     up: UpOption = "y",
@@ -102,10 +99,7 @@ def run(
         plan = dl.plan(
             loaded,
             samples,
-            paths=paths,
-            seed=seed,
-            threads=threads,
-            gather=gather,
+            **session,
             policy=policy,
             frames=frames,
             rebuild=rebuild,

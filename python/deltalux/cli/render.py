@@ -23,6 +23,7 @@ from .console import Terminal
 from .inputs import foreign_light, open_scene
 from .jobs import after_loading, counts_of, counts_of_session, edges_into, picture_steps, render_job
 from .options import (
+    OF_THE_SCENE,
     CameraOption,
     ExposureOption,
     EyeOption,
@@ -30,24 +31,23 @@ from .options import (
     GroupsOption,
     JsonOption,
     LightUnitsOption,
-    MemoryLimitOption,
     MoreOutputsArgument,
     MovableOption,
     QuietOption,
-    SeedOption,
     SizeOption,
     TargetOption,
-    ThreadsOption,
     UnitOption,
     UpOption,
     parse_count,
     parse_gather,
 )
+from .session_arguments import of_the_bake, session_arguments
 from .shots import LAYERS, PICTURE, shot_of
 from .targets import SESSION, check_targets, command_line, keep_inputs
 from .view import SourceArgument, refuse_options_of_the_bake
 
-OF_THE_BAKE = ("movable", "paths", "seed", "memory_limit", "light_units", "unit", "up", "groups")
+OWN = ("paths", "gather")  # options of sessions that have other defaults here
+OF_THE_BAKE = (*OF_THE_SCENE, "paths", *of_the_bake(without=OWN))
 
 KINDS = {PICTURE: "picture", LAYERS: "light per pixel"}
 
@@ -82,10 +82,12 @@ RenderPathsOption = Annotated[
 ]  # fmt: skip
 
 
+@session_arguments(without=OWN)
 def run(
     context: typer.Context,
     source: SourceArgument,
     more: MoreOutputsArgument = None,
+    *,
     output: RenderOutputsOption = None,
     camera: CameraOption = None,
     eye: EyeOption = None,
@@ -96,9 +98,7 @@ def run(
     gather: RaysOption = "auto",
     movable: MovableOption = None,
     paths: RenderPathsOption = None,
-    seed: SeedOption = 1,
-    threads: ThreadsOption = None,
-    memory_limit: MemoryLimitOption = None,
+    session: dict[str, Any],
     light_units: LightUnitsOption = "spec",
     unit: UnitOption = None,
     up: UpOption = "y",
@@ -128,17 +128,17 @@ def run(
     if gather == "off":
         raise typer.BadParameter("found --gather off; a picture per pixel needs rays, auto or a number")
     shot = shot_of(camera, eye, target, size, exposure, false_colour, targets=targets)
-    check_size(shot.size, memory_limit)
+    check_size(shot.size, session["memory_limit"])
     rays = None if gather == "auto" else int(gather)
-    terminal = Terminal(as_json, quiet)
+    terminal, threads = Terminal(as_json, quiet), session["threads"]
     pixels, stored = shot.pixels, Path(source).suffix.lower() == SESSION
     if stored:
         refuse_options_of_the_bake(context, source, OF_THE_BAKE, "render")
     with terminal.overall(render_job(source, stored, paths, rays, pixels, threads)) as progress:
         if stored:
-            session = dl.Session.open(source, threads=threads, progress=progress)
-            terminal.warn(foreign_light(session, source))
-            progress.expect(picture_steps(counts_of_session(session), pixels, rays))
+            opened = dl.Session.open(source, threads=threads, progress=progress)
+            terminal.warn(foreign_light(opened, source))
+            progress.expect(picture_steps(counts_of_session(opened), pixels, rays))
         else:
             progress.begin("load scene")
             scene = open_scene(source, movable, light_units, unit, up, groups)
@@ -147,24 +147,23 @@ def run(
             counts = counts_of(scene, nowhere, paths or PATHS, rays or MOST_RAYS, threads)
             progress.expect(after_loading(counts, pixels, rays))
             progress.begin("make session")
-            session = dl.Session(
-                scene, nowhere, paths=paths or PATHS, gather=rays or MOST_RAYS, seed=seed, threads=threads,
-                memory_limit=memory_limit, progress=progress,
-            )  # fmt: skip
-        with session:
-            terminal.warn(session.scene.warnings)
-            chosen = shot.camera_in(session.scene)
+            opened = dl.Session(
+                scene, nowhere, paths=paths or PATHS, gather=rays or MOST_RAYS, progress=progress, **session
+            )
+        with opened:
+            terminal.warn(opened.scene.warnings)
+            chosen = shot.camera_in(opened.scene)
             if not stored:
-                session.bake()
-            counts = replace(counts_of_session(session), pixels=pixels)
+                opened.bake()
+            counts = replace(counts_of_session(opened), pixels=pixels)
             progress.begin("view")
             edges_known = edges_into(progress, counts, rays)
             rendering = render_session(
-                session, camera=chosen, size=shot.size, rays=rays, keep=False, edges_known=edges_known
+                opened, camera=chosen, size=shot.size, rays=rays, keep=False, edges_known=edges_known
             )
             progress.begin("finish picture")
             picture = shot.picture_of(rendering)
-            data = _facts(session, rendering.gathered, len(rendering.pixel), picture.exposure)
+            data = _facts(opened, rendering.gathered, len(rendering.pixel), picture.exposure)
         progress.begin("write files")
         about = {"program": f"deltalux {dl.__version__}", "command": command_line(context.obj), **data}
         for path in targets:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -17,37 +17,21 @@ from .console import Terminal
 from .inputs import foreign_light, open_scene
 from .options import (
     AUTO,
+    OF_THE_SCENE,
     DetailOption,
-    GatherOption,
     GroupsOption,
     LightUnitsOption,
-    MemoryLimitOption,
     MovableOption,
-    PathsOption,
     QuietOption,
     RadiusOption,
-    SeedOption,
     SpacingOption,
-    ThreadsOption,
     UnitOption,
     UpOption,
 )
+from .session_arguments import of_the_bake, session_arguments
 from .targets import SESSION
 
-OF_THE_BAKE = (
-    "movable",
-    "paths",
-    "gather",
-    "spacing",
-    "detail",
-    "radius",
-    "seed",
-    "memory_limit",
-    "light_units",
-    "unit",
-    "up",
-    "groups",
-)
+OF_THE_BAKE = (*OF_THE_SCENE, "spacing", "detail", "radius", *of_the_bake())
 
 SourceArgument = Annotated[
     str,
@@ -83,18 +67,16 @@ NoBrowserOption = Annotated[
 ]
 
 
+@session_arguments()
 def run(
     context: typer.Context,
     source: SourceArgument,
+    *,
     movable: MovableOption = None,
-    paths: PathsOption = None,
-    gather: GatherOption = "auto",
+    session: dict[str, Any],
     spacing: SpacingOption = None,
     detail: DetailOption = AUTO,
     radius: RadiusOption = None,
-    seed: SeedOption = 1,
-    threads: ThreadsOption = None,
-    memory_limit: MemoryLimitOption = None,
     light_units: LightUnitsOption = "spec",
     unit: UnitOption = None,
     up: UpOption = "y",
@@ -125,30 +107,22 @@ def run(
     if Path(source).suffix.lower() == SESSION:
         refuse_options_of_the_bake(context, source, OF_THE_BAKE, "view")
         with terminal.progress() as progress:
-            session = dl.Session.open(source, threads=threads, progress=progress)
-        terminal.warn(foreign_light(session, source))
+            opened = dl.Session.open(source, threads=session["threads"], progress=progress)
+        terminal.warn(foreign_light(opened, source))
     else:
         with terminal.working("load scene"):
             scene = open_scene(source, movable, light_units, unit, up, groups)
         with terminal.working("place samples"):
             samples, _, _ = make_samples(scene, spacing, (), radius, detail)
-            session = dl.Session(
-                scene,
-                samples,
-                paths=paths,
-                gather=gather,
-                seed=seed,
-                threads=threads,
-                memory_limit=memory_limit,
-            )
-    terminal.warn(session.scene.warnings)
-    if not session.poses:
-        terminal.warn(["nothing here can be moved; name what should be with --movable NAME"])
-    warn_of_others(terminal, host)
-    with session:
-        shown = dl.view(
-            session, host=host, port=port, folder=folder, open_browser=not no_browser, block=False
+            opened = dl.Session(scene, samples, **session)
+    terminal.warn(opened.scene.warnings)
+    if not opened.poses:
+        terminal.warn(
+            ["nothing here can be moved yet; use Make movable in the page, or name it with --movable"]
         )
+    warn_of_others(terminal, host)
+    with opened:
+        shown = dl.view(opened, host=host, port=port, folder=folder, open_browser=not no_browser, block=False)
         typer.echo(f"{source} is shown at {shown.url}\nCtrl-C ends it")
         shown.wait()
 

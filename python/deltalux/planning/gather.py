@@ -4,14 +4,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from deltalux import _core
-from deltalux.core_session import SessionOptions, make_core_session
+from deltalux.core_session import make_core_session
 from deltalux.samples import Samples
 from deltalux.scene import Mesh, Scene
 from deltalux.scene.flatten import FlatScene
@@ -41,7 +41,7 @@ class _Costs:
 
 
 def plan_gather(
-    scene: Scene, flat: FlatScene, samples: Samples, options: SessionOptions, progress: Progress | None
+    scene: Scene, flat: FlatScene, samples: Samples, options: Mapping[str, Any], progress: Progress | None
 ) -> GatherPlan | None:
     """Predict the gather of a session with these options; None if it does not gather.
 
@@ -61,13 +61,12 @@ def _pilot(
     scene: Scene,
     flat: FlatScene,
     samples: Samples,
-    options: SessionOptions,
+    options: Mapping[str, Any],
     count: int,
     progress: Progress | None,
 ) -> _Costs:
     some = _spread(samples, count)
-    own = options.copy()
-    own["threads"], own["paths"] = 1, min(options["paths"], PILOT_PATHS)
+    own = {**options, "threads": 1, "paths": min(options["paths"], PILOT_PATHS)}
     core = make_core_session(scene, flat, some, own)
     costs = {BAKE: _seconds(lambda: core.bake(progress), ("prepare", "gather"))}
     costs[BYTES] = core.statistics()["gather"]["ray_bytes_in_use"]

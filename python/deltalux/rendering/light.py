@@ -7,9 +7,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from deltalux.core_session import RAY_COUNTS
 from deltalux.errors import Cancelled
 from deltalux.session import Session
+from deltalux.session_options import RAY_COUNTS
 
 from .seen import Seen
 from .spread import Found

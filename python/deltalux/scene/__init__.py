@@ -5,9 +5,11 @@ from .cameras import Camera
 from .lights import Light, PointLight, SpotLight, SunLight
 from .nodes import Node
 from .scene import Material, Mesh, Scene, make_movable, replace_scene, rigid_pose
+from .surfaces import DiffuseSurface, Surface
 
 __all__ = [
     "Camera",
+    "DiffuseSurface",
     "Light",
     "Material",
     "Mesh",
@@ -16,6 +18,7 @@ __all__ = [
     "Scene",
     "SpotLight",
     "SunLight",
+    "Surface",
     "make_movable",
     "replace_scene",
     "rigid_pose",

@@ -9,6 +9,8 @@ import numpy as np
 
 from deltalux.errors import SceneError
 
+NUMBER, VECTOR = (), (3,)  # shapes of the fields of lights and surfaces
+
 
 def frozen_array(values: Any, dtype: Any, shape: tuple[int, ...], what: str) -> np.ndarray:
     """Copy `values` to a read-only array of `dtype`; -1 in `shape` matches any length."""

@@ -71,7 +71,15 @@ class FlatScene:
             np.asarray(groups, np.uint32)[mesh.material_index],
             mesh.movable,
             np.ascontiguousarray(pose),
+            self._texture(mesh),
         )
+
+    def _texture(self, mesh: Mesh) -> np.ndarray:
+        """(m, 6) float32 texture coordinates of the corners, for surfaces that read them; else (0, 6)."""
+        reads = any(self.scene.material(name).surface.reads_texture for name in mesh.material)
+        if mesh.coordinates is None or not reads:
+            return np.zeros((0, 6), np.float32)
+        return np.ascontiguousarray(mesh.coordinates.reshape(-1, 6))
 
 
 def flatten(scene: Scene) -> FlatScene:
@@ -90,7 +98,14 @@ def flatten(scene: Scene) -> FlatScene:
     for index, material in enumerate(scene.materials):
         flat.materials[material.name] = index
         _check_strength(f'material "{material.name}": emission', material.emission)
-        flat.core.add_material(tuple(material.reflectance), tuple(material.emission), material.two_sided)
+        flat.core.add_material(
+            material.name,
+            tuple(material.reflectance),
+            tuple(material.emission),
+            material.two_sided,
+            material.surface.kind,
+            material.surface.parameters(),
+        )
     ordered = sorted(scene.meshes, key=lambda m: m.movable)  # stable: static ones first
     for index, mesh in enumerate(ordered):
         flat.objects[mesh.name] = index

@@ -13,11 +13,10 @@ from deltalux.errors import SceneError
 from deltalux.units import photopic
 from deltalux.vectors import unit, versine
 
-from .arrays import frozen_array
+from .arrays import NUMBER, VECTOR, frozen_array
 
 # least half angle of a spot, radians; single precision represents directions to within 1e-7
 MIN_CONE = 1e-5
-NUMBER, VECTOR = (), (3,)  # shapes of a light's fields
 
 
 @dataclass(frozen=True, eq=False)

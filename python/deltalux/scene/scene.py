@@ -21,6 +21,7 @@ from .lights import Light
 from .look import PLAIN, Look, checked_coordinates
 from .naming import candidates, chosen
 from .nodes import Node
+from .surfaces import DIFFUSE, Surface
 
 MAX_GROUPS = 8  # up to this many groups, the core keeps sums per group (see "Group" in the glossary)
 
@@ -44,16 +45,17 @@ def rigid_pose(pose: Any, what: str = "pose") -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Material:
-    """Diffuse surface, possibly luminous.
+    """What a mesh is made of: it reflects light, and may be luminous.
 
     Parameters
     ----------
     name : str
-    reflectance : 3 floats in [0, 1], linear RGB
+    reflectance : 3 floats in [0, 1], linear RGB; the mean where it differs from point to point
     emission : 3 floats, radiance (W/(sr m2)) or luminance (cd/m2) per channel, front side
     group : light group of the emission; None = the name of the mesh that carries it
     two_sided : emit from both sides
     look : textures and transparency; only outputs use them
+    surface : how it scatters light; diffuse by default
     """
 
     name: str
@@ -62,6 +64,7 @@ class Material:
     group: str | None = None
     two_sided: bool = False
     look: Look = PLAIN
+    surface: Surface = DIFFUSE
 
     def __post_init__(self) -> None:
         what = f'material "{self.name}"'
@@ -99,7 +102,8 @@ class Mesh:
     smooth_angle : float
         Vertices are shaded smoothly where faces meet at a smaller angle than this, degrees.
     coordinates : (m, 3, 2) float32 array or None
-        Texture coordinates of each triangle's corners, NaN where there are none; only outputs use them.
+        Texture coordinates of each triangle's corners, NaN where there are none, for surfaces that read
+        them and for outputs.
     """
 
     name: str

@@ -18,11 +18,13 @@ from deltalux.memory import return_free_memory
 from deltalux.session import Session
 
 from .edits import differences, queue_edit, state_of
-from .events import Event, Phase, Refined, Refused, Wanted
+from .events import Event, Phase, Refined, Refused, Remade, Wanted
 from .figures import Figures
-from .geometry import Geometry, refined_geometry
+from .geometry import Geometry, refined_geometry, remade_geometry
+from .known import known_of
 from .previews import previews
 from .progress import TaskProgress, shares_of
+from .remaking import Remake, samples_like
 from .told import FrameMessage, PhaseName, TaskName
 from .values import Encoder, VertexFill, fill_of
 
@@ -31,6 +33,7 @@ BUDGET = 50.0  # milliseconds for one update during a drag, until a page sets an
 REST_BUDGET = 250.0
 # seconds to wait for the next pose of a drag, before continuing with the present one
 GRACE = 0.02
+PLACING = 0.1  # share of the time of baking another version of the scene: placing its samples
 # seconds at rest before the drawn mesh is refined where shadows lie now
 CALM = 0.5
 
@@ -137,6 +140,10 @@ class Engine:
     def bake(self) -> None:
         """Request a bake; OptionError while a bake or check runs, or another task waits."""
         self._admit(_Task("bake", self._bake))
+
+    def remake(self, remake: Remake) -> None:
+        """Request a bake of another version of the scene; OptionError as for `bake`."""
+        self._admit(_Task("bake", lambda progress: self._remake(remake, progress)))
 
     def check(self) -> None:
         """Request a recompute and a comparison of digests; OptionError as for `bake`."""
@@ -425,6 +432,29 @@ class Engine:
         self._unfinished = False
         self._publish(wanted.revision)
         self._tell(self._figures.of_bake(self._session, frame, wanted.revision, seconds))
+
+    def _remake(self, remake: Remake, progress: TaskProgress) -> None:
+        """Bake another version of the scene in the wanted state; until then the light stays as it is."""
+        self._set_phase("baking")
+        wanted, _ = self._hand_over()
+        session = self._session
+        progress("place samples", 0.0)
+        scene = remake.make(session.scene)
+        samples = samples_like(session.samples, scene)
+        if not progress("place samples", 1.0):
+            raise Cancelled("bake: cancelled")
+        progress.part(PLACING, 1.0, shares_of("bake", session.options))
+        session.progress = progress
+        start = time.perf_counter()
+        frame = session.rebake(scene, samples)
+        seconds = time.perf_counter() - start
+        self._unfinished, self._refined, self._unpublished = False, None, None
+        self._fill = self._encoder = self._errors = None
+        if self._geometry is not None:
+            self._geometry = remade_geometry(self._geometry, session)
+        self._tell(Remade(known_of(session), self._geometry, remake))
+        self._publish(wanted.revision)
+        self._tell(self._figures.of_bake(session, frame, wanted.revision, seconds))
 
     def _check(self, progress: TaskProgress) -> None:
         """Recompute everything and compare the digests."""

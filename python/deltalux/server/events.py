@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 from .edits import EditState, Key, Value
 from .geometry import Geometry
+from .known import Known
+from .remaking import Remake
 from .told import News, PhaseName
 from .values import Values
 
@@ -44,4 +46,13 @@ class Refined:
     geometry: Geometry
 
 
-Event = Phase | Refused | Refined | Values | News  # news are sent to every page unchanged
+@dataclass(frozen=True)
+class Remade:
+    """Another version of the scene was baked."""
+
+    known: Known
+    geometry: Geometry | None  # what pages draw from now on
+    remake: Remake
+
+
+Event = Phase | Refused | Refined | Remade | Values | News  # news are sent to every page unchanged

@@ -54,9 +54,22 @@ def geometry_of(session: Session) -> Geometry:
     OptionError
         If the samples are not on the vertices of a display mesh.
     """
-    scene, display = session.scene, display_of(session)
+    display = display_of(session)
+    return _with_mesh(_constant(session, display) | {"version": 0}, 0, session.scene, display)
+
+
+def remade_geometry(before: Geometry, session: Session) -> Geometry:
+    """Another version of the scene: other movables, other light groups."""
+    display = display_of(session)
+    description = _constant(session, display) | {"version": before.description["version"] + 1}
+    return _with_mesh(description, before.number + 1, session.scene, display)
+
+
+def _constant(session: Session, display: DisplayMesh) -> dict[str, Any]:
+    """What the mesh's refinement does not change."""
+    scene = session.scene
     low, high = scene.bounds
-    constant = {
+    return {
         "protocol": PROTOCOL,
         "name": Path(scene.source).stem if scene.source else "scene",
         "unit": scene.unit,
@@ -73,7 +86,6 @@ def geometry_of(session: Session) -> Geometry:
         "groups": list(session.dim_factors),
         "cameras": [_camera(c) for c in (*_perspective(scene), _good_view(session, display))],
     }
-    return _with_mesh(constant, 0, scene, display)
 
 
 def refined_geometry(before: Geometry, session: Session) -> Geometry:

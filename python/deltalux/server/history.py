@@ -19,11 +19,12 @@ class _Step:
     before: dict[Key, Value]
     after: dict[Key, Value]
     dragged_by: Hashable | None = None  # the page whose drag continues this step
+    verb: str | None = None  # None: by what is set
 
     @property
     def name(self) -> str:
         ((kind, what), value), *more = self.after.items()
-        verb = ("add" if value else "remove") if kind == "present" else _VERBS[kind]
+        verb = self.verb or (("add" if value else "remove") if kind == "present" else _VERBS[kind])
         return f"{verb} {what} and {len(more)} more" if more else f"{verb} {what}"
 
 
@@ -75,6 +76,16 @@ class History:
         if before != values:
             self._undone.clear()
         del self._done[:-MAX_STEPS]
+
+    def extend(self, state: EditState) -> None:
+        """Take over the keys of `state` that are new."""
+        self.state = {**state, **self.state}
+
+    def add_lamp(self, group: str) -> None:
+        """Record as a step that a lamp, a light group of its own, was added: undone, it is off."""
+        key: Key = ("factor", group)
+        self._done.append(_Step({key: 0.0}, {key: self.state[key]}, verb="add"))
+        self._undone.clear()
 
     def release(self, page: Hashable) -> None:
         """End the drags of a page that has disconnected."""

@@ -11,17 +11,20 @@ from typing import Any
 from deltalux.errors import Error, OptionError
 from deltalux.session import Session
 
+from . import remaking
 from .arrays import arrays_bytes, arrays_of
-from .edits import EditState, Key, Kind, Reach, Value, pose_matrix, state_of
+from .edits import EditState, Key, Kind, Value, pose_matrix
 from .engine import Engine
-from .events import Event, Phase, Refined, Refused, Wanted
+from .events import Event, Phase, Refined, Refused, Remade, Wanted
 from .exports import Exports
 from .geometry import Geometry
 from .history import History
+from .known import known_of
 from .messages import (
     EDITS,
     Ack,
     Add,
+    AddLamp,
     BadMessage,
     Bake,
     Budget,
@@ -32,9 +35,9 @@ from .messages import (
     Edit,
     Export,
     Finish,
+    MakeMovable,
     Message,
     Move,
-    Names,
     Read,
     Redo,
     Reflectance,
@@ -65,9 +68,8 @@ class Hub:
     ) -> None:
         self._exports, self._shown = exports, shown
         self.geometry = geometry
-        self._names = Names(list(session.poses), list(session.dim_factors), list(session.reflectances))
-        self._reach = Reach(session)
-        self._history = History(state_of(session))
+        self._known = known_of(session)
+        self._history = History(self._known.state)
         self._phase: PhaseName = "updating" if session.baked else "empty"  # until the engine tells
         self._pages: set[Page] = set()
         self._values: Values | None = None
@@ -76,11 +78,11 @@ class Hub:
         self._engine = Engine(session, self._from_engine, shown, geometry)
         self._revision = self._engine.first_revision
         self._loop: asyncio.AbstractEventLoop | None = None
-        if not self._names.movables:
+        if not self._known.names.movables:
             self._keep_notice(
                 "movables",
-                "nothing in this scene can be moved; name what should be with --movable NAME "
-                "(dl.load(…, movable=[…])), or call its node MOVE_… in the file",
+                "nothing in this scene can be moved yet; click something and choose Make movable, or name it "
+                "with --movable NAME (dl.load(…, movable=[…])), or call its node MOVE_… in the file",
             )
         if session.foreign_build is not None:
             self._keep_notice(
@@ -135,7 +137,7 @@ class Hub:
         """Process a page's message and answer it."""
         arrival = time.perf_counter()
         try:
-            message = parse(text, self._names)
+            message = parse(text, self._known.names)
         except BadMessage as error:
             page.tell({"type": "error", "id": error.id, "message": str(error)})
             return
@@ -186,7 +188,7 @@ class Hub:
         """Key and value that an edit sets in `state`; OptionError if the edit is impossible."""
         if isinstance(message, Move):
             _check_present(state, message.name, True, "move")
-            self._reach.check(message.name, pose_matrix(message.pose))
+            self._known.reach.check(message.name, pose_matrix(message.pose))
             return ("pose", message.name), message.pose
         if isinstance(message, (Remove, Add)):
             present = isinstance(message, Add)
@@ -204,6 +206,10 @@ class Hub:
             self._broadcast(self._state())
         elif isinstance(message, Bake):
             self._engine.bake()
+        elif isinstance(message, MakeMovable):
+            self._engine.remake(remaking.movable(self._known.scene, message.mesh))
+        elif isinstance(message, AddLamp):
+            self._engine.remake(remaking.lamp(self._known.scene, self._known.box, message.position))
         elif isinstance(message, Check):
             self._engine.check()
         elif isinstance(message, Cancel):
@@ -274,6 +280,7 @@ class Hub:
             "poses": {n: p if state["present", n] else None for n, p in of("pose").items()},
             "factors": of("factor"),
             "reflectances": of("reflectance"),
+            "dark": self._known.is_dark(state),
             "undo": self._history.undo_name,
             "redo": self._history.redo_name,
             "phase": self._phase,
@@ -316,6 +323,8 @@ class Hub:
             self._broadcast(self._state())
         elif isinstance(event, Refined):
             self._take_geometry(event.geometry)
+        elif isinstance(event, Remade):
+            self._take_version(event)
         elif isinstance(event, Refused):
             self._history.state[event.key] = event.value
             self._broadcast({"type": "notice", "message": event.message})
@@ -324,6 +333,22 @@ class Hub:
             if event["type"] in ("frame", "progress", "unreached"):
                 self._kept[event["type"]] = event
             self._broadcast(event)
+
+    def _take_version(self, event: Remade) -> None:
+        """The session is now one of another version of the scene, with all edits that were made before."""
+        self._known = event.known
+        if self._known.names.movables:
+            self._kept.pop("movables", None)
+        self._values = None
+        for page in self._pages:
+            page.start_over()
+        if event.geometry is not None:
+            self._take_geometry(event.geometry)
+        self._history.extend(self._known.state)
+        if event.remake.group is not None:
+            self._history.add_lamp(event.remake.group)
+        self._broadcast({"type": "notice", "message": event.remake.done})
+        self._state_changed()
 
     def _take_geometry(self, geometry: Geometry) -> None:
         """Values of the mesh before are of no use any more; those of the new one come next."""

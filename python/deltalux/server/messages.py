@@ -33,6 +33,7 @@ class Names:
     movables: Collection[str]
     groups: Collection[str]
     materials: Collection[str]
+    fixed: Collection[str] = ()  # meshes that cannot be moved
 
 
 @dataclass(frozen=True)
@@ -134,6 +135,24 @@ class Bake(Message):
 
 
 @dataclass(frozen=True)
+class MakeMovable(Message):
+    """Bake again with a mesh movable that was not, keeping edits; a page then gets another `geometry`."""
+
+    type = "make_movable"
+    mesh: str
+
+
+@dataclass(frozen=True)
+class AddLamp(Message):
+    """Bake again with one more point light, keeping edits; it is a light group of its own, and one step of
+    the history, which `undo` switches off.
+    """
+
+    type = "add_lamp"
+    position: Annotated[tuple[float, float, float], "[x,y,z], metres"]
+
+
+@dataclass(frozen=True)
 class Check(Message):
     """Recompute everything and compare the digests."""
 
@@ -142,7 +161,7 @@ class Check(Message):
 
 @dataclass(frozen=True)
 class Cancel(Message):
-    """Stop the running bake or check."""
+    """Stop the running bake or check; the light stays as it was."""
 
     type = "cancel"
 
@@ -192,7 +211,7 @@ class Ack:
 
 EDITS: tuple[type[Message], ...] = (Move, Remove, Add, Dim, Reflectance)
 _OTHERS: tuple[type[Message], ...] = (
-    Dims, Edit, Undo, Redo, Bake, Check, Cancel, Budget, Export, Finish, Read,
+    Dims, Edit, Undo, Redo, Bake, MakeMovable, AddLamp, Check, Cancel, Budget, Export, Finish, Read,
 )  # fmt: skip
 REQUESTS = {kind.type: kind for kind in (*EDITS, *_OTHERS)}
 
@@ -370,6 +389,8 @@ _READERS: dict[str, Callable[[Any, Names], Any]] = {
     "factors": _factors,
     "value": lambda value, names: _numbers(value, 3, 0, 1, "value"),
     "pose": _pose,
+    "mesh": lambda value, names: _one_of(value, names.fixed, "mesh"),
+    "position": lambda value, names: _numbers(value, 3, -1e15, 1e15, "position"),
     "dragging": _flag("dragging"),
     "digest": _flag("digest"),
     "edits": _edits,

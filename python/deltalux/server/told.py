@@ -23,6 +23,7 @@ class StateMessage(TypedDict):
     poses: Annotated[dict[str, Pose | None], "{name: 16 numbers, or null where removed}"]
     factors: Annotated[dict[str, float], "{group: factor}"]
     reflectances: Annotated[dict[str, Rgb], "{material: [r,g,b]}"]
+    dark: Annotated[bool, ": no lamp shines, or there is none"]
     undo: Annotated[str | None, ": name of the step, or null"]
     redo: Annotated[str | None, ": likewise"]
     phase: PhaseName

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from deltalux.core_session import SessionOptions
 from deltalux.errors import OptionError
 from deltalux.mesh.display_mesh import in_world
 from deltalux.samples import Samples
@@ -22,7 +21,7 @@ class SessionFacts:
 
     scene: Scene
     samples: Samples
-    _options: SessionOptions
+    _options: dict[str, Any]
     _core: Any
     _flat: FlatScene
     _edits: Any
@@ -123,6 +122,6 @@ class SessionFacts:
         return self._box.copy()
 
     @property
-    def options(self) -> SessionOptions:
+    def options(self) -> dict[str, Any]:
         """The options that the session was made with."""
         return self._options.copy()

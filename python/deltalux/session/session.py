@@ -4,12 +4,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from deltalux import _core, core_session
-from deltalux.core_session import SessionOptions
 from deltalux.errors import FormatError, OptionError
 from deltalux.planning import Plan, machine_constants, read_plan
 from deltalux.results import Frame, Result
@@ -17,14 +16,19 @@ from deltalux.samples import Samples
 from deltalux.samples.interpolation import Interpolators
 from deltalux.scene import Mesh, Scene, rigid_pose
 from deltalux.scene.flatten import flatten
-from deltalux.segments import MAX_BOUNCES, Progress, check_threads
+from deltalux.segments import Progress, check_threads
+from deltalux.session_options import SessionOptions, checked_options, takes
 from deltalux.stored import snapshot
 from deltalux.units import PHOTOPIC_WEIGHTS
 
 from .calls import Calls, long_call, short_call
 from .places import SessionPlaces
 
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
+
+@takes(SessionOptions)
 class Session(SessionPlaces):
     """Global illumination of a scene at samples, kept exact under edits.
 
@@ -33,30 +37,7 @@ class Session(SessionPlaces):
     scene : Scene
     samples : Samples or None
         None: on the vertices of the scene's display mesh.
-    paths : number of light paths, shared among the lights by importance; None = 300,000 with a
-        final gather, a million without
-    seed : the same seed gives the same bits, for every number of threads
-    threads : None = all processors
-    segment_end : "first", "second" or "bounded"
-        Which segments of a path count where they cross a disc (docs/explanation). With reachable discs
-        "first" is unbiased.
-    disc_area : "reachable" or "whole"
-        "reachable": clip each disc to what is visible from its centre and divide by the clipped area;
-        "whole": the plain circle.
-    direct : "auto", "paths" or "sampled"
-        "paths": direct light by the first segments of the paths; "sampled": by shadow rays; "auto":
-        by whichever is cheaper for each light.
-    static_method, moving_method : "auto", "brute_force", "disc_index", "ray_map" or "sphere_cache"
-        How the crossings of segments with discs are found, for samples at rest and for samples on
-        movables. All methods give the same bits; "auto" chooses by a pilot at every bake (see `plan`).
-        The paper's hybrid is "disc_index" with "sphere_cache".
-    memory_limit : bytes, or None = what is free; a bake that would need more is refused
-    gather : "auto", "off" or a number of rays
-        Rays of each sample's final gather: they read the light of the surfaces that they hit, which is
-        right beside objects, too. "off": all reflected light is estimated by discs. "auto": 256 rays;
-        1536 up to 2,730 samples, 1024 up to 4,096 and 512 up to 8,192 (four million rays), 128 beyond
-        65,536 samples, 64 beyond 131,072, "off" beyond 262,144 (sixteen million rays), and "off" where
-        `segment_end` or `disc_area` is not the default.
+    {options}
     progress : callable (stage, fraction) -> keep going, or None
         Called on the calling thread about 50 times a second; returning False cancels.
 
@@ -70,35 +51,11 @@ class Session(SessionPlaces):
         scene: Scene,
         samples: Samples | None = None,
         *,
-        paths: int | None = None,
-        seed: int = 1,
-        threads: int | None = None,
-        segment_end: str = "first",
-        disc_area: str = "reachable",
-        direct: str = "auto",
-        static_method: str = "auto",
-        moving_method: str = "auto",
-        max_bounces: int = MAX_BOUNCES,
-        memory_limit: int | None = None,
-        gather: str | int = "auto",
         progress: Progress | None = None,
+        **options: Unpack[SessionOptions],
     ) -> None:
         own = Samples.on_vertices(scene) if samples is None else samples
-        gather = core_session.resolved_gather(gather, len(own), segment_end, disc_area)
-        given = SessionOptions(
-            paths=core_session.default_paths(gather) if paths is None else paths,
-            seed=seed,
-            threads=threads,
-            segment_end=segment_end,
-            disc_area=disc_area,
-            direct=direct,
-            static_method=static_method,
-            moving_method=moving_method,
-            max_bounces=max_bounces,
-            memory_limit=memory_limit,
-            gather=gather,
-        )
-        self._options = core_session.checked_options(given)
+        self._options = checked_options(options, len(own))
         self.scene = scene
         self.samples = own
         self.progress = progress
@@ -244,6 +201,48 @@ class Session(SessionPlaces):
             raise
         self.foreign_build, self._built_by = None, session.description()
         return frame
+
+    @long_call
+    def rebake(self, scene: Scene, samples: Samples | None = None) -> Frame:
+        """Bake another version of the scene, for example with more movables or lamps; edits so far are kept.
+
+        That is a new bake of the session's options: poses, removed movables, dim factors and reflectances of
+        what `scene` has, too, are those of now. If it fails or is cancelled, the session stays as it was.
+
+        Parameters
+        ----------
+        scene : Scene
+        samples : Samples or None
+            None: on the vertices of the scene's display mesh.
+
+        Raises
+        ------
+        OptionError, SceneError
+        """
+        other = Session(scene, samples, progress=self.progress, **self._options)
+        try:
+            self._repeat_edits(other)
+            frame = other._bake()
+        except BaseException:
+            other.close()
+            raise
+        other.made_by = self.made_by
+        self.__dict__.update({name: value for name, value in vars(other).items() if name != "_calls"})
+        return frame
+
+    def _repeat_edits(self, other: Session) -> None:
+        """Queue in `other` what the edits here, done and queued, made of what both have."""
+        for name in self._poses.keys() & other._poses.keys():
+            if not np.array_equal(self._poses[name], other._poses[name]):
+                other.move(name, self._poses[name])
+            if name in self._removed:
+                other.remove(name)
+        for group in self._factors.keys() & other._factors.keys():
+            if self._factors[group] != other._factors[group]:
+                other.dim(group, self._factors[group])
+        for material in self._reflectances.keys() & other._reflectances.keys():
+            if self._reflectances[material] != other._reflectances[material]:
+                other.set_reflectance(material, self._reflectances[material])
 
     def _prepare_choice(self) -> None:
         """If the options leave the methods to the core, measure the constants of its cost model."""

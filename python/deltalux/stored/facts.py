@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from deltalux.core_session import SessionOptions
 from deltalux.errors import FormatError
 from deltalux.scene import Scene
 from deltalux.scene.flatten import flatten
+from deltalux.session_options import OPTIONS
 
 from .archive import ArchiveReader
 from .fields import Fields
@@ -78,8 +78,8 @@ def _core_array(archive: ArchiveReader, name: str, dtype: str) -> np.ndarray:
 
 
 def _options(index: Fields) -> dict[str, Any]:
-    options = index.child("options", SessionOptions.__annotations__)
-    return {name: options.any(name) for name in SessionOptions.__annotations__}
+    options = index.child("options", OPTIONS)
+    return {name: options.any(name) for name in OPTIONS}
 
 
 def _samples(index: Fields, archive: ArchiveReader) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,11 @@ import numpy as np
 
 from deltalux.errors import FormatError
 from deltalux.scene import Camera, Material, Mesh, Node, Scene
-from deltalux.scene.lights import KINDS, NUMBER, Light
+from deltalux.scene.arrays import NUMBER
+from deltalux.scene.lights import KINDS as LIGHTS
+from deltalux.scene.lights import Light
+from deltalux.scene.surfaces import KINDS as SURFACES
+from deltalux.scene.surfaces import Surface
 from deltalux.units import FARTHEST
 
 from .archive import ArchiveReader, ArchiveWriter
@@ -18,9 +23,9 @@ from .fields import Fields
 from .looks import FIELDS as LOOK_FIELDS
 from .looks import pack_looks, unpack_looks, write_looks
 
-_COMMON = ("kind", "name", "group", "attached_to")
+_LIGHT = ("kind", "name", "group", "attached_to")
 _MESH = ("name", "material", "pose", "movable", "smooth_angle", "vertices", "triangles")
-_MATERIAL = ("name", "reflectance", "emission", "group", "two_sided")
+_MATERIAL = ("name", "reflectance", "emission", "group", "two_sided", "surface")
 _CAMERA = ("name", "pose", "vertical_fov", "height", "aspect", "near", "far")
 _NODE = ("name", "parent", "matrix", "parts", "lights", "label")
 _TINY = np.finfo(float).tiny
@@ -56,11 +61,12 @@ def pack_scene(scene: Scene, folder: Path) -> dict[str, Any]:
                 "emission": m.emission.tolist(),
                 "group": m.group,
                 "two_sided": bool(m.two_sided),
+                "surface": _pack_kind(m.surface, ("kind",)),
             }
             for m in scene.materials
         ],
         "looks": pack_looks(scene),
-        "lights": [_pack_light(light) for light in scene.lights],
+        "lights": [_pack_kind(light, _LIGHT) for light in scene.lights],
         "cameras": [_pack_camera(camera) for camera in scene.cameras],
         "nodes": [
             {
@@ -102,8 +108,8 @@ def _pack_camera(camera: Camera) -> dict[str, Any]:
     }
 
 
-def _pack_light(light: Light) -> dict[str, Any]:
-    return {name: np.asarray(getattr(light, name)).tolist() for name in (*_COMMON, *light.fields)}
+def _pack_kind(thing: Light | Surface, common: tuple[str, ...]) -> dict[str, Any]:
+    return {name: np.asarray(getattr(thing, name)).tolist() for name in (*common, *thing.fields)}
 
 
 def unpack_scene(data: Fields, archive: ArchiveReader, folder: Path) -> Scene:
@@ -114,7 +120,10 @@ def unpack_scene(data: Fields, archive: ArchiveReader, folder: Path) -> Scene:
     FormatError, SceneError, OptionError
     """
     meshes = [_unpack_mesh(entry, archive) for entry in data.objects("meshes", _MESH)]
-    materials = [_unpack_material(entry) for entry in data.objects("materials", _MATERIAL)]
+    materials = [
+        _unpack_material(entry, f"index.scene.materials[{i}].surface")
+        for i, entry in enumerate(data.objects("materials", _MATERIAL))
+    ]
     if data.any("looks") is not None:
         meshes, materials = unpack_looks(data.child("looks", LOOK_FIELDS), meshes, materials, archive)
     sizes = {mesh.name: len(mesh.triangles) for mesh in meshes}
@@ -156,28 +165,38 @@ def _unpack_mesh(entry: Fields, archive: ArchiveReader) -> Mesh:
     )
 
 
-def _unpack_material(entry: Fields) -> Material:
+def _unpack_material(entry: Fields, where: str) -> Material:
+    kind, _, values = _unpack_kind(entry.any("surface"), where, SURFACES, ("kind",))
     return Material(
         entry.text("name"),
         entry.numbers("reflectance", 3),
         entry.numbers("emission", 3),
         entry.optional_text("group"),
         entry.boolean("two_sided"),
+        surface=kind(**values),
     )
 
 
 def _unpack_light(entry: Any, where: str) -> Light:
-    kind = entry.get("kind") if isinstance(entry, dict) else None
-    if not isinstance(kind, str) or kind not in KINDS:
-        raise FormatError(f"{where}: found kind {kind!r:.60}, expected one of {list(KINDS)}")
-    shapes = KINDS[kind].fields
-    fields = Fields(entry, where, (*_COMMON, *shapes))
-    values: dict[str, Any] = {
-        name: fields.number(name) if shape == NUMBER else fields.numbers(name, *shape)
-        for name, shape in shapes.items()
-    }
+    kind, fields, values = _unpack_kind(entry, where, LIGHTS, _LIGHT)
     group, attached_to = fields.optional_text("group"), fields.optional_text("attached_to")
-    return KINDS[kind](fields.text("name"), group=group, attached_to=attached_to, **values)
+    return kind(fields.text("name"), group=group, attached_to=attached_to, **values)
+
+
+def _unpack_kind(
+    entry: Any, where: str, kinds: Mapping[str, Any], common: tuple[str, ...]
+) -> tuple[Any, Fields, dict[str, Any]]:
+    """The class of a light or a surface, its entry with the fields `common`, and the values of the others."""
+    name = entry.get("kind") if isinstance(entry, dict) else None
+    if not isinstance(name, str) or name not in kinds:
+        raise FormatError(f"{where}: found kind {name!r:.60}, expected one of {list(kinds)}")
+    shapes = kinds[name].fields
+    fields = Fields(entry, where, (*common, *shapes))
+    values = {
+        key: fields.number(key) if shape == NUMBER else fields.numbers(key, *shape)
+        for key, shape in shapes.items()
+    }
+    return kinds[name], fields, values
 
 
 def _unpack_camera(entry: Fields) -> Camera:

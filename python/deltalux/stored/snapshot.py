@@ -12,12 +12,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from deltalux.core_session import SessionOptions
 from deltalux.errors import Cancelled, FormatError, OptionError, SceneError
 from deltalux.files import written_aside
 from deltalux.samples import Samples
 from deltalux.scene import Scene
 from deltalux.segments import Progress
+from deltalux.session_options import OPTIONS
 from deltalux.version import __version__
 
 from .archive import PIECE, ArchiveReader, ArchiveWriter
@@ -28,7 +28,7 @@ from .scene import FIELDS as SCENE_FIELDS
 from .scene import pack_scene, unpack_scene, write_scene
 
 FORMAT = "deltalux-session"
-VERSION = 17  # increases only when the layout or the meaning of a number changes
+VERSION = 18  # increases only when the layout or the meaning of a number changes
 _FIELDS = ("format", "version", "options", "scene", "samples", "baked", "reflectances", "built_by", "made_by")
 _LONGEST_BUILD = 500  # characters of the name of a build
 _MOST_COMMANDS, _LONGEST_COMMAND = 100, 4000  # of those that made a file, the last ones; characters of each
@@ -63,7 +63,7 @@ class StoredSession:
 
     scene: Scene
     samples: Samples
-    options: SessionOptions
+    options: dict[str, Any]
     baked: bool
     reflectances: np.ndarray
     built_by: str | None
@@ -237,8 +237,8 @@ class CoreArrays:
 
 def _stored(archive: ArchiveReader, folder: Path) -> StoredSession:
     index = index_fields(archive)
-    options = index.child("options", SessionOptions.__annotations__)
-    values: Any = {name: options.any(name) for name in SessionOptions.__annotations__}
+    options = index.child("options", OPTIONS)
+    values = {name: options.any(name) for name in OPTIONS}
     scene = unpack_scene(index.child("scene", SCENE_FIELDS), archive, folder)
     samples = unpack_samples(index.child("samples", SAMPLE_FIELDS), scene, archive)
     baked = index.boolean("baked")

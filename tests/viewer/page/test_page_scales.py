@@ -80,7 +80,7 @@ def test_difference_is_to_before_the_last_edit_unless_another_state_is_chosen(vi
     viewer.press("Escape")
     viewer.show("difference")
     assert said.inner_text().startswith("Nothing was edited yet")
-    viewer.page.get_by_label("Movable object").select_option("crate")
+    viewer.page.get_by_label("Selected object").select_option("crate")
     places = [place for place, hit in readings(viewer, 8, 6) if hit["name"] == "left cell"]
 
     def read(key: str) -> np.ndarray:

@@ -66,14 +66,13 @@ function dimmer(lights: Lights, logarithmic: () => boolean, dimmed: Dimmed): Row
   })
   const refresh = () => {
     const factor = read()
+    const alone = lights.alone.value
+    const pressed = members?.length === alone.size && members.every((name) => alone.has(name))
+    solo.setAttribute('aria-pressed', String(pressed))
     if (!held) slider.value = String(Math.round(STEPS * placeOf(factor, logarithmic())))
     text.textContent = percent(factor)
     slider.setAttribute('aria-valuetext', percent(factor))
   }
-  lights.alone.watch((alone) => {
-    const pressed = members?.length === alone.size && members.every((name) => alone.has(name))
-    solo.setAttribute('aria-pressed', String(pressed))
-  })
   return {
     element: h('div', { class: 'dimmer' }, h('span', { title }, title), text, solo, reset, slider),
     refresh,
@@ -104,15 +103,15 @@ function searchField(found: Found[], folds: HTMLDetailsElement[]): HTMLInputElem
   return search
 }
 
-export function lightPanel(lights: Lights): HTMLElement {
-  let logarithmic = false
+/** What the panel shows for the groups that there are, and all its dimmers. */
+function dimmers(lights: Lights, logarithmic: () => boolean): { rows: Row[]; elements: HTMLElement[] } {
   const rows: Row[] = []
   const found: Found[] = []
   const folds: HTMLDetailsElement[] = []
   const many = lights.names.length > MANY
 
   const add = (dimmed: Dimmed) => {
-    const row = dimmer(lights, () => logarithmic, dimmed)
+    const row = dimmer(lights, logarithmic, dimmed)
     rows.push(row)
     return row.element
   }
@@ -150,6 +149,12 @@ export function lightPanel(lights: Lights): HTMLElement {
   search.hidden = !many
   const master = together('All lights', 'All lights', lights.names, false)
   master.hidden = lights.names.length < 2
+  return { rows, elements: [master, search, ...all] }
+}
+
+export function lightPanel(lights: Lights): HTMLElement {
+  let logarithmic = false
+  let { rows, elements } = dimmers(lights, () => logarithmic)
   const refresh = () => {
     for (const row of rows) row.refresh()
   }
@@ -157,8 +162,16 @@ export function lightPanel(lights: Lights): HTMLElement {
     logarithmic = on
     refresh()
   })
+  const element = panel('Lights', log)
+  lights.groups.watch(() => {
+    for (const each of elements) each.remove()
+    ;({ rows, elements } = dimmers(lights, () => logarithmic))
+    log.before(...elements)
+    refresh()
+  })
   lights.changed.watch(refresh)
-  return panel('Lights', master, search, ...all, log)
+  lights.alone.watch(refresh)
+  return element
 }
 
 const percent = (factor: number) => `${Number((100 * factor).toFixed(factor < 0.1 ? 1 : 0))} %`

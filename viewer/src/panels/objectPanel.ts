@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Panel of the movable objects: choice, place in numbers, remove and add.
+// Panel of the selected object: choice, place in numbers, remove and add, or how it becomes movable.
 import { button, checkbox, h, numberField, panel, show } from '../dom'
 import type { Look } from '../look'
 import type { Objects } from '../objects'
@@ -11,11 +11,37 @@ const AXES = ['X', 'Y', 'Z'] as const
 // long: a list of controls, each of a few lines.
 export function objectPanel(objects: Objects, remote: RemoteSession, look: Look): HTMLElement {
   const list = h('select', {
-    'aria-label': 'Movable object',
+    'aria-label': 'Selected object',
     change: () => objects.select(list.value || null),
   })
-  list.append(h('option', { value: '' }, objects.names.length ? 'nothing selected' : 'nothing is movable'))
-  for (const name of objects.names) list.append(h('option', { value: name }, name))
+  let listed = ''
+  const fill = () => {
+    const { names, selected } = objects
+    const key = JSON.stringify([names, selected.value])
+    if (key === listed) return // a list that is open stays as it is
+    listed = key
+    const none = names.length ? 'nothing selected' : 'nothing is movable'
+    const fixed = selected.value === null || names.includes(selected.value) ? [] : [selected.value]
+    const options = names.map((name) => h('option', { value: name }, name))
+    list.replaceChildren(
+      h('option', { value: '' }, none),
+      ...options,
+      ...fixed.map((name) => h('option', { value: name }, `${name} (fixed)`)),
+    )
+  }
+  const makeMovable = button(
+    'Make movable',
+    () => {
+      if (objects.selected.value !== null) objects.makeMovable(objects.selected.value)
+    },
+    { class: 'primary' },
+  )
+  const fixed = h(
+    'div',
+    { class: 'stack' },
+    h('span', { class: 'quiet' }, 'It cannot be moved yet: that takes another bake, which keeps all edits.'),
+    h('div', { class: 'row' }, makeMovable),
+  )
 
   const removal = button('Remove', () => {
     if (objects.selected.value !== null) objects.toggleRemoved(objects.selected.value)
@@ -71,8 +97,13 @@ export function objectPanel(objects: Objects, remote: RemoteSession, look: Look)
   )
   const refresh = () => {
     const name = objects.selected.value
+    fill()
     list.value = name ?? ''
-    details.hidden = name === null
+    const movable = name !== null && objects.isMovable(name)
+    details.hidden = !movable
+    fixed.hidden = name === null || movable
+    const phase = remote.state.value?.phase
+    makeMovable.disabled = phase === 'baking' || phase === 'preview' || phase === 'checking'
     const removed = name !== null && objects.isRemoved(name)
     removal.textContent = removed ? 'Put back' : 'Remove'
     for (const field of [...position.fields, ...turn.fields]) field.disabled = removed
@@ -84,5 +115,5 @@ export function objectPanel(objects: Objects, remote: RemoteSession, look: Look)
     position.fields.forEach((field, i) => show(field, placement.position[i]))
     turn.fields.forEach((field, i) => show(field, placement.degrees[i], 1))
   })
-  return panel('Object', list, details)
+  return panel('Object', list, fixed, details)
 }

@@ -43,26 +43,30 @@ const LIGHT_STATES: Partial<Record<StateMessage['phase'], string>> = {
   failed: 'The update failed: this light is not up to date',
 }
 
-const ALL_OFF = 'All lights are off'
-const NO_LIGHT =
-  'There is no light in this scene: no lamp, no sun, and nothing that glows. ' +
-  'Give a material an emission, or add a lamp, and open the file again.'
+const ALL_OFF = 'No lamp shines: all are off, or removed'
+const NO_LIGHT = 'There is no light in this scene: no lamp, no sun, and nothing that glows'
+const AT_REST: StateMessage['phase'][] = ['ready', 'updating', 'failed']
 
 /** Mark of a preview, and the way out where there is no light or an older one. */
-export function lightState(remote: RemoteSession, lights: Lights): HTMLElement {
+export function lightState(remote: RemoteSession, lights: Lights, addLamp: () => void): HTMLElement {
   const text = h('span', {})
+  const lamp = button('Add a lamp', addLamp, {
+    title: 'Where the camera looks, below the ceiling. Everything is baked again.',
+  })
   const switchOn = button('Switch them on', () =>
     lights.set(Object.fromEntries(lights.names.map((n) => [n, 1]))),
   )
   const bake = button('Bake', () => void remote.edit({ type: 'bake' }), { class: 'primary' })
-  const element = h('div', { class: 'light-state' }, text, bake, switchOn)
+  const element = h('div', { class: 'light-state' }, text, bake, switchOn, lamp)
   remote.state.watch((state) => {
-    const off = state !== null && Object.values(state.factors).every((factor) => factor === 0)
-    const lit = state && (LIGHT_STATES[state.phase] ?? (off ? ALL_OFF : null))
-    const said = lights.names.length === 0 ? NO_LIGHT : lit
+    const factors = Object.values(state?.factors ?? {})
+    const dark = state?.dark ? (factors.length === 0 ? NO_LIGHT : ALL_OFF) : null
+    const said = state && (LIGHT_STATES[state.phase] ?? dark)
     element.hidden = !said
     bake.hidden = said !== LIGHT_STATES.empty && said !== LIGHT_STATES.failed
-    switchOn.hidden = said !== ALL_OFF
+    switchOn.hidden = said !== ALL_OFF || factors.every((factor) => factor > 0)
+    lamp.hidden = said !== NO_LIGHT && said !== ALL_OFF
+    lamp.disabled = state !== null && !AT_REST.includes(state.phase) // a bake is at work
     text.textContent = said ?? ''
   })
   return element

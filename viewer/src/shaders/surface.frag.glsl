@@ -3,9 +3,10 @@
 // Tone curve as python/deltalux/outputs/tone.py, colours by value as outputs/colour_scale.py.
 precision highp float;
 
-in vec3 irradiance;
-in float standardError;
-in vec3 change;
+centroid in vec3 irradiance;
+centroid in float standardError;
+centroid in vec3 change;
+centroid in float uncompared;
 in vec3 worldNormal;
 in vec3 toEye;
 
@@ -93,7 +94,8 @@ void main() {
     float value = mode == MODE_FALSE_COLOUR ? photopic(irradiance)
                 : mode == MODE_ERROR ? relativeError()
                 : mode == MODE_DIFFERENCE ? photopic(change) : photopic(radiance);
-    bool counts = sampled && (mode != MODE_LIT || light == vec3(0.0));
+    bool counts = sampled && (mode != MODE_LIT || light == vec3(0.0)) &&
+                  (mode != MODE_DIFFERENCE || uncompared == 0.0);
     colour = vec4(value, counts ? 1.0 : 0.0, 1.0 / gl_FragCoord.w, 1.0);
     return;
   }
@@ -106,7 +108,7 @@ void main() {
   } else if (sampled) {
     if (mode == MODE_FALSE_COLOUR) shown = falseColour(photopic(irradiance));
     if (mode == MODE_ERROR) shown = falseColour(relativeError());
-    if (mode == MODE_DIFFERENCE) {
+    if (mode == MODE_DIFFERENCE && uncompared == 0.0) {
       shown = change == vec3(0.0) ? vec3(0.0) : encode(tableColour(diverging, place(photopic(change))));
     }
   } else if (mode == MODE_DIFFERENCE) {

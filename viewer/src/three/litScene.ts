@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The scene as drawn: one mesh with groups for each mesh of the server's, values as an attribute of halves.
 import { Box3, BufferAttribute, BufferGeometry, DynamicDrawUsage, Group, Matrix4, Mesh, Vector3 } from 'three'
-import { Carrier } from '../carrier'
+import { Carrier, type Refinement } from '../carrier'
 import type { ArrayPlace, MeshInfo, PartInfo, Pose, Run, SceneInfo, ValuesFrame } from '../protocol'
 import { CHANNELS, Values, type Snapshot } from '../values'
+import { Signal } from '../signal'
+import { VersionCarrier } from '../versionCarrier'
 import { SurfaceMaterials } from './materials'
 
 const MAX_RANGES = 16 // of one mesh waiting for upload; more become one that covers them
@@ -42,6 +44,7 @@ export class LitScene {
   readonly materials: SurfaceMaterials
   readonly values: Values
   readonly bodies: Body[] = []
+  readonly version = new Signal(0) // of the scene: other things can be moved, there are other lights
   private readonly byName = new Map<string, Body>()
   private compared: { with: Snapshot; halves: Uint16Array } | null = null // what the graphics card has
 
@@ -82,7 +85,7 @@ export class LitScene {
 
   setPose(name: string, pose: Pose | null): void {
     const body = this.byName.get(name)
-    if (!body) return
+    if (!body?.userData.info.movable) return
     body.visible = pose !== null
     if (pose) body.matrix.fromArray(pose)
     body.matrixWorldNeedsUpdate = true
@@ -111,9 +114,23 @@ export class LitScene {
     this.compared = { with: reference, halves }
   }
 
-  /** Takes another refinement of the same scene; returns how values of the one before go along. */
-  remesh(info: SceneInfo, arrays: GeometryArrays): Carrier {
-    const carrier = new Carrier([this.info, this.arrays], [info, arrays])
+  /**
+   * Takes another refinement, or version, of the same scene; returns how values of the one before go along.
+   * `poses`: of what can be moved.
+   */
+  remesh(
+    info: SceneInfo,
+    arrays: GeometryArrays,
+    poses: Record<string, Pose | null>,
+  ): Carrier | VersionCarrier {
+    const [before, now]: Refinement[] = [
+      [this.info, this.arrays],
+      [info, arrays],
+    ]
+    const other = info.version !== this.info.version
+    const carrier = other
+      ? new VersionCarrier(before, now, this.newPoses(info, poses))
+      : new Carrier(before, now)
     this.info = info
     this.arrays = arrays
     this.values.resize(info.vertices)
@@ -124,7 +141,18 @@ export class LitScene {
       body.geometry = geometries[i]
       body.userData.info = info.meshes[i]
     })
+    if (other) this.version.value = info.version
     return carrier
+  }
+
+  /** Poses of the meshes that cannot be moved yet, and can in `info`, by their index. */
+  private newPoses(info: SceneInfo, poses: Record<string, Pose | null>): Map<number, Matrix4> {
+    const found = new Map<number, Matrix4>()
+    info.meshes.forEach(({ name, movable }, i) => {
+      const pose = poses[name]
+      if (movable && pose && !this.info.meshes[i].movable) found.set(i, new Matrix4().fromArray(pose))
+    })
+    return found
   }
 
   /** One for each mesh. */

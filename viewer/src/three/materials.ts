@@ -53,6 +53,7 @@ export class SurfaceMaterials {
     measuring: { value: false },
     valueScale: { value: 1 },
     referenceScale: { value: 1 },
+    depthOfPixel: { value: 0 },
     exposure: { value: 1 },
     sequential: { value: tableTexture(colourTable(SEQUENTIAL)) },
     diverging: { value: tableTexture(colourTable(DIVERGING)) },

@@ -4,7 +4,7 @@
 import { Raycaster, Vector2, Vector3, type Camera, type Intersection, type Mesh } from 'three'
 import type { Body } from './litScene'
 
-const BESIDE = 1e-4 // of the distance from the body's origin, or metres: from where a hit is looked for again
+const BESIDE = 1e-4 // of the distance from the world's origin, or metres: from where a hit is looked for again
 const SAME_PLACE = 1e-4 // of the distance: two triangles of one sheet
 
 export interface Hit {
@@ -52,24 +52,31 @@ function hitOf(hit: Intersection): Hit {
   }
 }
 
-/** What was hit, in the triangles that its body has now; null where they are no longer there. */
-export function hitAgain(hit: Hit, normal: Vector3): Hit | null {
-  const { body, local, sampled } = hit
-  const reach = BESIDE * (1 + local.length())
-  const from = body.localToWorld(local.clone().addScaledVector(normal, reach))
-  raycaster.set(from, normal.clone().negate().transformDirection(body.matrixWorld))
-  const found = raycaster.intersectObject(body, false)[0]
-  if (!found || found.distance > 2 * reach) return null
-  return { ...hitOf(found), sampled }
+/** Where something was hit, and its triangle's normal there, in the world. */
+export interface Place {
+  point: Vector3
+  normal: Vector3
 }
 
-/** Normal of the triangle that was hit, in its body's space. */
-export function normalOf({ body, vertices }: Hit): Vector3 {
+export function placeOf({ body, local, vertices }: Hit): Place {
   const points = body.geometry.getAttribute('position')
   const [a, b, c] = vertices.map((vertex) =>
     new Vector3().fromBufferAttribute(points, vertex - body.userData.info.first_vertex),
   )
-  return b.sub(a).cross(c.sub(a)).normalize()
+  const normal = b.sub(a).cross(c.sub(a)).normalize()
+  return {
+    point: body.localToWorld(local.clone()),
+    normal: normal.transformDirection(body.matrixWorld),
+  }
+}
+
+/** What was hit there, in the triangles that its body has now; null where they are no longer there. */
+export function hitAgain({ body, sampled }: Hit, { point, normal }: Place): Hit | null {
+  const reach = BESIDE * (1 + point.length())
+  raycaster.set(point.clone().addScaledVector(normal, reach), normal.clone().negate())
+  const found = raycaster.intersectObject(body, false)[0]
+  if (!found || found.distance > 2 * reach) return null
+  return { ...hitOf(found), sampled }
 }
 
 /** How far a way from a point leads before it meets a body. */

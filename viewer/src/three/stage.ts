@@ -44,6 +44,12 @@ export class Stage {
     this.invalidate()
   }
 
+  /** Change of depth in clip space over a pixel of a surface at 45 degrees, wherever it is. */
+  get depthOfPixel(): number {
+    const { fov, near } = this.camera
+    return (4 * near * Math.tan(MathUtils.degToRad(fov) / 2)) / this.renderer.domElement.height
+  }
+
   /** Draws once more at the next opportunity. */
   invalidate = (): void => {
     if (this.scheduled) return

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// Directions on one side of a surface.
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/vec.h"
+
+namespace deltalux {
+
+/// The unit vector along `normal` (not normalised) on the side that a ray along w comes from.
+inline Vec3f facing(Vec3f normal, Vec3f w) {
+  const Vec3f n = normalize(normal);
+  return dot(n, w) > 0 ? -n : n;
+}
+
+/// Cosine-distributed direction about the unit vector n (concentric map, Shirley & Chiu 1997).
+inline Vec3f cosine_direction(Vec3f n, float r, float s) {
+  const float a = 2 * r - 1, b = 2 * s - 1;
+  float radius = 0, phi = 0;
+  if (a * a > b * b) {
+    radius = a;
+    phi = (std::numbers::pi_v<float> / 4) * (b / a);
+  } else if (b != 0) {
+    radius = b;
+    phi = (std::numbers::pi_v<float> / 2) - (std::numbers::pi_v<float> / 4) * (a / b);
+  }
+  const float x = radius * std::cos(phi), y = radius * std::sin(phi);
+  return turned({x, y, std::sqrt(std::max(0.0f, 1 - x * x - y * y))}, n);
+}
+
+}  // namespace deltalux

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// The interface of kinds of surfaces: all that paths, estimates and edits need to know.
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/random.h"
+#include "base/vec.h"
+
+namespace deltalux::surfaces {
+
+class Kind;
+
+/// The product of each channel.
+constexpr Vec3f product(Vec3f a, Vec3f b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
+
+/// The kind without parameters: the same reflectance everywhere.
+const Kind& diffuse();
+
+/// A point of a triangle.
+struct Point {
+  /// Barycentrics: the point is corner 0 + u (corner 1 - corner 0) + v (corner 2 - corner 0).
+  float u = 0, v = 0;
+  /// Texture coordinates; only set for kinds that read them.
+  std::array<float, 2> texture{};
+};
+
+/// A surface as its material describes it. Its behaviour is defined by its kind.
+struct Surface {
+  /// Mean over the surface, per channel. Edits change it.
+  Vec3f reflectance{};
+  Vec3f emission{};  ///< radiance per channel, the same everywhere
+  bool two_sided = false;
+  const Kind* kind = &diffuse();
+  std::vector<float> parameters{};  ///< additional parameters of its kind
+  std::string name{};               ///< for messages
+
+  /// The reflectance at a point, in [0, 1].
+  Vec3f reflectance_at(const Point& at) const;
+  /// Whether its reflectance could be `mean`: whether it would then exceed 1 nowhere.
+  bool admits(Vec3f mean) const;
+};
+
+/// Random numbers of a bounce have these dimensions. A kind that needs more counts on from kMore.
+enum Dimension : uint32_t { kScatterU, kScatterV, kSurvive, kMore };
+
+/// The random numbers of one bounce of a path, by dimension.
+class BounceRandom {
+ public:
+  constexpr BounceRandom(uint64_t seed, uint64_t path, uint32_t bounce)
+      : path_(seed, path), bounce_(bounce) {}
+  constexpr float operator()(uint32_t dimension) const { return path_(bounce_, dimension); }
+
+ private:
+  PathRandom path_;
+  uint32_t bounce_;
+};
+
+/// A path that meets a surface.
+struct Arrival {
+  Vec3f direction;  ///< unit
+  Vec3f normal;     ///< geometric normal; its side follows the winding; not normalised
+  Point at;
+};
+
+/// The same path after a surface has scattered it.
+struct Departure {
+  Vec3f normal;      ///< unit, on the side on which the path leaves
+  Vec3f direction;   ///< unit
+  Vec3d throughput;  ///< factors on the path's power, per channel; none exceeds 1
+};
+
+/// What a surface's answers depend on, beside the surface itself.
+enum class Reads : uint8_t { nothing, barycentrics, texture };
+
+/// Behaviour of all surfaces of one kind. Stateless; there is one instance of each kind.
+class Kind {
+ public:
+  virtual ~Kind() = default;
+  /// Its name in scenes.
+  virtual std::string_view name() const = 0;
+  /// Why a surface cannot have these parameters; null if it can.
+  virtual const char* flaw(std::span<const float> parameters) const = 0;
+  Reads reads() const { return reads_; }
+
+  /// Whether all points stop rays.
+  virtual bool is_opaque(const Surface& surface) const = 0;
+  /// Whether this point stops rays, of light and of all who ask for it; else they pass straight
+  /// through. Not asked if the surface is opaque.
+  virtual bool stops(const Surface& surface, const Point& at) const = 0;
+
+  /// The reflectance at a point, relative to the surface's mean. Not asked if the kind reads
+  /// nothing: it is 1 then.
+  virtual Vec3f share(const Surface& surface, const Point& at) const = 0;
+  /// Upper bound of share().
+  virtual Vec3f max_share(const Surface& surface) const = 0;
+
+  /// Decides whether a path goes on, and how; a pure function of its arguments. On average over all
+  /// random numbers, paths carry on as much power as the surface reflects.
+  virtual bool scatter(const Surface& surface, const Arrival& arrival, const BounceRandom& random,
+                       Departure& out) const = 0;
+  /// Upper bound of the throughput in scatter().
+  virtual Vec3d max_throughput(const Surface& surface) const = 0;
+
+ protected:
+  explicit Kind(Reads reads) : reads_(reads) {}
+
+ private:
+  Reads reads_;
+};
+
+inline Vec3f Surface::reflectance_at(const Point& at) const {
+  if (kind->reads() == Reads::nothing) return reflectance;
+  return min(product(reflectance, kind->share(*this, at)), Vec3f{1, 1, 1});
+}
+
+inline bool Surface::admits(Vec3f mean) const {
+  constexpr float kRounding = 1e-6f;
+  const Vec3f most = product(mean, kind->max_share(*this));
+  return std::max({most.x, most.y, most.z}) <= 1 + kRounding;
+}
+
+}  // namespace deltalux::surfaces

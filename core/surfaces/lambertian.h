@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// Base of kinds of surfaces that scatter light equally in all directions: each kind defines only
+// the reflectance at a point, and where it has holes, if it has any.
+#pragma once
+#include "surfaces/kind.h"
+
+namespace deltalux::surfaces {
+
+class Lambertian : public Kind {
+ public:
+  bool is_opaque(const Surface&) const override { return true; }
+  bool stops(const Surface&, const Point&) const override { return true; }
+  bool scatter(const Surface& surface, const Arrival& arrival, const BounceRandom& random,
+               Departure& out) const final;
+  Vec3d max_throughput(const Surface& surface) const final;
+
+ protected:
+  using Kind::Kind;
+};
+
+}  // namespace deltalux::surfaces
