@@ -110,7 +110,7 @@ struct Room : World {
                                   : Receiver{};
   }
   /// Gives `object` a pose and presence and adds what that changes to `change`.
-  void edit(uint32_t object, const Pose& pose, bool present, Change& change) {
+  void edit(uint32_t object, const Pose& pose, bool present, DirectChange& change) {
     change.boxes.push_back(caster->object_bounds(object));
     scene.objects[object].pose = pose;
     scene.objects[object].present = present;
@@ -135,13 +135,13 @@ struct Room : World {
     pose.translation = Vec3d(uniform_point(random, {-3.5f, 0, -2.5f}, {3.5f, 0.5f, 2.5f}));
     return pose;
   }
-  void random_edit(Random& random, Change& change) {
+  void random_edit(Random& random, DirectChange& change) {
     const uint32_t object = 1 + random() % 3;
     const bool present = random() % 4 != 0;
     edit(object, random() % 5 ? random_pose(random) : scene.objects[object].pose, present, change);
   }
   /// A new movable with a light of its own.
-  void insert(Random& random, Change& change) {
+  void insert(Random& random, DirectChange& change) {
     scene::Object box = movable("insert");
     add_box(box, {0, 0, 0}, {0.3f, 0.5f, 0.3f});
     add_quad(box, {0, 0.6f, 0}, {0.2f, 0, 0}, {0, 0, 0.2f}, 1, 1, 2);
@@ -172,7 +172,7 @@ TEST(DirectUpdate, EqualsComputeAfterEveryEdit) {
     size_t changed = 0;
     for (int step = 0; step < 8; ++step) {
       const std::vector<int64_t> before = sums_of(direct);
-      Change change;
+      DirectChange change;
       for (uint32_t k = 0; k < 1 + random() % 2; ++k) room.random_edit(random, change);
       if (step == 4) room.insert(random, change);
       direct.update(room.present(), change, Workers(1), room.progress);
@@ -181,7 +181,7 @@ TEST(DirectUpdate, EqualsComputeAfterEveryEdit) {
     }
     EXPECT_GE(changed, 4u);
     // Back to where everything stood.
-    Change back;
+    DirectChange back;
     for (uint32_t object = 1; object < room.scene.objects.size(); ++object)
       room.edit(object, {}, object < 4, back);
     direct.update(room.present(), back, Workers(1), room.progress);
@@ -197,7 +197,7 @@ TEST(DirectUpdate, LightsTakeTurnsUnderABudgetAndCatchUp) {
     DirectLight direct = room.compute();
     size_t behind = 0;
     for (int step = 0; step < 30; ++step) {
-      Change change;
+      DirectChange change;
       if (random() % 4) room.random_edit(random, change);
       if (step == 7 || step == 8) room.insert(random, change);
       // A billionth of a millisecond: one light at a time.
@@ -232,7 +232,7 @@ TEST(DirectUpdate, EveryLightHasItsTurnWhileChangesGoOn) {
     Room room(seed);
     Random random(300 + seed);
     DirectLight direct = room.compute();
-    Change change;
+    DirectChange change;
     room.edit(2, room.random_pose(random), true, change);
     const std::vector<int64_t> wanted = sums_of(room.compute());
     for (size_t k = 0; k < room.lights.size(); ++k) {
@@ -251,7 +251,7 @@ TEST(DirectUpdate, ThreadsDoNotMatter) {
   DirectLight one = room.compute(1), two = room.compute(2);
   ASSERT_EQ(sums_of(one), sums_of(two));
   for (int step = 0; step < 3; ++step) {
-    Change change;
+    DirectChange change;
     room.random_edit(random, change);
     one.update(room.present(), change, Workers(1), room.progress);
     two.update(room.present(), change, Workers(2), room.progress);
@@ -285,7 +285,7 @@ TEST(DirectUpdate, CancelLeavesEverythingAsItWas) {
   DirectLight direct = room.compute();
   const std::vector<int64_t> before = sums_of(direct);
   const size_t bytes = direct.bytes();
-  Change change;
+  DirectChange change;
   room.edit(2, room.random_pose(random), true, change);
   room.insert(random, change);
   // Cancelled half way, by another thread.
@@ -319,7 +319,7 @@ TEST(DirectUpdate, MemoryDoesNotGrowWithHistory) {
   DirectLight direct = room.compute();
   const size_t first = direct.bytes();
   for (int step = 0; step < 200; ++step) {
-    Change change;
+    DirectChange change;
     room.edit(2, room.random_pose(random), true, change);
     direct.update(room.present(), change, Workers(1), room.progress);
   }
@@ -331,7 +331,7 @@ TEST(DirectUpdate, SnapshotsCarryOn) {
   Random random(5);
   DirectLight direct = room.compute();
   for (int step = 0; step < 3; ++step) {
-    Change change;
+    DirectChange change;
     room.edit(2, room.random_pose(random), true, change);
     direct.update(room.present(), change, Workers(1), room.progress);
   }
@@ -342,7 +342,7 @@ TEST(DirectUpdate, SnapshotsCarryOn) {
   DirectLight opened(room.receivers.size(), room.scene.group_count, kQuantum, 1);
   opened.restore(archive, room.lights, room.sampled);
   ASSERT_EQ(sums_of(opened), sums_of(direct));
-  Change change;
+  DirectChange change;
   room.edit(1, room.random_pose(random), true, change);
   opened.update(room.present(), change, Workers(1), room.progress);
   EXPECT_EQ(sums_of(opened), sums_of(room.compute()));
