@@ -155,13 +155,13 @@ TEST(Surfaces, RaysPassThroughHoles) {
     const trace::Hit hit = caster.closest(fan.origin, w, 0, 2);
     const bool hole = to.y - std::floor(to.y) < 0.5f;
     EXPECT_EQ(hit.primitive == first || hit.primitive == first + 1, !hole) << to.y;
-    EXPECT_EQ(caster.occluded(fan.origin, w, 1.5f), !hole) << to.y;
+    EXPECT_EQ(caster.occluded(fan.origin, w, 1.2f), !hole) << to.y;
     fan.x[i] = w.x, fan.y[i] = w.y, fan.z[i] = w.z;
     wanted[i / 64] |= uint64_t(1) << (i % 64), ++fan.count;
     passed += hole;
   }
   EXPECT_GT(passed, 50u);
-  fan.to = 1.5f;
+  fan.to = 1.2f;
   const trace::RayBits blocked = caster.occluded_static(fan, wanted);
   for (uint32_t i = 0; i < fan.count; ++i) {
     const Vec3f w{fan.x[i], fan.y[i], fan.z[i]};
