@@ -31,8 +31,8 @@ struct Segment {
 };
 static_assert(sizeof(Segment) == 44);
 
-/// The content of an unused slot. At bounce 0 the slot number is the path's, whether the slot is in
-/// use or not.
+/// The content of an unused slot. At bounce 0 each slot belongs to one path, whether it is in use or
+/// not.
 inline Segment unused_segment(uint32_t path = 0) {
   return {{}, 0, -1.0f, {0, 0, 0}, path, scene::kNone, kNoSlot};
 }
@@ -93,6 +93,7 @@ class BounceSegments {
   HitSlots& slots(uint32_t slot) { return chunk(slot).slots[slot % kChunk]; }
   float& extended(uint32_t slot) { return chunk(slot).extended[slot % kChunk]; }
   uint32_t& landing(uint32_t slot) { return chunk(slot).landing[slot % kChunk]; }
+  uint32_t landing(uint32_t slot) const { return chunk(slot).landing[slot % kChunk]; }
   /// The distance to the second hit, or the length if that is not kept.
   float extended_or_length(uint32_t slot) const {
     const Chunk& c = chunk(slot);
