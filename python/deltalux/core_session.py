@@ -43,6 +43,7 @@ class SessionOptions(TypedDict):
     max_bounces: int
     memory_limit: int | None
     gather: str | int
+    path_range: tuple[int, int] | None
 
 
 def checked_options(options: SessionOptions) -> SessionOptions:
@@ -67,7 +68,27 @@ def checked_options(options: SessionOptions) -> SessionOptions:
         raise OptionError(f"memory_limit: found {limit}, expected bytes, or None for what is free")
     good = options.copy()
     good["paths"], good["seed"] = int(options["paths"]), int(options["seed"])
+    good["path_range"] = _checked_range(options["path_range"], good["paths"])
     return good
+
+
+def _checked_range(given: Any, paths: int) -> tuple[int, int] | None:
+    """The range of paths; a list, as JSON has it, becomes a tuple.
+
+    Raises
+    ------
+    OptionError
+    """
+    if given is None:
+        return None
+    pair = isinstance(given, tuple | list) and len(given) == 2
+    whole = pair and all(isinstance(n, int | np.integer) and not isinstance(n, bool) for n in given)
+    if not whole or not 0 <= given[0] <= given[1] <= paths:
+        raise OptionError(
+            f"path_range: found {given!r:.60}, expected (first, last) with 0 <= first <= last <= {paths}, "
+            "the number of paths, or None for all of them"
+        )
+    return int(given[0]), int(given[1])
 
 
 def resolved_gather(gather: str | int, samples: int, segment_end: str, disc_area: str) -> str | int:
@@ -203,6 +224,7 @@ def make_core_session(scene: Scene, flat: FlatScene, samples: Samples, options: 
         options["max_bounces"],
         available_memory() if limit is None else int(limit),
         gather_rays(options["gather"]),
+        options["path_range"],
     )
 
 

@@ -85,6 +85,7 @@ def plan(
         max_bounces=max_bounces,
         memory_limit=None,
         gather=gather,
+        path_range=None,
     )
     options = checked_options(given)
     flat = flatten(scene)

@@ -57,6 +57,10 @@ class Session(SessionPlaces):
         1536 up to 2,730 samples, 1024 up to 4,096 and 512 up to 8,192 (four million rays), 128 beyond
         65,536 samples, 64 beyond 131,072, "off" beyond 262,144 (sixteen million rays), and "off" where
         `segment_end` or `disc_area` is not the default.
+    path_range : (first, last), or None = all paths
+        For bakes that are shared among sessions: which part of the paths this one traces and stores. It
+        takes the same share, from first / paths to last / paths, of every batch of every light's paths.
+        A session with a part has no light to read; `deltalux.session.ranges` adds up the sums of parts.
     progress : callable (stage, fraction) -> keep going, or None
         Called on the calling thread about 50 times a second; returning False cancels.
 
@@ -81,6 +85,7 @@ class Session(SessionPlaces):
         max_bounces: int = MAX_BOUNCES,
         memory_limit: int | None = None,
         gather: str | int = "auto",
+        path_range: tuple[int, int] | None = None,
         progress: Progress | None = None,
     ) -> None:
         own = Samples.on_vertices(scene) if samples is None else samples
@@ -97,6 +102,7 @@ class Session(SessionPlaces):
             max_bounces=max_bounces,
             memory_limit=memory_limit,
             gather=gather,
+            path_range=path_range,
         )
         self._options = core_session.checked_options(given)
         self.scene = scene
