@@ -15,6 +15,13 @@ namespace {
 
 using session::Session;
 
+/// Sums in four dimensions.
+using Blocks = nb::ndarray<const int64_t, nb::numpy, nb::ndim<4>, nb::c_contig, nb::device::cpu>;
+
+std::vector<int64_t> to_numbers(const Blocks& blocks) {
+  return {blocks.data(), blocks.data() + blocks.size()};
+}
+
 nb::dict to_dict(const session::Frame& frame) {
   nb::dict ms, out;
   for (const auto& [stage, value] : frame.milliseconds) {
@@ -65,6 +72,20 @@ plan::Policy to_policy(const std::string& name) {
                                 : plan::Policy::measured;
 }
 
+std::string digest(const Session& session, const std::optional<session::SegmentsHash>& others) {
+  std::array<uint64_t, 4> words;
+  {
+    nb::gil_scoped_release release;
+    words = session.digest(others);
+  }
+  char text[65];
+  std::snprintf(
+      text, sizeof text, "%016llx%016llx%016llx%016llx", static_cast<unsigned long long>(words[0]),
+      static_cast<unsigned long long>(words[1]), static_cast<unsigned long long>(words[2]),
+      static_cast<unsigned long long>(words[3]));
+  return text;
+}
+
 nb::object read_bytes(const ArchiveView& archive, const std::string& name, size_t offset,
                       size_t count) {
   // Check the range before allocating memory.
@@ -76,6 +97,97 @@ nb::object read_bytes(const ArchiveView& archive, const std::string& name, size_
   nb::gil_scoped_release release;
   archive.read(name, offset, {to, count});
   return out;
+}
+
+/// The sums of a session's paths: their number; discs (groups, batches, samples, 3); cells (cells,
+/// groups, batches, 3).
+nb::tuple path_sums(const Session& session) {
+  session::PathSums sums;
+  {
+    nb::gil_scoped_release release;
+    sums = session.path_sums();
+  }
+  const size_t groups = session.state().sum_groups(), batches = session::kBatches;
+  const size_t cells = sums.cells.size() / (3 * groups * batches);
+  return nb::make_tuple(
+      sums.paths,
+      make_array(std::move(sums.discs), {groups, batches, session.state().samples.size(), 3}),
+      make_array(std::move(sums.cells), {cells, groups, batches, 3}));
+}
+
+/// Lights, and what the first flights from each bring: (lights, cells, batches, 3).
+nb::tuple first_flights(const Session& session) {
+  session::FirstFlights flights;
+  {
+    nb::gil_scoped_release release;
+    flights = session.first_flights();
+  }
+  const size_t lights = flights.lights.size(), batches = session::kBatches;
+  const size_t cells = session.state().gather ? session.state().gather->cells.size() : 0;
+  return nb::make_tuple(make_array(std::move(flights.lights), {lights}),
+                        make_array(std::move(flights.quanta), {lights, cells, batches, 3}));
+}
+
+/// What sessions that share the paths of one bake need beside the rest, see session/session.h.
+void bind_ranges(nb::class_<Session>& bound) {
+  bound.def("path_sums", &path_sums)
+      .def("segments_hash",
+           [](const Session& s) {
+             session::SegmentsHash hash;
+             {
+               nb::gil_scoped_release release;
+               hash = s.segments_hash();
+             }
+             return make_array(std::vector<uint64_t>{hash.count, hash.a, hash.b}, {3});
+           })
+      .def(
+          "add_path_sums",
+          [](Session& s, uint64_t paths, const Blocks& discs, const Blocks& cells) {
+            const session::PathSums sums{paths, to_numbers(discs), to_numbers(cells)};
+            nb::gil_scoped_release release;
+            s.add_path_sums(sums);
+          },
+          nb::arg("paths"), nb::arg("discs"), nb::arg("cells"))
+      .def(
+          "gradient_sums",
+          [](Session& s, nb::object callback) {
+            session::SlopeSums sums;
+            run(callback, [&](Progress& p) { sums = s.slope_sums(p); });
+            const size_t groups = s.state().sum_groups(), n = s.state().samples.size();
+            return nb::make_tuple(
+                make_array(std::move(sums.discs), {groups, session::kBatches, n, 3}),
+                make_array(std::move(sums.moments), {groups, session::kBatches, n, 6}));
+          },
+          nb::arg("progress").none())
+      .def(
+          "gradient_with",
+          [](Session& s, const Blocks& discs, const Blocks& moments, nb::object callback) {
+            const session::SlopeSums others{to_numbers(discs), to_numbers(moments)};
+            const size_t n = s.state().samples.size();
+            std::vector<double> gradient(9 * n);
+            run(callback, [&](Progress& p) { s.read_gradient(gradient.data(), p, others); });
+            return make_array(std::move(gradient), {n, 3, 3});
+          },
+          nb::arg("discs"), nb::arg("moments"), nb::arg("progress").none())
+      .def("first_flights", &first_flights)
+      .def(
+          "look",
+          [](Session& s, const Column<uint32_t>& lights, const Blocks& quanta,
+             nb::object callback) {
+            const session::FirstFlights flights{to_vector(lights), to_numbers(quanta)};
+            run(callback, [&](Progress& p) { s.look(flights, p); });
+          },
+          nb::arg("lights"), nb::arg("quanta"), nb::arg("progress").none())
+      .def("asked_lights",
+           [](const Session& s) {
+             std::vector<uint32_t> lights = s.asked_lights();
+             const size_t n = lights.size();
+             return make_array(std::move(lights), {n});
+           })
+      .def(
+          "ask_for",
+          [](Session& s, const Column<uint32_t>& lights) { s.ask_for(to_vector(lights)); },
+          nb::arg("lights"));
 }
 
 /// Arrays that a Python object reads from a file: bytes(name) -> int or None; read_into(name,
@@ -123,7 +235,9 @@ void bind_session(nb::module_& m) {
         return read_bytes(a, name, 0, a.bytes(name));
       });
 
-  nb::class_<Session>(m, "Session")
+  nb::class_<Session> bound(m, "Session");
+  bind_ranges(bound);
+  bound
       .def(
           "__init__",
           [](Session* self, const scene::Scene& scene, const Rows<float, 3>& points,
@@ -281,21 +395,14 @@ void bind_session(nb::module_& m) {
              const size_t n = radius.size();
              return make_array(std::move(radius), {n});
            })
-      .def("digest",
-           [](const Session& s) {
-             std::array<uint64_t, 4> words;
-             {
-               nb::gil_scoped_release release;
-               words = s.digest();
-             }
-             char text[65];
-             std::snprintf(text, sizeof text, "%016llx%016llx%016llx%016llx",
-                           static_cast<unsigned long long>(words[0]),
-                           static_cast<unsigned long long>(words[1]),
-                           static_cast<unsigned long long>(words[2]),
-                           static_cast<unsigned long long>(words[3]));
-             return std::string(text);
-           })
+      .def("digest", [](const Session& s) { return digest(s, {}); })
+      .def(
+          "digest_with",
+          [](const Session& s, const Column<uint64_t>& others) {
+            if (others.size() != 3) throw OptionError("digest: expected a sum of segments_hash");
+            return digest(s, session::SegmentsHash{others(0), others(1), others(2)});
+          },
+          nb::arg("others"))
       .def("audit",
            [](const Session& s) {
              const session::EnergyAudit audit = s.audit();
@@ -322,6 +429,7 @@ void bind_session(nb::module_& m) {
                lights.append(entry);
              }
              out["paths"] = paths;
+             out["held_paths"] = state.held.size();
              out["lights"] = lights;
              out["segments"] = state.store.live();
              out["segment_bytes"] = state.store.bytes() + state.cut.size();

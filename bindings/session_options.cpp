@@ -23,6 +23,16 @@ void convert(const std::string& name, session::DirectMode& to) {
                            : session::DirectMode::automatic;
 }
 
+/// Python: a pair, or None. Returns whether it was one of these.
+bool assign(nb::handle value, std::optional<session::PathRange>& to) {
+  std::pair<uint64_t, uint64_t> pair;
+  to.reset();
+  if (value.is_none()) return true;
+  if (!nb::try_cast(value, pair)) return false;
+  to = session::PathRange{pair.first, pair.second};
+  return true;
+}
+
 /// Returns whether the value had the type of the field.
 template <class Field>
 bool assign(nb::handle value, Field& to) {
@@ -58,6 +68,7 @@ constexpr Entry kEntries[] = {
     entry<&Options::static_method>("static_method"),
     entry<&Options::moving_method>("moving_method"),
     entry<&Options::memory_limit>("memory_limit"),
+    entry<&Options::range>("path_range"),
 };
 
 }  // namespace

@@ -32,8 +32,8 @@ struct Segment {
 };
 static_assert(sizeof(Segment) == 44);
 
-/// The content of an unused slot. At bounce 0 the slot number is the path's, whether the slot is in
-/// use or not.
+/// The content of an unused slot. At bounce 0 each slot belongs to one path, whether it is in use
+/// or not.
 inline Segment unused_segment(uint32_t path = 0) {
   return {{}, 0, -1.0f, {0, 0, 0}, path, scene::kNone, kNoSlot};
 }
@@ -97,6 +97,10 @@ class BounceSegments {
     return chunk(slot).extended[slot % kChunk];
   }
   uint32_t& landing(uint32_t slot) {
+    DELTALUX_ASSERT(chunk(slot).landing);
+    return chunk(slot).landing[slot % kChunk];
+  }
+  uint32_t landing(uint32_t slot) const {
     DELTALUX_ASSERT(chunk(slot).landing);
     return chunk(slot).landing[slot % kChunk];
   }

@@ -16,9 +16,7 @@ constexpr size_t kGrain = 1024;
 Landings::Landings(State& state) : state_(state) {
   if (!state.gather) return;
   finder_.emplace(state.scene, state.gather->cells);
-  asked_for_.resize(state.lights.size());
-  for (const gather::BeamGuide& beam : state.guiding.beams) asked_for_[beam.light] = 1;
-  for (const uint32_t sun : state.guiding.suns) asked_for_[sun] = 1;
+  asked_for_ = state.asked_for();
 }
 
 void Landings::note(segments::BounceSegments& stored, uint32_t slot) const {
@@ -52,14 +50,20 @@ void Landings::add(uint32_t bounce, std::span<const uint32_t> slots, int sign) c
   });
 }
 
-double Landings::share_lit_by(uint32_t light, std::span<const uint32_t> hits) const {
+double Landings::share_lit_by(uint32_t light, std::span<const uint32_t> hits,
+                              const FirstFlights& others) const {
   std::vector<uint8_t> lit(hits.size());
   segments::BounceSegments& stored = state_.store.bounce(0);
   for (uint32_t slot = 0; slot < stored.size(); ++slot) {
     const segments::Segment& segment = stored.at(slot);
     const uint32_t cell = segment.length < 0 ? gather::kNoCell : stored.landing(slot);
-    if (cell != gather::kNoCell && state_.light_of(segment.path) == light) lit[cell] = 1;
+    if (cell != gather::kNoCell && state_.light_of(segment.path) == light &&
+        (segment.power[0] | segment.power[1] | segment.power[2]))
+      lit[cell] = 1;
   }
+  const std::span<const int64_t> elsewhere = others.of(light);
+  for (size_t i = 0; i < elsewhere.size(); ++i)
+    if (elsewhere[i]) lit[i / (3 * size_t(kBatches))] = 1;
   uint64_t all = 0, own = 0;
   for (size_t cell = 0; cell < hits.size(); ++cell)
     all += hits[cell], own += lit[cell] * hits[cell];

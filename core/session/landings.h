@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "gather/cells.h"
+#include "session/path_sums.h"
 #include "session/state.h"
 
 namespace deltalux::session {
@@ -22,8 +23,10 @@ class Landings {
   /// Adds (sign 1) or removes (-1) the given segments, if in use. Their cells must have been noted.
   void add(uint32_t bounce, std::span<const uint32_t> slots, int sign) const;
   /// The share of all gather rays that met a cell on which paths of this light land directly.
-  /// `hits`: number of rays that met each cell.
-  double share_lit_by(uint32_t light, std::span<const uint32_t> hits) const;
+  /// `hits`: number of rays that met each cell. `others`: the first flights of paths that other
+  /// sessions hold.
+  double share_lit_by(uint32_t light, std::span<const uint32_t> hits,
+                      const FirstFlights& others) const;
 
  private:
   State& state_;

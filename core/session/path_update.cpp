@@ -39,17 +39,18 @@ void PathUpdate::write_birth(Segment& segment, const trace::Light& light, uint64
   segment.length = 0;
 }
 
-void PathUpdate::start(std::span<const uint32_t> paths, const Progress& progress) {
+void PathUpdate::start(std::span<const uint32_t> own, const Progress& progress) {
   BounceSegments& stored = state_.store.bounce(0);
   std::vector<Wavefront> fresh(1);
-  fresh[0].slots.assign(paths.begin(), paths.end());
+  fresh[0].slots.assign(own.begin(), own.end());
   std::vector<uint32_t>& slots = fresh[0].slots;
   state_.workers.for_blocks(slots.size(), kGrain, [&](size_t from, size_t to) {
     for (size_t i = from; i < to; ++i) {
-      const trace::Light& light = state_.lights[state_.light_of(slots[i])];
+      const uint32_t path = state_.held.path_of(slots[i]);
+      const trace::Light& light = state_.lights[state_.light_of(path)];
       Segment& segment = stored.at(slots[i]);
-      segment = segments::unused_segment(slots[i]);
-      write_birth(segment, light, slots[i] - light.first_path);
+      segment = segments::unused_segment(path);
+      write_birth(segment, light, path - light.first_path);
     }
   });
   std::erase_if(slots, [&](uint32_t slot) { return stored.at(slot).length < 0; });
@@ -66,7 +67,7 @@ void PathUpdate::replace(std::span<const PendingPath> pending,
   {
     ScopeTime watch(counts_.remove_ms);
     for (const PendingPath& p : pending) {
-      state_.cut[p.path] = kNotCut;
+      state_.cut[state_.held.slot_of(p.path)] = kNotCut;
       cut[p.bounce].push_back(p.slot);
       // trace() expects the segments with known hits first.
       if (p.hit_known) {

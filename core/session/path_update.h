@@ -13,8 +13,8 @@
 
 namespace deltalux::session {
 
-/// A path to be traced again from `bounce`, which equals state.cut[path]; `slot` holds its segment
-/// of that bounce.
+/// A path to be traced again from `bounce`, which its entry of State::cut equals; `slot` holds its
+/// segment of that bounce.
 struct PendingPath {
   uint32_t path = 0;
   uint32_t slot = 0;
@@ -34,9 +34,9 @@ class PathUpdate {
  public:
   explicit PathUpdate(State& state);
 
-  /// Traces new paths, whose slots of bounce 0 must be allocated; a slot's number is the path's.
-  /// Throws Cancelled in the middle; the state is then useless.
-  void start(std::span<const uint32_t> paths, const Progress& progress);
+  /// Traces the held paths of these slots of bounce 0, which must be allocated. Throws Cancelled in
+  /// the middle; the state is then useless.
+  void start(std::span<const uint32_t> slots, const Progress& progress);
   /// Replaces the given pending paths. Calls `between` after all old segments are removed and
   /// before new ones are added.
   void replace(std::span<const PendingPath> pending, const std::function<void()>& between);

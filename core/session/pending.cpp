@@ -19,22 +19,24 @@ EditMarks::EditMarks(State& state, std::vector<PendingPath>& waiting)
   if (older_) place_.resize(state.cut.size());
   for (size_t i = 0; i < older_; ++i) {
     waiting_[i].hit_known = false;
-    place_[waiting_[i].path] = uint32_t(i);
+    place_[state_.held.slot_of(waiting_[i].path)] = uint32_t(i);
   }
 }
 
 void EditMarks::mark(const PendingPath& path) {
-  DELTALUX_ASSERT(path.path < state_.cut.size() && path.bounce < kNotCut);
+  DELTALUX_ASSERT(path.bounce < kNotCut);
   DELTALUX_ASSERT(state_.store.bounces()[path.bounce].at(path.slot).path == path.path);
-  uint8_t& cut = state_.cut[path.path];
+  const uint32_t first_slot = state_.held.slot_of(path.path);
+  DELTALUX_ASSERT(first_slot < state_.cut.size());
+  uint8_t& cut = state_.cut[first_slot];
   if (cut <= path.bounce) return;
   // An edit visits a path's bounces in ascending order, so an existing mark is that of an older
   // edit.
   if (cut == kNotCut) {
     waiting_.push_back(path);
   } else {
-    DELTALUX_ASSERT(waiting_[place_[path.path]].path == path.path);
-    waiting_[place_[path.path]] = path;
+    DELTALUX_ASSERT(waiting_[place_[first_slot]].path == path.path);
+    waiting_[place_[first_slot]] = path;
   }
   cut = path.bounce;
 }

@@ -28,7 +28,7 @@ class EditMarks {
  private:
   State& state_;
   std::vector<PendingPath>& waiting_;
-  // By path: index in the list of the paths of older edits. Empty if there are none.
+  // By slot of bounce 0: index in the list of the paths of older edits. Empty if there are none.
   std::vector<uint32_t> place_;
   size_t older_;
 };

@@ -15,7 +15,8 @@ constexpr uint64_t kPilotPaths = 8192;
 PilotPaths walk_pilot_paths(const State& state, Progress& progress) {
   progress.begin("pilot", 1);
   PilotPaths paths;
-  for (const trace::Light& light : state.lights) paths.all += light.path_count;
+  paths.all = state.all_paths();
+  paths.held = state.held.size();
   const trace::Walk walk = state.walk();
   const uint64_t stride = std::max<uint64_t>(1, paths.all / kPilotPaths);
   for (uint32_t l = 0; l < state.lights.size(); ++l) {

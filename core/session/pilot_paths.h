@@ -18,14 +18,16 @@ struct PilotFlight {
 struct PilotPaths {
   std::vector<PilotFlight> flights;  ///< path by path
   uint64_t walked = 0;               ///< number of pilot paths
-  uint64_t all = 0;                  ///< number of paths of the session
+  uint64_t all = 0;                  ///< number of all paths
+  uint64_t held = 0;                 ///< number of those that the session holds
   uint32_t deepest = 0;              ///< highest bounce
 
   /// How many of the session's segments one pilot segment represents.
-  double weight() const { return walked ? double(all) / double(walked) : 0.0; }
+  double weight() const { return walked ? double(held) / double(walked) : 0.0; }
 };
 
-/// Walks every k-th path of each light, about 8192 in all. Throws Cancelled.
+/// Walks every k-th path of each light, about 8192 in all, whoever holds them, so that forecasts do
+/// not depend on the session's range. Throws Cancelled.
 PilotPaths walk_pilot_paths(const State& state, Progress& progress);
 
 }  // namespace deltalux::session

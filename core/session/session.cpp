@@ -88,6 +88,12 @@ Session::Session(scene::Scene scene, samples::SampleSet samples, const Options& 
   isa();  // refuses a wrong DELTALUX_ISA before any work
   if (options.paths < 1) throw OptionError("paths: found 0, expected at least 1");
   if (options.paths > 0xfffffff0u) throw OptionError("paths: expected at most 4e9");
+  if (options.range &&
+      (options.range->first > options.range->last || options.range->last > options.paths))
+    throw OptionError("path_range: found (" + std::to_string(options.range->first) + ", " +
+                      std::to_string(options.range->last) +
+                      "), expected (first, last) with 0 <= first <= last <= " +
+                      std::to_string(options.paths) + ", the number of paths");
   if (options.max_bounces < 1 || options.max_bounces > 250)
     throw OptionError("max_bounces: expected 1 to 250");
   scene.finish();
@@ -109,8 +115,9 @@ Session::~Session() = default;
 
 void Session::trace_all(Progress& progress, Frame& frame) {
   State& s = *state_;
-  uint64_t paths = 0;
-  for (const trace::Light& light : s.lights) paths += light.path_count;
+  s.hold_paths();
+  const uint64_t paths = s.held.size();
+  s.added_paths = 0;
   s.store = segments::SegmentStore(s.scene.world(), s.extras());
   s.cut.assign(paths, kNotCut);
   s.sums.assign(size_t(s.sum_groups()) * kBatches * s.samples.size() * 3, 0);
@@ -140,13 +147,14 @@ PathCounts Session::trace_lights(Progress& progress) {
   for (uint64_t step = 0; step < steps; ++step) {
     slots.clear();
     for (const trace::Light& light : s.lights) {
-      // Batches are equal, contiguous ranges of path indices; each contributes the same share to
-      // every step.
+      // Each batch contributes the same share to every step.
       for (uint32_t batch = 0; batch < kBatches; ++batch) {
-        const uint64_t from = (batch * light.path_count + kBatches - 1) / kBatches;
-        const uint64_t count = ((batch + 1) * light.path_count + kBatches - 1) / kBatches - from;
-        for (uint64_t i = count * step / steps; i < count * (step + 1) / steps; ++i)
-          slots.push_back(uint32_t(light.first_path + from + i));
+        const auto [from, end] = s.held.of_batch(light, batch);
+        const uint64_t count = end - from;
+        const uint64_t first = count * step / steps, last = count * (step + 1) / steps;
+        if (first == last) continue;
+        const uint32_t slot = s.held.slot_of(uint32_t(light.first_path + from));
+        for (uint64_t i = first; i < last; ++i) slots.push_back(uint32_t(slot + i));
       }
     }
     update.start(slots, progress);
@@ -187,7 +195,7 @@ Frame Session::bake(Progress& progress) {
     watch.lap();
     compute_direct(progress);
     frame.end_stage("direct", watch);
-    look_around(progress, true);
+    if (state_->holds_all()) look_around(progress, true);
     frame.end_stage("gather", watch);
     refresh_areas(nullptr);
     baked_ = true;
@@ -203,6 +211,7 @@ Frame Session::bake(Progress& progress) {
 }
 
 Frame Session::recompute(Progress& progress) {
+  check_looked();
   State& s = *state_;
   std::vector<trace::Light> lights = s.lights;
   for (trace::Light& light : lights) trace::place_light(s.scene, light);
@@ -212,6 +221,7 @@ Frame Session::recompute(Progress& progress) {
   auto old_store = std::move(s.store);
   auto old_sums = std::move(s.sums);
   auto old_cut = std::move(s.cut);
+  const uint64_t old_added = s.added_paths;
   auto old_pending = std::move(pending_);
   auto old_direct = std::move(direct_);
   auto old_gather = std::move(s.gather);
@@ -236,6 +246,7 @@ Frame Session::recompute(Progress& progress) {
     dispose(std::move(old_store));
     s.sums = std::move(old_sums);
     s.cut = std::move(old_cut);
+    s.added_paths = old_added;
     pending_ = std::move(old_pending);
     direct_ = std::move(old_direct);
     s.gather = std::move(old_gather);
@@ -245,6 +256,10 @@ Frame Session::recompute(Progress& progress) {
 
 void Session::refresh_areas(const std::vector<ObjectChange>* changes) {
   State& s = *state_;
+  if (!s.evaluates()) {
+    s.area.assign(s.samples.size(), 0.0f);
+    return;
+  }
   std::vector<float> area = s.area;
   area.resize(s.samples.size(), 1.0f);
   const bool whole = s.options.disc_area == samples::DiscArea::whole;

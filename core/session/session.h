@@ -20,6 +20,7 @@
 #include "scene/edit.h"
 #include "session/affected.h"
 #include "session/kept_places.h"
+#include "session/path_sums.h"
 #include "session/path_update.h"
 #include "session/state.h"
 
@@ -41,8 +42,8 @@ struct Frame {
   }
 };
 
-/// Energy balance per channel, in quanta: emitted = absorbed + escaped. `quantum` is in the scene's
-/// unit of power.
+/// Energy balance per channel, in quanta, of the paths held: emitted = absorbed + escaped.
+/// `quantum` is in the scene's unit of power.
 struct EnergyAudit {
   std::array<int64_t, 3> emitted{}, absorbed{}, escaped{};
   double quantum = 0;
@@ -125,8 +126,8 @@ class Session {
   void gather_at(std::span<const Vec3f> points, std::span<const Vec3f> normals, const Asked& asked,
                  double* direct, double* indirect, double* noise, Progress& progress);
   /// Surface gradients of irradiance, samples x 3 channels x 3 axes (world), from all stored
-  /// segments.
-  void read_gradient(double* gradient, Progress& progress);
+  /// segments. `others`: of the paths that other sessions hold, for a session without paths.
+  void read_gradient(double* gradient, Progress& progress, const SlopeSums& others = {});
   /// Sums of all batches and groups in quanta, samples x 3; without direct light by shadow rays.
   void read_sums(int64_t* sums) const;
   /// 1 for each i for which nothing lies between from[i] and to[i] at present.
@@ -139,8 +140,9 @@ class Session {
   /// final gather, their standard error is estimated from the power of a single path, see
   /// UnreachedError.
   size_t unreached() const;
-  /// Fingerprint of the state, equal for equal states, whatever the order of work was.
-  std::array<uint64_t, 4> digest() const;
+  /// Fingerprint of the state, equal for equal states, whatever the order of work was. `others`:
+  /// the segments of paths that other sessions hold.
+  std::array<uint64_t, 4> digest(const std::optional<SegmentsHash>& others = {}) const;
   EnergyAudit audit() const;
   /// What the bake predicted.
   Forecast forecast() const { return forecast_; }
@@ -150,6 +152,30 @@ class Session {
   const direct::DirectLight* direct() const { return direct_.get(); }
   /// Null if nothing is kept.
   const KeptPlaces* kept() const { return kept_.get(); }
+
+  // Several sessions of the same scene, samples and options may share the paths by Options::range.
+  // Those with a part of them trace, store and sum up; they have no light to read. One without
+  // paths evaluates the sums of all parts: its results, and its digest, are those of a session that
+  // holds all paths. It is baked like the others, takes their sums, and then looks; the parts are
+  // told which lights were chosen meanwhile. All sessions get the same edits.
+  /// The sums of the paths held here, and of those added.
+  PathSums path_sums() const;
+  SegmentsHash segments_hash() const;
+  SlopeSums slope_sums(Progress& progress);
+  /// Adds sums of paths that other sessions hold, or what an edit changed of them. Only for a baked
+  /// session without paths. Throws OptionError.
+  void add_path_sums(const PathSums& more);
+  /// The first flights of the paths held here. Only in sessions with a final gather; else empty.
+  FirstFlights first_flights() const;
+  /// Completes the bake of a session without paths once the sums of all are added: chooses guides,
+  /// and casts gather rays. `others`: the sum of first_flights() of all ranges. Does nothing
+  /// without a final gather. Throws Cancelled, and leaves the session as it was.
+  void look(const FirstFlights& others, Progress& progress);
+  /// The lights whose direct light look() left to shadow rays of the gather.
+  std::vector<uint32_t> asked_lights() const;
+  /// Leaves the first flights from these lights out of the cells, in a session with a part of the
+  /// paths, after its bake.
+  void ask_for(std::span<const uint32_t> lights);
 
   /// Snapshot as named arrays, see snapshot.cpp. Valid until the session changes.
   ArchiveView save() const;
@@ -208,13 +234,18 @@ class Session {
   /// Removes the cells of objects that a failed edit had added.
   void shrink_cell_sums() noexcept;
   /// Casts the gather rays of all samples. `new_guides`: choose guides and ray counts, as a bake
-  /// does; otherwise keep those of the bake.
-  void look_around(Progress& progress, bool new_guides = false);
+  /// does; otherwise keep those of the bake. `others`: first flights of paths that other sessions
+  /// hold. In a session with a part of the paths this does nothing.
+  void look_around(Progress& progress, bool new_guides = false, const FirstFlights& others = {});
+  /// Takes what `flights` has of this light out of the sums of the cells.
+  void leave_out(uint32_t light, const FirstFlights& flights);
+  /// Whether the gather rays of a baked session are cast.
+  bool looked() const;
   /// The cells that send light at present, see LitCells.
   gather::LitCells lit_cells(const gather::Evaluation& now) const;
   /// Chooses beams, suns and guides; returns the light of all cells, without the direct light of
   /// beams and suns.
-  gather::Evaluation choose_guides(Progress& progress);
+  gather::Evaluation choose_guides(const FirstFlights& others, Progress& progress);
   /// Receivers that cast gather rays, the guides that each sees (empty if there are no guides), and
   /// their direct light.
   struct Places {
@@ -275,7 +306,7 @@ class Session {
   /// Places beams and suns in the present scene.
   void place_asked();
   /// The suns that are worth a shadow ray at every gather hit. `hits`: see Votes.
-  std::vector<uint32_t> find_suns(std::span<const uint32_t> hits) const;
+  std::vector<uint32_t> find_suns(std::span<const uint32_t> hits, const FirstFlights& others) const;
   /// Shares each sample's rays among guides and hemisphere. `now`: given at a bake, which also
   /// chooses ray counts.
   void aim(const std::optional<gather::Evaluation>& now, Progress& progress);
@@ -315,10 +346,10 @@ class Session {
   void plan_parts(Parts& parts, const PilotPaths& paths, bool thorough, Progress& progress);
   void make_estimators(Parts& parts, Progress& progress);
   void restore_scene(ArchiveSource& archive);
-  /// Restores the path counts of lights and the scales; returns the number of paths.
-  uint64_t restore_lights(ArchiveSource& archive);
+  /// Restores the path counts of lights and the scales.
+  void restore_lights(ArchiveSource& archive);
   void restore_areas(ArchiveSource& archive, std::span<const float> openness);
-  void restore_segments(ArchiveSource& archive, uint64_t paths, Progress& progress);
+  void restore_segments(ArchiveSource& archive, Progress& progress);
   void restore_pending(ArchiveSource& archive);
   void restore_direct(ArchiveSource& archive);
   void restore_looks(ArchiveSource& archive, Progress& progress);
@@ -346,6 +377,12 @@ class Session {
     DELTALUX_ASSERT(step_ == from);
     step_ = next;
   }
+  /// Throws OptionError in a session without paths that lacks sums of some.
+  void check_added() const;
+  /// Throws OptionError in a session without paths before look().
+  void check_looked() const;
+  /// Throws OptionError, or Error as check_whole() does, unless there is light to read.
+  void check_readable() const;
   double bytes_per_segment() const;
   double choose_irradiance_quantum() const;
   std::unique_ptr<direct::DirectLight> make_direct(double irradiance_quantum) const;

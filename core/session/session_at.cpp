@@ -251,7 +251,7 @@ std::vector<double> Session::dim_of_lights() const {
 void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> normals,
                         const Asked& asked, double* direct, double* indirect, double* noise,
                         Progress& progress) {
-  check_whole();
+  check_readable();
   const State& s = *state_;
   if (!s.gather) throw OptionError("at: this session does not gather");
   const uint32_t rays = asked.rays ? asked.rays : s.options.gather_rays;

@@ -45,8 +45,9 @@ double Session::choose_irradiance_quantum() const {
 
 std::unique_ptr<direct::DirectLight> Session::make_direct(double irradiance_quantum) const {
   const State& s = *state_;
-  return std::make_unique<direct::DirectLight>(s.samples.size(), s.scene.group_count,
-                                               irradiance_quantum, s.options.seed);
+  return std::make_unique<direct::DirectLight>(s.evaluates() ? s.samples.size() : 0,
+                                               s.scene.group_count, irradiance_quantum,
+                                               s.options.seed);
 }
 
 void Session::choose_direct() {
@@ -100,14 +101,17 @@ void Session::compute_direct(Progress& progress) {
   State& s = *state_;
   if (!(s.irradiance_quantum > 0)) s.irradiance_quantum = choose_irradiance_quantum();
   auto fresh = make_direct(s.irradiance_quantum);
-  place_receivers(nullptr);
-  fresh->compute({*s.caster, s.lights, s.light_sampled, receivers_}, s.workers, progress);
+  if (s.evaluates()) {
+    place_receivers(nullptr);
+    fresh->compute({*s.caster, s.lights, s.light_sampled, receivers_}, s.workers, progress);
+  }
   direct_ = std::move(fresh);
 }
 
 void Session::update_direct(std::span<const ObjectChange> changes, size_t old_lights,
                             double budget_ms, Progress& progress) {
   const State& s = *state_;
+  if (!s.evaluates()) return;
   if (changes.empty() && old_lights == s.lights.size() && direct_->current_share() == 1) return;
   direct::DirectChange change;
   std::vector<uint8_t> changed(s.scene.objects.size());
@@ -133,8 +137,10 @@ void Session::restore_direct(ArchiveSource& archive) {
   snapshot::check_quantum("direct.quantum", quantum[0], choose_irradiance_quantum());
   state_->irradiance_quantum = quantum[0];
   auto fresh = make_direct(quantum[0]);
-  fresh->restore(archive, s.lights, s.light_sampled);
-  place_receivers(nullptr);
+  if (s.evaluates()) {
+    fresh->restore(archive, s.lights, s.light_sampled);
+    place_receivers(nullptr);
+  }
   direct_ = std::move(fresh);
 }
 

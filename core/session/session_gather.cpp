@@ -76,7 +76,7 @@ gather::LitCells Session::lit_cells(const gather::Evaluation& now) const {
   return {present(receivers_, s.guiding), now, s.gather->coverage.covered()};
 }
 
-gather::Evaluation Session::choose_guides(Progress& progress) {
+gather::Evaluation Session::choose_guides(const FirstFlights& others, Progress& progress) {
   State& s = *state_;
   const auto votes = [&](const gather::Evaluation& now) {
     return gather::Votes(present(receivers_, s.guiding), now, lit_cells(now), s.options.seed,
@@ -86,12 +86,16 @@ gather::Evaluation Session::choose_guides(Progress& progress) {
   // it, since gather rays now ask for it by shadow rays.
   const auto choose = [&](const auto& chosen) {
     const Landings before(s);
+    const std::vector<uint8_t> known = s.asked_for();
     chosen();
     const Landings after(s);
     std::vector<uint32_t> slots(s.store.bounce(0).size());
     std::iota(slots.begin(), slots.end(), 0u);
     before.add(0, slots, -1);
     after.add(0, slots, +1);
+    const std::vector<uint8_t> asked = s.asked_for();
+    for (uint32_t light = 0; light < asked.size(); ++light)
+      if (asked[light] && !known[light]) leave_out(light, others);
     place_asked();
     return *evaluation(false);
   };
@@ -103,19 +107,20 @@ gather::Evaluation Session::choose_guides(Progress& progress) {
     found = votes(now);
   }
   // The votes still include what suns light.
-  std::vector<uint32_t> suns = find_suns(found.hits);
+  std::vector<uint32_t> suns = find_suns(found.hits, others);
   if (!suns.empty()) now = choose([&] { s.guiding.suns = std::move(suns); });
   s.guiding.guides = gather::find_guides(present(receivers_, s.guiding), now, found, progress);
   return now;
 }
 
-std::vector<uint32_t> Session::find_suns(std::span<const uint32_t> hits) const {
+std::vector<uint32_t> Session::find_suns(std::span<const uint32_t> hits,
+                                         const FirstFlights& others) const {
   const Landings landings(*state_);
   const std::vector<trace::Light>& lights = state_->lights;
   std::vector<uint32_t> suns;
   for (uint32_t i = 0; i < lights.size(); ++i)
     if (lights[i].is_parallel() && lights[i].on &&
-        landings.share_lit_by(i, hits) <= gather::Suns::kMaxLit)
+        landings.share_lit_by(i, hits, others) <= gather::Suns::kMaxLit)
       suns.push_back(i);
   return suns;
 }
@@ -156,14 +161,14 @@ std::vector<gather::SeenGuides> Session::guides_at(std::span<const direct::Recei
   return seen;
 }
 
-void Session::look_around(Progress& progress, bool new_guides) {
+void Session::look_around(Progress& progress, bool new_guides, const FirstFlights& others) {
   State& s = *state_;
-  if (!s.gather) return;
+  if (!s.gather || !s.evaluates()) return;
   progress.begin("cover cells", 1);
   s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
   std::optional<gather::Evaluation> now;
   if (new_guides)
-    now = choose_guides(progress);
+    now = choose_guides(others, progress);
   else
     place_asked();
   aim(now, progress);
@@ -309,7 +314,7 @@ std::vector<direct::Receiver> Session::receivers_at(std::span<const Vec3f> point
 void Session::restore_looks(ArchiveSource& archive, Progress& progress) {
   State& s = *state_;
   if (!s.gather) return;
-  s.guiding.restore(archive, s.lights, s.samples.size(), s.options.gather_rays);
+  s.guiding.restore(archive, s.lights, s.evaluates() ? s.samples.size() : 0, s.options.gather_rays);
   const double rays = double(gather::RayCounts(s.guiding.doublings, s.options.gather_rays).all());
   const double bytes = rays * gather::Looks::PerRay{}.bytes();
   if (s.options.memory_limit && bytes > double(s.options.memory_limit))
@@ -324,6 +329,7 @@ void Session::restore_looks(ArchiveSource& archive, Progress& progress) {
     std::iota(slots.begin(), slots.end(), 0u);
     landings.add(b, slots, +1);
   }
+  if (!s.evaluates()) return;
   progress.begin("cover cells", 1);
   s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
   place_asked();
@@ -353,7 +359,7 @@ void Session::note_beams(std::span<const uint32_t> objects, std::span<const Box>
 
 void Session::note_looks(std::span<const ObjectChange> changes, bool lights) {
   State& s = *state_;
-  if (!s.gather || (changes.empty() && !lights)) return;
+  if (!s.gather || !s.evaluates() || (changes.empty() && !lights)) return;
   gather::Change change;
   change.lights = lights;
   change.samples.assign(s.samples.size(), 0);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Surface gradients of irradiance, from the first moments of the points where segments cross discs,
 // corrected for clipped discs; direct light by shadow rays contributes central differences.
+#include "base/error.h"
 #include "session/session.h"
 
 namespace deltalux::session {
@@ -52,13 +53,19 @@ void each_disc(const State& s, const Visit& visit) {
   }
 }
 
+/// The sums of all stored segments, in the order of State::samples.
+SlopeSums deposit_slopes(State& s, Progress& progress) {
+  const size_t n = s.samples.size(), slabs = s.sum_groups() * kBatches;
+  SlopeSums own{std::vector<int64_t>(slabs * n * 3), std::vector<int64_t>(slabs * n * 6)};
+  Deposit(s, {own.discs.data(), n, false, own.moments.data()}).add_all(progress);
+  return own;
+}
+
 /// Adds the gradients of the light that paths bring. `frames`: axes of each disc, in world space.
-void add_slopes_of_paths(State& s, std::span<const TangentFrame> frames, double* gradient,
-                         Progress& progress) {
+void add_slopes_of_paths(const State& s, const SlopeSums& of, std::span<const TangentFrame> frames,
+                         double* gradient) {
   const size_t n = s.samples.size();
   const uint32_t slabs = s.sum_groups() * kBatches;
-  std::vector<int64_t> sums(size_t(slabs) * n * 3), moments(size_t(slabs) * n * 6);
-  Deposit(s, {sums.data(), n, false, moments.data()}).add_all(progress);
   each_disc(s, [&](const samples::DiscSet& discs, size_t i, const Pose&, uint32_t) {
     const uint32_t id = discs.id[i];
     const samples::OutlineMoments m = samples::outline_moments(discs, i);
@@ -68,8 +75,9 @@ void add_slopes_of_paths(State& s, std::span<const TangentFrame> frames, double*
       for (uint32_t slab = 0; slab < slabs; ++slab) {
         const double factor = s.scale.quantum * s.sum_factor(slab / kBatches);
         const size_t at = size_t(slab) * n + id;
-        fit(m, factor * double(sums[3 * at + c]), factor * unit * double(moments[6 * at + 2 * c]),
-            factor * unit * double(moments[6 * at + 2 * c + 1]), gu, gv);
+        fit(m, factor * double(of.discs[3 * at + c]),
+            factor * unit * double(of.moments[6 * at + 2 * c]),
+            factor * unit * double(of.moments[6 * at + 2 * c + 1]), gu, gv);
       }
       frames[id].add(gu, gv, gradient + 9 * size_t(s.given[id]) + 3 * c);
     }
@@ -78,9 +86,25 @@ void add_slopes_of_paths(State& s, std::span<const TangentFrame> frames, double*
 
 }  // namespace
 
-void Session::read_gradient(double* gradient, Progress& progress) {
+SlopeSums Session::slope_sums(Progress& progress) {
   check_whole();
+  const SlopeSums own = deposit_slopes(*state_, progress);
+  return {in_given_order(own.discs, 3, state_->given),
+          in_given_order(own.moments, 6, state_->given)};
+}
+
+void Session::read_gradient(double* gradient, Progress& progress, const SlopeSums& others) {
+  check_readable();
   State& s = *state_;
+  SlopeSums slopes = deposit_slopes(s, progress);
+  if (s.holds_none()) {
+    if (others.discs.size() != slopes.discs.size() ||
+        others.moments.size() != slopes.moments.size())
+      throw OptionError(
+          "gradient: the segments are in other sessions; give the sum of their gradient_sums");
+    add_in_given_order(others.discs, 3, s.given, slopes.discs);
+    add_in_given_order(others.moments, 6, s.given, slopes.moments);
+  }
   const size_t n = s.samples.size();
   std::fill(gradient, gradient + 9 * n, 0.0);
   // Four receivers around each sample: a step along -u, +u, -v and +v.
@@ -97,7 +121,7 @@ void Session::read_gradient(double* gradient, Progress& progress) {
     }
     frames[id] = {pose.direction(frame.u), pose.direction(frame.v)};
   });
-  add_slopes_of_paths(s, frames, gradient, progress);
+  add_slopes_of_paths(s, slopes, frames, gradient);
   direct::DirectLight direct(4 * n, s.scene.group_count, direct_->irradiance_quantum(),
                              s.options.seed);
   direct.compute({*s.caster, s.lights, s.light_sampled, around}, s.workers, progress);

@@ -62,7 +62,8 @@ Parts Session::place_parts(Progress& progress, std::span<const float> openness) 
                                                  ground, s.workers, progress);
     if (!openness.empty())
       for (size_t i = 0; i < discs.size(); ++i) discs.openness[i] = openness[discs.id[i]];
-    else if (s.options.disc_area == samples::DiscArea::reachable && !s.options.gather_rays)
+    else if (s.options.disc_area == samples::DiscArea::reachable && !s.options.gather_rays &&
+             s.evaluates())
       samples::find_openness(discs, scene, ground.caster, s.workers, progress);
     return plan::Pilot(std::move(discs), s.options.segment_end, s.workers);
   };
@@ -98,6 +99,7 @@ void Session::allot_paths(Progress& progress) {
       s.lights,
       plan::shares_by_use(s.scene, s.loaded_reflectance, *s.caster, s.lights, s.workers, progress),
       s.options.paths, kBatches);
+  s.hold_paths();
   s.scale = trace::choose_scale(s.lights, s.options.max_bounces);
 }
 
@@ -121,25 +123,25 @@ void Session::forecast_memory(const PilotPaths& paths) {
       (1.5 * paths.deepest + 4.0) * double(sizeof(segments::BounceSegments::Chunk));
   forecast_.bytes_per_path = per_path * bytes_per_segment() + 1.0;
   forecast_.segments = uint64_t(per_path * double(paths.all));
-  forecast_.bytes = size_t(forecast_.bytes_per_path * double(paths.all) + fixed);
+  forecast_.bytes = size_t(forecast_.bytes_per_path * double(s.held.size()) + fixed);
 }
 
 void Session::refuse_beyond_limit() {
   const State& s = *state_;
-  uint64_t paths = 0;
-  for (const trace::Light& light : s.lights) paths += light.path_count;
-  forecast_.bytes += direct::DirectLight::forecast_bytes(s.samples.size(), s.scene.group_count,
-                                                         s.lights, s.light_sampled);
+  const uint64_t paths = s.held.size();
+  if (s.evaluates())
+    forecast_.bytes += direct::DirectLight::forecast_bytes(s.samples.size(), s.scene.group_count,
+                                                           s.lights, s.light_sampled);
   // Memory of gather rays, with what is needed only while they are cast.
   double rays = 0;
-  if (s.gather) {
+  if (s.gather && s.evaluates()) {
     forecast_.per_ray = pilot_rays();
     rays = ray_bytes(s, forecast_, expected_rays(s), true) +
            gather::Looks::forecast_working_bytes(s.samples.size(), double(s.options.gather_rays),
                                                  forecast_.per_ray);
-    forecast_.bytes += size_t(rays) + s.gather->cells.bytes() + s.gather->sums.bytes() +
-                       gather::CellLight::forecast_bytes(s.gather->cells.size());
+    forecast_.bytes += size_t(rays) + gather::CellLight::forecast_bytes(s.gather->cells.size());
   }
+  if (s.gather) forecast_.bytes += s.gather->cells.bytes() + s.gather->sums.bytes();
   const double fixed = double(forecast_.bytes) - forecast_.bytes_per_path * double(paths);
   const double room = double(s.options.memory_limit) - fixed;
   // A little less than that: another path count has other pilot paths.

@@ -80,7 +80,7 @@ class TrafficForecast {
     }
     // When an object moves, its part is summed anew from all segments near it, at once.
     const double all = double(traffic.sample.count()) * paths_.weight();
-    set_loads(traffic, all, double(paths_.all));
+    set_loads(traffic, all, double(paths_.held));
     const Extent own(object.world_vertices());
     traffic.size_by_sphere = own.radius / std::max(1e-30, scene_.radius);
     traffic.size_by_box = own.diagonal / std::max(1e-30, scene_.diagonal);
@@ -104,7 +104,7 @@ class TrafficForecast {
   /// segments it collected.
   void set_loads(Traffic& traffic, double frame, double step) const {
     const double bake = double(traffic.sample.count()) * paths_.weight();
-    const double paths = std::max(1.0, double(paths_.all));
+    const double paths = std::max(1.0, double(paths_.held));
     const auto span = [&](double segments, double per_step) {
       const double collected = segments * std::min(1.0, per_step / paths);
       return std::max(1.0, std::min(collected, double(kPortion)) / slabs_);

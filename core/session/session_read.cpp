@@ -9,6 +9,7 @@
 
 #include "base/assertion.h"
 #include "base/direction.h"
+#include "base/error.h"
 #include "base/random.h"
 #include "session/session.h"
 #include "session/unreached.h"
@@ -180,7 +181,7 @@ bool sees_light(const Gather& own, size_t sample) {
 }  // namespace
 
 size_t Session::unreached() const {
-  check_whole();
+  check_readable();
   const State& s = *state_;
   const size_t n = s.samples.size(), slabs = s.sums.size() / std::max<size_t>(1, 3 * n);
   size_t count = 0;
@@ -197,7 +198,7 @@ template <class Gathered, class Write>
 void Session::read_samples(bool errors, const Gathered& gathered, const Write& write) const {
   const State& s = *state_;
   const size_t n = s.samples.size();
-  check_whole();
+  check_readable();
   const std::span<const int64_t> direct = direct_->sums();
   const UnreachedError unreached(s);
   std::optional<gather::Evaluation> now = evaluation(errors);
@@ -330,16 +331,33 @@ std::vector<float> Session::as_given(const std::vector<float>& own) const {
   return out;
 }
 
-std::array<uint64_t, 4> Session::digest() const {
+SegmentsHash Session::segments_hash() const {
   check_whole();
   const State& s = *state_;
   Lanes all;
+  uint64_t count = 0;
   for (uint32_t b = 0; b < s.store.bounces().size(); ++b) {
     const segments::BounceSegments& stored = s.store.bounces()[b];
-    for (uint32_t slot = 0; slot < stored.size(); ++slot)
-      if (stored.at(slot).length >= 0)
-        all.merge(of_segment(s, stored.at(slot), stored.extended_or_length(slot), b));
+    for (uint32_t slot = 0; slot < stored.size(); ++slot) {
+      if (stored.at(slot).length < 0) continue;
+      all.merge(of_segment(s, stored.at(slot), stored.extended_or_length(slot), b));
+      ++count;
+    }
   }
+  return {count, all.a, all.b};
+}
+
+std::array<uint64_t, 4> Session::digest(const std::optional<SegmentsHash>& others) const {
+  check_whole();
+  check_added();
+  check_looked();
+  const State& s = *state_;
+  if (s.holds_none() && s.all_paths() && !others)
+    throw OptionError(
+        "digest: the segments are in other sessions; give the sum of their segments_hash");
+  const SegmentsHash own = segments_hash();
+  Lanes all{own.a, own.b};
+  if (others) all.merge({others->a, others->b});
   Lanes ordered = all;
   const size_t n = s.samples.size();
   for (uint32_t g = 0; g < s.sum_groups(); ++g)
@@ -389,10 +407,10 @@ EnergyAudit Session::audit() const {
     if (!light.on) continue;
     const auto quanta = trace::birth_quanta(light, s.scale, s.birth_factor(light));
     const trace::Walk walk = s.walk();
-    for (uint64_t i = 0; i < light.path_count; ++i) {
+    s.held.each_of(light, [&](uint64_t i) {
       const trace::Flight flight = walk.birth(light, i, quanta);
       for (int c = 0; c < 3; ++c) audit.emitted[c] += flight.power[c];
-    }
+    });
   }
   const auto& bounces = s.store.bounces();
   for (uint32_t b = 0; b < bounces.size(); ++b)

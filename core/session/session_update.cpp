@@ -41,19 +41,22 @@ void check_inside(const scene::Scene& scene, const scene::Object& object, const 
                       "move it inside, or start a new session with it there");
 }
 
-PendingPath whole_path(uint32_t path) { return {path, path, 0, false, {}}; }
+PendingPath whole_path(const State& s, uint32_t path) {
+  return {path, s.held.slot_of(path), 0, false, {}};
+}
 
-/// Adds the paths of new lights to the waiting paths, as segments that are not in use yet.
-void add_paths(State& s, EditMarks& marks) {
-  const size_t all = s.lights.back().first_path + s.lights.back().path_count;
+/// Adds the paths of lights from index `first` on to the waiting paths, as segments that are not in
+/// use yet.
+void add_paths(State& s, size_t first, EditMarks& marks) {
+  for (size_t l = first; l < s.lights.size(); ++l) s.held.add(s.lights[l]);
   std::vector<uint32_t> slots;
-  s.store.bounce(0).allocate(all - s.cut.size(), s.store.extras(), slots);
-  s.cut.resize(all, kNotCut);
+  s.store.bounce(0).allocate(s.held.size() - s.cut.size(), s.store.extras(), slots);
+  s.cut.resize(s.held.size(), kNotCut);
   for (uint32_t slot : slots) {
-    DELTALUX_ASSERT(slot < all);  // the number of a slot of bounce 0 is the path's
-    s.store.bounce(0).at(slot) = segments::unused_segment(slot);
+    const uint32_t path = s.held.path_of(slot);
+    s.store.bounce(0).at(slot) = segments::unused_segment(path);
     s.store.bounce(0).slots(slot) = {};
-    marks.mark(whole_path(slot));
+    marks.mark(whole_path(s, path));
   }
 }
 
@@ -93,7 +96,7 @@ void Session::check_insert(const scene::Object& object, std::span<const scene::E
     if (const auto* insert = std::get_if<scene::Insert>(&edit)) count(insert->object);
   count(object);
   if (!more) return;
-  const uint64_t paths = s.cut.size(), most = (uint64_t(1) << 32) / s.options.max_bounces;
+  const uint64_t paths = s.all_paths(), most = (uint64_t(1) << 32) / s.options.max_bounces;
   if (more > most - std::min(most, paths))
     throw OptionError(what + "its light needs " + std::to_string(more) + " paths beside the " +
                       std::to_string(paths) + " of the session, expected at most " +
@@ -151,6 +154,7 @@ void Session::check(const scene::Edit& edit, std::span<const scene::Edit> before
 
 Frame Session::update(std::span<const scene::Edit> edits, double budget_ms, Progress& progress) {
   edits_applied_ = false;
+  check_looked();
   if (damaged_) rebuild(progress);
   DELTALUX_ASSERT(step_ == Step::rest && agree(state_->cut, pending_));
   for (size_t i = 0; i < edits.size(); ++i) check(edits[i], edits.first(i));
@@ -226,7 +230,7 @@ size_t Session::follow(std::span<const scene::Edit> edits, const EditLog& log,
   watch.lap();
   note_looks(log.changes(), s.lights.size() > log.old_lights());
   if (s.gather && shows_everywhere(edits)) s.gather->glance.stale = true;
-  if (s.gather)
+  if (s.gather && s.evaluates())
     frame.gathered_rays = s.gather->looks.follow(
         present(receivers_, s.guiding), s.workers, progress, [&](size_t i) { renew_share(i); },
         [&] {
@@ -265,14 +269,14 @@ size_t Session::replace_paths(const EditLog& log, const Affected& affected, doub
   for (size_t l = 0; l < log.old_lights(); ++l) {
     const trace::Light& light = s.lights[l];
     if (!log.reborn(l)) continue;
-    for (uint64_t i = 0; i < light.path_count; ++i)
-      marks.mark(whole_path(uint32_t(light.first_path + i)));
+    s.held.each_of(light,
+                   [&](uint64_t i) { marks.mark(whole_path(s, uint32_t(light.first_path + i))); });
   }
   for (uint32_t b = 0; b < affected.segments.size(); ++b)
     for (const AffectedSegment& segment : affected.segments[b])
       marks.mark({s.store.bounce(b).at(segment.slot).path, segment.slot, uint8_t(b),
                   segment.hit_known, segment.hit});
-  if (s.lights.size() > log.old_lights()) add_paths(s, marks);
+  if (s.lights.size() > log.old_lights()) add_paths(s, log.old_lights(), marks);
   if (budget_ms != 0) marks.order();
   enter(Step::applied, Step::marked);
   DELTALUX_ASSERT(agree(s.cut, pending_));

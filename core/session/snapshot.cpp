@@ -80,6 +80,7 @@ void restore_maps(ArchiveSource& archive, std::span<trace::Light> lights) {
 
 ArchiveView Session::save() const {
   check_whole();
+  check_looked();
   const State& s = *state_;
   ArchiveView archive;
   std::vector<double> poses;
@@ -118,7 +119,10 @@ ArchiveView Session::save() const {
   std::vector<uint32_t> pending;  // without known hits, which only save time
   for (const PendingPath& p : pending_) pending.insert(pending.end(), {p.path, p.slot, p.bounce});
   archive.keep("pending", pending);
-  archive.append("sums", s.sums);
+  if (s.holds_none())
+    archive.keep("sums", std::vector<int64_t>(s.sums.size()));  // others keep theirs
+  else
+    archive.append("sums", s.sums);
   archive.append("area", s.area);
   for (size_t b = 0; b < s.store.bounces().size(); ++b) {
     level_sizes.push_back(s.store.bounces()[b].size());
@@ -126,11 +130,9 @@ ArchiveView Session::save() const {
   }
   archive.keep("level_sizes", level_sizes);
   archive.keep("direct.quantum", std::vector<double>{direct_->irradiance_quantum()});
-  direct_->save(archive);
-  if (s.gather) {
-    s.guiding.save(archive, !(s.gather->looks.pending_share() > 0));
-    s.gather->looks.save(archive);
-  }
+  if (s.evaluates()) direct_->save(archive);
+  if (s.gather) s.guiding.save(archive, s.evaluates() && !(s.gather->looks.pending_share() > 0));
+  if (s.gather && s.evaluates()) s.gather->looks.save(archive);
   return archive;
 }
 
@@ -138,7 +140,7 @@ void Session::restore(ArchiveSource& archive, Progress& progress) {
   State& s = *state_;
   restore_scene(archive);
   if (!archive.bytes("level_sizes")) return;
-  const uint64_t paths = restore_lights(archive);
+  restore_lights(archive);
   const size_t sums = size_t(s.sum_groups()) * kBatches * s.samples.size() * 3;
   archive.expect<int64_t>("sums", sums);
   archive.expect<float>("area", s.samples.size());
@@ -151,10 +153,10 @@ void Session::restore(ArchiveSource& archive, Progress& progress) {
   plan_parts(parts, walk_pilot_paths(s, progress), false, progress);
   make_estimators(parts, progress);
   make_cells();
-  restore_segments(archive, paths, progress);
+  restore_segments(archive, progress);
   s.sums = archive.read_all<int64_t>("sums", sums);
   snapshot::check_sums(s.sums, s.store.live());
-  s.cut = archive.read_all<uint8_t>("cut", paths);
+  s.cut = archive.read_all<uint8_t>("cut", s.held.size());
   restore_pending(archive);
   for (MovingPart& part : s.moving) {
     place_part(s, part);
@@ -206,7 +208,7 @@ void Session::restore_scene(ArchiveSource& archive) {
   for (trace::Light& light : s.lights) trace::place_light(s.scene, light);
 }
 
-uint64_t Session::restore_lights(ArchiveSource& archive) {
+void Session::restore_lights(ArchiveSource& archive) {
   State& s = *state_;
   const auto light_paths = archive.read_all<uint64_t>("light_paths", s.lights.size());
   snapshot::check_range("light_paths", light_paths, 1, double(UINT32_MAX));
@@ -219,7 +221,8 @@ uint64_t Session::restore_lights(ArchiveSource& archive) {
   restore_maps(archive, s.lights);
   if (paths > (uint64_t(1) << 32) / s.options.max_bounces)
     snapshot::refuse("\"light_paths\": found " + std::to_string(paths) + " paths, more than fit");
-  archive.expect<uint8_t>("cut", paths);
+  s.hold_paths();
+  archive.expect<uint8_t>("cut", s.held.size());
   s.light_sampled = archive.read_all<uint8_t>("light_sampled", s.lights.size());
   snapshot::check_range("light_sampled", s.light_sampled, 0, 1);
   const auto quantum = archive.read_all<double>("quantum", 1);
@@ -229,17 +232,16 @@ uint64_t Session::restore_lights(ArchiveSource& archive) {
   for (const trace::Light& light : s.lights)
     // throws if the quantum is too fine
     trace::birth_quanta(light, s.scale, s.birth_factor(light));
-  return paths;
 }
 
-void Session::restore_segments(ArchiveSource& archive, uint64_t paths, Progress& progress) {
+void Session::restore_segments(ArchiveSource& archive, Progress& progress) {
   State& s = *state_;
   s.store = segments::SegmentStore(s.scene.world(), s.extras());
   const segments::Extras extras = s.extras();
   const uint32_t cells = s.gather ? s.gather->cells.size() : 0;
   const auto sizes =
       archive.read_all<uint64_t>("level_sizes", archive.count<uint64_t>("level_sizes"));
-  snapshot::check_level_sizes(sizes, paths, s.options.max_bounces);
+  snapshot::check_level_sizes(sizes, s.held.size(), s.options.max_bounces);
   uint64_t total = 0;
   for (size_t b = 0; b < sizes.size(); ++b, total += sizes[b - 1]) {
     archive.expect<segments::Segment>(level_name(b, "segments"), sizes[b]);
@@ -248,7 +250,7 @@ void Session::restore_segments(ArchiveSource& archive, uint64_t paths, Progress&
     if (extras.landing) archive.expect<uint32_t>(level_name(b, "landing"), sizes[b]);
   }
   progress.begin("restore segments", total);
-  const snapshot::SegmentCheck check(s.scene, paths, s.static_index->discs().size());
+  const snapshot::SegmentCheck check(s.scene, s.all_paths(), s.static_index->discs().size());
   std::vector<uint32_t> slots, unused;
   for (uint32_t b = 0; b < sizes.size(); ++b) {
     segments::BounceSegments& stored = s.store.bounce(b);
@@ -282,7 +284,7 @@ void Session::restore_segments(ArchiveSource& archive, uint64_t paths, Progress&
     }
     for (uint32_t slot : unused) stored.release(slot);
   }
-  snapshot::check_chains(s.store);
+  snapshot::check_chains(s.store, s.held);
 }
 
 void Session::restore_pending(ArchiveSource& archive) {
@@ -293,7 +295,7 @@ void Session::restore_pending(ArchiveSource& archive) {
     if (pending[i + 2] >= kNotCut) snapshot::refuse("\"pending\" names a bounce that is not there");
     pending_.push_back({pending[i], pending[i + 1], uint8_t(pending[i + 2]), false, {}});
   }
-  snapshot::check_pending(pending_, state_->cut, state_->store);
+  snapshot::check_pending(pending_, state_->cut, state_->store, state_->held);
 }
 
 }  // namespace deltalux::session

@@ -114,14 +114,14 @@ void SegmentCheck::operator()(const Segment& s, float reach, const HitSlots& hit
     refuse("a segment refers to a disc that is not there");
 }
 
-void check_chains(const segments::SegmentStore& store) {
+void check_chains(const segments::SegmentStore& store, const HeldPaths& held) {
   const std::vector<BounceSegments>& bounces = store.bounces();
   for (uint32_t b = 0; b < bounces.size(); ++b) {
     const bool last = b + 1 == bounces.size();
     std::vector<bool> followed(last ? 0 : bounces[b + 1].size());
     for (uint32_t slot = 0; slot < bounces[b].size(); ++slot) {
       const Segment& s = bounces[b].at(slot);
-      if (b == 0 && s.path != slot) refuse("a first segment is not that of its path");
+      if (b == 0 && s.path != held.path_of(slot)) refuse("a first segment is not that of its path");
       if (s.length < 0 || s.next == kNoSlot) continue;
       if (s.next >= followed.size() || followed[s.next] || bounces[b + 1].at(s.next).length < 0 ||
           bounces[b + 1].at(s.next).path != s.path)
@@ -135,18 +135,19 @@ void check_chains(const segments::SegmentStore& store) {
 }
 
 void check_pending(const std::vector<PendingPath>& pending, const std::vector<uint8_t>& cut,
-                   const segments::SegmentStore& store) {
+                   const segments::SegmentStore& store, const HeldPaths& held) {
   std::vector<bool> waiting(cut.size());
   for (const PendingPath& p : pending) {
-    if (p.path >= cut.size() || waiting[p.path] || cut[p.path] != p.bounce ||
+    const size_t first = held.find(p.path).value_or(uint32_t(cut.size()));
+    if (first >= cut.size() || waiting[first] || cut[first] != p.bounce ||
         p.bounce >= store.bounces().size() || p.slot >= store.bounces()[p.bounce].size() ||
         store.bounces()[p.bounce].at(p.slot).path != p.path ||
         (p.bounce > 0 && store.bounces()[p.bounce].at(p.slot).length < 0))
       refuse("\"pending\" refers to a segment that is not there");
-    waiting[p.path] = true;
+    waiting[first] = true;
   }
-  for (size_t path = 0; path < cut.size(); ++path)
-    if (cut[path] != kNotCut && !waiting[path]) refuse("\"cut\" marks a path that does not wait");
+  for (size_t slot = 0; slot < cut.size(); ++slot)
+    if (cut[slot] != kNotCut && !waiting[slot]) refuse("\"cut\" marks a path that does not wait");
 }
 
 }  // namespace deltalux::session::snapshot

@@ -65,13 +65,13 @@ class SegmentCheck {
   size_t discs_;
 };
 
-/// Checks that every path is one chain: at bounce 0, slot n belongs to path n, and every later
-/// segment in use has exactly one predecessor, of the same path.
-void check_chains(const segments::SegmentStore& store);
+/// Checks that every path is one chain: at bounce 0, each slot belongs to the path that is held
+/// there, and every later segment in use has exactly one predecessor, of the same path.
+void check_chains(const segments::SegmentStore& store, const HeldPaths& held);
 
 /// Checks that each path marked in `cut` waits exactly once, at its own segment of that bounce, and
 /// no other path waits.
 void check_pending(const std::vector<PendingPath>& pending, const std::vector<uint8_t>& cut,
-                   const segments::SegmentStore& store);
+                   const segments::SegmentStore& store, const HeldPaths& held);
 
 }  // namespace deltalux::session::snapshot

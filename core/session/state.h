@@ -3,6 +3,7 @@
 #pragma once
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "base/parallel.h"
@@ -12,6 +13,7 @@
 #include "samples/sample_set.h"
 #include "scene/scene.h"
 #include "segments/segment_store.h"
+#include "session/held_paths.h"
 #include "trace/lights.h"
 #include "trace/ray_caster.h"
 #include "trace/walk.h"
@@ -52,6 +54,9 @@ struct Options {
   size_t memory_limit = 0;  ///< bytes, 0 = none
   /// Gather rays per sample; 0: no final gather, discs count all light.
   uint32_t gather_rays = 0;
+  /// The paths that the session traces and stores; nullopt: all. Whatever a bake chooses from data
+  /// (path counts of lights, quanta, radii, which lights get shadow rays) is that of all paths.
+  std::optional<PathRange> range;
 };
 
 /// The samples attached to one object, with discs and index in the object's local space.
@@ -110,10 +115,12 @@ struct State {
   std::vector<plan::PartPlan> plans;  // for the static part, then for each moving part
   std::vector<float> area;            // by sample: the area that its disc counts at present
 
+  HeldPaths held;
   segments::SegmentStore store;
-  // By path: the bounce from which it waits to be traced again, or kNotCut.
+  // By slot of bounce 0: the bounce from which its path waits to be traced again, or kNotCut.
   std::vector<uint8_t> cut;
   std::vector<int64_t> sums;       // EnergySums, slab = group * kBatches + batch
+  uint64_t added_paths = 0;        // number of paths of other sessions whose sums are in these sums
   std::unique_ptr<Gather> gather;  // null without a final gather
   gather::Guiding guiding;         // for the final gather; its guides are fixed at the bake
 
@@ -126,6 +133,21 @@ struct State {
   segments::Extras extras() const {
     return {options.segment_end != segments::SegmentEnd::first, options.gather_rays > 0};
   }
+  /// Number of paths of all lights, whoever holds them.
+  uint64_t all_paths() const {
+    return lights.empty() ? 0 : lights.back().first_path + lights.back().path_count;
+  }
+  bool holds_all() const { return !options.range; }
+  bool holds_none() const { return options.range && options.range->first == options.range->last; }
+  /// Whether there are direct light by shadow rays, gather rays and results. A session with a range
+  /// of the paths has only what paths bring, since the rest would be the same in every range.
+  bool evaluates() const { return holds_all() || holds_none(); }
+  /// Recomputes `held` for the present lights.
+  void hold_paths() {
+    HeldPaths fresh(options.range.value_or(PathRange{0, options.paths}), options.paths, kBatches);
+    for (const trace::Light& light : lights) fresh.add(light);
+    held = std::move(fresh);
+  }
   uint32_t sum_groups() const { return std::min(scene.group_count, kMaxSumGroups); }
   /// Whether the group has no sums of its own: with more than eight groups, those from the eighth
   /// on share one.
@@ -137,6 +159,13 @@ struct State {
   /// The index of the sums that the group adds to.
   uint32_t sum_group(uint32_t group) const { return std::min(group, kMaxSumGroups - 1); }
   estimate::EnergySums energy() { return {sums.data(), samples.size()}; }
+  /// By light: 1 if gather rays get its direct light by shadow rays, so that cells leave it out.
+  std::vector<uint8_t> asked_for() const {
+    std::vector<uint8_t> asked(lights.size());
+    for (const gather::BeamGuide& beam : guiding.beams) asked[beam.light] = 1;
+    for (const uint32_t sun : guiding.suns) asked[sun] = 1;
+    return asked;
+  }
   size_t light_of(uint32_t path) const {
     size_t low = 0, high = lights.size();
     while (high - low > 1) {

@@ -258,7 +258,7 @@ void allot_paths(std::vector<Light>& lights, std::span<const double> given, uint
 Emission emit(const Light& light, uint64_t seed, uint64_t index, uint32_t batches) {
   // Each (light, batch) is scrambled by its own key; the sequence restarts within the batch.
   const uint32_t batch = batch_of(light, index, batches);
-  const uint64_t start = (uint64_t(batch) * light.path_count + batches - 1) / batches;
+  const uint64_t start = batch_begin(light, batch, batches);
   const uint64_t key = combine(combine(mix64(seed), light.first_path), batch);
   const std::array<float, 4> r = sobol::sample(uint32_t(index - start), key);
   if (light.is_area()) return emit_from_area(light, r);

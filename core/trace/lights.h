@@ -94,5 +94,9 @@ inline uint32_t batch_of(const Light& light, uint64_t index, uint32_t batches) {
   DELTALUX_ASSERT(index < light.path_count);
   return uint32_t(index * batches / light.path_count);
 }
+/// The index within its light of a batch's first path; of batch `batches`: the number of paths.
+inline uint64_t batch_begin(const Light& light, uint32_t batch, uint32_t batches) {
+  return (batch * light.path_count + batches - 1) / batches;
+}
 
 }  // namespace deltalux::trace

@@ -10,6 +10,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, TypedDict, TypeVar, get_type_hints
 
+import numpy as np
+
 from . import _core
 from .errors import OptionError
 from .estimate.inputs import SEGMENT_ENDS, check_choice
@@ -111,6 +113,21 @@ def _memory(name: str, value: Any, _: Mapping[str, Any]) -> Any:
     return value
 
 
+def _range(name: str, value: Any, options: Mapping[str, Any]) -> tuple[int, int] | None:
+    """A list, as JSON has it, becomes a tuple."""
+    if value is None:
+        return None
+    paths = int(options["paths"])
+    pair = isinstance(value, tuple | list) and len(value) == 2
+    whole = pair and all(isinstance(n, int | np.integer) and not isinstance(n, bool) for n in value)
+    if not whole or not 0 <= value[0] <= value[1] <= paths:
+        raise OptionError(
+            f"{name}: found {value!r:.60}, expected (first, last) with 0 <= first <= last <= {paths}, "
+            "the number of paths, or None for all of them"
+        )
+    return int(value[0]), int(value[1])
+
+
 class PlanOptions(TypedDict, total=False):
     """The options of a session that `plan` takes, too."""
 
@@ -208,6 +225,18 @@ class SessionOptions(PlanOptions, total=False):
             _memory,
             "bytes, or None = what is free; a bake that would need more is refused",
             lambda value: available_memory() if value is None else int(value),
+        ),
+    ]
+    path_range: Annotated[
+        tuple[int, int] | None,
+        Option(
+            None,
+            _range,
+            "(first, last), or None = all paths\n"
+            "    For bakes that are shared among sessions: which part of the paths this one traces and stores.\n"
+            "    It takes the same share, from first / paths to last / paths, of every batch of every light's\n"
+            "    paths. A session with a part has no light to read; `deltalux.session.ranges` adds up the sums\n"
+            "    of parts.",
         ),
     ]
 

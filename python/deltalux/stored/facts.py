@@ -12,14 +12,13 @@ import numpy as np
 from deltalux.errors import FormatError
 from deltalux.scene import Scene
 from deltalux.scene.flatten import flatten
-from deltalux.session_options import OPTIONS
 
 from .archive import ArchiveReader
 from .fields import Fields
 from .samples import FIELDS as SAMPLE_FIELDS
 from .scene import FIELDS as SCENE_FIELDS
 from .scene import unpack_scene
-from .snapshot import CORE, index_fields, made_by, reading
+from .snapshot import CORE, index_fields, made_by, reading, stored_options
 
 # Parts of a file, by prefix of the entries' names; the first match counts.
 PARTS = {
@@ -61,7 +60,7 @@ def file_facts(path: str | Path) -> tuple[dict[str, Any], Scene]:
             "made_by": list(made_by(index)),
             "built_by": index.text("built_by") if baked else None,
             "baked": baked,
-            "options": _options(index),
+            "options": stored_options(index),
             "segments": segments,
             "samples": _samples(index, archive),
             "edits": _edits(scene, index, archive),
@@ -75,11 +74,6 @@ def _core_array(archive: ArchiveReader, name: str, dtype: str) -> np.ndarray:
     if len(data) % np.dtype(dtype).itemsize:
         raise FormatError(f'"{CORE}{name}": found {len(data)} bytes, expected numbers of type {dtype}')
     return data.view(dtype)
-
-
-def _options(index: Fields) -> dict[str, Any]:
-    options = index.child("options", OPTIONS)
-    return {name: options.any(name) for name in OPTIONS}
 
 
 def _samples(index: Fields, archive: ArchiveReader) -> dict[str, Any]:

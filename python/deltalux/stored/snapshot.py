@@ -89,7 +89,8 @@ def write(path: Path, stored: StoredSession, core: Any, command: str, progress: 
     index = {
         "format": FORMAT,
         "version": VERSION,
-        "options": stored.options,
+        # A file without a range is one that earlier programs read, too.
+        "options": {k: v for k, v in stored.options.items() if k != "path_range" or v is not None},
         "scene": pack_scene(stored.scene, path.parent),
         "samples": pack_samples(stored.samples),
         "baked": stored.baked,
@@ -235,10 +236,15 @@ class CoreArrays:
         self._archive.read_into(CORE + name, buffer)
 
 
+def stored_options(index: Fields) -> dict[str, Any]:
+    """The session's options, unchecked."""
+    options = index.child("options", OPTIONS, {"path_range": None})
+    return {name: options.any(name) for name in OPTIONS}
+
+
 def _stored(archive: ArchiveReader, folder: Path) -> StoredSession:
     index = index_fields(archive)
-    options = index.child("options", OPTIONS)
-    values = {name: options.any(name) for name in OPTIONS}
+    values: Any = stored_options(index)
     scene = unpack_scene(index.child("scene", SCENE_FIELDS), archive, folder)
     samples = unpack_samples(index.child("samples", SAMPLE_FIELDS), scene, archive)
     baked = index.boolean("baked")
