@@ -233,10 +233,10 @@ class SessionOptions(PlanOptions, total=False):
             None,
             _range,
             "(first, last), or None = all paths\n"
-            "    For bakes that are shared among sessions: which part of the paths this one traces and stores.\n"
-            "    It takes the same share, from first / paths to last / paths, of every batch of every light's\n"
-            "    paths. A session with a part has no light to read; `deltalux.session.ranges` adds up the sums\n"
-            "    of parts.",
+            "    For bakes that are shared among sessions: which part of the paths this one traces and\n"
+            "    stores. It takes the same share, from first / paths to last / paths, of every batch of\n"
+            "    every light's paths. A session with a part has no light to read;\n"
+            "    `deltalux.session.ranges` adds up the sums of parts.",
         ),
     ]
 
