@@ -7,7 +7,6 @@
 #include <optional>
 #include <utility>
 
-#include "base/assertion.h"
 #include "base/direction.h"
 #include "base/error.h"
 #include "base/random.h"
@@ -115,8 +114,6 @@ class BlockSums {
     std::fill_n(total_, values, int64_t(0));
     for (uint32_t k = 0; k < kBatches; ++k)
       for (size_t j = 0; j < values; ++j) total_[j] += row[k * stride + j];
-    // What was removed had been added before.
-    for (size_t j = 0; j < values; ++j) DELTALUX_ASSERT(total_[j] >= 0);
     for (size_t j = 0; j < values; ++j) mean_[j] = to_double(total_[j]) / kBatches;
     std::fill_n(spread_, values, 0.0);
     for (uint32_t k = 0; k < kBatches; ++k)
