@@ -12,6 +12,11 @@ export function familyOf(name: string): string {
   return name.replace(/[\s._-]*\d+$/, '') || name
 }
 
+/** What a lamp is called among those of its family: what stands after a separator, else its name. */
+export function nameInFamily(name: string): string {
+  return /^.+?\s*[/:|]\s*(.+)$/.exec(name)?.[1] ?? name
+}
+
 /** Names by family, in the order of the names; a family of one has no others to be folded with. */
 export function families(names: string[]): Map<string, string[]> {
   const found = new Map<string, string[]>()

@@ -10,6 +10,7 @@ export interface TestHooks {
   gizmoHandle(axis: 'X' | 'Y' | 'Z'): [x: number, y: number] | null
   gizmoAxis(): string | null
   idle(): boolean
+  cost(): object
   frames: number[]
   latencies: number[]
 }
@@ -83,6 +84,24 @@ export function testHooks(app: App): TestHooks {
       !remote.busyDragging &&
       remote.state.value?.phase === 'ready' &&
       app.flow.shown === remote.state.value.revision,
+    /** What drawing takes of the graphics card: programs, calls for a frame, bytes a vertex. */
+    cost: () => {
+      const { info } = stage.renderer
+      info.autoReset = false
+      info.reset()
+      stage.drawNow()
+      const { calls } = info.render
+      info.autoReset = true
+      const bytes = lit.bodies.reduce((sum, { geometry }) => {
+        const arrays = [...Object.values(geometry.attributes), geometry.index!].map(({ array }) => array)
+        return sum + arrays.reduce((total, { byteLength }) => total + byteLength, 0)
+      }, 0)
+      return {
+        programs: info.programs!.map(({ name }) => name),
+        calls,
+        bytesOfVertex: bytes / lit.info.vertices,
+      }
+    },
     frames: app.flow.frames,
     latencies: app.latency.all,
   }

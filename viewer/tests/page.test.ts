@@ -5,7 +5,7 @@ import { describe, expect, it, vi } from 'vitest'
 import { number, tick } from '../src/format'
 import { lampPlace } from '../src/lampPlace'
 import { Latency } from '../src/latency'
-import { families, Fader } from '../src/lights'
+import { families, Fader, nameInFamily } from '../src/lights'
 import { unreachedText } from '../src/panels/figuresPanel'
 import { factorAt, placeOf } from '../src/panels/lightPanel'
 import { placeLabels } from '../src/isolineLabels'
@@ -184,6 +184,10 @@ describe('light groups', () => {
       ['hall lamp', ['hall lamp']],
       ['7', ['7']],
     ])
+  })
+
+  it('are called by the rest of their names among their family', () => {
+    expect(['Hall / desk', 'Spot.001', 'a: b / c'].map(nameInFamily)).toEqual(['desk', 'Spot.001', 'b / c'])
   })
 
   it('keep their proportions on one fader, also through zero', () => {

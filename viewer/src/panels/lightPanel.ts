@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Panel of the light groups: dimmers at work while they are moved, one for all, folded families, search, solo.
 import { button, checkbox, h, panel } from '../dom'
-import { families, Fader, type Lights } from '../lights'
+import { families, Fader, nameInFamily, type Lights } from '../lights'
 
 const STEPS = 1000
 const BRIGHTEST = 2 // times the loaded power, at the end of the slider
@@ -30,6 +30,7 @@ interface Row {
 /** What one slider stands for. */
 interface Dimmed {
   title: string
+  text?: string // shorter than the title
   label: string
   members: string[] | null // whose light alone a button shows; null: no such button
   read: () => number
@@ -39,6 +40,7 @@ interface Dimmed {
 /** A dimmer of one light, or of several together. */
 function dimmer(lights: Lights, logarithmic: () => boolean, dimmed: Dimmed): Row {
   const { title, label, members, read, write } = dimmed
+  const shown = dimmed.text ?? title
   const text = h('output', {})
   let held = false
   const send = (dragging: boolean) => () => {
@@ -74,7 +76,7 @@ function dimmer(lights: Lights, logarithmic: () => boolean, dimmed: Dimmed): Row
     slider.setAttribute('aria-valuetext', percent(factor))
   }
   return {
-    element: h('div', { class: 'dimmer' }, h('span', { title }, title), text, solo, reset, slider),
+    element: h('div', { class: 'dimmer' }, h('span', { title }, shown), text, solo, reset, slider),
     refresh,
   }
 }
@@ -125,9 +127,10 @@ function dimmers(lights: Lights, logarithmic: () => boolean): { rows: Row[]; ele
       write: (level, dragging) => lights.set(fader.at(level), dragging),
     })
   }
-  const single = (name: string) => {
+  const single = (name: string, text = name) => {
     const element = add({
       title: name,
+      text,
       label: `Light of ${name}`,
       members: [name],
       read: () => lights.factors.get(name) ?? 1,
@@ -140,11 +143,16 @@ function dimmers(lights: Lights, logarithmic: () => boolean): { rows: Row[]; ele
     if (members.length === 1) return single(members[0])
     const whole = together(title, `Lights of ${title}`, members, true)
     const summary = h('summary', {}, `${title}: ${members.length} lights`)
-    const fold = h('details', { class: 'family' }, summary, ...members.map(single))
+    const fold = h(
+      'details',
+      { class: 'family' },
+      summary,
+      ...members.map((name) => single(name, nameInFamily(name))),
+    )
     folds.push(fold)
     return h('div', { class: 'fold' }, whole, fold)
   }
-  const all = many ? [...families(lights.names)].map(family) : lights.names.map(single)
+  const all = many ? [...families(lights.names)].map(family) : lights.names.map((name) => single(name))
   const search = searchField(found, folds)
   search.hidden = !many
   const master = together('All lights', 'All lights', lights.names, false)

@@ -8,6 +8,7 @@ import { Signal } from '../signal'
 import { VersionCarrier } from '../versionCarrier'
 import { SurfaceMaterials } from './materials'
 
+const MOST_OF_16_BITS = 65535 // vertices of a mesh; the last number of 16 bits means the end of a strip
 const MAX_RANGES = 16 // of one mesh waiting for upload; more become one that covers them
 
 /** What `geometry.bin` holds. */
@@ -48,13 +49,18 @@ export class LitScene {
   private readonly byName = new Map<string, Body>()
   private compared: { with: Snapshot; halves: Uint16Array } | null = null // what the graphics card has
 
-  /** `oneTriangle`: draw next to nothing, but upload all (to measure transport without rasterisation). */
+  /**
+   * `oneTriangle`: draw next to nothing, but upload all (to measure transport without rasterisation);
+   * `warmUp`: is told of the materials as soon as they are there, before the geometry is made.
+   */
   constructor(
     public info: SceneInfo,
     private arrays: GeometryArrays,
     private readonly oneTriangle = false,
+    warmUp: (materials: SurfaceMaterials) => void = () => {},
   ) {
     this.materials = new SurfaceMaterials(info.materials)
+    warmUp(this.materials)
     this.values = new Values(info.vertices)
     const geometries = this.geometries()
     info.meshes.forEach((mesh, i) => {
@@ -174,7 +180,8 @@ export class LitScene {
     geometry.setAttribute('position', vectors(arrays.points))
     geometry.setAttribute('normal', vectors(arrays.normals))
     geometry.setAttribute('values', valuesAttribute(this.values.halves, mesh))
-    geometry.setIndex(new BufferAttribute(this.groupedIndices(geometry, parts, arrays.indices, first), 1))
+    const triangles = this.groupedIndices(geometry, parts, arrays.indices, first, count)
+    geometry.setIndex(new BufferAttribute(triangles, 1))
     return geometry
   }
 
@@ -184,23 +191,25 @@ export class LitScene {
     parts: PartInfo[],
     indices: Uint32Array,
     firstVertex: number,
-  ): Uint32Array {
+    vertexCount: number,
+  ): Uint16Array | Uint32Array {
     const buckets = new Map<number, PartInfo[]>()
     for (const part of parts) {
       const index = SurfaceMaterials.index(part.material, part.reversed)
       buckets.set(index, [...(buckets.get(index) ?? []), part])
     }
-    const grouped = new Uint32Array(parts.reduce((sum, part) => sum + 3 * part.count, 0))
+    const count = parts.reduce((sum, part) => sum + 3 * part.count, 0)
+    const grouped = vertexCount <= MOST_OF_16_BITS ? new Uint16Array(count) : new Uint32Array(count)
     let end = 0
     for (const [material, members] of buckets) {
       const start = end
       for (const part of members) {
-        grouped.set(indices.subarray(3 * part.first, 3 * (part.first + part.count)), end)
-        end += 3 * part.count
+        const last = 3 * (part.first + part.count)
+        for (let i = 3 * part.first; i < last; i++) grouped[end++] = indices[i] - firstVertex
       }
       geometry.addGroup(start, end - start, material)
     }
-    return grouped.map((index) => index - firstVertex)
+    return grouped
   }
 
   /** Asks for the upload of a run of vertices, which may reach over several meshes. */

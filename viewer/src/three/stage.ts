@@ -1,8 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // The canvas and its renderer: draws when something changed, and not otherwise.
-import { Color, MathUtils, PerspectiveCamera, Scene, WebGLRenderer } from 'three'
+import {
+  BufferAttribute,
+  BufferGeometry,
+  Color,
+  LinearSRGBColorSpace,
+  MathUtils,
+  Mesh,
+  PerspectiveCamera,
+  Scene,
+  WebGLRenderer,
+  type Material,
+} from 'three'
 
-const BACKGROUND = 0x303030 // what pictures show around the scene: linear grey 0.03
+const BACKGROUND = 0x30 / 0xff // what pictures show around the scene: linear grey 0.03, encoded
 
 export class Stage {
   readonly renderer: WebGLRenderer
@@ -21,7 +32,9 @@ export class Stage {
   ) {
     this.renderer = new WebGLRenderer({ canvas, antialias, powerPreference: 'high-performance' })
     this.renderer.autoClear = false
-    this.scene.background = new Color(BACKGROUND)
+    // As in targets that are measured, so that both share one program; shaders encode their colours themselves.
+    this.renderer.outputColorSpace = LinearSRGBColorSpace
+    this.scene.background = new Color().setScalar(BACKGROUND)
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement!)
     this.resize()
   }
@@ -42,6 +55,16 @@ export class Stage {
     camera.fov = MathUtils.radToDeg(2 * Math.atan(half / Math.min(camera.aspect, 1)))
     camera.updateProjectionMatrix()
     this.invalidate()
+  }
+
+  /** Lets the driver compile a material's program while the page is at work on other things. */
+  warmUp(material: Material | undefined): void {
+    if (!material) return
+    const triangle = new BufferGeometry()
+    for (const name of ['position', 'normal']) {
+      triangle.setAttribute(name, new BufferAttribute(new Float32Array(9), 3))
+    }
+    this.renderer.compile(new Mesh(triangle, material), this.camera, this.scene)
   }
 
   /** Change of depth in clip space over a pixel of a surface at 45 degrees, wherever it is. */

@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What drawing takes of a graphics card: one program for all surfaces, few calls and bytes."""
+
+from __future__ import annotations
+
+
+def test_one_program_draws_and_measures_all_surfaces(viewer):
+    surfaces = {"plaster", "oak", "left glow", "right glow"}
+    viewer.show("falseColour")
+    programs = viewer.ask("deltalux.cost()")["programs"]
+    assert len([name for name in programs if name in surfaces]) == 1
+
+
+def test_a_frame_takes_few_calls_and_a_vertex_few_bytes(viewer):
+    viewer.press("Escape")  # no outline, no arrows
+    viewer.settle()
+    cost = viewer.ask("deltalux.cost()")
+    assert cost["calls"] <= 6  # one for each mesh of one material
+    assert cost["bytesOfVertex"] < 45  # 32 of the vertex, 2 for each corner of a triangle
