@@ -17,7 +17,7 @@ struct CellSums {
   std::vector<uint8_t> touched;  ///< by cell: whether it changed since the last CellLight::renew()
   uint32_t groups = 1, batches = 1;
   size_t at(uint32_t cell, uint32_t group, uint32_t batch) const {
-    DELTALUX_ASSERT(cell < touched.size() && group < groups && batch < batches);
+    DELTALUX_ASSERT(group < groups && batch < batches);
     return 3 * ((size_t(cell) * groups + group) * batches + batch);
   }
   size_t bytes() const { return quanta.capacity() * sizeof(int64_t) + touched.capacity(); }

@@ -4,6 +4,7 @@
 
 #include <atomic>
 
+#include "base/assertion.h"
 #include "base/direction.h"
 
 namespace deltalux::session {
@@ -37,6 +38,7 @@ void Landings::add(uint32_t bounce, std::span<const uint32_t> slots, int sign) c
       const segments::Segment& segment = stored.at(slots[i]);
       const uint32_t cell = segment.length < 0 ? gather::kNoCell : stored.landing(slots[i]);
       if (cell == gather::kNoCell) continue;
+      DELTALUX_ASSERT(cell < sums.touched.size());
       const size_t number = state_.light_of(segment.path);
       if (bounce == 0 && asked_for_[number]) continue;
       const trace::Light& light = state_.lights[number];

@@ -44,7 +44,6 @@ Flight Walk::birth(const Light& light, uint64_t index, const Emission& e,
     flight.power[c] =
         e.weight == 1 ? quanta[c] : uint32_t(double(quanta[c]) * double(e.weight) + 0.5);
   flight.path = uint32_t(light.first_path + index);
-  DELTALUX_ASSERT(index < light.path_count);
   DELTALUX_ASSERT(is_unit(e.direction) && is_finite(flight.origin));
   DELTALUX_ASSERT(*std::max_element(flight.power, flight.power + 3) <= 1u << 31);
   return flight;
