@@ -32,6 +32,10 @@ export class Pointer {
     canvas.addEventListener('pointermove', this.move)
     canvas.addEventListener('pointerup', this.up)
     canvas.addEventListener('pointercancel', this.up)
+    canvas.addEventListener('dblclick', ({ offsetX, offsetY }) => {
+      const hit = this.at(offsetX, offsetY)
+      if (hit) this.objects.select(hit.body.name)
+    })
   }
 
   /** What lies under a point of the canvas, in pixels from its top left. */
@@ -78,7 +82,10 @@ export class Pointer {
     this.objects.gizmo.setListening(true)
     this.cameras.orbit.enabled = !this.cameras.flying
     if (press.wandered || event.type === 'pointercancel' || !press.hit) return
-    if (!press.shift) this.objects.select(press.hit.body.name)
+    // Who reads values on walls goes on to move what was selected: that takes a double click to leave.
+    const { selected } = this.objects
+    const keeps = selected.value !== null && this.objects.isMovable(selected.value)
+    if (press.hit.body.userData.info.movable || !keeps) this.objects.select(press.hit.body.name)
     this.probes.pin(press.hit, press.shift)
   }
 
