@@ -31,8 +31,8 @@ struct Segment {
 };
 static_assert(sizeof(Segment) == 44);
 
-/// The content of an unused slot. At bounce 0 each slot belongs to one path, whether it is in use or
-/// not.
+/// The content of an unused slot. At bounce 0 each slot belongs to one path, whether it is in use
+/// or not.
 inline Segment unused_segment(uint32_t path = 0) {
   return {{}, 0, -1.0f, {0, 0, 0}, path, scene::kNone, kNoSlot};
 }
