@@ -281,11 +281,12 @@ size_t Session::replace_paths(const EditLog& log, const Affected& affected, doub
   enter(Step::applied, Step::marked);
   DELTALUX_ASSERT(agree(s.cut, pending_));
 
-  // Sum the samples of moved objects anew, from the stored segments near the new pose.
+  // Sum the samples of moved objects anew, from the stored segments near the new pose. A session
+  // without paths is given what becomes of their sums.
   std::vector<size_t> again;
   for (MovingPart& part : s.moving)
     for (size_t k = 0; k < changes.size(); ++k)
-      if (changes[k].object == part.object) {
+      if (changes[k].object == part.object && !s.holds_none()) {
         part.current = false;
         again.push_back(k);
       }

@@ -1,0 +1,315 @@
+// SPDX-License-Identifier: Apache-2.0
+// Sessions that share the paths of one bake: any ranges of them add up to all, bit for bit.
+#include <gtest/gtest.h>
+
+#include "base/error.h"
+#include "memory_archive.h"
+#include "session_world.h"
+
+namespace deltalux::session {
+namespace {
+
+Options of_range(Options options, uint64_t first, uint64_t last) {
+  options.range = PathRange{first, last};
+  return options;
+}
+
+trace::Light light_of(uint64_t first, uint64_t count) {
+  trace::Light light;
+  light.first_path = first;
+  light.path_count = count;
+  return light;
+}
+
+TEST(HeldPaths, RangesShareNoPathAndLeaveNoneOut) {
+  const std::vector<trace::Light> lights = {light_of(0, 1), light_of(1, 7), light_of(8, 800),
+                                            light_of(808, 193), light_of(1001, 64)};
+  constexpr uint32_t kAll = 1065;
+  for (const std::vector<uint64_t>& cuts : std::vector<std::vector<uint64_t>>{
+           {0, 1001}, {0, 500, 1001}, {0, 1, 2, 300, 300, 999, 1001}}) {
+    std::vector<int> holders(kAll);
+    for (size_t k = 0; k + 1 < cuts.size(); ++k) {
+      HeldPaths held({cuts[k], cuts[k + 1]}, 1001, kBatches);
+      for (const trace::Light& light : lights) held.add(light);
+      for (uint32_t slot = 0; slot < held.size(); ++slot) {
+        const uint32_t path = held.path_of(slot);
+        ++holders[path];
+        EXPECT_EQ(held.slot_of(path), slot);
+        EXPECT_EQ(held.find(path), slot);
+        if (slot) EXPECT_GT(path, held.path_of(slot - 1));
+      }
+      uint64_t visited = 0;
+      for (const trace::Light& light : lights)
+        held.each_of(light, [&](uint64_t i) {
+          EXPECT_TRUE(held.find(uint32_t(light.first_path + i)));
+          ++visited;
+        });
+      EXPECT_EQ(visited, held.size());
+      uint64_t found = 0;
+      for (uint32_t path = 0; path < kAll + 10; ++path) found += held.find(path).has_value();
+      EXPECT_EQ(found, held.size());
+    }
+    EXPECT_EQ(holders, std::vector<int>(kAll, 1));
+  }
+}
+
+TEST(HeldPaths, EveryRangeTakesTheSameShareOfEveryBatch) {
+  const trace::Light light = light_of(40, 8000);
+  for (uint64_t k = 0; k < 16; ++k) {
+    const HeldPaths held({1000 * k, 1000 * (k + 1)}, 16000, kBatches);
+    for (uint32_t batch = 0; batch < kBatches; ++batch) {
+      const auto [begin, end] = held.of_batch(light, batch);
+      EXPECT_NEAR(double(end - begin), 1000.0 / 16, 1);
+      for (uint64_t i = begin; i < end; ++i) EXPECT_EQ(trace::batch_of(light, i, kBatches), batch);
+    }
+  }
+}
+
+/// Sessions with a range each, and one without paths that evaluates their sums.
+class Ranges {
+ public:
+  Ranges(const scene::Scene& scene, const Options& options, size_t count)
+      : whole_(std::make_unique<Session>(scene, some_samples(), of_range(options, 0, 0))) {
+    for (size_t k = 0; k < count; ++k)
+      parts_.push_back(std::make_unique<Session>(
+          scene, some_samples(),
+          of_range(options, options.paths * k / count, options.paths * (k + 1) / count)));
+  }
+
+  void bake() {
+    for (const auto& part : parts_) part->bake(progress_);
+    whole_->bake(progress_);
+    add_all();
+    FirstFlights first = parts_[0]->first_flights();
+    for (size_t k = 1; k < parts_.size(); ++k) {
+      const FirstFlights more = parts_[k]->first_flights();
+      for (size_t i = 0; i < first.quanta.size(); ++i) first.quanta[i] += more.quanta[i];
+    }
+    whole_->look(first, progress_);
+    for (const auto& part : parts_) part->ask_for(whole_->asked_lights());
+  }
+
+  void recompute() {
+    for (const auto& part : parts_) part->recompute(progress_);
+    whole_->recompute(progress_);
+    add_all();
+  }
+
+  void update(std::span<const scene::Edit> edits) {
+    whole_->update(edits, 0, progress_);
+    for (const auto& part : parts_) {
+      PathSums before = part->path_sums();
+      part->update(edits, 0, progress_);
+      PathSums more = part->path_sums();
+      more.paths -= before.paths;
+      for (size_t i = 0; i < before.discs.size(); ++i) more.discs[i] -= before.discs[i];
+      for (size_t i = 0; i < before.cells.size(); ++i) more.cells[i] -= before.cells[i];
+      whole_->add_path_sums(more);
+    }
+  }
+
+  /// Saves all sessions and opens them again.
+  void reopen() {
+    for (auto& part : parts_) reopen(part);
+    reopen(whole_);
+    add_all();
+  }
+
+  /// Expects the results of `one`, which has all paths.
+  void expect_those_of(const Session& one) const {
+    SegmentsHash hash;
+    PathSums sums;
+    EnergyAudit audit;
+    for (const auto& part : parts_) {
+      const SegmentsHash own = part->segments_hash();
+      hash = {hash.count + own.count, hash.a + own.a, hash.b + own.b};
+      sums.paths += part->path_sums().paths;
+      const EnergyAudit energy = part->audit();
+      for (size_t c = 0; c < 3; ++c) audit.emitted[c] += energy.emitted[c];
+      for (size_t c = 0; c < 3; ++c) audit.absorbed[c] += energy.absorbed[c];
+    }
+    const PathSums all = one.path_sums(), added = whole_->path_sums();
+    EXPECT_EQ(sums.paths, all.paths);
+    EXPECT_EQ(added.paths, all.paths);
+    EXPECT_EQ(added.discs, all.discs);
+    EXPECT_EQ(added.cells, all.cells);
+    EXPECT_EQ(hash.count, one.segments_hash().count);
+    EXPECT_EQ(whole_->digest(hash), one.digest());
+    EXPECT_EQ(audit.emitted, one.audit().emitted);
+    EXPECT_EQ(audit.absorbed, one.audit().absorbed);
+    EXPECT_EQ(read(*whole_), read(one));
+    EXPECT_EQ(whole_->unreached(), one.unreached());
+  }
+
+  Session& whole() { return *whole_; }
+  Session& part(size_t k) { return *parts_[k]; }
+
+ private:
+  static std::pair<std::vector<double>, std::vector<double>> read(const Session& session) {
+    std::vector<double> values(3 * session.state().samples.size()), errors(values.size());
+    session.read(values.data(), errors.data());
+    return {values, errors};
+  }
+  void add_all() {
+    for (const auto& part : parts_) whole_->add_path_sums(part->path_sums());
+  }
+  void reopen(std::unique_ptr<Session>& session) {
+    MemoryArchive archive(session->save());
+    session = std::make_unique<Session>(room_with_spot(), some_samples(), session->state().options);
+    session->restore(archive, progress_);
+  }
+
+  std::unique_ptr<Session> whole_;
+  std::vector<std::unique_ptr<Session>> parts_;
+  Progress progress_;
+};
+
+const std::vector<std::vector<scene::Edit>> kSteps = {
+    {scene::Move{1, at(2.2, 2.1)}},
+    {scene::SetPresent{1, false}, scene::Dim{0, 0.5}},
+    {scene::SetPresent{1, true}, scene::SetReflectance{0, {0.3f, 0.4f, 0.5f}}},
+    {scene::Insert{second_lamp()}},
+    {scene::Move{2, at(1, 3)}, scene::Move{1, at(3, 1)}}};
+
+std::vector<Options> some_options() {
+  return {options(1, DirectMode::paths, segments::SegmentEnd::bounded),
+          options(2, DirectMode::sampled, segments::SegmentEnd::first), gathering(1), gathering(2)};
+}
+
+TEST(Ranges, AddUpToASessionWithAllPaths) {
+  for (const Options& chosen : some_options()) {
+    Progress progress;
+    Session one(room_with_spot(), some_samples(), chosen);
+    one.bake(progress);
+    if (chosen.gather_rays) EXPECT_EQ(one.state().guiding.beams.size(), 1u);
+    std::vector<std::unique_ptr<Ranges>> shared;
+    for (const size_t count : {1, 2, 4, 16})
+      shared.push_back(std::make_unique<Ranges>(room_with_spot(), chosen, count));
+    for (const auto& ranges : shared) {
+      ranges->bake();
+      ranges->expect_those_of(one);
+    }
+    for (const auto& edits : kSteps) {
+      one.update(edits, 0, progress);
+      for (const auto& ranges : shared) {
+        ranges->update(edits);
+        ranges->expect_those_of(one);
+      }
+    }
+    shared[2]->recompute();
+    shared[2]->expect_those_of(one);
+  }
+}
+
+TEST(Ranges, EachUpdatesAsItRecomputes) {
+  Progress progress;
+  for (const Options& chosen : some_options()) {
+    Ranges ranges(room_with_spot(), chosen, 4);
+    ranges.bake();
+    for (const auto& edits : kSteps) {
+      Session& part = ranges.part(1);
+      part.update(edits, 0, progress);
+      const auto updated = part.digest();
+      part.recompute(progress);
+      EXPECT_EQ(part.digest(), updated);
+    }
+  }
+}
+
+TEST(Ranges, WaitForTheNextCallAsAllPathsDo) {
+  Progress progress;
+  Ranges ranges(room_with_spot(), gathering(1), 2);
+  ranges.bake();
+  Session& part = ranges.part(0);
+  part.update(kSteps[0], 0.01, progress);
+  part.update(kSteps[3], 0.01, progress);
+  while (part.update({}, 0.01, progress).done < 1) continue;
+  const auto updated = part.digest();
+  part.recompute(progress);
+  EXPECT_EQ(part.digest(), updated);
+}
+
+TEST(Ranges, RefuseWhatTheyCannotDo) {
+  Progress progress;
+  const auto text = [](const auto& call) -> std::string {
+    try {
+      call();
+    } catch (const OptionError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const auto refused = [&](const auto& call, const std::string& expected) {
+    const std::string found = text(call);
+    EXPECT_NE(found.find(expected), std::string::npos) << found;
+  };
+  for (const PathRange range : {PathRange{3, 2}, PathRange{0, 4001}})
+    refused(
+        [&] {
+          Session session(room(), some_samples(), of_range(gathering(1), range.first, range.last));
+        },
+        "path_range: found");
+  Ranges ranges(room_with_spot(), gathering(1), 2);
+  Session &whole = ranges.whole(), &part = ranges.part(0);
+  std::vector<double> values(3 * some_samples().size());
+  whole.bake(progress);
+  part.bake(progress);
+  const auto read = [&](Session& session) { session.read_irradiance(values.data()); };
+  refused([&] { read(part); }, "holds paths 0 to 2000 of 4000");
+  refused([&] { read(whole); }, "found sums of 0 paths, expected those of all 4000");
+  refused([&] { whole.look({}, progress); }, "found sums of 0 paths");
+  refused([&] { whole.update(kSteps[0], 0, progress); }, "call look()");
+  refused([&] { whole.recompute(progress); }, "call look()");
+  refused([&] { whole.save(); }, "call look()");
+  refused([&] { part.add_path_sums(part.path_sums()); }, "expected a baked one of path_range");
+  refused([&] { part.look({}, progress); }, "expected a baked one of path_range");
+  refused([&] { part.ask_for(std::vector<uint32_t>{1}); }, "found light 1");
+  PathSums less = part.path_sums();
+  less.discs.pop_back();
+  refused([&] { whole.add_path_sums(less); }, "discs: found");
+  ranges.bake();
+  refused([&] { whole.add_path_sums(part.path_sums()); }, "expected at most 4000 in all");
+  refused([&] { whole.digest(); }, "segments_hash");
+  std::vector<double> slopes(9 * some_samples().size());
+  refused([&] { whole.read_gradient(slopes.data(), progress); }, "gradient: ");
+  read(whole);
+}
+
+TEST(Ranges, ACancelledLookLeavesEverythingAsItWas) {
+  Progress progress, stopped;
+  stopped.cancel();
+  Session one(room_with_spot(), some_samples(), gathering(1));
+  one.bake(progress);
+  Options all = of_range(gathering(1), 0, gathering(1).paths);
+  Session part(room_with_spot(), some_samples(), all),
+      whole(room_with_spot(), some_samples(), of_range(all, 0, 0));
+  part.bake(progress);
+  whole.bake(progress);
+  whole.add_path_sums(part.path_sums());
+  const PathSums before = whole.path_sums();
+  EXPECT_THROW(whole.look(part.first_flights(), stopped), Cancelled);
+  EXPECT_EQ(whole.path_sums().cells, before.cells);
+  EXPECT_TRUE(whole.asked_lights().empty());
+  whole.look(part.first_flights(), progress);
+  EXPECT_EQ(whole.digest(part.segments_hash()), one.digest());
+}
+
+TEST(Ranges, ComeBackFromArchives) {
+  for (const Options& chosen : some_options()) {
+    Progress progress;
+    Session one(room_with_spot(), some_samples(), chosen);
+    one.bake(progress);
+    one.update(kSteps[0], 0, progress);
+    Ranges ranges(room_with_spot(), chosen, 2);
+    ranges.bake();
+    ranges.update(kSteps[0]);
+    ranges.reopen();
+    ranges.expect_those_of(one);
+    one.update(kSteps[2], 0, progress);
+    ranges.update(kSteps[2]);
+    ranges.expect_those_of(one);
+  }
+}
+
+}  // namespace
+}  // namespace deltalux::session
