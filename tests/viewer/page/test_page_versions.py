@@ -51,6 +51,12 @@ def said(viewer) -> str:
     return viewer.page.locator(".light-state").inner_text()
 
 
+def close_notes(viewer) -> None:
+    """Notes may cover what is to be clicked."""
+    for note in viewer.page.locator(".note button").all()[::-1]:
+        note.click()
+
+
 def test_a_dark_scene_is_offered_a_lamp_that_undo_takes_back(dark):
     page = dark.page
     assert "There is no light in this scene" in said(dark)
@@ -72,8 +78,8 @@ def test_something_fixed_becomes_movable_and_the_view_stays(dark):
     dark.button("Add a lamp").click()
     dark.until("deltalux.state().server.factors.lamp === 1 && deltalux.idle()", BAKE)
     dark.press("m")
-    at = dark.ask("deltalux.project('crate')")
-    page.mouse.click(*at)
+    close_notes(dark)
+    page.mouse.click(*dark.ask("deltalux.project('crate')"))
     assert dark.state()["selected"] == "crate"
     assert dark.ask("deltalux.gizmoHandle('X')") is None
     camera = dark.state()["camera"]
@@ -102,7 +108,7 @@ def test_it_can_be_cancelled(dark, monkeypatch):
         return samples_like(*made)
 
     monkeypatch.setattr(engine, "samples_like", slowly)
-    dark.button("Close this note").click()  # that nothing can be moved yet
+    close_notes(dark)
     dark.page.mouse.click(*dark.ask("deltalux.project('crate')"))
     dark.button("Make movable").click()
     dark.button("Cancel").click()
