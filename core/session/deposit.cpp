@@ -104,7 +104,7 @@ void Deposit::for_slabs(uint32_t bounce, std::span<const uint32_t> slots,
 
 bool Deposit::counts(uint32_t bounce, const Segment& segment, uint16_t& slab) const {
   if (segment.length < 0) return false;
-  DELTALUX_ASSERT(segment.path < state_.cut.size());
+  DELTALUX_ASSERT(state_.held.find(segment.path));
   const size_t light = state_.light_of(segment.path);
   // Gradients come from discs in sessions with a final gather, too.
   const bool gathered = state_.gather && !sums_.moments;

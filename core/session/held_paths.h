@@ -14,7 +14,8 @@ namespace deltalux::session {
 /// A part of all paths, first <= last <= Options::paths. Of every batch of every light it takes the
 /// same share: of `count` paths those from index count * first / paths up to count * last / paths,
 /// rounded down. Ranges that follow each other therefore share no path and leave none out, also of
-/// lights that edits add, and each range has paths of every batch and every light.
+/// lights that edits add; where a batch has at least as many paths as there are equal ranges, each
+/// range has some of it.
 struct PathRange {
   uint64_t first = 0, last = 0;
 };

@@ -56,11 +56,13 @@ void EditMarks::order() {
   std::copy(sorted.begin(), sorted.end(), waiting_.begin() + long(older_));
 }
 
-bool agree(std::span<const uint8_t> cut, std::span<const PendingPath> waiting) {
+bool agree(std::span<const uint8_t> cut, const HeldPaths& held,
+           std::span<const PendingPath> waiting) {
   const auto uncut = size_t(std::count(cut.begin(), cut.end(), kNotCut));
   return cut.size() - uncut == waiting.size() &&
          std::all_of(waiting.begin(), waiting.end(), [&](const PendingPath& path) {
-           return path.path < cut.size() && cut[path.path] == path.bounce;
+           const std::optional<uint32_t> slot = held.find(path.path);
+           return slot && cut[*slot] == path.bounce;
          });
 }
 

@@ -151,11 +151,15 @@ void Session::refuse_beyond_limit() {
   const double left = double(s.options.memory_limit) - (double(forecast_.bytes) - rays);
   const auto fewer = uint64_t(std::max(0.0, 0.95 * left / rays * s.options.gather_rays));
   const bool by_rays = rays > 0 && !forecast_.paths_that_fit && fewer >= kFewestRays;
-  throw OptionError("memory: " + std::to_string(paths) + " paths would need about " +
+  const std::string found =
+      s.holds_all() ? std::to_string(paths) + " paths"
+                    : "the " + std::to_string(paths) + " paths of path_range and its sums";
+  throw OptionError("memory: " + found + " would need about " +
                     std::to_string(forecast_.bytes >> 20) + " MiB, the limit is " +
                     std::to_string(s.options.memory_limit >> 20) + " MiB; about " +
                     (by_rays ? std::to_string(fewer) + " rays of each sample (gather)"
-                             : std::to_string(forecast_.paths_that_fit) + " paths") +
+                             : std::to_string(forecast_.paths_that_fit) + " paths" +
+                                   (s.holds_all() ? "" : " in a narrower path_range")) +
                     " would fit, or raise the memory limit");
 }
 

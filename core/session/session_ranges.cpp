@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sessions that share the paths of one bake: sums of ranges, and a session without paths that
 // evaluates the sums of all ranges.
+#include <algorithm>
+#include <functional>
+
 #include "base/error.h"
 #include "gather/beam.h"
 #include "session/session.h"
@@ -119,6 +122,7 @@ void Session::look(const FirstFlights& others, Progress& progress) {
   check_size("first_flights", others.quanta.size(),
              others.lights.size() * 3 * kBatches * s.gather->cells.size());
   const gather::CellSums before = s.gather->sums;
+  const Forecast forecast = forecast_;
   try {
     look_around(progress, true, others);
   } catch (...) {
@@ -126,6 +130,7 @@ void Session::look(const FirstFlights& others, Progress& progress) {
     s.gather->beams = {}, s.gather->suns = {};
     s.gather->looks = gather::Looks({}, s.options.seed);
     s.gather->sums = before;
+    forecast_ = forecast;
     std::fill(s.gather->sums.touched.begin(), s.gather->sums.touched.end(), uint8_t(1));
     throw;
   }
@@ -143,11 +148,16 @@ void Session::ask_for(std::span<const uint32_t> lights) {
   check_whole();
   State& s = *state_;
   const std::vector<uint32_t> known = candidates(s);
+  if (std::adjacent_find(lights.begin(), lights.end(), std::greater_equal{}) != lights.end())
+    throw OptionError(
+        "ask_for: found lights that do not ascend, expected each once; give asked_lights of the "
+        "session that looked");
   for (const uint32_t light : lights)
     if (!s.gather || s.evaluates() || !std::binary_search(known.begin(), known.end(), light))
       throw OptionError("ask_for: found light " + std::to_string(light) +
                         ", expected narrow or parallel lights, in a session that gathers and holds "
                         "a part of the paths; give asked_lights of the session that looked");
+  if (lights.empty()) return;
   const FirstFlights own = first_flights();
   gather::Guiding fresh = s.guiding;
   for (const uint32_t light : lights)

@@ -156,7 +156,7 @@ Frame Session::update(std::span<const scene::Edit> edits, double budget_ms, Prog
   edits_applied_ = false;
   check_looked();
   if (damaged_) rebuild(progress);
-  DELTALUX_ASSERT(step_ == Step::rest && agree(state_->cut, pending_));
+  DELTALUX_ASSERT(step_ == Step::rest && agree(state_->cut, state_->held, pending_));
   for (size_t i = 0; i < edits.size(); ++i) check(edits[i], edits.first(i));
   Frame frame;
   Stopwatch watch;
@@ -279,7 +279,7 @@ size_t Session::replace_paths(const EditLog& log, const Affected& affected, doub
   if (s.lights.size() > log.old_lights()) add_paths(s, log.old_lights(), marks);
   if (budget_ms != 0) marks.order();
   enter(Step::applied, Step::marked);
-  DELTALUX_ASSERT(agree(s.cut, pending_));
+  DELTALUX_ASSERT(agree(s.cut, s.held, pending_));
 
   // Sum the samples of moved objects anew, from the stored segments near the new pose. A session
   // without paths is given what becomes of their sums.
@@ -346,7 +346,7 @@ size_t Session::run_pending(double budget_ms, Progress& progress, Frame& frame,
   } while (done < total && !progress.cancelled());
   pending_.erase(pending_.begin(), pending_.begin() + long(done));
   enter(Step::marked, Step::replaced);
-  DELTALUX_ASSERT(agree(s.cut, pending_));
+  DELTALUX_ASSERT(agree(s.cut, s.held, pending_));
   frame.affected_paths = update.counts().paths;
   frame.removed_segments = update.counts().removed;
   frame.retraced_segments = update.counts().retraced;

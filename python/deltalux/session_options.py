@@ -108,9 +108,12 @@ def _gather(name: str, value: Any, _: Mapping[str, Any]) -> Any:
 
 
 def _memory(name: str, value: Any, _: Mapping[str, Any]) -> Any:
-    if value is not None and not 0 < value < 2**63:
-        raise OptionError(f"{name}: found {value}, expected bytes, or None for what is free")
-    return value
+    if value is None:
+        return None
+    number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+    if not number or not 1 <= value < 2**63 or int(value) != value:
+        raise OptionError(f"{name}: found {value!r:.60}, expected bytes, or None for what is free")
+    return int(value)
 
 
 def _range(name: str, value: Any, options: Mapping[str, Any]) -> tuple[int, int] | None:

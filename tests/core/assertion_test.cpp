@@ -52,11 +52,20 @@ TEST(Assertion, IsNotEvaluated) {
 #endif
 
 TEST(Assertion, MarksAgreeWithTheWaitingPathsAlone) {
+  // The second half of a light's six paths: path 4 has slot 1.
+  trace::Light light;
+  light.path_count = 6;
+  session::HeldPaths held({3, 6}, 6, 1);
+  held.add(light);
   const std::vector<uint8_t> cut{session::kNotCut, 2, session::kNotCut};
-  EXPECT_TRUE(session::agree(cut, std::vector<session::PendingPath>{{1, 0, 2, false, {}}}));
-  EXPECT_FALSE(session::agree(cut, std::vector<session::PendingPath>{{1, 0, 3, false, {}}}));
-  EXPECT_FALSE(session::agree(cut, std::vector<session::PendingPath>{{0, 0, 2, false, {}}}));
-  EXPECT_FALSE(session::agree(cut, std::vector<session::PendingPath>{}));
+  const auto agree = [&](std::vector<session::PendingPath> waiting) {
+    return session::agree(cut, held, waiting);
+  };
+  EXPECT_TRUE(agree({{4, 0, 2, false, {}}}));
+  EXPECT_FALSE(agree({{4, 0, 3, false, {}}}));
+  EXPECT_FALSE(agree({{3, 0, 2, false, {}}}));
+  EXPECT_FALSE(agree({{1, 0, 2, false, {}}}));  // not held
+  EXPECT_FALSE(agree({}));
 }
 
 }  // namespace

@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import json
-import zipfile
 from collections.abc import Sequence
 from itertools import pairwise
 
@@ -201,17 +199,6 @@ def test_files_keep_the_range(tmp_path):
         one.update()
         shared.update(edits)
         shared.equals(one)
-
-
-def test_files_without_a_range_are_as_before(tmp_path):
-    """Programs that know no ranges read them, and this one reads those that have none."""
-    with dl.Session(room(), samples_in(room()), paths=64, gather="off") as session:
-        session.bake()
-        session.save(tmp_path / "all.dlx")
-    with zipfile.ZipFile(tmp_path / "all.dlx") as file:
-        assert "path_range" not in json.loads(file.read("deltalux.json"))["options"]
-    with dl.Session.open(tmp_path / "all.dlx") as session:
-        assert session.options["path_range"] is None
 
 
 @pytest.mark.parametrize("bad", [(5, 3), (-1, 2), (0, 641), (0,), "ab", (0.0, 64.0), (False, True), 3])

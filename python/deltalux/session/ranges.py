@@ -13,7 +13,9 @@ the sums of all parts, with the bits of a session with all paths:
         ask_for(part, asked_lights(whole))
     whole.irradiance
 
-All take the same edits; after an update, the differences to the sums before are added.
+All take the same edits. After each update of all of them, add the differences to the sums before, once for
+each part, before anything is read: the session that evaluates cannot tell that they are missing, and would
+show the new scene with the light of the old paths.
 """
 
 from __future__ import annotations
@@ -30,6 +32,24 @@ import numpy as np
 from deltalux.errors import OptionError
 
 from .session import Session
+
+__all__ = [
+    "FirstFlights",
+    "GradientSums",
+    "PathSums",
+    "add_path_sums",
+    "add_up",
+    "ask_for",
+    "asked_lights",
+    "digest",
+    "first_flights",
+    "gradient",
+    "gradient_sums",
+    "look",
+    "path_sums",
+    "ranges_of",
+    "segments_hash",
+]
 
 
 class _Addable(Protocol):

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -94,12 +94,9 @@ class Fields:
         values = self._take(name, isinstance(self._values[name], list), "a list")
         return [Fields(value, f"{self._where}.{name}[{i}]", names) for i, value in enumerate(values)]
 
-    def child(self, name: str, names: Collection[str], defaults: Mapping[str, Any] | None = None) -> Fields:
-        """An object with exactly the fields `names`; `defaults`: of fields that it may lack."""
-        value = self._values[name]
-        if defaults and isinstance(value, dict):
-            value = {**defaults, **value}
-        return Fields(value, f"{self._where}.{name}", names)
+    def child(self, name: str, names: Collection[str]) -> Fields:
+        """An object with exactly the fields `names`."""
+        return Fields(self._values[name], f"{self._where}.{name}", names)
 
     def any(self, name: str) -> Any:
         """The value, unchecked; the caller checks it."""

@@ -89,8 +89,7 @@ def write(path: Path, stored: StoredSession, core: Any, command: str, progress: 
     index = {
         "format": FORMAT,
         "version": VERSION,
-        # A file without a range is one that earlier programs read, too.
-        "options": {k: v for k, v in stored.options.items() if k != "path_range" or v is not None},
+        "options": stored.options,
         "scene": pack_scene(stored.scene, path.parent),
         "samples": pack_samples(stored.samples),
         "baked": stored.baked,
@@ -238,7 +237,7 @@ class CoreArrays:
 
 def stored_options(index: Fields) -> dict[str, Any]:
     """The session's options, unchecked."""
-    options = index.child("options", OPTIONS, {"path_range": None})
+    options = index.child("options", OPTIONS)
     return {name: options.any(name) for name in OPTIONS}
 
 
