@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import deltalux as dl
 import numpy as np
-from builders.gltf import png
 from deltalux.scene.look import Look, Texture
 
 
@@ -84,6 +83,8 @@ def samples_in(scene: dl.Scene) -> dl.Samples:
 
 def with_texture(scene: dl.Scene) -> dl.Scene:
     """The scene with a picture on its first mesh."""
+    from builders.gltf import png  # here, since programs beside the suite import rooms alone
+
     image = Texture(png(np.full((2, 2, 3), 99, np.uint8)), (0.5, 0.5, 0.5), offset=(0.5, 0.5))
     materials = [replace(scene.materials[0], look=Look(image, None, "MASK")), *scene.materials[1:]]
     coordinates = np.random.default_rng(1).uniform(-2, 2, (len(scene.meshes[0].triangles), 3, 2))
