@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`deltalux bake`: trace the light of a scene and write what was asked for."""
+"""`deltalux bake`: trace the light of a scene and write the requested results."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def run(
     Lux on a desk, 0.8 m above the floor, as a table:
     deltalux bake room.glb --grid 0.5,0.8,0.5,4,3,0.25 --margin 0.5 -o desk.csv desk.png
 
-    As precise as 1 %, whatever it takes within 8 GB:
+    With a standard error below 1 %, in at most 8 GB of memory:
     deltalux bake room.glb --target-error 0.01 --memory-limit 8G -o lit.glb
     """
     planes = len(grid or ())

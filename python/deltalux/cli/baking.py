@@ -24,7 +24,7 @@ from .options import NONE, Grid
 
 # The next bake aims slightly below the target, because the estimated error is itself off by some per cent.
 AIM = 0.97
-# largest factor: error falls with the square root of the paths, and no session can have so many more
+# Largest ratio of errors by which paths grow, with its square; no session can have so many more paths.
 MOST = 1e6
 
 
@@ -115,7 +115,7 @@ def bake_scene(
     scene, samples : scene to light, and where
     target_error : of the 90th percentile of `claimed_error`; None = one bake
     targets : files that will be written afterwards
-    progress : is told which steps follow
+    progress : is given the steps that follow
     size : of pictures
     paths, gather : of the first bake
     options : of `deltalux.Session`

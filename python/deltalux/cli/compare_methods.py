@@ -80,7 +80,7 @@ SamplesOption = Annotated[
         "--samples",
         parser=parse_count,
         metavar="N",
-        help="Samples that the methods are asked for, drawn from the mesh's vertices; brute force gets "
+        help="Number of samples to estimate, drawn from the mesh's vertices; brute force gets "
         "fewer.  [dim]\\[default: 20000; quick: 2000][/]",
         show_default=False,
     ),
@@ -92,7 +92,7 @@ CountOption = Annotated[
         min=3,
         max=2**31 - 1,
         metavar="K",
-        help="Of the methods that take the K nearest hits or segments.",
+        help="Number of nearest hits or segments that the K-nearest methods use.",
     ),
 ]
 ReferenceOption = Annotated[
@@ -101,7 +101,7 @@ ReferenceOption = Annotated[
         "--reference",
         min=2,
         metavar="F",
-        help="The reference has F times the paths.  [dim]\\[default: 16; quick: 8][/]",
+        help="Paths of the reference, as a multiple of --paths.  [dim]\\[default: 16; quick: 8][/]",
         show_default=False,
     ),
 ]

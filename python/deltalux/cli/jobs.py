@@ -42,7 +42,7 @@ MOST_GROWN = 1e3  # largest factor by which paths and rays are assumed to grow
 
 
 def before_loading(source: str, threads: int | None) -> Counts:
-    """Counts of a scene that was not loaded yet."""
+    """Estimated counts of a scene before it is loaded."""
     path = Path(source)
     size = path.stat().st_size if path.is_file() else 0
     found = Counts(int(size / BYTES_PER_TRIANGLE)) if size else bundled(source.replace("-", "_"))
@@ -52,7 +52,7 @@ def before_loading(source: str, threads: int | None) -> Counts:
 def counts_of(
     scene: dl.Scene, samples: dl.Samples, paths: int | None, gather: str | int, threads: int | None
 ) -> Counts:
-    """Counts of a session that is going to be made."""
+    """Counts of a session before it is made."""
     rays = resolved_gather(gather, len(samples), "first", "reachable")
     lights = scene.info()["lights"]
     return Counts(
@@ -95,7 +95,7 @@ def bake_job(counts: Counts, targets: Sequence[Path], target_error: float | None
 
 
 def grown(counts: Counts, more: float) -> Counts:
-    """Counts with so many times the paths and rays."""
+    """Counts with `more` times the paths and rays."""
     return replace(counts, paths=int(more * counts.paths), rays=int(more * counts.rays))
 
 
@@ -163,7 +163,7 @@ def picture_steps(counts: Counts, pixels: int, rays: int | None) -> list[Step]:
 
 
 def edges_into(progress: Overall, counts: Counts, rays: int | None = None) -> Callable[[float], None]:
-    """Callback that tells `progress` how long a picture takes, once its edges are known."""
+    """Callback that revises the forecast of a picture in `progress`, once its share of edges is known."""
 
     def known(share: float) -> None:
         progress.revise(drawing(replace(counts, edges=share), rays or 0))

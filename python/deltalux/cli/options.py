@@ -187,8 +187,8 @@ LightUnitsOption = Annotated[
     LightUnits,
     typer.Option(
         "--light-units",
-        help="How the file's lights are meant: as glTF prescribes (candela, lux), "
-        "as watts of old Blender exports, or without unit.",
+        help="Units of the file's lights: as glTF prescribes (candela, lux), "
+        "watts as in old Blender exports, or none.",
     ),
 ]
 UnitOption = Annotated[
@@ -197,7 +197,7 @@ UnitOption = Annotated[
         "--unit",
         parser=parse_unit,
         metavar="mm|cm|m|in|ft|METRES",
-        help="What one unit of the file's lengths is; metres when not given, as glTF prescribes.",
+        help="Unit of the file's lengths; metres when not given, as glTF prescribes.",
         show_default=False,
     ),
 ]
@@ -206,8 +206,8 @@ GroupsOption = Annotated[
     Literal["auto", "lamp", "name"],
     typer.Option(
         "--groups",
-        help="Which lamps of a glTF file without extras.group share a light group: none (lamp), those of one "
-        "name (name), or none as long as eight groups, which are dimmed at once, are enough (auto).",
+        help="Light groups of a glTF file's lamps without extras.group: one per lamp (lamp), one per name "
+        "(name), or one per lamp as long as eight groups, which can be dimmed at once, are enough (auto).",
     ),
 ]
 OutputsOption = Annotated[
@@ -238,11 +238,11 @@ CameraOption = Annotated[
 ]
 EyeOption = Annotated[
     Any,
-    typer.Option("--eye", parser=parse_place, metavar="X,Y,Z", help="Look from here, metres."),
+    typer.Option("--eye", parser=parse_place, metavar="X,Y,Z", help="Position of the camera, metres."),
 ]
 TargetOption = Annotated[
     Any,
-    typer.Option("--target", parser=parse_place, metavar="X,Y,Z", help="Look there, from --eye."),
+    typer.Option("--target", parser=parse_place, metavar="X,Y,Z", help="Point to look at from --eye."),
 ]
 SizeOption = Annotated[
     Any,
@@ -252,7 +252,7 @@ SizeOption = Annotated[
     ),
 ]  # fmt: skip
 ExposureOption = Annotated[
-    float, typer.Option("--exposure", metavar="EV", help="Stops brighter than metering says; -1 halves.")
+    float, typer.Option("--exposure", metavar="EV", help="Stops brighter than metered; -1 halves the light.")
 ]
 GatherOption = Annotated[
     str,
@@ -260,8 +260,8 @@ GatherOption = Annotated[
         "--gather",
         parser=parse_gather,
         metavar="N|auto|off",
-        help="Rays with which each sample looks around: four times as many halve the noise. auto: "
-        f"{rays_in_words()}. off: light from discs, wrong beside things.",
+        help="Final-gather rays per sample: four times as many halve the noise. auto: "
+        f"{rays_in_words()}. off: light from discs, biased beside objects.",
     ),
 ]
 PathsOption = Annotated[
@@ -334,7 +334,8 @@ RadiusOption = Annotated[
     ),
 ]
 SeedOption = Annotated[
-    int, typer.Option("--seed", min=0, metavar="N", help="The same seed gives the same bits.")
+    int,
+    typer.Option("--seed", min=0, metavar="N", help="Seed of random numbers: equal seeds give equal bits."),
 ]
 ThreadsOption = Annotated[
     int | None,
@@ -348,7 +349,7 @@ MemoryLimitOption = Annotated[
         "--memory-limit",
         parser=parse_bytes,
         metavar="SIZE",
-        help="Refuse beforehand what would need more, such as 4G; what is free when not given.",
+        help="Refuse a job that would need more memory, such as 4G; the free memory when not given.",
     ),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as JSON on stdout.")]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`deltalux plan`: what every disc method would cost in a scene, and which one a session takes."""
+"""`deltalux plan`: predicted cost of every disc method in a scene, and the one that a session chooses."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ FramesOption = Annotated[
     ),
 ]
 RebuildOption = Annotated[
-    bool, typer.Option("--rebuild", help="As if every frame built its index again, as in the paper.")
+    bool, typer.Option("--rebuild", help="Plan as if every frame rebuilt its index, as in the paper.")
 ]
 
 
@@ -74,10 +74,10 @@ def run(
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
-    """Predict what each disc method would cost in a scene, per part, and which one is chosen; and the gather.
+    """Predict the cost of each disc method and of the gather in a scene, and which method is chosen per part.
 
     A pilot counts the tests of every method on a few of the paths; the first run on a machine also
-    measures what a test costs there. Where sessions would gather, two small bakes tell what that costs.
+    measures what a test costs there. For sessions that gather, two small bakes measure the gather's cost.
     Times are seconds of one processor.
 
     [bold]Examples[/]

@@ -68,7 +68,7 @@ RaysOption = Annotated[
         "--gather",
         parser=parse_gather,
         metavar="N|auto",
-        help=f"Rays with which a place looks around: four times as many halve the noise. auto: {MOST_RAYS}.",
+        help=f"Final-gather rays per gathered place: four times as many halve the noise. auto: {MOST_RAYS}.",
     ),
 ]
 

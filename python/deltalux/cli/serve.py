@@ -30,9 +30,9 @@ def run(
 ) -> None:
     """Keep a session open for scripts and plug-ins: they edit it and read its light, to the last bit.
 
-    It is opened once; from then on an edit takes what its light takes. Programs talk to it by JSON
+    The session is opened once; then each edit takes only the time of its light. Programs send JSON
     over a WebSocket; Python has a client for that. The session's file is never written to: save
-    under another name. Ctrl-C or SIGTERM ends it.
+    under another name. Ctrl-C or SIGTERM ends the server.
 
     [bold]Examples[/]
 

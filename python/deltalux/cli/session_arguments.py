@@ -13,24 +13,24 @@ from deltalux.session_options import SessionOptions, options_of
 from .options import SESSION_OPTIONS
 
 Command = TypeVar("Command", bound=Callable[..., None])
-WHEN_OPENED = ("threads",)  # what a stored session takes anew
+WHEN_OPENED = ("threads",)  # options that are given anew when a stored session is opened
 
 
 def names_of(declaration: type = SessionOptions, without: tuple[str, ...] = ()) -> list[str]:
-    """The options that a TypedDict declares and the command line has, but those that a command has itself."""
+    """Names of the options that a TypedDict declares and the command line has, except those of `without`."""
     declared = options_of(declaration)
     return [name for name in SESSION_OPTIONS if name in declared and name not in without]
 
 
 def of_the_bake(without: tuple[str, ...] = ()) -> tuple[str, ...]:
-    """The options whose values a stored session brings."""
+    """Names of the options whose values a stored session determines."""
     return tuple(name for name in names_of(without=without) if name not in WHEN_OPENED)
 
 
 def session_arguments(
     declaration: type = SessionOptions, without: tuple[str, ...] = ()
 ) -> Callable[[Command], Command]:
-    """Put the options of a session in place of a command's parameter `session`, which gets a dict of them.
+    """Replace a command's parameter `session` by the options of a session; the command gets a dict of them.
 
     Parameters
     ----------

@@ -77,10 +77,10 @@ def run(
 ) -> None:
     """Repeat the paper's experiments: what is confirmed, and what is not.
 
-    Each writes its figures (.svg, .png), its tables (.csv) and its verdicts, computed from the data, into
-    a folder of its own; study.html (of one experiment: NAME.html) holds them all in one file. Finished
-    experiments are skipped unless their settings or the program changed; after Ctrl-C the same command
-    goes on.
+    Each experiment writes its figures (.svg, .png), its tables (.csv) and its verdicts, computed from the
+    data, into a folder of its own; study.html (of one experiment: NAME.html) holds them all in one file.
+    Finished experiments are skipped unless their settings or the program changed; after Ctrl-C the same
+    command goes on.
 
     [bold]Examples[/]
 

@@ -32,7 +32,7 @@ class StudyFolder:
 
         Parameters
         ----------
-        key : of `run_key`
+        key : see `run_key`
         """
         try:
             record = from_json((self.path / RECORD).read_text(encoding="utf-8"))

@@ -124,7 +124,7 @@ def write_targets(
     targets : see `check_targets`
     words : the command line after "deltalux", which every result states
     shot : settings of pictures
-    progress : is told which step begins
+    progress : is notified of each step that begins
     """
     baked = None
     for path in targets:

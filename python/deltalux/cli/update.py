@@ -52,7 +52,7 @@ MoveOption = Annotated[
     ),
 ]
 RemoveOption = Annotated[
-    list[str] | None, typer.Option("--remove", metavar="NAME", help="Take an object away.")
+    list[str] | None, typer.Option("--remove", metavar="NAME", help="Remove an object from the scene.")
 ]
 AddOption = Annotated[
     list[str] | None, typer.Option("--add", metavar="NAME", help="Put a removed object back.")
@@ -82,7 +82,7 @@ WatchOption = Annotated[
     typer.Option(
         "--watch",
         metavar="FILE.json",
-        help="Stay, and follow this file of edits: whenever it changes, results are written anew.",
+        help="Keep running and follow this file of edits: whenever it changes, results are written anew.",
         show_default=False,
     ),
 ]

@@ -47,19 +47,19 @@ HostOption = Annotated[
     typer.Option(
         "--host",
         metavar="ADDRESS",
-        help="Where to listen. The default is for this machine only; with any other address, whoever "
+        help="Address to listen on. The default is for this machine only; with any other address, whoever "
         "reaches it and knows the token can edit the session.",
     ),
 ]
 PortOption = Annotated[
-    int, typer.Option("--port", min=0, max=65535, metavar="N", help="Port to listen on; 0 takes a free one.")
+    int, typer.Option("--port", min=0, max=65535, metavar="N", help="Port to listen on; 0 = any free one.")
 ]
 FolderOption = Annotated[
     Path,
     typer.Option(
         "--folder",
         metavar="DIR",
-        help="Where the page's exports and saved sessions go; never out of it, nor over files of others.",
+        help="Folder for the page's exports and saved sessions: never elsewhere, nor over files of others.",
     ),
 ]
 NoBrowserOption = Annotated[

@@ -17,7 +17,7 @@ LIGHT_UNITS = ("spec", "blender-watts", "unitless")
 LOADERS = {".gltf": load_gltf, ".glb": load_gltf, ".obj": load_obj}
 
 
-# What files of other programs need, which those programs can export.
+# Formats of other programs: suffixes, and the remedy.
 EXPORTS = {
     "USD": ((".usd", ".usda", ".usdc", ".usdz"), "import it into Blender and export glTF 2.0 (.glb)"),
     "FBX": ((".fbx",), "import it into Blender and export glTF 2.0 (.glb)"),
@@ -44,14 +44,15 @@ def load(
         Each becomes one movable mesh with everything below it; ``*``, ``?`` and ``[...]`` describe several.
         Nodes named ``MOVE_...`` and nodes with ``extras.movable`` become movable without being listed.
     light_units : "spec", "blender-watts" or "unitless"
-        What the numbers of KHR_lights_punctual are; see `deltalux.io.gltf_lights`.
+        Meaning of the numbers of KHR_lights_punctual; see `deltalux.io.gltf_lights`.
     unit : "mm", "cm", "m", "in", "ft", or metres per unit
-        What the file's lengths are; None = metres, and a warning asks where the size is unusual. Lights keep
-        their candela, lux and cd/m2.
+        Unit of the file's lengths; None = metres, with a warning if the scene's size is unusual. The unit
+        does not change the lights' candela, lux and cd/m2.
     up : "y" or "z", the file's upward axis
     groups : "lamp", "name" or "auto"
-        Which lamps share a light group where the file gives none (``extras.group``): none, those on nodes
-        of one name, or ("auto") none as long as that makes at most eight groups, which are dimmed at once.
+        Light groups of lamps for which the file gives none (``extras.group``): "lamp", each lamp is a group;
+        "name", lamps on nodes of one name share a group; "auto", as "lamp" if there are at most eight groups,
+        which can be dimmed at once, else as "name".
 
     Returns
     -------
@@ -64,7 +65,7 @@ def load(
     OptionError
         The suffix, a name in `movable`, `light_units`, `unit` or `up` is unknown.
     FormatError
-        The file is absent, malformed, or needs what is not supported.
+        The file is absent, malformed, or needs an unsupported feature.
     SceneError
         The file is well-formed but there is nothing to light, or it does not fit into memory.
     """

@@ -76,7 +76,7 @@ def write(stream: BinaryIO, *parts: bytes) -> None:
 
 
 def serve(jobs: BinaryIO, results: BinaryIO) -> None:
-    """Answer jobs until there are no more: by a description as JSON, then the arrays that it lists."""
+    """Process jobs until there are no more; write a description as JSON, then the arrays that it lists."""
     for module in ("DracoPy", "meshoptimizer"):  # before memory is limited
         try:
             __import__(module)
@@ -89,7 +89,7 @@ def serve(jobs: BinaryIO, results: BinaryIO) -> None:
             arrays = {"draco": draco, "meshopt": meshopt}[job["codec"]](data, job)
             shapes = [[str(array.dtype), list(array.shape)] for array in arrays]
             write(results, json.dumps({"arrays": shapes}).encode(), *(a.tobytes() for a in arrays))
-        except Exception as error:  # anything that a decoder may raise for a broken file
+        except Exception as error:  # decoders may raise any exception for a broken file
             write(results, json.dumps({"error": f"{type(error).__name__}: {error}"[:200]}).encode())
 
 

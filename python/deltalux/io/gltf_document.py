@@ -26,7 +26,7 @@ HONOURED = {
     "KHR_texture_transform",  # the mean texel does not depend on it
 }
 COMPRESSION = {"EXT_meshopt_compression", "KHR_draco_mesh_compression", "KHR_meshopt_compression"}
-# These change looks that Deltalux treats as diffuse anyway, so a file may require them.
+# These affect only appearance; Deltalux treats all surfaces as diffuse, so a file may require them.
 APPEARANCE = {
     "KHR_materials_" + name
     for name in (

@@ -17,7 +17,7 @@ INDEX_STRIDES = (2, 4)
 # Most bytes that one compressed byte can expand to: 16 elements take at least two bits of each of their
 # bytes' headers, three indices of triangles or one of a sequence at least one byte.
 MOST_OF_ATTRIBUTES = 64
-# Bytes of a decoder's memory for each byte that it makes are fewer than an element's share of so many.
+# The memory limit of a decoder is per element; this many decoded bytes count as one element.
 BYTES_PER_ELEMENT = 128
 
 
@@ -52,7 +52,7 @@ class MeshoptView:
 
 
 def meshopt_view(view: Any, place: str) -> MeshoptView:
-    """The checked record of a compressed buffer view; not checked is whether its bytes lie in the buffer."""
+    """The checked record of a compressed buffer view; whether its bytes lie in the buffer is not checked."""
     source = view.extensions[NAME]
     place = f"{place}.extensions.{NAME}"
     for key in REQUIRED:

@@ -27,7 +27,7 @@ class Surface:
 
     `vertices` (n, 3) float64; `triangles` (m, 3) int64; `materials` (m,) int64, the glTF material of each
     triangle, -1 for glTF's default material; `coordinates` (m, 3, 2) float32, the texture coordinates of each
-    corner, NaN where a triangle needs or has none; None where none has any.
+    corner, NaN where a triangle needs or has none; None if no triangle has any.
     """
 
     vertices: np.ndarray
@@ -55,7 +55,7 @@ class Primitives:
         decoder: DecoderProcess,
         coordinate_set: Callable[[int], int | None],
     ) -> None:
-        """`coordinate_set` tells of a material which set of texture coordinates it uses."""
+        """`coordinate_set` returns the texture coordinate set that a material uses."""
         self._document = document
         self._coordinate_set = coordinate_set
         self._accessors = accessors
@@ -63,7 +63,7 @@ class Primitives:
         self._surfaces: dict[int, Surface] = {}
 
     def size(self, mesh: int) -> tuple[int, int]:
-        """Triangles and at most how many vertices the mesh has; reads no array."""
+        """Number of triangles, and an upper bound of the number of vertices; reads no array."""
         triangles = vertices = 0
         for place, primitive in self._triangle_primitives(mesh):
             corners, count = self._declared(place, primitive)
@@ -79,7 +79,7 @@ class Primitives:
         return self._surfaces[mesh]
 
     def note_unhonoured(self, mesh: int, name: str) -> None:
-        """Warn of what the mesh has beside triangles."""
+        """Warn of contents of the mesh that are ignored."""
         notes = self._document.notes
         for primitive in self._document.gltf.meshes[mesh].primitives:
             if primitive.mode in NO_TRIANGLES:
@@ -105,7 +105,7 @@ class Primitives:
         return found
 
     def _declared(self, place: str, primitive: Any) -> tuple[int, int]:
-        """Corners and vertices."""
+        """Declared numbers of corners and vertices."""
         if self._is_compressed(place, primitive):
             return self._draco.size(primitive, place)
         count = self._accessors.count(primitive.attributes.POSITION, f"{place}.attributes.POSITION")
@@ -114,7 +114,7 @@ class Primitives:
         return self._accessors.count(primitive.indices, f"{place}.indices"), count
 
     def _is_compressed(self, place: str, primitive: Any) -> bool:
-        """Whether the data are to be had by decoding only, which must then be possible."""
+        """Whether the data exist only in compressed form; FormatError if they cannot be decoded."""
         compressed = set(primitive.extensions) & COMPRESSION
         position = primitive.attributes.POSITION
         if not compressed or self._accessors.has_data(position, f"{place}.attributes.POSITION"):
@@ -140,7 +140,7 @@ class Primitives:
         return points, corners, coordinates
 
     def _coordinates_name(self, primitive: Any) -> str | None:
-        """The attribute that the material's texture needs, None where it has none or that is absent."""
+        """Name of the attribute that the material's texture needs; None if none is needed or present."""
         number = None if primitive.material is None else self._coordinate_set(primitive.material)
         name = f"TEXCOORD_{number}"
         return None if number is None or getattr(primitive.attributes, name, None) is None else name
@@ -176,7 +176,7 @@ class Primitives:
 
 
 def joined_coordinates(parts: list[np.ndarray | None], counts: list[int]) -> np.ndarray | None:
-    """(m, 3, 2) float32 of all parts, of `counts` triangles each; NaN for those without, None if all are."""
+    """(m, 3, 2) float32 of all parts, of `counts` triangles each; NaN where absent, None if all are."""
     own = [(part, count) for part, count in zip(parts, counts, strict=True) if count]
     if all(part is None for part, _ in own):
         return None
@@ -201,14 +201,14 @@ def _assemble(corners: np.ndarray, mode: int, place: str) -> np.ndarray:
     if mode == FAN:
         return np.stack([corners[1:-1], corners[2:], np.full(len(corners) - 2, corners[0])], axis=1)
     strip = np.stack([corners[:-2], corners[1:-1], corners[2:]], axis=1)
-    strip[1::2] = strip[1::2][:, [0, 2, 1]]  # every other triangle runs the other way round
+    strip[1::2] = strip[1::2][:, [0, 2, 1]]  # every other triangle has the opposite winding
     return strip
 
 
 def _compact(triangles: np.ndarray, vertex_count: int) -> tuple[np.ndarray | None, np.ndarray]:
     """The vertices in use (None: all) and the triangles numbered by them.
 
-    Exporters often let a thousand small meshes share one vertex array; each must not carry all of it.
+    Exporters often let a thousand small meshes share one vertex array, of which each must not keep all.
     """
     if triangles.size * 8 < vertex_count:  # sorting few corners is cheaper than marking many vertices
         used, own = np.unique(triangles, return_inverse=True)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The part of glTF 2.0's JSON that Deltalux reads, checked and made into pygltflib objects.
+"""The part of glTF 2.0's JSON that Deltalux reads, checked and converted to pygltflib objects.
 
-This is the only file with pygltflib. Its own parser is not used: it lets wrong types through, fails on others
-with any exception, and takes seconds for a thousand meshes.
+This is the only file that uses pygltflib. Its own parser is not used: it accepts some wrong types, raises
+arbitrary exceptions for others, and needs seconds for a thousand meshes.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import pygltflib as gl
 
 from .diagnostics import clean_name, malformed
 
-# Takes a JSON value and its place; returns the cleaned value or raises FormatError.
+# A function of a JSON value and its place; it returns the cleaned value or raises FormatError.
 Check = Callable[[Any, str], Any]
 
 MAX_INTEGER = 2**53
@@ -47,7 +47,7 @@ def boolean(value: Any, where: str) -> bool:
 
 
 def text(value: Any, where: str) -> str:
-    """A string, as it is."""
+    """A string, unchanged."""
     if not isinstance(value, str):
         raise malformed(where, _shown(value), "a string")
     return value
@@ -59,7 +59,7 @@ def name(value: Any, where: str) -> str:
 
 
 def present(value: Any, where: str) -> dict[str, Any]:
-    """Anything: only that it is there matters."""
+    """Any value; only its presence matters."""
     return {}
 
 
@@ -106,12 +106,12 @@ def _extensions(known: Mapping[str, Check]) -> Check:
 
 
 def _extras(value: Any, where: str) -> dict[str, Any]:
-    # Extras may be any JSON; these two keys are ours, and other types than ours are someone else's.
+    # Extras may be any JSON. Deltalux defines these two keys; values of other types belong to other programs.
     found = value if isinstance(value, dict) else {}
     extras: dict[str, Any] = {}
     if isinstance(found.get("group"), str) and found["group"]:
         extras["group"] = clean_name(found["group"])
-    if isinstance(found.get("movable"), bool | int):  # Blender writes a tick box as 1
+    if isinstance(found.get("movable"), bool | int):  # Blender writes a checkbox as 1
         extras["movable"] = bool(found["movable"])
     return extras
 
@@ -176,7 +176,7 @@ _ACCESSOR = record(
 
 _RANGE: dict[str, Check] = dict.fromkeys(("buffer", "byteOffset", "byteLength", "byteStride"), integer)
 
-# What the compressed data need is checked where they are used: a file may hold plain data beside them.
+# Compressed data are checked where they are used, because a file may also contain uncompressed data.
 _MESHOPT_VIEW = record({**_RANGE, "count": integer, "mode": text, "filter": text})
 
 _BUFFER_VIEW = record(
@@ -274,7 +274,7 @@ _CAMERA = record(
     make=gl.Camera,
 )
 
-# Takes the file's JSON; gives a pygltflib.GLTF2 whose types are right. Its indexes are checked where used.
+# Converts the file's JSON to a pygltflib.GLTF2 with checked types; indexes are checked where they are used.
 GLTF = record(
     {
         "asset": record({"version": text, "generator": text}, required=("version",), make=gl.Asset),

@@ -18,7 +18,7 @@ TRANSFORM = "KHR_texture_transform"
 
 
 class Textures:
-    """Reads and averages each image once."""
+    """Reads each image once and computes its mean."""
 
     def __init__(self, document: Document, buffers: Buffers) -> None:
         self._document = document
@@ -26,7 +26,7 @@ class Textures:
         self._images: dict[int, tuple[bytes, np.ndarray]] = {}
 
     def texture(self, reference: Any, where: str) -> Texture:
-        """What a material's record `reference` refers to; the mean does not regard alpha."""
+        """The texture that a material's record `reference` refers to; its mean ignores alpha."""
         index = reference.index
         texture = element(self._document.gltf.textures, index, f"{where}.index")
         image, mean = self._image(texture, index)
@@ -68,6 +68,6 @@ class Textures:
 
 
 def _known(sampler: Any, name: str, values: tuple[Any, ...]) -> Any:
-    """A sampler's number, the first of `values` (the default) where it is none of them."""
+    """A sampler's number; the first of `values` (the default) if it is none of them."""
     number = getattr(sampler, name, None)
     return number if number in values else values[0]

@@ -16,9 +16,9 @@ from .diagnostics import OPAQUE, Notes, clean_name, malformed
 from .files import read_beside
 from .texels import MAX_FILE_BYTES, mean_linear_texel
 
-MOST_OPTION = 1e9  # of an option's numbers
-GREY = 0.5  # of materials that the MTL files do not define
-# Statements that name a file.
+MOST_OPTION = 1e9  # options' numbers of this size or more are ignored
+GREY = 0.5  # reflectance of materials that the MTL files do not define
+# Statements that name a texture file.
 TEXTURES = {
     "map_Kd", "map_Ke", "map_Ka", "map_Ks", "map_Ns", "map_d", "map_bump", "map_Bump", "map_Pr", "map_Pm",
     "map_Ps", "bump", "disp", "decal", "norm", "refl",
@@ -28,7 +28,7 @@ IGNORED = {"Ka", "Ni", "illum", "Tf", "Pr", "Pm", "Ps", "Pc", "Pcr", "aniso", "a
 
 @dataclass
 class _Map:
-    """A statement that names a texture: its file, and the options that place it."""
+    """A statement that names a texture: its file, and the options that map it."""
 
     path: str
     offset: tuple[float, float] = (0.0, 0.0)
@@ -36,7 +36,7 @@ class _Map:
     clamped: bool = False
 
     def texture(self, image: bytes, mean: np.ndarray) -> Texture:
-        """As glTF has it, whose v runs down while that of OBJ runs up."""
+        """The texture in glTF's coordinates, whose v points down; OBJ's v points up."""
         return Texture(
             image,
             mean,
@@ -49,7 +49,7 @@ class _Map:
 @dataclass
 class _Entry:
     colours: dict[str, np.ndarray] = field(default_factory=dict)  # Kd, Ke
-    textures: dict[str, _Map] = field(default_factory=dict)  # of Kd, Ke
+    textures: dict[str, _Map] = field(default_factory=dict)  # for Kd, Ke
 
 
 class MaterialLibrary:
@@ -60,7 +60,7 @@ class MaterialLibrary:
         self._notes = notes
         self._files: dict[Path, None] = {}
         self._read: set[str] = set()
-        self._images: dict[str, tuple[bytes, np.ndarray]] = {}  # of textures, with their means, by path
+        self._images: dict[str, tuple[bytes, np.ndarray]] = {}  # encoded images and their means, by path
         self._entries: dict[str, _Entry] = {}
 
     @property
@@ -69,7 +69,7 @@ class MaterialLibrary:
         return tuple(self._files)
 
     def read(self, filename: str, where: str) -> None:
-        """Add the materials of a file, once; an absent file is a warning: the geometry is still good."""
+        """Add the materials of a file, once; an absent file is only a warning: the geometry is valid."""
         place, path = clean_name(filename), self._named(filename)
         if path in self._read:
             return
@@ -88,7 +88,7 @@ class MaterialLibrary:
             elif key in ("Kd", "Ke"):
                 entry.colours[key] = _colour(rest, f"{place} line {number}")
             elif key in TEXTURES and rest:
-                # Options ("-s 1 1 1") come first; only without them can a file name hold spaces.
+                # Options ("-s 1 1 1") come first; only without them can a file name contain spaces.
                 texture = self._named(rest[-1] if rest[0].startswith("-") else " ".join(rest))
                 if key in ("map_Kd", "map_Ke"):
                     entry.textures[key[4:]] = _Map(texture, *_options(rest[:-1]))
@@ -100,7 +100,7 @@ class MaterialLibrary:
                 self._note_unhonoured(key)
 
     def _named(self, filename: str) -> str:
-        """The path of a file that belongs to the scene, as this system writes it."""
+        """The path of a file with forward slashes; records the file as a part of the scene."""
         path = filename.replace("\\", "/")
         self._files[self._folder / path] = None
         return path
@@ -109,11 +109,11 @@ class MaterialLibrary:
         self._notes.add("MTL statements that are not honoured", clean_name(key))
 
     def textured(self, name: str) -> bool:
-        """Whether a material of that name is known to have a texture."""
+        """Whether an MTL file gives the material of that name a texture."""
         return name in self._entries and bool(self._entries[name].textures)
 
     def material(self, name: str) -> Material:
-        """The material of that name; grey, with a warning, where no MTL file defines it."""
+        """The material of that name; grey, with a warning, if no MTL file defines it."""
         entry = self._entries.get(name)
         if entry is None:
             self._notes.add(f"materials that no MTL file defines are grey ({GREY})", name)
@@ -145,14 +145,14 @@ class MaterialLibrary:
 
 
 def _options(words: list[str]) -> tuple[tuple[float, float], tuple[float, float], bool]:
-    """Offset, scale and whether it is clamped: -o, -s and -clamp; what is no number counts as absent."""
+    """Offset, scale and whether it is clamped: -o, -s and -clamp; other words than numbers are ignored."""
     found = {"-o": [0.0, 0.0], "-s": [1.0, 1.0]}
     for i, word in enumerate(words):
         if word in found:
             for axis, text in enumerate(words[i + 1 : i + 3]):
                 try:
                     value = float(text)
-                except ValueError:  # the next option: one number stands for u alone
+                except ValueError:  # the next option begins; a single number is for u only
                     break
                 found[word][axis] = value if abs(value) < MOST_OPTION else found[word][axis]
     clamped = "-clamp on" in " ".join(words)

@@ -34,14 +34,14 @@ class _Object:
 
     corners: list[int] = field(default_factory=list)
     materials: list[str] = field(default_factory=list)
-    # First corner and indexes into the file's texture coordinates, of each face that needs them.
+    # For each face that needs texture coordinates: its first corner, and indexes into the file's coordinates.
     coordinates: list[tuple[int, list[int]]] = field(default_factory=list)
 
 
 @dataclass
 class _Reading:
     vertices: list[tuple[float, float, float]] = field(default_factory=list)
-    coordinates: array[float] = field(default_factory=lambda: array("f"))  # u and v in turn
+    coordinates: array[float] = field(default_factory=lambda: array("f"))  # u and v alternate
     objects: dict[str, _Object] = field(default_factory=dict)
 
 
@@ -54,10 +54,10 @@ def load_obj(
 ) -> Scene:
     """Read an OBJ file and its MTL files; see `deltalux.load`.
 
-    Each object ("o", or each group "g" in files without objects) becomes one Mesh; a movable one turns about
-    the centre of its bounds. Polygons may be of any shape. Kd is the reflectance, Ke the radiance, W/(sr m2),
-    from the front; results are in W/m2. OBJ knows no lamps, so `light_units` has no effect; each
-    object with a luminous material is a light group, so `groups` has none either.
+    Each object ("o", or each group "g" in files without objects) becomes one Mesh; the origin of a
+    movable one is the centre of its bounds. Polygons may be of any shape. Kd is the reflectance, Ke the
+    radiance, W/(sr m2), from the front; results are in W/m2. OBJ has no lamps, so `light_units` has no
+    effect; each object with a luminous material is a light group, so `groups` has none either.
     """
     notes = Notes()
     library = MaterialLibrary(path.parent, notes)
@@ -122,7 +122,7 @@ def _mesh(name: str, found: _Object, vertices: np.ndarray, coordinates: np.ndarr
 
 
 def _coordinates(found: _Object, values: np.ndarray) -> np.ndarray | None:
-    """(m, 3, 2) of an object's triangles, NaN for those without texture coordinates; None if all are."""
+    """(m, 3, 2) of an object's triangles, NaN where absent; None if absent from all."""
     if not found.coordinates:
         return None
     result = np.full((len(found.corners), 2), np.nan, np.float32)
@@ -147,7 +147,7 @@ def _lines(data: bytes) -> Iterator[tuple[int, list[str]]]:
 
 def _read(data: bytes, library: MaterialLibrary, notes: Notes) -> _Reading:
     reading = _Reading()
-    naming = "o" if re.search(rb"^[ \t]*o\s", data, re.MULTILINE) else "g"  # \s* would run on over lines
+    naming = "o" if re.search(rb"^[ \t]*o\s", data, re.MULTILINE) else "g"  # \s* would match line breaks
     material, name = "default", "object"
     for number, (key, *rest) in _lines(data):
         where = f"line {number}"
@@ -208,7 +208,7 @@ def _face(words: list[str], count: int, where: str) -> list[int]:
 
 
 def _texel(words: list[str]) -> tuple[float, float]:
-    """Texture coordinates, NaN where there are none to read: light does not depend on them."""
+    """Texture coordinates; NaN if they cannot be read, since light does not depend on them."""
     try:
         u, v = (float(word) for word in (*words[:2], "0")[:2])
     except ValueError:
@@ -217,7 +217,7 @@ def _texel(words: list[str]) -> tuple[float, float]:
 
 
 def _face_texels(words: list[str], count: int) -> list[int] | None:
-    """Indexes of texture coordinates of a polygon's corners; None where a corner has none."""
+    """Indexes of texture coordinates of a polygon's corners; None if a corner has none."""
     texels = []
     for word in words:
         _, *more = word.split("/")

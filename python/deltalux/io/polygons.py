@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cuts polygons of any shape into triangles. This is the only file with mapbox_earcut."""
+"""Cuts polygons of any shape into triangles. This is the only file that uses mapbox_earcut."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import numpy as np
 
 Point = tuple[float, float, float]
 
-# Relative difference of areas beyond which a polygon has not been covered once: rounding gives 1e-12.
+# Largest relative difference of the areas of polygon and triangles; rounding alone gives 1e-12.
 _OVERLAP = 1e-6
 
 
 def fan(count: int) -> list[int]:
-    """Corners of the triangles that a polygon of `count` corners has around its first one."""
+    """Corners of the triangles in a fan about the first corner of a polygon of `count` corners."""
     return [corner for i in range(1, count - 1) for corner in (0, i, i + 1)]
 
 
@@ -25,12 +25,12 @@ def cut(points: Sequence[Point]) -> tuple[list[int], bool]:
 
     Parameters
     ----------
-    points : corners in order, three or more; about in one plane
+    points : corners in order, three or more; approximately in one plane
 
     Returns
     -------
-    positions in `points`, three for each triangle; corners in the middle of a straight edge may be left out
-    whether they cover it once: no where it crosses itself
+    positions in `points`, three for each triangle; corners within a straight edge may be left out
+    whether they cover it exactly once; False if it crosses itself
     """
     if len(points) == 3 or _is_fan(points):
         return fan(len(points)), True
@@ -39,7 +39,7 @@ def cut(points: Sequence[Point]) -> tuple[list[int], bool]:
         return fan(len(points)), False
     ends = np.array([len(flat)], np.uint32)
     triangles = mapbox_earcut.triangulate_float64(flat, ends).reshape(-1, 3).astype(np.int64)
-    if not len(triangles):  # thinner than rounding
+    if not len(triangles):  # the polygon is thinner than rounding errors
         return fan(len(points)), True
     x, y = flat.T
     whole = (x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
@@ -48,9 +48,9 @@ def cut(points: Sequence[Point]) -> tuple[list[int], bool]:
 
 
 def _is_fan(points: Sequence[Point]) -> bool:
-    """Whether all triangles around the first corner that have an area face as the polygon does.
+    """Whether all triangles of the fan about the first corner, except empty ones, face as the polygon does.
 
-    In plain Python: most polygons have four corners.
+    In plain Python, which is faster than NumPy for the usual four corners.
     """
     ox, oy, oz = points[0]
     edges = [(x - ox, y - oy, z - oz) for x, y, z in points[1:]]
@@ -63,9 +63,9 @@ def _is_fan(points: Sequence[Point]) -> bool:
 
 
 def _projected(points: np.ndarray) -> np.ndarray | None:
-    """(n, 2) coordinates in the plane of the polygon, in which it runs counter-clockwise; at most about 1.
+    """(n, 2) coordinates in the plane of the polygon, counter-clockwise, of magnitude up to about 1.
 
-    None where its parts cancel out, so that no side is its front.
+    None if the areas of its parts cancel out, so that it has no front.
     """
     edges = points[1:] - points[0]
     edges = np.concatenate([np.zeros((1, 3)), edges / np.abs(edges).max()])

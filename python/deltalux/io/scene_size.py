@@ -6,33 +6,33 @@ from __future__ import annotations
 from deltalux.errors import SceneError
 from deltalux.memory import available_memory
 
-# Arrays of a Mesh and the temporaries of making it. Measured: 212 bytes per triangle and per vertex where one
-# mesh holds two million triangles, 54 to 88 where many meshes share 300,000.
+# Arrays of a Mesh, and temporary arrays while it is made. Measured: 212 bytes per triangle and per vertex if
+# one mesh holds two million triangles, 54 to 88 if many meshes share 300,000.
 BYTES_PER_ELEMENT = 240
-# Records of a node and its Mesh, with their matrices. Measured: 3,200 to 3,300 bytes of 20,000 instances.
+# Records of a node and its Mesh, with their matrices. Measured: 3,200 to 3,300 bytes for each of 20,000.
 BYTES_PER_NODE = 4000
 # Python objects for JSON text. Measured: 2.5 to 5.5 bytes per byte for real files, 30 for bare brackets.
 BYTES_PER_JSON_BYTE = 32
 
 
 def require_memory_for_triangles(triangles: int, vertices: int) -> None:
-    """Raise SceneError where that many triangles and vertices would not fit into memory."""
+    """Raise SceneError if that many triangles and vertices would not fit into memory."""
     needed = (triangles + vertices) * BYTES_PER_ELEMENT
     _require(needed, f"scene: found {triangles:,} triangles after instancing")
 
 
 def require_memory_for_nodes(nodes: int) -> None:
-    """Raise SceneError where that many nodes, most of them with a mesh, would not fit into memory."""
+    """Raise SceneError if that many nodes, most of them with a mesh, would not fit into memory."""
     _require(nodes * BYTES_PER_NODE, f"scene: found {nodes:,} nodes after instancing")
 
 
 def require_memory_for_json(size: int) -> None:
-    """Raise SceneError where JSON text of that many bytes would not fit into memory once read."""
+    """Raise SceneError if JSON text of that many bytes would not fit into memory once read."""
     _require(size * BYTES_PER_JSON_BYTE, f"JSON: found {size:,} bytes of text")
 
 
 def require_memory_for_decoding(size: int) -> None:
-    """Raise SceneError where that many bytes of decoded buffer views would not fit into memory."""
+    """Raise SceneError if that many bytes of decoded buffer views would not fit into memory."""
     _require(2 * size, f"compressed buffer views: found {size:,} bytes once decoded")
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From the unit and the upward axis of a file to metres and Y up, and a question where the size is odd."""
+"""Converts a file's unit and upward axis to metres and Y up, and warns of unusual sizes."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from deltalux.scene import Scene
 
 METRES = {"mm": 0.001, "cm": 0.01, "m": 1.0, "in": 0.0254, "ft": 0.3048}
 UP = ("y", "z")
-# Metres that the longest side of what people light measures; others are asked about, as a ten-metre room in
-# centimetres or inches would be.
+# Usual range of a scene's longest side, metres. Outside it, the unit may be wrong, as for a ten-metre room in
+# centimetres or inches.
 USUAL_LENGTH = (1.0, 300.0)
 _LEAST, _MOST = 1e-9, 1e9  # metres per unit
 
 
 def space_matrix(unit: str | float | None, up: str) -> np.ndarray | None:
-    """4x4 matrix from a file's space to metres with Y up; None where that is its space already.
+    """4x4 matrix from a file's space to metres with Y up; None if that is the file's space already.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def space_matrix(unit: str | float | None, up: str) -> np.ndarray | None:
 
 
 def size_questions(scene: Scene) -> list[str]:
-    """What to ask about a scene that is as large as few are: one sentence, or none."""
+    """One sentence that asks for the unit of a scene of unusual size; none for others."""
     low, high = scene.bounds
     longest = float((high - low).max())
     least, most = USUAL_LENGTH

@@ -12,7 +12,7 @@ from PIL import Image
 from .diagnostics import malformed
 
 FORMATS = ("PNG", "JPEG", "WEBP")
-MAX_PIXELS = 8192 * 8192  # a few kilobytes of PNG can unfold to gigabytes
+MAX_PIXELS = 8192 * 8192  # a few kilobytes of PNG can expand to gigabytes
 MAX_FILE_BYTES = 1 << 30
 
 
@@ -25,23 +25,23 @@ LINEAR_OF_BYTE = srgb_to_linear(np.arange(256) / 255)
 
 
 def mean_linear_texel(data: bytes, where: str) -> np.ndarray:
-    """(3,) mean of an encoded image's texels after sRGB decoding, in [0, 1]; alpha is not regarded."""
+    """(3,) mean of an encoded image's texels after sRGB decoding, in [0, 1]; ignores alpha."""
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # checked by ourselves, below
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # the size is checked below
             image: Image.Image = Image.open(io.BytesIO(data), formats=FORMATS)
         if image.width * image.height <= MAX_PIXELS:
             if image.mode.startswith("I"):  # 16-bit grey, which Pillow would clip to 255
                 image = Image.fromarray((np.asarray(image) >> 8).astype(np.uint8))
             if image.mode not in ("L", "LA", "RGB", "RGBA"):
                 image = image.convert("RGB")
-            # Counts per band, alpha last; converting first would hold a large image twice.
+            # Counts per band, alpha last; a converted copy would take twice the memory of a large image.
             histogram = np.array(image.histogram(), np.float64).reshape(-1, 256)
             means = histogram @ LINEAR_OF_BYTE / histogram.sum(axis=1)
             return means[:3] if len(means) >= 3 else np.repeat(means[0], 3)
     except MemoryError:
         raise
-    except Exception as error:  # Pillow's decoders raise whatever they meet in a broken file
+    except Exception as error:  # Pillow's decoders raise arbitrary exceptions for broken files
         found = f"an image that cannot be decoded ({error!r:.120})"
         raise malformed(where, found, " or ".join(FORMATS)) from None
     raise malformed(where, f"{image.width} x {image.height} pixels", f"at most {MAX_PIXELS}", "scale it down")

@@ -43,7 +43,7 @@ from .surfaces import (
     surface_rebuilds,
 )
 
-# Eq. 16 and 17 ask where the ratio is 1; eq. 7 is eq. 8 with traversal=True.
+# Eq. 16 and 17 set this ratio to 1; eq. 7 is eq. 8 with traversal=True.
 EQUATIONS = {
     1: sphere_cache_cost,
     2: inner_cost,

@@ -102,10 +102,10 @@ def rebuild_cost(
     ray_count : number or array from 0; n_R
     ratio : number or array between 0 and 1; Q
     sphere_test : number or array, seconds; t
-    form : which innermost sphere the sum ends at
-        "corrected": the one that is rebuilt once per sample, Q^(-k) = n_P^(1/3), as the paper does.
+    form : the innermost sphere, at which the sum ends
+        "corrected": the one that is rebuilt once per sample, Q^(-k) = n_P^(1/3), as in the paper.
         "printed": likewise, with the paper's slips. "spacing": the one as large as the disc of eq. 5,
-        Q^(-k) = r_0 / d = (√3/2) n_P^(1/3); at least no sphere at all.
+        Q^(-k) = r_0 / d = (√3/2) n_P^(1/3); the sum is at least 0.
 
     Returns
     -------
@@ -146,7 +146,7 @@ def best_ratio(spread: str = "volume") -> np.ndarray:
     Raises
     ------
     OptionError
-        For another word.
+        For an unknown `spread`.
     """
     choice("spread", spread, ("volume", "surface"))
     return np.asarray(2 / 3 if spread == "volume" else np.exp(-0.5))
@@ -175,7 +175,7 @@ def grid_radius(sample_count: ArrayLike, radius: ArrayLike) -> np.ndarray:
 
 @equation
 def grid_spacing(sample_count: ArrayLike, outer_radius: ArrayLike) -> np.ndarray:
-    """Distance of the samples of that grid, and disc radius: d = 2 r_0 / (√3 n_P^(1/3)) (paper, eq. 5).
+    """Distance between the samples of that grid, and disc radius: d = 2 r_0 / (√3 n_P^(1/3)) (paper, eq. 5).
 
     Parameters
     ----------
@@ -198,7 +198,7 @@ def grid_spacing(sample_count: ArrayLike, outer_radius: ArrayLike) -> np.ndarray
 
 @equation
 def grid_inner_cost(sample_count: ArrayLike, ray_count: ArrayLike, disc_test: ArrayLike = 1.0) -> np.ndarray:
-    """Cost of the disc tests for discs of the grid: T_I = (4/3) u n_R n_P^(1/3) (paper, eq. 6).
+    """Cost of the disc tests for the discs of that grid: T_I = (4/3) u n_R n_P^(1/3) (paper, eq. 6).
 
     Eq. 2 with d of eq. 5.
 
@@ -245,7 +245,7 @@ def cache_constant(
     Raises
     ------
     OptionError
-        For arguments out of range, or a printed form at another Q or u.
+        For arguments out of range, or "printed" with a Q other than 2/3 or a u other than t.
     """
     choice("form", form, FORMS)
     q = fraction("ratio", ratio)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the arguments and the results of every equation must satisfy."""
+"""Checks of the arguments and the results of every equation."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ P = ParamSpec("P")
 
 
 def equation(function: Callable[P, np.ndarray]) -> Callable[P, np.ndarray]:
-    """Refuse arguments whose shapes do not fit, and results that are no finite numbers."""
+    """Decorate a function: OptionError if arguments do not broadcast or a result is not finite."""
 
     @wraps(function)
     def checked(*arguments: P.args, **options: P.kwargs) -> np.ndarray:
@@ -27,7 +27,7 @@ def equation(function: Callable[P, np.ndarray]) -> Callable[P, np.ndarray]:
                 result = function(*arguments, **options)
         except OptionError:
             raise
-        except ValueError as error:  # NumPy's own, of broadcasting
+        except ValueError as error:  # raised by NumPy for arrays that do not broadcast
             raise OptionError(
                 f"{name}: found arrays of unequal shapes, expected ones that broadcast: {error}"
             ) from None
@@ -41,7 +41,7 @@ def equation(function: Callable[P, np.ndarray]) -> Callable[P, np.ndarray]:
 
 
 def numbers(name: str, value: ArrayLike) -> np.ndarray:
-    """Finite numbers as float64, of any shape."""
+    """`value` as float64, of any shape; OptionError unless all are finite numbers."""
     try:
         array = np.asarray(value)
         good = array.dtype.kind in "iuf" and bool(np.isfinite(array).all())
@@ -53,35 +53,35 @@ def numbers(name: str, value: ArrayLike) -> np.ndarray:
 
 
 def positive(name: str, value: ArrayLike) -> np.ndarray:
-    """Times, lengths, areas: numbers above 0."""
+    """`value` (times, lengths, areas) as float64; OptionError unless all are above 0."""
     array = numbers(name, value)
     _require(name, array, array > 0, "a number above 0")
     return array
 
 
 def at_least(least: float, name: str, value: ArrayLike) -> np.ndarray:
-    """Counts: numbers from `least` on; means need not be whole."""
+    """`value` (counts, whole or mean) as float64; OptionError unless all are at least `least`."""
     array = numbers(name, value)
     _require(name, array, array >= least, f"at least {least:g}")
     return array
 
 
 def fraction(name: str, value: ArrayLike) -> np.ndarray:
-    """Q: between 0 and 1, without them."""
+    """`value` (Q) as float64; OptionError unless all lie between 0 and 1, both excluded."""
     array = numbers(name, value)
     _require(name, array, (array > 0) & (array < 1), "a number between 0 and 1, without them")
     return array
 
 
 def whole(name: str, value: ArrayLike, least: int) -> np.ndarray:
-    """Whole numbers from `least` on."""
+    """`value` as float64; OptionError unless all are integers of at least `least`."""
     array = numbers(name, value)
     _require(name, array, (array >= least) & (array % 1 == 0), f"an integer of at least {least}")
     return array
 
 
 def within(name: str, inner: np.ndarray, outer_name: str, outer: np.ndarray) -> None:
-    """Refuse a body that is larger than the one around it."""
+    """Raise OptionError if a body is larger than the body that encloses it."""
     if not np.all(inner <= outer):
         raise OptionError(
             f"{name}: found {inner}, expected at most {outer_name}, {outer}: it lies within the latter"
@@ -89,7 +89,7 @@ def within(name: str, inner: np.ndarray, outer_name: str, outer: np.ndarray) -> 
 
 
 def choice(name: str, value: object, choices: tuple[str, ...]) -> None:
-    """Refuse a word that is none of the choices."""
+    """Raise OptionError if `value` is not one of the choices."""
     if not isinstance(value, str) or value not in choices:
         raise OptionError(f"{name}: found {value!r}, expected one of {choices}")
 

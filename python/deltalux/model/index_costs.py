@@ -27,7 +27,7 @@ def deep_index_cost(
     ray_count : number or array from 0; n_R
     depth : number or array from 0; k of eq. 7 to 9
     disc_test : number or array, seconds; u
-    traversal : True: eq. 7, u k n_R n_P / 4^k. False: eq. 8, which neglects the way to a voxel
+    traversal : True: eq. 7, u k n_R n_P / 4^k. False: eq. 8, which neglects the traversal down to a voxel
 
     Returns
     -------
@@ -45,7 +45,7 @@ def deep_index_cost(
 
 @equation
 def index_depth(sample_count: ArrayLike) -> np.ndarray:
-    """Depth at which a voxel is as large as the distance of the samples: k = log2 n_P^(1/3) (paper, eq. 9).
+    """Depth at which a voxel is as wide as the samples' distance: k = log2 n_P^(1/3) (paper, eq. 9).
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a real, exact sphere cache does where theory differs, fitted to counts (paper, Theorems 1 and 2)."""
+"""Cost of a real, exact sphere cache, fitted to counts, since theory differs (paper, Theorems 1 and 2)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from .checks import at_least, choice, equation
 
-# Tests per ray: slope times n_P^(1/3) or ln n_P, plus a constant; 1e3 to 1e6 samples.
+# Tests per ray: slope times n_P^(1/3) or ln n_P, plus a constant; fitted over 1e3 to 1e6 samples.
 FITS = {"volume": (28.1, -53.0), "surface": (48.0, -164.0)}
 FEWEST = 1000
 
@@ -19,8 +19,8 @@ def measured_cache_tests(sample_count: ArrayLike, ray_count: ArrayLike, spread: 
 
     Volume, Q = 0.65: n_R (28.1 n_P^(1/3) - 53), 3.1 to 3.4 times eq. 1. Surface, Q = e^(-1/2):
     n_R (48 ln n_P - 164), 1.5 to 1.9 times theory. Fitted to counts of the exact sphere cache (Hilbert
-    order, full depth) over uniform lines, with random samples in or on the cube of eq. 4 and discs as
-    large as their distance; counts of single runs at 1e3 to 1e6 samples lie within 5 % of it.
+    order, full depth) over uniform lines, with random samples in or on the cube of eq. 4 and disc radii
+    equal to their distance; counts of single runs at 1e3 to 1e6 samples lie within 5 % of it.
 
     Parameters
     ----------
@@ -46,10 +46,10 @@ def measured_cache_tests(sample_count: ArrayLike, ray_count: ArrayLike, spread: 
 
 @equation
 def measured_crossover(sample_count: ArrayLike) -> np.ndarray:
-    """Size r_D / r_0 at which a real sphere cache costs what eq. 16 lets disc indexing cost; for eq. 18.
+    """Size r_D / r_0 at which a real sphere cache costs as much as disc indexing in eq. 16; for eq. 18.
 
-    0.19 to 0.21 where the paper has 0.35. A real index, which turns rays away at its root, has no such
-    size: it is faster than the sphere cache at every one (`moving_index_cost`).
+    It is 0.19 to 0.21, where the paper has 0.35. A real index rejects rays at its root and has no
+    crossover: it is faster than the sphere cache at every size (`moving_index_cost`).
 
     Parameters
     ----------

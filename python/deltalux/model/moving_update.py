@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cost of the samples on an object that moved, and whose size decides (paper 3.2, equations 15 to 18)."""
+"""Cost of the samples on a moved object, and the size at which methods tie (paper 3.2, eq. 15 to 18)."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ def moving_cache_cost(
 ) -> np.ndarray:
     """Cost of the moving samples by the sphere cache: 8.08 t ñ_R n_D^(1/3) as printed (paper, eq. 15).
 
-    Corrected: eq. 1 for ñ_R rays, in the object's sphere. Neither counts how the ñ_R rays are found:
-    with `ray_count`, one sphere test for each of all rays is added.
+    Corrected: eq. 1 for ñ_R rays, in the object's sphere. Neither counts the search for these rays:
+    `ray_count` adds one sphere test for each of all rays.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def moving_cache_cost(
     Raises
     ------
     OptionError
-        For arguments out of range, or a printed form at another Q or u.
+        For arguments out of range, or "printed" with a Q other than 2/3 or a u other than t.
     """
     choice("form", form, FORMS)
     rays = at_least(0, "affected_count", affected_count)
@@ -63,10 +63,10 @@ def moving_index_cost(
 ) -> np.ndarray:
     """Cost of the moving samples by disc indexing: t n_R n_D^(1/3) (paper, right side of eq. 16).
 
-    The paper lets every ray pay the whole way. An index turns away at its root the rays that miss the
-    object: with `affected_count`, the cost is u (n_R + ñ_R n_D^(1/3)); where t is not far below u that
-    is less than `moving_cache_cost` with its `ray_count`, at every size of the object. The rebuild of
-    the index in each frame, which a rigid motion does not need, is in neither.
+    The paper charges every ray the full traversal. A real index rejects the rays that miss the object
+    at its root: with `affected_count`, the cost is u (n_R + ñ_R n_D^(1/3)). Unless t is far below u,
+    that is less than `moving_cache_cost` with its `ray_count`, at every size of the object. Neither
+    includes rebuilding the index in each frame, which a rigid motion does not need.
 
     Parameters
     ----------
@@ -102,8 +102,8 @@ def moving_cost_ratio(
 ) -> np.ndarray:
     """Cost of the sphere cache over that of disc indexing, moving samples: 8.08 r_D² / r_0² (paper, eq. 17).
 
-    The left side of eq. 16 over its right side, so that both equations ask where this is 1; below 1
-    the sphere cache is faster, by the paper's counts.
+    The left side of eq. 16 over its right side; both equations set it to 1. Below 1 the sphere cache
+    is faster, by the paper's counts.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def moving_cost_ratio(
     Raises
     ------
     OptionError
-        For arguments out of range, r_D above r_0, or a printed form at another Q or u.
+        For arguments out of range, r_D above r_0, or "printed" with a Q other than 2/3 or a u other than t.
     """
     constant = cache_constant(ratio, sphere_test, disc_test, form)
     return constant / positive("disc_test", disc_test) * affected_rays(1, object_radius, outer_radius)
@@ -132,9 +132,9 @@ def crossover(
 ) -> np.ndarray:
     """Size r_D / r_0 of the object at which both methods cost the same: 0.35 as printed (paper, eq. 18).
 
-    Solves eq. 17. Corrected: (12/97)^(1/2) = 0.352; spacing: 0.373. What a real sphere cache does is
-    in `measured_crossover`; against an index that rejects rays at its root (`moving_index_cost` with
-    `affected_count`) there is none.
+    Solves eq. 17. Corrected: (12/97)^(1/2) = 0.352; spacing: 0.373. For a real sphere cache
+    see `measured_crossover`; with an index that rejects rays at its root (`moving_index_cost` with
+    `affected_count`) there is no crossover.
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ def crossover(
     Raises
     ------
     OptionError
-        For arguments out of range, or a printed form at another Q or u.
+        For arguments out of range, or "printed" with a Q other than 2/3 or a u other than t.
     """
     constant = cache_constant(ratio, sphere_test, disc_test, form)
     if form == "printed":

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cost of a ray map in disc mode for samples in a volume (beyond the paper, whose 5.1 asks for it)."""
+"""Cost of a ray map in disc mode for samples in a volume (beyond the paper: its future work, 5.1)."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from .checks import at_least, equation, positive
 
 # A cube of side a meets 6 a² / (4 π r_0²) of the segments; with a = d of eq. 5, 2 / (π n_P^(2/3)).
 SHARE = 2 / np.pi
-# Cells met by the box of a disc of radius a, mean over positions and directions of its normal n:
-# the mean of the product of 1 + 2 (1 - n_k²)^(1/2) over the axes k.
+# Mean number of cells that the box of a disc of radius a meets, over positions and directions of its
+# normal n: the mean of the product of 1 + 2 (1 - n_k²)^(1/2) over the axes k.
 CELLS = 16.205440
-# Three cuts of the cubes of one level halve their side; their segments are sorted at each of them. The
-# cells before the cuts have areas of 6, 8 and 10 in all (cubes, halves, quarters), in sides of the cube.
+# Three cuts of the cubes of one level halve their side; each cut sorts their segments. Before the cuts,
+# the cells (cube, halves, quarters) have total areas of 6, 8 and 10 faces of the cube.
 CUTS = (6 + 8 + 10) / 6
 
 
@@ -24,16 +24,17 @@ def ray_map_cost(
 ) -> np.ndarray:
     """Cost of a lazily built ray map, T = n_R ((8/π) v (n_P^(1/3) - 1) + 10.3 u n_P^(1/3)).
 
-    Beyond the paper, by its own means: segments are uniform lines, discs as large as the distance of
-    the samples (eq. 5). The cube of eq. 4 is halved along each axis in turn, down to cells of side d;
-    every cut sorts the segments of its cell into two. A disc is tested against the segments of all
-    cells that its box meets. Holds while cells of side d have more segments than a leaf may.
+    Beyond the paper, under its assumptions: segments are uniform lines, and disc radii equal the
+    distance between samples (eq. 5). The cube of eq. 4 is halved along each axis in turn, down to
+    cells of side d; every cut sorts the segments of its cell into its halves. A disc is tested against
+    the segments of all cells that its box meets. Valid while cells of side d hold more segments than a
+    leaf may.
 
     Parameters
     ----------
     sample_count : number or array from 1; n_P
     ray_count : number or array from 0; n_R
-    sort_test, disc_test : numbers or arrays, seconds; time to sort a segment, v, and u
+    sort_test, disc_test : numbers or arrays, seconds; v, time to sort a segment at a cut; u
 
     Returns
     -------

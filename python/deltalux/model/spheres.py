@@ -116,9 +116,9 @@ def rebuild_time(
 
 @equation
 def rebuilds(ratio: ArrayLike, level: ArrayLike) -> np.ndarray:
-    """Rebuilds of sphere S_i, samples in a volume visited along a curve: m_i = Q^(-3i) (paper, eq. 3).
+    """Rebuilds of sphere S_i for samples in a volume, visited along a curve: m_i = Q^(-3i) (paper, eq. 3).
 
-    So many cubes of side r_0 Q^i fill one of side r_0. The paper does not print m_i; of all powers of
+    m_i cubes of side r_0 Q^i fill a cube of side r_0. The paper does not print m_i; of all powers of
     Q only this one gives the sum in eq. 3. For samples on surfaces see `surface_rebuilds`.
 
     Parameters
@@ -186,7 +186,7 @@ def levels_above_disc(outer_radius: ArrayLike, radius: ArrayLike, ratio: ArrayLi
     within("radius", disc, "outer_radius", outer)
     depth = np.log(outer / disc) / -np.log(q)
     nearest = np.round(depth)
-    # A last sphere of the disc's own radius does not count; rounding must not decide that.
+    # A sphere as large as the disc does not count; the tolerance keeps rounding from deciding that.
     alike = np.abs(depth - nearest) < 1e-9 * (1 + nearest)
     return np.maximum(0, np.where(alike, nearest - 1, np.floor(depth)))
 
@@ -231,9 +231,9 @@ def limited_rebuilds(
 ) -> np.ndarray:
     """Rebuilds m_i of S_i where short lists are not subdivided; beyond the paper, for its Figure 9.
 
-    The smaller of `rebuilds` and n_P, times the share of the spheres around it that are subdivided. At
-    the paper's 1024² rays and Q = 0.6 it rises to level 9 and falls after it, for up to a million
-    samples; the paper does not say how many it had.
+    The smaller of `rebuilds` and n_P, times the share of enclosing spheres that are subdivided. At the
+    paper's 1024² rays and Q = 0.6 it rises up to level 9 and falls after it, for up to a million
+    samples; the paper does not state its number of samples.
 
     Parameters
     ----------
@@ -253,7 +253,7 @@ def limited_rebuilds(
         For arguments out of range.
     """
     above = whole("level", level, 1) - 1
-    # Through a logarithm, since Q^(-3i) may be beyond a float where n_P is not.
+    # Computed from logarithms, since Q^(-3i) may overflow.
     wished = -3 * (above + 1) * np.log(fraction("ratio", ratio))
     most = np.log(at_least(1, "sample_count", sample_count))
     return np.exp(np.minimum(wished, most)) * divided_share(ray_count, ratio, above, min_rays)

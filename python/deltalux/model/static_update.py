@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cost of an update of the static samples after an object moved (paper 3.2, equations 11 to 14)."""
+"""Cost of updating the static samples after an object moved (paper 3.2, equations 11 to 14)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from .index_costs import disc_index_cost
 def affected_rays(ray_count: ArrayLike, object_radius: ArrayLike, outer_radius: ArrayLike) -> np.ndarray:
     """Rays that meet the object's sphere: ñ_R = n_R r_D² / r_0² (paper, eq. 11).
 
-    About so many are old, and about so many new. The share is `meeting_probability` of the spheres.
+    A move removes about this many old rays and adds about this many new ones. The share is the
+    `meeting_probability` of the spheres.
 
     Parameters
     ----------
@@ -45,11 +46,11 @@ def static_cache_cost(
     disc_test: ArrayLike = 1.0,
     form: str = "corrected",
 ) -> np.ndarray:
-    """Cost of an update of the static samples by the sphere cache (paper, eq. 12).
+    """Cost of updating the static samples by the sphere cache (paper, eq. 12).
 
     Corrected: eq. 1 for 2 ñ_R rays, the old and the new ones. Printed:
-    (t ñ_R n_S^(1/3) - 1) / Q² + (4/3) u ñ_R n_S^(1/3), which lost the factor 1 / (1 - Q), counts one
-    ñ_R where eq. 14 counts two, and takes 1 from a time: use it with t = 1 only.
+    (t ñ_R n_S^(1/3) - 1) / Q² + (4/3) u ñ_R n_S^(1/3), which lacks the factor 1 / (1 - Q), counts one
+    ñ_R where eq. 14 counts two, and subtracts 1 from a time: use it with t = 1 only.
 
     Parameters
     ----------
@@ -103,7 +104,7 @@ def static_cache_limit(
     Raises
     ------
     OptionError
-        For arguments out of range, or a printed form at another Q or u.
+        For arguments out of range, or "printed" with a Q other than 2/3 or a u other than t.
     """
     passes = 1 if form == "printed" else 2
     constant = cache_constant(ratio, sphere_test, disc_test, form)
@@ -114,9 +115,9 @@ def static_cache_limit(
 def static_index_cost(
     sample_count: ArrayLike, affected_count: ArrayLike, disc_test: ArrayLike = 1.0
 ) -> np.ndarray:
-    """Cost of an update of the static samples by disc indexing: T = 2 t ñ_R n_S^(1/3) (paper, eq. 14).
+    """Cost of updating the static samples by disc indexing: T = 2 t ñ_R n_S^(1/3) (paper, eq. 14).
 
-    Eq. 10 for old and new rays, index built before. The paper writes t, having set t = u; it is u.
+    Eq. 10 for old and new rays, with an index built before. The paper writes t for u, since it set t = u.
 
     Parameters
     ----------

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Costs for samples on surfaces, where they follow the logarithm of the sample count (beyond the paper).
+"""Costs for samples on surfaces: at most logarithmic in the sample count (beyond the paper).
 
-The derivations of paper 3.1 with areas in place of volumes: n_P samples at distances d on an area A have
-n_P d² = A. `area` is A / r_0², by default 8: the walls of the cube of eq. 4, whose corners touch S_0.
+They follow the derivations of paper 3.1 with areas in place of volumes: for n_P samples at distances d
+on an area A, n_P d² = A. `area` is A / r_0², by default 8: the walls of the cube of eq. 4, whose corners
+touch S_0.
 """
 
 from __future__ import annotations
@@ -73,10 +74,10 @@ def surface_rebuild_cost(
     sphere_test: ArrayLike = 1.0,
     area: ArrayLike = CUBE_WALLS,
 ) -> np.ndarray:
-    """Cost of rebuilding spheres, samples on surfaces: T_R = (A / r_0²) k t n_R / Q².
+    """Cost of rebuilding spheres for samples on surfaces: T_R = (A / r_0²) k t n_R / Q².
 
     The sum of m_i t_i, as in eq. 3: here every level costs the same. With k of `surface_levels` it
-    follows ln n_P, and is least where Q² ln(1/Q) is greatest, at Q = e^(-1/2).
+    grows with ln n_P, and is least where Q² ln(1/Q) is greatest, at Q = e^(-1/2).
 
     Parameters
     ----------
@@ -106,9 +107,9 @@ def surface_inner_cost(
     disc_test: ArrayLike = 1.0,
     area: ArrayLike = CUBE_WALLS,
 ) -> np.ndarray:
-    """Cost of the disc tests, samples on surfaces: T_I = (A / r_0²) u n_R, whatever n_P.
+    """Cost of the disc tests for samples on surfaces: T_I = (A / r_0²) u n_R, independent of n_P.
 
-    Eq. 2 with n_P d² = A; where that makes discs larger than S_0, u n_P n_R.
+    Eq. 2 with n_P d² = A; u n_P n_R where discs would be larger than S_0.
 
     Parameters
     ----------
@@ -139,7 +140,7 @@ def surface_cache_cost(
     disc_test: ArrayLike = 1.0,
     area: ArrayLike = CUBE_WALLS,
 ) -> np.ndarray:
-    """Cost of the sphere cache, samples on surfaces: `surface_inner_cost` + `surface_rebuild_cost`.
+    """Cost of the sphere cache for samples on surfaces: `surface_inner_cost` + `surface_rebuild_cost`.
 
     Parameters
     ----------
@@ -170,10 +171,10 @@ def surface_index_cost(
     area: ArrayLike = CUBE_WALLS,
     traversal: bool = False,
 ) -> np.ndarray:
-    """Cost of disc indexing, samples on surfaces: T = (3/4) (A / r_0²) u n_R, whatever n_P.
+    """Cost of disc indexing for samples on surfaces: T = (3/4) (A / r_0²) u n_R, independent of n_P.
 
     Eq. 8 at the depth where a voxel of the cube of eq. 4 is as large as d: 4^k = (4/3) n_P r_0² / A;
-    at a depth of 0 where that is less than 1.
+    at depth 0 where that is less than 1.
 
     Parameters
     ----------
@@ -208,10 +209,11 @@ def surface_crossover(
     area: ArrayLike = CUBE_WALLS,
     traversal: bool = False,
 ) -> np.ndarray:
-    """Size r_D / r_0 at which both methods cost the same, moving samples on surfaces; eq. 18 for these.
+    """Size r_D / r_0 at which both methods cost the same for moving samples on surfaces, as eq. 18.
 
-    Where the sphere cache of the r_D² / r_0² affected rays costs as much as disc indexing of all. It
-    shrinks as n_D grows, which the paper's 0.35 does not; with `traversal` it tends to a constant.
+    There, the sphere cache for the affected rays, a share of r_D² / r_0², costs as much as disc
+    indexing for all rays. The size shrinks as n_D grows, unlike the paper's 0.35; with `traversal` it
+    tends to a constant.
 
     Parameters
     ----------

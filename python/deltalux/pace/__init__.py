@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How long the jobs of the command line take, step by step, and what is left of one that runs."""
+"""Forecasts of the time that jobs of the command line take, step by step, and of the time left."""
 
 from .overall import Estimate, Overall, Step
 from .steps import (

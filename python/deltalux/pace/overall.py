@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Share done and time left of a job of many steps: forecasts, corrected by how long steps really take."""
+"""Progress and time left of a job of many steps: forecasts, corrected by the times of finished steps."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-TRUST = 0.3  # of the forecasts: as of a step that took this much of a second as foreseen
-HALF_TOLD = 1.0  # seconds: a step this long tells half of what a long one tells
-ALIKE = {True: 1.0, False: 0.15}  # how much a step tells of one of the same kind, and of another
+TRUST = 0.3  # weight of the forecasts, as of a measured step that took exactly its forecast
+HALF_TOLD = 1.0  # seconds: a measured step of this length has half the weight of a long one
+ALIKE = {True: 1.0, False: 0.15}  # weight of a measured step for steps of its own kind, and of other kinds
 PARALLEL = frozenset({"rays", "shadows", "paths"})
-ALONE = frozenset({"edit", "once"})  # what takes its time whatever the rest does
-BOTH_PARALLEL = 0.4  # of steps of different kinds which processors share
-SHORT = 0.1  # seconds: shorter steps tell nothing
-EARLY = 0.07  # of a step: so much of it done is as good a guide to its length as the forecast
-OVERDUE = 0.15  # of its time so far: what a step that should be over still takes
+ALONE = frozenset({"edit", "once"})  # kinds that neither inform other kinds nor learn from them
+BOTH_PARALLEL = 0.4  # weight between different kinds in PARALLEL
+SHORT = 0.1  # seconds added to time and forecast, so that shorter steps count little
+EARLY = 0.07  # share of a step at which its own progress weighs as much as its forecast
+OVERDUE = 0.15  # least time left of an unfinished step, as a share of its time so far
 
 
 @dataclass(frozen=True)
@@ -26,11 +26,11 @@ class Step:
 
     Parameters
     ----------
-    name : as callbacks report it, or `Overall.begin` says it
-    seconds : forecast; only ratios matter once some steps are done
-    kind : steps of one kind are slower or faster than foreseen together; "edit", what depends on what
-        an edit touches, and "once" tell nothing of other kinds
-    parts : stages that are reported within it
+    name : the stage that callbacks report, or the argument of `Overall.begin`
+    seconds : forecast; once some steps are done, only the ratios between forecasts matter
+    kind : steps of one kind are assumed to deviate from their forecasts by a common factor; "edit" (times
+        that depend on what an edit touches) and "once" give no information about other kinds
+    parts : stages that are reported within the step
     """
 
     name: str
@@ -41,13 +41,13 @@ class Step:
 
 @dataclass(frozen=True)
 class Estimate:
-    """What is known of a job at an instant.
+    """State of a job at one instant.
 
     Attributes
     ----------
-    stage : name of the present step
-    share : of the work that is done, 0 to 1; never falls
-    elapsed, remaining : seconds; `remaining` is None where nothing is foreseen
+    stage : name of the current step
+    share : share of the work that is done, 0 to 1; never decreases
+    elapsed, remaining : seconds; `remaining` is None without forecasts
     """
 
     stage: str
@@ -58,7 +58,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class _Told:
-    """What a step told about its kind: the logarithm of its time over its forecast."""
+    """Measurement of one step: logarithm of its time over its forecast, and the weight of that."""
 
     kind: str
     slowness: float
@@ -66,15 +66,15 @@ class _Told:
 
 
 class Overall:
-    """Overall progress of a job whose steps are foreseen: a progress callback (stage, fraction).
+    """Overall progress of a job with forecast steps; itself a progress callback (stage, fraction).
 
-    Can be given as `progress` to whatever takes such a callback; `state` tells share and time left at any
-    time and from any thread, also while nothing is reported.
+    Pass it as `progress` to any function with such a callback. `state` returns share and time left at any
+    time and from any thread, even between reports.
 
     Parameters
     ----------
-    steps : in the order in which they come; some may not come
-    clock : seconds
+    steps : in order; some may be skipped
+    clock : function that returns the time in seconds
     """
 
     def __init__(self, steps: Iterable[Step] = (), clock: Callable[[], float] = time.monotonic) -> None:
@@ -87,15 +87,15 @@ class Overall:
         self._now: Step | None = None
         self._fraction = self._share = 0.0
         self._ended = False
-        self.unforeseen: list[str] = []  # stages that no step is for
+        self.unforeseen: list[str] = []  # reported stages that belong to no step
 
     def expect(self, steps: Iterable[Step]) -> None:
-        """From now on these steps follow the present one."""
+        """Replace the steps that follow the current one."""
         with self._lock:
             self._ahead = list(steps)
 
     def revise(self, steps: Iterable[Step]) -> None:
-        """The next steps of these names are foreseen anew; nothing is added."""
+        """Replace the forecasts of the next steps of the same names; adds no step."""
         with self._lock:
             names = [step.name for step in self._ahead]
             for step in steps:
@@ -103,7 +103,7 @@ class Overall:
                     self._ahead[names.index(step.name)] = step
 
     def begin(self, name: str) -> None:
-        """The step of this name begins; for those that report nothing themselves."""
+        """Begin the step of this name; for steps that report no progress themselves."""
         with self._lock:
             if not self._enter(name):
                 self._note(name)
@@ -111,13 +111,13 @@ class Overall:
                 self._now = Step(name, 1e-3, "unforeseen")
 
     def end(self) -> None:
-        """All is done."""
+        """Mark the job as finished."""
         with self._lock:
             self._leave()
             self._ahead, self._now, self._ended = [], None, True
 
     def __call__(self, stage: str, fraction: float) -> bool:
-        """Hear of a stage; never asks to stop."""
+        """Record the progress of a stage; returns True, hence never cancels."""
         with self._lock:
             own = self._now is not None and self._now.name == stage
             if stage and not own:
@@ -129,7 +129,7 @@ class Overall:
         return True
 
     def state(self) -> Estimate:
-        """What is known now."""
+        """The current state of the job."""
         with self._lock:
             elapsed = self._clock() - self._start
             if self._ended:
@@ -146,7 +146,7 @@ class Overall:
             self.unforeseen.append(stage)
 
     def _enter(self, name: str) -> bool:
-        """Go on to the next step of this name; those before it did not come."""
+        """Go on to the next step of this name, skipping those before it; False if there is none."""
         for i, step in enumerate(self._ahead):
             if step.name == name:
                 self._leave()
@@ -189,7 +189,7 @@ class Overall:
 
 
 def _pace(kind: str, told: list[_Told]) -> float:
-    """How much slower than foreseen steps of a kind are likely to be."""
+    """Expected ratio of time to forecast for steps of a kind, from the measurements `told`."""
     weights = [_likeness(kind, one.kind) * one.weight for one in told]
     known = sum(weight * one.slowness for weight, one in zip(weights, told, strict=True))
     return math.exp(known / (sum(weights) + TRUST))

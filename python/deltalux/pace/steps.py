@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the steps of each job take, foreseen from counts: seconds of one processor on one machine.
+"""Forecasts of the steps of each job from counts, in seconds of one processor of one machine.
 
 The weights were measured with `benchmarks/eta.py --fit` on the bundled scenes. Other machines are faster
-or slower as a whole, and other scenes in some steps: `Overall` learns that while the job runs.
+or slower as a whole, and other scenes in some steps: `Overall` corrects for that while the job runs.
 """
 
 from __future__ import annotations
@@ -13,28 +13,28 @@ from dataclasses import dataclass, replace
 
 from .overall import PARALLEL, Step
 
-MORE_RAYS = 1.2  # where light is noisy samples cast more than they are told
-PILOT_RAYS = 0.25  # of a sample's, to see how noisy it is
-THREADS = 0.8  # so many threads to the power of this are as fast
+MORE_RAYS = 1.2  # mean rays of a sample over those requested: samples in noisy light cast more
+PILOT_RAYS = 0.25  # share of a sample's rays that estimates its noise
+THREADS = 0.8  # exponent: n threads are n to this power times as fast as one
 SIMPLE = 5.75  # depth of the simplest scene that was measured
 EDGES = 0.018  # share of pixels at edges in the simplest scene
-POINT = 0.1  # of a luminous surface: a lamp without extent
-PILOTS = frozenset({"ray map", "estimate"})  # what tries methods out reports these
+POINT = 0.1  # a lamp without extent counts as this share of a luminous surface
+PILOTS = frozenset({"ray map", "estimate"})  # stages that pilots of methods report
 
 
 @dataclass(frozen=True)
 class Counts:
-    """How large a job is.
+    """Size of a job.
 
     Parameters
     ----------
-    triangles, samples, paths : of the scene and its session
-    rays : of each sample; 0 = no gather
-    lights : luminous surfaces, and a tenth of those without extent, which take a single shadow ray
-    suns : how many
-    pixels : of a picture; 0 = pictures show samples
+    triangles, samples, paths : numbers of these in the scene and its session
+    rays : gather rays per sample; 0 = no gather
+    lights : number of luminous surfaces; a lamp without extent, which takes one shadow ray, counts 0.1
+    suns : number of suns
+    pixels : pixels of a picture; 0 = pictures show samples
     edges : share of the pixels that lie at edges of surfaces; None = not known yet
-    threads : that work together
+    threads : number of threads
     """
 
     triangles: int
@@ -49,17 +49,17 @@ class Counts:
 
     @property
     def depth(self) -> float:
-        """What makes a ray dear: levels of a tree over the triangles."""
+        """Levels of a tree over the triangles, which determine the cost of a ray."""
         return math.log2(max(2, self.triangles))
 
     @property
     def all_rays(self) -> float:
-        """Of all samples together."""
+        """Expected gather rays of all samples."""
         return MORE_RAYS * self.samples * self.rays
 
     @property
     def stored(self) -> float:
-        """Bytes of the session, about."""
+        """Approximate size of the session file, bytes."""
         return 200.0 * self.paths + 45.0 * self.all_rays + 400.0 * self.samples + 100.0 * self.triangles
 
 
@@ -69,8 +69,8 @@ class Stored:
 
     Parameters
     ----------
-    counts : of its session
-    size, ray_bytes : of the file, and of the rays in it
+    counts : counts of its session
+    size, ray_bytes : bytes of the file, and of the rays in it
     """
 
     counts: Counts
@@ -79,19 +79,19 @@ class Stored:
 
 
 def _timed(steps: Iterable[Step], counts: Counts) -> list[Step]:
-    """With so many threads."""
+    """The steps, with the times of parallel ones divided by the speed-up of `counts.threads`."""
     faster = max(1, counts.threads) ** THREADS
     return [replace(s, seconds=s.seconds / faster) if s.kind in PARALLEL else s for s in steps]
 
 
 def bundled(name: str) -> Counts:
-    """Of a bundled scene before it is made."""
+    """Approximate counts of a bundled scene, before it is built."""
     return Counts({"atrium": 233_000, "expo": 30_000, "office": 15_000}.get(name, 1000))
 
 
 def loading(counts: Counts) -> list[Step]:
-    """To read a scene and to place samples on it."""
-    dense = 2.0 * (1 - math.exp(-counts.triangles / 1e4))  # what touches is looked for
+    """Steps that read a scene and place samples on it."""
+    dense = 2.0 * (1 - math.exp(-counts.triangles / 1e4))  # search for surfaces that touch
     return [
         Step("load scene", 0.02 + 3e-6 * counts.triangles),
         Step("place samples", 0.1 + dense + 1.5e-5 * counts.triangles + 1e-5 * counts.samples),
@@ -99,7 +99,7 @@ def loading(counts: Counts) -> list[Step]:
 
 
 def opening(stored: Stored, calibrated: bool = True) -> list[Step]:
-    """To open a session file; `calibrated`: the machine's constants are known."""
+    """Steps that open a session file; `calibrated`: whether the machine's constants are known."""
     c = stored.counts
     return [
         Step("open session", 0.05 + 0.1e-9 * stored.size + 1e-6 * c.triangles, "disk"),
@@ -116,7 +116,7 @@ def opening(stored: Stored, calibrated: bool = True) -> list[Step]:
 
 
 def baking(counts: Counts, calibrated: bool = True) -> list[Step]:
-    """To make a session, and to bake it; `calibrated`: the machine's constants are known."""
+    """Steps that make and bake a session; `calibrated`: whether the machine's constants are known."""
     c = counts
     steps = [
         Step("make session", 0.01 + 6e-7 * (c.triangles + c.samples)),
@@ -146,7 +146,7 @@ def baking(counts: Counts, calibrated: bool = True) -> list[Step]:
 
 
 def _calibrating(calibrated: bool) -> Step:
-    """The first session of a build on a machine measures what tests cost there."""
+    """Step in which the first session of a build on a machine measures the cost of tests there."""
     return Step("calibrate", 0.0 if calibrated else 0.9, "once", PILOTS)
 
 
@@ -155,7 +155,7 @@ def _planning() -> Step:
 
 
 def updating(counts: Counts) -> list[Step]:
-    """To apply edits of small things to an open session."""
+    """Steps that apply edits of small objects to an open session."""
     c = counts
     steps = [
         Step("find affected paths", 1e-8 * c.paths, "edit"),
@@ -167,15 +167,15 @@ def updating(counts: Counts) -> list[Step]:
 
 
 def recomputing(counts: Counts) -> list[Step]:
-    """To compute an open session again."""
+    """Steps that recompute an open session."""
     again = ("index triangles", "trace paths", "direct light", "cover cells", "share rays", "look around")
     return [step for step in baking(counts) if step.name in again]
 
 
 def drawing(counts: Counts, rays: int = 0) -> list[Step]:
-    """To draw a picture in which every pixel has its own light, of so many rays each."""
+    """Steps that draw a picture with light per pixel, of `rays` gather rays each (0 = as the session has)."""
     c, rays = counts, rays or min(counts.rays or 192, 192)
-    # Unless it is known what is seen: the more triangles, the more edges.
+    # If the share of edges is unknown: more triangles have more edges.
     edges = EDGES * (c.depth / SIMPLE) ** 1.9 if c.edges is None else c.edges
     dear = c.pixels * rays / 192 * _ray(c)
     steps = [
@@ -189,7 +189,7 @@ def drawing(counts: Counts, rays: int = 0) -> list[Step]:
 
 
 def writing(counts: Counts, suffixes: Sequence[str]) -> list[Step]:
-    """To write result files of these kinds, one after the other."""
+    """Steps that write result files with these suffixes, in order."""
     steps: list[Step] = []
     if counts.pixels and counts.rays and {".dlx", ".glb"} & set(suffixes):
         steps.append(_refining(counts))
@@ -207,25 +207,25 @@ def writing(counts: Counts, suffixes: Sequence[str]) -> list[Step]:
 
 
 def _refining(c: Counts) -> Step:
-    """To refine what is shown at edges of shadows: six or seven places are tried for each sample."""
+    """Step that refines the display mesh at edges of shadows: it tests six or seven places per sample."""
     return _timed([Step("refine shadows", 0.05 + (6.5 * _shadow(c) + 8e-5) * c.samples, "shadows")], c)[0]
 
 
 def summing_up(counts: Counts) -> list[Step]:
-    """To read the light of all samples with its errors, and what they say together."""
+    """Step that reads the light and errors of all samples and summarises them."""
     return [Step("sum up", 0.05 + 4e-8 * counts.all_rays + 3e-6 * counts.samples)]
 
 
 def _ray(c: Counts) -> float:
-    """Seconds of a ray of the gather, chains included."""
+    """Seconds per gather ray, chains included."""
     return 3.8e-7 * (c.depth / SIMPLE) ** 1.45
 
 
 def _path(c: Counts) -> float:
-    """Seconds of a path, deposits included: into cells, or into discs that overlap the more there are."""
+    """Seconds per path, deposits included: into cells, or into discs, of which more overlap more."""
     return 1e-6 * (0.7 + 0.15 * c.depth) * (1 if c.rays else 1 + 3e-5 * c.samples)
 
 
 def _shadow(c: Counts) -> float:
-    """Seconds of a place's direct light of all lamps; several of a kind share their work."""
+    """Seconds for the direct light of all lamps at one place; lamps of one kind share work."""
     return 2.1e-7 * (2 + 2 * c.depth) * math.sqrt(max(POINT, c.lights))

@@ -23,7 +23,7 @@ STOREYS = (("ground", 0.0, 3.2), ("upper", UPPER_FLOOR, 8.0))  # floor and sprin
 ARCH, WALL_HALF, RIB_HALF = 1.55, 0.25, 0.2  # radius of the openings; half thicknesses
 SKY_LUMINANCE, SUN_LUX = 900.0, 4500.0
 LAMP_LUMENS = 2200.0
-LAMP_DROP = 1.5  # of the lanterns' centres below the vaults' crowns
+LAMP_DROP = 1.5  # metres from the vaults' crowns down to the lanterns' centres
 TROLLEY_AT = (-5.9, 0.4)  # x, z
 CLOTHS = ("cloth_red", "cloth_blue", "cloth_green")
 MAX_TROLLEY = 0.12
@@ -35,8 +35,8 @@ def atrium(detail: float = 1.0, *, trolley_size: float = 0.03, sun: bool = False
     Parameters
     ----------
     detail : float
-        Triangles of the static geometry relative to the default's 290,000: in proportion within
-        10 % from 1 upwards. The trolley and the lamps stay as they are.
+        Number of triangles of the static geometry relative to the default's 290,000, accurate to
+        10 % from 1 upwards. The trolley and the lamps do not change.
     trolley_size : float
         Diagonal of the trolley's bounding box as a share of the scene's.
     sun : bool
@@ -52,7 +52,7 @@ def atrium(detail: float = 1.0, *, trolley_size: float = 0.03, sun: bool = False
     Raises
     ------
     OptionError
-        When `detail` or `trolley_size` is out of range.
+        If `detail` or `trolley_size` is out of range.
     """
     if not 0.5 <= detail <= 100:
         raise OptionError(f"atrium: detail: found {detail}, expected 0.5 to 100")
@@ -178,7 +178,7 @@ def _skylight(sun: bool) -> list[Mesh]:
     w, d = BAY / 2 - 0.11, BAY / 2 - 0.09  # 1 cm into the beams
     pane = sheet([(-w, 0, -d), (w, 0, -d), (w, 0, d), (-w, 0, d)], "sky")
     rows = [z for z in _middles(1) if not (sun and z == 0)]
-    # One mesh, hence one light: its panes shine alike, and shadow rays are spent per light.
+    # One mesh, hence one light: its panes are equally bright, and the cost of shadow rays is per light.
     panes = merge(pane.moved(x, SKYLIGHT, z) for x in _middles(0) for z in rows)
     return [
         attic.moved(0, ROOF - 0.15).mesh("attic"),
@@ -193,7 +193,7 @@ def _axes(side: int) -> np.ndarray:
 
 
 def _middles(side: int) -> np.ndarray:
-    """Positions of the bays' middles between them."""
+    """Positions of the bays' centres between the columns' axes."""
     return (_axes(side)[:-1] + _axes(side)[1:]) / 2
 
 
@@ -224,7 +224,7 @@ def _structure(fine: float) -> Iterator[Mesh]:
 def _supports(name: str, floor: float, spring: float, fine: float) -> Iterator[Mesh]:
     """Columns along the court, piers at its corners, pilasters on the outer walls."""
     foot = GAP if floor == 0 else floor - 0.02
-    height = spring - foot + 0.005  # 10 mm into what they carry
+    height = spring - foot + 0.005  # they end inside the vault or arch above
     radius, flutes = (0.22, 0) if floor == 0 else (0.20, 16)
     column = masonry.column(height, radius, fine, "stone", "stone_light", flutes)
     places = [(x, z) for x in _axes(0)[1:-1] for z in (-COURT[1], COURT[1])]
@@ -234,7 +234,7 @@ def _supports(name: str, floor: float, spring: float, fine: float) -> Iterator[M
     corners = [(x, z) for x in (-COURT[0], COURT[0]) for z in (-COURT[1], COURT[1])]
     yield merge(pier.moved(x, foot, z) for x, z in corners).mesh(f"{name}_piers")
     pilaster = masonry.pier(height + 0.005, 0.22, 0.14, "stone")
-    # Their backs stand 5 mm behind the wall.
+    # Their backs lie 5 mm behind the wall.
     x, z = OUTER[0] - 0.135, OUTER[1] - 0.135
     shafts = [pilaster.moved(at, foot, side * z) for at in _axes(0) for side in (-1, 1)]
     shafts += [pilaster.turned(90).moved(side * x, foot, at) for at in _axes(1) for side in (-1, 1)]
@@ -282,7 +282,7 @@ def _gallery_cells() -> list[tuple[float, float]]:
 
 
 def _wall_bays() -> list[tuple[float, float, float]]:
-    """Middle (x, z) of each bay of the outer walls, and the turn that faces inwards."""
+    """Centre (x, z) of each bay of the outer walls, and its inward rotation about +y, degrees."""
     bays = []
     for x, z in _gallery_cells():
         if abs(z) > COURT[1]:

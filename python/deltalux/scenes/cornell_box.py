@@ -8,7 +8,7 @@ from deltalux.scene import Material, Scene
 from .placing import look_at
 from .shapes import GAP, box, panel_lamp, room
 
-# The measured box is 552.8 x 548.8 x 559.2 mm; here 100 mm are a metre. Light and blocks likewise.
+# The measured box is 552.8 x 548.8 x 559.2 mm; here 100 mm become 1 m, for light and blocks, too.
 WIDTH, HEIGHT, DEPTH = 5.528, 5.488, 5.592
 BLOCK_WIDTH, BLOCK_DEPTH = 1.66, 1.66
 LAMP_THICKNESS, LAMP_RIM = 0.02, 0.01
@@ -21,7 +21,7 @@ def cornell_box() -> Scene:
     -------
     Scene
         Unit "W/m2"; light group "ceiling"; movable "tall_block" and "short_block"; camera
-        "main", which stands before the open front as in the original.
+        "main", in front of the open side as in the original.
     """
     white = (0.725, 0.71, 0.68)
     materials = [

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What stands and hangs in the atrium: curtains, urns, a fountain, lanterns, the trolley."""
+"""Furnishings of the atrium: curtains, urns, a fountain, lanterns, the trolley."""
 
 from __future__ import annotations
 

@@ -25,11 +25,11 @@ BULB_RADIUS = 0.035  # of `desk_lamp`, metres
 
 
 def wooden_chair(wood: str, seat: str) -> Shape:
-    """About 0.46 x 0.88 x 0.5 m; the sitter looks to +z."""
+    """Wooden chair, about 0.46 x 0.88 x 0.5 m; it faces +z."""
     parts = []
     for side in (-1, 1):
         parts.append(lathe([(0.014, 0), (0.02, 0.30), (0.02, 0.43)], 12, wood).moved(side * 0.19, 0, 0.19))
-        # The back leg goes on as the upright of the back, leaning backwards.
+        # The back leg continues as the upright of the back, which leans backwards.
         upright = [
             (side * 0.17, 0, -0.195),
             (side * 0.17, 0.02, -0.195),
@@ -62,7 +62,7 @@ def wooden_chair(wood: str, seat: str) -> Shape:
 
 
 def desk_lamp(body: str, bulb: str) -> Shape:
-    """About 0.45 m tall; the shade opens downwards and reaches over to +z."""
+    """Desk lamp, about 0.45 m tall; its shade opens downwards and lies towards +z."""
     foot = lathe([(0.085, 0), (0.085, 0.012), (0.03, 0.022), (0.012, 0.024), (0.008, 0.026)], 20, body)
     arm = tube(
         [
@@ -115,7 +115,7 @@ def pedestal(body: str, front: str, handle: str) -> Shape:
 
 
 def monitor(body: str, screen: str) -> Shape:
-    """0.55 m wide screen on a foot, 0.5 m high."""
+    """Screen, 0.55 m wide, on a foot, 0.5 m high in all."""
     frame = block(0.56, 0.34, 0.03, body).moved(0, 0.14, 0)
     face = box(0.53, 0.31, 0.004, screen).moved(0, 0.155, 0.0145)
     neck = box(0.05, 0.26, 0.02, body).moved(0, 0.012, -0.02)
@@ -124,7 +124,7 @@ def monitor(body: str, screen: str) -> Shape:
 
 
 def keyboard(body: str, keys: str) -> Shape:
-    """0.44 x 0.14 m, with one raised field of keys."""
+    """Keyboard, 0.44 x 0.14 m, with one raised field of keys."""
     return merge([block(0.44, 0.016, 0.14, body), block(0.42, 0.010, 0.12, keys, 0.002).moved(0, 0.012, 0)])
 
 
@@ -185,7 +185,7 @@ def picture(width: float, height: float, frame: str, colours: Sequence[str], see
 def _cut(
     rng: np.random.Generator, x: float, y: float, w: float, h: float, depth: int
 ) -> list[tuple[float, float, float, float]]:
-    """Rectangles that a random guillotine leaves of one."""
+    """Rectangles from random guillotine cuts of one rectangle."""
     if depth == 0 or min(w, h) < 0.12:
         return [(x, y, w, h)]
     share = float(rng.choice([0.38, 0.5, 0.62]))
@@ -193,7 +193,7 @@ def _cut(
         halves = [(x, y, w * share, h), (x + w * share, y, w * (1 - share), h)]
     else:
         halves = [(x, y, w, h * share), (x, y + h * share, w, h * (1 - share))]
-    # The second half is cut once less, so that the fields differ in size.
+    # The second half gets one cut fewer, so that the fields differ in size.
     return [*_cut(rng, *halves[0], depth - 1), *_cut(rng, *halves[1], max(depth - 2, 0))]
 
 

@@ -107,7 +107,7 @@ def curved_wall(lower: np.ndarray, upper: np.ndarray, section: Any, material: st
     """Solid between two lines (k, 2) in the xy-plane, both going to +x.
 
     `section` (n, 2) is its cross-section as (share of the way from lower to upper line, z),
-    counter-clockwise for who looks to -x with +z on the left, star-shaped about (0.5, 0).
+    counter-clockwise when seen along -x with +z on the left, star-shaped about (0.5, 0).
     """
     share, z = np.asarray(section, np.float64).T
     flat = lower[:, None] + share[:, None] * (upper - lower)[:, None]
@@ -143,7 +143,7 @@ def arcade_wall(
 ) -> Shape:
     """Wall of `bays` arches about x = 0, one solid, reaching `overhang` beyond the outer bays."""
     edges = count(20, fine)
-    # The lines from arch to top lean outwards, clear of the arch where it springs upright.
+    # The lines from arch to top lean outwards, so that they clear the arch near its vertical springing.
     reach = radius + 0.7 * (bay / 2 - radius)
     lower, upper = [], []
     for i in range(bays):
@@ -236,7 +236,7 @@ def moulding_loop(profile: Any, half_x: float, half_z: float, edge: float, mater
 def cornice(low: float, height: float, proud: float) -> np.ndarray:
     """Profile for `moulding_loop`: widens upwards by steps and curves."""
     steps: Sequence[tuple[float, float]] = [
-        (-0.005, 0.0),  # hardly into the wall: an underside within it would be dark
+        (-0.005, 0.0),  # only slightly into the wall: the part of an underside within it would be dark
         (0.12, 0.0),
         (0.12, 0.12),
         (0.2, 0.18),

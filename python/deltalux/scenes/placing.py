@@ -16,13 +16,13 @@ COOL = (0.86, 1.00, 1.22)  # overcast sky, about 7500 K
 
 
 def luminance(cd_per_m2: float, colour: Sequence[float]) -> np.ndarray:
-    """(3,) emission of that photopic luminance."""
+    """(3,) emission with the photopic luminance `cd_per_m2`."""
     rgb = np.array(colour, np.float64)
     return rgb * (cd_per_m2 / photopic(rgb))
 
 
 def lamp_luminance(lumens: float, area: float, colour: Sequence[float]) -> np.ndarray:
-    """(3,) emission with which a diffuse lamp of `area` square metres sends out `lumens`."""
+    """(3,) emission of a diffuse lamp of `area` square metres that emits `lumens`."""
     return luminance(lumens / (np.pi * area), colour)
 
 

@@ -64,7 +64,7 @@ def twist(width: float, height: float, turns: float, material: str) -> Shape:
 
 
 def figure(height: float, material: str) -> Shape:
-    """Standing rounded form that sways."""
+    """Upright rounded form whose axis sways."""
     t = np.linspace(0, 1, 37)
     radius = 0.02 + 0.17 * np.sin(np.pi * np.clip(t, 0.02, 0.995)) ** 0.6 * (1 - 0.35 * np.sin(3 * np.pi * t))
     unit = circle(1.0, 20)[::-1]

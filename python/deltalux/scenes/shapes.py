@@ -29,11 +29,11 @@ class Shape:
     material_index: np.ndarray
 
     def moved(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Shape:
-        """Translated."""
+        """A translated copy."""
         return replace(self, vertices=self.vertices + np.array([x, y, z], np.float64))
 
     def turned(self, degrees: float, axis: str = "y") -> Shape:
-        """Rotated about a coordinate axis, right-handed."""
+        """A copy rotated about a coordinate axis, right-handed."""
         i = "xyz".index(axis)
         j, k = (i + 1) % 3, (i + 2) % 3
         cos, sin = _cos_sin(degrees)
@@ -43,11 +43,11 @@ class Shape:
         return replace(self, vertices=vertices)
 
     def scaled(self, factor: float) -> Shape:
-        """Scaled uniformly about the origin."""
+        """A copy scaled uniformly about the origin."""
         return replace(self, vertices=self.vertices * factor)
 
     def flipped(self) -> Shape:
-        """With the other side in front."""
+        """A copy with front and back exchanged."""
         return replace(self, triangles=self.triangles[:, ::-1])
 
     @property
@@ -58,7 +58,7 @@ class Shape:
     def mesh(
         self, name: str, *, at: Sequence[float] | None = None, degrees: float = 0.0, movable: bool = False
     ) -> Mesh:
-        """A `Mesh`; with `at`, the pose stands it there, turned by `degrees` about +y."""
+        """A `Mesh`; with `at`, its pose places it there, rotated by `degrees` about +y."""
         pose = np.eye(4)
         if at is not None:
             cos, sin = _cos_sin(degrees)
@@ -68,7 +68,7 @@ class Shape:
 
 
 def _cos_sin(degrees: float) -> tuple[float, float]:
-    """Exact at multiples of 90 degrees, so that right angles stay right."""
+    """Cosine and sine, exact at multiples of 90 degrees, so that right angles stay right."""
     quarter = round(degrees / 90)
     if degrees == 90 * quarter:
         return ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[quarter % 4]
@@ -229,8 +229,8 @@ def sphere(radius: float, segments: int, material: str) -> Shape:
 def tube(path: Any, radius: Any, sides: int, material: str, section: np.ndarray | None = None) -> Shape:
     """Pipe along a polyline in place; `section` (sides, 2) replaces the unit circle.
 
-    `radius` is one number or one per point of the path. The section's axes are carried along
-    without twist, the first axis starting level.
+    `radius` is one number or one per point of the path. The section's axes follow the path by
+    parallel transport; the first axis starts horizontal.
     """
     points = np.asarray(path, np.float64)
     across, other = _frames(points, np.gradient(points, axis=0))
@@ -244,7 +244,7 @@ def closed_tube(path: Any, radius: float, sides: int, material: str) -> Shape:
     tangents = np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0)
     around = np.concatenate([points, points[:1]])
     across, other = _frames(around, np.concatenate([tangents, tangents[:1]]))
-    # The carried frame comes back turned; the turn is spread over the path to close the skin.
+    # Parallel transport around a loop rotates the frame; the path spreads the rotation to close the skin.
     turn = np.arctan2(across[-1] @ other[0], across[-1] @ across[0])
     angle = -turn * np.linspace(0, 1, len(around))[:-1, None]
     a, b = across[:-1], other[:-1]
@@ -262,7 +262,7 @@ def closed_loft(rings: np.ndarray, material: str) -> Shape:
 
 
 def _frames(points: np.ndarray, tangents: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Two unit axes across the path at each point, carried along without twist."""
+    """Two unit axes across the path at each point, by parallel transport."""
     tangents = tangents / np.linalg.norm(tangents, axis=1, keepdims=True)
     axis = np.cross(tangents[0], (0.0, 1.0, 0.0))
     if np.linalg.norm(axis) < 1e-6:
@@ -350,7 +350,7 @@ def skyline(heights: Any, widths: Any, depth: float, materials: Sequence[str]) -
     number: dict[tuple[float, float, float], int] = {}
 
     def polygon(points: list[tuple[float, float, float]], material: str) -> None:
-        """A fan about the centroid, so that points in the middle of an edge do no harm."""
+        """A fan about the centroid, since a fan about a corner fails with points on an edge."""
         ids = [number.setdefault(p, len(number)) for p in points]
         opposite = points[len(points) // 2]
         x, y, z = ((a + b) / 2 for a, b in zip(points[0], opposite, strict=True))

@@ -24,7 +24,7 @@ from .progress_parts import named, part_of
 from .sample_classes import CLASSES, classify
 from .sessions import VertexSessions
 
-UNLIT = 0.01  # of the mean reference: such samples are covered or unlit, and have no relative error
+UNLIT = 0.01  # share of the mean reference; darker samples are covered or unlit and have no relative error
 NOISE_BATCHES = 8
 REFERENCE, SESSION = "reference", "session"
 EQUAL_WHOLE, EQUAL_CLIPPED = "discs_of_k", "clipped_discs_of_k"
@@ -32,17 +32,17 @@ REFERENCE_SEED = 1_000_003  # added to the seed, so that the reference shares no
 
 
 class MethodStudy:
-    """The comparison of all methods in one scene.
+    """Comparison of all methods in one scene.
 
     Parameters
     ----------
     scene : Scene
-    paths : light paths that feed the methods
-    samples : how many are asked, drawn from the vertices of the display mesh
-    spacing : metres between the vertices, None = automatic
-    seed : of the paths and of the draw
-    k : of the methods that take the k nearest, at least 3
-    reference : the reference has so many times the paths
+    paths : light paths, whose segments all methods use
+    samples : number of samples to estimate, drawn at random from the vertices of the display mesh
+    spacing : metres between the vertices; None = automatic
+    seed : seed of the paths and of the drawn samples
+    k : number of neighbours for the k-nearest methods, at least 3
+    reference : paths of the reference, as a multiple of `paths`
     threads : None = all
     """
 
@@ -69,7 +69,7 @@ class MethodStudy:
         self._points, self._normals = self.display.world(scene, samples=True)
 
     def trace(self, progress: Progress | None = None) -> None:
-        """Trace the segments, and find the class of each vertex: `classes`."""
+        """Trace the segments, and set `classes`, the class of each vertex."""
         segments = trace(self.scene, self.paths, self.seed, threads=self.threads, progress=progress)
         assert segments.primitive is not None  # of traced ones
         self._hits = int((segments.primitive != NOTHING).sum())
@@ -81,7 +81,7 @@ class MethodStudy:
 
         Parameters
         ----------
-        pictured : (p,) rows of the display mesh whose irradiance `pictures` will be asked for
+        pictured : (p,) rows of the display mesh whose irradiance `pictures` will need
         progress : callable (stage, fraction) -> keep going
 
         Returns
@@ -107,11 +107,11 @@ class MethodStudy:
         return data
 
     def pictures(self, names: Sequence[str], progress: Progress | None = None) -> dict[str, np.ndarray]:
-        """(n, 3) irradiance of the display mesh by each of these; 0 where `run` was not told to look.
+        """(n, 3) irradiance of the display mesh by each of these; 0 except at the `pictured` rows of `run`.
 
         Parameters
         ----------
-        names : of methods, or "session" or "reference"
+        names : names of methods, "session" or "reference"
         progress : callable (stage, fraction) -> keep going
         """
         progress = named(progress, "pictures")
@@ -134,7 +134,7 @@ class MethodStudy:
         return np.sort(chosen)
 
     def _gather_references(self, rows: np.ndarray, progress: Progress | None) -> None:
-        """Irradiance at these rows by a session on the same paths, and by one on many more."""
+        """Bake these rows with a session on the same paths, and with a reference session on many more."""
         count = len(self.display.points)
         self._radius = np.full(count, np.nan)
         self._session = np.zeros((count, 3))
@@ -153,7 +153,7 @@ class MethodStudy:
             self._reference[1][rows] = session.standard_error
 
     def _samples(self, rows: np.ndarray, radius: float | None = None) -> Samples:
-        """Vertices in the world, with the radii that the session chose."""
+        """Vertices in world space, with `radius` or the radii that the session chose."""
         return Samples(
             self._points[rows], self._normals[rows], self._radius[rows] if radius is None else radius
         )
@@ -197,7 +197,7 @@ class MethodStudy:
 
     def _measure(self, each: Method, progress: Progress | None) -> dict[str, Any]:
         which = np.arange(len(self.rows))
-        if each.at_most < len(which):  # evenly, so that neighbours stay rare for all alike
+        if each.at_most < len(which):  # evenly spaced, since consecutive rows are often neighbours
             which = which[np.linspace(0, len(which) - 1, each.at_most).astype(np.int64)]
         rows = self.rows[which]
         samples = self._samples(rows)
@@ -207,7 +207,7 @@ class MethodStudy:
         tests = [
             value
             for key, value in answer.stats.items()
-            if key.endswith("_tests") and not isinstance(value, list)  # not those by level
+            if key.endswith("_tests") and not isinstance(value, list)  # not the counts per level
         ]
         row = {
             "name": each.name,
@@ -225,7 +225,7 @@ class MethodStudy:
         return row | self._against.figures(answer.irradiance, which)
 
     def _exactness(self, which: np.ndarray, answer: Answer) -> dict[str, Any]:
-        """Whether sums equal the disc index's at the same samples; of lossy methods the power lost."""
+        """Whether sums equal those of the disc index at the same samples, and the share of power lost."""
         whole = self._answers[INDEX][1]
         assert whole.sums is not None and answer.sums is not None  # of disc methods
         there = whole.sums[which]
@@ -242,7 +242,7 @@ class MethodStudy:
     # ---- fixed area against fixed count ---------------------------------------------------------
 
     def _equal_count(self, methods: Sequence[dict[str, Any]], progress: Progress | None) -> dict[str, Any]:
-        """Discs of one radius that hold k segments on the mean of all samples, beside the k nearest."""
+        """Errors of discs of one radius, which k segments cross on average, and of the k-nearest methods."""
         radius = self._radius_for_k(part_of(progress, 0, 0.4))
         counts, mean = self._counts(radius, progress=part_of(progress, 0.4, 0.5))
         samples = self._samples(self.rows, radius)
@@ -269,13 +269,13 @@ class MethodStudy:
 
     def _radius_for_k(self, progress: Progress | None) -> float:
         radius = self.classes.gather_radius
-        for turn in range(2):  # counts grow as the square of the radius, but for what edges cut off
+        for turn in range(2):  # counts grow with the square of the radius, except where edges cut discs
             mean = self._counts(radius, progress=part_of(progress, turn / 2, (turn + 1) / 2))[1]
             radius *= float(np.sqrt(self.k / mean)) if mean > 0 else 1.0
         return radius
 
     def _counts(self, radius: float, progress: Progress | None) -> tuple[dict[str, float | None], float]:
-        """Mean number of segments that cross a disc, by class and of all."""
+        """Mean number of segments that cross a disc: by class, and over all samples."""
         ones = self._inputs.segments.select(slice(None))
         ones.quanta = np.ones((len(ones), 3), np.uint32)
         found = self._disc_index(self._samples(self.rows, radius), ones, progress).sums
@@ -291,7 +291,7 @@ class MethodStudy:
         return disc_index(segments, samples, threads=self.threads, progress=progress)
 
     def _classes(self, radius: float, progress: Progress | None) -> list[dict[str, Any]]:
-        """What each class holds, and how far noise alone takes the mean error of a disc method there."""
+        """Per class: size, reference error, and noise of the bias (standard error of the mean error)."""
         own = self.classes.number[self.rows]
         segments, samples = self._inputs.segments, self._samples(self.rows, radius)
         means = []

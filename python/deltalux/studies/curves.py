@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What curves say: where two cross, by which power one grows, and whether that is the expected one."""
+"""Analysis of curves: crossings of two, growth exponent of one, and whether a number is as expected."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .experiment import Outcome
 
 
 def crossings(x: ArrayLike, first: ArrayLike, second: ArrayLike) -> list[float]:
-    """Where two positive curves cross, straight lines between their points on logarithmic axes.
+    """Where two positive curves cross, interpolated linearly on logarithmic axes.
 
     Parameters
     ----------
@@ -49,13 +49,13 @@ def power_law(x: ArrayLike, y: ArrayLike) -> tuple[float, float]:
 
 
 def agreement(found: float, error: float, expected: float, tolerance: float) -> Outcome:
-    """Whether a measured number is the expected one.
+    """Outcome of a claim that a measured number has an expected value.
 
     Parameters
     ----------
-    found, error : the number and its standard error
+    found, error : the measured number and its standard error
     expected : number
-    tolerance : how far off still agrees; what lies beyond it by less than two errors stays open
+    tolerance : largest difference that confirms; a number beyond it by less than two errors is open
     """
     apart = abs(found - expected)
     if apart <= tolerance:

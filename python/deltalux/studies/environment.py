@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a study ran on: versions, build and processor."""
+"""Environment of a study: versions, build and processor."""
 
 from __future__ import annotations
 

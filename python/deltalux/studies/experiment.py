@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What an experiment of the study is, and what it finds: tables, figures and verdicts as plain data."""
+"""Types of the study: experiments, and their findings (tables, figures, verdicts) as plain data."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ Outcome = Literal["confirmed", "refuted", "open"]
 
 @dataclass(frozen=True)
 class Table:
-    """One CSV file.
+    """A table, written as one CSV file.
 
     Attributes
     ----------
-    name : stem of the file
+    name : stem of the file name
     columns : names, with their unit in brackets where they have one
-    rows : as wide as `columns`; None = not measured
+    rows : one cell per column; None = not measured
     """
 
     name: str
@@ -31,12 +31,12 @@ class Table:
 
 @dataclass(frozen=True)
 class Curve:
-    """Points of a figure.
+    """One curve of a figure.
 
     Attributes
     ----------
     label : for the legend
-    x, y : of equal length
+    x, y : coordinates of the points, of equal length
     error : standard error of each y, or None where y is theory and has none
     style : "measured" (points and line), "theory" (dashed line) or "bars"
     """
@@ -62,11 +62,11 @@ class Figure:
 
     Attributes
     ----------
-    name : stem of the files
-    caption : what is shown, with seeds and what the error bars are
+    name : stem of the file names
+    caption : contents of the figure, seeds, and meaning of the error bars
     x_label, y_label : with units
-    curves, marks : what is drawn
-    log_x, log_y : logarithmic axes
+    curves, marks : contents
+    log_x, log_y : whether the axes are logarithmic
     """
 
     name: str
@@ -81,13 +81,13 @@ class Figure:
 
 @dataclass(frozen=True)
 class Verdict:
-    """A claim, and what the data say of it.
+    """A claim, and its outcome on the data.
 
     Attributes
     ----------
     claim : one sentence, with its source
-    outcome : "confirmed", "refuted", or "open" where the data cannot tell
-    text : the figures that decide, computed from the data
+    outcome : "confirmed", "refuted", or "open" where the data do not decide
+    text : the numbers that decide, computed from the data
     """
 
     claim: str
@@ -97,7 +97,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Findings:
-    """What one run of an experiment found."""
+    """Results of one run of an experiment."""
 
     tables: Sequence[Table]
     figures: Sequence[Figure]
@@ -107,18 +107,18 @@ class Findings:
 
 @dataclass(frozen=True)
 class Experiment:
-    """A question with the program that answers it.
+    """A question, and the function that answers it.
 
     Attributes
     ----------
-    name : as typed after `deltalux study`
+    name : argument of `deltalux study`
     title : heading
     source : section or figure of the paper
     question : one or two sentences
     run : (settings, progress) -> Findings; equal settings give equal counts, on any number of threads
     full : settings at the paper's sizes; JSON values, "seeds" among them
-    quick : the settings that differ in a quick look, which takes seconds
-    timed : findings hold times, which vary from run to run
+    quick : settings that replace those of `full` in a quick run, which takes seconds
+    timed : whether the findings contain times, which vary from run to run
     """
 
     name: str

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Counts per level of the sphere cache over several seeds, and the curves and rows made of them."""
+"""Counts per level of the sphere cache over several seeds, and the curves and table rows made from them."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ DEFINITIONS = {"rebuilds": "every level that is rebuilt", "first_misses": "the o
 
 
 def stacked(runs: Sequence[Mapping[str, Any]], name: str) -> np.ndarray:
-    """(seeds, levels from S_0) counts of one name.
+    """(seeds, levels from S_0) counts under one key.
 
     Parameters
     ----------
     runs : `stats` of `sphere_cache`, one for each seed, with equal radii
-    name : of the counts, such as "rebuilds"
+    name : key of the counts, such as "rebuilds"
     """
     return np.array([run[name] for run in runs], dtype=float)
 
 
 def built(counts: np.ndarray) -> np.ndarray:
-    """Levels below S_0 with any count: their numbers."""
+    """Numbers of the levels below S_0 that any seed counted."""
     return 1 + np.flatnonzero(counts[:, 1:].any(axis=0))
 
 
 def level_curve(label: str, counts: np.ndarray) -> Curve:
-    """Mean counts of the levels that have any, with their standard errors.
+    """Mean counts of the levels that any seed counted, with their standard errors.
 
     Parameters
     ----------

@@ -16,15 +16,15 @@ STATUS, PEAK_RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")
 
 @dataclass(frozen=True)
 class Measured(Generic[T]):
-    """What a call returned and cost.
+    """Result and cost of a call.
 
     Attributes
     ----------
     value : what the call returned
-    cpu_seconds : of all threads together
-    seconds : by the clock
+    cpu_seconds : processor time of all threads together
+    seconds : wall-clock time
     memory_bytes : growth of the process's resident memory up to its peak in the call, the result
-        included; None where the system cannot tell
+        included; None where the system does not report it
     """
 
     value: T
@@ -45,9 +45,9 @@ def measured(call: Callable[[], T]) -> Measured[T]:
 
 
 def _reset_peak() -> int | None:
-    """Resident bytes now, from which on the peak is recorded; None where Linux's /proc is missing."""
+    """Reset the recorded peak, and return the resident bytes; None without Linux's /proc."""
     try:
-        # What earlier calls freed would else be taken again, unseen.
+        # Otherwise the call could reuse memory that earlier calls freed, which would not count as growth.
         ctypes.CDLL(None).malloc_trim(0)
         PEAK_RESET.write_text("5")
     except (OSError, AttributeError, TypeError):

@@ -11,13 +11,13 @@ from deltalux.units import PHOTOPIC_WEIGHTS
 
 from .sample_classes import CLASSES
 
-DARK = 0.1  # of a channel's mean: below it, an error counts as if the sample were that bright
-FEWEST = 20  # samples that a class needs for a figure
-TOO_DARK, TOO_BRIGHT = -0.5, 1.0  # relative errors: half and twice of what it should be
+DARK = 0.1  # share of a channel's mean: errors of darker samples are relative to this
+FEWEST = 20  # samples that a class needs for an error figure
+TOO_DARK, TOO_BRIGHT = -0.5, 1.0  # relative errors: half and twice the reference
 
 
 class Reference:
-    """Irradiance to compare with.
+    """Reference irradiance, to which estimates are compared.
 
     Parameters
     ----------
@@ -27,13 +27,13 @@ class Reference:
 
     def __init__(self, irradiance: np.ndarray, standard_error: np.ndarray, classes: np.ndarray) -> None:
         self.irradiance, self.classes = irradiance, classes
-        # 1 where a channel has no light at all: its errors count as they are.
+        # A channel without any light has no scale of its own: its mean counts as 1.
         mean = irradiance.mean(axis=0)
         self._scale = np.maximum(irradiance, DARK * np.where(mean > 0, mean, 1.0))
         self._noise = np.square(standard_error / self._scale).mean(axis=1)
 
     def noise(self, where: np.ndarray) -> float:
-        """RMS of the reference's own standard error, relative like an error."""
+        """RMS of the reference's own standard error, relative in the same way as `relative`."""
         return float(np.sqrt(self._noise[where].mean()))
 
     def relative(self, values: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -41,13 +41,13 @@ class Reference:
         return (values - self.irradiance[rows]) / self._scale[rows]
 
     def figures(self, values: np.ndarray, rows: np.ndarray) -> dict[str, Any]:
-        """Error of estimates at some samples.
+        """Error figures of estimates at some samples.
 
         Returns
         -------
         dict with `rms_error`, `bias` (mean error), `median` error, `too_dark` and `too_bright` (shares of
         the samples), and `by_class`, the same for each class with at least 20 of the samples (else
-        None). The reference's noise is taken out of the RMS.
+        None). The reference's noise is subtracted in the RMS.
         """
         relative = self.relative(values, rows)
         own = self.classes[rows]

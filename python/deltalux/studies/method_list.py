@@ -20,13 +20,13 @@ DISC, LOSSY, NEAREST, SURFACE = "disc", "disc, lossy", "k nearest", "surface"
 
 @dataclass(frozen=True, eq=False)
 class Inputs:
-    """What all methods are fed with.
+    """Inputs of all methods.
 
     Attributes
     ----------
-    scene, segments : the segments were traced in the scene as loaded
+    scene, segments : scene as loaded, and segments traced in it
     display : mesh whose vertices are the samples
-    k : of the methods that take the k nearest
+    k : number of neighbours for the k-nearest methods
     threads : None = all
     """
 
@@ -39,7 +39,7 @@ class Inputs:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """Irradiance (n, 3) of the samples asked, exact sums (n, 3) or None, and counts."""
+    """Irradiance (n, 3) of the requested samples, exact sums (n, 3) or None, and counts."""
 
     irradiance: np.ndarray
     sums: np.ndarray | None = None
@@ -55,11 +55,11 @@ class Method:
 
     Attributes
     ----------
-    name : in tables for machines
-    label : for readers
+    name : identifier in CSV and JSON
+    label : name for readers
     kind : "disc" (exact sums over discs), "disc, lossy", "k nearest" or "surface"
-    run : takes inputs, samples in the world, their rows in the display mesh, and a progress callback
-    at_most : samples asked; a slow method is asked fewer
+    run : function of inputs, samples in world space, their rows in the display mesh, and a progress callback
+    at_most : largest number of samples; slow methods run on fewer
     """
 
     name: str
@@ -72,7 +72,7 @@ class Method:
 def _plain(
     function: Callable[..., Any], wants_scene: bool = False, wants_k: bool = False, **options: Any
 ) -> Run:
-    """An estimator of segments and samples with these options."""
+    """Adapt an estimator of segments and samples, with these options."""
 
     def run(inputs: Inputs, samples: Samples, rows: np.ndarray, progress: Progress | None) -> Answer:
         given = dict(options)
@@ -87,7 +87,7 @@ def _plain(
 
 
 def _patches(inputs: Inputs, samples: Samples, rows: np.ndarray, progress: Progress | None) -> Answer:
-    """Patch sums at the vertices; all patches are summed whatever is asked."""
+    """Patch sums at the vertices; all patches are summed, whichever rows are requested."""
     patches = estimate.PatchSum(inputs.scene, display=inputs.display, threads=inputs.threads)
     patches.add(inputs.segments, progress=progress)
     found = patches.estimate

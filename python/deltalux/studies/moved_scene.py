@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A movable somewhere else: its pose, the scene, and the segments that the move changes."""
+"""Moves a movable: its new pose, the new scene, and the segments that the move changes."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import numpy as np
 from deltalux.scene import Scene, replace_scene
 from deltalux.segments import Segments
 
-MOST_BOUNCES = 256  # a bounce fits 8 bits
+MOST_BOUNCES = 256  # bounce numbers fit into 8 bits
 
 
 def shifted(pose: np.ndarray, offset: Sequence[float]) -> np.ndarray:
-    """A pose moved by `offset`, metres."""
+    """A copy of a pose, translated by `offset`, metres."""
     moved = pose.copy()
     moved[:3, 3] += offset
     return moved
@@ -30,7 +30,7 @@ def with_moved(scene: Scene, name: str, offset: Sequence[float]) -> Scene:
 
 
 def changed_segments(before: Segments, after: Segments) -> tuple[Segments, Segments]:
-    """Old and new segments: those of `before` that `after` does not have, and the other way round.
+    """Old and new segments: those of `before` that are not in `after`, and vice versa.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def _keys(segments: Segments) -> np.ndarray:
 
 
 def joined(first: Segments, second: Segments) -> Segments:
-    """Segments of two sets traced with one quantum, as new ones of equal power."""
+    """One set of segments with the powers of two sets that have the same quantum."""
     columns = [
         np.concatenate([getattr(part, name) for part in (first, second)])
         for name in ("origin", "direction", "length", "power", "extended")

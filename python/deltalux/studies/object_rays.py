@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What both methods do with the rays of an object in the unit sphere, for its own and for static samples."""
+"""Costs of both methods for the rays that meet an object in the unit sphere: its own and static samples."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .moved_scene import joined
 from .timing import Timing, interleaved
 from .uniform_samples import in_cube
 
-BOXES = 8  # that a node of the disc index tests at once
+BOXES = 8  # boxes that a node of the disc index tests at once
 CACHE = "sphere cache, object's rays"
 INDEX, INDEX_REBUILT = "disc index built once, all rays", "disc index built each frame, all rays"
 INDEX_OWN, INDEX_OWN_REBUILT = (f"disc index built {when}, object's rays" for when in ("once", "each frame"))
@@ -28,13 +28,13 @@ NEW_SEED = 1_000_003  # added to the seed for the rays that come after a move
 
 
 def moving_counts(size: float, seed: int, settings: Mapping[str, Any]) -> dict[str, float]:
-    """Tests for the samples of an object of this size.
+    """Number of tests by each method for the samples on an object of this size.
 
     Parameters
     ----------
     size : r_D / r_0
-    seed : of lines, samples and place
-    settings : of `moving-object`
+    seed : seed of lines, samples and the object's place
+    settings : settings of `moving-object`
     """
     lines = uniform_lines(settings["lines"], seed)
     samples, centre = _object(size, seed, settings)
@@ -47,7 +47,10 @@ def moving_counts(size: float, seed: int, settings: Mapping[str, Any]) -> dict[s
 
 
 def moving_times(size: float, settings: Mapping[str, Any]) -> dict[str, Timing]:
-    """Processor time of one frame by each way, handing the rays over left out; parameters as above."""
+    """Processor time of one frame by each method, without converting the rays for the core.
+
+    Parameters as of `moving_counts`, with the first of its seeds.
+    """
     seed = settings["seeds"][0]
     lines = uniform_lines(settings["lines"], seed)
     samples, centre = _object(size, seed, settings)
@@ -74,7 +77,7 @@ def moving_times(size: float, settings: Mapping[str, Any]) -> dict[str, Timing]:
 
 
 def static_counts(size: float, seed: int, settings: Mapping[str, Any]) -> dict[str, float]:
-    """Tests for static samples in the whole unit sphere, when an object moves; parameters as above."""
+    """Tests for static samples in the unit sphere when an object moves; parameters as of `moving_counts`."""
     rays, samples, threads = *_static(size, seed, settings), settings.get("threads")
     return {
         STATIC_CACHE: _cache_tests(rays, samples, 1.0, settings, threads),
@@ -83,7 +86,7 @@ def static_counts(size: float, seed: int, settings: Mapping[str, Any]) -> dict[s
 
 
 def static_times(size: float, settings: Mapping[str, Any]) -> dict[str, Timing]:
-    """Processor time of the same, handing the rays over left out, and the index's build."""
+    """Processor time of the same, without converting the rays and without building the index."""
     rays, samples = _static(size, settings["seeds"][0], settings)
     one = rays.select(slice(0, 1))
     taken = interleaved(
@@ -112,7 +115,7 @@ def _static(size: float, seed: int, settings: Mapping[str, Any]) -> tuple[Segmen
 
 
 def _object(size: float, seed: int, settings: Mapping[str, Any]) -> tuple[Samples, np.ndarray]:
-    """Discs of an object somewhere in the unit sphere, and where its sphere stands."""
+    """Discs of an object at a random place in the unit sphere, and the centre of its bounding sphere."""
     rng = np.random.default_rng([seed, round(1e6 * size)])
     towards = rng.normal(size=3)
     centre = (1 - size) * rng.random() ** (1 / 3) * towards / np.linalg.norm(towards)
@@ -121,7 +124,7 @@ def _object(size: float, seed: int, settings: Mapping[str, Any]) -> tuple[Sample
 
 
 def _own_rays(lines: Segments, centre: np.ndarray, radius: float) -> Segments:
-    """Those that meet the object's sphere; chords of S_0 never end inside it."""
+    """The lines that meet the object's sphere; chords of S_0 never end inside it."""
     away = lines.origin - centre
     along = (away * lines.direction).sum(axis=1, keepdims=True)
     return lines.select(((away - along * lines.direction) ** 2).sum(axis=1) <= radius**2)

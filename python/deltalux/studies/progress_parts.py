@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Progress of a call as a share of a longer one."""
+"""Progress of a call as a share of a longer call's progress."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from deltalux.segments import Progress
 
 
 def part_of(progress: Progress | None, start: float, end: float) -> Progress | None:
-    """A callback that fills its share of another's bar, and never goes back in it."""
+    """A callback that maps 0 to 1 to `start` to `end` of `progress`, and never decreases."""
     if progress is None:
         return None
     most = 0.0
@@ -25,7 +25,7 @@ def part_of(progress: Progress | None, start: float, end: float) -> Progress | N
 
 
 def named(progress: Progress | None, name: str) -> Progress | None:
-    """A callback under one name, whatever the stages of the calls below are called."""
+    """A callback that reports all stages under one name."""
     if progress is None:
         return None
     tell: Callable[[str, float], Any] = progress
@@ -45,12 +45,12 @@ class Steps:
         self._progress, self._count, self._done = progress, count, 0
 
     def done(self) -> None:
-        """Report one more step; stop if the callback asks to.
+        """Report one more finished step.
 
         Raises
         ------
         Cancelled
-            Where the callback returned False.
+            If the callback returned False.
         """
         self._done += 1
         if self._progress and self._progress("", self._done / self._count) is False:

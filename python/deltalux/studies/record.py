@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Findings with what they were made of, as JSON text and back."""
+"""Findings with their settings and environment, to and from JSON text."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ class Record:
 
     Attributes
     ----------
-    name : of the experiment
-    key : equal for runs that would find the same, see `run_key`
-    settings : as the experiment was given them
+    name : name of the experiment
+    key : equal for runs with equal findings, see `run_key`
+    settings : settings that the experiment ran with
     environment : versions and processor
-    seconds : the run took, by the clock
+    seconds : wall-clock time of the run
     findings : Findings
     """
 
@@ -43,13 +43,13 @@ def to_json(record: Record) -> str:
     Raises
     ------
     ValueError
-        For numbers that are not finite: an experiment gives None for what it could not measure.
+        For numbers that are not finite; experiments use None for values that they could not measure.
     """
     return json.dumps(asdict(record), indent=1, allow_nan=False, default=_plain) + "\n"
 
 
 def from_json(text: str) -> Record:
-    """The record of a JSON text that `to_json` made.
+    """The record in a JSON text of `to_json`.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def _figure(data: Mapping[str, Any]) -> Figure:
 
 
 def _plain(value: Any) -> Any:
-    """Turn NumPy's numbers into what JSON knows."""
+    """Convert NumPy values to JSON values."""
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, np.ndarray):

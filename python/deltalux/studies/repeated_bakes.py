@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bakes that differ in their seed: their spread, and what predicts it."""
+"""Bakes with different seeds: their spread, and predictions of it."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ from .timing import Timing, median
 
 CHANNEL = 1  # of the irradiance: green
 LEAST_SEEDS = 3
-LIFT = 1e-3  # of the radius
+LIFT = 1e-3  # height of discs above their surface, as a share of their radius
 
 
 @dataclass(frozen=True)
 class RepeatedBakes:
-    """Bakes that differ in their seed, (seeds, samples) each.
+    """Bakes with different seeds; arrays are (seeds, samples).
 
     Attributes
     ----------
-    irradiance, reported : of the sessions, with their standard error
-    poisson : standard error by the sum of squared powers
-    time : of a full frame
+    irradiance, reported : irradiance of the sessions, and its standard error as they report it
+    poisson : standard error predicted from the sum of squared powers
+    time : processor time of a full frame
     """
 
     irradiance: np.ndarray
@@ -41,11 +41,11 @@ class RepeatedBakes:
     time: Timing
 
     def error(self) -> float:
-        """RMS over samples of the spread over seeds, in mean irradiances."""
+        """RMS over samples of the standard deviation over seeds, relative to the mean irradiance."""
         return float(np.sqrt(self.irradiance.var(axis=0, ddof=1).mean()) / self.irradiance.mean())
 
     def expected(self, what: str) -> float:
-        """The same, as `reported` or `poisson` predicts it."""
+        """The same error, as `reported` or `poisson` predicts it."""
         return float(np.sqrt((getattr(self, what) ** 2).mean()) / self.irradiance.mean())
 
     def ratio(self, what: str) -> tuple[float, float]:
@@ -70,20 +70,20 @@ class RepeatedBakes:
 
 
 def enough_seeds(seeds: Sequence[int]) -> list[int]:
-    """These seeds, and those after the greatest where they are too few to tell a spread from."""
+    """The seeds, with those after the greatest appended until there are enough for a spread."""
     more = range(max(seeds) + 1, max(seeds) + 1 + LEAST_SEEDS - len(seeds))
     return [*seeds, *more]
 
 
 def repeated_bakes(scene: Scene, paths: int, radius: float, settings: Mapping[str, Any]) -> RepeatedBakes:
-    """Bake once with each of the seeds of `settings`, with whole discs and all light by paths.
+    """Bake once with each of the seeds of `settings`, with whole discs and all light from paths.
 
     Parameters
     ----------
     scene : Scene
-    paths : light paths of a bake
-    radius : of all discs, metres
-    settings : has "seeds" and "samples", their number on the static surfaces
+    paths : light paths per bake
+    radius : radius of all discs, metres
+    settings : with "seeds", and "samples", the number of samples on the static surfaces
     """
     samples = uniform_on_surfaces(scene, settings["samples"], 1, radius, movables=False)
     irradiance, reported, poisson, seconds = [], [], [], []
@@ -100,12 +100,12 @@ def repeated_bakes(scene: Scene, paths: int, radius: float, settings: Mapping[st
 
 
 def _poisson(segments: Segments, samples: Samples) -> np.ndarray:
-    """Standard error if crossings were independent: the root of the sum of squared powers, over the area."""
+    """Standard error of independent crossings: square root of the sum of squared powers, over the area."""
     squared = Segments(
         segments.origin, segments.direction, segments.length, segments.power**2, segments.extended
     )
     radius = samples.radius
-    # In the plane of a wall, rounding would decide which segments reach a disc before they end.
+    # For discs in the plane of a wall, rounding would decide which segments cross before they end.
     lifted = Samples(samples.points + LIFT * radius[:, None] * samples.normals, samples.normals, radius)
     squares = disc_index(squared, lifted, segment_end="first").irradiance[:, CHANNEL]
     return np.sqrt(squares / (np.pi * radius**2))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a few repetitions with other seeds say: means and errors, certain signs, and outcomes of claims."""
+"""Statistics of a few repetitions with other seeds: means, errors, certain signs, outcomes of claims."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scipy.special import stdtrit  # scipy.stats takes a second to load
 
 from .experiment import Outcome
 
-FALSE_ALARMS = 0.001  # of one decision, two-sided
+FALSE_ALARMS = 0.001  # probability in one decision, two-sided
 
 
 def mean_and_error(values: ArrayLike) -> tuple[list[float], list[float] | None]:
@@ -24,7 +24,7 @@ def mean_and_error(values: ArrayLike) -> tuple[list[float], list[float] | None]:
 
     Returns
     -------
-    n means, and n standard errors, or None from a single repetition
+    n means; n standard errors, or None for a single repetition
     """
     array = np.asarray(values, dtype=float)
     if len(array) < 2:
@@ -34,9 +34,9 @@ def mean_and_error(values: ArrayLike) -> tuple[list[float], list[float] | None]:
 
 
 def certain_sign(values: ArrayLike, false_alarms: float = FALSE_ALARMS) -> Literal[-1, 0, 1]:
-    """Sign of a mean, 0 where a few repetitions cannot tell.
+    """Sign of a mean; 0 if a t-test finds no significant sign.
 
-    Null hypothesis of the t-test: independent values of a normal law whose mean is 0.
+    The null hypothesis: independent values from a normal distribution with mean 0.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def certain_sign(values: ArrayLike, false_alarms: float = FALSE_ALARMS) -> Liter
 
 
 def outcome_of(sign: int, wanted: Literal[-1, 1]) -> Outcome:
-    """Outcome of a claim that a sign is the wanted one; open where it is not certain.
+    """Outcome of a claim that a sign is the wanted one; open if the sign is not certain.
 
     Parameters
     ----------
@@ -64,14 +64,14 @@ def outcome_of(sign: int, wanted: Literal[-1, 1]) -> Outcome:
 
 
 def together(outcomes: Collection[Outcome]) -> Outcome:
-    """Outcome of a claim on several cases: refuted by one, confirmed by all."""
+    """Outcome of a claim about several cases: refuted if one is refuted, confirmed if all are confirmed."""
     if "refuted" in outcomes:
         return "refuted"
     return "confirmed" if outcomes and set(outcomes) == {"confirmed"} else "open"
 
 
 def averaged(settings: Mapping[str, Any]) -> str:
-    """The sentence of a caption on seeds and error bars.
+    """The sentence about seeds and error bars in a caption.
 
     Parameters
     ----------

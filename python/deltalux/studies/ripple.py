@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Peaks of a curve over levels that return with a period, such as each halving of the spheres."""
+"""Periodic peaks of a curve over levels, such as one at each halving of the spheres' radius."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-FINE = 200  # points of a running mean
+FINE = 200  # steps in the window of a running mean
 
 
 @dataclass(frozen=True)
 class Ripple:
-    """What is periodic in a curve.
+    """Periodic part of a curve.
 
     Attributes
     ----------
-    amplitude : of the logarithm, so that 0.1 is about ±10 % of the curve
+    amplitude : amplitude of the logarithm, so that 0.1 is about ±10 % of the curve
     offset : levels from a multiple of the period to the nearest peak, within half a period
     """
 
@@ -35,11 +35,11 @@ def halving_period(ratio: float) -> float:
 
 
 def ripple(levels: np.ndarray, counts: np.ndarray, period: float) -> Ripple:
-    """Periodic part of a curve: its logarithm less a running mean over one period, projected on it.
+    """Periodic part of a curve: Fourier component of its logarithm less a running mean over one period.
 
     Parameters
     ----------
-    levels : (n,) consecutive levels, two periods and more
+    levels : (n,) consecutive levels, at least two periods
     counts : (n,) positive
     period : in levels
     """
@@ -52,7 +52,7 @@ def ripple(levels: np.ndarray, counts: np.ndarray, period: float) -> Ripple:
 
 
 def peaks(levels: np.ndarray, counts: np.ndarray) -> list[int]:
-    """Levels that exceed both neighbours, a plain reading of a diagram.
+    """Levels whose counts exceed those of both neighbours, as a reader of the diagram sees them.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs an experiment: its settings, the key that tells whether a run must be repeated, the record."""
+"""Runs an experiment: its settings, the key that decides whether a run must be repeated, the record."""
 
 from __future__ import annotations
 
@@ -43,13 +43,13 @@ def settings_of(
     seeds: Sequence[int] | None = None,
     threads: int | None = None,
 ) -> dict[str, Any]:
-    """The settings of a run: an experiment's own, and what the user asks for.
+    """The settings of a run: the experiment's own, overridden by the user's.
 
     Parameters
     ----------
     experiment : Experiment
-    quick : take its quick settings
-    seeds : in place of its own
+    quick : use the experiment's quick settings
+    seeds : replace the experiment's own
     threads : None = all
 
     Raises
@@ -66,10 +66,10 @@ def settings_of(
 
 
 def run_key(experiment: Experiment, settings: Mapping[str, Any]) -> str:
-    """Digest of all that findings follow from: settings, sources, the core's build.
+    """Digest of everything that determines the findings: settings, sources, the core's build.
 
-    The sources are the experiment's own module and what all share, not the other experiments', so
-    that changing one repeats only that one.
+    The sources are the experiment's own module and those that all share, not the other experiments',
+    so that a change of one experiment repeats only that one.
     """
     decisive = {name: value for name, value in settings.items() if name not in WITHOUT_EFFECT}
     digest = hashlib.sha256(json.dumps(decisive, sort_keys=True).encode())
@@ -86,7 +86,7 @@ def run(experiment: Experiment, settings: Mapping[str, Any], progress: Progress 
     Parameters
     ----------
     experiment : Experiment
-    settings : of `settings_of`
+    settings : see `settings_of`
     progress : callable (stage, fraction) -> keep going; the stage is the experiment's name
 
     Returns
@@ -96,7 +96,7 @@ def run(experiment: Experiment, settings: Mapping[str, Any], progress: Progress 
     report = named(progress, experiment.name)
     if report:
         report("", 0.0)
-    key = run_key(experiment, settings)  # before: sources may be edited during a long run
+    key = run_key(experiment, settings)  # before the run, because sources may be edited during it
     start = time.perf_counter()
     findings = experiment.run(settings, report)
     return Record(

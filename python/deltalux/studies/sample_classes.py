@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Samples by where they lie: inside a surface, near its edge, on a small or a very small surface."""
+"""Classes of samples by place: inside a surface, near its edge, on a small or a very small surface."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from deltalux.scene import Scene
 from deltalux.vectors import triangle_areas
 
 CLASSES = ("inside", "edge", "small", "very small")
-VERY_SMALL = 0.1  # of the area that holds k hits
-EDGE_STEPS = 8  # points along a gather radius of edge
+VERY_SMALL = 0.1  # share of the area that holds k hits
+EDGE_STEPS = 8  # points on a length of edge of one gather radius
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +26,7 @@ class SampleClasses:
     Attributes
     ----------
     number : (n,) int, index into `CLASSES`
-    gather_area : square metres that hold k hits, on the average of all sampled surfaces
+    gather_area : mean area over all sampled surfaces that holds k hits, m²
     """
 
     number: np.ndarray
@@ -34,23 +34,23 @@ class SampleClasses:
 
     @property
     def gather_radius(self) -> float:
-        """Radius of a disc of that area, metres."""
+        """Radius of a disc of area `gather_area`, metres."""
         return float(np.sqrt(self.gather_area / np.pi))
 
 
 def classify(scene: Scene, display: DisplayMesh, k: int, hits: int) -> SampleClasses:
-    """Sort the vertices of a display mesh by what a search for k hits meets around them.
+    """Classify the vertices of a display mesh by the surface around them that a search for k hits covers.
 
-    A surface is what shades smoothly, one side of it. It is small where k hits need more area than
-    it has, very small where they need ten times as much. Elsewhere a sample is at an edge where
-    the surface ends nearer than the radius of a disc that holds k hits.
+    A surface is one side of a smoothly shaded part. It is small if k hits need more area than it has,
+    very small if they need ten times as much. On other surfaces, a sample is at an edge if the surface
+    ends within the radius of a disc that holds k hits.
 
     Parameters
     ----------
     scene : Scene, movables as loaded
     display : DisplayMesh
-    k : hits that a search asks for
-    hits : hits on all surfaces
+    k : number of hits that a search collects
+    hits : number of hits on all surfaces
     """
     points, _ = display.world(scene)
     area = triangle_areas(points[display.triangles])
@@ -72,7 +72,7 @@ def classify(scene: Scene, display: DisplayMesh, k: int, hits: int) -> SampleCla
 def _edge_distance(
     points: np.ndarray, edges: np.ndarray, surface: np.ndarray, rows: np.ndarray, radius: float
 ) -> np.ndarray:
-    """Metres from each of these vertices to the border of its own surface, inf where it has none."""
+    """Distance from each of these vertices to the border of its surface, metres; inf beyond 2 `radius`."""
     single, uses = np.unique(edges, axis=0, return_counts=True)
     border = single[(uses == 1) & np.isin(surface[single[:, 0]], surface[rows])]
     if not len(border) or not len(rows):
@@ -82,7 +82,7 @@ def _edge_distance(
     index = np.repeat(np.arange(len(border)), steps)
     within = np.arange(len(index)) - np.repeat(np.cumsum(steps) - steps, steps)
     along = start[index] + (within / np.maximum(steps - 1, 1)[index])[:, None] * way[index]
-    # A fourth coordinate keeps surfaces further apart than the search reaches.
+    # A fourth coordinate separates surfaces by more than the search radius.
     apart = 4 * radius
     tree = cKDTree(np.c_[along, apart * surface[border[index, 0]]])
     return tree.query(np.c_[points[rows], apart * surface[rows]], distance_upper_bound=2 * radius)[0]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Samples of a scene as the cost model speaks of them: on its surfaces, or in the volume of its bounds."""
+"""Samples of a scene as the cost model assumes them: on its surfaces, or in its bounding box."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ def on_surfaces(scene: Scene, vertices: Samples, count: int, radius: float, seed
     Parameters
     ----------
     scene : Scene
-    vertices : of `Samples.on_vertices`
+    vertices : result of `Samples.on_vertices`
     count : number of samples; at most all vertices
-    radius : of all discs, metres
-    seed : of the draw
+    radius : radius of all discs, metres
+    seed : seed of the random choice
     """
     assert vertices.display is not None  # on_vertices makes one
     points, normals = vertices.display.world(scene, samples=True)
@@ -33,14 +33,14 @@ def on_surfaces(scene: Scene, vertices: Samples, count: int, radius: float, seed
 
 
 def in_bounds(scene: Scene, count: int, radius: float, seed: int) -> Samples:
-    """Samples uniform in the scene's bounding box, normals uniform.
+    """Uniformly distributed samples in the scene's bounding box, with uniform normals.
 
     Parameters
     ----------
     scene : Scene
     count : number of samples
-    radius : of all discs, metres
-    seed : of points and normals
+    radius : radius of all discs, metres
+    seed : seed of points and normals
     """
     random = np.random.default_rng(seed)
     low, high = scene.bounds
@@ -56,9 +56,9 @@ def uniform_on_surfaces(
     ----------
     scene : Scene
     count : number of samples
-    seed : of the points
-    radius : of all discs, metres; None = automatic
-    movables : False leaves their surfaces out
+    seed : seed of the points
+    radius : radius of all discs, metres; None = automatic
+    movables : whether to include their surfaces
     """
     rng = np.random.default_rng(seed)
     meshes = [m for m in scene.meshes if len(m.triangles) and (movables or not m.movable)]
@@ -84,6 +84,6 @@ def uniform_on_surfaces(
 
 
 def static_distance(scene: Scene, count: int) -> float:
-    """Distance of so many samples on the static surfaces: the square root of the area for each, metres."""
+    """Distance between `count` samples on the static surfaces, metres: square root of the area per sample."""
     area = sum(float(m.triangle_areas().sum()) for m in scene.meshes if not m.movable)
     return float(np.sqrt(area / count))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Quantities measured over one variable, as columns of a table and as curves of a figure."""
+"""Quantities as functions of one variable: columns of a table, curves of a figure."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from .timing import Timing
 
 @dataclass(frozen=True)
 class Series:
-    """One quantity at every point of a variable.
+    """One quantity at each value of a variable.
 
     Attributes
     ----------
     label : for the legend and the column
     unit : of the values
     values : (n,), NaN = not measured
-    error : (n,) standard errors, or None where there are none
-    theory : not measured
+    error : (n,) standard errors, or None without any
+    theory : whether the values are predicted, not measured
     """
 
     label: str
@@ -41,12 +41,12 @@ class Series:
 
     @classmethod
     def of_times(cls, label: str, times: Sequence[Timing]) -> Series:
-        """Processor times in milliseconds; NaN where the spread hides them."""
+        """Processor times in milliseconds; NaN for those lost in their noise (`Timing.known`)."""
         seconds = np.array([time.seconds if time.known else np.nan for time in times])
         return cls(label, "ms", 1e3 * seconds, 1e3 * np.array([time.error for time in times]))
 
     def curve(self, x: np.ndarray) -> Curve:
-        """The points that are not NaN."""
+        """The points with finite values, as a curve."""
         there = np.isfinite(self.values)
         error = None if self.error is None else self.error[there].tolist()
         points = np.asarray(x)[there].tolist(), self.values[there].tolist()

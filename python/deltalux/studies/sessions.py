@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sessions that answer some vertices of a scene's display mesh."""
+"""Sessions whose samples are some vertices of a scene's display mesh."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class VertexSessions:
     Attributes
     ----------
     scene : Scene
-    vertices : all that may be asked, attached to movables where they move with one
+    vertices : all vertices, those on movables attached to them
     threads : None = all
     """
 
@@ -38,13 +38,13 @@ class VertexSessions:
         radius: float | None = None,
         progress: Progress | None = None,
     ) -> Session:
-        """Bake these vertices.
+        """Make and bake a session with these vertices as samples.
 
         Parameters
         ----------
         rows : indices of vertices
         paths, seed, direct : see `Session`
-        radius : of all discs, metres; None = chosen by the session
+        radius : radius of all discs, metres; None = chosen by the session
         """
         all_of = self.vertices
         samples = Samples(all_of.points[rows], all_of.normals[rows], radius, all_of.attached[rows])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Processor times of calls that are compared: interleaved, repeated, as medians with their spread."""
+"""Processor times of calls to compare: interleaved, repeated, as medians with standard errors."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from deltalux.segments import Segments
 
 from .measuring import measured
 
-MEDIAN_OVER_MEAN = 1.2533  # standard error of a median over that of a mean, normal law
+MEDIAN_OVER_MEAN = 1.2533  # standard error of a median over that of a mean, normal distribution
 LEAST_SEARCHED = 30_000
-KNOWN = 4  # standard errors by which a time must stand out; those of few repetitions are rough
-QUARTILES_OVER_SIGMA = 1.349  # distance of the quartiles of a normal law over its standard deviation
+KNOWN = 4  # standard errors that a time must exceed; those of few repetitions are rough
+QUARTILES_OVER_SIGMA = 1.349  # interquartile range over standard deviation, normal distribution
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Timing:
     Attributes
     ----------
     seconds : median over the repetitions
-    error : its standard error, from the distance of the quartiles; 0 of a single repetition
+    error : its standard error, from the interquartile range; 0 for a single repetition
     """
 
     seconds: float
@@ -35,34 +35,34 @@ class Timing:
         return Timing(self.seconds + other.seconds, float(np.hypot(self.error, other.error)))
 
     def __sub__(self, other: Timing) -> Timing:
-        """What a call takes beyond a part of it that was timed alone."""
+        """Time of a call without a part that was timed alone."""
         return Timing(self.seconds - other.seconds, float(np.hypot(self.error, other.error)))
 
     def __truediv__(self, count: float) -> Timing:
         return Timing(self.seconds / count, self.error / count)
 
     def over(self, other: Timing) -> tuple[float, float]:
-        """This time in units of another: ratio and standard error."""
+        """Ratio of this time to another, and its standard error."""
         ratio = self.seconds / other.seconds
         return ratio, ratio * float(np.hypot(self.error / self.seconds, other.error / other.seconds))
 
     @property
     def known(self) -> bool:
-        """Whether it stands out of its own spread, as small differences of large times may not."""
+        """Whether the time exceeds its own noise, which small differences of large times may not."""
         return self.seconds > KNOWN * self.error
 
 
 def interleaved(calls: Mapping[str, Callable[[], object]], repetitions: int) -> dict[str, Timing]:
-    """Time calls in turns, so that a slow minute of the machine falls on all of them alike.
+    """Time calls in turns, so that slow phases of the machine affect all of them alike.
 
     Parameters
     ----------
-    calls : by name; each should use one thread, since processor time adds up threads that wait
-    repetitions : turns; one more is run before and not counted
+    calls : functions by name; each should use one thread, since processor time includes waiting threads
+    repetitions : number of turns, after one that is not counted
 
     Returns
     -------
-    dict of Timing
+    dict of Timing by name
     """
     taken: dict[str, list[float]] = {name: [] for name in calls}
     for turn in range(repetitions + 1):
@@ -81,11 +81,11 @@ def median(values: list[float]) -> Timing:
 
 
 def repeated(segments: Segments) -> tuple[Segments, int]:
-    """Segments so often that a search of them stands out of the build that is timed with it.
+    """Repeat segments so often that their search takes much longer than the build timed with it.
 
     Returns
     -------
-    the segments again and again, and how often
+    the repeated segments, and the number of copies
     """
     copies = max(1, -(-LEAST_SEARCHED // max(1, len(segments))))
     return segments.select(np.tile(np.arange(len(segments)), copies)), copies

@@ -14,17 +14,17 @@ UNIT_SPHERE = ((0.0, 0.0, 0.0), 1.0)  # centre, radius; holds `uniform_lines`
 HALF_SIDE = 1 / np.sqrt(3)
 Spread = Literal["volume", "surface"]
 SPREADS: tuple[Spread, ...] = ("volume", "surface")
-WHERE = {"volume": "in a volume", "surface": "on surfaces"}  # in texts
+WHERE = {"volume": "in a volume", "surface": "on surfaces"}  # names in texts
 
 
 def in_sphere(count: int, radius: float, seed: int) -> Samples:
-    """Points uniform in the unit sphere, normals uniform (paper 4.2).
+    """Samples with uniform points in the unit sphere and uniform normals (paper 4.2).
 
     Parameters
     ----------
     count : number of samples
-    radius : of all discs
-    seed : of points and normals
+    radius : radius of all discs
+    seed : seed of points and normals
     """
     random = np.random.default_rng(seed)
     directions = random.normal(size=(count, 3))
@@ -34,16 +34,16 @@ def in_sphere(count: int, radius: float, seed: int) -> Samples:
 
 
 def in_cube(count: int, spread: Spread, seed: int) -> Samples:
-    """Points uniform in the cube whose corners touch the unit sphere, or on its walls; normals uniform.
+    """Uniform samples in the cube whose corners touch the unit sphere, or on its walls; normals uniform.
 
-    Discs are as large as the distance of the samples (paper 3.1: eq. 5, or the square root of the
-    area for each).
+    The discs' radius equals the distance between samples (paper 3.1: eq. 5, or the square root of the
+    area per sample).
 
     Parameters
     ----------
     count : number of samples
-    spread : "volume" or "surface"
-    seed : of points and normals
+    spread : "volume" or "surface": where the samples lie
+    seed : seed of points and normals
     """
     random = np.random.default_rng(seed)
     points = random.uniform(-HALF_SIDE, HALF_SIDE, (count, 3))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`amortisation`: after how many frames an index over static samples, and stored paths, pay (paper 3)."""
+"""`amortisation`: number of frames after which a kept index and stored paths pay off (paper 3)."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from deltalux.studies.scene_samples import static_distance, uniform_on_surfaces
 from deltalux.studies.series import Series
 from deltalux.studies.timing import Timing, interleaved, median, repeated
 
-SMALL_FRAMES, LARGE_FRAMES = 180, 7000  # of the paper's earlier work
-MOVABLE, STEP = "trolley", (0.1, 0.0, 0.0)  # metres a frame
+SMALL_FRAMES, LARGE_FRAMES = 180, 7000  # frames in the paper's earlier work
+MOVABLE, STEP = "trolley", (0.1, 0.0, 0.0)  # metres per frame
 PATHS = "light paths"
 SESSION_TIMES = {
     "first frame": "first frame, with preparations",
@@ -33,7 +33,7 @@ SESSION_TIMES = {
 
 
 def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findings:
-    """Time one frame of the atrium's trolley by each way, at each radius and number of paths."""
+    """Time one frame of the atrium's moving trolley by each method, at each radius and number of paths."""
     paths = list(settings["paths"])
     steps = Steps(progress, 2 * len(paths))
     scene = deltalux.scenes.atrium(settings["detail"])
@@ -119,7 +119,7 @@ def _session_times(scene: Any, paths: int, settings: Mapping[str, Any]) -> dict[
                 updates.append(measured(session.update).cpu_seconds)
                 again = measured(session.recompute)
                 full.append(again.cpu_seconds)
-                stages = again.value.milliseconds  # by the clock, which other programs slow down
+                stages = again.value.milliseconds  # wall-clock, used for ratios only
                 tracing.append(again.cpu_seconds * stages["trace"] / sum(stages.values()))
     taken = {"first frame": first, "update": updates, "full frame": full, "trace": tracing}
     return {name: median(values) for name, values in taken.items()}
@@ -143,7 +143,7 @@ def stored_frames(times: Mapping[str, Timing]) -> float:
 
 
 def small_verdict(frames: Sequence[float]) -> Verdict:
-    """Whether the index pays in some 180 frames where radius and photons are few; within a factor of 2."""
+    """Whether the index pays off after about 180 frames (factor 2) for a small radius and few photons."""
     found, error = frames
     near = SMALL_FRAMES / 2 <= found <= 2 * SMALL_FRAMES
     return Verdict(
@@ -179,7 +179,7 @@ def _frames(count: float) -> str:
     return f"{count:,.1f} frames" if np.isfinite(count) else "no number of frames"
 
 
-# ---- what is written ----------------------------------------------------------------------------
+# ---- tables and figures -------------------------------------------------------------------------
 
 
 def _index_table(

@@ -24,9 +24,9 @@ Runs = list[Mapping[str, Any]]  # `stats` of each seed
 
 
 def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findings:
-    """Count with each seed: the exact rule over sample counts, then each rule at one sample count."""
+    """Count rebuilds with each seed: the exact rule over sample counts, then each rule at one of them."""
     counts, compared = settings["sample_counts"], settings["compared_count"]
-    rules = (UNLIMITED, *RULES[1:])  # drawn first what agrees with another for a while
+    rules = (UNLIMITED, *RULES[1:])  # in drawing order: curves that coincide with others come first
     steps = Steps(progress, len(settings["seeds"]) * (len(counts) + len(rules)))
     by_count: dict[int, Runs] = {count: [] for count in counts}
     by_rule: dict[str, Runs] = {rule: [] for rule in rules}
@@ -45,13 +45,13 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
 def conclude(
     by_count: Mapping[int, Runs], by_rule: Mapping[str, Runs], settings: Mapping[str, Any]
 ) -> Findings:
-    """Tables, figures and verdicts.
+    """Make tables, figures and verdicts from the counts.
 
     Parameters
     ----------
     by_count : sample count -> `stats` of each seed, the exact rule
     by_rule : containment rule, or `UNLIMITED` -> `stats` of each seed, at one sample count
-    settings : as `run` takes them
+    settings : settings of `run`
     """
     peak = limit_level(settings)
     limited = {rule: runs for rule, runs in by_rule.items() if rule != UNLIMITED}
@@ -164,7 +164,7 @@ def few_divided(by_count: Mapping[int, Runs], peak: int, settings: Mapping[str, 
 
 
 def monotone(runs: Runs, settings: Mapping[str, Any]) -> Verdict:
-    """Whether it is the limit that makes the fall: without it no level is certainly below the one before."""
+    """Whether the limit causes the fall: without it, no level is certainly below the one before."""
     rebuilds = stacked(runs, "rebuilds")
     levels = np.arange(1, rebuilds.shape[1])
     filled = model.divided_share(settings["lines"], settings["ratio"], levels - 1, 1) > NEARLY_ALL
@@ -179,7 +179,7 @@ def monotone(runs: Runs, settings: Mapping[str, Any]) -> Verdict:
 
 
 def complete(by_rule: Mapping[str, Runs]) -> Verdict:
-    """Whether the printed rule finds all hits: a single one that is lost says no."""
+    """Whether the printed rule finds all hits; a single lost hit refutes it."""
     exact, nested, literal = (_total(by_rule[rule], "hits") for rule in RULES)
     lost = 1 - literal / exact
     more = _total(by_rule["nested"], "rebuilds") / _total(by_rule["all"], "rebuilds")
@@ -196,7 +196,7 @@ def complete(by_rule: Mapping[str, Runs]) -> Verdict:
 def _count(
     lines: Segments, samples: int, seed: int, settings: Mapping[str, Any], rule: str = "all"
 ) -> Mapping[str, Any]:
-    """Statistics of the sphere cache at so many samples, under one rule of containment or `UNLIMITED`."""
+    """Statistics of the sphere cache with `samples` samples, under a rule of containment or `UNLIMITED`."""
     counted = estimate.sphere_cache(
         lines,
         in_sphere(samples, settings["disc_radius"], seed),
@@ -267,7 +267,7 @@ EXPERIMENT = Experiment(
         "seeds": [1, 2, 3, 4, 5],
         "lines": 1024**2,
         "sample_counts": [1_000, 10_000, 100_000, 1_000_000],
-        "compared_count": 100_000,  # of the rules of containment
+        "compared_count": 100_000,  # sample count for comparing the rules of containment
         "ratio": 0.6,
         "min_rays": 100,
         "order": "lebesgue",

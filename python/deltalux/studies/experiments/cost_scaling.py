@@ -55,12 +55,12 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
 
 
 def conclude(tests: Tests, settings: Mapping[str, Any]) -> Findings:
-    """Table, figures and verdicts.
+    """Make table, figures and verdicts from the counts.
 
     Parameters
     ----------
     tests : (method, spread) -> (seeds, sample counts) tests per line
-    settings : as `run` takes them
+    settings : settings of `run`
     """
     counts = np.array(settings["sample_counts"])
     ratio = settings["ratio"]
@@ -95,7 +95,7 @@ def predicted(method: str, spread: Spread, counts: ArrayLike, ratio: float, form
 
 
 def exponents(tests: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    """(seeds,) powers of the sample count by which tests grow."""
+    """(seeds,) exponents p of the growth of tests as n_P^p."""
     return np.array([power_law(counts, row)[0] for row in tests])
 
 
@@ -144,7 +144,7 @@ def logarithmic(tests: np.ndarray, counts: np.ndarray) -> Verdict:
 
 
 def _residual(tests: np.ndarray, axis: np.ndarray) -> np.ndarray:
-    """(seeds,) what a straight line over `axis` leaves of the tests, relative to their mean."""
+    """(seeds,) RMS residual of a straight line over `axis`, relative to the mean of the tests."""
     slope, start = np.polyfit(axis, tests.T, 1)
     left = tests - (slope[:, None] * axis + start[:, None])
     return np.sqrt(np.square(left).mean(axis=1)) / tests.mean(axis=1)
@@ -197,7 +197,7 @@ EXPERIMENT = Experiment(
         "lines": 512**2,
         "sample_counts": [1_000, 3_000, 10_000, 30_000, 100_000, 300_000, 1_000_000],
         "ratio": 2 / 3,
-        "min_rays": 1,  # full depth, as the formulas have it
+        "min_rays": 1,  # full depth, as the formulas assume
     },
     quick={"seeds": [1, 2], "lines": 3_000, "sample_counts": [500, 2_000, 8_000]},
 )

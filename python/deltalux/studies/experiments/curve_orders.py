@@ -26,7 +26,7 @@ from deltalux.studies.ripple import Ripple, halving_period, peaks, ripple
 from deltalux.studies.uniform_samples import UNIT_SPHERE, in_sphere
 
 ORDERS = ("lebesgue", "hilbert")
-NEAR = 1.0  # levels
+NEAR = 1.0  # levels; largest accepted distance of a peak from its predicted place
 FIRST = 3  # levels nearer to S_0 have too few misses for a curve
 NEARLY_ALL = 0.999
 
@@ -56,13 +56,13 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
 
 
 def conclude(runs: Runs, costs: Costs, settings: Mapping[str, Any]) -> Findings:
-    """Tables, figures and verdicts.
+    """Make tables, figures and verdicts from the counts.
 
     Parameters
     ----------
     runs : order -> `stats` of each seed
     costs : order, "none" among them -> per seed and sample count, processor seconds and tests
-    settings : as `run` takes them
+    settings : settings of `run`
     """
     misses = {order: stacked(each, "first_misses") for order, each in runs.items()}
     levels, period = counted_levels(settings), halving_period(settings["ratio"])
@@ -107,7 +107,7 @@ def conclude(runs: Runs, costs: Costs, settings: Mapping[str, Any]) -> Findings:
 
 
 def counted_levels(settings: Mapping[str, Any]) -> np.ndarray:
-    """Levels from the first with enough misses to the last around which practically all are subdivided."""
+    """Levels from `FIRST` to the last one whose enclosing spheres are nearly all subdivided."""
     levels = np.arange(FIRST, 1000)
     share = model.divided_share(settings["lines"], settings["ratio"], levels - 1, settings["min_rays"])
     return levels[share > NEARLY_ALL]
@@ -176,7 +176,7 @@ def rising(counts: np.ndarray, levels: np.ndarray) -> tuple[Outcome, list[int]]:
     Parameters
     ----------
     counts : (seeds, levels from S_0)
-    levels : consecutive, that are looked at
+    levels : consecutive levels to test
     """
     mean = counts.mean(axis=0)[levels]
     upward = levels[: 1 + int(mean.argmax())]
@@ -188,7 +188,7 @@ def rising(counts: np.ndarray, levels: np.ndarray) -> tuple[Outcome, list[int]]:
 
 
 def gain(costs: Costs, settings: Mapping[str, Any]) -> Verdict:
-    """Whether sorted samples take less time than samples as they come, at the largest sample count."""
+    """Whether sorted samples take less time than unsorted ones, at the largest sample count."""
     largest = {order: np.array([row[-1] for row in rows]) for order, rows in costs.items()}
     ratios = {order: largest["none"] / largest[order] for order in ORDERS}
     outcomes = [outcome_of(certain_sign(np.log(ratio[:, 0])), wanted=1) for ratio in ratios.values()]

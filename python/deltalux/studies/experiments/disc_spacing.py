@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`disc-spacing`: disc index against sphere cache as discs grow over the distance of samples (paper 2.4)."""
+"""`disc-spacing`: disc index against sphere cache over disc radius / sample distance (paper 2.4)."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from deltalux.studies.timing import Timing, interleaved
 from deltalux.studies.uniform_samples import UNIT_SPHERE, Spread, in_cube
 
 LINES: dict[str, Spread] = {"lines, samples in a cube": "volume", "lines, samples on its walls": "surface"}
-BOXES = 8  # that a node of the disc index tests at once
+BOXES = 8  # boxes that a node of the disc index tests at once
 SPACING = "disc radius / distance of samples"
 NEAR = (0.5, 2.0)  # "in the order of magnitude of the mean distance"
 
-Case = tuple[Segments, Samples, float, Mapping[str, Any]]  # …, distance of the samples, sphere cache's S_0
+Case = tuple[Segments, Samples, float, Mapping[str, Any]]  # …, sample distance, options for the cache's S_0
 
 
 def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findings:
@@ -77,7 +77,7 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
 
 
 def _cases(settings: Mapping[str, Any]) -> dict[str, Callable[[int], Case]]:
-    """What each case gives for a seed."""
+    """For each case, a function that makes its inputs from a seed."""
 
     def uniform(spread: Spread) -> Callable[[int], Case]:
         def case(seed: int) -> Case:
@@ -142,7 +142,7 @@ def _ratio_series(name: str, times: Sequence[Mapping[str, Timing]]) -> Series:
 
 
 def near_verdict(widths: np.ndarray, timed: Sequence[Series]) -> Verdict:
-    """Whether the index is the faster one wherever radius and distance are of one order."""
+    """Whether the index is faster wherever radius and distance have the same order of magnitude."""
     near = (widths >= NEAR[0]) & (widths <= NEAR[1])
     low, high = _bounds(timed)
     outcome: Outcome = "open"
@@ -159,7 +159,7 @@ def near_verdict(widths: np.ndarray, timed: Sequence[Series]) -> Verdict:
 
 
 def far_verdict(widths: np.ndarray, timed: Sequence[Series]) -> Verdict:
-    """Whether the sphere cache is the faster one for all smaller and larger discs."""
+    """Whether the sphere cache is faster for all smaller and larger discs."""
     smaller, larger = widths < NEAR[0], widths > NEAR[1]
     low, high = _bounds(timed)
     outcome: Outcome = "open"

@@ -24,12 +24,12 @@ LINES = "uniform lines"
 CLOSE = 5.0  # per cent: "less than 5 % in most of the cases" (paper 5)
 LEVELS = "measured upper levels"
 
-Case = tuple[str, Segments, Samples, dict[str, Any]]  # name, …, options that both calls share
+Case = tuple[str, Segments, Samples, dict[str, Any]]  # name, …, options that prediction and count share
 Errors = dict[str, list[list[float]]]  # case -> (seeds, levels) per cent
 
 
 def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findings:
-    """Predict and count, with each number of measured levels and each share of the rays."""
+    """Predict and count tests with each number of measured levels and each share of the rays."""
     levels, divisors = settings["levels"], settings["divisors"]
     steps = Steps(progress, (1 + len(settings["scenes"])) * len(settings["seeds"]))
     sphere: dict[int, Errors] = {divisor: {} for divisor in divisors}
@@ -93,7 +93,7 @@ def _percent(predicted: float, counted: float) -> float:
 
 
 def _cost(found: HybridEstimate, real: Mapping[str, Any]) -> float:
-    """Sphere tests of the estimate, per cent of those that it predicts."""
+    """Sphere tests that the estimate takes, in per cent of those that it predicts."""
     return 100 * found.pilot_sphere_tests / real["sphere_tests"]
 
 
@@ -117,9 +117,9 @@ def theory_verdict(levels: Sequence[int], depth: Mapping[str, int], errors: Erro
 
 
 def more_verdict(levels: Sequence[int], errors: Errors) -> Verdict:
-    """Whether each further level that is measured makes the prediction better.
+    """Whether each further measured level improves the prediction.
 
-    Refuted by a step of any case after which the error is certainly larger; confirmed where none is larger.
+    Refuted if one step in any case certainly enlarges the error; confirmed if no step enlarges it.
     """
     outcomes: list[Outcome] = []
     parts = []
@@ -141,7 +141,7 @@ def more_verdict(levels: Sequence[int], errors: Errors) -> Verdict:
 
 
 def few_verdict(divisor: int, every: Errors, few: Errors) -> Verdict:
-    """Whether few rays predict what all rays do, at every number of measured levels."""
+    """Whether few rays predict as well as all rays, at every number of measured levels."""
     apart = {
         name: float(np.abs(np.mean(rows, axis=0) - np.mean(few[name], axis=0)).max())
         for name, rows in every.items()
@@ -167,7 +167,7 @@ def whole_verdict(divisor: int, sphere: Errors, disc: Errors, cost: Errors) -> V
     )
 
 
-# ---- what is written ----------------------------------------------------------------------------
+# ---- tables and figures -------------------------------------------------------------------------
 
 
 def _table(name: str, x: np.ndarray, sphere: Errors, disc: Errors, cost: Errors) -> Table:

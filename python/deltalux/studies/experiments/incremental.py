@@ -25,20 +25,20 @@ from deltalux.studies.series import Series, series_table
 from deltalux.studies.timing import Timing, median
 
 SIZE, SIZE_LABEL, OBJECTS = "object's size r_D / r_0", "object's size $r_D / r_0$", "moving objects"
-TROLLEY, STEP = "trolley", (0.1, 0.0, 0.0)  # metres a frame
+TROLLEY, STEP = "trolley", (0.1, 0.0, 0.0)  # metres per frame
 BALL_RADIUS, BALL_HEIGHT, BALL_ROW = 0.25, 3.2, (-8.0, 8.0)  # metres; in the free air of the hall
-SLOPE, ADDS_UP = 0.2, 0.1  # of an exponent, a sum that agrees
+SLOPE, ADDS_UP = 0.2, 0.1  # largest accepted deviation of an exponent, of a sum
 
 
 @dataclass(frozen=True)
 class Frames:
-    """Updates of one scene, with each seed.
+    """Updates of one scene with each seed.
 
     Attributes
     ----------
     paths, segments : (seeds,) shares affected or removed, mean over the frames
-    update, full : processor time
-    exact : every digest after an update equalled that of a full computation
+    update, full : processor time of an update and of a full frame
+    exact : whether every digest after an update equalled that of a full computation
     """
 
     paths: list[float]
@@ -99,7 +99,7 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
 
 
 def _hall(count: int) -> tuple[Scene, list[str]]:
-    """The expo's hall with a row of so many balls that can be moved, and their names."""
+    """The expo's hall with a row of `count` movable balls, and their names."""
     scene = deltalux.scenes.expo()
     names = [f"ball_{k + 1}" for k in range(count)]
     for name, x in zip(names, np.linspace(*BALL_ROW, count + 2)[1:-1], strict=True):
@@ -109,7 +109,7 @@ def _hall(count: int) -> tuple[Scene, list[str]]:
 
 
 def _frames(scene: Scene, groups: Sequence[Sequence[str]], settings: Mapping[str, Any]) -> list[Frames]:
-    """Frames of each group of objects in turn; the objects move half of the frames there, half back."""
+    """Frames of each group of objects in turn; objects move away in half of them, then back."""
     samples = uniform_on_surfaces(scene, settings["samples"], 1, None)
     runs: list[list[_Run]] = [[] for _ in groups]
     for seed in settings["seeds"]:
@@ -162,7 +162,7 @@ def _animate(session: Session, names: Sequence[str], frames: int) -> _Run:
 
 
 def exact_verdict(exact: Sequence[bool]) -> Verdict:
-    """Updates must leave what a full computation gives, to the bit."""
+    """Whether updates give the same bits as a full computation."""
     return Verdict(
         "After the last update the digest equals that of a full computation.",
         "confirmed" if all(exact) else "refuted",
@@ -199,7 +199,7 @@ def faster_verdict(update: Sequence[Timing], full: Sequence[Timing]) -> Verdict:
 
 
 def sum_verdict(objects: np.ndarray, together: np.ndarray, alone: np.ndarray) -> Verdict:
-    """Whether objects that move together affect what they affect one by one; shares (objects, seeds)."""
+    """Whether objects affect as much together as one by one; shares (objects, seeds)."""
     ratio = together.mean(axis=1) / alone.mean(axis=1)
     return Verdict(
         "Several moving objects affect as many paths as they do one by one.",
@@ -209,7 +209,7 @@ def sum_verdict(objects: np.ndarray, together: np.ndarray, alone: np.ndarray) ->
     )
 
 
-# ---- what is written ----------------------------------------------------------------------------
+# ---- tables and figures -------------------------------------------------------------------------
 
 
 def _series(frames: Sequence[Frames]) -> list[Series]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`index-choice`: which index over the discs costs least, and whether a few rays can tell (paper 2.4)."""
+"""`index-choice`: which index over the discs costs least, and whether a few rays can find it (paper 2.4)."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from deltalux.studies.uniform_samples import in_cube
 BVH = "BVH"
 INDICES: dict[str, Callable[[Samples], Any]] = {"grid": DiscGrid, "octree": octree, "kd-tree": kd_tree}
 NAMES = (BVH, *INDICES)
-BOXES = 8  # that a node of the disc index tests at once
-CLOSE = 0.05  # extra cost of a choice that does no harm
+BOXES = 8  # boxes that a node of the disc index tests at once
+CLOSE = 0.05  # largest extra cost of a good choice
 SURE = 0.95  # share of simulations that must choose well
 
 
 def _clustered(count: int, seed: int) -> Samples:
-    """Half of the samples in a cube 1/20 as wide as that of the others, as of a detailed object in a hall."""
+    """Half of the samples in a cube 1/20 as wide as that of the others, like a detailed object in a hall."""
     samples = in_cube(count, "volume", seed)
     shrink = np.where(np.arange(count) % 2, 0.05, 1.0)
     return Samples(samples.points * shrink[:, None], samples.normals, samples.radius * shrink)
@@ -40,16 +40,14 @@ LINES: dict[str, Callable[[int, int], Samples]] = {
     "cluster": _clustered,
 }
 
-Costs = dict[str, list[float]]  # index -> mean cost per ray, one a seed
+Costs = dict[str, list[float]]  # index -> mean cost per ray, for each seed
 
 
 def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findings:
-    """Count every index on all rays, and on many small shares of them."""
+    """Count the work of every index on all rays, and on many small shares of them."""
     steps = Steps(progress, (len(LINES) + len(settings["scenes"])) * len(settings["seeds"]))
     costs: dict[str, Costs] = {}
-    extra: dict[
-        str, list[float]
-    ] = {}  # case -> of each simulation, cost of its choice over the least, less 1
+    extra: dict[str, list[float]] = {}  # case -> `extra_cost` of each simulation
     same = True
     for case, seed, segments, samples in _inputs(settings):
         exact = disc_index(segments, samples, segment_end="first").sums
@@ -106,13 +104,13 @@ def _mean_costs(
 
 
 def extra_cost(guess: Mapping[str, float], truth: Mapping[str, float]) -> float:
-    """What the index that a simulation finds cheapest costs beyond the cheapest one, as a share of that."""
+    """Relative extra cost of the index that a simulation finds cheapest over the truly cheapest one."""
     chosen = min(guess, key=lambda name: guess[name])
     return truth[chosen] / min(truth.values()) - 1
 
 
 def well_chosen(extra: Sequence[float]) -> float:
-    """Share of the simulations that found an index hardly dearer than the best."""
+    """Share of the simulations whose choice costs at most `CLOSE` more than the best."""
     return float((np.array(extra) <= CLOSE).mean())
 
 
@@ -120,7 +118,7 @@ def well_chosen(extra: Sequence[float]) -> float:
 
 
 def same_verdict(same: bool) -> Verdict:
-    """All indices must find the same crossings."""
+    """Whether all indices find the same crossings."""
     return Verdict(
         "Grid, octree, kd-tree and BVH find the same crossings.",
         "confirmed" if same else "refuted",
@@ -129,7 +127,7 @@ def same_verdict(same: bool) -> Verdict:
 
 
 def choice_verdict(extra: Mapping[str, Sequence[float]], reduction: float) -> Verdict:
-    """Whether a simulation with few rays chooses an index that costs hardly more than the best."""
+    """Whether a simulation with few rays makes a good choice (`well_chosen`)."""
     shares = {case: well_chosen(values) for case, values in extra.items()}
     worst = max(max(values) for values in extra.values())
     parts = ", ".join(f"{case} {share:.0%}" for case, share in shares.items())
@@ -142,9 +140,9 @@ def choice_verdict(extra: Mapping[str, Sequence[float]], reduction: float) -> Ve
 
 
 def best_verdict(costs: Mapping[str, Costs]) -> Verdict:
-    """Whether one index is the cheapest everywhere, which would make the choice needless."""
+    """Whether one index is cheapest everywhere, so that no choice is needed."""
     parts, winners = [], set()
-    clear = all(len(values) > 1 for own in costs.values() for values in own.values())  # else no errors
+    clear = all(len(values) > 1 for own in costs.values() for values in own.values())  # else no error
     for case, own in costs.items():
         found = {name: _mean_error(values) for name, values in own.items()}
         first, second = sorted(found, key=lambda name: found[name][0])[:2]
@@ -162,7 +160,7 @@ def best_verdict(costs: Mapping[str, Costs]) -> Verdict:
     )
 
 
-# ---- what is written ----------------------------------------------------------------------------
+# ---- tables and figures -------------------------------------------------------------------------
 
 
 def _cost_table(costs: Mapping[str, Costs]) -> Table:

@@ -38,14 +38,14 @@ from deltalux.studies.uniform_samples import UNIT_SPHERE, in_sphere
 SCENES = {"atrium": "Figure 6", "expo": "Figure 7"}
 SURFACES, VOLUME, SPHERE, CENTRE = "on surfaces", "in the room", "in the sphere", "at its centre"
 CLOSE = 5.0  # per cent: "less than 5 % in most of the cases" (paper 5)
-CENTRE_SEED = 1_000_003  # between the sets of lines around the centre, so that no two seeds share one
-SETTLED = 0.02  # of the ratio of consecutive levels
+CENTRE_SEED = 1_000_003  # from one set of lines around the centre to the next: no two seeds share a set
+SETTLED = 0.02  # largest accepted deviation of the ratio of consecutive levels
 
 Counts = dict[tuple[str, str], np.ndarray]  # scene or "lines", where samples lie -> (seeds, levels from S_0)
 
 
 def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findings:
-    """Count rays in both scenes and of uniform lines, with each seed."""
+    """Count rays of both scenes and of uniform lines, with each seed."""
     scenes = {name: getattr(deltalux.scenes, name)() for name in SCENES}
     vertices = {
         name: Samples.on_vertices(scene, settings["spacing"], share=False) for name, scene in scenes.items()
@@ -71,12 +71,12 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
 
 
 def conclude(counts: Counts, settings: Mapping[str, Any]) -> Findings:
-    """Tables, figures and verdicts of counted rays.
+    """Make tables, figures and verdicts from counted rays.
 
     Parameters
     ----------
     counts : (scene or "lines", where) -> (seeds, levels) mean rays of S_0, S_1, …
-    settings : as `run` takes them
+    settings : settings of `run`
     """
     ratio = settings["ratio"]
     errors = {key: percent_errors(rays, ratio) for key, rays in counts.items()}
@@ -197,7 +197,7 @@ def exact(rays: np.ndarray, ratio: float) -> Verdict:
 def _rays(
     segments: Segments, samples: Samples, sphere: tuple[Any, float], settings: Mapping[str, Any]
 ) -> list[float]:
-    """Mean rays of S_0, S_1, …: to full depth, so that no level is counted only where it is crowded."""
+    """Mean rays of S_0, S_1, …, to full depth: a limit would count deep levels only where rays are dense."""
     counted = estimate.sphere_cache(
         segments,
         samples,
@@ -211,7 +211,7 @@ def _rays(
 
 
 def _rays_at_centre(seed: int, settings: Mapping[str, Any]) -> list[float]:
-    """Rays of the spheres around one sample, of several sets of lines together, since one set has few."""
+    """Rays in the spheres around one sample, summed over several sets of lines, since one set has few."""
     centre = Samples([[0, 0, 0]], [[0, 0, 1]], settings["disc_share"])
     sets = [
         uniform_lines(settings["lines"], seed + CENTRE_SEED * place)
@@ -221,7 +221,7 @@ def _rays_at_centre(seed: int, settings: Mapping[str, Any]) -> list[float]:
 
 
 def _common_levels(rows: Sequence[Sequence[float]]) -> np.ndarray:
-    """(seeds, levels) down to the last level where every seed found a ray."""
+    """(seeds, levels) values down to the last level in which every seed found a ray."""
     depth = min(next((i for i, rays in enumerate(row) if rays == 0), len(row)) for row in rows)
     return np.array([row[:depth] for row in rows])
 
@@ -299,7 +299,7 @@ EXPERIMENT = Experiment(
         "seeds": [1, 2, 3, 4, 5],
         "paths": 320_000,  # about 1024² segments
         "lines": 1024**2,
-        "centre_sets": 10,  # of lines, counted together around the centre
+        "centre_sets": 10,  # sets of lines, counted together around the centre
         "samples": 10_000,
         "ratio": 0.6,
         "spacing": None,  # metres between the vertices that samples on surfaces are drawn from

@@ -41,7 +41,7 @@ def _measured(
     sizes: np.ndarray, settings: Mapping[str, Any], steps: Steps
 ) -> tuple[dict[str, Series], dict[str, Series]]:
     """Counts of tests and times of every method, over the object's size."""
-    unit = settings["lines"] * np.cbrt(settings["samples"])  # of eq. 10, so that the paper's index costs 1
+    unit = settings["lines"] * np.cbrt(settings["samples"])  # eq. 10, so that the paper's index costs 1
     counts: list[list[dict[str, float]]] = []  # (sizes, seeds)
     times: list[dict[str, Timing]] = []  # sizes
     for size in sizes:
@@ -115,7 +115,7 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
 
 
 def paper_verdict(found: Sequence[float]) -> Verdict:
-    """Theorem 2 within the paper's own counts: eq. 16 has one crossover, near 0.35."""
+    """Whether eq. 16, with the paper's own counts, has one crossover, near 0.35 (Theorem 2)."""
     one = len(found) == 1 and abs(found[0] - PRINTED) < 0.01
     where = ", ".join(f"{x:.3f}" for x in found) or "nowhere"
     return Verdict(
@@ -126,7 +126,7 @@ def paper_verdict(found: Sequence[float]) -> Verdict:
 
 
 def count_verdict(sizes: np.ndarray, cache: np.ndarray) -> Verdict:
-    """Whether a real sphere cache, against the paper's index at 1, crosses where the paper says."""
+    """Whether a real sphere cache has its crossover with the paper's index, of cost 1, as predicted."""
     found = crossings(sizes, cache, np.ones_like(cache))
     return Verdict(
         "A sphere cache that runs needs as many tests as eq. 10 gives disc indexing at r_D / r_0 = 0.35.",
@@ -137,7 +137,7 @@ def count_verdict(sizes: np.ndarray, cache: np.ndarray) -> Verdict:
 
 
 def real_verdict(what: str, sizes: np.ndarray, cache: np.ndarray, index: np.ndarray) -> Verdict:
-    """Theorem 2 for methods that run: is the sphere cache the cheaper one up to 0.35, and only there?"""
+    """Theorem 2 for real methods: whether the sphere cache is cheaper up to 0.35, and only there."""
     both = np.isfinite(cache) & np.isfinite(index)
     claim = f"The sphere cache is cheaper for objects below 35 % of the scene, dearer above ({what})."
     if both.sum() < 2:
@@ -153,7 +153,7 @@ def real_verdict(what: str, sizes: np.ndarray, cache: np.ndarray, index: np.ndar
 
 
 def static_verdict(what: str, cache: np.ndarray, index: np.ndarray) -> Verdict:
-    """Whether the disc index is the cheaper one for static samples at every size that is known."""
+    """Whether the disc index is cheaper for static samples at every size with known values."""
     claim = f"For static samples disc indexing is faster than the sphere cache (Theorem 2; {what})."
     ratio = (cache / index)[np.isfinite(cache) & np.isfinite(index)]
     if not len(ratio):

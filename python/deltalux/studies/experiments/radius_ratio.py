@@ -35,10 +35,10 @@ from deltalux.studies.uniform_samples import SPREADS, UNIT_SPHERE, WHERE, Spread
 
 BEST = {"volume": float(model.best_ratio()), "surface": float(model.best_ratio("surface"))}
 FORMULAS = {"volume": "Proposition 1: 2/3", "surface": "surfaces: $e^{-1/2}$"}
-NEAR = 0.03  # of Q
-ALIKE = 0.05  # costs that differ by less from the least are called as good
+NEAR = 0.03  # largest accepted deviation of Q
+ALIKE = 0.05  # costs that exceed the least by a smaller share are called as good
 FLAT, PLATEAU = 0.15, (0.5, 0.7)
-FITTED = (0.45, 0.8)  # where a parabola follows the logarithm of the costs
+FITTED = (0.45, 0.8)  # range of Q in which a parabola fits the logarithm of the costs
 DEEP, MANY = 0.9, 1_000_000
 
 Tests = Mapping[Spread, np.ndarray]  # spread -> (seeds, ratios) sphere and disc tests per line
@@ -69,12 +69,12 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
 
 
 def conclude(tests: Tests, settings: Mapping[str, Any]) -> Findings:
-    """Table, figures and verdicts.
+    """Make table, figures and verdicts from the counts.
 
     Parameters
     ----------
     tests : "volume" and "surface" -> (seeds, ratios) sphere and disc tests per line
-    settings : as `run` takes them
+    settings : settings of `run`
     """
     ratios = settings["ratios"]
     return Findings(
@@ -103,9 +103,9 @@ def conclude(tests: Tests, settings: Mapping[str, Any]) -> Findings:
 
 
 def optimum(tests: np.ndarray, ratios: Sequence[float]) -> np.ndarray:
-    """(seeds,) Q where a parabola through the logarithm of the tests is least.
+    """(seeds,) Q at the minimum of a parabola fitted to the logarithm of the tests.
 
-    A fit, since what is left of the jumps that `conclude` tells of must not place the optimum.
+    The least count itself would depend on the jumps that the notes of `conclude` describe.
     """
     low, high = FITTED
     ratio = np.array(ratios)
@@ -115,7 +115,7 @@ def optimum(tests: np.ndarray, ratios: Sequence[float]) -> np.ndarray:
 
 
 def located(tests: np.ndarray, ratios: Sequence[float], spread: Spread, claim: str) -> Verdict:
-    """Whether the counted optimum is where a formula has it, within `NEAR`."""
+    """Whether the counted optimum lies within `NEAR` of a formula's."""
     places = optimum(tests, ratios)
     (place,), error = mean_and_error(places[:, None])
     distance = np.abs(places - BEST[spread]) - NEAR
@@ -130,7 +130,7 @@ def located(tests: np.ndarray, ratios: Sequence[float], spread: Spread, claim: s
 
 
 def good(tests: np.ndarray, ratios: Sequence[float], spread: Spread) -> Verdict:
-    """Whether the predicted Q costs about as little as any."""
+    """Whether the predicted Q costs about as little as the best."""
     over = _at(tests, ratios, BEST[spread]) / tests.min(axis=1)
     sign = certain_sign(over - 1 - ALIKE)
     least = ratios[int(tests.mean(axis=0).argmin())]
@@ -162,7 +162,7 @@ def flat(tests: Tests, ratios: Sequence[float]) -> Verdict:
 
 
 def deep(tests: Tests, ratios: Sequence[float]) -> Verdict:
-    """Whether Q = 0.9, of the paper's Figure 10, is dear."""
+    """Whether Q = 0.9, of the paper's Figure 10, is expensive."""
     extra = {spread: _at(each, ratios, DEEP) / each.min(axis=1) for spread, each in tests.items()}
     predicted = {
         spread: float(_predicted(spread, DEEP, (MANY,)) / _predicted(spread, BEST[spread], (MANY,)))
@@ -188,7 +188,7 @@ def _predicted(spread: Spread, ratio: ArrayLike, sizes: Sequence[int]) -> np.nda
 
 
 def _at(tests: np.ndarray, ratios: Sequence[float], ratio: float) -> np.ndarray:
-    """(seeds,) tests at the Q that lies nearest."""
+    """(seeds,) tests at the Q nearest to `ratio`."""
     return tests[:, int(np.abs(np.array(ratios) - ratio).argmin())]
 
 
@@ -240,7 +240,7 @@ EXPERIMENT = Experiment(
         "lines": 512**2,
         "sample_counts": [5_000, 7_000, 10_000, 14_000],
         "ratios": [0.4, 0.45, 0.5, 0.55, 0.607, 0.667, 0.7, 0.75, 0.8, 0.85, 0.9],
-        "min_rays": 1,  # full depth, as the formulas have it
+        "min_rays": 1,  # full depth, as the formulas assume
     },
     quick={
         "seeds": [1, 2],

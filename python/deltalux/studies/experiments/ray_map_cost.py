@@ -21,10 +21,10 @@ from deltalux.studies.series import Series, series_table
 from deltalux.studies.timing import Timing, interleaved, median, repeated
 from deltalux.studies.uniform_samples import UNIT_SPHERE, Spread, in_cube
 
-BOXES = 8  # that a node of the disc index tests at once
+BOXES = 8  # boxes that a node of the disc index tests at once
 SORTED, TESTED = "ray map, sorting segments", "ray map, disc tests"
 MAP, CACHE, INDEX = "ray map", "sphere cache", "disc index"
-TOLERANCE, CONSTANT_TOLERANCE = 0.05, 0.25  # of an exponent, a constant that agrees with theory
+TOLERANCE, CONSTANT_TOLERANCE = 0.05, 0.25  # largest accepted deviation of an exponent, of a constant
 SAMPLES, LINES = "samples n_P", "segments n_R"
 SAMPLES_LABEL = "samples $n_P$"
 UNIT = "n_R n_P^(1/3)"
@@ -32,7 +32,7 @@ Counts = dict[str, float]
 
 
 def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findings:
-    """Count and time the ray map beside the other methods, over the numbers of samples and segments."""
+    """Count and time ray map and other methods over the number of samples and of segments."""
     samples, lines = (np.array(settings[name], float) for name in ("samples", "lines"))
     steps = Steps(progress, len(settings["seeds"]) * (2 * len(samples) + len(lines)) + len(samples) + 1)
 
@@ -95,7 +95,7 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
 
 
 def _tests(count: int, lines: int, spread: Spread, seed: int, settings: Mapping[str, Any]) -> Counts:
-    """Tests of all methods on the same input."""
+    """Number of tests of each method on the same input."""
     threads = settings.get("threads")
     segments, samples = uniform_lines(lines, seed), in_cube(count, spread, seed)
     own = ray_map(segments, samples, threads=threads).stats
@@ -128,7 +128,7 @@ def _times(count: int, lines: int, settings: Mapping[str, Any]) -> dict[str, Tim
 
 
 def _update_times(count: int, lines: int, settings: Mapping[str, Any]) -> dict[str, Timing]:
-    """One frame of static samples: a share of the segments is exchanged for others."""
+    """Times of one frame of static samples, in which new segments replace a share of the old ones."""
     seed, turns = settings["seeds"][0], settings["repetitions"] + 1  # the first is not counted
     samples, changed = in_cube(count, "volume", seed), round(settings["changed"] * lines)
     pool = uniform_lines(lines + turns * changed, seed)
@@ -139,7 +139,7 @@ def _update_times(count: int, lines: int, settings: Mapping[str, Any]) -> dict[s
     for turn in range(turns):
         begin = lines + turn * changed
         new = pool.select(slice(begin, begin + changed))
-        many, copies = repeated(new)  # for the index, old segments are as good as new ones
+        many, copies = repeated(new)  # the index needs the same time for old and for new segments
         taken = measured(partial(_exchange, live, ids, new, samples))
         ids = taken.value
         in_map.append(taken.cpu_seconds)
@@ -152,7 +152,7 @@ def _update_times(count: int, lines: int, settings: Mapping[str, Any]) -> dict[s
 
 
 def _exchange(live: RayMap, ids: np.ndarray, new: Segments, samples: Samples) -> np.ndarray:
-    """Segments out, others in, sums brought up to date; the new ids."""
+    """Replace segments in the ray map and update the sums; returns the ids of the new ones."""
     live.remove(ids)
     fresh = live.push(new)
     live.disc(samples, threads=1)
@@ -163,7 +163,7 @@ def _exchange(live: RayMap, ids: np.ndarray, new: Segments, samples: Samples) ->
 
 
 def law_verdict(symbol: str, exponent: float, values: np.ndarray, tests: np.ndarray) -> Verdict:
-    """Whether the ray map's tests grow by the power that theory has, mean over seeds."""
+    """Whether the ray map's tests grow by the power that theory predicts, mean over seeds."""
     found, error = power_law(values, tests.mean(axis=0))
     return Verdict(
         f"A ray map obeys the law of Theorem 1: tests grow as {symbol}^{exponent:.2g} (beyond the paper).",
@@ -174,7 +174,7 @@ def law_verdict(symbol: str, exponent: float, values: np.ndarray, tests: np.ndar
 
 
 def constant_verdict(counted: np.ndarray, theory: np.ndarray) -> Verdict:
-    """Whether the constant of that law is the one that integral geometry gives, too."""
+    """Whether the constant of that power law also equals the one from integral geometry."""
     ratio = counted / theory
     agrees = bool((np.abs(ratio - 1) <= CONSTANT_TOLERANCE).all())
     return Verdict(
@@ -187,7 +187,7 @@ def constant_verdict(counted: np.ndarray, theory: np.ndarray) -> Verdict:
 
 
 def cheaper_verdict(other: str, samples: np.ndarray, own: Series, theirs: Series) -> Verdict:
-    """Whether the ray map is the faster one at every number of samples."""
+    """Whether the ray map is faster at every number of samples."""
     ratio = own.values / theirs.values
     outcome: Outcome = "confirmed" if (ratio < 1).all() else "refuted" if (ratio > 1).all() else "open"
     return Verdict(
@@ -215,7 +215,7 @@ def update_verdict(times: Mapping[str, Timing]) -> Verdict:
     )
 
 
-# ---- what is written ----------------------------------------------------------------------------
+# ---- tables and figures -------------------------------------------------------------------------
 
 
 def _figures(

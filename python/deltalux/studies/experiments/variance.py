@@ -21,8 +21,8 @@ from deltalux.studies.repeated_bakes import CHANNEL, RepeatedBakes, enough_seeds
 from deltalux.studies.repeats import together
 from deltalux.studies.series import Series, series_table
 
-HEIGHT = 1.0  # metres of the bulb above the floor
-SLOPE, AGREE = 0.05, 0.1  # of an exponent, a ratio of variances that agrees
+HEIGHT = 1.0  # metres from the floor to the bulb
+SLOPE, AGREE = 0.05, 0.1  # largest accepted deviation of an exponent, of a ratio of variances
 FALSE_ALARMS = 0.001
 PATHS, RADIUS = "light paths", "disc radius (m)"
 
@@ -85,7 +85,7 @@ def _floor_bias(radius: np.ndarray, settings: Mapping[str, Any]) -> np.ndarray:
     found = []
     for seed in settings["bias_seeds"]:
         segments = trace(scene, settings["bias_paths"], seed, threads=settings.get("threads"))
-        # At its very end, in the floor, rounding would decide what a segment crosses.
+        # Segments end in the floor, where the discs lie: with exact ends, rounding would decide crossings.
         estimate = disc_index(segments, samples, segment_end="bounded")
         found.append(estimate.irradiance[:, CHANNEL] * HEIGHT**2 - 1)
     return np.array(found)
@@ -98,7 +98,7 @@ def disc_bias(radius: np.ndarray) -> np.ndarray:
 
 
 def laplacian_bias(radius: np.ndarray) -> np.ndarray:
-    """Its first term, d² ∇²E / 8 over E: -(3/4) (d/h)²."""
+    """First term of `disc_bias`, d² ∇²E / 8 over E: -(3/4) (d/h)²."""
     return -0.75 * (radius / HEIGHT) ** 2
 
 
@@ -106,7 +106,7 @@ def laplacian_bias(radius: np.ndarray) -> np.ndarray:
 
 
 def slope_verdict(over: str, exponent: float, x: np.ndarray, error: Sequence[float]) -> Verdict:
-    """Whether the error falls by the power of independent paths and of the disc's area."""
+    """Whether the error falls as `x` to the power `exponent`, as for independent crossings."""
     found, spread = power_law(x, error)
     return Verdict(
         f"The error falls as the power {exponent:g} of {over}.",
@@ -117,7 +117,7 @@ def slope_verdict(over: str, exponent: float, x: np.ndarray, error: Sequence[flo
 
 
 def prediction_verdict(what: str, ratios: Sequence[tuple[float, float]]) -> Verdict:
-    """Whether predicted and observed variances agree in all runs, as far as their errors can tell."""
+    """Whether predicted and observed variances agree in all runs, within their errors."""
     values, errors = np.array(ratios).T
     outcome = together([agreement(value, error, 1, AGREE) for value, error in ratios])
     return Verdict(
@@ -129,7 +129,7 @@ def prediction_verdict(what: str, ratios: Sequence[tuple[float, float]]) -> Verd
 
 
 def bias_verdict(radius: np.ndarray, found: Series, exact: np.ndarray) -> Verdict:
-    """Test of the bias against its closed form, all radii together."""
+    """Whether the bias agrees with its closed form, tested at all radii together."""
     claim = "Under a bulb the bias is that of the exact mean over the disc."
     if found.error is None:
         return Verdict(claim, "open", "A single seed does not tell its spread.")
@@ -145,7 +145,7 @@ def bias_verdict(radius: np.ndarray, found: Series, exact: np.ndarray) -> Verdic
 
 
 def quadratic_verdict(radius: np.ndarray, found: Series) -> Verdict:
-    """Whether d² ∇²E / 8 stands for the measured bias where that is small and stands out of its error."""
+    """Whether d² ∇²E / 8 equals the measured bias where that is small but exceeds its error."""
     claim = f"Where the bias is below {AGREE:.0%} it is d² ∇²E / 8, hence proportional to d²."
     error = np.zeros(len(radius)) if found.error is None else found.error
     small = (np.abs(found.values) < AGREE) & (np.abs(found.values) > 5 * error)
@@ -161,7 +161,7 @@ def quadratic_verdict(radius: np.ndarray, found: Series) -> Verdict:
     )
 
 
-# ---- what is written ----------------------------------------------------------------------------
+# ---- tables and figures -------------------------------------------------------------------------
 
 
 def _spread(runs: Sequence[RepeatedBakes]) -> list[Series]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the counting indices share: discs as boxes, the disc test on pairs, and the work per ray."""
+"""Shared by the counting indices: boxes of discs, the disc test on pairs, and the work per ray."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ import numpy as np
 from deltalux.samples import Samples
 from deltalux.segments import Segments
 
-PAD = 1e-4  # of a disc's radius: boxes hold what single precision lets cross
+PAD = 1e-4  # margin of a box, in radii, that covers the rounding of the single-precision disc test
 
 
 @dataclass(frozen=True)
 class RayCosts:
-    """Work of one ray each, and the sums over discs that come of it.
+    """Work of each ray, and the resulting sums of the discs.
 
     Attributes
     ----------
-    steps : (rays,) boxes tested, or cells visited
-    tests : (rays,) discs tested, one that lies in several cells each time
-    sums : (discs, 3) int64, in quanta, as of every disc method
+    steps : (rays,) number of boxes tested, or of cells visited
+    tests : (rays,) number of disc tests; a disc in several cells counts each time
+    sums : (discs, 3) int64, in quanta, as for every disc method
     """
 
     steps: np.ndarray
@@ -30,7 +30,7 @@ class RayCosts:
 
 
 def disc_boxes(samples: Samples) -> tuple[np.ndarray, np.ndarray]:
-    """Lower and upper corners (discs, 3) of boxes around discs, a little widened."""
+    """Lower and upper corners (discs, 3) of boxes around discs, with a margin of `PAD`."""
     unit = samples.normals / np.linalg.norm(samples.normals, axis=1, keepdims=True)
     reach = samples.radius[:, None] * (np.sqrt(np.clip(1 - unit**2, 0, 1)) + PAD)
     return samples.points - reach, samples.points + reach
@@ -43,8 +43,8 @@ def crosses(segments: Segments, rays: np.ndarray, samples: Samples, discs: np.nd
 
     Parameters
     ----------
-    segments, samples : what is tested
-    rays, discs : (pairs,) indices
+    segments, samples : the rays, and the samples with the discs
+    rays, discs : (pairs,) indices of the pairs to test
     """
     origin, direction = segments.origin[rays], segments.direction[rays]
     centre, normal, radius = (
@@ -64,7 +64,7 @@ def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 class Tally:
-    """Adds up the work of rays, and each crossing of a ray and a disc once."""
+    """Counts the work of each ray, and sums each crossing of a ray and a disc once."""
 
     def __init__(self, segments: Segments, samples: Samples) -> None:
         self._segments, self._samples = segments, samples
@@ -72,7 +72,7 @@ class Tally:
         self._found: list[np.ndarray] = []
 
     def step(self, rays: np.ndarray) -> None:
-        """One step of each of these rays, which may repeat."""
+        """Count one step for each of these rays, which may repeat."""
         self._steps += np.bincount(rays, minlength=len(self._steps))
 
     def test(self, rays: np.ndarray, discs: np.ndarray) -> None:
@@ -82,7 +82,7 @@ class Tally:
         self._found.append(np.unique(rays[hit] * len(self._samples) + discs[hit]))
 
     def costs(self) -> RayCosts:
-        """All that was counted."""
+        """The counts and sums so far."""
         pairs = np.unique(np.concatenate(self._found)) if self._found else np.zeros(0, np.int64)
         rays, discs = np.divmod(pairs, len(self._samples))
         sums = np.zeros((len(self._samples), 3), np.int64)

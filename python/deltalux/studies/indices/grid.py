@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A uniform grid over discs, which rays cross cell by cell (Amanatides & Woo 1987)."""
+"""A uniform grid over discs, which rays traverse cell by cell (Amanatides & Woo 1987)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ CELLS_PER_DISC = 2.0
 
 
 class DiscGrid:
-    """Cells of one size that list the discs whose boxes reach into them.
+    """Cells of equal size, each with a list of the discs whose boxes overlap it.
 
     Parameters
     ----------
@@ -38,12 +38,12 @@ class DiscGrid:
         return np.clip((points - self._low) // self._side, 0, self.shape - 1).astype(np.int64)
 
     def cast(self, segments: Segments, samples: Samples) -> RayCosts:
-        """Send rays through; every cell on the way is a step.
+        """Traverse the grid with each ray; each visited cell counts as a step.
 
         Parameters
         ----------
-        segments : up to their first hit
-        samples : those that the grid was built of
+        segments : rays, which end at their first hit
+        samples : the samples that the grid was built from
         """
         tally = Tally(segments, samples)
         origin, direction = segments.origin.astype(np.float64), segments.direction.astype(np.float64)
@@ -76,7 +76,7 @@ class DiscGrid:
 
 
 def _covered(first: np.ndarray, last: np.ndarray, shape: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Discs and numbers of the cells between their first and last cell."""
+    """Pairs of disc and cell number, for all cells from each disc's first to its last."""
     spans = last - first + 1
     discs, place = expand(np.arange(len(first)), np.zeros(len(first), np.int64), spans.prod(axis=1))
     x, rest = np.divmod(place, spans[discs, 1] * spans[discs, 2])

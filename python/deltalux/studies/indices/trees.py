@@ -13,10 +13,10 @@ from deltalux.segments import Segments
 
 from .counting import RayCosts, Tally, disc_boxes, expand
 
-LEAF_DISCS = 4  # cells with so many are not split
-PLANES = 15  # candidates per axis of the kd-tree
+LEAF_DISCS = 4  # cells with at most so many are not split
+PLANES = 15  # candidate planes per axis of the kd-tree
 RAYS_AT_ONCE = 4096
-STEP_COST = 1.0  # of a box test in disc tests, for the kd-tree's choice of planes
+STEP_COST = 1.0  # cost of a box test, in disc tests, for the kd-tree's surface-area heuristic
 
 Cell = tuple[np.ndarray, np.ndarray]  # lower and upper corner
 Split = Callable[[Cell, np.ndarray, np.ndarray], "Sequence[Cell] | None"]  # cell, low, high of its discs
@@ -24,14 +24,14 @@ Split = Callable[[Cell, np.ndarray, np.ndarray], "Sequence[Cell] | None"]  # cel
 
 @dataclass(frozen=True)
 class DiscTree:
-    """Cells with their children, and the discs of the leaves; the root is cell 0.
+    """A tree of cells, with the discs of its leaves; the root is cell 0.
 
     Attributes
     ----------
     low, high : (cells, 3) corners
-    first, count : (cells,) children of a cell, or entries of `discs` of a leaf
+    first, count : (cells,) range of an inner cell's children, or of a leaf's entries in `discs`
     leaf : (cells,) bool
-    discs : indices; one that reaches into several leaves stands in each
+    discs : indices of discs; a disc that overlaps several leaves is listed in each
     """
 
     low: np.ndarray
@@ -42,12 +42,12 @@ class DiscTree:
     discs: np.ndarray
 
     def cast(self, segments: Segments, samples: Samples) -> RayCosts:
-        """Send rays through; a visited cell has all its children's boxes tested.
+        """Traverse the tree with each ray; a visited cell tests the boxes of all its children.
 
         Parameters
         ----------
-        segments : up to their first hit
-        samples : those that the tree was built of
+        segments : rays, which end at their first hit
+        samples : the samples that the tree was built from
         """
         tally = Tally(segments, samples)
         for begin in range(0, len(segments), RAYS_AT_ONCE):
@@ -69,19 +69,19 @@ class DiscTree:
 
 
 def _meets(segments: Segments, rays: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Whether rays pass boxes before their end, by slabs, in double precision."""
+    """Whether rays meet boxes before their end: slab test in double precision."""
     origin, direction = (a[rays].astype(np.float64) for a in (segments.origin, segments.direction))
     with np.errstate(divide="ignore", invalid="ignore"):
         inverse = 1 / direction
         one, other = (low - origin) * inverse, (high - origin) * inverse
-    # A ray within a slab's plane gives NaN there, which fmin and fmax pass over.
+    # A ray within a slab's plane gives NaN there, which fmin and fmax ignore.
     enter = np.fmax.reduce(np.fmin(one, other), axis=1)
     leave = np.fmin.reduce(np.fmax(one, other), axis=1)
     return (enter <= leave) & (leave >= 0) & (enter <= segments.length[rays])
 
 
 def octree(samples: Samples) -> DiscTree:
-    """Cells halved along all axes, down to the side of a disc (the paper's eq. 9).
+    """Build an octree: cells are halved along all axes, down to the width of a disc (paper, eq. 9).
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def octree(samples: Samples) -> DiscTree:
 
 
 def kd_tree(samples: Samples) -> DiscTree:
-    """Cells cut by one plane, where the surface-area heuristic finds it cheapest, or not at all.
+    """Build a kd-tree: a cell is cut by the plane of least cost by the surface-area heuristic, if any pays.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ def kd_tree(samples: Samples) -> DiscTree:
             right = len(low) - np.searchsorted(np.sort(high[:, axis]), places, side="left")
             cap = float(
                 np.delete(size, axis).prod()
-            )  # area across the axis; the other four sides share the rest
+            )  # half area of the two faces across the axis; the cut divides the other four
             around = float(size[axis] * np.delete(size, axis).sum())
             costs = 2 * STEP_COST + ((cap + share * around) * left + (cap + (1 - share) * around) * right) / (
                 cap + around
@@ -140,13 +140,13 @@ def _cut(cell: Cell, axis: int, place: float) -> list[Cell]:
 
 
 def _build(samples: Samples, split: Split) -> DiscTree:
-    """Breadth first, so that a cell's children lie side by side."""
+    """Build the tree breadth first, so that the children of a cell are adjacent."""
     low, high = disc_boxes(samples)
     cells: list[Cell] = [(low.min(axis=0), high.max(axis=0))]
     members = [np.arange(len(samples))]
     first, count, leaf, entries = [], [], [], []
     filled = 0
-    for number, cell in enumerate(cells):  # grows on the way
+    for number, cell in enumerate(cells):  # `cells` grows during the loop
         own = members[number]
         children = split(cell, low[own], high[own])
         leaf.append(children is None)
