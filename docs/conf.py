@@ -39,7 +39,6 @@ myst_heading_anchors = 3
 default_role = "py:obj"
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # docstrings say types, and shapes and units, too
-autodoc_preserve_defaults = True
 numpydoc_show_class_members = False  # autodoc lists them
 
 SITE_ONLY = re.compile(r"<!-- site:\n(.*?)-->", re.DOTALL)

@@ -2,7 +2,7 @@
 """Sessions that share the paths of one bake: their integer sums add up to those of a session with all paths.
 
 Each part is a `Session` with a `path_range`; one more, of `path_range=(0, 0)`, holds no paths and evaluates
-the sums of all parts, with the bits of a session with all paths:
+the sums of all parts, with the bits of a session with all paths::
 
     for s in (*parts, whole):
         s.bake()
