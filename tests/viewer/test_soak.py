@@ -18,7 +18,8 @@ def test_three_clients_for_some_seconds(tmp_path):
     done = subprocess.run(command, capture_output=True, text=True, timeout=200)
     assert done.returncode == 0, done.stdout + done.stderr
     record = json.loads(out.read_text())
-    assert [row["same"] for row in record["rows"]] == [True] * 3
+    assert all(row["same"] for row in record["rows"]) and len(record["rows"]) >= 2
+    assert all(0 < row["allocated"] < row["resident"] for row in record["rows"])
     # The clients did something; what one of them takes back may leave an earlier state.
     assert len({row["digest"] for row in record["rows"]}) > 1
     assert record["digests"][0] == record["digests"][1]

@@ -61,7 +61,8 @@ def test_scene_without_light_says_so(open_page):
         viewer = open_page(server.url)
         light = viewer.page.locator(".light-state")
         assert "There is no light in this scene" in light.inner_text()
-        assert light.get_by_role("button").filter(visible=True).count() == 0
+        buttons = light.get_by_role("button").filter(visible=True)
+        assert buttons.all_inner_texts() == ["Add a lamp"]  # there is none to switch on
         viewer.end(server)
 
 

@@ -136,7 +136,7 @@ def test_lights_that_are_all_off_are_said_and_can_be_switched_on(viewer):
     said = viewer.page.locator(".light-state")
     assert said.is_hidden()
     viewer.after(lambda: viewer.page.get_by_label("All lights", exact=True).fill("0"))
-    assert "All lights are off" in said.inner_text()
+    assert "No lamp shines" in said.inner_text()
     viewer.show("falseColour")
     assert viewer.state()["scale"]["high"] == 1  # there is nothing to go by
     viewer.after(lambda: viewer.button("Switch them on").click())
