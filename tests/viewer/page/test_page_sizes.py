@@ -48,7 +48,8 @@ def resize(viewer, size: tuple[int, int]) -> None:
 def refuse(viewer, count: int) -> None:
     """Have the server refuse exports, each with words of its own."""
     ask = "(n) => { document.querySelector('[aria-label=\"File name\"]').value = `/${n}`; send.click() }"
-    viewer.ask("window.send = document.querySelector('aside button.primary')")  # of exports
+    buttons = "[...document.querySelectorAll('aside button')]"
+    viewer.ask(f"window.send = {buttons}.find(({{textContent}}) => textContent === 'Export')")
     for i in range(count):
         viewer.page.evaluate(ask, i)
     viewer.until("document.querySelector('.note') !== null")
