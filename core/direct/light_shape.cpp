@@ -101,20 +101,15 @@ LightShape::LightShape(const trace::Light& light, uint32_t number, uint64_t seed
   float before = 0;
   for (size_t i = 0; i < light.world.size(); ++i) {
     const trace::LightTriangle& t = light.world[i];
-    const Vec3f third = t.edge_v - t.edge_u;
     triangles_.push_back(
-        {t.corner, t.edge_u, t.edge_v, t.normal, 0.5f * length(cross(t.edge_u, t.edge_v)),
-         std::max({dot(t.edge_u, t.edge_u), dot(t.edge_v, t.edge_v), dot(third, third)}), t.slack,
-         before, light.cumulative[i] - before});
+        {t.corner, t.edge_u, t.edge_v, t.normal, t.slack, before, light.cumulative[i] - before});
+    columns_.add(triangles_.back());
     before = light.cumulative[i];
   }
-  for (const Triangle& triangle : triangles_) {
-    before_.push_back(triangle.before);
-    columns_.add(triangle);
-  }
-  for (size_t i = 0, found = 0; i < before_.size(); ++i) {
-    const float position = float(i) / float(before_.size());
-    while (found + 1 < before_.size() && before_[found + 1] <= position) ++found;
+  const std::vector<float>& starts = columns_.before;
+  for (size_t i = 0, found = 0; i < starts.size(); ++i) {
+    const float position = float(i) / float(starts.size());
+    while (found + 1 < starts.size() && starts[found + 1] <= position) ++found;
     nearby_.push_back(uint32_t(found));
   }
   centre_ = light.bounds.centre(), radius_ = 0.5f * light.bounds.diagonal();
@@ -161,7 +156,11 @@ void LightShape::Columns::add(const Triangle& t) {
   x.push_back(t.corner.x), y.push_back(t.corner.y), z.push_back(t.corner.z);
   middle_x.push_back(middle.x), middle_y.push_back(middle.y), middle_z.push_back(middle.z);
   normal_x.push_back(t.normal.x), normal_y.push_back(t.normal.y), normal_z.push_back(t.normal.z);
-  area.push_back(t.area), longest_squared.push_back(t.longest_squared);
+  area.push_back(0.5f * length(cross(t.edge_u, t.edge_v)));
+  const Vec3f third = t.edge_v - t.edge_u;
+  longest_squared.push_back(
+      std::max({dot(t.edge_u, t.edge_u), dot(t.edge_v, t.edge_v), dot(third, third)}));
+  before.push_back(t.before);
 }
 
 double LightShape::open_area(const Receiver& receiver) const {
@@ -267,10 +266,11 @@ void LightShape::cast_single(const Receiver& receiver, Strata& out) const {
 const LightShape::Triangle& LightShape::triangle_at(float position) const {
   // Guided search (Chen & Asau 1974): a bulb has thousands of triangles, and bisection would wait
   // for memory at each step.
-  const size_t count = before_.size();
+  const std::vector<float>& before = columns_.before;
+  const size_t count = before.size();
   size_t i = nearby_[std::min(size_t(std::max(position, 0.0f) * float(count)), count - 1)];
-  while (i > 0 && position < before_[i]) --i;
-  while (i + 1 < count && before_[i + 1] <= position) ++i;
+  while (i > 0 && position < before[i]) --i;
+  while (i + 1 < count && before[i + 1] <= position) ++i;
   return triangles_[i];
 }
 

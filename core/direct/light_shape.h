@@ -77,15 +77,15 @@ class LightShape {
  private:
   struct Triangle {
     Vec3f corner, edge_u, edge_v, normal;
-    float area, longest_squared, slack;
+    float slack;
     // cumulative share of the light's area before this triangle, and its own share
     float before, share;
   };
-  /// What open() reads of each triangle, as columns: bulbs consist of thousands.
+  /// What open() and searches read of each triangle, as columns: bulbs consist of thousands.
   struct Columns {
     std::vector<float> x, y, z;                       // corner
     std::vector<float> middle_x, middle_y, middle_z;  // from the corner to the centroid
-    std::vector<float> normal_x, normal_y, normal_z, area, longest_squared;
+    std::vector<float> normal_x, normal_y, normal_z, area, longest_squared, before;
     void add(const Triangle& triangle);
   };
   struct Corner {
@@ -109,7 +109,6 @@ class LightShape {
   Vec3f facing_{};             // the normal of a flat light; otherwise zero
   std::vector<Triangle> triangles_;
   Columns columns_;
-  std::vector<float> before_;     // Triangle::before of each, side by side
   std::vector<uint32_t> nearby_;  // by n-th of the area, n triangles: where to begin a search
   std::array<Corner, kCorners> corners_;
   bool two_sided_, on_;

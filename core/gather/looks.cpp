@@ -71,11 +71,12 @@ class Looks::Caster {
   void look_together(const SampleRays& rays, size_t sample, std::span<const uint32_t> which,
                      Found& out) const {
     const Vec3f o = rays.origin();
+    const bool casts = !blind(sample);
     std::array<Aim, kTogether> aims;
     std::array<trace::Hit, kTogether> hits;
     std::array<uint32_t, kTogether> cells;
     for (size_t i = 0; i < which.size(); ++i) {
-      aims[i] = blind(sample) ? Aim{} : rays.aim(which[i]);
+      aims[i] = casts ? rays.aim(which[i]) : Aim{};
       hits[i] = aims[i].w == Vec3f{} ? trace::Hit{} : present_.caster.closest(o, aims[i].w);
       if (hits[i].valid()) finder_.prefetch(hits[i].primitive);
     }

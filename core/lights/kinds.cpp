@@ -2,9 +2,7 @@
 // The list of all kinds of lights.
 #include "lights/kinds.h"
 
-#include <string>
-
-#include "base/error.h"
+#include "base/find_named.h"
 
 namespace deltalux::lights {
 
@@ -15,18 +13,10 @@ const Kind& sun();
 
 namespace {
 
-using Get = const Kind& (*)();
-constexpr Get kKinds[] = {point, spot, sun};
+constexpr const Kind& (*kKinds[])() = {point, spot, sun};
 
 }  // namespace
 
-const Kind& kind_named(std::string_view name) {
-  std::string known;
-  for (const Get kind : kKinds) {
-    if (kind().name() == name) return kind();
-    known += (known.empty() ? "\"" : ", \"") + std::string(kind().name()) + '"';
-  }
-  throw SceneError("kind of light: found \"" + std::string(name) + "\", expected one of " + known);
-}
+const Kind& kind_named(std::string_view name) { return find_named("kind of light", kKinds, name); }
 
 }  // namespace deltalux::lights

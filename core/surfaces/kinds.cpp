@@ -2,9 +2,7 @@
 // The list of all kinds of surfaces.
 #include "surfaces/kinds.h"
 
-#include <string>
-
-#include "base/error.h"
+#include "base/find_named.h"
 
 namespace deltalux::surfaces {
 
@@ -12,19 +10,12 @@ namespace deltalux::surfaces {
 
 namespace {
 
-using Get = const Kind& (*)();
-constexpr Get kKinds[] = {diffuse};
+constexpr const Kind& (*kKinds[])() = {diffuse};
 
 }  // namespace
 
 const Kind& kind_named(std::string_view name) {
-  std::string known;
-  for (const Get kind : kKinds) {
-    if (kind().name() == name) return kind();
-    known += (known.empty() ? "\"" : ", \"") + std::string(kind().name()) + '"';
-  }
-  throw SceneError("kind of surface: found \"" + std::string(name) + "\", expected one of " +
-                   known);
+  return find_named("kind of surface", kKinds, name);
 }
 
 }  // namespace deltalux::surfaces

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "base/error.h"
+#include "base/fault.h"
 #include "memory_archive.h"
 #include "session_world.h"
 
@@ -264,6 +265,7 @@ TEST(Ranges, RefuseWhatTheyCannotDo) {
   refused([&] { part.add_path_sums(part.path_sums()); }, "expected a baked one of path_range");
   refused([&] { part.look({}, progress); }, "expected a baked one of path_range");
   refused([&] { part.ask_for(std::vector<uint32_t>{1}); }, "found light 1");
+  refused([&] { part.ask_for(std::vector<uint32_t>{0, 0}); }, "lights that do not ascend");
   PathSums less = part.path_sums();
   less.discs.pop_back();
   refused([&] { whole.add_path_sums(less); }, "discs: found");
@@ -276,8 +278,7 @@ TEST(Ranges, RefuseWhatTheyCannotDo) {
 }
 
 TEST(Ranges, ACancelledLookLeavesEverythingAsItWas) {
-  Progress progress, stopped;
-  stopped.cancel();
+  Progress progress;
   Session one(room_with_spot(), some_samples(), gathering(1));
   one.bake(progress);
   Options all = of_range(gathering(1), 0, gathering(1).paths);
@@ -287,10 +288,24 @@ TEST(Ranges, ACancelledLookLeavesEverythingAsItWas) {
   whole.bake(progress);
   whole.add_path_sums(part.path_sums());
   const PathSums before = whole.path_sums();
-  EXPECT_THROW(whole.look(part.first_flights(), stopped), Cancelled);
-  EXPECT_EQ(whole.path_sums().cells, before.cells);
-  EXPECT_TRUE(whole.asked_lights().empty());
-  whole.look(part.first_flights(), progress);
+  const size_t forecast = whole.forecast().bytes;
+  const FirstFlights flights = part.first_flights();
+  // Cancel at the first check, then ever later ones, until the last one is over.
+  int cancelled = 0;
+  int64_t check = 1;
+  for (bool again = true; again; cancelled += again, check += 1 + check / 2) {
+    fault::arm(fault::Kind::cancel, check);
+    try {
+      whole.look(flights, progress);
+      again = false;
+    } catch (const Cancelled&) {
+      EXPECT_EQ(whole.path_sums().cells, before.cells);
+      EXPECT_EQ(whole.forecast().bytes, forecast);
+      EXPECT_TRUE(whole.asked_lights().empty());
+    }
+    fault::arm(fault::Kind::cancel, 0);
+  }
+  EXPECT_GT(cancelled, 5);
   EXPECT_EQ(whole.digest(part.segments_hash()), one.digest());
 }
 

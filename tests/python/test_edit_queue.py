@@ -288,7 +288,11 @@ def test_recompute_of_another_builds_session_applies_what_is_queued(baked, tmp_p
 
 
 @pytest.mark.parametrize(
-    "options", [{"memory_limit": 0}, {"memory_limit": -5}, {"max_bounces": 0}, {"max_bounces": 251}]
+    "options",
+    [
+        *({"memory_limit": bad} for bad in (0, -5, "1G", True, 1.5, float("nan"))),
+        *({"max_bounces": bad} for bad in (0, 251)),
+    ],
 )
 def test_limits_must_make_sense(options):
     scene = room()

@@ -150,7 +150,7 @@ HOSTILE = {
     ),
     "paths as a text": (set_field("a", "options", "paths"), "paths: found 'a'"),
     "paths beyond": (set_field(10**30, "options", "paths"), "paths: found 1000"),
-    "a limit as a text": (set_field("a", "options", "memory_limit"), "do not fit together"),
+    "a limit as a text": (set_field("a", "options", "memory_limit"), "memory_limit: found 'a'"),
     "a switch as a text": (set_field("yes", "scene", "meshes", 2, "movable"), "movable: found 'yes'"),
     "an angle as a text": (set_field("x", "scene", "meshes", 0, "smooth_angle"), "smooth_angle: found 'x'"),
     "more vertices": (set_field(2**30, "scene", "meshes", 0, "vertices"), "fewer rows than the index says"),

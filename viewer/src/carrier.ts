@@ -7,7 +7,17 @@ import { CHANNELS, isUnknown, UNKNOWN, type Snapshot } from './values'
 
 export type Refinement = [Pick<SceneInfo, 'vertices' | 'meshes' | 'bounds'>, GeometryArrays]
 
-const NONE = -1
+export const NONE = -1 // instead of a vertex before
+
+/** The bits of the vertices `from`, of each vertex now; 0 where there was none. */
+export function taken(halves: Uint16Array, from: Int32Array): Uint16Array {
+  const carried = new Uint16Array(CHANNELS * from.length)
+  from.forEach((before, vertex) => {
+    if (before === NONE) return
+    for (let c = 0; c < CHANNELS; c++) carried[CHANNELS * vertex + c] = halves[CHANNELS * before + c]
+  })
+  return carried
+}
 
 export class Carrier {
   private readonly from: Int32Array // vertex before, of each vertex now
@@ -31,11 +41,7 @@ export class Carrier {
 
   /** The same bits at vertices that were there, interpolated values at others. */
   carry({ halves, scale }: Snapshot): Snapshot {
-    const carried = new Uint16Array(CHANNELS * this.from.length)
-    this.from.forEach((before, vertex) => {
-      if (before === NONE) return
-      for (let c = 0; c < CHANNELS; c++) carried[CHANNELS * vertex + c] = halves[CHANNELS * before + c]
-    })
+    const carried = taken(halves, this.from)
     const { detail, detailCorners, detailWeights } = this.now[1]
     for (const i of this.between) {
       const corners = detailCorners.subarray(3 * i, 3 * i + 3)

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // Values taken over to another version of the scene, in which other things can be moved: by equal places.
 import { Matrix4, Vector3 } from 'three'
-import type { Refinement } from './carrier'
+import { NONE, taken, type Refinement } from './carrier'
 import { CHANNELS, UNKNOWN, type Snapshot } from './values'
 
 const STEP = 1e-4 // of the scene's size: places that are nearer to each other count as equal
 const TURN = 0.02 // likewise of normals
 
 export class VersionCarrier {
-  private readonly from: Int32Array // vertex before, of each vertex now; −1: none
+  private readonly from: Int32Array // vertex before, of each vertex now
 
   /** `poses`: of meshes, by their index, that could not be moved before: vertices now are local to them. */
   constructor(before: Refinement, now: Refinement, poses: ReadonlyMap<number, Matrix4>) {
-    this.from = new Int32Array(now[0].vertices).fill(-1)
+    this.from = new Int32Array(now[0].vertices).fill(NONE)
     const [low, high] = now[0].bounds.map((corner) => new Vector3(...corner))
     const step = STEP * low.distanceTo(high) || STEP
     now[0].meshes.forEach((_, mesh) => {
@@ -25,11 +25,9 @@ export class VersionCarrier {
 
   /** The same bits at places that were there; others have no value to compare with. */
   carry({ halves, scale }: Snapshot): Snapshot {
-    const carried = new Uint16Array(CHANNELS * this.from.length)
+    const carried = taken(halves, this.from)
     this.from.forEach((before, vertex) => {
-      for (let c = 0; c < CHANNELS; c++) {
-        carried[CHANNELS * vertex + c] = before < 0 ? UNKNOWN[c] : halves[CHANNELS * before + c]
-      }
+      if (before === NONE) carried.set(UNKNOWN, CHANNELS * vertex)
     })
     return { halves: carried, scale }
   }

@@ -70,7 +70,7 @@ def _grouped(
         number = np.asarray(
             _core.groups_in_cubes(display.points, display.triangles, like, edges[step], OFFSET)
         )
-        return int(number.max()) + 1, number.astype(np.int64)
+        return int(number.max()) + 1, number
 
     low, high = 0, STEPS - 1  # Bisection for the smallest edge that suffices: tries few edges.
     best = groups(low)[1]
@@ -81,7 +81,7 @@ def _grouped(
             low, best = middle, found
         else:
             high = middle - 1
-    return float(edges[low]), best
+    return float(edges[low]), best.astype(np.int64)
 
 
 def _weighted(
