@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests whether points lie inside or behind walls and furniture, or close to them at their own height."""
+"""Tests whether points lie inside or close to walls and furniture, and finds an open place for a lamp."""
 
 from __future__ import annotations
 
@@ -18,6 +18,13 @@ HEADINGS = 48  # directions around a point, every 7.5 degrees
 # least share of lit sides among the surfaces visible from a point outside; inside a box on a lit floor it is
 # a sixth
 OUTSIDE = 0.5
+# Places that open_place() tries: shares of the scene's height, and how many along each side.
+HEIGHTS, ACROSS = (0.55, 0.7, 0.82, 0.9), 9
+CLEAR = 0.02  # least distance to the nearest surface, as a share of the scene's diagonal
+ENCLOSED = 0.4  # least share of rays that meet a surface
+FURNISHED = (
+    0.03  # least share of fronts among the surfaces that are visible within walls that show their backs
+)
 _BATCH = 1 << 16  # points whose rays are held in memory at a time: 4 million rays
 
 
@@ -82,6 +89,46 @@ def near_walls(scene: Scene, points: np.ndarray, margin: float) -> np.ndarray:
         return near.reshape(-1, HEADINGS).any(axis=1)
 
     return _in_batches(points, is_near)
+
+
+def open_place(scene: Scene) -> np.ndarray:
+    """A place for a lamp: high in the widest space that surfaces enclose, else above the scene.
+
+    Parameters
+    ----------
+    scene : Scene, movables as loaded; Y is up
+
+    Returns
+    -------
+    (3,) metres
+    """
+    low, high = scene.bounds
+    diagonal = float(np.linalg.norm(high - low))
+    outside = low + (high - low) * (0.7, 1.0, 0.7) + (0, 0.5 * diagonal, 0)
+    look = _caster(scene)
+    if look is None:
+        return outside
+    normals = normals_by_area(np.concatenate([m.world_vertices[m.triangles] for m in scene.meshes]))
+    shares = (np.arange(ACROSS) + 0.5) / ACROSS
+    x, y, z = np.meshgrid(shares, HEIGHTS, shares, indexing="ij")
+    places = low + (high - low) * np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1)
+    rays = np.tile(_around_sphere(DIRECTIONS), (len(places), 1))
+    triangle, distance = (
+        found.reshape(-1, DIRECTIONS) for found in look(np.repeat(places, DIRECTIONS, axis=0), rays)
+    )
+    hit = triangle != NOTHING
+    facing = -np.einsum("ij,ij->i", rays, normals[np.where(hit, triangle, 0).ravel()]).reshape(hit.shape)
+    clear = np.where(hit, distance, np.inf).min(axis=1) >= CLEAR * diagonal
+    hits = np.maximum(hit.sum(axis=1), 1)
+    enclosed, front = hit.mean(axis=1), (hit & (facing > 0)).sum(axis=1) / hits
+    inside = clear & (enclosed >= ENCLOSED)
+    # The walls of some rooms show their backs; then things in the room show that it is no hollow statue.
+    fits = next((fit for least in (OUTSIDE, FURNISHED) if (fit := inside & (front >= least)).any()), None)
+    if fits is None:
+        return outside
+    away = np.log(np.where(hit, np.maximum(distance, 1e-30), 1.0)).sum(axis=1) / hits
+    spacious = np.exp(away) * enclosed * (0.7 + 0.3 * y.ravel())
+    return places[np.argmax(np.where(fits, spacious, -1.0))]
 
 
 def _caster(scene: Scene) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]] | None:

@@ -7,6 +7,7 @@ import deltalux as dl
 import numpy as np
 import pytest
 from builders.gltf import GltfBuilder
+from deltalux.scene.adding import NO_LIGHT
 
 HALF = math.sqrt(0.5)
 DOWN = [-HALF, 0, 0, HALF]  # turns -Z to -Y
@@ -274,4 +275,4 @@ def test_no_light_is_told(tmp_path):
     builder = GltfBuilder()
     builder.node(mesh=builder.quad())
     warnings = dl.load(builder.write(tmp_path)).warnings
-    assert "no light: neither a luminous material nor a light of KHR_lights_punctual" in warnings
+    assert NO_LIGHT in warnings

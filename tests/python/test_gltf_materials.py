@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from builders.gltf import QUAD, GltfBuilder, png
 from deltalux.io.diagnostics import OPAQUE
+from deltalux.scene.adding import NO_LIGHT
 from PIL import Image
 
 
@@ -189,7 +190,7 @@ def test_each_kind_of_thing_not_honoured_gives_one_warning(tmp_path):
         "normal maps are not honoured (m, m#2, m#3)",
         "occlusion maps are not honoured (m, m#2, m#3)",
         "textures count with their mean colour (m, m#2, m#3)",
-        "no light: neither a luminous material nor a light of KHR_lights_punctual",
+        NO_LIGHT,
     ]
     assert sorted(warnings) == sorted(expected)
 

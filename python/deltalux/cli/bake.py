@@ -22,12 +22,9 @@ from .options import (
     EyeOption,
     FalseColourOption,
     GridOption,
-    GroupsOption,
     JsonOption,
-    LightUnitsOption,
     MarginOption,
     MoreOutputsArgument,
-    MovableOption,
     OutputsOption,
     QuietOption,
     RadiusOption,
@@ -36,14 +33,13 @@ from .options import (
     SpacingOption,
     TargetErrorOption,
     TargetOption,
-    UnitOption,
-    UpOption,
 )
-from .session_arguments import session_arguments
+from .session_arguments import scene_arguments, session_arguments
 from .shots import shot_of
 from .targets import check_targets, keep_inputs, refine_shown, write_targets
 
 
+@scene_arguments()
 @session_arguments()
 def run(
     context: typer.Context,
@@ -51,7 +47,7 @@ def run(
     more: MoreOutputsArgument = None,
     *,
     output: OutputsOption = None,
-    movable: MovableOption = None,
+    reading: dict[str, Any],
     session: dict[str, Any],
     target_error: TargetErrorOption = None,
     spacing: SpacingOption = None,
@@ -59,10 +55,6 @@ def run(
     grid: GridOption = None,
     margin: MarginOption = 0.0,
     radius: RadiusOption = None,
-    light_units: LightUnitsOption = "spec",
-    unit: UnitOption = None,
-    up: UpOption = "y",
-    groups: GroupsOption = "auto",
     camera: CameraOption = None,
     eye: EyeOption = None,
     target: TargetOption = None,
@@ -93,7 +85,7 @@ def run(
     guess = in_pixels(before_loading(scene, session["threads"]), shot.size)
     with terminal.overall([*loading(guess), *bake_job(guess, targets, target_error)]) as progress:
         progress.begin("load scene")
-        loaded = open_scene(scene, movable, light_units, unit, up, groups)
+        loaded = open_scene(scene, **reading)
         keep_inputs(targets, loaded.files)
         shot.camera_in(loaded)
         terminal.warn(loaded.warnings)

@@ -21,18 +21,15 @@ from .console import Terminal
 from .inputs import open_scene
 from .method_pictures import make_views, sheets
 from .options import (
-    GroupsOption,
     JsonOption,
-    LightUnitsOption,
     QuietOption,
     SceneArgument,
     SeedOption,
     SpacingOption,
     ThreadsOption,
-    UnitOption,
-    UpOption,
     parse_count,
 )
+from .session_arguments import scene_arguments
 from .targets import check_writable, keep_inputs
 
 PAGE, TABLES = "report.html", ("methods.csv", "equal_count.csv")
@@ -110,10 +107,12 @@ QuickOption = Annotated[
 ]
 
 
+@scene_arguments(without=("movable",))
 def run(
     context: typer.Context,
     scene: SceneArgument,
     output: FolderOption,
+    *,
     paths: PathsOption = None,
     samples: SamplesOption = None,
     spacing: SpacingOption = None,
@@ -121,10 +120,7 @@ def run(
     reference: ReferenceOption = None,
     seed: SeedOption = 1,
     threads: ThreadsOption = None,
-    light_units: LightUnitsOption = "spec",
-    unit: UnitOption = None,
-    up: UpOption = "y",
-    groups: GroupsOption = "auto",
+    reading: dict[str, Any],
     quick: QuickOption = False,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
@@ -145,7 +141,7 @@ def run(
     """
     terminal = Terminal(as_json, quiet)
     with terminal.working("load scene"):
-        loaded = open_scene(scene, None, light_units, unit, up, groups)
+        loaded = open_scene(scene, **reading)
     terminal.warn(loaded.warnings)
     output.mkdir(parents=True, exist_ok=True)
     results = [output / name for name in (PAGE, *TABLES, *PICTURES)]

@@ -19,31 +19,25 @@ from .inputs import open_scene
 from .node_list import node_facts, node_table
 from .options import (
     OF_THE_SCENE,
-    GroupsOption,
     JsonOption,
-    LightUnitsOption,
-    MovableOption,
     QuietOption,
-    UnitOption,
-    UpOption,
 )
+from .session_arguments import scene_arguments
 from .session_tables import session_tables
 from .targets import SESSION
 from .view import SourceArgument, refuse_options_of_the_bake
 
 
+@scene_arguments()
 def run(
     context: typer.Context,
     source: SourceArgument,
-    movable: MovableOption = None,
+    *,
+    reading: dict[str, Any],
     nodes: Annotated[
         bool,
         typer.Option("--nodes", help="Show the tree of nodes: names, sizes, triangles, lights, what moves."),
     ] = False,
-    light_units: LightUnitsOption = "spec",
-    unit: UnitOption = None,
-    up: UpOption = "y",
-    groups: GroupsOption = "auto",
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
@@ -71,7 +65,7 @@ def run(
             session, scene = file_facts(source)
     else:
         with terminal.working("load scene"):
-            scene = open_scene(source, movable, light_units, unit, up, groups)
+            scene = open_scene(source, **reading)
     facts = dict(scene.info())
     tables = [_facts_table(source, facts)]
     if stored:

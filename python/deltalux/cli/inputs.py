@@ -6,8 +6,12 @@ from __future__ import annotations
 import difflib
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import deltalux as dl
+from deltalux.solid_places import open_place
+
+from .options import Lamp, Sun
 
 BUNDLED_SCENES = ("atrium", "expo", "office", "cornell_box")
 
@@ -31,6 +35,8 @@ def foreign_light(session: dl.Session, name: str) -> list[str]:
 def open_scene(
     word: str,
     movable: Sequence[str] | None = None,
+    lamp: Sequence[Lamp] | None = None,
+    sun: Sun | None = None,
     light_units: str = "spec",
     unit: str | float | None = None,
     up: str = "y",
@@ -42,6 +48,7 @@ def open_scene(
     ----------
     word : path of a file, or the name of a bundled scene
     movable : names of nodes to make movable, in addition to those that the file marks
+    lamp, sun : lights to add
     light_units, unit, up, groups : see `deltalux.load`; for files only
 
     Raises
@@ -52,13 +59,24 @@ def open_scene(
     name = word.replace("-", "_")
     if name in BUNDLED_SCENES:
         scene = getattr(dl.scenes, name)()
-        return dl.scene.make_movable(scene, movable) if movable else scene
+        scene = dl.scene.make_movable(scene, movable) if movable else scene
+    else:
+        scene = _load(
+            word, movable=list(movable or ()), light_units=light_units, unit=unit, up=up, groups=groups
+        )
+    for added in lamp or ():
+        place = open_place(scene) if added.place is None else added.place
+        scene = dl.scene.with_lamp(scene, place, added.power)
+    if sun is not None:
+        scene = dl.scene.with_sun(scene, sun.azimuth, sun.elevation, sun.irradiance)
+    return scene
+
+
+def _load(word: str, **reading: Any) -> dl.Scene:
     path = Path(word)
     if not path.is_file():
         found = "a folder" if path.is_dir() else "no such file"
-        close = difflib.get_close_matches(name, BUNDLED_SCENES, n=1)
+        close = difflib.get_close_matches(word.replace("-", "_"), BUNDLED_SCENES, n=1)
         hint = f"did you mean {close[0]}?" if close else f"or one of {', '.join(BUNDLED_SCENES)}"
         raise dl.FormatError(f"scene '{word}': found {found}, expected a .glb, .gltf or .obj file; {hint}")
-    return dl.load(
-        path, movable=list(movable or ()), light_units=light_units, unit=unit, up=up, groups=groups
-    )
+    return dl.load(path, **reading)

@@ -46,6 +46,23 @@ class Setting:
     values: tuple[float, ...]
 
 
+@dataclass(frozen=True)
+class Lamp:
+    """A lamp to be added: metres, None for a place of the program's choice; power, None for a usual one."""
+
+    place: tuple[float, float, float] | None
+    power: float | None
+
+
+@dataclass(frozen=True)
+class Sun:
+    """The sun to be added: degrees, and irradiance on a plane that faces it, None for a clear sky's."""
+
+    azimuth: float
+    elevation: float
+    irradiance: float | None
+
+
 def _numbers(text: str, counts: tuple[int, ...], form: str, whole: str | None = None) -> list[float]:
     """Parse comma-separated numbers; error messages show `whole`, the value that contains `text`."""
     try:
@@ -97,6 +114,26 @@ def parse_reflectance(text: str) -> Setting:
     if min(values) < 0 or max(values) > 1:
         raise typer.BadParameter(f"found '{text}', expected {form}")
     return Setting(name, tuple(values * 3 if len(values) == 1 else values))
+
+
+def parse_lamp(text: str) -> Lamp:
+    """Parse X,Y,Z[,LUMENS], or auto."""
+    if text == AUTO:
+        return Lamp(None, None)
+    form = "X,Y,Z in metres, with LUMENS of 0 or more, or auto"
+    x, y, z, *power = _numbers(text, (3, 4), form)
+    if power and power[0] < 0:
+        raise typer.BadParameter(f"found '{text}', expected {form}")
+    return Lamp((x, y, z), power[0] if power else None)
+
+
+def parse_sun(text: str) -> Sun:
+    """Parse AZIMUTH,ELEVATION[,LUX]."""
+    form = "AZIMUTH,ELEVATION in degrees, the latter from -90 to 90, with LUX of 0 or more"
+    azimuth, elevation, *irradiance = _numbers(text, (2, 3), form)
+    if abs(elevation) > 90 or min(irradiance, default=0) < 0:
+        raise typer.BadParameter(f"found '{text}', expected {form}")
+    return Sun(azimuth, elevation, irradiance[0] if irradiance else None)
 
 
 def parse_count(text: str) -> int:
@@ -181,6 +218,27 @@ MovableOption = Annotated[
         metavar="NAME",
         help="Make this node movable (repeatable); 'chair*' means all whose names begin so. "
         "Nodes named MOVE_… are movable anyway. `deltalux info SCENE --nodes` shows all names.",
+    ),
+]
+LampOption = Annotated[
+    list[Lamp] | None,
+    typer.Option(
+        "--lamp",
+        parser=parse_lamp,
+        metavar="X,Y,Z[,LUMENS]|auto",
+        help="Add a lamp to the scene (repeatable): its place, metres, and its power, chosen when not given. "
+        "auto: the place is chosen, too, high in the widest room.",
+    ),
+]
+SunOption = Annotated[
+    Any,
+    typer.Option(
+        "--sun",
+        parser=parse_sun,
+        metavar="AZIMUTH,ELEVATION[,LUX]",
+        help="Add the sun to the scene: degrees about +Y, from +Z towards +X; degrees above the horizon; "
+        "light on a plane that faces it, that of a clear sky when not given.",
+        show_default=False,
     ),
 ]
 LightUnitsOption = Annotated[
@@ -363,5 +421,15 @@ SESSION_OPTIONS: dict[str, Any] = {
     "threads": ThreadsOption,
     "memory_limit": MemoryLimitOption,
 }
-# What a stored session's scene was read with.
-OF_THE_SCENE = ("movable", "light_units", "unit", "up", "groups")
+# How a scene is read, by the names of inputs.open_scene's parameters, each with its default. What a stored
+# session's scene was read with cannot be given anew.
+SCENE_OPTIONS: dict[str, tuple[Any, Any]] = {
+    "movable": (MovableOption, None),
+    "lamp": (LampOption, None),
+    "sun": (SunOption, None),
+    "light_units": (LightUnitsOption, "spec"),
+    "unit": (UnitOption, None),
+    "up": (UpOption, "y"),
+    "groups": (GroupsOption, "auto"),
+}
+OF_THE_SCENE = tuple(SCENE_OPTIONS)

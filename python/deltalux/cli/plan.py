@@ -17,19 +17,14 @@ from .console import Terminal
 from .inputs import open_scene
 from .options import (
     GridOption,
-    GroupsOption,
     JsonOption,
-    LightUnitsOption,
     MarginOption,
-    MovableOption,
     QuietOption,
     RadiusOption,
     SceneArgument,
     SpacingOption,
-    UnitOption,
-    UpOption,
 )
-from .session_arguments import session_arguments
+from .session_arguments import scene_arguments, session_arguments
 
 PolicyOption = Annotated[
     Literal["measured", "paper-sphere", "paper-box"],
@@ -54,11 +49,12 @@ RebuildOption = Annotated[
 ]
 
 
+@scene_arguments()
 @session_arguments(PlanOptions)
 def run(
     scene: SceneArgument,
     *,
-    movable: MovableOption = None,
+    reading: dict[str, Any],
     session: dict[str, Any],
     spacing: SpacingOption = None,
     grid: GridOption = None,
@@ -67,10 +63,6 @@ def run(
     policy: PolicyOption = "measured",
     frames: FramesOption = None,
     rebuild: RebuildOption = False,
-    light_units: LightUnitsOption = "spec",
-    unit: UnitOption = None,
-    up: UpOption = "y",
-    groups: GroupsOption = "auto",
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
@@ -90,7 +82,7 @@ def run(
     """
     terminal = Terminal(as_json, quiet)
     with terminal.working("load scene"):
-        loaded = open_scene(scene, movable, light_units, unit, up, groups)
+        loaded = open_scene(scene, **reading)
     terminal.warn(loaded.warnings)
     with terminal.progress() as progress:
         progress("samples", 0.0)

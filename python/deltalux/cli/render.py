@@ -28,20 +28,15 @@ from .options import (
     ExposureOption,
     EyeOption,
     FalseColourOption,
-    GroupsOption,
     JsonOption,
-    LightUnitsOption,
     MoreOutputsArgument,
-    MovableOption,
     QuietOption,
     SizeOption,
     TargetOption,
-    UnitOption,
-    UpOption,
     parse_count,
     parse_gather,
 )
-from .session_arguments import of_the_bake, session_arguments
+from .session_arguments import of_the_bake, scene_arguments, session_arguments
 from .shots import LAYERS, PICTURE, shot_of
 from .targets import SESSION, check_targets, command_line, keep_inputs
 from .view import SourceArgument, refuse_options_of_the_bake
@@ -82,6 +77,7 @@ RenderPathsOption = Annotated[
 ]  # fmt: skip
 
 
+@scene_arguments()
 @session_arguments(without=OWN)
 def run(
     context: typer.Context,
@@ -96,13 +92,9 @@ def run(
     exposure: ExposureOption = 0.0,
     false_colour: FalseColourOption = False,
     gather: RaysOption = "auto",
-    movable: MovableOption = None,
+    reading: dict[str, Any],
     paths: RenderPathsOption = None,
     session: dict[str, Any],
-    light_units: LightUnitsOption = "spec",
-    unit: UnitOption = None,
-    up: UpOption = "y",
-    groups: GroupsOption = "auto",
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
@@ -141,7 +133,7 @@ def run(
             progress.expect(picture_steps(counts_of_session(opened), pixels, rays))
         else:
             progress.begin("load scene")
-            scene = open_scene(source, movable, light_units, unit, up, groups)
+            scene = open_scene(source, **reading)
             keep_inputs(targets, scene.files)
             nowhere = dl.Samples(np.zeros((0, 3)), np.zeros((0, 3)))
             counts = counts_of(scene, nowhere, paths or PATHS, rays or MOST_RAYS, threads)

@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gives commands the options of a session, by name, with the defaults that the session has."""
+"""Gives commands the options of a session, or those of reading a scene, by name and with their defaults."""
 
 from __future__ import annotations
 
 import functools
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
 from deltalux.session_options import SessionOptions, options_of
 
-from .options import SESSION_OPTIONS
+from .options import SCENE_OPTIONS, SESSION_OPTIONS
 
 Command = TypeVar("Command", bound=Callable[..., None])
 WHEN_OPENED = ("threads",)  # options that are given anew when a stored session is opened
@@ -37,28 +37,41 @@ def session_arguments(
     declaration : TypedDict of the options that the command can use
     without : options that the command defines itself
     """
-    names = names_of(declaration, without)
     declared = options_of(declaration)
+    names = names_of(declaration, without)
+    return _replaced("session", {name: (SESSION_OPTIONS[name], declared[name].default) for name in names})
+
+
+def scene_arguments(without: tuple[str, ...] = ()) -> Callable[[Command], Command]:
+    """Replace a command's parameter `reading` by the options of reading a scene; the command gets a dict.
+
+    Parameters
+    ----------
+    without : options that mean nothing to the command
+    """
+    return _replaced("reading", {k: option for k, option in SCENE_OPTIONS.items() if k not in without})
+
+
+def _replaced(parameter: str, options: Mapping[str, tuple[Any, Any]]) -> Callable[[Command], Command]:
+    """Replace `parameter` by options, of each its annotation and its default."""
 
     def decorate(command: Command) -> Command:
         parameters = []
-        for parameter in inspect.signature(command, eval_str=True).parameters.values():
-            if parameter.name != "session":
-                parameters.append(parameter)
+        for own in inspect.signature(command, eval_str=True).parameters.values():
+            if own.name != parameter:
+                parameters.append(own)
                 continue
-            for name in names:
-                kind, default = inspect.Parameter.KEYWORD_ONLY, declared[name].default
-                parameters.append(
-                    inspect.Parameter(name, kind, default=default, annotation=SESSION_OPTIONS[name])
-                )
+            for name, (annotation, default) in options.items():
+                kind = inspect.Parameter.KEYWORD_ONLY
+                parameters.append(inspect.Parameter(name, kind, default=default, annotation=annotation))
 
         @functools.wraps(command)
         def called(**given: Any) -> None:
-            session = {name: given.pop(name) for name in names}
-            command(**given, session=session)
+            chosen = {name: given.pop(name) for name in options}
+            command(**given, **{parameter: chosen})
 
         called.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-        called.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+        called.__annotations__ = {own.name: own.annotation for own in parameters}
         return called  # type: ignore[return-value]
 
     return decorate

@@ -19,16 +19,11 @@ from .options import (
     AUTO,
     OF_THE_SCENE,
     DetailOption,
-    GroupsOption,
-    LightUnitsOption,
-    MovableOption,
     QuietOption,
     RadiusOption,
     SpacingOption,
-    UnitOption,
-    UpOption,
 )
-from .session_arguments import of_the_bake, session_arguments
+from .session_arguments import of_the_bake, scene_arguments, session_arguments
 from .targets import SESSION
 
 OF_THE_BAKE = (*OF_THE_SCENE, "spacing", "detail", "radius", *of_the_bake())
@@ -67,20 +62,17 @@ NoBrowserOption = Annotated[
 ]
 
 
+@scene_arguments()
 @session_arguments()
 def run(
     context: typer.Context,
     source: SourceArgument,
     *,
-    movable: MovableOption = None,
+    reading: dict[str, Any],
     session: dict[str, Any],
     spacing: SpacingOption = None,
     detail: DetailOption = AUTO,
     radius: RadiusOption = None,
-    light_units: LightUnitsOption = "spec",
-    unit: UnitOption = None,
-    up: UpOption = "y",
-    groups: GroupsOption = "auto",
     host: HostOption = "127.0.0.1",
     port: PortOption = 0,
     folder: FolderOption = Path(),
@@ -111,7 +103,7 @@ def run(
         terminal.warn(foreign_light(opened, source))
     else:
         with terminal.working("load scene"):
-            scene = open_scene(source, movable, light_units, unit, up, groups)
+            scene = open_scene(source, **reading)
         with terminal.working("place samples"):
             samples, _, _ = make_samples(scene, spacing, (), radius, detail)
             opened = dl.Session(scene, samples, **session)

@@ -10,6 +10,7 @@ import numpy as np
 
 from deltalux.errors import SceneError
 from deltalux.scene import Mesh, Node, Scene, replace_scene
+from deltalux.scene.adding import NO_LIGHT
 from deltalux.scene.scene import MAX_GROUPS
 
 from .decoder_process import DecoderProcess
@@ -218,4 +219,4 @@ def _check_content(scene: Scene, document: Document) -> None:
     if flat:
         document.notes.add(f"{flat:,} of {len(areas):,} triangles have no area")
     if not scene.lights and not any(material.emissive for material in scene.materials):
-        document.notes.add("no light: neither a luminous material nor a light of KHR_lights_punctual")
+        document.notes.add(NO_LIGHT)

@@ -14,6 +14,7 @@ import numpy as np
 
 from deltalux.errors import OptionError, SceneError
 from deltalux.scene import Mesh, Node, Scene
+from deltalux.scene.adding import NO_LIGHT
 from deltalux.scene.naming import candidates, chosen
 from deltalux.units import WATTS_PER_SQUARE_METRE
 
@@ -76,6 +77,8 @@ def load_obj(
     materials = [
         library.material(name) for name in dict.fromkeys(m for mesh in meshes for m in mesh.material)
     ]
+    if not any(material.emissive for material in materials):
+        notes.add(NO_LIGHT)
     nodes = [Node(m.name, -1, m.pose, ((m.name, 0, len(m.triangles)),)) for m in meshes]
     return Scene(
         meshes,

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Scenes: what a user writes or a file holds, and how the core gets it."""
 
+from .adding import with_lamp, with_sun
 from .cameras import Camera
 from .lights import Light, PointLight, SpotLight, SunLight
 from .nodes import Node
@@ -22,4 +23,6 @@ __all__ = [
     "make_movable",
     "replace_scene",
     "rigid_pose",
+    "with_lamp",
+    "with_sun",
 ]

@@ -3,21 +3,16 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import count
 
 import numpy as np
 
 from deltalux.errors import OptionError
 from deltalux.samples import Samples
 from deltalux.samples.shared_samples import MOST_SAMPLES
-from deltalux.scene import PointLight, Scene, replace_scene
-
-# mean light that an added lamp brings to a floor as large as the scene's bounds, by the scene's unit
-USUAL = {"lux": 300.0, "W/m2": 1.0}
-REACHING_FLOOR = 0.5  # share of a lamp's power
+from deltalux.scene import Scene, replace_scene
+from deltalux.scene.adding import usual_power, with_lamp
 
 
 @dataclass(frozen=True)
@@ -64,24 +59,14 @@ def lamp(scene: Scene, box: np.ndarray, position: Sequence[float]) -> Remake:
             f"add_lamp: found the position {_places(place)}, expected one in the box that the session was "
             f"made for, {_places(box[0])} to {_places(box[1])}"
         )
-    taken = {*scene.groups, *(light.name for light in scene.lights)}
-    name = next(n for n in ("lamp" if k == 1 else f"lamp {k}" for k in count(1)) if n not in taken)
-    power = _usual_power(scene)
-    light = PointLight(name, place, (power / (4 * math.pi),) * 3)
+    power = usual_power(scene)
+    name = with_lamp(scene, place, power).lights[-1].name
     unit = "lm" if scene.unit == "lux" else "W"
     return Remake(
-        lambda before: replace_scene(before, lights=(*before.lights, light)),
+        lambda before: with_lamp(before, place, power),
         f"{name} shines now: {power:,g} {unit} at {_places(place)}",
         name,
     )
-
-
-def _usual_power(scene: Scene) -> float:
-    """Power of a lamp that lights the scene as usual, with two digits."""
-    low, high = scene.bounds
-    width, height, depth = high - low
-    floor = max(width, 0.1 * height) * max(depth, 0.1 * height)
-    return float(f"{USUAL[scene.unit] * floor / REACHING_FLOOR:.2g}")
 
 
 def _places(point: np.ndarray) -> str:
