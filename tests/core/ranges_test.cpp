@@ -66,6 +66,17 @@ TEST(HeldPaths, EveryRangeTakesTheSameShareOfEveryBatch) {
   }
 }
 
+TEST(HeldPaths, NumbersAreRoundedDownAndDoNotOverflow) {
+  constexpr uint64_t kPaths = 0xfffffff0u;
+  const trace::Light light = light_of(0, kPaths);
+  const HeldPaths most({1, kPaths - 1}, kPaths, 1);
+  EXPECT_EQ(most.of_batch(light, 0), (std::pair<uint64_t, uint64_t>{1, kPaths - 1}));
+  // Two batches of 5 paths: from 5 * 3 / 7 up to 5 * 5 / 7 of each.
+  const HeldPaths some({3, 5}, 7, 2);
+  EXPECT_EQ(some.of_batch(light_of(20, 10), 0), (std::pair<uint64_t, uint64_t>{2, 3}));
+  EXPECT_EQ(some.of_batch(light_of(20, 10), 1), (std::pair<uint64_t, uint64_t>{7, 8}));
+}
+
 /// Sessions with a range each, and one without paths that evaluates their sums.
 class Ranges {
  public:
@@ -266,6 +277,19 @@ TEST(Ranges, RefuseWhatTheyCannotDo) {
   refused([&] { part.look({}, progress); }, "expected a baked one of path_range");
   refused([&] { part.ask_for(std::vector<uint32_t>{1}); }, "found light 1");
   refused([&] { part.ask_for(std::vector<uint32_t>{0, 0}); }, "lights that do not ascend");
+  refused([&] { whole.ask_for(std::vector<uint32_t>{0}); }, "found light 0, expected narrow");
+  const auto digest = part.digest();
+  refused([&] { part.ask_for(std::vector<uint32_t>{0, 1}); }, "found light 1");
+  EXPECT_EQ(part.digest(), digest);
+  EXPECT_TRUE(part.asked_lights().empty());
+  part.ask_for({});
+  part.ask_for(std::vector<uint32_t>{0});
+  EXPECT_EQ(part.asked_lights(), (std::vector<uint32_t>{0}));
+  refused([&] { part.ask_for(std::vector<uint32_t>{0}); }, "found light 0");  // already left out
+  Session discs(room_with_spot(), some_samples(),
+                of_range(options(1, DirectMode::paths, segments::SegmentEnd::first), 0, 2000));
+  discs.bake(progress);
+  refused([&] { discs.ask_for(std::vector<uint32_t>{0}); }, "found light 0");
   PathSums less = part.path_sums();
   less.discs.pop_back();
   refused([&] { whole.add_path_sums(less); }, "discs: found");
