@@ -239,6 +239,7 @@ size_t Session::follow(std::span<const scene::Edit> edits, const EditLog& log,
   frame.end_stage("gather", watch);
   if (!log.changes().empty()) refresh_areas(&log.changes());
   frame.end_stage("areas", watch);
+  DELTALUX_ASSERT(s.sums_are_possible() && frame.done >= 0 && frame.done <= 1);
   enter(Step::replaced, Step::rest);
   return refused;
 }

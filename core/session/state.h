@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // All data of a session, in plain structs; only the functions of this folder change them.
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <vector>
 
+#include "base/assertion.h"
 #include "base/parallel.h"
 #include "gather/evaluate.h"
 #include "plan/planner.h"
@@ -158,6 +160,14 @@ struct State {
   double sum_factor(uint32_t group) const { return merged(group) ? 1.0 : group_factor[group]; }
   /// The index of the sums that the group adds to.
   uint32_t sum_group(uint32_t group) const { return std::min(group, kMaxSumGroups - 1); }
+  /// Whether no sum is negative: what was added may be subtracted, and nothing else. In a session
+  /// without paths that depends on the user.
+  bool sums_are_possible() const {
+    const auto possible = [](const std::vector<int64_t>& all) {
+      return std::all_of(all.begin(), all.end(), [](int64_t sum) { return sum >= 0; });
+    };
+    return holds_none() || (possible(sums) && (!gather || possible(gather->sums.quanta)));
+  }
   estimate::EnergySums energy() { return {sums.data(), samples.size()}; }
   /// By light: 1 if gather rays get its direct light by shadow rays, so that cells leave it out.
   std::vector<uint8_t> asked_for() const {
@@ -172,6 +182,7 @@ struct State {
       const size_t middle = (low + high) / 2;
       (lights[middle].first_path <= path ? low : high) = middle;
     }
+    DELTALUX_ASSERT(low < high && path - lights[low].first_path < lights[low].path_count);
     return low;
   }
   /// The dim factor included in a path's power when it leaves the light: other than 1 only for
