@@ -61,15 +61,16 @@ std::vector<std::function<Edited(StateWorld&)>> edits() {
     out[material] = 1;
     return out;
   };
-  return {[=](StateWorld& w) { return Edited{{move(1, at(1.3, 0.5, 1.2))(w)}, {}}; },
-          [=](StateWorld& w) { return Edited{{show(2, false)(w)}, {}}; },
-          [=](StateWorld& w) {
-            return Edited{{move(1, at(2, 1.4, 2))(w), move(2, at(3.2, 0.5, 1))(w)}, {}};
-          },
-          [=](StateWorld& w) { return Edited{{show(2, true)(w)}, {}}; },
-          [=](StateWorld& w) { return Edited{{}, paint(w, 2)}; },
-          [=](StateWorld& w) { return Edited{{move(1, at(1, 0.6, 3))(w)}, paint(w, 0)}; },
-          [=](StateWorld& w) { return Edited{{move(2, at(3.2, 0.5, 1.1))(w)}, {}}; }};
+  return {
+      [=](StateWorld& w) { return Edited{{move(1, turned(at(1.3, 0.5, 1.2), 2, -0.3))(w)}, {}}; },
+      [=](StateWorld& w) { return Edited{{show(2, false)(w)}, {}}; },
+      [=](StateWorld& w) {
+        return Edited{{move(1, turned(at(2, 1.4, 2), 0, 1))(w), move(2, at(3.2, 0.5, 1))(w)}, {}};
+      },
+      [=](StateWorld& w) { return Edited{{show(2, true)(w)}, {}}; },
+      [=](StateWorld& w) { return Edited{{}, paint(w, 2)}; },
+      [=](StateWorld& w) { return Edited{{move(1, at(1, 0.6, 3))(w)}, paint(w, 0)}; },
+      [=](StateWorld& w) { return Edited{{move(2, at(3.2, 0.5, 1.1))(w)}, {}}; }};
 }
 
 /// Segments that are affected, by bounce and slot.

@@ -7,6 +7,8 @@
 #include <map>
 #include <set>
 
+#include "base/random.h"
+
 namespace deltalux::session {
 namespace {
 
@@ -43,7 +45,7 @@ class Recorder final : public estimate::SignedEstimator {
   const samples::DiscSet& discs() const override { return discs_; }
   size_t best_span() const override { return best_span_; }
 
-  static uint16_t slab_of(uint32_t name) { return uint16_t(name * 7 % 5); }
+  static uint16_t slab_of(uint32_t name) { return uint16_t(mix64(name) % 5); }
 
   mutable std::vector<Call> calls;
   mutable std::map<uint32_t, int> seen;  ///< by name: sum of signs

@@ -69,7 +69,7 @@ TEST(Lights, PathsCarryWhatReceiversGet) {
 
 TEST(Lights, SpotsHaveTheFalloffOfTheirVersines) {
   for (const std::vector<float>& cone :
-       {std::vector<float>{0.2f, 0.7f}, {0, 0.01f}, {0.5f, 0.5f}, {1.2f, 1.9f}, {0.3f, 2}}) {
+       {std::vector<float>{0.2f, 0.7f}, {0, 1e-6f}, {0.5f, 0.5f}, {1.2f, 1.9f}, {0.3f, 2}}) {
     Punctual spot;
     spot.kind = &kind_named("spot");
     spot.parameters = cone;
@@ -90,8 +90,23 @@ TEST(Lights, SpotsHaveTheFalloffOfTheirVersines) {
       const Vec3f way = (u * float(sine) + spot.direction * float(1 - versine)) * 3.0f;
       const double found = spot.kind->irradiance(spot, way, normalize(-way), 0);
       EXPECT_NEAR(9 * found, share, 2e-3) << inner << " " << outer << " " << versine;
+      const Vec3f aslant = normalize(-way + cross(way, u) * 0.5f + u);
+      const double cosine = -dot(aslant, normalize(way));
+      EXPECT_NEAR(9 * spot.kind->irradiance(spot, way, aslant, 0), share * cosine, 2e-3);
+      EXPECT_EQ(spot.kind->irradiance(spot, way, -aslant, 0), 0);
     }
   }
+}
+
+TEST(Lights, AreNoBrighterThanShadowRaysResolve) {
+  Punctual spot = placed()[1];
+  const double slack = 0.01, away = 0.002;
+  const Vec3f point = spot.position + spot.direction * float(away);
+  const double nearest = slack + double(position_slack(spot.position));
+  EXPECT_NEAR(
+      spot.kind->irradiance(spot, point, -spot.direction, float(slack)) * std::pow(nearest, 3),
+      away, 1e-5);
+  EXPECT_GT(spot.kind->irradiance(spot, point, -spot.direction, 0) * away * away, 0.99);
 }
 
 TEST(Lights, ReachTheirExtentAsPathsOfEveryShare) {
@@ -227,8 +242,14 @@ TEST(Lights, WithOddParametersAreRefused) {
   const std::string odd = "light \"lamp\": found ";
   EXPECT_EQ(finished("point", {1}), odd + "parameters, which a point light has none of");
   EXPECT_EQ(finished("sun", {1}), odd + "parameters, which a sun has none of");
-  for (const std::vector<float>& bad :
-       {std::vector<float>{}, {0.1f}, {0.2f, 0.1f}, {0, 0}, {-0.1f, 1}, {0, 2.5f}, {0, NAN}})
+  for (const std::vector<float>& bad : {std::vector<float>{},
+                                        {0.1f},
+                                        {0.2f, 0.1f},
+                                        {0, 0},
+                                        {-0.1f, 1},
+                                        {0, 2.5f},
+                                        {0, NAN},
+                                        {0, 1, 1}})
     EXPECT_EQ(finished("spot", bad),
               odd + "other parameters than versines of the inner and the outer half angle");
 }

@@ -129,5 +129,35 @@ TEST(Scan, ListsWhatMeetsABoxAndNothingFarFromIt) {
   EXPECT_LT(beside, found);
 }
 
+// Where ends are rounded away from each other, by almost half a cell, the box's margin has to cover
+// it.
+TEST(Scan, ListsWhatJustTouchesABox) {
+  const Box world{{0, 0, 0}, {4, 3, 4}};
+  const ScanGrid grid(world);
+  for (uint64_t seed = 0; seed < 300; ++seed) {
+    Draw draw(seed);
+    const int axis = int(draw.below(3));
+    const bool above = draw.chance(0.5f);
+    // The box's face, in cells, is just off the middle between two of them.
+    const float cell = 10 + float(draw.below(400)) + (above ? 0.499f : 0.501f);
+    Box box{{0.5f, 0.5f, 0.5f}, {3, 2, 3}};
+    float& face = above ? box.low[axis] : box.high[axis];
+    face = grid.origin[axis] + cell / grid.cells_per_metre[axis];
+    if (!(box.low[axis] < box.high[axis])) continue;
+    Vec3f touching = (box.low + box.high) * 0.5f, far = touching;
+    touching[axis] = face;
+    far[axis] = above ? world.low[axis] : world.high[axis];
+    const segments::CellBox outline = grid.cell_box(touching, far);
+    const std::vector<uint32_t> low(16, outline.low), high(16, outline.high);
+    const ScanBox scanned = scan_box(grid, box);
+    for (const Isa each : available_isas()) {
+      const WithIsa with(each);
+      std::vector<uint32_t> candidates;
+      scan(low.data(), high.data(), low.size(), {&scanned, 1}, 0, candidates);
+      EXPECT_EQ(candidates.size(), 16u) << seed;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace deltalux::session

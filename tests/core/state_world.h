@@ -35,19 +35,33 @@ inline Pose at(double x, double y, double z) {
   return pose;
 }
 
+/// The pose after a turn of the object about one of its axes.
+inline Pose turned(Pose pose, int axis, double angle) {
+  const double c = std::cos(angle), s = std::sin(angle);
+  const int b = (axis + 1) % 3, d = (axis + 2) % 3;
+  for (Vec3d& row : pose.row) {
+    const Vec3d old = row;
+    row[b] = c * old[b] + s * old[d];
+    row[d] = c * old[d] - s * old[b];
+  }
+  return pose;
+}
+
 /// The room with a wide spot of group 1, whose direct light comes from paths, the lamp of group 0,
-/// which has shadow rays, the block (object 1) and a crate (object 2).
+/// which has shadow rays, the block (object 1) and a crate (object 2) close under a shelf.
 inline scene::Scene room_of_two() {
   scene::Scene scene = room_with_spot();
   scene.lights[0].group = 1, scene.group_count = 2;
   scene.lights[0].intensity = {40, 30, 20}, scene.lights[0].parameters = {0.1f, 0.4f};
   scene.materials.push_back({{0.9f, 0.8f, 0.7f}, {}, false});
+  direct::add_quad(scene.objects[0], {2.7f, 0.8f, 2.3f}, {0, 0, 0.6f}, {0.6f, 0, 0});
   scene::Object crate;
   crate.name = "crate";
   crate.movable = true;
   direct::add_box(crate, {-0.2f, -0.2f, -0.2f}, {0.2f, 0.2f, 0.2f});
   std::fill(crate.material.begin(), crate.material.end(), 2u);
-  crate.pose = at(3, 0.4, 2.6);
+  crate.pose = turned(at(3, 0.4, 2.6), 2, 0.2);
+  scene.objects[1].pose = turned(scene.objects[1].pose, 1, 0.5);
   scene.objects.push_back(crate);
   scene.finish();
   return scene;
