@@ -65,12 +65,16 @@ std::vector<std::function<Edited(StateWorld&)>> edits() {
       [=](StateWorld& w) { return Edited{{move(1, turned(at(1.3, 0.5, 1.2), 2, -0.3))(w)}, {}}; },
       [=](StateWorld& w) { return Edited{{show(2, false)(w)}, {}}; },
       [=](StateWorld& w) {
-        return Edited{{move(1, turned(at(2, 1.4, 2), 0, 1))(w), move(2, at(3.2, 0.5, 1))(w)}, {}};
+        return Edited{{move(1, turned(at(2, 1.4, 2), 0, 1))(w), move(2, at(2.1, 0.5, 2.1))(w)}, {}};
       },
       [=](StateWorld& w) { return Edited{{show(2, true)(w)}, {}}; },
       [=](StateWorld& w) { return Edited{{}, paint(w, 2)}; },
       [=](StateWorld& w) { return Edited{{move(1, at(1, 0.6, 3))(w)}, paint(w, 0)}; },
-      [=](StateWorld& w) { return Edited{{move(2, at(3.2, 0.5, 1.1))(w)}, {}}; }};
+      [=](StateWorld& w) { return Edited{{move(2, at(3.2, 0.5, 1.1))(w)}, {}}; },
+      // One above the other: many segments now hit both.
+      [=](StateWorld& w) {
+        return Edited{{move(1, at(1.5, 1.3, 1.5))(w), move(2, at(1.55, 0.5, 1.6))(w)}, {}};
+      }};
 }
 
 /// Segments that are affected, by bounce and slot.
@@ -195,6 +199,17 @@ void replace(StateWorld& world, const Edited& edited, const Affected& affected) 
   EXPECT_EQ(std::count(s.cut.begin(), s.cut.end(), kNotCut), long(s.cut.size()));
 }
 
+/// The scan passes over slots that are not in use.
+void expect_unused_outlines(const State& s) {
+  using segments::BounceSegments, segments::ScanGrid;
+  for (const BounceSegments& stored : s.store.bounces())
+    for (uint32_t slot = 0; slot < stored.size(); ++slot) {
+      if (stored.at(slot).length >= 0) continue;
+      EXPECT_EQ(stored.chunk(slot).low[slot % BounceSegments::kChunk], ScanGrid::kUnused.low);
+      EXPECT_EQ(stored.chunk(slot).high[slot % BounceSegments::kChunk], ScanGrid::kUnused.high);
+    }
+}
+
 void follow_edits(const Variant& variant) {
   StateWorld world(variant);
   world.trace();
@@ -217,6 +232,7 @@ void follow_edits(const Variant& variant) {
     EXPECT_LE(found, affected.candidates);
     EXPECT_LE(affected.candidates, slots);
     replace(world, edited, affected);
+    expect_unused_outlines(world.s);
     // As if all had been traced in the new scene.
     StateWorld fresh(variant, world.s.scene);
     fresh.trace();

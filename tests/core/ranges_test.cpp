@@ -301,36 +301,53 @@ TEST(Ranges, RefuseWhatTheyCannotDo) {
   read(whole);
 }
 
+TEST(Ranges, HaveNoFirstFlightsFromLightsThatAreOff) {
+  scene::Scene scene = room_with_spot();
+  scene.lights[0].attached = 1, scene.lights[0].position = {0, 1, 0};
+  scene.finish();
+  Progress progress;
+  Session part(scene, some_samples(), of_range(gathering(1), 0, 2000));
+  part.bake(progress);
+  EXPECT_EQ(part.first_flights().lights, (std::vector<uint32_t>{0}));
+  part.update(std::vector<scene::Edit>{scene::SetPresent{1, false}}, 0, progress);
+  EXPECT_TRUE(part.first_flights().lights.empty());
+}
+
 TEST(Ranges, ACancelledLookLeavesEverythingAsItWas) {
   Progress progress;
   Session one(room_with_spot(), some_samples(), gathering(1));
   one.bake(progress);
-  Options all = of_range(gathering(1), 0, gathering(1).paths);
-  Session part(room_with_spot(), some_samples(), all),
-      whole(room_with_spot(), some_samples(), of_range(all, 0, 0));
+  const Options all = of_range(gathering(1), 0, gathering(1).paths);
+  Session part(room_with_spot(), some_samples(), all);
   part.bake(progress);
-  whole.bake(progress);
-  whole.add_path_sums(part.path_sums());
-  const PathSums before = whole.path_sums();
-  const size_t forecast = whole.forecast().bytes;
+  const auto whole = [&] {
+    auto out = std::make_unique<Session>(room_with_spot(), some_samples(), of_range(all, 0, 0));
+    out->bake(progress);
+    out->add_path_sums(part.path_sums());
+    return out;
+  };
   const FirstFlights flights = part.first_flights();
-  // Cancel at the first check, then ever later ones, until the last one is over.
-  int cancelled = 0;
-  int64_t check = 1;
-  for (bool again = true; again; cancelled += again, check += 1 + check / 2) {
+  // Count the checks of a look; then cancel at some of them, the last ones too.
+  constexpr int64_t kMany = 1 << 30;
+  const auto counted = whole();
+  fault::arm(fault::Kind::cancel, kMany);
+  counted->look(flights, progress);
+  const int64_t checks = kMany - fault::countdown[size_t(fault::Kind::cancel)];
+  fault::arm(fault::Kind::cancel, 0);
+  EXPECT_GT(checks, 50);
+  const auto session = whole();
+  const PathSums before = session->path_sums();
+  const size_t forecast = session->forecast().bytes;
+  for (int64_t check = checks; check > 0; check -= 1 + checks / 30) {
     fault::arm(fault::Kind::cancel, check);
-    try {
-      whole.look(flights, progress);
-      again = false;
-    } catch (const Cancelled&) {
-      EXPECT_EQ(whole.path_sums().cells, before.cells);
-      EXPECT_EQ(whole.forecast().bytes, forecast);
-      EXPECT_TRUE(whole.asked_lights().empty());
-    }
+    EXPECT_THROW(session->look(flights, progress), Cancelled) << check;
     fault::arm(fault::Kind::cancel, 0);
+    EXPECT_EQ(session->path_sums().cells, before.cells);
+    EXPECT_EQ(session->forecast().bytes, forecast);
+    EXPECT_TRUE(session->asked_lights().empty());
   }
-  EXPECT_GT(cancelled, 5);
-  EXPECT_EQ(whole.digest(part.segments_hash()), one.digest());
+  session->look(flights, progress);
+  EXPECT_EQ(session->digest(part.segments_hash()), one.digest());
 }
 
 TEST(Ranges, ComeBackFromArchives) {

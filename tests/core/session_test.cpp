@@ -35,6 +35,24 @@ TEST(Session, UpdatesEqualARecompute) {
     }
 }
 
+TEST(Session, LampsGoAndComeBack) {
+  Progress progress;
+  Session session(room(), some_samples(),
+                  options(2, DirectMode::paths, segments::SegmentEnd::first));
+  session.bake(progress);
+  // Without a recompute in between: slots of paths that have no segments meanwhile go to others.
+  const std::vector<std::vector<scene::Edit>> steps = {
+      {scene::Insert{second_lamp()}},
+      {scene::SetPresent{2, false}},
+      {scene::Move{1, at(2.5, 2)}},
+      {scene::SetReflectance{0, {0.8f, 0.7f, 0.6f}}},
+      {scene::SetPresent{2, true}}};
+  for (const auto& edits : steps) session.update(edits, 0, progress);
+  const auto updated = session.digest();
+  session.recompute(progress);
+  EXPECT_EQ(session.digest(), updated);
+}
+
 TEST(Session, ThreadsDoNotMatter) {
   std::vector<std::array<uint64_t, 4>> digests;
   for (const int threads : {1, 2, 4}) {
