@@ -128,7 +128,7 @@ void Session::trace_all(Progress& progress, Frame& frame) {
   }
   progress.begin("trace paths", paths);
   const PathCounts counts = trace_lights(progress);
-  DELTALUX_ASSERT(s.sums_are_possible());
+  DELTALUX_ASSERT(std::all_of(s.sums.begin(), s.sums.end(), [](int64_t sum) { return sum >= 0; }));
   frame.retraced_segments = counts.retraced;
   frame.affected_paths = paths;
   frame.milliseconds.emplace_back("trace", counts.trace_ms);

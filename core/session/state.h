@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // All data of a session, in plain structs; only the functions of this folder change them.
 #pragma once
-#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -160,14 +159,6 @@ struct State {
   double sum_factor(uint32_t group) const { return merged(group) ? 1.0 : group_factor[group]; }
   /// The index of the sums that the group adds to.
   uint32_t sum_group(uint32_t group) const { return std::min(group, kMaxSumGroups - 1); }
-  /// Whether no sum is negative: what was added may be subtracted, and nothing else. In a session
-  /// without paths that depends on the user.
-  bool sums_are_possible() const {
-    const auto possible = [](const std::vector<int64_t>& all) {
-      return std::all_of(all.begin(), all.end(), [](int64_t sum) { return sum >= 0; });
-    };
-    return holds_none() || (possible(sums) && (!gather || possible(gather->sums.quanta)));
-  }
   estimate::EnergySums energy() { return {sums.data(), samples.size()}; }
   /// By light: 1 if gather rays get its direct light by shadow rays, so that cells leave it out.
   std::vector<uint8_t> asked_for() const {
