@@ -9,6 +9,8 @@
 
 #include <algorithm>
 
+#include "base/assertion.h"
+
 namespace deltalux {
 
 struct Workers::Arena {
@@ -25,6 +27,7 @@ Workers::~Workers() = default;
 
 void Workers::for_blocks(size_t count, size_t grain,
                          const std::function<void(size_t, size_t)>& body) const {
+  DELTALUX_ASSERT(grain > 0);
   const size_t blocks = (count + grain - 1) / grain;
   const auto run = [&](size_t block) { body(block * grain, std::min(count, (block + 1) * grain)); };
   if (!arena_ || blocks < 2) {

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <optional>
 
+#include "base/assertion.h"
 #include "base/error.h"
 #include "base/stopwatch.h"
 #include "direct/block.h"
@@ -29,8 +30,10 @@ int64_t weigh(const Present& present, const LightShape& shape, double quantum, s
               const FixedView& view, std::span<const uint32_t> movables) {
   const Receiver& receiver = present.receivers[sample];
   const double share = visible_share(present.caster, shape, receiver, view, movables);
+  DELTALUX_ASSERT(share >= 0 && share <= 1 + 1e-6);
   if (!(share > 0)) return 0;
   const double open = shape.open(receiver) * shape.brightest() / quantum;
+  DELTALUX_ASSERT(open >= 0);
   return std::llround(std::min(open * share, kMaxWeight));
 }
 
@@ -137,6 +140,7 @@ void DirectLight::add(const Column& column, size_t sample, int64_t weight, int s
   int64_t* cell = &sums_[(size_t(column.group) * samples_ + sample) * 3];
   for (int c = 0; c < 3; ++c)
     cell[c] += sign * int64_t(std::llround(double(weight) * column.channel[c]));
+  DELTALUX_ASSERT(std::min({cell[0], cell[1], cell[2]}) >= 0);
 }
 
 FixedView DirectLight::view_of(const Column& column, size_t sample) const {

@@ -7,6 +7,8 @@
 #include <numbers>
 #include <vector>
 
+#include "base/assertion.h"
+
 namespace deltalux::samples {
 namespace {
 
@@ -18,6 +20,25 @@ constexpr float kShort = 0.998f;
 const float kAround = 1.0f / std::cos(0.5f * kStep);
 // Probes extend beyond the circle, to detect geometry that may jut in between two of them.
 constexpr float kGuard = 1.25f;
+
+/// Whether estimators can work with all discs: columns of equal lengths, places and radii finite,
+/// normals of unit length, outlines within their circles.
+bool are_sound(const DiscSet& discs) {
+  const size_t n = discs.size();
+  bool sound = discs.normal.size() == n && discs.radius.size() == n && discs.outline.size() == n &&
+               discs.id.size() == n && discs.openness.size() == n && discs.slack.size() == n;
+  for (size_t i = 0; sound && i < n; ++i) {
+    const Vec3f c = discs.centre[i], normal = discs.normal[i];
+    sound = std::isfinite(c.x + c.y + c.z + discs.radius[i]) && discs.radius[i] >= 0 &&
+            std::fabs(dot(normal, normal) - 1) < 1e-3f &&
+            (discs.outline[i] == kWholeDisc || discs.outline[i] < discs.outlines.size());
+    for (int k = 0; sound && discs.outline[i] != kWholeDisc && k < kProbes; ++k) {
+      const float end = discs.outlines[discs.outline[i]][size_t(k)];
+      sound = end >= 0 && end <= discs.radius[i];
+    }
+  }
+  return sound;
+}
 
 /// Directions of the probes.
 struct Compass {
@@ -194,6 +215,7 @@ DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea
       if (discs.outline[i] != kWholeDisc) discs.outline[i] += base;
     discs.outlines.insert(discs.outlines.end(), found[block].begin(), found[block].end());
   }
+  DELTALUX_ASSERT(are_sound(discs));
   return discs;
 }
 

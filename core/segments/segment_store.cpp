@@ -36,6 +36,7 @@ uint32_t ScanGrid::pack(Vec3f cells) {
 
 CellBox ScanGrid::cell_box(Vec3f a, Vec3f b) const {
   const Vec3f p = to_cells(a), q = to_cells(b);
+  DELTALUX_ASSERT(std::isfinite(p.x + p.y + p.z) && std::isfinite(q.x + q.y + q.z));
   const bool rises = p.x <= q.x;
   CellBox out{pack(min(p, q)), pack(max(p, q)) | kGuards};
   if ((p.z <= q.z) != rises) out.low |= kFallsInZ;

@@ -26,6 +26,10 @@ struct Found {
   uint64_t candidates = 0;
 };
 
+bool passes(const SlabRay& ray, const Box& box, float reach) {
+  return !box.empty() && ray.entry(box, reach) <= reach;
+}
+
 class Finder {
  public:
   Finder(const State& state, std::span<const ObjectChange> changes,
@@ -96,12 +100,11 @@ class Finder {
     if (segment.primitive != scene::kNone) result.hit = {segment.length, segment.primitive, {}};
     for (size_t k = 0; k < changes_.size(); ++k) {
       const ObjectChange& change = changes_[k];
-      if (!near_[k].empty() && ray.entry(near_[k], reach) <= reach) found.near[k].push_back(slot);
+      if (passes(ray, near_[k], reach)) found.near[k].push_back(slot);
       if (state_.store.with_extended())
         // With segments that go on behind the first hit, that piece counts too. Tracing the path
         // again decides what really changed.
-        affected |=
-            ray.entry(change.before, reach) <= reach || ray.entry(change.after, reach) <= reach;
+        affected |= passes(ray, change.before, reach) || passes(ray, change.after, reach);
       if (retrace || change.after.empty()) continue;
       result.hit = state_.caster->closer(result.hit, change.object, o, w);
     }

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "base/assertion.h"
+
 namespace deltalux::session {
 
 using segments::HitSlots;
@@ -30,6 +32,7 @@ void Feed::add(const SegmentSpan& span, int sign, HitSlots* slots) {
   }
   if (slots) std::fill_n(slots, span.count, HitSlots{{HitSlots::kMany, HitSlots::kFree}});
   const std::lock_guard lock(mutex_);
+  DELTALUX_ASSERT(collected_.count() == 0 || sign_ == sign);
   sign_ = sign;
   collected_.append(span);
 }

@@ -17,6 +17,7 @@ void HeldPaths::add(const trace::Light& light) {
     const auto [begin, end] = of_batch(light, batch);
     if (begin == end) continue;
     const uint64_t path = light.first_path + begin;
+    DELTALUX_ASSERT(runs_.empty() || path > path_of(uint32_t(size_ - 1)));
     const bool follows =
         !runs_.empty() && runs_.back().first_path + (size_ - runs_.back().first_slot) == path;
     if (!follows) runs_.push_back({path, size_});

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/assertion.h"
 #include "trace/lights.h"
 
 namespace deltalux::session {
@@ -35,16 +36,17 @@ class HeldPaths {
   uint64_t size() const { return size_; }
   /// The slot of a path, which must be held.
   uint32_t slot_of(uint32_t path) const {
-    const Run& run = last_run([&](const Run& r) { return r.first_path <= path; });
-    return uint32_t(run.first_slot + (path - run.first_path));
+    DELTALUX_ASSERT(find(path));
+    return slot_if_held(path);
   }
   /// The slot of a path, or nullopt if it is not held.
   std::optional<uint32_t> find(uint32_t path) const {
     if (!size_ || path < runs_.front().first_path) return std::nullopt;
-    const uint32_t slot = slot_of(path);
+    const uint32_t slot = slot_if_held(path);
     return slot < size_ && path_of(slot) == path ? std::optional(slot) : std::nullopt;
   }
   uint32_t path_of(uint32_t slot) const {
+    DELTALUX_ASSERT(slot < size_);
     const Run& run = last_run([&](const Run& r) { return r.first_slot <= slot; });
     return uint32_t(run.first_path + (slot - run.first_slot));
   }
@@ -62,6 +64,11 @@ class HeldPaths {
   struct Run {
     uint64_t first_path, first_slot;
   };
+  /// The slot of `path`, if it is held.
+  uint32_t slot_if_held(uint32_t path) const {
+    const Run& run = last_run([&](const Run& r) { return r.first_path <= path; });
+    return uint32_t(run.first_slot + (path - run.first_path));
+  }
   /// The last run for which before() holds; it holds for the first one.
   template <class Before>
   const Run& last_run(const Before& before) const {

@@ -16,6 +16,21 @@ using segments::Segment;
 constexpr size_t kGrain = 256;
 constexpr size_t kAhead = 12;
 
+/// Marks the segments as unused: those of `cut` keep their slots, those of `gone` free them.
+void empty_slots(BounceSegments& stored, std::span<const uint32_t> cut,
+                 std::span<const uint32_t> gone) {
+  for (uint32_t slot : gone) {
+    stored.at(slot).length = -1;
+    stored.set_cell_box(slot, segments::ScanGrid::kUnused);
+    stored.release(slot);
+  }
+  for (uint32_t slot : cut) {
+    Segment& segment = stored.at(slot);
+    segment.length = -1;
+    segment.next = kNoSlot;
+  }
+}
+
 }  // namespace
 
 PathUpdate::PathUpdate(State& state)
@@ -67,7 +82,9 @@ void PathUpdate::replace(std::span<const PendingPath> pending,
   {
     ScopeTime watch(counts_.remove_ms);
     for (const PendingPath& p : pending) {
-      state_.cut[state_.held.slot_of(p.path)] = kNotCut;
+      uint8_t& mark = state_.cut[state_.held.slot_of(p.path)];
+      DELTALUX_ASSERT(mark == p.bounce && bounces[p.bounce].at(p.slot).path == p.path);
+      mark = kNotCut;
       cut[p.bounce].push_back(p.slot);
       // trace() expects the segments with known hits first.
       if (p.hit_known) {
@@ -85,7 +102,9 @@ void PathUpdate::replace(std::span<const PendingPath> pending,
           if (i + kAhead < list->size()) __builtin_prefetch(&bounces[b].at((*list)[i + kAhead]));
           const Segment& segment = bounces[b].at((*list)[i]);
           counts_.removed += segment.length >= 0;
-          if (segment.next != kNoSlot) gone[b + 1].push_back(segment.next);
+          if (segment.next == kNoSlot) continue;
+          DELTALUX_ASSERT(bounces[b + 1].at(segment.next).path == segment.path);
+          gone[b + 1].push_back(segment.next);
         }
       for (const auto* list : {&cut[b], &gone[b]}) {
         deposit_.remove(b, *list);
@@ -93,18 +112,7 @@ void PathUpdate::replace(std::span<const PendingPath> pending,
       }
     }
     deposit_.finish();
-    for (uint32_t b = 0; b < bounces.size(); ++b) {
-      for (uint32_t slot : gone[b]) {
-        bounces[b].at(slot).length = -1;
-        bounces[b].set_cell_box(slot, segments::ScanGrid::kUnused);
-        bounces[b].release(slot);
-      }
-      for (uint32_t slot : cut[b]) {
-        Segment& segment = bounces[b].at(slot);
-        segment.length = -1;
-        segment.next = kNoSlot;
-      }
-    }
+    for (uint32_t b = 0; b < bounces.size(); ++b) empty_slots(bounces[b], cut[b], gone[b]);
   }
   if (between) {
     ScopeTime watch(counts_.moving_ms);

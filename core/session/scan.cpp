@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/assertion.h"
 #include "base/cpu.h"
 #include "estimate/lanes.h"
 
@@ -15,6 +16,7 @@ namespace deltalux::session {
 using segments::ScanGrid;
 
 ScanBox scan_box(const segments::ScanGrid& grid, const Box& box) {
+  DELTALUX_ASSERT(!box.empty());
   // Ends of cell boxes are rounded by up to half a cell; the rest covers rounding of floats.
   constexpr float kWiden = 0.55f;
   const Vec3f widen{kWiden, kWiden, kWiden};
@@ -121,6 +123,7 @@ size_t scan_eight(const uint32_t* low, const uint32_t* high, size_t count,
 
 void scan(const uint32_t* low, const uint32_t* high, size_t count, std::span<const ScanBox> boxes,
           uint32_t base, std::vector<uint32_t>& out) {
+  DELTALUX_ASSERT(count % 16 == 0);
   const size_t before = out.size();
   // The list is built in place, then compacted towards its front.
   out.resize(before + count + 15);

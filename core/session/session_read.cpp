@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/assertion.h"
 #include "base/direction.h"
 #include "base/error.h"
 #include "base/random.h"
@@ -225,6 +226,8 @@ void Session::read_samples(bool errors, const Gathered& gathered, const Write& w
         const gather::Estimate& own = around[i - begin];
         irradiance[c] = block.energy[j] * per_area + block.direct[j] + own.irradiance[c];
         error[c] = std::sqrt(block.variance[j] * per_area * per_area + own.error[c] * own.error[c]);
+        DELTALUX_ASSERT(std::isfinite(irradiance[c]) && std::isfinite(error[c]));
+        DELTALUX_ASSERT(irradiance[c] >= 0);
       }
       write(size_t(s.given[i]), irradiance, error);
     }

@@ -62,6 +62,14 @@ void add_paths(State& s, size_t first, EditMarks& marks) {
 
 std::string mebibytes(double bytes) { return std::to_string(uint64_t(bytes) >> 20) + " MiB"; }
 
+/// Whether no cell's sum is negative, since only what was added is removed. (Sums of discs may come
+/// from a file, and all sums of a session without paths from the user.)
+bool cells_are_possible(const State& s) {
+  return !s.gather || s.holds_none() ||
+         std::all_of(s.gather->sums.quanta.begin(), s.gather->sums.quanta.end(),
+                     [](int64_t sum) { return sum >= 0; });
+}
+
 /// Whether an edit (dimming, a new reflectance) may change the light of any sample.
 bool shows_everywhere(std::span<const scene::Edit> edits) {
   return std::any_of(edits.begin(), edits.end(), [](const scene::Edit& edit) {
@@ -239,6 +247,7 @@ size_t Session::follow(std::span<const scene::Edit> edits, const EditLog& log,
   frame.end_stage("gather", watch);
   if (!log.changes().empty()) refresh_areas(&log.changes());
   frame.end_stage("areas", watch);
+  DELTALUX_ASSERT(cells_are_possible(s) && frame.done >= 0 && frame.done <= 1);
   enter(Step::replaced, Step::rest);
   return refused;
 }

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/assertion.h"
 #include "base/parallel.h"
 #include "gather/evaluate.h"
 #include "plan/planner.h"
@@ -172,6 +173,7 @@ struct State {
       const size_t middle = (low + high) / 2;
       (lights[middle].first_path <= path ? low : high) = middle;
     }
+    DELTALUX_ASSERT(low < high && path - lights[low].first_path < lights[low].path_count);
     return low;
   }
   /// The dim factor included in a path's power when it leaves the light: other than 1 only for

@@ -44,7 +44,7 @@ class Walk {
     uint64_t seed = 1;
     uint32_t batches = 8;
     uint32_t max_bounces = 64;   ///< segments per path
-    bool second_hit = false;     ///< compute Landing::extended
+    bool second_hit = false;     ///< compute Interaction::extended
     float second_reach = 1e30f;  ///< at most this far beyond the first hit
     bool static_only = false;    ///< ignore movable objects
   };

@@ -10,6 +10,7 @@
 #include "base/random.h"
 #include "lights/kinds.h"
 #include "scene/scene.h"
+#include "trace/lights.h"
 
 namespace deltalux::lights {
 namespace {
@@ -64,6 +65,112 @@ TEST(Lights, PathsCarryWhatReceiversGet) {
     for (int ring = 0; ring < kRings; ++ring)
       EXPECT_NEAR(paths[ring] / sum, power[ring] / sum, 2e-3) << light.kind->name() << ring;
   }
+}
+
+TEST(Lights, SpotsHaveTheFalloffOfTheirVersines) {
+  for (const std::vector<float>& cone :
+       {std::vector<float>{0.2f, 0.7f}, {0, 1e-6f}, {0.5f, 0.5f}, {1.2f, 1.9f}, {0.3f, 2}}) {
+    Punctual spot;
+    spot.kind = &kind_named("spot");
+    spot.parameters = cone;
+    spot.direction = normalize(Vec3f{1, -2, 0.5f});
+    const double inner = cone[0], outer = cone[1];
+    EXPECT_EQ(spot.kind->cone(spot), cone[1]);
+    EXPECT_FALSE(spot.kind->is_parallel());
+    // Integral of a step up to the inner versine, and of a square from there to the outer one.
+    EXPECT_NEAR(spot.kind->extent(spot), 2 * kPi * (inner + (outer - inner) / 3), 1e-12);
+    Vec3f u, v;
+    tangent_frame(spot.direction, u, v);
+    for (int i = 0; i <= 100; ++i) {
+      const double versine = std::min(1.9999, 1.3 * outer * (i + 0.5) / 100);
+      const double ramp = (outer - versine) / (outer - inner);
+      const double share = versine < inner ? 1 : versine > outer ? 0 : ramp * ramp;
+      const double sine = std::sqrt(versine * (2 - versine));
+      // Whatever the distance.
+      const Vec3f way = (u * float(sine) + spot.direction * float(1 - versine)) * 3.0f;
+      const double found = spot.kind->irradiance(spot, way, normalize(-way), 0);
+      EXPECT_NEAR(9 * found, share, 2e-3) << inner << " " << outer << " " << versine;
+      const Vec3f aslant = normalize(-way + cross(way, u) * 0.5f + u);
+      const double cosine = -dot(aslant, normalize(way));
+      EXPECT_NEAR(9 * spot.kind->irradiance(spot, way, aslant, 0), share * cosine, 2e-3);
+      EXPECT_EQ(spot.kind->irradiance(spot, way, -aslant, 0), 0);
+    }
+  }
+}
+
+TEST(Lights, AreNoBrighterThanShadowRaysResolve) {
+  Punctual spot = placed()[1];
+  const double slack = 0.01, away = 0.002;
+  const Vec3f point = spot.position + spot.direction * float(away);
+  const double nearest = slack + double(position_slack(spot.position));
+  EXPECT_NEAR(
+      spot.kind->irradiance(spot, point, -spot.direction, float(slack)) * std::pow(nearest, 3),
+      away, 1e-5);
+  EXPECT_GT(spot.kind->irradiance(spot, point, -spot.direction, 0) * away * away, 0.99);
+}
+
+TEST(Lights, ReachTheirExtentAsPathsOfEveryShare) {
+  // At the ends of the random numbers: the axis, the inner rim, and the outer one.
+  for (const std::vector<float>& cone : {std::vector<float>{0.2f, 0.7f}, {0, 0.01f}, {0.3f, 2}}) {
+    Punctual spot;
+    spot.kind = &kind_named("spot");
+    spot.parameters = cone;
+    spot.position = {1, 2, 3}, spot.direction = {0, -1, 0};
+    const auto versine = [&](float share) {
+      const Start start = spot.kind->start(spot, {share, 0.3f, 0.9f, 0.8f});
+      EXPECT_EQ(start.origin, spot.position);
+      EXPECT_NEAR(length(start.direction), 1, 1e-6);
+      const Vec3d chord = Vec3d(start.direction) - Vec3d(spot.direction);
+      return 0.5 * dot(chord, chord);
+    };
+    const double inner = cone[0], outer = cone[1], ring = (outer - inner) / 3;
+    EXPECT_NEAR(versine(0), 0, 1e-6);
+    EXPECT_NEAR(versine(float(inner / (inner + ring))), inner, 1e-5 * outer);
+    // Half of the ring's power is within the cube root of a half.
+    EXPECT_NEAR(versine(float((inner + ring / 2) / (inner + ring))),
+                outer - (outer - inner) * std::cbrt(0.5), 1e-5 * outer);
+    EXPECT_LE(versine(0x1.fffffep-1f), outer * (1 + 1e-5));
+    EXPECT_GT(versine(0x1.fffffep-1f), 0.98 * outer);
+  }
+}
+
+TEST(Lights, FollowTheObjectThatCarriesThem) {
+  scene::Scene scene;
+  scene.materials = {{{0.5f, 0.5f, 0.5f}}};
+  scene::Object lamp;
+  lamp.name = "lamp", lamp.movable = true;
+  lamp.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}};
+  lamp.triangles = {{0, 1, 2}}, lamp.material = {0}, lamp.group = {0};
+  scene.objects = {lamp};
+  scene::PunctualLight spot;
+  spot.name = "spot";
+  spot.kind = &kind_named("spot");
+  spot.position = {0, 0.5, 0}, spot.direction = {0, -3, 0};
+  spot.intensity = {1, 2, 3}, spot.parameters = {0.1f, 0.4f};
+  spot.attached = 0;
+  scene.lights = {spot};
+  scene.finish();
+  std::vector<trace::Light> lights = trace::find_lights(scene);
+  ASSERT_EQ(lights.size(), 1u);
+  const Vec3d power = lights[0].power;
+  EXPECT_NEAR(power.y, 2 * 2 * kPi * 0.2, 1e-6);
+  EXPECT_EQ(lights[0].max_power, 1);
+  EXPECT_EQ(lights[0].punctual.position, (Vec3f{0, 0.5f, 0}));
+  EXPECT_EQ(lights[0].punctual.direction, (Vec3f{0, -1, 0}));
+  // A quarter turn about x, and a shift.
+  Pose& pose = scene.objects[0].pose;
+  pose.row[1] = {0, 0, -1}, pose.row[2] = {0, 1, 0};
+  pose.translation = {4, 5, 6};
+  trace::place_light(scene, lights[0]);
+  EXPECT_EQ(lights[0].punctual.position, (Vec3f{4, 5, 6.5f}));
+  EXPECT_EQ(lights[0].punctual.direction, (Vec3f{0, 0, -1}));
+  EXPECT_EQ(lights[0].bounds.low, lights[0].punctual.position);
+  EXPECT_EQ(lights[0].bounds.high, lights[0].punctual.position);
+  EXPECT_EQ(lights[0].power, power);
+  EXPECT_TRUE(lights[0].on);
+  scene.objects[0].present = false;
+  trace::place_light(scene, lights[0]);
+  EXPECT_FALSE(lights[0].on);
 }
 
 TEST(Lights, ShadowRaysEndShortOfTheLight) {
@@ -135,8 +242,14 @@ TEST(Lights, WithOddParametersAreRefused) {
   const std::string odd = "light \"lamp\": found ";
   EXPECT_EQ(finished("point", {1}), odd + "parameters, which a point light has none of");
   EXPECT_EQ(finished("sun", {1}), odd + "parameters, which a sun has none of");
-  for (const std::vector<float>& bad :
-       {std::vector<float>{}, {0.1f}, {0.2f, 0.1f}, {0, 0}, {-0.1f, 1}, {0, 2.5f}, {0, NAN}})
+  for (const std::vector<float>& bad : {std::vector<float>{},
+                                        {0.1f},
+                                        {0.2f, 0.1f},
+                                        {0, 0},
+                                        {-0.1f, 1},
+                                        {0, 2.5f},
+                                        {0, NAN},
+                                        {0, 1, 1}})
     EXPECT_EQ(finished("spot", bad),
               odd + "other parameters than versines of the inner and the outer half angle");
 }

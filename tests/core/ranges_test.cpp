@@ -66,6 +66,17 @@ TEST(HeldPaths, EveryRangeTakesTheSameShareOfEveryBatch) {
   }
 }
 
+TEST(HeldPaths, NumbersAreRoundedDownAndDoNotOverflow) {
+  constexpr uint64_t kPaths = 0xfffffff0u;
+  const trace::Light light = light_of(0, kPaths);
+  const HeldPaths most({1, kPaths - 1}, kPaths, 1);
+  EXPECT_EQ(most.of_batch(light, 0), (std::pair<uint64_t, uint64_t>{1, kPaths - 1}));
+  // Two batches of 5 paths: from 5 * 3 / 7 up to 5 * 5 / 7 of each.
+  const HeldPaths some({3, 5}, 7, 2);
+  EXPECT_EQ(some.of_batch(light_of(20, 10), 0), (std::pair<uint64_t, uint64_t>{2, 3}));
+  EXPECT_EQ(some.of_batch(light_of(20, 10), 1), (std::pair<uint64_t, uint64_t>{7, 8}));
+}
+
 /// Sessions with a range each, and one without paths that evaluates their sums.
 class Ranges {
  public:
@@ -266,6 +277,19 @@ TEST(Ranges, RefuseWhatTheyCannotDo) {
   refused([&] { part.look({}, progress); }, "expected a baked one of path_range");
   refused([&] { part.ask_for(std::vector<uint32_t>{1}); }, "found light 1");
   refused([&] { part.ask_for(std::vector<uint32_t>{0, 0}); }, "lights that do not ascend");
+  refused([&] { whole.ask_for(std::vector<uint32_t>{0}); }, "found light 0, expected narrow");
+  const auto digest = part.digest();
+  refused([&] { part.ask_for(std::vector<uint32_t>{0, 1}); }, "found light 1");
+  EXPECT_EQ(part.digest(), digest);
+  EXPECT_TRUE(part.asked_lights().empty());
+  part.ask_for({});
+  part.ask_for(std::vector<uint32_t>{0});
+  EXPECT_EQ(part.asked_lights(), (std::vector<uint32_t>{0}));
+  refused([&] { part.ask_for(std::vector<uint32_t>{0}); }, "found light 0");  // already left out
+  Session discs(room_with_spot(), some_samples(),
+                of_range(options(1, DirectMode::paths, segments::SegmentEnd::first), 0, 2000));
+  discs.bake(progress);
+  refused([&] { discs.ask_for(std::vector<uint32_t>{0}); }, "found light 0");
   PathSums less = part.path_sums();
   less.discs.pop_back();
   refused([&] { whole.add_path_sums(less); }, "discs: found");
@@ -277,36 +301,53 @@ TEST(Ranges, RefuseWhatTheyCannotDo) {
   read(whole);
 }
 
+TEST(Ranges, HaveNoFirstFlightsFromLightsThatAreOff) {
+  scene::Scene scene = room_with_spot();
+  scene.lights[0].attached = 1, scene.lights[0].position = {0, 1, 0};
+  scene.finish();
+  Progress progress;
+  Session part(scene, some_samples(), of_range(gathering(1), 0, 2000));
+  part.bake(progress);
+  EXPECT_EQ(part.first_flights().lights, (std::vector<uint32_t>{0}));
+  part.update(std::vector<scene::Edit>{scene::SetPresent{1, false}}, 0, progress);
+  EXPECT_TRUE(part.first_flights().lights.empty());
+}
+
 TEST(Ranges, ACancelledLookLeavesEverythingAsItWas) {
   Progress progress;
   Session one(room_with_spot(), some_samples(), gathering(1));
   one.bake(progress);
-  Options all = of_range(gathering(1), 0, gathering(1).paths);
-  Session part(room_with_spot(), some_samples(), all),
-      whole(room_with_spot(), some_samples(), of_range(all, 0, 0));
+  const Options all = of_range(gathering(1), 0, gathering(1).paths);
+  Session part(room_with_spot(), some_samples(), all);
   part.bake(progress);
-  whole.bake(progress);
-  whole.add_path_sums(part.path_sums());
-  const PathSums before = whole.path_sums();
-  const size_t forecast = whole.forecast().bytes;
+  const auto whole = [&] {
+    auto out = std::make_unique<Session>(room_with_spot(), some_samples(), of_range(all, 0, 0));
+    out->bake(progress);
+    out->add_path_sums(part.path_sums());
+    return out;
+  };
   const FirstFlights flights = part.first_flights();
-  // Cancel at the first check, then ever later ones, until the last one is over.
-  int cancelled = 0;
-  int64_t check = 1;
-  for (bool again = true; again; cancelled += again, check += 1 + check / 2) {
+  // Count the checks of a look; then cancel at some of them, the last ones too.
+  constexpr int64_t kMany = 1 << 30;
+  const auto counted = whole();
+  fault::arm(fault::Kind::cancel, kMany);
+  counted->look(flights, progress);
+  const int64_t checks = kMany - fault::countdown[size_t(fault::Kind::cancel)];
+  fault::arm(fault::Kind::cancel, 0);
+  EXPECT_GT(checks, 50);
+  const auto session = whole();
+  const PathSums before = session->path_sums();
+  const size_t forecast = session->forecast().bytes;
+  for (int64_t check = checks; check > 0; check -= 1 + checks / 30) {
     fault::arm(fault::Kind::cancel, check);
-    try {
-      whole.look(flights, progress);
-      again = false;
-    } catch (const Cancelled&) {
-      EXPECT_EQ(whole.path_sums().cells, before.cells);
-      EXPECT_EQ(whole.forecast().bytes, forecast);
-      EXPECT_TRUE(whole.asked_lights().empty());
-    }
+    EXPECT_THROW(session->look(flights, progress), Cancelled) << check;
     fault::arm(fault::Kind::cancel, 0);
+    EXPECT_EQ(session->path_sums().cells, before.cells);
+    EXPECT_EQ(session->forecast().bytes, forecast);
+    EXPECT_TRUE(session->asked_lights().empty());
   }
-  EXPECT_GT(cancelled, 5);
-  EXPECT_EQ(whole.digest(part.segments_hash()), one.digest());
+  session->look(flights, progress);
+  EXPECT_EQ(session->digest(part.segments_hash()), one.digest());
 }
 
 TEST(Ranges, ComeBackFromArchives) {

@@ -35,6 +35,52 @@ TEST(Session, UpdatesEqualARecompute) {
     }
 }
 
+TEST(Session, SpotsMoveWithWhatCarriesThem) {
+  for (const float outer : {0.003f, 0.6f})
+    for (const Options& chosen :
+         {options(1, DirectMode::paths, segments::SegmentEnd::first),
+          options(2, DirectMode::sampled, segments::SegmentEnd::bounded), gathering(1)}) {
+      scene::Scene scene = room_with_spot();
+      scene.lights[0].parameters[1] = outer;
+      scene.lights[0].position = {0, 1.5, 0}, scene.lights[0].attached = 1;
+      scene.finish();
+      Progress progress;
+      Session session(scene, some_samples(), chosen);
+      session.bake(progress);
+      Pose tilted = at(2.5, 2);
+      tilted.row[0] = {0.8, -0.6, 0}, tilted.row[1] = {0.6, 0.8, 0};
+      for (const scene::Edit& edit :
+           std::vector<scene::Edit>{scene::Move{1, at(2.5, 2)}, scene::Move{1, tilted},
+                                    scene::SetPresent{1, false}, scene::SetPresent{1, true}}) {
+        session.update(std::vector<scene::Edit>{edit}, 0, progress);
+        const auto updated = session.digest();
+        const Vec3f at = session.state().lights[0].punctual.position;
+        const Pose& pose = session.state().scene.objects[1].pose;
+        EXPECT_LT(length(at - pose.point({0, 1.5f, 0})), 1e-6f);
+        session.recompute(progress);
+        EXPECT_EQ(session.digest(), updated);
+      }
+    }
+}
+
+TEST(Session, LampsGoAndComeBack) {
+  Progress progress;
+  Session session(room(), some_samples(),
+                  options(2, DirectMode::paths, segments::SegmentEnd::first));
+  session.bake(progress);
+  // Without a recompute in between: slots of paths that have no segments meanwhile go to others.
+  const std::vector<std::vector<scene::Edit>> steps = {
+      {scene::Insert{second_lamp()}},
+      {scene::SetPresent{2, false}},
+      {scene::Move{1, at(2.5, 2)}},
+      {scene::SetReflectance{0, {0.8f, 0.7f, 0.6f}}},
+      {scene::SetPresent{2, true}}};
+  for (const auto& edits : steps) session.update(edits, 0, progress);
+  const auto updated = session.digest();
+  session.recompute(progress);
+  EXPECT_EQ(session.digest(), updated);
+}
+
 TEST(Session, ThreadsDoNotMatter) {
   std::vector<std::array<uint64_t, 4>> digests;
   for (const int threads : {1, 2, 4}) {
