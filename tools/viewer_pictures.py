@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Takes pictures of the page in each of its important states, sizes and themes, to be looked at.
 
-PYTHONPATH=python:tests python tools/viewer_pictures.py build/pictures
-PYTHONPATH=python:tests python tools/viewer_pictures.py build/pictures --states error --sizes 800x600
+    export PYTHONPATH=python:tests:tests/python
+    python tools/viewer_pictures.py build/pictures
+    python tools/viewer_pictures.py build/pictures --states error --sizes 800x600
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from __future__ import annotations
 import argparse
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -25,6 +26,7 @@ from viewer.served_room import saved
 
 SIZES = {"1280x800": (1280, 800), "800x600": (800, 600), "400x800": (400, 800)}
 THEMES = ("dark", "light")
+SPACING = 0.12  # metres
 WINDOW = {"width": 1280, "height": 800}
 BAKE = 300.0  # seconds that a bake has
 AWAY = "WebSocket connection to"  # what the browser complains of without its server
@@ -38,8 +40,9 @@ class Shown(NamedTuple):
 
 
 def office() -> dl.Session:
-    """The bundled office."""
-    return dl.Session(dl.scenes.office(), paths=200_000, gather=128)
+    """The bundled office, with as few samples as are good for pictures."""
+    scene = dl.scenes.office()
+    return dl.Session(scene, dl.Samples.on_vertices(scene, spacing=SPACING), paths=200_000, gather=64)
 
 
 def unbaked_office() -> dl.Session:
@@ -55,21 +58,19 @@ def dark_office() -> dl.Session:
     return dl.Session(scene, paths=20_000, gather="off")
 
 
-def open_panels(viewer: Viewer) -> None:
-    """Open the drawer, if the window is so small that there is one."""
+def open_panels(viewer: Viewer, panel: str) -> None:
+    """Bring a panel into sight; the drawer is opened, if the window is so small that there is one."""
     drawer = viewer.button("Panels")
     if drawer.is_visible() and drawer.get_attribute("aria-expanded") == "false":
         drawer.click()
-        viewer.settle()
+        viewer.until("deltalux.still()")
+    if not viewer.page.locator("aside").is_visible():
+        return
+    viewer.page.locator(".panel > summary", has_text=panel).scroll_into_view_if_needed()
 
 
 def start(shown: Shown) -> None:
     """As the page opens."""
-
-
-def drawer(shown: Shown) -> None:
-    """With the panels in sight."""
-    open_panels(shown.viewer)
 
 
 def dragging(shown: Shown) -> None:
@@ -86,7 +87,8 @@ def dragging(shown: Shown) -> None:
 
 def dragged(viewer: Viewer) -> None:
     """Drag the chair by its arrow."""
-    viewer.after(lambda: viewer.drag_arrow("X", (-60, 0)))
+    viewer.drag_arrow("X", (-60, 0))
+    viewer.until("deltalux.state().server.undo !== null && deltalux.idle()", BAKE)
 
 
 def difference(shown: Shown) -> None:
@@ -125,7 +127,6 @@ def legend(shown: Shown) -> None:
 def error(shown: Shown) -> None:
     """Edits and exports that the server refuses."""
     viewer = shown.viewer
-    open_panels(viewer)
     for value in ("40", "50"):
         field = viewer.page.get_by_label("Position X, m")
         field.fill(value)
@@ -138,17 +139,12 @@ def error(shown: Shown) -> None:
 
 def unfolded(shown: Shown) -> None:
     """Many lamps, one family unfolded."""
-    open_panels(shown.viewer)
     shown.viewer.page.locator(".family > summary").first.click()
-    shown.viewer.page.locator(".family").first.scroll_into_view_if_needed()
 
 
 def found(shown: Shown) -> None:
     """Lamps found by a search."""
-    open_panels(shown.viewer)
-    search = shown.viewer.page.get_by_label("Search lights")
-    search.fill("lamp 2")
-    search.scroll_into_view_if_needed()
+    shown.viewer.page.get_by_label("Search lights").fill("lamp 2")
 
 
 def fixed(shown: Shown) -> None:
@@ -158,7 +154,6 @@ def fixed(shown: Shown) -> None:
     x, y = viewer.ask("deltalux.project('desk 1')") or (canvas["width"] / 2, canvas["height"] / 2)
     viewer.page.mouse.dblclick(x, y)
     viewer.settle()
-    open_panels(viewer)
 
 
 def making(shown: Shown) -> None:
@@ -202,25 +197,25 @@ class State(NamedTuple):
 
     reach: Callable[[Shown], None]
     session: Callable[[], dl.Session]
+    panel: str = ""  # whose controls matter
     baked: bool = True
 
 
 STATES = {
     "start": State(start, office),
-    "drawer": State(drawer, office),
     "dragging": State(dragging, office),
-    "difference": State(difference, office),
+    "difference": State(difference, office, "View"),
     "false-colour": State(false_colour, office),
     "standard-error": State(standard_error, office),
     "legend": State(legend, office),
-    "error": State(error, office),
-    "fixed": State(fixed, office),
+    "error": State(error, office, "Object"),
+    "fixed": State(fixed, office, "Object"),
     "making": State(making, office),
-    "made": State(made, office),
+    "made": State(made, office, "Object"),
     "keys": State(keys, office),
     "away": State(away, office),
-    "lamps": State(unfolded, many_lamps.make_session),
-    "search": State(found, many_lamps.make_session),
+    "lamps": State(unfolded, many_lamps.make_session, "Lights"),
+    "search": State(found, many_lamps.make_session, "Lights"),
     "dark": State(start, dark_office),
     "lamp": State(lamp, dark_office),
     "preview": State(preview, unbaked_office, baked=False),
@@ -237,23 +232,27 @@ def files(folder: Path, states: list[str]) -> Iterator[tuple[str, Path | None]]:
         yield name, kept.get(state.session)
 
 
-def take(browser: Any, file: Path | None, state: State, size: tuple[int, int], theme: str) -> bytes:
-    """One picture, as PNG."""
+def take(browser: Any, file: Path | None, state: State, looks: Sequence[tuple[str, str]]) -> Iterator[bytes]:
+    """A picture, as PNG, in each of these sizes and themes."""
     session = dl.Session.open(file) if file else state.session()
     complaints: list[str] = []
     with session, Server(session, folder=".") as server:
         page = browser.new_page()
-        page.set_viewport_size({"width": size[0], "height": size[1]})
-        page.emulate_media(color_scheme=theme)
         viewer = Viewer(page, server.url, complaints)
         if file:
-            viewer.settle()
+            viewer.until("deltalux.idle()", BAKE)
         state.reach(Shown(viewer, server))
-        picture = page.screenshot()
+        for size, theme in looks:
+            width, height = SIZES[size]
+            page.set_viewport_size({"width": width, "height": height})
+            page.emulate_media(color_scheme=theme)
+            viewer.until(f"innerWidth === {width} && deltalux.still()", BAKE)
+            if state.panel:
+                open_panels(viewer, state.panel)
+            yield page.screenshot(timeout=1000 * BAKE)
         page.close()
     if complaints:
-        print("  ", *complaints, sep="\n  ")
-    return picture
+        print("  complaints:", *complaints, sep="\n  ")
 
 
 def main() -> int:
@@ -267,11 +266,12 @@ def main() -> int:
     parser.add_argument("--themes", nargs="*", choices=THEMES, default=THEMES)
     args = parser.parse_args()
     args.folder.mkdir(parents=True, exist_ok=True)
+    looks = list(product(args.sizes, args.themes))
     with tempfile.TemporaryDirectory() as folder, launched(Path(folder) / "browser", WINDOW) as browser:
         for name, file in files(Path(folder), args.states):
-            for size, theme in product(args.sizes, args.themes):
-                target = args.folder / f"{name}-{size}-{theme}.png"
-                target.write_bytes(take(browser, file, STATES[name], SIZES[size], theme))
+            for look, picture in zip(looks, take(browser, file, STATES[name], looks), strict=True):
+                target = args.folder / f"{'-'.join((name, *look))}.png"
+                target.write_bytes(picture)
                 print(target, flush=True)
     return 0
 
