@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Takes pictures of the page in each of its important states, sizes and themes, to be looked at.
 
-    export PYTHONPATH=python:tests:tests/python
-    python tools/viewer_pictures.py build/pictures
-    python tools/viewer_pictures.py build/pictures --states error --sizes 800x600
+export PYTHONPATH=python:tests:tests/python
+python tools/viewer_pictures.py build/pictures
+python tools/viewer_pictures.py build/pictures --states error --sizes 800x600
 """
 
 from __future__ import annotations
@@ -223,13 +223,13 @@ STATES = {
 
 
 def files(folder: Path, states: list[str]) -> Iterator[tuple[str, Path | None]]:
-    """Each state's session as a file, baked once; None for one that is not baked before."""
-    kept: dict[Any, Path] = {}
+    """Each state's session as a file, baked unless it is there; None for one that is not baked before."""
     for name in states:
         state = STATES[name]
-        if state.baked and state.session not in kept:
-            kept[state.session] = saved(state.session(), folder / f"{state.session.__qualname__}.{name}.dlx")
-        yield name, kept.get(state.session)
+        path = folder / f"{state.session.__module__}.{state.session.__name__}.dlx"
+        if state.baked and not path.exists():
+            saved(state.session(), path)
+        yield name, path if state.baked else None
 
 
 def take(browser: Any, file: Path | None, state: State, looks: Sequence[tuple[str, str]]) -> Iterator[bytes]:
@@ -264,11 +264,12 @@ def main() -> int:
     parser.add_argument("--states", nargs="*", choices=STATES, default=list(STATES))
     parser.add_argument("--sizes", nargs="*", choices=SIZES, default=list(SIZES))
     parser.add_argument("--themes", nargs="*", choices=THEMES, default=THEMES)
+    parser.add_argument("--sessions", type=Path, help="folder that keeps what was baked for the next time")
     args = parser.parse_args()
     args.folder.mkdir(parents=True, exist_ok=True)
     looks = list(product(args.sizes, args.themes))
     with tempfile.TemporaryDirectory() as folder, launched(Path(folder) / "browser", WINDOW) as browser:
-        for name, file in files(Path(folder), args.states):
+        for name, file in files(args.sessions or Path(folder), args.states):
             for look, picture in zip(looks, take(browser, file, STATES[name], looks), strict=True):
                 target = args.folder / f"{'-'.join((name, *look))}.png"
                 target.write_bytes(picture)
