@@ -28,6 +28,7 @@ SIZES = {"1280x800": (1280, 800), "800x600": (800, 600), "400x800": (400, 800)}
 THEMES = ("dark", "light")
 SPACING = 0.12  # metres
 WINDOW = {"width": 1280, "height": 800}
+SETTLED = 1500  # milliseconds
 BAKE = 300.0  # seconds that a bake has
 AWAY = "WebSocket connection to"  # what the browser complains of without its server
 
@@ -127,6 +128,7 @@ def legend(shown: Shown) -> None:
 def error(shown: Shown) -> None:
     """Edits and exports that the server refuses."""
     viewer = shown.viewer
+    viewer.ask("void (window.setTimeout = () => 0)")  # notes stay
     for value in ("40", "50"):
         field = viewer.page.get_by_label("Position X, m")
         field.fill(value)
@@ -134,7 +136,7 @@ def error(shown: Shown) -> None:
         viewer.settle()
     viewer.page.get_by_label("File name").fill("/tmp/no.glb")
     viewer.button("Export").click()
-    viewer.until("document.querySelectorAll('.note').length > 1")
+    viewer.until("document.querySelectorAll('.note').length > 0")
 
 
 def unfolded(shown: Shown) -> None:
@@ -249,6 +251,9 @@ def take(browser: Any, file: Path | None, state: State, looks: Sequence[tuple[st
             viewer.until(f"innerWidth === {width} && deltalux.still()", BAKE)
             if state.panel:
                 open_panels(viewer, state.panel)
+            page.wait_for_timeout(
+                SETTLED
+            )  # what is drawn only once the picture rests, as numbers on isolines
             yield page.screenshot(timeout=1000 * BAKE)
         page.close()
     if complaints:
