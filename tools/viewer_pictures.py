@@ -253,7 +253,7 @@ def take(browser: Any, file: Path | None, state: State, looks: Sequence[tuple[st
                 open_panels(viewer, state.panel)
             page.wait_for_timeout(
                 SETTLED
-            )  # what is drawn only once the picture rests, as numbers on isolines
+            )  # numbers on isolines come once the picture rests
             yield page.screenshot(timeout=1000 * BAKE)
         page.close()
     if complaints:
