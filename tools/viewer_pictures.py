@@ -251,9 +251,7 @@ def take(browser: Any, file: Path | None, state: State, looks: Sequence[tuple[st
             viewer.until(f"innerWidth === {width} && deltalux.still()", BAKE)
             if state.panel:
                 open_panels(viewer, state.panel)
-            page.wait_for_timeout(
-                SETTLED
-            )  # numbers on isolines come once the picture rests
+            page.wait_for_timeout(SETTLED)  # numbers on isolines come once the picture rests
             yield page.screenshot(timeout=1000 * BAKE)
         page.close()
     if complaints:
