@@ -5,7 +5,9 @@
     PYTHONPATH=python python benchmarks/eta.py --clock cpu --fit office expo
 
 Each scene is baked (session, picture and mesh), updated (its first movable moves) and rendered by the
-command line, in child processes. Ten times a second the estimate is taken down as the bar would show it.
+command line, in child processes; `page` is a first bake with previews, as the viewer's pages are told of it,
+and `remake` the bake that makes something movable. Ten times a second the estimate is taken down as the bar
+would show it.
 Between a tenth and nine tenths of the time, `within` is the share of instants at which the time left is
 off by at most half of what was left; then quantiles of |told / true - 1|, the longest time without an
 update of the bar (silent) and without news from the work (unheard), seconds of wall time, and the time from
@@ -34,9 +36,13 @@ from typing import Any
 import deltalux as dl
 import numpy as np
 from deltalux.pace import Overall, Step
+from deltalux.server.engine import Engine
+from deltalux.server.events import Phase
+from deltalux.server.remaking import movable
 
 OUT = Path(__file__).resolve().parent / "out" / "eta.json"
 CLOCKS = {"wall": time.perf_counter, "cpu": time.process_time}
+VERBS = ["page", "remake", "bake", "update", "render", "discs", "target"]
 INTERVAL = 0.1  # seconds, as the terminal's bar is drawn
 FROM, TO, GOOD = 0.1, 0.9, 0.5
 
@@ -110,6 +116,37 @@ def run_one(words: list[str], clock_name: str) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def run_page(scene: str, threads: int, remake: bool) -> dict[str, Any]:
+    """A bake by the engine behind the viewer's page, as pages are told of it; wall time."""
+    loaded = dl.load(scene) if "." in scene else getattr(dl.scenes, scene)()
+    session = dl.Session(loaded, threads=threads)
+    if remake:
+        session.bake()
+    rows: list[tuple[float, float, str, float, float]] = []
+    ready, start = threading.Event(), time.perf_counter()
+
+    def tell(event: Any) -> None:
+        now = time.perf_counter()
+        if isinstance(event, dict) and event["type"] == "progress":
+            rows.append((now, now - start, event["stage"], event["fraction"], event["eta"] or 0.0))
+        if event == Phase("ready"):
+            ready.set()
+
+    engine = Engine(session, tell)
+    engine.start()
+    if remake:
+        ready.wait()
+        ready.clear()
+        fixed = max((m for m in loaded.meshes if not m.movable), key=lambda mesh: len(mesh.triangles))
+        rows.clear()
+        start = time.perf_counter()
+        engine.remake(movable(loaded, fixed.name))
+    ready.wait()
+    seconds = time.perf_counter() - start
+    engine.stop()
+    return {"seconds": seconds, "rows": rows, "steps": [], "unforeseen": [], "news": [row[0] for row in rows]}
+
+
 def judged(record: dict[str, Any]) -> dict[str, Any]:
     """Figures of one command."""
     seconds, rows = record["seconds"], record["rows"]
@@ -151,6 +188,8 @@ def commands(scene: str, folder: Path, options: argparse.Namespace) -> Iterator[
     """Verbs and their words; an update needs the session of the bake."""
     threads = ["--threads", str(options.threads)]
     stem = folder / Path(scene).stem
+    yield "page", ["page", scene]
+    yield "remake", ["remake", scene]
     yield "bake", ["bake", scene, "-o", f"{stem}.dlx", f"{stem}.png", f"{stem}.glb", *threads]
     loaded = dl.load(scene) if "." in scene else getattr(dl.scenes, scene)()
     move = [f"--move={loaded.movable[0]}=0.1,0,0"] if loaded.movable else []
@@ -165,12 +204,16 @@ def main() -> None:
     parser.add_argument("scenes", nargs="*", help="bundled scenes or files")
     parser.add_argument("--clock", choices=CLOCKS, default="wall")
     parser.add_argument("--threads", type=int, default=1)
-    parser.add_argument("--verbs", nargs="*", default=["bake", "update", "render", "discs", "target"])
+    parser.add_argument("--verbs", nargs="*", default=VERBS)
     parser.add_argument("--fit", action="store_true")
     parser.add_argument("--one", nargs="*", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.one:
-        record = run_one(json.loads(options.one[0]), options.clock)
+        words = json.loads(options.one[0])
+        if words[0] in ("page", "remake"):
+            record = run_page(words[1], options.threads, words[0] == "remake")
+        else:
+            record = run_one(words, options.clock)
         Path(options.one[1]).write_text(json.dumps(judged(record)))
         return
     found = json.loads(OUT.read_text()) if OUT.exists() else {}
@@ -182,9 +225,13 @@ def main() -> None:
                 if verb not in options.verbs and not (verb == "bake" and "update" in options.verbs):
                     continue
                 file = Path(folder) / "record.json"
-                child = [sys.executable, __file__, "--clock", options.clock, "--one", json.dumps(words)]
+                child = [
+                    sys.executable, __file__, "--clock", options.clock, "--threads", str(options.threads),
+                    "--one", json.dumps(words),
+                ]  # fmt: skip
                 subprocess.run([*child, str(file)], check=True)
-                row = json.loads(file.read_text()) | {"first": first_bar(words)}
+                row = json.loads(file.read_text())
+                row["first"] = 0.0 if verb in ("page", "remake") else first_bar(words)
                 name = Path(scene).stem
                 found[f"{name} {verb} {options.clock} {options.threads}"] = row
                 off = "".join(f"{value:>6.2f}" for value in row["quantiles"].values())

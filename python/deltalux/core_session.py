@@ -69,8 +69,9 @@ def check_insertion(mesh: Mesh, flat: FlatScene) -> None:
     for material in {flat.scene.material(name) for name in mesh.material}:
         if material.emissive and (material.group or mesh.name) not in flat.groups:
             raise OptionError(
-                f'add "{mesh.name}": its light group "{material.group or mesh.name}" is new; give the '
-                f"material one of the session's groups {list(flat.groups)}"
+                f'add "{mesh.name}": its light group "{material.group or mesh.name}" is new, and no sums are '
+                f"kept of it; give the material one of the session's groups {list(flat.groups)}, or bake "
+                "again, with all edits: session.rebake(session.scene.with_mesh(mesh), session.samples)"
             )
 
 

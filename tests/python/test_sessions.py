@@ -29,6 +29,37 @@ def baked():
         yield session
 
 
+# ---- other versions of the scene --------------------------------------------------------------
+
+
+def test_a_lamp_of_a_new_group_comes_by_a_bake_that_keeps_all_edits():
+    spare = dl.Material("spare glow", (0, 0, 0), emission=(4, 4, 4))
+    scene = dl.scene.replace_scene(room(), materials=(*room().materials, spare))
+    lamp = dl.Mesh(
+        "standard lamp", *box((0.2, 0.2, 0.2)), "spare glow", pose=translation(0.2, 1, 0), movable=True
+    )
+    samples, options = samples_in(scene), {"paths": 4000, "threads": 1}
+    with dl.Session(scene, samples, **options) as session:
+        session.bake()
+        with pytest.raises(
+            dl.OptionError, match=r'"standard lamp" is new.*session.rebake\(session.scene.with'
+        ):
+            session.add(lamp)
+        session.move("block", translation(0.4, 0.31, 0.2))
+        session.update()
+        session.dim("desk", 0.5)
+        session.rebake(session.scene.with_mesh(lamp), session.samples)
+        session.dim("standard lamp", 0.25)
+        session.update()
+        with dl.Session(scene.with_mesh(lamp), samples, **options) as other:
+            other.move("block", translation(0.4, 0.31, 0.2))
+            other.dim("desk", 0.5)
+            other.bake()
+            other.dim("standard lamp", 0.25)
+            other.update()
+            assert session.digest() == other.digest()
+
+
 # ---- files ------------------------------------------------------------------------------------
 
 

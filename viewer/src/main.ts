@@ -21,14 +21,18 @@ async function load(address: string): Promise<Response> {
 }
 
 async function start(root: HTMLElement): Promise<void> {
+  performance.mark('script')
   const query = new URLSearchParams(location.search)
   const token = query.get('token') ?? ''
   const withToken = (path: string) => `${path}?token=${encodeURIComponent(token)}`
   const loadScene = async (geometry?: number): Promise<Loaded> => {
     const asked = geometry === undefined ? '' : `&geometry=${geometry}`
     const info = (await (await load(withToken('scene.json') + asked)).json()) as SceneInfo
+    performance.mark('scene')
     const arrays = await load(`${withToken('geometry.bin')}&geometry=${info.geometry}`)
-    return { info, buffer: await arrays.arrayBuffer() }
+    const buffer = await arrays.arrayBuffer()
+    performance.mark('geometry')
+    return { info, buffer }
   }
   const loaded = await loadScene().catch((error: unknown) => {
     if (error instanceof Gone) return loadScene() // it was refined in between, which it rarely is
@@ -42,7 +46,9 @@ async function start(root: HTMLElement): Promise<void> {
   socket.protocol = socket.protocol === 'https:' ? 'wss:' : 'ws:'
   const options = { antialias: query.get('aa') !== '0', bench: query.has('bench') }
   document.title = `${info.name} · Deltalux`
-  window.deltalux = testHooks(new App(root, loaded, loadScene, token, socket.href, options))
+  const app = new App(root, loaded, loadScene, token, socket.href, options)
+  performance.mark('built')
+  window.deltalux = testHooks(app)
 }
 
 const root = document.getElementById('app')!

@@ -75,6 +75,7 @@ export class ServerFlow {
   private takeValues(frame: ValuesFrame, remeshed: boolean): void {
     const { lit, look, probes, references, stage } = this.to
     const first = !lit.values.known
+    if (first) performance.mark('values')
     lit.apply(frame)
     this.atRest = frame.rest ? frame.revision : -1
     if (frame.rest && !references.times.value.start) references.keep('start')
@@ -102,7 +103,10 @@ export class ServerFlow {
   private acknowledge(): void {
     if (this.drawn.length === 0) return
     const gl = this.to.stage.renderer.getContext()
-    if (this.waitForGpu) gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4))
+    const first = this.frames.length === this.drawn.length // its marks tell when it was drawn, on the GPU, too
+    if (first) performance.mark('submitted')
+    if (this.waitForGpu || first) gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4))
+    if (first) performance.mark('lit')
     for (const frame of this.drawn) {
       this.shown = frame.revision
       this.to.latency.shown(frame.revision)

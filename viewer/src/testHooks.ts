@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // `window.deltalux`: what tests and measurements ask of a running page.
-import type { Vector3 } from 'three'
+import { Vector3 } from 'three'
 import type { App } from './app'
 
 export interface TestHooks {
   state(): object
   probe(x: number, y: number): object | null
   project(name: string): [x: number, y: number] | null
+  place(point: [number, number, number]): [x: number, y: number]
   gizmoHandle(axis: 'X' | 'Y' | 'Z'): [x: number, y: number] | null
   gizmoAxis(): string | null
   idle(): boolean
+  still(): boolean
   cost(): object
   frames: number[]
   latencies: number[]
@@ -75,8 +77,12 @@ export function testHooks(app: App): TestHooks {
       body.geometry.computeBoundingSphere()
       return onPage(body.localToWorld(body.geometry.boundingSphere!.center.clone()))
     },
+    /** Where a point of the world is on the page. */
+    place: (point) => onPage(new Vector3(...point)),
     gizmoHandle: (axis) => (objects.gizmo.body === null ? null : onPage(objects.gizmo.arrow(axis))),
     gizmoAxis: () => objects.gizmo.controls.axis,
+    /** Nothing to draw. */
+    still: () => stage.idle && look.metering === 0,
     /** Nothing to draw, nothing on the way, the light up to date. */
     idle: () =>
       stage.idle &&

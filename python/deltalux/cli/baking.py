@@ -13,13 +13,13 @@ import numpy as np
 from rich.table import Table
 
 import deltalux as dl
-from deltalux.pace import Overall
+from deltalux.pace import Overall, counts_of
 from deltalux.quantities import significant
 from deltalux.report import ClaimedError, SetSummary, advice, claimed_error, light_doubt, summarise
 from deltalux.solid_places import inside_solids, near_walls
 from deltalux.units import LUX
 
-from .jobs import after_rounds, bake_job, counts_of, grown, in_pixels
+from .jobs import after_rounds, bake_job, grown, in_pixels
 from .options import NONE, Grid
 
 # The next bake aims slightly below the target, because the estimated error is itself off by some per cent.

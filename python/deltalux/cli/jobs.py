@@ -15,13 +15,13 @@ from pathlib import Path
 import deltalux as dl
 from deltalux.pace import (
     MORE_RAYS,
-    POINT,
     Counts,
     Overall,
     Step,
     Stored,
     baking,
     bundled,
+    counts_with,
     drawing,
     loading,
     opening,
@@ -33,7 +33,6 @@ from deltalux.pace import (
 from deltalux.planning import is_calibrated
 from deltalux.rendering import MOST_RAYS, SIZE
 from deltalux.rendering import PATHS as PICTURE_PATHS
-from deltalux.session_options import default_paths, resolved_gather
 
 BYTES_PER_TRIANGLE = 40.0  # of a scene file; estimate before it is read
 USUAL_ERROR = 0.025  # relative standard error of a typical bake with 300,000 paths and their rays
@@ -49,28 +48,9 @@ def before_loading(source: str, threads: int | None) -> Counts:
     return replace(found, threads=threads or os.cpu_count() or 1)
 
 
-def counts_of(
-    scene: dl.Scene, samples: dl.Samples, paths: int | None, gather: str | int, threads: int | None
-) -> Counts:
-    """Counts of a session before it is made."""
-    rays = resolved_gather(gather, len(samples), "first", "reachable")
-    lights = scene.info()["lights"]
-    return Counts(
-        triangles=sum(len(mesh.triangles) for mesh in scene.meshes),
-        samples=len(samples),
-        pixels=SIZE[0] * SIZE[1] if samples.display else 0,
-        paths=default_paths(rays) if paths is None else int(paths),
-        rays=0 if rays == "off" else int(rays),
-        lights=sum(1 if light["kind"] == "area" else POINT for light in lights),
-        suns=sum(light.place is None for light in scene.lights),
-        threads=threads or os.cpu_count() or 1,
-    )
-
-
 def counts_of_session(session: dl.Session) -> Counts:
     """Counts of an existing session."""
-    options = session.options
-    return counts_of(session.scene, session.samples, options["paths"], options["gather"], options["threads"])
+    return counts_with(session.scene, session.samples, session.options)
 
 
 def in_pixels(counts: Counts, size: tuple[int, int]) -> Counts:

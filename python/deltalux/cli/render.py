@@ -11,6 +11,7 @@ import numpy as np
 import typer
 
 import deltalux as dl
+from deltalux.pace import counts_of
 from deltalux.rendering import (
     MOST_RAYS,
     PATHS,
@@ -21,7 +22,7 @@ from deltalux.rendering import (
 
 from .console import Terminal
 from .inputs import foreign_light, open_scene
-from .jobs import after_loading, counts_of, counts_of_session, edges_into, picture_steps, render_job
+from .jobs import after_loading, counts_of_session, edges_into, picture_steps, render_job
 from .options import (
     OF_THE_SCENE,
     CameraOption,

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Forecasts of the time that jobs of the command line take, step by step, and of the time left."""
 
+from .counting import counts_of, counts_with
 from .overall import Estimate, Overall, Step
 from .steps import (
     MORE_RAYS,
@@ -28,6 +29,8 @@ __all__ = [
     "Stored",
     "baking",
     "bundled",
+    "counts_of",
+    "counts_with",
     "drawing",
     "loading",
     "opening",

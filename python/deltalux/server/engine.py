@@ -15,6 +15,8 @@ import numpy as np
 
 from deltalux.errors import Cancelled, Error, OptionError
 from deltalux.memory import return_free_memory
+from deltalux.pace import Counts, Step, baking, counts_with, loading, recomputing, summing_up
+from deltalux.planning import is_calibrated
 from deltalux.session import Session
 
 from .edits import differences, queue_edit, state_of
@@ -22,8 +24,8 @@ from .events import Event, Phase, Refined, Refused, Remade, Wanted
 from .figures import Figures
 from .geometry import Geometry, refined_geometry, remade_geometry
 from .known import known_of
-from .previews import previews
-from .progress import TaskProgress, shares_of
+from .previews import preview_steps, previews
+from .progress import TaskProgress
 from .remaking import Remake, samples_like
 from .told import FrameMessage, PhaseName, TaskName
 from .values import Encoder, VertexFill, fill_of
@@ -33,7 +35,6 @@ BUDGET = 50.0  # milliseconds for one update during a drag, until a page sets an
 REST_BUDGET = 250.0
 # seconds to wait for the next pose of a drag, before continuing with the present one
 GRACE = 0.02
-PLACING = 0.1  # share of the time of baking another version of the scene: placing its samples
 # seconds at rest before the drawn mesh is refined where shadows lie now
 CALM = 0.5
 
@@ -209,7 +210,8 @@ class Engine:
                 self._cancelled = False
             try:
                 if self._at_work:
-                    self._at_work.work(self._progress(self._at_work.name))
+                    with self._progress(self._at_work.name) as progress:
+                        self._at_work.work(progress)
                 elif self._lit() and self._behind():
                     self._follow()
                 elif self._unseen():
@@ -420,8 +422,11 @@ class Engine:
         """Compute everything; if there is no light yet, publish coarse previews first."""
         self._set_phase("baking")
         wanted, _ = self._hand_over()
-        progress.part(0.0, 1.0, shares_of("bake", self._session.options))
-        if not self._session.baked:
+        steps = _bake_steps(_counts(self._session))
+        if self._session.baked:
+            progress.expect(steps)
+        else:
+            progress.expect([*preview_steps(self._session), *steps])
             for coarse in previews(self._session, wanted.state, progress):
                 self._publish(wanted.revision, coarse)
                 self._set_phase("preview")
@@ -430,6 +435,7 @@ class Engine:
         frame = self._session.bake()
         seconds = time.perf_counter() - start
         self._unfinished = False
+        progress("sum up", 0.0)
         self._publish(wanted.revision)
         self._tell(self._figures.of_bake(self._session, frame, wanted.revision, seconds))
 
@@ -438,12 +444,14 @@ class Engine:
         self._set_phase("baking")
         wanted, _ = self._hand_over()
         session = self._session
+        counts = _counts(session)
+        progress.expect([*loading(counts), *_bake_steps(counts)])
         progress("place samples", 0.0)
         scene = remake.make(session.scene)
         samples = samples_like(session.samples, scene)
-        if not progress("place samples", 1.0):
+        progress.expect(_bake_steps(counts_with(scene, samples, session.options)))
+        if not progress("make session", 0.0):
             raise Cancelled("bake: cancelled")
-        progress.part(PLACING, 1.0, shares_of("bake", session.options))
         session.progress = progress
         start = time.perf_counter()
         frame = session.rebake(scene, samples)
@@ -452,6 +460,7 @@ class Engine:
         self._fill = self._encoder = self._errors = None
         if self._geometry is not None:
             self._geometry = remade_geometry(self._geometry, session)
+        progress("sum up", 0.0)
         self._tell(Remade(known_of(session), self._geometry, remake))
         self._publish(wanted.revision)
         self._tell(self._figures.of_bake(session, frame, wanted.revision, seconds))
@@ -460,8 +469,9 @@ class Engine:
         """Recompute everything and compare the digests."""
         self._set_phase("checking")
         self._hand_over()
-        progress.part(0.0, 1.0, shares_of("check", self._session.options))
-        self._session.progress = progress
+        session = self._session
+        progress.expect(recomputing(_counts(session)))
+        session.progress = progress
         digest = self._session.digest()
         start = time.perf_counter()
         self._session.recompute()
@@ -491,3 +501,12 @@ class Engine:
             raise OptionError("read: found no light yet, expected some; bake first")
         self._finish()
         work(self._session, self._followed, self._figure)
+
+
+def _counts(session: Session) -> Counts:
+    return counts_with(session.scene, session.samples, session.options)
+
+
+def _bake_steps(counts: Counts) -> list[Step]:
+    """Steps of a bake and of publishing its values."""
+    return [*baking(counts, is_calibrated()), *summing_up(counts)]

@@ -138,7 +138,8 @@ class Session(SessionPlaces):
         ------
         OptionError
             For a name that is not a removed movable; for a mesh that is not movable, whose name is
-            taken, whose materials the scene does not have, or whose light would form a new light group.
+            taken, whose materials the scene does not have, or whose light would form a new light group
+            (`rebake` brings that).
         """
         if isinstance(item, str):
             index = self._object(item)

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -12,11 +11,11 @@ import deltalux as dl
 import pytest
 from deltalux.server.serving import Server
 
-from viewer.page.driver import BROWSER_ARGUMENTS, Viewer
+from viewer.page.browsers import CHROMIUM, launched
+from viewer.page.driver import Viewer
 from viewer.page.two_cells import make_session
 from viewer.served_room import saved
 
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 SIZE = {"width": 940, "height": 440}  # leaves 640 × 360 to the picture
 
 
@@ -24,19 +23,8 @@ SIZE = {"width": 940, "height": 440}  # leaves 640 × 360 to the picture
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     if CHROMIUM is None:
         pytest.skip("no Chromium is installed; `apt-get install chromium` brings one")
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
-        context = playwright.chromium.launch_persistent_context(
-            str(tmp_path_factory.mktemp("browser")),
-            executable_path=CHROMIUM,
-            headless=True,
-            viewport=SIZE,
-            args=BROWSER_ARGUMENTS,
-            accept_downloads=True,
-        )
+    with launched(tmp_path_factory.mktemp("browser"), SIZE) as context:
         yield context
-        context.close()
 
 
 @pytest.fixture

@@ -11,11 +11,6 @@ import numpy as np
 from PIL import Image
 
 SECONDS = 30.0  # after which a condition will not come true any more
-BROWSER_ARGUMENTS = [
-    "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking",
-    "--disable-component-update", "--disable-sync", "--disable-dev-shm-usage",
-    "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-]  # fmt: skip
 
 
 class Viewer:

@@ -24,6 +24,15 @@ def test_first_movable_is_selected_and_the_hint_names_it(viewer):
     assert hint.is_hidden()
 
 
+def test_arrows_have_no_heads_at_their_far_ends(viewer):
+    canvas, handle = viewer.state()["canvas"], np.array(viewer.ask("deltalux.gizmoHandle('X')"))
+    pivot = np.array(viewer.ask(f"deltalux.place({viewer.pose('crate')[:3, 3].tolist()})"))
+    far = pivot - (handle - pivot) / 1.1  # where the other head was
+    x, y = (far - (canvas["left"], canvas["top"])).astype(int)
+    red, green, blue = viewer.picture()[y - 6 : y + 7, x - 6 : x + 7].reshape(-1, 3).T
+    assert not ((red > 200) & (green < 60) & (blue < 60)).any()
+
+
 def test_arrow_moves_along_its_axis_and_undo_brings_the_same_digest_back(viewer):
     start, before = checked_digest(viewer), viewer.pose("crate")
     viewer.after(lambda: viewer.drag_arrow("X", (-30, 0)), "deltalux.state().server.undo !== null")

@@ -70,6 +70,18 @@ def test_every_control_can_be_reached_at_every_size(viewer, size, scheme):
     assert canvas["width"] * canvas["height"] > 0.45 * size[0] * size[1]
 
 
+@pytest.mark.parametrize("scheme", ["dark", "light"])
+def test_sliders_stand_out_from_their_ground(viewer, scheme):
+    """Browsers draw the rest of a track nearly black on a light page, if the slider itself is bright."""
+    viewer.page.emulate_media(color_scheme=scheme)
+    colour = (
+        "getComputedStyle(document.querySelector('input[type=range]')).accentColor.match(/\\d+/g).map(Number)"
+    )
+    red, green, blue = viewer.ask(colour)
+    luminance = 0.2126 * red + 0.7152 * green + 0.0722 * blue
+    assert (luminance < 128) == (scheme == "light")
+
+
 def test_phone_has_its_panels_in_a_drawer_and_keeps_the_picture_in_sight(viewer):
     resize(viewer, (400, 800))
     panels, slider = viewer.page.locator("aside"), viewer.page.get_by_label("Light of left", exact=True)

@@ -11,6 +11,7 @@ in vec3 worldNormal;
 in vec3 toEye;
 
 uniform int mode;
+uniform float depthOfPixel; // see the vertex shader
 uniform bool measuring; // the values that the mode shows, instead of their colours
 uniform vec3 reflectance;
 uniform vec3 emission;
@@ -30,6 +31,11 @@ out vec4 colour;
 
 const float UNSAMPLED = 0.012; // linear grey of a side that has no samples
 const float WHITE = 5.0; // exposed luminance that becomes white
+// A triangle that is seen edge-on is a sliver: its corners are rounded to parts of a pixel, and its depth, carried on
+// from there, may be that of something far in front. Slopes are times that of a surface at 45 degrees.
+const float STEEP = 30.0;
+const float UNLIKE_ITS_NORMAL = 8.0; // times the slope that the normal tells
+const float STEEP_IN_THE_DARK = 10.0; // of a side without light, of which there is less to lose
 const float LINE_WIDTH = 0.75; // pixels to either side
 
 float photopic(vec3 rgb) {
@@ -84,7 +90,16 @@ float relativeError() {
   return value > 0.0 ? 100.0 * standardError / value : standardError > 0.0 ? 100.0 : 0.0;
 }
 
+bool isSliver() {
+  float slope = fwidth(gl_FragCoord.z) / (0.5 * depthOfPixel * gl_FragCoord.w);
+  if (gl_FragCoord.z <= 0.0) return true; // clamped, so that it has no slope
+  if (!gl_FrontFacing) return slope > STEEP_IN_THE_DARK;
+  float facing = abs(dot(normalize(worldNormal), normalize(toEye)));
+  return slope > STEEP && slope * facing > UNLIKE_ITS_NORMAL;
+}
+
 void main() {
+  if (!measuring && isSliver()) discard; // the pixels that are measured are larger
   bool glows = gl_FrontFacing ? frontGlows : backGlows;
   vec3 light = glows ? emission : vec3(0.0);
   bool sampled = gl_FrontFacing;

@@ -2,9 +2,11 @@
 // Moving the selected object: arrows and rings at its pivot, or dragging the object itself along the floor.
 import {
   Box3,
+  BufferGeometry,
   Euler,
   MathUtils,
   Matrix4,
+  Mesh,
   Object3D,
   Plane,
   Quaternion,
@@ -50,6 +52,7 @@ export class Gizmo {
     // The object itself is the handle for its plane; boxes and circles over it would only be in the way.
     for (const extra of ['showXY', 'showXZ', 'showYZ', 'showXYZE', 'showE'] as const)
       this.controls[extra] = false
+    removeFarHeads(this.controls.getHelper())
     stage.scene.add(this.handle, this.controls.getHelper())
     this.controls.addEventListener('change', stage.invalidate)
     this.controls.addEventListener('objectChange', () => this.follow(true))
@@ -200,4 +203,17 @@ function pivotOf(body: Body): Vector3 {
   if (box.clone().expandByScalar(reach).containsPoint(new Vector3())) return new Vector3()
   const centre = box.getCenter(new Vector3())
   return centre.setY(box.min.y)
+}
+
+/** Takes away the heads at the far ends of the axes: they have no shaft, and look like something that was left over. */
+function removeFarHeads(helper: Object3D): void {
+  const heads: Object3D[] = []
+  helper.traverse((part) => {
+    if (!(part instanceof Mesh) || !['X', 'Y', 'Z'].includes(part.name)) return
+    const geometry = part.geometry as BufferGeometry
+    geometry.computeBoundingSphere()
+    const { center, radius } = geometry.boundingSphere!
+    if (Math.min(center.x, center.y, center.z) < -2 * radius) heads.push(part)
+  })
+  for (const head of heads) head.removeFromParent()
 }
