@@ -165,6 +165,7 @@ session::FirstFlights to_flights(const Column<uint32_t>& lights, uint64_t cells,
 }
 
 /// What sessions that share the paths of one bake need beside the rest, see session/session.h.
+// long: a list of names.
 void bind_ranges(nb::class_<Session>& bound) {
   bound.def("path_sums", &path_sums)
       .def("segments_hash",

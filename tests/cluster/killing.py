@@ -38,12 +38,6 @@ class Outcome:
     lost: int
 
 
-def kill_one(client: Any, rng: np.random.Generator) -> None:
-    """SIGKILL one of the workers."""
-    pids = list(client.run(os.getpid).values())
-    os.kill(pids[rng.integers(len(pids))], signal.SIGKILL)
-
-
 def kills(client: Any, count: int, seed: int, shards: int = 4) -> Iterator[Outcome]:
     """Kill a worker in each of `count` calls, in turn in a bake and in two updates."""
     rng = np.random.default_rng(seed)

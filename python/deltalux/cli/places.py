@@ -110,6 +110,7 @@ def place_of(
                 LocalCluster(
                     n_workers=workers, threads_per_worker=each, dashboard_address=None,
                     silence_logs=logging.CRITICAL,
+                    preload="deltalux.cluster.uninterrupted",
                 )
             )  # fmt: skip
         else:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import builtins
 import re
 from collections.abc import Sequence
 from itertools import pairwise
@@ -123,7 +124,7 @@ class WholeArchive:
         self._levels = _joined(shards)
         paths = len(self._levels[0]["segments"]) if self._levels else 0
         sizes = [len(level["segments"]) for level in self._levels]
-        self._own = {
+        self._own: dict[str, np.ndarray] = {
             "level_sizes": np.array(sizes, np.uint64),
             "cut": np.full(paths, _core.NOT_CUT, np.uint8),
             "pending": np.zeros(0, np.uint32),
@@ -142,7 +143,7 @@ class WholeArchive:
         """Size of an array."""
         return self._own[name].nbytes if name in self._own else self._view.bytes(name)
 
-    def read(self, name: str, offset: int, count: int) -> bytes:
+    def read(self, name: str, offset: int, count: int) -> builtins.bytes:
         """Bytes of an array."""
         if name not in self._own:
             return self._view.read(name, offset, count)
