@@ -38,6 +38,11 @@ class Outcome:
     lost: int
 
 
+def pid_of_holder(dask_worker: Any) -> int | None:
+    """The process of a worker that holds shards."""
+    return os.getpid() if dask_worker.state.actors else None
+
+
 def kills(client: Any, count: int, seed: int, shards: int = 4) -> Iterator[Outcome]:
     """Kill a worker in each of `count` calls, in turn in a bake and in two updates."""
     rng = np.random.default_rng(seed)
@@ -59,9 +64,10 @@ def kills(client: Any, count: int, seed: int, shards: int = 4) -> Iterator[Outco
         for number in range(count):
             call = "bake" if number % 3 == 0 else "update"
             _edit(rng, one, many)
-            client.wait_for_workers(2, timeout=60)
+            _wait_for_two(client)
             after = float(rng.uniform(0, 1.2 * usual[call]))
-            victim = list(client.run(os.getpid).values())[int(rng.integers(2))]
+            victims = [pid for pid in client.run(pid_of_holder).values() if pid]
+            victim = victims[int(rng.integers(len(victims)))]
             timer = threading.Timer(after, os.kill, (victim, signal.SIGKILL))
             before, begin = len(many.notes), time.monotonic()
             timer.start()
@@ -71,6 +77,15 @@ def kills(client: Any, count: int, seed: int, shards: int = 4) -> Iterator[Outco
             getattr(one, call)()
             right = many.digest() == one.digest() and bool((many.irradiance == one.irradiance).all())
             yield Outcome(call, after, seconds, right, len(many.notes) - before)
+
+
+def _wait_for_two(client: Any) -> None:
+    """Wait for Dask to start a worker in place of the one that was killed, or start another."""
+    try:
+        client.wait_for_workers(2, timeout=20)
+    except TimeoutError:
+        client.cluster.scale(len(client.cluster.workers) + 1)
+        client.wait_for_workers(2, timeout=60)
 
 
 def _edit(rng: np.random.Generator, *sessions: dl.Session) -> None:

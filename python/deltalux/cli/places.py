@@ -108,7 +108,7 @@ def place_of(
             each = max(1, (threads or os.cpu_count() or 1) // workers)
             cluster = stack.enter_context(
                 LocalCluster(
-                    n_workers=workers, threads_per_worker=each, dashboard_address=None,
+                    n_workers=workers, threads_per_worker=each, dashboard_address=":0",
                     silence_logs=logging.CRITICAL,
                     preload="deltalux.cluster.uninterrupted",
                 )

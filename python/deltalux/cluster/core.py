@@ -90,7 +90,8 @@ class SharedCore:
         first = ranges.add_up([answer.flights for answer in answers])
         assert first is not None
         self._core.look(first.lights, first.cells, first.landed.at, first.landed.values, progress)
-        self._shards.ask("ask_for", self._core.asked_lights(), seed=self._present)
+        # a shard that is made of the choices of now knows these lights
+        self._shards.ask("ask_for", self._core.asked_lights(), seed=self._present, again=False)
         self._complete()
         self._lit = True
         stages = frame["milliseconds"]
