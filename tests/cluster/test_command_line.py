@@ -48,7 +48,9 @@ def test_refusals(capsys, monkeypatch):
 
 def processes_of(session: int) -> list[str]:
     """Command lines of the living processes of a session."""
-    listed = subprocess.run(["ps", "-eo", "sid,stat,args"], capture_output=True, text=True, check=True).stdout
+    listed = subprocess.run(
+        ["ps", "-ww", "-eo", "sid,stat,args"], capture_output=True, text=True, check=True
+    ).stdout
     rows = (line.split(None, 2) for line in listed.splitlines()[1:])
     return [args for sid, stat, args in rows if int(sid) == session and not stat.startswith("Z")]
 
