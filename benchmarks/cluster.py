@@ -3,11 +3,11 @@
 
     PYTHONPATH=python .venv/bin/python benchmarks/cluster.py --paths 1e7 --repeats 3
 
-Bakes of the atrium by paths alone (gather="off") with one and with two single-threaded workers; updates of
-its trolley with 8 shards on two workers against one process of two threads; what shards answer, in bytes, and
-how long it takes to take that in. Then a simulation of one update with many workers: their answers arrive one
-after another at the coordinator, which unpacks and adds them, or at a tree in which workers add up those of
-others, which ClusterSession does not do yet.
+Bakes of the atrium by paths alone (gather="off", direct="paths") with one and with two single-threaded
+workers; updates of its trolley with 8 shards on two workers against one process of two threads; what shards
+answer, in bytes, and how long it takes to take that in. Then a simulation of one update with many workers:
+their answers arrive one after another at the coordinator, which unpacks and adds them, or at a tree in which
+workers add up those of others, which ClusterSession does not do yet.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def bake_seconds(scene: dl.Scene, samples: dl.Samples, count: int, paths: int, r
     with (
         workers(count) as client,
         dl.ClusterSession(
-            scene, samples, client=client, shards=2, paths=paths, gather="off", threads=1
+            scene, samples, client=client, shards=2, paths=paths, gather="off", direct="paths", threads=1
         ) as session,
     ):
         for _ in range(repeats + 1):
