@@ -2,6 +2,7 @@
 // Bindings of sessions: bake, edit, update, read.
 #include "session/session.h"
 
+#include <cstddef>
 #include <cstdio>
 #include <cstring>
 #include <optional>
@@ -115,20 +116,56 @@ nb::tuple path_sums(const Session& session) {
       make_array(std::move(sums.cells), {cells, groups, batches, 3}));
 }
 
-/// Lights, and what the first flights from each bring: (lights, cells, batches, 3).
+/// Places and values of a row.
+nb::tuple to_tuple(session::SparseRow&& row) {
+  const size_t n = row.at.size();
+  return nb::make_tuple(row.size, make_array(std::move(row.at), {n}),
+                        make_array(std::move(row.value), {n}));
+}
+
+session::SparseRow to_row(uint64_t size, const Column<uint64_t>& at, const Column<int64_t>& value) {
+  return {size, to_vector(at), to_vector(value)};
+}
+
+/// ranges, edits, since; then length, places and values of the rows of discs and cells.
+nb::tuple path_changes(Session& session) {
+  session::PathChanges changes;
+  {
+    nb::gil_scoped_release release;
+    changes = session.path_changes();
+  }
+  nb::list ranges;
+  for (const session::PathRange& range : changes.ranges)
+    ranges.append(nb::make_tuple(range.first, range.last));
+  return nb::make_tuple(nb::tuple(ranges), changes.edits, changes.since,
+                        to_tuple(std::move(changes.discs)), to_tuple(std::move(changes.cells)));
+}
+
+/// Lights, the number of cells, places, and what lands there, (places, 3).
 nb::tuple first_flights(const Session& session) {
   session::FirstFlights flights;
   {
     nb::gil_scoped_release release;
     flights = session.first_flights();
   }
-  const size_t lights = flights.lights.size(), batches = session::kBatches;
-  const size_t cells = session.state().gather ? session.state().gather->cells.size() : 0;
-  return nb::make_tuple(make_array(std::move(flights.lights), {lights}),
-                        make_array(std::move(flights.quanta), {lights, cells, batches, 3}));
+  const size_t lights = flights.lights.size(), n = flights.at.size();
+  std::vector<int64_t> quanta;
+  for (const auto& own : flights.quanta) quanta.insert(quanta.end(), own.begin(), own.end());
+  return nb::make_tuple(make_array(std::move(flights.lights), {lights}), flights.cells,
+                        make_array(std::move(flights.at), {n}),
+                        make_array(std::move(quanta), {n, 3}));
+}
+
+session::FirstFlights to_flights(const Column<uint32_t>& lights, uint64_t cells,
+                                 const Column<uint64_t>& at, const Rows<int64_t, 3>& quanta) {
+  session::FirstFlights flights{to_vector(lights), cells, to_vector(at), {}};
+  for (size_t i = 0; i < quanta.shape(0); ++i)
+    flights.quanta.push_back({quanta(i, 0), quanta(i, 1), quanta(i, 2)});
+  return flights;
 }
 
 /// What sessions that share the paths of one bake need beside the rest, see session/session.h.
+// long: a list of names.
 void bind_ranges(nb::class_<Session>& bound) {
   bound.def("path_sums", &path_sums)
       .def("segments_hash",
@@ -140,14 +177,22 @@ void bind_ranges(nb::class_<Session>& bound) {
              }
              return make_array(std::vector<uint64_t>{hash.count, hash.a, hash.b}, {3});
            })
+      .def("path_changes", &path_changes)
       .def(
-          "add_path_sums",
-          [](Session& s, uint64_t paths, const Blocks& discs, const Blocks& cells) {
-            const session::PathSums sums{paths, to_numbers(discs), to_numbers(cells)};
+          "add_path_changes",
+          [](Session& s, const std::vector<std::pair<uint64_t, uint64_t>>& ranges, uint64_t edits,
+             std::optional<uint64_t> since, uint64_t discs, const Column<uint64_t>& disc,
+             const Column<int64_t>& of_disc, uint64_t cells, const Column<uint64_t>& cell,
+             const Column<int64_t>& of_cell) {
+            session::PathChanges changes{
+                {}, edits, since, to_row(discs, disc, of_disc), to_row(cells, cell, of_cell)};
+            for (const auto& [first, last] : ranges) changes.ranges.push_back({first, last});
             nb::gil_scoped_release release;
-            s.add_path_sums(sums);
+            s.add_path_changes(changes);
           },
-          nb::arg("paths"), nb::arg("discs"), nb::arg("cells"))
+          nb::arg("ranges"), nb::arg("edits"), nb::arg("since").none(), nb::arg("discs"),
+          nb::arg("disc"), nb::arg("of_disc"), nb::arg("cells"), nb::arg("cell"),
+          nb::arg("of_cell"))
       .def(
           "gradient_sums",
           [](Session& s, nb::object callback) {
@@ -172,12 +217,13 @@ void bind_ranges(nb::class_<Session>& bound) {
       .def("first_flights", &first_flights)
       .def(
           "look",
-          [](Session& s, const Column<uint32_t>& lights, const Blocks& quanta,
-             nb::object callback) {
-            const session::FirstFlights flights{to_vector(lights), to_numbers(quanta)};
+          [](Session& s, const Column<uint32_t>& lights, uint64_t cells, const Column<uint64_t>& at,
+             const Rows<int64_t, 3>& quanta, nb::object callback) {
+            const session::FirstFlights flights = to_flights(lights, cells, at, quanta);
             run(callback, [&](Progress& p) { s.look(flights, p); });
           },
-          nb::arg("lights"), nb::arg("quanta"), nb::arg("progress").none())
+          nb::arg("lights"), nb::arg("cells"), nb::arg("at"), nb::arg("quanta"),
+          nb::arg("progress").none())
       .def("asked_lights",
            [](const Session& s) {
              std::vector<uint32_t> lights = s.asked_lights();
@@ -234,6 +280,15 @@ void bind_session(nb::module_& m) {
       .def("__getitem__", [](const ArchiveView& a, const std::string& name) {
         return read_bytes(a, name, 0, a.bytes(name));
       });
+
+  // The fields of a stored segment, for whoever joins the paths of several sessions.
+  using segments::Segment;
+  m.attr("SEGMENT_BYTES") = sizeof(Segment);
+  m.attr("SEGMENT_LENGTH") = offsetof(Segment, length);
+  m.attr("SEGMENT_PATH") = offsetof(Segment, path);
+  m.attr("SEGMENT_NEXT") = offsetof(Segment, next);
+  m.attr("NO_SLOT") = segments::kNoSlot;
+  m.attr("NOT_CUT") = session::kNotCut;
 
   nb::class_<Session> bound(m, "Session");
   bind_ranges(bound);
@@ -430,6 +485,7 @@ void bind_session(nb::module_& m) {
              }
              out["paths"] = paths;
              out["held_paths"] = state.held.size();
+             out["edits"] = state.edits;
              out["lights"] = lights;
              out["segments"] = state.store.live();
              out["segment_bytes"] = state.store.bytes() + state.cut.size();
@@ -464,7 +520,10 @@ void bind_session(nb::module_& m) {
              return std::pair(std::array{box.low.x, box.low.y, box.low.z},
                               std::array{box.high.x, box.high.y, box.high.z});
            })
-      .def("save", &Session::save, nb::keep_alive<0, 1>(), nb::call_guard<nb::gil_scoped_release>())
+      .def("save", &Session::save, nb::arg("shared") = false, nb::keep_alive<0, 1>(),
+           nb::call_guard<nb::gil_scoped_release>())
+      .def("save_choices", &Session::save_choices, nb::keep_alive<0, 1>(),
+           nb::call_guard<nb::gil_scoped_release>())
       .def(
           "restore",
           [](Session& s, nb::object source, nb::object callback) {

@@ -47,6 +47,14 @@ void Guiding::save(ArchiveView& archive, bool current) const {
   if (current && !empty()) archive.append(kShares, shares);
 }
 
+void Guiding::save_asked(ArchiveView& archive) const {
+  archive.append(kGuides, std::span<const Guide>());
+  archive.append(kBeams, beams);
+  archive.append(kSuns, suns);
+  archive.keep(kNeed, std::vector<RayNeed>(1));
+  archive.append(kDoublings, std::span<const int8_t>());
+}
+
 void Guiding::restore(ArchiveSource& archive, std::span<const trace::Light> lights, size_t samples,
                       uint32_t rays) {
   const size_t count = archive.count<Guide>(kGuides), narrow = archive.count<BeamGuide>(kBeams);

@@ -63,9 +63,9 @@ double Landings::share_lit_by(uint32_t light, std::span<const uint32_t> hits,
         (segment.power[0] | segment.power[1] | segment.power[2]))
       lit[cell] = 1;
   }
-  const std::span<const int64_t> elsewhere = others.of(light);
-  for (size_t i = 0; i < elsewhere.size(); ++i)
-    if (elsewhere[i]) lit[i / (3 * size_t(kBatches))] = 1;
+  others.each_of(light, kBatches, [&](uint64_t place, const FirstFlights::Quanta& quanta) {
+    if (quanta != FirstFlights::Quanta{}) lit[place / kBatches] = 1;
+  });
   uint64_t all = 0, own = 0;
   for (size_t cell = 0; cell < hits.size(); ++cell)
     all += hits[cell], own += lit[cell] * hits[cell];

@@ -3,18 +3,40 @@
 // those of all their paths.
 #pragma once
 #include <algorithm>
+#include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "session/held_paths.h"
+
 namespace deltalux::session {
 
-/// Sums in quanta. After an edit, the difference to the sums before may be added in their place.
+/// Sums in quanta.
 struct PathSums {
   uint64_t paths = 0;  ///< number of paths that they are of
   /// [((group * kBatches + batch) * samples + sample) * 3 + channel], samples as given by the user
   std::vector<int64_t> discs;
   std::vector<int64_t> cells;  ///< as gather::CellSums; empty without a final gather
+};
+
+/// The numbers of a row of `size` that are not zero: their places, ascending, and their values.
+struct SparseRow {
+  uint64_t size = 0;
+  std::vector<uint64_t> at;
+  std::vector<int64_t> value;
+};
+
+/// What the sums of a session changed from one state to a later one. Those of ranges add up.
+struct PathChanges {
+  /// The ranges of the paths whose sums this brings into the later state; none if both states have
+  /// the same edits, as between two parts of an update with a time budget.
+  std::vector<PathRange> ranges;
+  uint64_t edits = 0;             ///< number of edits since the bake, of the later state
+  std::optional<uint64_t> since;  ///< of the earlier state; nullopt: there was none, all sums are 0
+  SparseRow discs;                ///< places in State::sums
+  SparseRow cells;                ///< places in gather::CellSums
 };
 
 /// What gradients are made of, samples as given by the user: sums of the paths on discs, three per
@@ -32,15 +54,25 @@ struct SegmentsHash {
 /// What the first flights from each light bring to the cells, for the lights that gather rays may
 /// ask for, see Session::look().
 struct FirstFlights {
-  std::vector<uint32_t> lights;  ///< ascending
-  std::vector<int64_t> quanta;   ///< [((light * cells + cell) * kBatches + batch) * 3 + channel]
+  using Quanta = std::array<int64_t, 3>;
+  /// Memory that one path may take.
+  static constexpr size_t kBytesPerPath = sizeof(uint64_t) + sizeof(Quanta);
 
-  /// The quanta of one light; empty if it is not among `lights`.
-  std::span<const int64_t> of(uint32_t light) const {
-    const auto found = std::find(lights.begin(), lights.end(), light);
-    if (found == lights.end()) return {};
-    const size_t each = quanta.size() / lights.size();
-    return std::span(quanta).subspan(size_t(found - lights.begin()) * each, each);
+  std::vector<uint32_t> lights;  ///< ascending
+  uint64_t cells = 0;            ///< number of cells
+  /// [(light * cells + cell) * kBatches + batch] where something lands, ascending
+  std::vector<uint64_t> at;
+  std::vector<Quanta> quanta;  ///< what lands there
+
+  /// Calls visit(cell * kBatches + batch, quanta) for all that comes from `light`.
+  template <class Visit>
+  void each_of(uint32_t light, uint64_t batches, const Visit& visit) const {
+    const auto found = std::lower_bound(lights.begin(), lights.end(), light);
+    if (found == lights.end() || *found != light) return;
+    const uint64_t first = uint64_t(found - lights.begin()) * cells * batches;
+    const auto from = std::lower_bound(at.begin(), at.end(), first),
+               end = std::lower_bound(from, at.end(), first + cells * batches);
+    for (auto i = from; i != end; ++i) visit(*i - first, quanta[size_t(i - at.begin())]);
   }
 };
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <tuple>
 #include <utility>
 
 #include "base/assertion.h"
@@ -117,7 +118,9 @@ void Session::trace_all(Progress& progress, Frame& frame) {
   State& s = *state_;
   s.hold_paths();
   const uint64_t paths = s.held.size();
-  s.added_paths = 0;
+  s.added.clear();
+  s.added_since.reset();
+  told_.reset();
   s.store = segments::SegmentStore(s.scene.world(), s.extras());
   s.cut.assign(paths, kNotCut);
   s.sums.assign(size_t(s.sum_groups()) * kBatches * s.samples.size() * 3, 0);
@@ -178,6 +181,7 @@ Frame Session::bake(Progress& progress) {
   std::swap(state_, fresh);
   auto old_direct = std::move(direct_);
   auto old_pending = std::exchange(pending_, {});
+  auto old_told = std::move(told_);
   try {
     Frame frame;
     Stopwatch watch;
@@ -206,6 +210,7 @@ Frame Session::bake(Progress& progress) {
     std::swap(state_, fresh);
     direct_ = std::move(old_direct);
     pending_ = std::move(old_pending);
+    told_ = std::move(old_told);
     dispose(std::move(fresh));
     throw;
   }
@@ -222,7 +227,8 @@ Frame Session::recompute(Progress& progress) {
   auto old_store = std::move(s.store);
   auto old_sums = std::move(s.sums);
   auto old_cut = std::move(s.cut);
-  const uint64_t old_added = s.added_paths;
+  auto old_added = std::pair(s.added, s.added_since);
+  auto old_told = std::move(told_);
   auto old_pending = std::move(pending_);
   auto old_direct = std::move(direct_);
   auto old_gather = std::move(s.gather);
@@ -247,7 +253,8 @@ Frame Session::recompute(Progress& progress) {
     dispose(std::move(old_store));
     s.sums = std::move(old_sums);
     s.cut = std::move(old_cut);
-    s.added_paths = old_added;
+    std::tie(s.added, s.added_since) = std::move(old_added);
+    told_ = std::move(old_told);
     pending_ = std::move(old_pending);
     direct_ = std::move(old_direct);
     s.gather = std::move(old_gather);
@@ -312,6 +319,7 @@ size_t Session::bytes() const {
                receivers_.capacity() * sizeof(direct::Receiver);
   if (direct_) sum += direct_->bytes();
   if (kept_) sum += kept_->bytes();
+  if (told_) sum += (told_->discs.capacity() + told_->cells.capacity()) * sizeof(int64_t);
   if (s.gather)
     sum += s.gather->cells.bytes() + s.gather->looks.bytes() + s.gather->coverage.bytes() +
            s.gather->beams.bytes() + s.gather->sums.bytes() + s.gather->light.bytes() +

@@ -162,9 +162,13 @@ class Session {
   PathSums path_sums() const;
   SegmentsHash segments_hash() const;
   SlopeSums slope_sums(Progress& progress);
-  /// Adds sums of paths that other sessions hold, or what an edit changed of them. Only for a baked
-  /// session without paths. Throws OptionError.
-  void add_path_sums(const PathSums& more);
+  /// What these sums changed since the last call, or since the bake or a recompute: then all of
+  /// them. Only for a baked session with a part of the paths. Throws OptionError.
+  PathChanges path_changes();
+  /// Adds what the sums of paths that other sessions hold changed. Only for a baked session without
+  /// paths, which notes the ranges: its light cannot be read before all paths' changes by all edits
+  /// are there. Throws OptionError.
+  void add_path_changes(const PathChanges& more);
   /// The first flights of the paths held here. Only in sessions with a final gather; else empty.
   FirstFlights first_flights() const;
   /// Completes the bake of a session without paths once the sums of all are added: chooses guides,
@@ -177,10 +181,16 @@ class Session {
   /// paths, after its bake.
   void ask_for(std::span<const uint32_t> lights);
 
-  /// Snapshot as named arrays, see snapshot.cpp. Valid until the session changes.
-  ArchiveView save() const;
+  /// Snapshot as named arrays, see snapshot.cpp. Valid until the session changes. `shared`: of a
+  /// session without paths, with the sums that were added, to which the paths of others belong.
+  ArchiveView save(bool shared = false) const;
+  /// What a bake chose and edits made of the scene, without paths, direct light and gather rays:
+  /// all that a session with a part of the paths needs to trace them anew, whatever its range.
+  /// Valid until the session changes.
+  ArchiveView save_choices() const;
   /// Restores a snapshot. The session must be freshly made from the same scene, samples and
-  /// options. Throws FormatError, OptionError, SceneError, Cancelled; the session is useless then.
+  /// options. Of save_choices() it restores a session whose paths all wait to be traced. Throws
+  /// FormatError, OptionError, SceneError, Cancelled; the session is useless then.
   void restore(ArchiveSource& archive, Progress& progress);
 
  private:
@@ -237,8 +247,19 @@ class Session {
   /// does; otherwise keep those of the bake. `others`: first flights of paths that other sessions
   /// hold. In a session with a part of the paths this does nothing.
   void look_around(Progress& progress, bool new_guides = false, const FirstFlights& others = {});
-  /// Takes what `flights` has of this light out of the sums of the cells.
+  /// Takes what `flights` has of this light out of sums of the cells.
+  void leave_out(uint32_t light, const FirstFlights& flights, std::vector<int64_t>& quanta) const;
+  /// The same for the present sums.
   void leave_out(uint32_t light, const FirstFlights& flights);
+  /// Expected memory for what a session with a range of the paths gives to others or takes from
+  /// them: first flights, and the sums that path_changes() returned last.
+  size_t forecast_sharing() const;
+  /// Counts edits that took effect; `complete`: whether the sums of all paths were there before.
+  void count_edits(size_t edits, bool complete);
+  /// In a session without paths: how many of Options::paths have their sums here, and whether all
+  /// have.
+  uint64_t added_paths() const;
+  bool has_all_sums() const { return added_paths() == state_->options.paths; }
   /// Whether the gather rays of a baked session are cast.
   bool looked() const;
   /// The cells that send light at present, see LitCells.
@@ -345,12 +366,17 @@ class Session {
   /// Recomputes State::plans.
   void plan_parts(Parts& parts, const PilotPaths& paths, bool thorough, Progress& progress);
   void make_estimators(Parts& parts, Progress& progress);
+  /// Parts of save(): the scene as edits left it; what the bake chose.
+  void save_scene(ArchiveView& archive) const;
+  void save_bake(ArchiveView& archive) const;
   void restore_scene(ArchiveSource& archive);
   /// Restores the path counts of lights and the scales.
   void restore_lights(ArchiveSource& archive);
   void restore_areas(ArchiveSource& archive, std::span<const float> openness);
   void restore_segments(ArchiveSource& archive, Progress& progress);
   void restore_pending(ArchiveSource& archive);
+  /// Lets all paths held wait, none of them traced yet.
+  void wait_for_paths();
   void restore_direct(ArchiveSource& archive);
   void restore_looks(ArchiveSource& archive, Progress& progress);
   /// Applies `edits` and finds what they affect. If it throws, everything is as before.
@@ -396,6 +422,12 @@ class Session {
   std::vector<direct::Receiver> receivers_;  // per sample, in the present pose
   std::vector<PendingPath> pending_;
   std::unique_ptr<KeptPlaces> kept_;  // rays and light of the last images
+  /// The sums that path_changes() returned last.
+  struct Told {
+    std::vector<int64_t> discs, cells;
+    uint64_t edits = 0;
+  };
+  std::unique_ptr<Told> told_;
   /// Frees what a cancelled call leaves behind, possibly gigabytes, without making the caller wait.
   template <class T>
   void dispose(T&& waste) {

@@ -142,6 +142,7 @@ void Session::refuse_beyond_limit() {
     forecast_.bytes += size_t(rays) + gather::CellLight::forecast_bytes(s.gather->cells.size());
   }
   if (s.gather) forecast_.bytes += s.gather->cells.bytes() + s.gather->sums.bytes();
+  forecast_.bytes += forecast_sharing();
   const double fixed = double(forecast_.bytes) - forecast_.bytes_per_path * double(paths);
   const double room = double(s.options.memory_limit) - fixed;
   // A little less than that: another path count has other pilot paths.

@@ -3,6 +3,7 @@
 // evaluates the sums of all ranges.
 #include <algorithm>
 #include <functional>
+#include <utility>
 
 #include "base/error.h"
 #include "gather/beam.h"
@@ -23,11 +24,84 @@ std::vector<uint32_t> candidates(const State& s) {
   return lights;
 }
 
-void check_size(const char* name, size_t found, size_t expected) {
-  if (found != expected)
-    throw OptionError(std::string(name) + ": found " + std::to_string(found) +
-                      " numbers, expected " + std::to_string(expected) +
-                      "; give those of sessions of the same scene, samples, options and edits");
+constexpr const char* kSame =
+    "; give those of sessions of the same scene, samples, options and edits";
+
+/// Throws OptionError unless the places of `row` are those of a row of `size` numbers.
+void check_row(const char* name, const SparseRow& row, uint64_t size) {
+  if (row.size != size)
+    throw OptionError(std::string(name) + ": found changes of " + std::to_string(row.size) +
+                      " numbers, expected " + std::to_string(size) + kSame);
+  if (row.at.size() != row.value.size() ||
+      std::any_of(row.at.begin(), row.at.end(), [&](uint64_t at) { return at >= size; }))
+    throw OptionError(std::string(name) +
+                      ": found places beyond the end, or another number of values" + kSame);
+}
+
+/// Throws OptionError unless these are first flights of `lights` to so many cells.
+void check_flights(const FirstFlights& flights, const std::vector<uint32_t>& lights,
+                   uint64_t cells) {
+  if (flights.lights != lights)
+    throw OptionError(
+        "look: found first flights of other lights than the narrow and parallel ones of the "
+        "scene; give the sum of the first_flights of all ranges");
+  if (flights.cells != cells || flights.at.size() != flights.quanta.size() ||
+      std::adjacent_find(flights.at.begin(), flights.at.end(), std::greater_equal{}) !=
+          flights.at.end() ||
+      (!flights.at.empty() && flights.at.back() >= lights.size() * cells * kBatches))
+    throw OptionError("look: found first flights to " + std::to_string(flights.cells) +
+                      " cells, or not in order, expected " + std::to_string(cells) + kSame);
+}
+
+/// Adds a range to ranges that share no path. Throws OptionError if it shares some with them.
+void add_range(const PathRange& range, uint64_t paths, std::vector<PathRange>& ranges) {
+  const bool sound = range.first <= range.last && range.last <= paths;
+  const auto overlaps = [&](const PathRange& other) {
+    return range.first < other.last && other.first < range.last;
+  };
+  if (!sound || std::any_of(ranges.begin(), ranges.end(), overlaps))
+    throw OptionError("add_path_changes: found those of paths " + std::to_string(range.first) +
+                      " to " + std::to_string(range.last) + " of " + std::to_string(paths) +
+                      ", of which some are added already; add the path_changes of each range once");
+  ranges.push_back(range);
+}
+
+std::string states(const std::optional<uint64_t>& since, uint64_t edits) {
+  return (since ? "from edit " + std::to_string(*since) : "from the bake") + " to edit " +
+         std::to_string(edits);
+}
+
+/// The places where `now` differs from `before`; both may end early, followed by zeros.
+SparseRow changes(std::span<const int64_t> now, std::span<const int64_t> before, uint64_t size) {
+  SparseRow out{size, {}, {}};
+  const auto at = [](std::span<const int64_t> row, size_t i) {
+    return i < row.size() ? row[i] : 0;
+  };
+  for (size_t i = 0; i < std::max(now.size(), before.size()); ++i)
+    if (const int64_t more = at(now, i) - at(before, i)) {
+      out.at.push_back(i);
+      out.value.push_back(more);
+    }
+  return out;
+}
+
+/// The same for the touched cells, which then are touched no more; `before` becomes the present
+/// sums.
+SparseRow take_cells(gather::CellSums& sums, std::vector<int64_t>& before) {
+  const size_t each = sums.at(1, 0, 0);
+  SparseRow out{sums.quanta.size(), {}, {}};
+  before.resize(sums.quanta.size());
+  for (size_t cell = 0; cell < sums.touched.size(); ++cell) {
+    if (!sums.touched[cell]) continue;
+    for (size_t i = cell * each; i < (cell + 1) * each; ++i)
+      if (const int64_t more = sums.quanta[i] - before[i]) {
+        out.at.push_back(i);
+        out.value.push_back(more);
+      }
+    std::copy_n(&sums.quanta[cell * each], each, &before[cell * each]);
+    sums.touched[cell] = 0;
+  }
+  return out;
 }
 
 }  // namespace
@@ -35,36 +109,96 @@ void check_size(const char* name, size_t found, size_t expected) {
 PathSums Session::path_sums() const {
   check_whole();
   const State& s = *state_;
-  PathSums out{s.held.size() + s.added_paths, in_given_order(s.sums, 3, s.given), {}};
+  uint64_t paths = s.held.size();
+  for (const PathRange& range : s.added) paths += s.held_of(range).size();
+  PathSums out{paths, in_given_order(s.sums, 3, s.given), {}};
   if (s.gather) out.cells = s.gather->sums.quanta;
   return out;
 }
 
-void Session::add_path_sums(const PathSums& more) {
+PathChanges Session::path_changes() {
+  check_whole();
+  State& s = *state_;
+  if (!baked_ || s.evaluates())
+    throw OptionError(
+        "path_changes: found a session that is not baked or evaluates light, expected a baked one "
+        "with a path_range that has paths");
+  // If memory runs out below, nothing counts as told, and the next changes are those of all sums.
+  const std::unique_ptr<Told> before = std::exchange(told_, nullptr);
+  auto now = before ? std::make_unique<Told>(*before) : std::make_unique<Told>();
+  PathChanges out;
+  if (!before || before->edits != s.edits) out.ranges = {*s.options.range};
+  out.edits = now->edits = s.edits;
+  if (before) out.since = before->edits;
+  // Discs that nothing is deposited on stay at 0.
+  const bool dark = s.gather && std::all_of(s.light_sampled.begin(), s.light_sampled.end(),
+                                            [](uint8_t yes) { return yes; });
+  now->discs = dark ? std::vector<int64_t>() : s.sums;
+  out.discs = changes(now->discs, before ? before->discs : std::vector<int64_t>(), s.sums.size());
+  if (s.gather) {
+    gather::CellSums& sums = s.gather->sums;
+    if (!before) std::fill(sums.touched.begin(), sums.touched.end(), uint8_t(1));
+    out.cells = take_cells(sums, now->cells);
+  }
+  told_ = std::move(now);
+  return out;
+}
+
+void Session::add_path_changes(const PathChanges& more) {
   check_whole();
   State& s = *state_;
   if (!baked_ || !s.holds_none())
     throw OptionError(
-        "add_path_sums: found a session that holds paths or is not baked, expected a baked one of "
-        "path_range=(0, 0)");
-  check_size("discs", more.discs.size(), s.sums.size());
-  check_size("cells", more.cells.size(), s.gather ? s.gather->sums.quanta.size() : 0);
-  if (more.paths > s.all_paths() - s.added_paths)
-    throw OptionError("add_path_sums: found sums of " + std::to_string(more.paths) +
-                      " paths beside those of " + std::to_string(s.added_paths) +
-                      ", expected at most " + std::to_string(s.all_paths()) +
-                      " in all; add each range once, and after an edit only differences");
-  add_in_given_order(more.discs, 3, s.given, s.sums);
-  s.added_paths += more.paths;
+        "add_path_changes: found a session that holds paths or is not baked, expected a baked one "
+        "of path_range=(0, 0)");
+  check_row("discs", more.discs, s.sums.size());
+  check_row("cells", more.cells, s.gather ? s.gather->sums.quanta.size() : 0);
+  const bool rest = more.since == more.edits && more.ranges.empty();
+  if (more.edits != s.edits || !(rest || more.since == s.added_since))
+    throw OptionError("add_path_changes: found changes " + states(more.since, more.edits) +
+                      ", expected those " + states(s.added_since, s.edits) +
+                      "; update all sessions by the same edits, and add the path_changes of each");
+  std::vector<PathRange> added = s.added;
+  for (const PathRange& range : more.ranges) add_range(range, s.options.paths, added);
+  for (size_t i = 0; i < more.discs.at.size(); ++i) s.sums[more.discs.at[i]] += more.discs.value[i];
+  s.added = std::move(added);
   if (!s.gather) return;
   gather::CellSums& sums = s.gather->sums;
   const size_t each = sums.at(1, 0, 0);
-  for (size_t i = 0; i < more.cells.size(); ++i) {
-    if (!more.cells[i]) continue;
-    sums.quanta[i] += more.cells[i];
-    sums.touched[i / each] = 1;
+  for (size_t i = 0; i < more.cells.at.size(); ++i) {
+    sums.quanta[more.cells.at[i]] += more.cells.value[i];
+    sums.touched[more.cells.at[i] / each] = 1;
   }
   s.gather->glance.stale = true;
+}
+
+size_t Session::forecast_sharing() const {
+  const State& s = *state_;
+  if (!s.options.range) return 0;
+  size_t sum =
+      s.holds_none() ? 0 : sizeof(int64_t) * 3 * kBatches * s.sum_groups() * s.samples.size();
+  if (!s.gather) return sum;
+  if (!s.holds_none()) sum += s.gather->sums.quanta.size() * sizeof(int64_t);
+  for (const uint32_t light : candidates(s)) {
+    uint64_t paths = s.holds_none() ? s.lights[light].path_count : 0;
+    s.held.each_of(s.lights[light], [&](uint64_t) { ++paths; });
+    sum += FirstFlights::kBytesPerPath * paths;
+  }
+  return sum;
+}
+
+void Session::count_edits(size_t edits, bool complete) {
+  State& s = *state_;
+  if (!edits) return;
+  if (complete) s.added_since = s.edits;
+  s.edits += edits;
+  s.added.clear();
+}
+
+uint64_t Session::added_paths() const {
+  uint64_t paths = 0;
+  for (const PathRange& range : state_->added) paths += range.last - range.first;
+  return paths;
 }
 
 FirstFlights Session::first_flights() const {
@@ -73,37 +207,49 @@ FirstFlights Session::first_flights() const {
   FirstFlights out;
   if (!s.gather || !baked_) return out;
   out.lights = candidates(s);
-  const size_t each = 3 * size_t(kBatches) * s.gather->cells.size();
-  out.quanta.resize(out.lights.size() * each);
+  out.cells = s.gather->cells.size();
   if (s.store.bounces().empty()) return out;
-  std::vector<int64_t*> place(s.lights.size());
-  for (size_t k = 0; k < out.lights.size(); ++k) place[out.lights[k]] = &out.quanta[k * each];
   const segments::BounceSegments& first = s.store.bounces()[0];
-  for (uint32_t slot = 0; slot < first.size(); ++slot) {
-    const segments::Segment& segment = first.at(slot);
-    const uint32_t cell = segment.length < 0 ? gather::kNoCell : first.landing(slot);
-    const size_t number = s.light_of(segment.path);
-    if (cell == gather::kNoCell || !place[number]) continue;
-    const trace::Light& light = s.lights[number];
-    const uint32_t batch = trace::batch_of(light, segment.path - light.first_path, kBatches);
-    for (size_t c = 0; c < 3; ++c)
-      place[number][3 * (size_t(cell) * kBatches + batch) + c] += segment.power[c];
+  std::vector<std::pair<uint64_t, FirstFlights::Quanta>> landed;
+  for (size_t k = 0; k < out.lights.size(); ++k) {
+    const trace::Light& light = s.lights[out.lights[k]];
+    landed.clear();
+    s.held.each_of(light, [&](uint64_t i) {
+      const uint32_t slot = s.held.slot_of(uint32_t(light.first_path + i));
+      const segments::Segment& segment = first.at(slot);
+      const uint32_t cell = segment.length < 0 ? gather::kNoCell : first.landing(slot);
+      if (cell == gather::kNoCell) return;
+      const uint32_t batch = trace::batch_of(light, i, kBatches);
+      landed.push_back({(k * out.cells + cell) * kBatches + batch,
+                        {segment.power[0], segment.power[1], segment.power[2]}});
+    });
+    std::sort(landed.begin(), landed.end());
+    for (const auto& [place, quanta] : landed) {
+      if (out.at.empty() || out.at.back() != place)
+        out.at.push_back(place), out.quanta.push_back({});
+      for (size_t c = 0; c < 3; ++c) out.quanta.back()[c] += quanta[c];
+    }
   }
   return out;
 }
 
-void Session::leave_out(uint32_t light, const FirstFlights& flights) {
-  State& s = *state_;
-  gather::CellSums& sums = s.gather->sums;
-  const std::span<const int64_t> own = flights.of(light);
+void Session::leave_out(uint32_t light, const FirstFlights& flights,
+                        std::vector<int64_t>& quanta) const {
+  const State& s = *state_;
   const uint32_t group = s.sum_group(s.lights[light].group);
-  const size_t batches = 3 * size_t(kBatches);  // numbers of a cell
-  for (size_t i = 0; i < own.size(); ++i) {
-    if (!own[i]) continue;
-    const auto cell = uint32_t(i / batches);
-    sums.quanta[sums.at(cell, group, 0) + i % batches] -= own[i];
-    sums.touched[cell] = 1;
-  }
+  flights.each_of(light, kBatches, [&](uint64_t place, const FirstFlights::Quanta& own) {
+    const size_t at =
+        s.gather->sums.at(uint32_t(place / kBatches), group, uint32_t(place % kBatches));
+    for (size_t c = 0; c < 3; ++c) quanta[at + c] -= own[c];
+  });
+}
+
+void Session::leave_out(uint32_t light, const FirstFlights& flights) {
+  gather::CellSums& sums = state_->gather->sums;
+  leave_out(light, flights, sums.quanta);
+  flights.each_of(light, kBatches, [&](uint64_t place, const FirstFlights::Quanta&) {
+    sums.touched[place / kBatches] = 1;
+  });
 }
 
 void Session::look(const FirstFlights& others, Progress& progress) {
@@ -115,12 +261,7 @@ void Session::look(const FirstFlights& others, Progress& progress) {
         "path_range=(0, 0)");
   check_added();
   if (!s.gather || looked()) return;
-  if (others.lights != candidates(s))
-    throw OptionError(
-        "look: found first flights of other lights than the narrow and parallel ones of the "
-        "scene; give the sum of the first_flights of all ranges");
-  check_size("first_flights", others.quanta.size(),
-             others.lights.size() * 3 * kBatches * s.gather->cells.size());
+  check_flights(others, candidates(s), s.gather->cells.size());
   const gather::CellSums before = s.gather->sums;
   const Forecast forecast = forecast_;
   try {
@@ -166,7 +307,10 @@ void Session::ask_for(std::span<const uint32_t> lights) {
     else
       fresh.beams.push_back({light, 1, 1});
   s.guiding = std::move(fresh);
-  for (const uint32_t light : lights) leave_out(light, own);
+  for (const uint32_t light : lights) {
+    leave_out(light, own);
+    if (told_) leave_out(light, own, told_->cells);  // who adds up the sums leaves it out by itself
+  }
 }
 
 bool Session::looked() const {
@@ -176,10 +320,10 @@ bool Session::looked() const {
 
 void Session::check_added() const {
   const State& s = *state_;
-  if (s.holds_none() && s.added_paths != s.all_paths())
-    throw OptionError("session: found sums of " + std::to_string(s.added_paths) +
-                      " paths, expected those of all " + std::to_string(s.all_paths()) +
-                      "; add the path_sums of all ranges");
+  if (s.holds_none() && !has_all_sums())
+    throw OptionError("session: found the sums of " + std::to_string(added_paths()) +
+                      " paths after " + std::to_string(s.edits) + " edits, expected those of all " +
+                      std::to_string(s.options.paths) + "; add the path_changes of all ranges");
 }
 
 void Session::check_looked() const {
@@ -196,8 +340,8 @@ void Session::check_readable() const {
     throw OptionError("session: it holds paths " + std::to_string(s.options.range->first) + " to " +
                       std::to_string(s.options.range->last) + " of " +
                       std::to_string(s.options.paths) +
-                      " (path_range), and light is that of all; add the path_sums of all ranges to "
-                      "a session of path_range=(0, 0), and read that");
+                      " (path_range), and light is that of all; add the path_changes of all ranges "
+                      "to a session of path_range=(0, 0), and read that");
   check_added();
   check_looked();
 }

@@ -169,9 +169,11 @@ Frame Session::update(std::span<const scene::Edit> edits, double budget_ms, Prog
   Frame frame;
   Stopwatch watch;
   EditLog log(*state_);
+  const bool complete = has_all_sums();
   const Affected affected = apply(edits, log, budget_ms, watch, progress, frame);
   edits_applied_ = true;
   if (!baked_) return frame;
+  count_edits(edits.size(), complete);
   enter(Step::rest, Step::applied);
   frame.scanned_segments = affected.scanned;
   frame.candidates = affected.candidates;

@@ -78,11 +78,8 @@ void restore_maps(ArchiveSource& archive, std::span<trace::Light> lights) {
 
 }  // namespace
 
-ArchiveView Session::save() const {
-  check_whole();
-  check_looked();
+void Session::save_scene(ArchiveView& archive) const {
   const State& s = *state_;
-  ArchiveView archive;
   std::vector<double> poses;
   std::vector<uint8_t> present;
   for (const scene::Object& object : s.scene.objects) {
@@ -100,7 +97,10 @@ ArchiveView Session::save() const {
   archive.keep("reflectance", reflectance);
   archive.append("group_factor", s.group_factor);
   archive.append("radius", s.samples.radius);
-  if (!baked_) return archive;
+}
+
+void Session::save_bake(ArchiveView& archive) const {
+  const State& s = *state_;
   std::vector<float> openness(s.samples.size());
   const auto note = [&](const samples::DiscSet& discs) {
     for (size_t i = 0; i < discs.size(); ++i) openness[discs.id[i]] = discs.openness[i];
@@ -108,31 +108,52 @@ ArchiveView Session::save() const {
   note(s.static_index->discs());
   for (const MovingPart& part : s.moving) note(part.index->discs());
   archive.keep("openness", openness);
-
   std::vector<uint64_t> light_paths, level_sizes;
   for (const trace::Light& light : s.lights) light_paths.push_back(light.path_count);
   archive.keep("light_paths", light_paths);
   save_maps(s.lights, archive);
   archive.append("light_sampled", s.light_sampled);
   archive.keep("quantum", std::vector<double>{s.scale.quantum});
+  archive.append("area", s.area);
+  for (const segments::BounceSegments& stored : s.store.bounces())
+    level_sizes.push_back(stored.size());
+  archive.keep("level_sizes", level_sizes);
+  archive.keep("direct.quantum", std::vector<double>{direct_->irradiance_quantum()});
+}
+
+ArchiveView Session::save(bool shared) const {
+  check_whole();
+  check_looked();
+  const State& s = *state_;
+  ArchiveView archive;
+  save_scene(archive);
+  if (!baked_) return archive;
+  save_bake(archive);
   archive.append("cut", s.cut);
   std::vector<uint32_t> pending;  // without known hits, which only save time
   for (const PendingPath& p : pending_) pending.insert(pending.end(), {p.path, p.slot, p.bounce});
   archive.keep("pending", pending);
-  if (s.holds_none())
+  if (s.holds_none() && !shared)
     archive.keep("sums", std::vector<int64_t>(s.sums.size()));  // others keep theirs
   else
     archive.append("sums", s.sums);
-  archive.append("area", s.area);
-  for (size_t b = 0; b < s.store.bounces().size(); ++b) {
-    level_sizes.push_back(s.store.bounces()[b].size());
+  for (size_t b = 0; b < s.store.bounces().size(); ++b)
     append_bounce(s.store.bounces()[b], b, s.store.extras(), archive);
-  }
-  archive.keep("level_sizes", level_sizes);
-  archive.keep("direct.quantum", std::vector<double>{direct_->irradiance_quantum()});
+  if (s.options.range && !shared) archive.keep("edits", std::vector<uint64_t>{s.edits});
   if (s.evaluates()) direct_->save(archive);
   if (s.gather) s.guiding.save(archive, s.evaluates() && !(s.gather->looks.pending_share() > 0));
   if (s.gather && s.evaluates()) s.gather->looks.save(archive);
+  return archive;
+}
+
+ArchiveView Session::save_choices() const {
+  check_whole();
+  ArchiveView archive;
+  save_scene(archive);
+  if (!baked_) return archive;
+  save_bake(archive);
+  archive.keep("edits", std::vector<uint64_t>{state_->edits});
+  if (state_->gather) state_->guiding.save_asked(archive);
   return archive;
 }
 
@@ -142,7 +163,8 @@ void Session::restore(ArchiveSource& archive, Progress& progress) {
   if (!archive.bytes("level_sizes")) return;
   restore_lights(archive);
   const size_t sums = size_t(s.sum_groups()) * kBatches * s.samples.size() * 3;
-  archive.expect<int64_t>("sums", sums);
+  const bool traced = archive.bytes("cut").has_value();
+  if (traced) archive.expect<int64_t>("sums", sums);
   archive.expect<float>("area", s.samples.size());
   const auto openness = archive.read_all<float>("openness", s.samples.size());
   snapshot::check_range("openness", openness, 0, 1e6);
@@ -153,11 +175,19 @@ void Session::restore(ArchiveSource& archive, Progress& progress) {
   plan_parts(parts, walk_pilot_paths(s, progress), false, progress);
   make_estimators(parts, progress);
   make_cells();
-  restore_segments(archive, progress);
-  s.sums = archive.read_all<int64_t>("sums", sums);
-  snapshot::check_sums(s.sums, s.store.live());
-  s.cut = archive.read_all<uint8_t>("cut", s.held.size());
-  restore_pending(archive);
+  if (traced) {
+    restore_segments(archive, progress);
+    s.sums = archive.read_all<int64_t>("sums", sums);
+    snapshot::check_sums(s.sums, s.store.live());
+    s.cut = archive.read_all<uint8_t>("cut", s.held.size());
+    restore_pending(archive);
+  } else {
+    archive.read_all<uint64_t>("level_sizes", archive.count<uint64_t>("level_sizes"));
+    s.sums.assign(sums, 0);
+    wait_for_paths();
+  }
+  if (s.options.range && archive.bytes("edits"))
+    s.edits = archive.read_all<uint64_t>("edits", 1)[0];
   for (MovingPart& part : s.moving) {
     place_part(s, part);
     part.current = true;
@@ -222,7 +252,7 @@ void Session::restore_lights(ArchiveSource& archive) {
   if (paths > (uint64_t(1) << 32) / s.options.max_bounces)
     snapshot::refuse("\"light_paths\": found " + std::to_string(paths) + " paths, more than fit");
   s.hold_paths();
-  archive.expect<uint8_t>("cut", s.held.size());
+  if (archive.bytes("cut")) archive.expect<uint8_t>("cut", s.held.size());
   s.light_sampled = archive.read_all<uint8_t>("light_sampled", s.lights.size());
   snapshot::check_range("light_sampled", s.light_sampled, 0, 1);
   const auto quantum = archive.read_all<double>("quantum", 1);
@@ -285,6 +315,19 @@ void Session::restore_segments(ArchiveSource& archive, Progress& progress) {
     for (uint32_t slot : unused) stored.release(slot);
   }
   snapshot::check_chains(s.store, s.held);
+}
+
+void Session::wait_for_paths() {
+  State& s = *state_;
+  s.store = segments::SegmentStore(s.scene.world(), s.extras());
+  std::vector<uint32_t> slots;
+  s.store.bounce(0).allocate(s.held.size(), s.store.extras(), slots);
+  s.cut.assign(s.held.size(), 0);
+  for (const uint32_t slot : slots) {
+    const uint32_t path = s.held.path_of(slot);
+    s.store.bounce(0).at(slot) = segments::unused_segment(path);
+    pending_.push_back({path, slot, 0, false, {}});
+  }
 }
 
 void Session::restore_pending(ArchiveSource& archive) {

@@ -120,8 +120,12 @@ struct State {
   segments::SegmentStore store;
   // By slot of bounce 0: the bounce from which its path waits to be traced again, or kNotCut.
   std::vector<uint8_t> cut;
-  std::vector<int64_t> sums;       // EnergySums, slab = group * kBatches + batch
-  uint64_t added_paths = 0;        // number of paths of other sessions whose sums are in these sums
+  std::vector<int64_t> sums;  // EnergySums, slab = group * kBatches + batch
+  uint64_t edits = 0;         // number of edits in effect since the bake
+  // In a session without paths: the ranges of other sessions whose sums, of the present state, are
+  // in these sums; and the edits in effect when those of all paths were, nullopt: never yet.
+  std::vector<PathRange> added;
+  std::optional<uint64_t> added_since;
   std::unique_ptr<Gather> gather;  // null without a final gather
   gather::Guiding guiding;         // for the final gather; its guides are fixed at the bake
 
@@ -143,12 +147,14 @@ struct State {
   /// Whether there are direct light by shadow rays, gather rays and results. A session with a range
   /// of the paths has only what paths bring, since the rest would be the same in every range.
   bool evaluates() const { return holds_all() || holds_none(); }
-  /// Recomputes `held` for the present lights.
-  void hold_paths() {
-    HeldPaths fresh(options.range.value_or(PathRange{0, options.paths}), options.paths, kBatches);
-    for (const trace::Light& light : lights) fresh.add(light);
-    held = std::move(fresh);
+  /// The paths of a range, of the present lights.
+  HeldPaths held_of(const PathRange& range) const {
+    HeldPaths paths(range, options.paths, kBatches);
+    for (const trace::Light& light : lights) paths.add(light);
+    return paths;
   }
+  /// Recomputes `held` for the present lights.
+  void hold_paths() { held = held_of(options.range.value_or(PathRange{0, options.paths})); }
   uint32_t sum_groups() const { return std::min(scene.group_count, kMaxSumGroups); }
   /// Whether the group has no sums of its own: with more than eight groups, those from the eighth
   /// on share one.

@@ -3,6 +3,7 @@
 
 from . import estimate, model, scenes
 from .client import connect
+from .cluster import ClusterSession
 from .errors import Cancelled, Error, FormatError, OptionError, SceneError
 from .io import load
 from .planning import Plan, plan
@@ -27,6 +28,7 @@ from .version import __version__
 __all__ = [
     "Camera",
     "Cancelled",
+    "ClusterSession",
     "DiffuseSurface",
     "Error",
     "Estimate",

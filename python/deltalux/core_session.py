@@ -131,7 +131,7 @@ class PresentState(NamedTuple):
 
 def present_state(core: Any, flat: FlatScene) -> PresentState:
     """The state of a session of the core that was restored from a file."""
-    state = core.save()
+    state = core.save_choices()
     rows = np.frombuffer(state["poses"], np.float64).reshape(-1, 4, 3)  # of a rotation, then the translation
     present = np.frombuffer(state["present"], np.uint8)
     factors = np.frombuffer(state["group_factor"], np.float64)

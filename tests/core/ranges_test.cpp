@@ -2,6 +2,8 @@
 // Sessions that share the paths of one bake: any ranges of them add up to all, bit for bit.
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "base/error.h"
 #include "base/fault.h"
 #include "memory_archive.h"
@@ -92,12 +94,7 @@ class Ranges {
     for (const auto& part : parts_) part->bake(progress_);
     whole_->bake(progress_);
     add_all();
-    FirstFlights first = parts_[0]->first_flights();
-    for (size_t k = 1; k < parts_.size(); ++k) {
-      const FirstFlights more = parts_[k]->first_flights();
-      for (size_t i = 0; i < first.quanta.size(); ++i) first.quanta[i] += more.quanta[i];
-    }
-    whole_->look(first, progress_);
+    whole_->look(all_flights(), progress_);
     for (const auto& part : parts_) part->ask_for(whole_->asked_lights());
   }
 
@@ -109,15 +106,8 @@ class Ranges {
 
   void update(std::span<const scene::Edit> edits) {
     whole_->update(edits, 0, progress_);
-    for (const auto& part : parts_) {
-      PathSums before = part->path_sums();
-      part->update(edits, 0, progress_);
-      PathSums more = part->path_sums();
-      more.paths -= before.paths;
-      for (size_t i = 0; i < before.discs.size(); ++i) more.discs[i] -= before.discs[i];
-      for (size_t i = 0; i < before.cells.size(); ++i) more.cells[i] -= before.cells[i];
-      whole_->add_path_sums(more);
-    }
+    for (const auto& part : parts_) part->update(edits, 0, progress_);
+    add_all();
   }
 
   /// Saves all sessions and opens them again.
@@ -125,6 +115,17 @@ class Ranges {
     for (auto& part : parts_) reopen(part);
     reopen(whole_);
     add_all();
+  }
+
+  /// Makes a part anew of what the session without paths knows, in its present state.
+  void lose(size_t number) {
+    MemoryArchive archive(whole_->save_choices());
+    auto& part = parts_[number];
+    part = std::make_unique<Session>(room_with_spot(), some_samples(), part->state().options);
+    part->restore(archive, progress_);
+    EXPECT_EQ(part->pending_share(), 1);
+    part->recompute(progress_);
+    part->path_changes();  // were added by the one that is lost
   }
 
   /// Expects the results of `one`, which has all paths.
@@ -163,7 +164,19 @@ class Ranges {
     return {values, errors};
   }
   void add_all() {
-    for (const auto& part : parts_) whole_->add_path_sums(part->path_sums());
+    for (const auto& part : parts_) whole_->add_path_changes(part->path_changes());
+  }
+  FirstFlights all_flights() const {
+    FirstFlights all = parts_[0]->first_flights();
+    std::map<uint64_t, FirstFlights::Quanta> landed;
+    for (const auto& part : parts_) {
+      const FirstFlights own = part->first_flights();
+      for (size_t i = 0; i < own.at.size(); ++i)
+        for (size_t c = 0; c < 3; ++c) landed[own.at[i]][c] += own.quanta[i][c];
+    }
+    all.at.clear(), all.quanta.clear();
+    for (const auto& [at, quanta] : landed) all.at.push_back(at), all.quanta.push_back(quanta);
+    return all;
   }
   void reopen(std::unique_ptr<Session>& session) {
     MemoryArchive archive(session->save());
@@ -268,15 +281,18 @@ TEST(Ranges, RefuseWhatTheyCannotDo) {
   part.bake(progress);
   const auto read = [&](Session& session) { session.read_irradiance(values.data()); };
   refused([&] { read(part); }, "holds paths 0 to 2000 of 4000");
-  refused([&] { read(whole); }, "found sums of 0 paths, expected those of all 4000");
-  refused([&] { whole.look({}, progress); }, "found sums of 0 paths");
+  refused([&] { read(whole); },
+          "found the sums of 0 paths after 0 edits, expected those of all 4000");
+  refused([&] { whole.look({}, progress); }, "found the sums of 0 paths");
   refused([&] { whole.update(kSteps[0], 0, progress); }, "call look()");
   refused([&] { whole.recompute(progress); }, "call look()");
   refused([&] { whole.save(); }, "call look()");
-  refused([&] { part.add_path_sums(part.path_sums()); }, "expected a baked one of path_range");
+  refused([&] { part.add_path_changes({}); }, "expected a baked one of path_range");
+  refused([&] { whole.path_changes(); }, "found a session that is not baked or evaluates light");
   refused([&] { part.look({}, progress); }, "expected a baked one of path_range");
   refused([&] { part.ask_for(std::vector<uint32_t>{1}); }, "found light 1");
   refused([&] { part.ask_for(std::vector<uint32_t>{0, 0}); }, "lights that do not ascend");
+  const PathChanges all = part.path_changes();
   refused([&] { whole.ask_for(std::vector<uint32_t>{0}); }, "found light 0, expected narrow");
   const auto digest = part.digest();
   refused([&] { part.ask_for(std::vector<uint32_t>{0, 1}); }, "found light 1");
@@ -290,11 +306,13 @@ TEST(Ranges, RefuseWhatTheyCannotDo) {
                 of_range(options(1, DirectMode::paths, segments::SegmentEnd::first), 0, 2000));
   discs.bake(progress);
   refused([&] { discs.ask_for(std::vector<uint32_t>{0}); }, "found light 0");
-  PathSums less = part.path_sums();
-  less.discs.pop_back();
-  refused([&] { whole.add_path_sums(less); }, "discs: found");
+  PathChanges wrong = all;
+  --wrong.discs.size;
+  refused([&] { whole.add_path_changes(wrong); }, "discs: found changes of");
+  wrong = all, wrong.cells.at.back() = wrong.cells.size;
+  refused([&] { whole.add_path_changes(wrong); }, "cells: found places beyond the end");
   ranges.bake();
-  refused([&] { whole.add_path_sums(part.path_sums()); }, "expected at most 4000 in all");
+  refused([&] { whole.add_path_changes(all); }, "some are added already");
   refused([&] { whole.digest(); }, "segments_hash");
   std::vector<double> slopes(9 * some_samples().size());
   refused([&] { whole.read_gradient(slopes.data(), progress); }, "gradient: ");
@@ -313,6 +331,91 @@ TEST(Ranges, HaveNoFirstFlightsFromLightsThatAreOff) {
   EXPECT_TRUE(part.first_flights().lights.empty());
 }
 
+TEST(Ranges, RefuseToBeReadBeforeAllChangesOfAllEditsAreAdded) {
+  Progress progress;
+  Ranges ranges(room_with_spot(), gathering(1), 2);
+  ranges.bake();
+  Session &whole = ranges.whole(), &one = ranges.part(0), &two = ranges.part(1);
+  const auto text = [](const auto& call) -> std::string {
+    try {
+      call();
+    } catch (const OptionError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const auto add = [&](const PathChanges& changes) {
+    return text([&] { whole.add_path_changes(changes); });
+  };
+  std::vector<double> values(3 * some_samples().size());
+  const auto read = [&] { return text([&] { whole.read_irradiance(values.data()); }); };
+  EXPECT_EQ(read(), "");
+  for (Session* session : {&whole, &one, &two}) session->update(kSteps[0], 0, progress);
+  EXPECT_NE(read().find("the sums of 0 paths after 1 edits"), std::string::npos) << read();
+  const PathChanges first = one.path_changes();
+  EXPECT_EQ(add(first), "");
+  EXPECT_EQ(read().find("the sums of 0 paths"), std::string::npos);
+  EXPECT_NE(read().find("after 1 edits, expected those of all 4000"), std::string::npos);
+  EXPECT_NE(add(first).find("some are added already"), std::string::npos);
+  // Nothing more to tell is no second answer.
+  const PathChanges nothing = one.path_changes();
+  EXPECT_TRUE(nothing.ranges.empty());
+  EXPECT_TRUE(nothing.discs.at.empty() && nothing.cells.at.empty());
+  EXPECT_EQ(add(nothing), "");
+  EXPECT_NE(read(), "");
+  // A part that is an edit ahead, or behind, is not of this state.
+  const PathChanges second = two.path_changes();
+  whole.update(kSteps[2], 0, progress);
+  EXPECT_NE(add(second).find("found changes from edit 0 to edit 1, expected those from edit 0 to "
+                             "edit 3"),
+            std::string::npos)
+      << add(second);
+  for (Session* session : {&one, &two}) session->update(kSteps[2], 0, progress);
+  // The sums were never complete at edit 1: what one told since then lacks what two did not add.
+  EXPECT_NE(add(one.path_changes()).find("found changes from edit 1 to edit 3"), std::string::npos);
+  EXPECT_NE(read(), "");
+}
+
+TEST(Ranges, ChangesWithinABudgetAreAddedAsTheyCome) {
+  Progress progress;
+  Ranges ranges(room_with_spot(), gathering(1), 1);
+  ranges.bake();
+  Session one(room_with_spot(), some_samples(), gathering(1));
+  one.bake(progress);
+  one.update(kSteps[3], 0, progress);
+  Session& part = ranges.part(0);
+  ranges.whole().update(kSteps[3], 0, progress);
+  part.update(kSteps[3], 0.01, progress);
+  int calls = 0;
+  for (bool again = true; again; ++calls) {
+    ranges.whole().add_path_changes(part.path_changes());
+    again = part.pending_share() > 0;
+    if (again) part.update({}, 0.01, progress);
+  }
+  EXPECT_GT(calls, 1);
+  ranges.expect_those_of(one);
+}
+
+TEST(Ranges, AreTracedAgainFromTheChoicesOfABake) {
+  Progress progress;
+  for (const Options& chosen : some_options()) {
+    Session one(room_with_spot(), some_samples(), chosen);
+    one.bake(progress);
+    one.update(kSteps[0], 0, progress);
+    Ranges ranges(room_with_spot(), chosen, 2);
+    ranges.bake();
+    ranges.update(kSteps[0]);
+    const PathSums before = ranges.part(1).path_sums();
+    ranges.lose(1);
+    EXPECT_EQ(ranges.part(1).path_sums().discs, before.discs);
+    EXPECT_EQ(ranges.part(1).path_sums().cells, before.cells);
+    ranges.expect_those_of(one);
+    one.update(kSteps[2], 0, progress);
+    ranges.update(kSteps[2]);
+    ranges.expect_those_of(one);
+  }
+}
+
 TEST(Ranges, ACancelledLookLeavesEverythingAsItWas) {
   Progress progress;
   Session one(room_with_spot(), some_samples(), gathering(1));
@@ -320,10 +423,11 @@ TEST(Ranges, ACancelledLookLeavesEverythingAsItWas) {
   const Options all = of_range(gathering(1), 0, gathering(1).paths);
   Session part(room_with_spot(), some_samples(), all);
   part.bake(progress);
+  const PathChanges told = part.path_changes();
   const auto whole = [&] {
     auto out = std::make_unique<Session>(room_with_spot(), some_samples(), of_range(all, 0, 0));
     out->bake(progress);
-    out->add_path_sums(part.path_sums());
+    out->add_path_changes(told);
     return out;
   };
   const FirstFlights flights = part.first_flights();

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Sequence
 from itertools import pairwise
 
@@ -51,14 +52,13 @@ class Shared:
         return frames
 
     def add(self) -> None:
-        self.sums = [ranges.path_sums(part) for part in self.parts]
-        ranges.add_path_sums(self.whole, ranges.add_up(self.sums))
+        changes = [pickle.loads(pickle.dumps(ranges.path_changes(part))) for part in self.parts]
+        ranges.add_path_changes(self.whole, ranges.add_up(changes))
 
     def look(self) -> None:
         ranges.look(self.whole, ranges.add_up([ranges.first_flights(part) for part in self.parts]))
         for part in self.parts:
             ranges.ask_for(part, ranges.asked_lights(self.whole))
-        self.sums = [ranges.path_sums(part) for part in self.parts]
 
     def update(self, edits: Sequence) -> list[dl.Frame]:
         for session in (*self.parts, self.whole):
@@ -66,10 +66,7 @@ class Shared:
                 apply(session, edit)
         self.whole.update()
         frames = [part.update() for part in self.parts]
-        sums = [ranges.path_sums(part) for part in self.parts]
-        for now, before in zip(sums, self.sums, strict=True):
-            ranges.add_path_sums(self.whole, now - before)
-        self.sums = sums
+        self.add()
         return frames
 
     def digest(self) -> str:
@@ -77,7 +74,7 @@ class Shared:
 
     def equals(self, one: dl.Session) -> None:
         """All sums and all results are those of a session with all paths."""
-        own, added = ranges.path_sums(one), ranges.add_up(self.sums)
+        own, added = ranges.path_sums(one), ranges.add_up([ranges.path_sums(part) for part in self.parts])
         assert own.paths == added.paths == sum(part.statistics["held_paths"] for part in self.parts)
         np.testing.assert_array_equal(added.discs, own.discs)
         np.testing.assert_array_equal(added.cells, own.cells)
@@ -215,7 +212,7 @@ def test_a_part_has_no_light_to_read():
             with pytest.raises(OptionError, match=r"holds paths 0 to 320 of 640 .*path_range=\(0, 0\)"):
                 read()
         with pytest.raises(OptionError, match="expected a baked one of path_range"):
-            ranges.add_path_sums(part, ranges.path_sums(part))
+            ranges.add_path_changes(part, ranges.path_changes(part))
 
 
 def test_sums_are_added_completely_and_once():
@@ -223,14 +220,16 @@ def test_sums_are_added_completely_and_once():
     with Shared(scene, samples_in(scene), ranges.ranges_of(PATHS, 2), paths=PATHS, gather=8) as shared:
         for session in (*shared.parts, shared.whole):
             session.bake()
-        first, second = (ranges.path_sums(part) for part in shared.parts)
-        ranges.add_path_sums(shared.whole, first)
+        first, second = (ranges.path_changes(part) for part in shared.parts)
+        ranges.add_path_changes(shared.whole, first)
         flights = ranges.add_up([ranges.first_flights(part) for part in shared.parts])
-        with pytest.raises(OptionError, match=r"found sums of \d+ paths, expected those of all 640"):
+        with pytest.raises(OptionError, match=r"found the sums of \d+ paths .* expected those of all 640"):
             ranges.look(shared.whole, flights)
-        ranges.add_path_sums(shared.whole, second)
-        with pytest.raises(OptionError, match=r"expected at most 640 in all; add each range once"):
-            ranges.add_path_sums(shared.whole, second)
+        ranges.add_path_changes(shared.whole, second)
+        with pytest.raises(
+            OptionError, match=r"paths 320 to 640 of 640, of which some are added already; add"
+        ):
+            ranges.add_path_changes(shared.whole, second)
         with pytest.raises(OptionError, match=r"call look\(\)"):
             shared.whole.update()
         shared.whole.progress = lambda stage, fraction: stage != "find noisy places"
@@ -239,8 +238,48 @@ def test_sums_are_added_completely_and_once():
         shared.whole.progress = None
         shared.look()
         assert np.isfinite(shared.whole.irradiance).all()
+        sums = ranges.path_sums(shared.parts[0])
         with pytest.raises(OptionError, match="path sums: found"):
-            first + ranges.PathSums(1, first.discs[:, :, 1:], first.cells)
+            sums + ranges.PathSums(1, sums.discs[:, :, 1:], sums.cells)
+        with pytest.raises(OptionError, match="sums: found a row of 5 numbers beside one of"):
+            first.discs + ranges.SparseRow(5, first.discs.at, first.discs.values)
+        with pytest.raises(OptionError, match="from edit 2 to edit 3 beside those from None to 0"):
+            first + ranges.PathChanges((), 3, 2, first.discs, first.cells)
+
+
+def test_no_half_update_is_read():
+    """Edits count: until the changes of all ranges are there, the session without paths has no light."""
+    scene = room()
+    samples, options = samples_in(scene), {"paths": PATHS, "gather": 8, "threads": 1}
+    with (
+        dl.Session(scene, samples, **options) as one,
+        Shared(scene, samples, ranges.ranges_of(PATHS, 2), **options) as shared,
+    ):
+        one.bake()
+        shared.bake()
+        for session in (one, *shared.parts, shared.whole):
+            session.dim("desk", 0.5)
+            session.move("block", translation(0.2, 0.4, 0.1))
+            session.update()
+        for k in range(2):
+            for read in (lambda: shared.whole.irradiance, shared.whole.read, shared.digest):
+                with pytest.raises(OptionError, match="after 2 edits, expected those of all 640"):
+                    read()
+            ranges.add_path_changes(shared.whole, ranges.path_changes(shared.parts[k]))
+        shared.equals(one)
+
+
+@pytest.mark.parametrize(
+    "numbers", [[], [0], [127], [128], [-(2**31) - 1, 2**31], [2**62, -5], list(range(-300, 300))]
+)
+def test_rows_travel_whole(numbers):
+    values = np.array(numbers, np.int64)
+    at = np.cumsum(np.abs(values) % 1000 + 1).astype(np.uint64) * np.uint64(2**33)
+    for row in (ranges.SparseRow(9, at, values), ranges.SparseRow(9, at, np.tile(values[:, None], 3))):
+        back = pickle.loads(pickle.dumps(row))
+        assert back.size == 9 and back.at.dtype == np.uint64 and back.values.dtype == np.int64
+        np.testing.assert_array_equal(back.at, row.at)
+        np.testing.assert_array_equal(back.values, row.values)
 
 
 def test_a_recompute_asks_for_the_sums_again():
@@ -259,7 +298,7 @@ def test_a_recompute_asks_for_the_sums_again():
         shared.update(edits)
         for session in (*shared.parts, shared.whole):
             session.recompute()
-        with pytest.raises(OptionError, match="found sums of 0 paths"):
+        with pytest.raises(OptionError, match="found the sums of 0 paths"):
             shared.whole.read()
         shared.add()
         shared.equals(one)

@@ -6,6 +6,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from deltalux.units import LUX
 
 from .jobs import after_rounds, bake_job, grown, in_pixels
 from .options import NONE, Grid
+from .places import Place
 
 # The next bake aims slightly below the target, because the estimated error is itself off by some per cent.
 AIM = 0.97
@@ -100,6 +102,7 @@ def bake_scene(
     targets: Sequence[Path],
     *,
     progress: Overall,
+    place: Place,
     size: tuple[int, int],
     paths: int | None,
     gather: str | int,
@@ -116,6 +119,7 @@ def bake_scene(
     target_error : of the 90th percentile of `claimed_error`; None = one bake
     targets : files that will be written afterwards
     progress : is given the steps that follow
+    place : where sessions are
     size : of pictures
     paths, gather : of the first bake
     options : of `deltalux.Session`
@@ -130,11 +134,12 @@ def bake_scene(
     """
     reached = ""
     counts = in_pixels(counts_of(scene, samples, paths, gather, options["threads"]), size)
+    counts = replace(counts, workers=place.workers)
     progress.expect(bake_job(counts, targets, target_error))
     while True:
         progress.begin("make session")
         try:
-            session = dl.Session(scene, samples, paths=paths, gather=gather, progress=progress, **options)
+            session = place.make(scene, samples, paths=paths, gather=gather, progress=progress, **options)
             frame = session.bake()
         except dl.OptionError as problem:
             raise dl.OptionError(f"{reached}{problem}") from None

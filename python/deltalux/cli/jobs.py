@@ -87,10 +87,13 @@ def after_rounds(rounds: Sequence[Counts], last: Counts, targets: Sequence[Path]
     return [*steps, *writing(last, suffixes(targets)), *summing_up(last)]
 
 
-def update_job(path: Path, targets: Sequence[Path], size: tuple[int, int], threads: int | None) -> list[Step]:
+def update_job(
+    path: Path, targets: Sequence[Path], size: tuple[int, int], threads: int | None, workers: int = 0
+) -> list[Step]:
     """All steps of an update, before the file is opened; `size` of its pictures."""
     stored = look_into(path, threads)
-    counts = in_pixels(stored.counts, size)
+    counts = replace(in_pixels(stored.counts, size), workers=workers)
+    stored = replace(stored, counts=counts)
     return [*opening(stored, is_calibrated()), *after_opening(counts, targets)]
 
 

@@ -9,8 +9,6 @@ from typing import Annotated
 
 import typer
 
-import deltalux as dl
-
 from .baking import figures, summary_table, total_milliseconds
 from .console import Terminal
 from .edits import Edits, queue_edits
@@ -34,6 +32,7 @@ from .options import (
     parse_move,
     parse_reflectance,
 )
+from .places import ClusterOption, WorkersOption, is_shared, notes_of, place_of
 from .shots import shot_of
 from .targets import check_targets, keep_inputs, write_refined
 from .watch import Watch, WatchedFile
@@ -100,6 +99,8 @@ def run(
     reflectance: ReflectanceOption = None,
     watch: WatchOption = None,
     threads: ThreadsOption = None,
+    workers: WorkersOption = None,
+    cluster: ClusterOption = None,
     camera: CameraOption = None,
     eye: EyeOption = None,
     target: TargetOption = None,
@@ -135,8 +136,10 @@ def run(
     shot = shot_of(camera, eye, target, size, exposure, false_colour, targets=targets)
     terminal = Terminal(as_json, quiet)
     with ExitStack() as stack:
-        with terminal.overall(update_job(session, targets, shot.size, threads)) as progress:
-            opened = stack.enter_context(dl.Session.open(session, threads=threads, progress=progress))
+        shared = workers or 1 if is_shared(workers, cluster) else 0
+        with terminal.overall(update_job(session, targets, shot.size, threads, shared)) as progress:
+            place = stack.enter_context(place_of(workers, cluster, threads, terminal, progress))
+            opened = stack.enter_context(place.open(session, threads=threads, progress=progress))
             keep_inputs(targets, opened.scene.files)
             shot.camera_in(opened.scene)
             shot.check_size(opened.options["memory_limit"])
@@ -152,6 +155,7 @@ def run(
                 write_refined(opened, targets, context.obj, shot, progress)
                 progress.begin("sum up")
                 data = figures(opened, frame)
+                terminal.warn(notes_of(opened))
         if watch is not None:
             follower = Watch(opened, str(session), watch, targets, context.obj, shot, terminal)
             terminal.say(f"{session} is open and follows {watch}; Ctrl-C ends it")

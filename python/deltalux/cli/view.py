@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -23,6 +24,7 @@ from .options import (
     RadiusOption,
     SpacingOption,
 )
+from .places import ClusterOption, WorkersOption, place_of
 from .session_arguments import of_the_bake, scene_arguments, session_arguments
 from .targets import SESSION
 
@@ -77,6 +79,8 @@ def run(
     port: PortOption = 0,
     folder: FolderOption = Path(),
     no_browser: NoBrowserOption = False,
+    workers: WorkersOption = None,
+    cluster: ClusterOption = None,
     quiet: QuietOption = False,
 ) -> None:
     """Show a scene in the browser: drag an object, and the light follows while it moves.
@@ -96,27 +100,31 @@ def run(
     deltalux view office.dlx
     """
     terminal = Terminal(as_json=False, quiet=quiet)
-    if Path(source).suffix.lower() == SESSION:
-        refuse_options_of_the_bake(context, source, OF_THE_BAKE, "view")
-        with terminal.progress() as progress:
-            opened = dl.Session.open(source, threads=session["threads"], progress=progress)
-        terminal.warn(foreign_light(opened, source))
-    else:
-        with terminal.working("load scene"):
-            scene = open_scene(source, **reading)
-        with terminal.working("place samples"):
-            samples, _, _ = make_samples(scene, spacing, (), radius, detail)
-            opened = dl.Session(scene, samples, **session)
-    terminal.warn(opened.scene.warnings)
-    if not opened.poses:
-        terminal.warn(
-            ["nothing here can be moved yet; use Make movable in the page, or name it with --movable"]
-        )
-    warn_of_others(terminal, host)
-    with opened:
-        shown = dl.view(opened, host=host, port=port, folder=folder, open_browser=not no_browser, block=False)
-        typer.echo(f"{source} is shown at {shown.url}\nCtrl-C ends it")
-        shown.wait()
+    with ExitStack() as stack:
+        place = stack.enter_context(place_of(workers, cluster, session["threads"], terminal))
+        if Path(source).suffix.lower() == SESSION:
+            refuse_options_of_the_bake(context, source, OF_THE_BAKE, "view")
+            with terminal.progress() as progress:
+                opened = place.open(source, threads=session["threads"], progress=progress)
+            terminal.warn(foreign_light(opened, source))
+        else:
+            with terminal.working("load scene"):
+                scene = open_scene(source, **reading)
+            with terminal.working("place samples"):
+                samples, _, _ = make_samples(scene, spacing, (), radius, detail)
+                opened = place.make(scene, samples, **session)
+        terminal.warn(opened.scene.warnings)
+        if not opened.poses:
+            terminal.warn(
+                ["nothing here can be moved yet; use Make movable in the page, or name it with --movable"]
+            )
+        warn_of_others(terminal, host)
+        with opened:
+            shown = dl.view(
+                opened, host=host, port=port, folder=folder, open_browser=not no_browser, block=False
+            )
+            typer.echo(f"{source} is shown at {shown.url}\nCtrl-C ends it")
+            shown.wait()
 
 
 def warn_of_others(terminal: Terminal, host: str) -> None:

@@ -35,6 +35,7 @@ class Counts:
     pixels : pixels of a picture; 0 = pictures show samples
     edges : share of the pixels that lie at edges of surfaces; None = not known yet
     threads : number of threads
+    workers : number of processes that share the paths; 0: this one has them
     """
 
     triangles: int
@@ -46,6 +47,7 @@ class Counts:
     pixels: int = 960 * 600
     edges: float | None = None
     threads: int = 1
+    workers: int = 0
 
     @property
     def depth(self) -> float:
@@ -112,6 +114,7 @@ def opening(stored: Stored, calibrated: bool = True) -> list[Step]:
         Step("restore segments", 5e-9 * (stored.size - stored.ray_bytes), "disk"),
         Step("cover cells", 0.05 + 2e-6 * c.triangles),
         Step("restore rays", 2.5e-9 * stored.ray_bytes, "disk"),
+        *_shared(c),
     ]
 
 
@@ -131,7 +134,7 @@ def baking(counts: Counts, calibrated: bool = True) -> list[Step]:
         Step("pilot", 0.05, "once"),
         Step("find windows", 0.4 * c.suns, "once"),
         _planning(),
-        Step("trace paths", _path(c) * c.paths, "paths"),
+        Step("trace paths", 0.0 if c.workers else _path(c) * c.paths, "paths"),
         Step("direct light", _shadow(c) * c.samples, "shadows"),
     ]
     if c.rays:
@@ -142,7 +145,23 @@ def baking(counts: Counts, calibrated: bool = True) -> list[Step]:
             Step("find noisy places", 1.2 * PILOT_RAYS * _ray(c) * c.samples * c.rays, "rays"),
             Step("look around", _ray(c) * c.all_rays, "rays"),
         ]
-    return _timed(steps, c)
+    timed = _timed(steps, c)
+    place = [step.name for step in timed].index("direct light") + 1
+    return [*_starting(c), *timed[:place], *_shared(c), *timed[place:]]
+
+
+def _starting(c: Counts) -> list[Step]:
+    """Step that starts worker processes, or finds those of a cluster."""
+    return [Step("start workers", 2.0 + 0.5 * c.workers, "once")] if c.workers else []
+
+
+def _shared(c: Counts) -> list[Step]:
+    """Step in which all workers trace their paths, after they prepared as a bake does."""
+    if not c.workers:
+        return []
+    own = 1.0 + 2e-6 * c.triangles + 6e-7 * c.depth * c.samples
+    faster = max(1, c.workers, c.threads) ** THREADS
+    return [Step("trace shards", own + _path(c) * c.paths / faster, "paths")]
 
 
 def _calibrating(calibrated: bool) -> Step:

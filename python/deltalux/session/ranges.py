@@ -7,19 +7,19 @@ the sums of all parts, with the bits of a session with all paths::
     for s in (*parts, whole):
         s.bake()
     for part in parts:
-        add_path_sums(whole, path_sums(part))
+        add_path_changes(whole, path_changes(part))
     look(whole, add_up([first_flights(part) for part in parts]))
     for part in parts:
         ask_for(part, asked_lights(whole))
     whole.irradiance
 
-All take the same edits. After each update of all of them, add the differences to the sums before, once for
-each part, before anything is read: the session that evaluates cannot tell that they are missing, and would
-show the new scene with the light of the old paths.
+All take the same edits. After an update of all of them, add the `path_changes` of each part, once; before,
+`whole` refuses to be read. `deltalux.ClusterSession` does all that with parts in several processes.
 """
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
@@ -30,14 +30,17 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 
 from deltalux.errors import OptionError
+from deltalux.segments import BATCHES
 
 from .session import Session
 
 __all__ = [
     "FirstFlights",
     "GradientSums",
+    "PathChanges",
     "PathSums",
-    "add_path_sums",
+    "SparseRow",
+    "add_path_changes",
     "add_up",
     "ask_for",
     "asked_lights",
@@ -46,6 +49,7 @@ __all__ = [
     "gradient",
     "gradient_sums",
     "look",
+    "path_changes",
     "path_sums",
     "ranges_of",
     "segments_hash",
@@ -75,23 +79,94 @@ class PathSums:
     cells: np.ndarray
 
     def __add__(self, other: PathSums) -> PathSums:
-        return self._with(other, 1)
-
-    def __sub__(self, earlier: PathSums) -> PathSums:
-        """What edits changed; cells of meshes that were added since come last."""
-        return self._with(earlier, -1)
-
-    def _with(self, other: PathSums, sign: int) -> PathSums:
-        missing = len(self.cells) - len(other.cells)
-        if self.discs.shape != other.discs.shape or missing < 0 or (missing and sign > 0):
+        if self.discs.shape != other.discs.shape or self.cells.shape != other.cells.shape:
             raise OptionError(
                 f"path sums: found {other.discs.shape} and {other.cells.shape} numbers beside "
                 f"{self.discs.shape} and {self.cells.shape}, expected those of one scene, one state, and the "
                 "same samples and options"
             )
-        cells = self.cells.copy()
-        cells[: len(other.cells)] += sign * other.cells
-        return PathSums(self.paths + sign * other.paths, self.discs + sign * other.discs, cells)
+        return PathSums(self.paths + other.paths, self.discs + other.discs, self.cells + other.cells)
+
+
+@dataclass(frozen=True, eq=False)
+class SparseRow:
+    """The numbers of a long row that are not zero.
+
+    Parameters
+    ----------
+    size : length of the row
+    at : (k,) uint64, ascending places
+    values : (k,) or (k, 3) int64
+    """
+
+    size: int
+    at: np.ndarray
+    values: np.ndarray
+
+    def __add__(self, other: SparseRow) -> SparseRow:
+        if self.size != other.size:
+            raise OptionError(
+                f"sums: found a row of {other.size} numbers beside one of {self.size}, expected those of one "
+                "scene, one state, and the same samples and options"
+            )
+        at, where = np.unique(np.concatenate((self.at, other.at)), return_inverse=True)
+        values = np.zeros((len(at), *self.values.shape[1:]), np.int64)
+        np.add.at(values, where.reshape(-1), np.concatenate((self.values, other.values)))
+        return SparseRow(self.size, at, values)
+
+    def __reduce__(self) -> Any:
+        steps = np.diff(self.at, prepend=np.uint64(0))
+        columns = self.values.shape[1] if self.values.ndim == 2 else 0
+        return _unpacked, (self.size, _packed(steps), _packed(self.values.reshape(-1)), columns)
+
+
+def _packed(numbers: np.ndarray) -> tuple[str, bytes]:
+    """Whole numbers in the narrowest type that holds them, compressed."""
+    least, most = (int(numbers.min()), int(numbers.max())) if len(numbers) else (0, 0)
+    fits = (t for t in ("i1", "i2", "i4", "i8") if np.iinfo(t).min <= least and most <= np.iinfo(t).max)
+    narrow = next(fits)
+    return narrow, zlib.compress(numbers.astype(narrow).tobytes(), 1)
+
+
+def _unpacked(size: int, steps: tuple[str, bytes], values: tuple[str, bytes], columns: int) -> SparseRow:
+    at, own = (np.frombuffer(zlib.decompress(data), kind).astype(np.int64) for kind, data in (steps, values))
+    return SparseRow(size, np.cumsum(at).astype(np.uint64), own.reshape(-1, columns) if columns else own)
+
+
+@dataclass(frozen=True, eq=False)
+class PathChanges:
+    """What sums of paths in quanta changed from one state to a later one; those of ranges add up.
+
+    Pickled, they are compressed.
+
+    Parameters
+    ----------
+    ranges : (first, last) of the paths whose sums they bring into the later state; none if both have the
+        same edits, as between two parts of an update with a time budget
+    edits : number of edits since the bake, of the later state
+    since : the same of the earlier state; None: there was none, and these are the sums themselves
+    discs, cells : SparseRow, of the numbers of `PathSums`, whose places are the core's
+    """
+
+    ranges: tuple[tuple[int, int], ...]
+    edits: int
+    since: int | None
+    discs: SparseRow
+    cells: SparseRow
+
+    def __add__(self, other: PathChanges) -> PathChanges:
+        if (self.since, self.edits) != (other.since, other.edits):
+            raise OptionError(
+                f"path changes: found those from edit {other.since} to edit {other.edits} beside those from "
+                f"{self.since} to {self.edits}, expected those between two states"
+            )
+        return PathChanges(
+            (*self.ranges, *other.ranges),
+            self.edits,
+            self.since,
+            self.discs + other.discs,
+            self.cells + other.cells,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,19 +176,21 @@ class FirstFlights:
     Parameters
     ----------
     lights : (k,) uint32, numbers of lights
-    quanta : (k, cells, batches, 3) int64
+    cells : number of cells
+    landed : SparseRow of (k * cells * batches) places with 3 quanta each, of light, cell and batch
     """
 
     lights: np.ndarray
-    quanta: np.ndarray
+    cells: int
+    landed: SparseRow
 
     def __add__(self, other: FirstFlights) -> FirstFlights:
-        if not np.array_equal(self.lights, other.lights) or self.quanta.shape != other.quanta.shape:
+        if not np.array_equal(self.lights, other.lights):
             raise OptionError(
                 f"first flights: found lights {other.lights.tolist()} beside {self.lights.tolist()}, "
                 "expected those of one scene and state"
             )
-        return FirstFlights(self.lights, self.quanta + other.quanta)
+        return FirstFlights(self.lights, self.cells, self.landed + other.landed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +217,7 @@ def ranges_of(paths: int, count: int) -> list[tuple[int, int]]:
 
 
 def add_up(parts: Sequence[_T]) -> _T:
-    """The sum of what all ranges have: of PathSums, FirstFlights, GradientSums or hashes."""
+    """The sum of what all ranges have: of PathSums, PathChanges, FirstFlights, GradientSums or hashes."""
     return reduce(add, parts)
 
 
@@ -168,7 +245,8 @@ def gradient_sums(session: Session) -> GradientSums:
 def first_flights(session: Session) -> FirstFlights:
     """First flights of the session's paths, directly after its bake."""
     with session._calls.one(long=True):
-        return FirstFlights(*session._baked_session().first_flights())
+        lights, cells, at, quanta = session._baked_session().first_flights()
+        return FirstFlights(lights, cells, SparseRow(len(lights) * cells * BATCHES, at, quanta))
 
 
 def ask_for(part: Session, lights: np.ndarray) -> None:
@@ -189,18 +267,37 @@ def asked_lights(whole: Session) -> np.ndarray:
         return whole._baked_session().asked_lights()
 
 
-def add_path_sums(whole: Session, sums: PathSums) -> None:
-    """Add sums of a range to a session without paths, or what an edit changed of them.
+def path_changes(part: Session) -> PathChanges:
+    """What the sums of a part changed since the last call; the first one after a bake or a recompute: all.
+
+    Queued edits are not applied first.
 
     Raises
     ------
     OptionError
-        For a session that holds paths, for sums of another scene, samples, options or state, and for more
-        paths than there are.
+        For a session that does not hold a part of the paths.
     """
+    with part._calls.one(long=True):
+        ranges, edits, since, discs, cells = part._baked_session().path_changes()
+        return PathChanges(ranges, edits, since, SparseRow(*discs), SparseRow(*cells))
+
+
+def add_path_changes(whole: Session, changes: PathChanges) -> None:
+    """Add what the sums of a part, or of several, changed to a session without paths.
+
+    Raises
+    ------
+    OptionError
+        For a session that holds paths; for changes of another scene, samples, options or edits, and for paths
+        that were added already.
+    """
+    discs, cells = changes.discs, changes.cells
     with whole._calls.one(long=True):
         whole._forget_results()
-        whole._baked_session().add_path_sums(sums.paths, sums.discs, sums.cells)
+        whole._baked_session().add_path_changes(
+            changes.ranges, changes.edits, changes.since,
+            discs.size, discs.at, discs.values, cells.size, cells.at, cells.values,
+        )  # fmt: skip
 
 
 def look(whole: Session, first: FirstFlights) -> None:
@@ -216,7 +313,9 @@ def look(whole: Session, first: FirstFlights) -> None:
     """
     with whole._calls.one(long=True):
         whole._forget_results()
-        whole._baked_session().look(first.lights, first.quanta, whole.progress)
+        whole._baked_session().look(
+            first.lights, first.cells, first.landed.at, first.landed.values, whole.progress
+        )
 
 
 def digest(whole: Session, segments: np.ndarray) -> str:

@@ -25,7 +25,7 @@ from .calls import Calls, long_call, short_call
 from .places import SessionPlaces
 
 if TYPE_CHECKING:
-    from typing_extensions import Unpack
+    from typing_extensions import Self, Unpack
 
 
 @takes(SessionOptions)
@@ -60,7 +60,7 @@ class Session(SessionPlaces):
         self.samples = own
         self.progress = progress
         self._flat = flatten(scene)
-        self._core = core_session.make_core_session(scene, self._flat, self.samples, self._options)
+        self._core = self._make_core()
         self._poses = {m.name: m.pose for m in scene.meshes if m.movable}
         self._removed: set[str] = set()
         self._factors = dict.fromkeys(self._flat.groups, 1.0)
@@ -76,7 +76,14 @@ class Session(SessionPlaces):
         self._result: tuple[np.ndarray, np.ndarray] | None = None  # irradiance and standard error
         self._interpolators = Interpolators()
 
-    def __enter__(self) -> Session:
+    def _make_core(self) -> Any:
+        return core_session.make_core_session(self.scene, self._flat, self.samples, self._options)
+
+    def _another(self, scene: Scene, samples: Samples | None) -> Session:
+        """A session of another scene with the same options."""
+        return Session(scene, samples, progress=self.progress, **self._options)
+
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: Any) -> None:
@@ -96,10 +103,11 @@ class Session(SessionPlaces):
         return core_session.movable_index(self.scene, self._flat, name)
 
     def _queue(self, kind: str, *values: Any) -> None:
-        edit = _core.EditList()
-        getattr(edit, kind)(*values)
+        """Check and queue an edit of the core; in place of an object of the core comes its mesh."""
+        edit, own = _core.EditList(), [self._flat.object(v) if isinstance(v, Mesh) else v for v in values]
+        getattr(edit, kind)(*own)
         self._session().check(edit, self._edits)
-        getattr(self._edits, kind)(*values)
+        getattr(self._edits, kind)(*own)
 
     def pose(self, name: str) -> np.ndarray:
         """Pose of a movable (4x4, local to world), including queued edits."""
@@ -156,7 +164,7 @@ class Session(SessionPlaces):
         core_session.check_insertion(mesh, self._flat)
         self._baked_session()
         scene = self.scene.with_mesh(mesh)
-        self._queue("insert", self._flat.object(mesh))
+        self._queue("insert", mesh)
         self.scene = scene
         self._flat.scene = scene
         self._flat.objects[mesh.name] = len(self._flat.objects)
@@ -220,7 +228,7 @@ class Session(SessionPlaces):
         ------
         OptionError, SceneError
         """
-        other = Session(scene, samples, progress=self.progress, **self._options)
+        other = self._another(scene, samples)
         try:
             self._repeat_edits(other)
             frame = other._bake()
@@ -427,9 +435,7 @@ class Session(SessionPlaces):
         snapshot.write(path, stored, self._session(), command, self.progress)
 
     @classmethod
-    def open(
-        cls, path: str | Path, *, threads: int | None = None, progress: Progress | None = None
-    ) -> Session:
+    def open(cls, path: str | Path, *, threads: int | None = None, progress: Progress | None = None) -> Self:
         """Open a saved session; moving an object then traces only the paths that the move affects.
 
         Raises
@@ -437,12 +443,17 @@ class Session(SessionPlaces):
         FormatError
             For a file that is missing, truncated, foreign or of another version.
         """
+        return cls._open(path, threads, progress)
+
+    @classmethod
+    def _open(cls, path: str | Path, threads: int | None, progress: Progress | None, **own: Any) -> Self:
+        """`open`, with arguments of the constructor of a derived class."""
         check_threads(threads)
         with snapshot.opened(Path(path), progress) as file:
             options = file.stored.options.copy()
             if threads is not None:
                 options["threads"] = threads
-            session = cls(file.stored.scene, file.stored.samples, progress=file.progress, **options)
+            session = cls(file.stored.scene, file.stored.samples, progress=file.progress, **own, **options)
             session._restore(file.stored, file.core_arrays)
         session.progress = progress
         return session

@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where a command's session is: in this process, in several of this machine, or on a Dask cluster."""
+
+from __future__ import annotations
+
+import logging
+import os
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from typing import Annotated, Any
+from urllib.parse import urlsplit
+
+import typer
+
+import deltalux as dl
+from deltalux.cluster.extra import check_extra
+from deltalux.errors import Error
+from deltalux.pace import Overall
+from deltalux.server import is_loopback
+
+from .console import Terminal
+
+CONNECT_SECONDS = 15
+ENCRYPTED = ("tls", "wss", "ucx")
+
+WorkersOption = Annotated[
+    int | None,
+    typer.Option(
+        "--workers",
+        min=1,
+        metavar="N",
+        help="Share the paths among N processes of this machine, which are started and ended by the command. "
+        "Never changes a result.",
+        show_default=False,
+    ),
+]
+ClusterOption = Annotated[
+    str | None,
+    typer.Option(
+        "--cluster",
+        metavar="ADDRESS",
+        help="Share the paths among the workers of this Dask scheduler, such as tls://desk:8786. Never "
+        "changes a result.",
+        show_default=False,
+    ),
+]
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where sessions are made and opened.
+
+    Parameters
+    ----------
+    client : distributed.Client; None: in this process
+    workers : number of workers
+    """
+
+    client: Any = None
+    workers: int = 0
+
+    def make(self, scene: dl.Scene, samples: dl.Samples, **options: Any) -> dl.Session:
+        """A session that is not baked yet."""
+        if self.client is None:
+            return dl.Session(scene, samples, **options)
+        return dl.ClusterSession(scene, samples, client=self.client, **options)
+
+    def open(self, path: Any, **options: Any) -> dl.Session:
+        """A session of a file."""
+        if self.client is None:
+            return dl.Session.open(path, **options)
+        return dl.ClusterSession.open(path, client=self.client, **options)
+
+
+def is_shared(workers: int | None, cluster: str | None) -> bool:
+    """Whether the options ask for more than this process; raises BadParameter for both of them."""
+    if workers is not None and cluster is not None:
+        raise typer.BadParameter("found --workers and --cluster, expected one of them")
+    return workers is not None or cluster is not None
+
+
+@contextmanager
+def place_of(
+    workers: int | None,
+    cluster: str | None,
+    threads: int | None,
+    terminal: Terminal,
+    progress: Overall | None = None,
+) -> Iterator[Place]:
+    """The place that the options ask for; workers that are started here end with it.
+
+    Raises
+    ------
+    Error
+        If the extra is not installed, or the cluster does not answer.
+    """
+    if not is_shared(workers, cluster):
+        yield Place()
+        return
+    check_extra("--workers" if cluster is None else "--cluster")
+    from distributed import Client, LocalCluster
+
+    if progress:
+        progress.begin("start workers")
+    with ExitStack() as stack:
+        if workers is not None:
+            each = max(1, (threads or os.cpu_count() or 1) // workers)
+            cluster = stack.enter_context(
+                LocalCluster(
+                    n_workers=workers, threads_per_worker=each, dashboard_address=":0",
+                    silence_logs=logging.CRITICAL,
+                    preload="deltalux.cluster.uninterrupted",
+                )
+            )  # fmt: skip
+        else:
+            _warn_of_open_wire(str(cluster), terminal)
+        try:
+            client = stack.enter_context(Client(cluster, timeout=CONNECT_SECONDS, set_as_default=False))
+        except (OSError, ValueError) as problem:
+            raise Error(
+                f"--cluster {cluster}: no Dask scheduler answers there ({problem}), expected one; start "
+                "it with dask scheduler, and check address, firewall and certificates"
+            ) from None
+        yield Place(client, max(1, len(client.nthreads())))
+
+
+def notes_of(session: dl.Session) -> list[str]:
+    """What happened to the workers of a session."""
+    return session.notes if isinstance(session, dl.ClusterSession) else []
+
+
+def _warn_of_open_wire(address: str, terminal: Terminal) -> None:
+    parts = urlsplit(address if "://" in address else f"tcp://{address}")
+    if parts.scheme not in ENCRYPTED and not is_loopback(parts.hostname or ""):
+        terminal.warn(
+            [
+                f"--cluster {address}: the wire is not encrypted, and whoever reaches the scheduler can run "
+                "any program on its workers; use tls:// (docs/how-to/bake-on-a-cluster.md)"
+            ]
+        )

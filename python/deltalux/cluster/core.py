@@ -1,0 +1,259 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The core's session of which shards hold the paths: all that `Session` asks of its core."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from deltalux.errors import Error, OptionError
+from deltalux.scene import Scene
+from deltalux.segments import Progress
+from deltalux.session import ranges
+
+from .archive import WholeArchive, WithoutPaths
+from .shard import Answer, Batch, Edit, Seed
+from .shards import Shards, choices_of
+
+_COUNTS = ("affected_paths", "removed_segments", "retraced_segments", "scanned_segments", "candidates")
+_OF_SHARDS = ("held_paths", "segments", "segment_bytes")  # statistics that are those of all shards
+
+
+class SharedCore:
+    """Stands where a session has the core's session, and shares its work.
+
+    The core's session within has no paths (`path_range=(0, 0)`): it adds up the sums of all shards, computes
+    direct light by shadow rays and gather rays, and is what light is read from. Edits have numbers, by
+    batches. A state is complete when all shards told what the last batch changed; only then it can be read,
+    which the core's session itself watches over. A shard that is lost is made again in the last complete
+    state, of the bake's choices, and takes the batches since.
+
+    Parameters
+    ----------
+    core : the core's session without paths
+    shards : Shards
+    scene : that the session is made of
+    """
+
+    def __init__(self, core: Any, shards: Shards, scene: Scene) -> None:
+        self._core, self._shards, self._scene = core, shards, scene
+        self.said: list[Edit] = []  # edits that are queued
+        self.edits_applied = True
+        self._number = 0  # of the last batch in effect
+        self._batches: tuple[Batch, ...] = ()  # in effect since the seed; before the first bake: all
+        self._seed: Seed | None = None  # the last complete state, where the present one is not
+        self._since: int | None = None  # edits in effect in the last complete state
+        self._lit = False  # whether bake and gather rays are complete
+        self._in_doubt = False  # whether sums may have been added in part
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._core, name)
+
+    def close(self) -> None:
+        """Free the shards' memory."""
+        self._shards.close()
+
+    @property
+    def baked(self) -> bool:
+        """Whether there is light."""
+        return self._lit
+
+    @property
+    def pending(self) -> float:
+        """Share of the work that waits."""
+        return 1.0 if self._seed is not None or self._in_doubt else self._core.pending
+
+    @property
+    def notes(self) -> list[str]:
+        """What happened to workers."""
+        return self._shards.notes
+
+    # ---- work ---------------------------------------------------------------------------------------
+
+    def bake(self, progress: Progress | None) -> dict[str, Any]:
+        """Compute everything. If this is cancelled, there is no light until the next bake."""
+        fresh = not self._core.baked
+        self._lit = False
+        frame: dict[str, Any] = {}
+        begin = time.perf_counter()
+        answers = self._shards.ask(
+            "bake", self._batches, seed=self._present, again=False, fresh=fresh,
+            meanwhile=lambda: frame.update(self._core.bake(progress)), progress=progress,
+        )  # fmt: skip
+        waited = time.perf_counter()
+        self._check_builds(answers)
+        for answer in answers:
+            self._add(answer.changes)
+        first = ranges.add_up([answer.flights for answer in answers])
+        assert first is not None
+        self._core.look(first.lights, first.cells, first.landed.at, first.landed.values, progress)
+        # a shard that is made of the choices of now knows these lights
+        self._shards.ask("ask_for", self._core.asked_lights(), seed=self._present, again=False)
+        self._complete()
+        self._lit = True
+        stages = frame["milliseconds"]
+        stages["shards"] = max(0.0, 1e3 * (waited - begin) - sum(stages.values()))
+        stages["gather"] = stages.get("gather", 0.0) + 1e3 * (time.perf_counter() - waited)
+        return _with_counts(frame, answers)
+
+    def update(self, edits: Any, budget_ms: float, progress: Progress | None) -> dict[str, Any]:
+        """Apply edits. A budget is for direct light and gather rays; shards always end their part."""
+        self.edits_applied = False
+        begin = time.perf_counter()
+        if not self._core.baked:
+            frame = self._core.update(edits, budget_ms, progress)
+            self._take((*self._batches, self._queued()))
+            return frame
+        if self._in_doubt:
+            self.recompute(progress)
+        batches = (*self._batches, self._queued()) if self.said else self._batches
+        if self.said and self._seed is None:
+            self._seed = self._present()
+        frame = {}
+
+        def own_part() -> None:
+            try:
+                frame.update(self._core.update(edits, budget_ms, progress))
+            finally:
+                if self._core.edits_applied:
+                    self._take(batches)
+
+        if self._seed is None:  # nothing but gather rays may be pending
+            own_part()
+            return frame
+        try:
+            answers = self._shards.ask(
+                "update", batches, self._since, seed=self._last_complete, meanwhile=own_part,
+                progress=progress,
+            )  # fmt: skip
+        except BaseException:
+            if not self.edits_applied and not self._batches:
+                # the present state is complete, and shards may be ahead of it
+                self._shards.forget_all()
+                self._seed = None
+            raise
+        self._add_all(answers)
+        frame["milliseconds"]["total"] = 1e3 * (time.perf_counter() - begin)
+        return _with_counts(frame, answers)
+
+    def recompute(self, progress: Progress | None) -> dict[str, Any]:
+        """Compute everything again in the present state."""
+        if self._in_doubt:
+            self._shards.forget_all()
+            self._batches, self._seed = (), None
+        self._in_doubt = True
+        answers = self._shards.ask("recompute", seed=self._present, again=False, progress=progress)
+        frame = self._core.recompute(progress)
+        self._add_all(answers)
+        return _with_counts(frame, answers)
+
+    def restore(self, arrays: Any, progress: Progress | None) -> None:
+        """Take over what a file holds, but for paths: shards trace them again, to the same bits."""
+        self._core.restore(WithoutPaths(arrays), progress)
+        if self._core.baked:
+            self._add_all(self._shards.ask("recompute", seed=self._present, again=False, progress=progress))
+            self._lit = True
+
+    def _queued(self) -> Batch:
+        return Batch(self._number + 1, tuple(self.said))
+
+    def _take(self, batches: tuple[Batch, ...]) -> None:
+        """Note that these batches are in effect."""
+        self.edits_applied = True
+        if not self.said:
+            return
+        for edit in self.said:
+            if edit.kind == "insert":
+                self._scene = self._scene.with_mesh(edit.values[0])
+        self._batches, self._number = batches, batches[-1].number
+        self.said = []
+
+    def _present(self) -> Seed:
+        return Seed(self._scene, choices_of(self._core), self._number)
+
+    def _last_complete(self) -> Seed:
+        assert self._seed is not None
+        return self._seed
+
+    def _add(self, changes: ranges.PathChanges) -> None:
+        discs, cells = changes.discs, changes.cells
+        self._core.add_path_changes(
+            changes.ranges, changes.edits, changes.since,
+            discs.size, discs.at, discs.values, cells.size, cells.at, cells.values,
+        )  # fmt: skip
+
+    def _add_all(self, answers: Sequence[Answer]) -> None:
+        """Add what all shards told; if that is interrupted, everything is computed again by the next call."""
+        self._check_builds(answers)
+        self._in_doubt = True
+        for answer in answers:
+            self._add(answer.changes)
+        self._complete()
+
+    def _complete(self) -> None:
+        self._batches, self._seed = (), None
+        self._since = self._core.statistics()["edits"]
+        self._in_doubt = False
+
+    def _check_builds(self, answers: Sequence[Answer]) -> None:
+        """Raise Error if a worker computes by another build, whose bits may differ."""
+        own = self._core.description()
+        for number, answer in enumerate(answers):
+            if answer.built_by != own:
+                raise Error(
+                    f"cluster: found a worker (of shard {number}) that computes by {answer.built_by}, "
+                    f"expected {own}, as here: bits may differ; use one installation and one kind of "
+                    "processor"
+                )
+
+    # ---- results ------------------------------------------------------------------------------------
+
+    def digest(self) -> str:
+        """Digest of the present state."""
+        return self._core.digest_with(ranges.add_up(self._shards.ask("segments_hash", seed=self._present)))
+
+    def gradient(self, progress: Progress | None) -> np.ndarray:
+        """(n, 3, 3) surface gradients."""
+        sums = ranges.add_up(self._shards.ask("gradient_sums", seed=self._present, progress=progress))
+        return self._core.gradient_with(sums.discs, sums.moments, progress)
+
+    def audit(self) -> dict[str, Any]:
+        """The balance of energy of all shards' paths."""
+        own = self._core.audit()
+        audits = [audit for _, audit in self._figures()]
+        kinds = ("emitted", "absorbed", "escaped")
+        return {
+            **own,
+            **{k: [sum(column) for column in zip(*(a[k] for a in audits), strict=True)] for k in kinds},
+        }
+
+    def statistics(self) -> dict[str, Any]:
+        """Counts of all shards together; memory of this process, and of the shards."""
+        own = self._core.statistics()
+        if not self._lit:
+            return own
+        found = [statistics for statistics, _ in self._figures()]
+        own |= {name: sum(statistics[name] for statistics in found) for name in _OF_SHARDS}
+        own["bytes_of_shards"] = sum(statistics["bytes"] for statistics in found)
+        return own
+
+    def _figures(self) -> list[tuple[Mapping[str, Any], Mapping[str, Any]]]:
+        return self._shards.ask("figures", seed=self._present)
+
+    def save(self) -> Any:
+        """The arrays of a session with all paths."""
+        if not self._lit:
+            return self._core.save_choices()
+        if self.pending:
+            raise OptionError("save: found work that waits, expected none; call update() first")
+        return WholeArchive(self._core.save(shared=True), self._shards.ask("paths", seed=self._present))
+
+
+def _with_counts(frame: dict[str, Any], answers: Sequence[Answer]) -> dict[str, Any]:
+    """The frame with the counts of all shards."""
+    for name in _COUNTS:
+        frame[name] += sum(getattr(answer.frame, name) for answer in answers)
+    return frame

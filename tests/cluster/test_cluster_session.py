@@ -1,0 +1,329 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A session on a cluster has the bits of one in this process, whatever shards, edits, files and losses."""
+
+from __future__ import annotations
+
+import threading
+import time
+from importlib.util import find_spec
+from pathlib import Path
+
+import deltalux as dl
+import numpy as np
+import pytest
+from deltalux.cluster import extra, session
+from deltalux.errors import Cancelled, Error, OptionError
+from distributed import Client, LocalCluster
+from hypothesis import HealthCheck, given, settings
+from rooms import box, room, samples_in, translation
+from test_exactness import SEQUENCES, apply
+from test_suns_asked_for import sunny_room
+
+from .killing import kills
+
+PATHS = 1600
+OPTIONS = [{"gather": 16}, {"direct": "paths", "gather": "off"}]
+
+
+def equal(many: dl.ClusterSession, one: dl.Session) -> None:
+    """Digest and all results are equal."""
+    assert many.digest() == one.digest()
+    for own, other in zip(many.read(), one.read(), strict=True):
+        np.testing.assert_array_equal(own, other)
+    np.testing.assert_array_equal(many.sums, one.sums)
+
+
+@pytest.mark.parametrize("options", OPTIONS, ids=["rays", "discs"])
+@pytest.mark.parametrize("shards", [1, 2, 4, 16])
+def test_random_edits(client, shards, options):
+    scene = room()
+    samples, options = samples_in(scene), {"paths": PATHS} | options
+    with (
+        dl.Session(scene, samples, **options) as one,
+        dl.ClusterSession(scene, samples, client=client, shards=shards, **options) as many,
+    ):
+        frames = one.bake(), many.bake()
+        assert frames[0].affected_paths == frames[1].affected_paths
+        assert frames[0].retraced_segments == frames[1].retraced_segments
+        equal(many, one)
+
+        @settings(max_examples=2, suppress_health_check=[HealthCheck.too_slow])
+        @given(sequence=SEQUENCES)
+        def edited(sequence):
+            for edits in sequence:
+                for edit in edits:
+                    apply(one, edit)
+                    apply(many, edit)
+                frames = one.update(), many.update()
+                assert frames[0].retraced_segments == frames[1].retraced_segments
+                equal(many, one)
+
+        edited()
+        np.testing.assert_array_equal(many.gradient, one.gradient)
+        for kind in ("emitted", "absorbed", "escaped"):
+            assert list(many.energy[kind]) == list(one.energy[kind])
+        for name in ("paths", "held_paths", "segments"):
+            assert many.statistics[name] == one.statistics[name]
+        assert many.unreached == one.unreached
+        digest = many.digest()
+        many.recompute()
+        assert many.digest() == digest
+        one.bake()
+        many.bake()
+        equal(many, one)
+        assert many.notes == []
+
+
+def test_edits_before_the_bake_and_between_updates(client):
+    scene = room()
+    with (
+        dl.Session(scene, samples_in(scene), paths=PATHS, gather=16) as one,
+        dl.ClusterSession(scene, samples_in(scene), client=client, paths=PATHS, gather=16) as many,
+    ):
+        assert many.shards == 4
+        assert not many.baked
+        with pytest.raises(OptionError, match="call bake"):
+            many.irradiance  # noqa: B018
+        for each in (one, many):
+            each.move("block", translation(-0.3, 0.5, 0.2))
+            each.set_reflectance("wall", (0.3, 0.3, 0.3))
+            each.bake()
+            each.add(dl.Mesh("new", *box((0.3, 0.3, 0.3)), "glow", pose=translation(0, 1, 0), movable=True))
+            each.move("new", translation(0.1, 0.9, 0.1))
+        equal(many, one)
+        for each in (one, many):
+            each.remove("new")
+        assert many.unfinished
+        assert (
+            many.at([(0.2, 0.8, 0.1)], [(0, 1, 0)]).tolist()
+            == one.at([(0.2, 0.8, 0.1)], [(0, 1, 0)]).tolist()
+        )
+        equal(many, one)
+        one.rebake(scene)
+        many.rebake(scene)
+        assert isinstance(many, dl.ClusterSession)
+        equal(many, one)
+
+
+def test_suns(client):
+    scene = sunny_room()
+    samples, options = dl.Samples.on_vertices(scene, spacing=0.5), {"paths": 2000, "gather": 64}
+    with (
+        dl.Session(scene, samples, **options) as one,
+        dl.ClusterSession(scene, samples, client=client, shards=3, **options) as many,
+    ):
+        one.bake()
+        many.bake()
+        assert many.statistics["gather"]["suns"] == 1
+        equal(many, one)
+        for each in (one, many):
+            each.move("block", translation(0.8, 0.6, 0.2))
+            each.update()
+        equal(many, one)
+
+
+@pytest.mark.parametrize("options", OPTIONS, ids=["rays", "discs"])
+def test_files_of_either_open_in_the_other(client, tmp_path, options):
+    scene = room()
+    samples, options = samples_in(scene), {"paths": PATHS, "segment_end": "bounded"} | options
+    with (
+        dl.Session(scene, samples, **options) as one,
+        dl.ClusterSession(scene, samples, client=client, shards=3, **options) as many,
+    ):
+        for each, name in ((one, "one.dlx"), (many, "many.dlx")):
+            each.bake()
+            each.move("lamp", translation(-0.4, 0.7, 0.3))
+            each.add(dl.Mesh("new", *box((0.3, 0.3, 0.3)), "glow", pose=translation(0, 1, 0), movable=True))
+            each.save(tmp_path / name)
+        with (
+            dl.Session.open(tmp_path / "many.dlx") as from_many,
+            dl.ClusterSession.open(tmp_path / "one.dlx", client=client, shards=2) as from_one,
+            dl.ClusterSession.open(tmp_path / "many.dlx", client=client, shards=5) as again,
+        ):
+            assert from_many.options == one.options == from_one.options
+            for each in (from_many, from_one, again):
+                np.testing.assert_array_equal(each.irradiance, one.irradiance)
+            assert from_many.digest() == from_one.digest() == again.digest() == one.digest()
+            for each in (one, from_many, from_one, again):
+                each.move("block", translation(-0.2, 0.6, -0.1))
+                each.update()
+            assert from_many.digest() == from_one.digest() == again.digest() == one.digest()
+            from_many.recompute()
+            assert from_many.digest() == one.digest()
+
+
+def test_files_without_light(client, tmp_path):
+    scene = room()
+    with dl.ClusterSession(scene, samples_in(scene), client=client, paths=PATHS, gather=8) as many:
+        many.dim("desk", 0.25)
+        many.save(tmp_path / "dark.dlx")
+    with dl.Session.open(tmp_path / "dark.dlx") as opened:
+        assert not opened.baked
+        assert opened.dim_factors["desk"] == 0.25
+
+
+def test_killed_workers(client):
+    """A shard whose worker dies in a bake or an update is traced again, to the same bits."""
+    outcomes = list(kills(client, 4, seed=5))
+    assert all(outcome.right for outcome in outcomes), outcomes
+    assert sum(outcome.lost for outcome in outcomes) > 0
+    assert max(outcome.seconds for outcome in outcomes) < 60
+
+
+def test_progress_and_cancelling(client):
+    scene = room()
+    told = []
+    with (
+        dl.Session(scene, samples_in(scene), paths=200_000, gather=8) as one,
+        dl.ClusterSession(scene, samples_in(scene), client=client, paths=200_000, gather=8) as many,
+    ):
+        many.progress = lambda stage, fraction: stage != "trace shards"
+        with pytest.raises(Cancelled):
+            many.bake()
+        assert not many.baked
+        many.progress = lambda stage, fraction: told.append((stage, fraction))
+        many.bake()
+        one.bake()
+        shares = [fraction for stage, fraction in told if stage == "trace shards"]
+        assert shares == sorted(shares) and 0 < shares[-1] <= 1
+        many.progress = lambda stage, fraction: stage != "trace shards"
+        for each in (one, many):
+            each.set_reflectance("wall", (0.8, 0.8, 0.8))
+        with pytest.raises(Cancelled):
+            many.update()
+        with pytest.raises(OptionError, match="found the sums of 0 paths after 1 edits, expected those of"):
+            many.irradiance  # noqa: B018
+        assert many.unfinished
+        many.progress = None
+        one.update()
+        equal(many, one)
+
+
+def test_what_is_added_in_part_is_computed_again(client, monkeypatch):
+    scene = room()
+    with (
+        dl.Session(scene, samples_in(scene), paths=PATHS, gather=8) as one,
+        dl.ClusterSession(scene, samples_in(scene), client=client, shards=3, paths=PATHS, gather=8) as many,
+    ):
+        one.bake()
+        many.bake()
+        for each in (one, many):
+            each.move("block", translation(-0.3, 0.5, 0.2))
+        added = []
+
+        def interrupted(changes):
+            if added:
+                raise KeyboardInterrupt
+            added.append(changes)
+            type(many._core)._add(many._core, changes)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(many._core, "_add", interrupted)
+            with pytest.raises(KeyboardInterrupt):
+                many.update()
+        with pytest.raises(OptionError, match="expected those of all"):
+            many.irradiance  # noqa: B018
+        one.update()
+        equal(many, one)
+
+
+class Refusing:
+    """A core's session that applies no edits, as where memory is too short for them."""
+
+    def __init__(self, core) -> None:
+        self._core = core
+        self.edits_applied = False
+
+    def __getattr__(self, name):
+        return getattr(self._core, name)
+
+    def update(self, *_):
+        raise OptionError("refused")
+
+
+def test_an_edit_that_is_refused_here_leaves_no_shard_ahead(client, monkeypatch):
+    scene = room()
+    with (
+        dl.Session(scene, samples_in(scene), paths=PATHS, gather=8) as one,
+        dl.ClusterSession(scene, samples_in(scene), client=client, shards=2, paths=PATHS, gather=8) as many,
+    ):
+        one.bake()
+        many.bake()
+        before = many.irradiance
+        many.move("block", translation(-0.3, 0.5, 0.2))
+        with monkeypatch.context() as patch:
+            patch.setattr(many._core, "_core", Refusing(many._core._core))
+            with pytest.raises(OptionError, match="refused"):
+                many.update()
+        np.testing.assert_array_equal(many.irradiance, before)
+        for each in (one, many):
+            each.move("block", translation(0.3, 0.5, 0.2))
+        equal(many, one)
+
+
+def test_closing_frees_the_workers(client):
+    def shards_held(dask_worker):
+        return len(dask_worker.state.actors)
+
+    scene = room()
+    with dl.ClusterSession(scene, samples_in(scene), client=client, shards=4, paths=PATHS, gather=8) as many:
+        many.bake()
+        assert sum(client.run(shards_held).values()) == 4
+        irradiance = many.irradiance
+    end = time.monotonic() + 20
+    while sum(client.run(shards_held).values()) and time.monotonic() < end:
+        time.sleep(0.05)
+    assert sum(client.run(shards_held).values()) == 0
+    assert np.isfinite(irradiance).all()
+    with pytest.raises(OptionError, match="it was closed"):
+        many.bake()
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [({"path_range": (0, 5)}, r"^path_range: found \(0, 5\), expected None: the shards share all paths"),
+     ({"shards": 0}, "^shards: found 0"), ({"shards": 2.5}, "^shards: found 2.5")],
+)  # fmt: skip
+def test_refused_options(client, given, said):
+    scene = room()
+    with pytest.raises(OptionError, match=said):
+        dl.ClusterSession(scene, samples_in(scene), client=client, paths=PATHS, **given)
+
+
+def test_more_shards_than_paths(client):
+    scene = room()
+    with (
+        dl.ClusterSession(scene, samples_in(scene), client=client, shards=40, paths=24, gather="off") as many,
+        dl.Session(scene, samples_in(scene), paths=24, gather="off") as one,
+    ):
+        many.bake()
+        one.bake()
+        assert many.digest() == one.digest()
+
+
+def test_the_extra_is_named_where_it_is_missing(monkeypatch):
+    monkeypatch.setattr(extra, "find_spec", lambda name: None if name == "distributed" else find_spec(name))
+    with pytest.raises(Error, match=r'ClusterSession: found no module distributed.*"deltalux\[cluster\]"'):
+        session.ClusterSession(room(), client=None)
+
+
+def test_without_workers_it_gives_up_in_time():
+    scene = room()
+    with (
+        LocalCluster(n_workers=0, dashboard_address=":0") as cluster,
+        Client(cluster) as client,
+        dl.ClusterSession(
+            scene, samples_in(scene), client=client, patience=0.5, paths=PATHS, gather=8
+        ) as many,
+    ):
+        begin = time.monotonic()
+        with pytest.raises(Error, match=r"found no worker for 0\.5 s, expected at least one at tcp://"):
+            many.bake()
+        assert time.monotonic() - begin < 30
+        late = threading.Timer(1.0, cluster.scale, (1,))
+        late.start()
+        many._patience = many._core._shards._patience = 60
+        many.bake()
+        late.join()
+        assert Path(cluster.scheduler_address)
+        assert np.isfinite(many.irradiance).all()
