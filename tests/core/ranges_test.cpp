@@ -39,7 +39,9 @@ TEST(HeldPaths, RangesShareNoPathAndLeaveNoneOut) {
         ++holders[path];
         EXPECT_EQ(held.slot_of(path), slot);
         EXPECT_EQ(held.find(path), slot);
-        if (slot) EXPECT_GT(path, held.path_of(slot - 1));
+        if (slot) {
+          EXPECT_GT(path, held.path_of(slot - 1));
+        }
       }
       uint64_t visited = 0;
       for (const trace::Light& light : lights)
@@ -206,7 +208,9 @@ TEST(Ranges, AddUpToASessionWithAllPaths) {
     Progress progress;
     Session one(room_with_spot(), some_samples(), chosen);
     one.bake(progress);
-    if (chosen.gather_rays) EXPECT_EQ(one.state().guiding.beams.size(), 1u);
+    if (chosen.gather_rays) {
+      EXPECT_EQ(one.state().guiding.beams.size(), 1u);
+    }
     std::vector<std::unique_ptr<Ranges>> shared;
     for (const size_t count : {1, 2, 4, 16})
       shared.push_back(std::make_unique<Ranges>(room_with_spot(), chosen, count));
@@ -254,20 +258,25 @@ TEST(Ranges, WaitForTheNextCallAsAllPathsDo) {
   EXPECT_EQ(part.digest(), updated);
 }
 
+/// What the call refuses, in words; "" if it succeeds.
+template <class Call>
+std::string refusal(const Call& call) {
+  try {
+    call();
+  } catch (const OptionError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+template <class Call>
+void refused(const Call& call, const std::string& expected) {
+  const std::string found = refusal(call);
+  EXPECT_NE(found.find(expected), std::string::npos) << found;
+}
+
 TEST(Ranges, RefuseWhatTheyCannotDo) {
   Progress progress;
-  const auto text = [](const auto& call) -> std::string {
-    try {
-      call();
-    } catch (const OptionError& error) {
-      return error.what();
-    }
-    return "";
-  };
-  const auto refused = [&](const auto& call, const std::string& expected) {
-    const std::string found = text(call);
-    EXPECT_NE(found.find(expected), std::string::npos) << found;
-  };
   for (const PathRange range : {PathRange{3, 2}, PathRange{0, 4001}})
     refused(
         [&] {
@@ -290,9 +299,28 @@ TEST(Ranges, RefuseWhatTheyCannotDo) {
   refused([&] { part.add_path_changes({}); }, "expected a baked one of path_range");
   refused([&] { whole.path_changes(); }, "found a session that is not baked or evaluates light");
   refused([&] { part.look({}, progress); }, "expected a baked one of path_range");
+  const PathChanges all = part.path_changes();
+  PathChanges wrong = all;
+  --wrong.discs.size;
+  refused([&] { whole.add_path_changes(wrong); }, "discs: found changes of");
+  wrong = all, wrong.cells.at.back() = wrong.cells.size;
+  refused([&] { whole.add_path_changes(wrong); }, "cells: found places beyond the end");
+  ranges.bake();
+  refused([&] { whole.add_path_changes(all); }, "some are added already");
+  refused([&] { whole.digest(); }, "segments_hash");
+  std::vector<double> slopes(9 * some_samples().size());
+  refused([&] { whole.read_gradient(slopes.data(), progress); }, "gradient: ");
+  read(whole);
+}
+
+TEST(Ranges, AskForKnownLightsOnceEach) {
+  Progress progress;
+  Ranges ranges(room_with_spot(), gathering(1), 2);
+  Session &whole = ranges.whole(), &part = ranges.part(0);
+  whole.bake(progress);
+  part.bake(progress);
   refused([&] { part.ask_for(std::vector<uint32_t>{1}); }, "found light 1");
   refused([&] { part.ask_for(std::vector<uint32_t>{0, 0}); }, "lights that do not ascend");
-  const PathChanges all = part.path_changes();
   refused([&] { whole.ask_for(std::vector<uint32_t>{0}); }, "found light 0, expected narrow");
   const auto digest = part.digest();
   refused([&] { part.ask_for(std::vector<uint32_t>{0, 1}); }, "found light 1");
@@ -306,17 +334,6 @@ TEST(Ranges, RefuseWhatTheyCannotDo) {
                 of_range(options(1, DirectMode::paths, segments::SegmentEnd::first), 0, 2000));
   discs.bake(progress);
   refused([&] { discs.ask_for(std::vector<uint32_t>{0}); }, "found light 0");
-  PathChanges wrong = all;
-  --wrong.discs.size;
-  refused([&] { whole.add_path_changes(wrong); }, "discs: found changes of");
-  wrong = all, wrong.cells.at.back() = wrong.cells.size;
-  refused([&] { whole.add_path_changes(wrong); }, "cells: found places beyond the end");
-  ranges.bake();
-  refused([&] { whole.add_path_changes(all); }, "some are added already");
-  refused([&] { whole.digest(); }, "segments_hash");
-  std::vector<double> slopes(9 * some_samples().size());
-  refused([&] { whole.read_gradient(slopes.data(), progress); }, "gradient: ");
-  read(whole);
 }
 
 TEST(Ranges, HaveNoFirstFlightsFromLightsThatAreOff) {
@@ -336,19 +353,11 @@ TEST(Ranges, RefuseToBeReadBeforeAllChangesOfAllEditsAreAdded) {
   Ranges ranges(room_with_spot(), gathering(1), 2);
   ranges.bake();
   Session &whole = ranges.whole(), &one = ranges.part(0), &two = ranges.part(1);
-  const auto text = [](const auto& call) -> std::string {
-    try {
-      call();
-    } catch (const OptionError& error) {
-      return error.what();
-    }
-    return "";
-  };
   const auto add = [&](const PathChanges& changes) {
-    return text([&] { whole.add_path_changes(changes); });
+    return refusal([&] { whole.add_path_changes(changes); });
   };
   std::vector<double> values(3 * some_samples().size());
-  const auto read = [&] { return text([&] { whole.read_irradiance(values.data()); }); };
+  const auto read = [&] { return refusal([&] { whole.read_irradiance(values.data()); }); };
   EXPECT_EQ(read(), "");
   for (Session* session : {&whole, &one, &two}) session->update(kSteps[0], 0, progress);
   EXPECT_NE(read().find("the sums of 0 paths after 1 edits"), std::string::npos) << read();
