@@ -227,7 +227,6 @@ void Session::read_samples(bool errors, const Gathered& gathered, const Write& w
         irradiance[c] = block.energy[j] * per_area + block.direct[j] + own.irradiance[c];
         error[c] = std::sqrt(block.variance[j] * per_area * per_area + own.error[c] * own.error[c]);
         DELTALUX_ASSERT(std::isfinite(irradiance[c]) && std::isfinite(error[c]));
-        DELTALUX_ASSERT(irradiance[c] >= 0);
       }
       write(size_t(s.given[i]), irradiance, error);
     }

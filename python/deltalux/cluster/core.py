@@ -246,6 +246,8 @@ class SharedCore:
     def save(self) -> Any:
         """The arrays of a session with all paths."""
         if not self._lit:
+            if self._core.baked:
+                raise OptionError("save: found a bake that was cancelled, expected light; call bake() first")
             return self._core.save_choices()
         if self.pending:
             raise OptionError("save: found work that waits, expected none; call update() first")
