@@ -124,23 +124,28 @@ PathChanges Session::path_changes() {
         "path_changes: found a session that is not baked or evaluates light, expected a baked one "
         "with a path_range that has paths");
   // If memory runs out below, nothing counts as told, and the next changes are those of all sums.
-  const std::unique_ptr<Told> before = std::exchange(told_, nullptr);
-  auto now = before ? std::make_unique<Told>(*before) : std::make_unique<Told>();
+  std::unique_ptr<Told> told = std::move(told_);
+  const bool first = !told;
   PathChanges out;
-  if (!before || before->edits != s.edits) out.ranges = {*s.options.range};
-  out.edits = now->edits = s.edits;
-  if (before) out.since = before->edits;
+  out.edits = s.edits;
+  if (first)
+    told = std::make_unique<Told>();
+  else
+    out.since = told->edits;
+  if (out.since != out.edits) out.ranges = {*s.options.range};
+  told->edits = s.edits;
   // Discs that nothing is deposited on stay at 0.
   const bool dark = s.gather && std::all_of(s.light_sampled.begin(), s.light_sampled.end(),
                                             [](uint8_t yes) { return yes; });
-  now->discs = dark ? std::vector<int64_t>() : s.sums;
-  out.discs = changes(now->discs, before ? before->discs : std::vector<int64_t>(), s.sums.size());
+  const std::span<const int64_t> discs = dark ? std::span<const int64_t>() : s.sums;
+  out.discs = changes(discs, told->discs, s.sums.size());
+  told->discs.assign(discs.begin(), discs.end());
   if (s.gather) {
     gather::CellSums& sums = s.gather->sums;
-    if (!before) std::fill(sums.touched.begin(), sums.touched.end(), uint8_t(1));
-    out.cells = take_cells(sums, now->cells);
+    if (first) std::fill(sums.touched.begin(), sums.touched.end(), uint8_t(1));
+    out.cells = take_cells(sums, told->cells);
   }
-  told_ = std::move(now);
+  told_ = std::move(told);
   return out;
 }
 

@@ -76,6 +76,12 @@ void restore_maps(ArchiveSource& archive, std::span<trace::Light> lights) {
   }
 }
 
+/// Whether the archive has paths, as it must for a session of all of them: a session that shares
+/// them may trace its own again.
+bool brings_paths(const State& s, ArchiveSource& archive) {
+  return s.holds_all() || archive.bytes("cut").has_value();
+}
+
 }  // namespace
 
 void Session::save_scene(ArchiveView& archive) const {
@@ -163,7 +169,7 @@ void Session::restore(ArchiveSource& archive, Progress& progress) {
   if (!archive.bytes("level_sizes")) return;
   restore_lights(archive);
   const size_t sums = size_t(s.sum_groups()) * kBatches * s.samples.size() * 3;
-  const bool traced = s.holds_all() || archive.bytes("cut");
+  const bool traced = brings_paths(s, archive);
   if (traced) archive.expect<int64_t>("sums", sums);
   archive.expect<float>("area", s.samples.size());
   const auto openness = archive.read_all<float>("openness", s.samples.size());
@@ -252,7 +258,7 @@ void Session::restore_lights(ArchiveSource& archive) {
   if (paths > (uint64_t(1) << 32) / s.options.max_bounces)
     snapshot::refuse("\"light_paths\": found " + std::to_string(paths) + " paths, more than fit");
   s.hold_paths();
-  if (s.holds_all() || archive.bytes("cut")) archive.expect<uint8_t>("cut", s.held.size());
+  if (brings_paths(s, archive)) archive.expect<uint8_t>("cut", s.held.size());
   s.light_sampled = archive.read_all<uint8_t>("light_sampled", s.lights.size());
   snapshot::check_range("light_sampled", s.light_sampled, 0, 1);
   const auto quantum = archive.read_all<double>("quantum", 1);
