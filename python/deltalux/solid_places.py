@@ -22,9 +22,7 @@ OUTSIDE = 0.5
 HEIGHTS, ACROSS = (0.55, 0.7, 0.82, 0.9), 9
 CLEAR = 0.02  # least distance to the nearest surface, as a share of the scene's diagonal
 ENCLOSED = 0.4  # least share of rays that meet a surface
-FURNISHED = (
-    0.03  # least share of fronts among the surfaces that are visible within walls that show their backs
-)
+FURNISHED = 0.03  # least share of fronts among what is visible within walls that show their backs
 _BATCH = 1 << 16  # points whose rays are held in memory at a time: 4 million rays
 
 

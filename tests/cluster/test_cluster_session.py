@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -31,6 +33,20 @@ def equal(many: dl.ClusterSession, one: dl.Session) -> None:
     for own, other in zip(many.read(), one.read(), strict=True):
         np.testing.assert_array_equal(own, other)
     np.testing.assert_array_equal(many.sums, one.sums)
+
+
+@contextmanager
+def baked(client: Client, shards: int) -> Iterator[tuple[dl.Session, dl.ClusterSession]]:
+    """A session of this process and one of the cluster, both baked."""
+    scene = room()
+    samples, options = samples_in(scene), {"paths": PATHS, "gather": 8}
+    with (
+        dl.Session(scene, samples, **options) as one,
+        dl.ClusterSession(scene, samples, client=client, shards=shards, **options) as many,
+    ):
+        one.bake()
+        many.bake()
+        yield one, many
 
 
 @pytest.mark.parametrize("options", OPTIONS, ids=["rays", "discs"])
@@ -170,7 +186,7 @@ def test_killed_workers(client):
     assert max(outcome.seconds for outcome in outcomes) < 60
 
 
-def test_progress_and_cancelling(client):
+def test_progress_and_cancelling(client, tmp_path):
     scene = room()
     told = []
     with (
@@ -197,16 +213,16 @@ def test_progress_and_cancelling(client):
         many.progress = None
         one.update()
         equal(many, one)
+        many.progress = lambda stage, fraction: stage != "trace shards"
+        with pytest.raises(Cancelled):
+            many.bake()
+        with pytest.raises(OptionError, match="save: found a bake that was cancelled"):
+            many.save(tmp_path / "half.dlx")
+        assert list(tmp_path.iterdir()) == []
 
 
 def test_what_is_added_in_part_is_computed_again(client, monkeypatch):
-    scene = room()
-    with (
-        dl.Session(scene, samples_in(scene), paths=PATHS, gather=8) as one,
-        dl.ClusterSession(scene, samples_in(scene), client=client, shards=3, paths=PATHS, gather=8) as many,
-    ):
-        one.bake()
-        many.bake()
+    with baked(client, 3) as (one, many):
         for each in (one, many):
             each.move("block", translation(-0.3, 0.5, 0.2))
         added = []
@@ -242,13 +258,7 @@ class Refusing:
 
 
 def test_an_edit_that_is_refused_here_leaves_no_shard_ahead(client, monkeypatch):
-    scene = room()
-    with (
-        dl.Session(scene, samples_in(scene), paths=PATHS, gather=8) as one,
-        dl.ClusterSession(scene, samples_in(scene), client=client, shards=2, paths=PATHS, gather=8) as many,
-    ):
-        one.bake()
-        many.bake()
+    with baked(client, 2) as (one, many):
         before = many.irradiance
         many.move("block", translation(-0.3, 0.5, 0.2))
         with monkeypatch.context() as patch:

@@ -46,16 +46,29 @@ def test_refusals(capsys, monkeypatch):
     assert code == 1 and "warning: --cluster tcp://192.0.2.1:8786: the wire is not encrypted" in told
 
 
-def processes_of(session: int) -> list[str]:
-    """Command lines of the living processes of a session."""
+def processes_of(session: int) -> dict[int, str]:
+    """Command lines of the living processes of a session, by process number."""
     listed = subprocess.run(
-        ["ps", "-ww", "-eo", "sid,stat,args"], capture_output=True, text=True, check=True
+        ["ps", "-ww", "-eo", "sid,pid,stat,args"], capture_output=True, text=True, check=True
     ).stdout
-    rows = (line.split(None, 2) for line in listed.splitlines()[1:])
-    return [args for sid, stat, args in rows if int(sid) == session and not stat.startswith("Z")]
+    rows = (line.split(None, 3) for line in listed.splitlines()[1:])
+    return {int(pid): args for sid, pid, stat, args in rows if int(sid) == session and stat[0] != "Z"}
 
 
-@pytest.mark.skipif(not Path("/proc").exists(), reason="lists processes by ps")
+def is_working(process: int) -> bool:
+    """Whether a worker is past its preparations: it ignores Ctrl-C, and has computed for a while."""
+    try:
+        fields = dict(
+            line.split(":\t", 1) for line in Path(f"/proc/{process}/status").read_text().splitlines()
+        )
+        times = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[11:13]
+    except FileNotFoundError:
+        return False
+    ignores = int(fields["SigIgn"], 16) >> (signal.SIGINT - 1) & 1
+    return bool(ignores) and sum(map(int, times)) / os.sysconf("SC_CLK_TCK") > 8
+
+
+@pytest.mark.skipif(not Path("/proc").exists(), reason="looks at processes by /proc")
 def test_interrupted_it_leaves_no_process(tmp_path):
     """Ctrl-C reaches all processes of the terminal, as here."""
     words = ("bake", "cornell_box", "--paths", "5e7", "--gather", "off", "--memory-limit", "400G")
@@ -63,14 +76,17 @@ def test_interrupted_it_leaves_no_process(tmp_path):
         [sys.executable, "-m", "deltalux_program", *words, "--workers", "2", "-o", tmp_path / "a.npz"],
         start_new_session=True, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
     )  # fmt: skip
-    end = time.monotonic() + 120
-    while sum("spawn_main" in args for args in processes_of(bake.pid)) < 2 and time.monotonic() < end:
-        time.sleep(0.2)
-    time.sleep(8)  # for the workers to be ready; before, Python itself may show where it was
+
+    def workers() -> list[int]:
+        return [number for number, args in processes_of(bake.pid).items() if "spawn_main" in args]
+
+    end = time.monotonic() + 200
+    while sum(map(is_working, workers())) < 2 and time.monotonic() < end:
+        time.sleep(0.2)  # before, Python itself may show where it was
     os.killpg(bake.pid, signal.SIGINT)
     _, told = bake.communicate(timeout=60)
     assert (bake.returncode, told) == (130, "error: cancelled\n")
     end = time.monotonic() + 10
     while processes_of(bake.pid) and time.monotonic() < end:
         time.sleep(0.1)
-    assert processes_of(bake.pid) == []
+    assert processes_of(bake.pid) == {}

@@ -104,3 +104,13 @@ def test_the_place_beside_a_solid_thing_is_above_it():
     statue = box("statue", (0, 0, 0), (1, 2, 1))
     assert open_place(scene_of(statue))[1] > 2
     assert np.isfinite(open_place(scene_of())).all()
+
+
+def test_a_narrow_gap_is_no_place():
+    plates = box("one", (0, 0, 0), (2, 2, 0.01)), box("two", (0, 0, 0.05), (2, 2, 0.06))
+    assert open_place(scene_of(*plates))[1] > 2
+
+
+def test_pillars_far_apart_enclose_nothing():
+    pillars = box("one", (0, 0, 0), (0.2, 2, 0.2)), box("two", (4.8, 0, 4.8), (5, 2, 5))
+    assert open_place(scene_of(*pillars))[1] > 2

@@ -4,13 +4,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import deltalux as dl
 import numpy as np
 import pytest
-from deltalux import _core
 from deltalux.pace import (
     Counts,
     Overall,
@@ -144,14 +143,6 @@ def test_unforeseen_stages_are_noted():
         overall(stage, 0.5)
     overall.begin("newer")
     assert overall.unforeseen == ["new", "newer"]
-
-
-@pytest.fixture
-def reports_at_once() -> Iterator[None]:
-    """However short, every stage is told."""
-    _core.set_report_seconds(0)
-    yield
-    _core.set_report_seconds(0.02)
 
 
 @pytest.mark.usefixtures("reports_at_once")

@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from itertools import pairwise
 
 import deltalux as dl
@@ -91,6 +92,20 @@ class Shared:
 
     def gradient(self) -> np.ndarray:
         return ranges.gradient(self.whole, ranges.add_up([ranges.gradient_sums(part) for part in self.parts]))
+
+
+@contextmanager
+def baked(count: int) -> Iterator[tuple[dl.Session, Shared]]:
+    """A session of all paths, and one that `count` ranges share, both baked."""
+    scene = room()
+    samples, options = samples_in(scene), {"paths": PATHS, "gather": 8, "threads": 1}
+    with (
+        dl.Session(scene, samples, **options) as one,
+        Shared(scene, samples, ranges.ranges_of(PATHS, count), **options) as shared,
+    ):
+        one.bake()
+        shared.bake()
+        yield one, shared
 
 
 def added(frames: Sequence[dl.Frame]) -> list[int]:
@@ -215,6 +230,7 @@ def test_a_part_has_no_light_to_read():
             ranges.add_path_changes(part, ranges.path_changes(part))
 
 
+@pytest.mark.usefixtures("reports_at_once")
 def test_sums_are_added_completely_and_once():
     scene = room()
     with Shared(scene, samples_in(scene), ranges.ranges_of(PATHS, 2), paths=PATHS, gather=8) as shared:
@@ -249,14 +265,7 @@ def test_sums_are_added_completely_and_once():
 
 def test_no_half_update_is_read():
     """Edits count: until the changes of all ranges are there, the session without paths has no light."""
-    scene = room()
-    samples, options = samples_in(scene), {"paths": PATHS, "gather": 8, "threads": 1}
-    with (
-        dl.Session(scene, samples, **options) as one,
-        Shared(scene, samples, ranges.ranges_of(PATHS, 2), **options) as shared,
-    ):
-        one.bake()
-        shared.bake()
+    with baked(2) as (one, shared):
         for session in (one, *shared.parts, shared.whole):
             session.dim("desk", 0.5)
             session.move("block", translation(0.2, 0.4, 0.1))
@@ -283,14 +292,7 @@ def test_rows_travel_whole(numbers):
 
 
 def test_a_recompute_asks_for_the_sums_again():
-    scene = room()
-    samples, options = samples_in(scene), {"paths": PATHS, "gather": 8, "threads": 1}
-    with (
-        dl.Session(scene, samples, **options) as one,
-        Shared(scene, samples, ranges.ranges_of(PATHS, 4), **options) as shared,
-    ):
-        one.bake()
-        shared.bake()
+    with baked(4) as (one, shared):
         edits = [("move", "lamp", translation(0.5, 1.0, 0.2)), ("paint", "wall", 0.3)]
         for edit in edits:
             apply(one, edit)
