@@ -145,12 +145,33 @@ def test_what_is_asked_during_an_export_waits_for_it(followed):
     followed.engine.check()
     with pytest.raises(dl.OptionError, match="bake: found the check still at work"):
         followed.engine.bake()
-    with pytest.raises(dl.OptionError, match="cancel: found no bake and no check"):
-        followed.engine.cancel()
     assert not digests
     finish.set()
     checked = followed.until(lambda e: is_message(e, "checked"))
     assert digests == [checked["digest"]] == [checked["recomputed"]]
+
+
+@pytest.mark.parametrize("task", ["bake", "check"])
+def test_what_is_cancelled_before_its_turn_never_begins(followed, task):
+    begun, finish = threading.Event(), threading.Event()
+
+    def work(_):
+        begun.set()
+        assert finish.wait(TIMEOUT)
+
+    followed.engine.export(work)
+    assert begun.wait(TIMEOUT)
+    with pytest.raises(dl.OptionError, match="cancel: found no bake and no check"):
+        followed.engine.cancel()  # an export is short
+    getattr(followed.engine, task)()
+    followed.engine.cancel()
+    finish.set()
+    ended = followed.until(lambda e: is_message(e, "cancelled") or is_message(e, "checked"))
+    assert ended == {"type": "cancelled", "task": task}
+    followed.want(block=translation(0.5, 0.4, 0.4))
+    followed.rest()
+    followed.engine.check()  # nothing is left of it
+    assert followed.until(lambda e: is_message(e, "checked"))["same"]
 
 
 def test_a_cancelled_check_leaves_the_light_as_it_was():

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import threading
 from dataclasses import replace
 
 import deltalux as dl
@@ -11,10 +12,11 @@ import numpy as np
 import pytest
 from deltalux.scene import replace_scene
 from deltalux.server.edits import pose_numbers
+from deltalux.server.progress import TaskProgress
 from deltalux.server.remaking import samples_like
 from rooms import box, room, translation
 
-from viewer.page_client import PageClient, decoded, get
+from viewer.page_client import TIMEOUT, PageClient, decoded, get
 from viewer.served_room import PATHS, make_session
 
 MOVED = list(pose_numbers(translation(0.4, 0.35, 0.2)))
@@ -167,14 +169,29 @@ def test_refusals(served_page, kind, fields, text):
     assert answer["message"].startswith(text)
 
 
-def test_a_cancelled_one_leaves_everything(serve, baked_file):
+@pytest.mark.usefixtures("reports_at_once")
+@pytest.mark.parametrize("stage", ["place samples", "make session", "trace paths"])
+def test_a_cancelled_one_leaves_everything(serve, baked_file, monkeypatch, stage):
+    reached, cancelled = threading.Event(), threading.Event()
+    report = TaskProgress.__call__
+
+    def wait_there(progress, name, fraction):
+        if name == stage:
+            reached.set()
+            assert cancelled.wait(TIMEOUT)
+        return report(progress, name, fraction)
+
     with dl.Session.open(baked_file) as session:
         digest = session.digest()
         with PageClient(serve(session)) as page:
             page.rest()
-            page.ask("make_movable", mesh="ceiling lamp")
-            page.ask("cancel")
-            page.until("cancelled")
+            with monkeypatch.context() as patch:
+                patch.setattr(TaskProgress, "__call__", wait_there)
+                page.ask("make_movable", mesh="ceiling lamp")
+                assert reached.wait(TIMEOUT)
+                assert page.ask("cancel")["type"] == "accepted"
+                cancelled.set()
+                page.until("cancelled")
             page.rest()
             assert page.state["poses"].keys() == {"block", "lamp"}
             assert page.digest() == digest

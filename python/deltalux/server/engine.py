@@ -169,11 +169,15 @@ class Engine:
             self._changed.notify()
 
     def cancel(self) -> None:
-        """Stop the running bake or check; OptionError if neither runs."""
+        """Stop the bake or check that runs or waits for its turn; OptionError if there is none."""
         with self._changed:
-            if self._long_work() is None:
+            if self._long_work() is not None:
+                self._cancelled = True
+                return
+            waiting = next((place for place, task in enumerate(self._tasks) if task.long), None)
+            if waiting is None:
                 raise OptionError("cancel: found no bake and no check at work")
-            self._cancelled = True
+            self._tasks[waiting] = replace(self._tasks[waiting], work=_give_up)
 
     def _long_work(self) -> _Task | None:
         """The running bake or check; other tasks are short, so new requests wait for them."""
@@ -501,6 +505,11 @@ class Engine:
             raise OptionError("read: found no light yet, expected some; bake first")
         self._finish()
         work(self._session, self._followed, self._figure)
+
+
+def _give_up(_: TaskProgress) -> None:
+    """Work of a task that was cancelled before its turn."""
+    raise Cancelled("cancelled before it began")
 
 
 def _counts(session: Session) -> Counts:
