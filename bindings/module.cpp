@@ -10,6 +10,7 @@
 #include "base/cpu.h"
 #include "base/error.h"
 #include "common.h"
+#include "trace/description.h"
 
 namespace deltalux::python {
 namespace {
@@ -101,6 +102,8 @@ NB_MODULE(_core, m) {
       raise("Error", e);
     }
   });
+  m.def("description", &trace::description,
+        "What bits of results depend on: Embree, instruction set, build, and how it reckons.");
   m.def(
       "set_report_seconds", [](double seconds) { python::report_seconds = seconds; },
       nb::arg("seconds"), "Sets how often long calls report progress (tests report more often).");

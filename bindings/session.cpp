@@ -510,10 +510,6 @@ void bind_session(nb::module_& m) {
              out["threads"] = state.workers.threads();
              return out;
            })
-      .def("description",
-           [](const Session& s) {
-             return s.state().caster ? s.state().caster->description() : std::string();
-           })
       .def("world",
            [](const Session& s) {
              const Box& box = s.state().scene.world();

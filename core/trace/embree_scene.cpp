@@ -29,6 +29,14 @@ const RTCSceneFlags kSceneFlags = RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT
 using QueryContext = RTCIntersectContext;
 #endif
 
+/// Rays in a packet: as many as AVX2 has lanes.
+constexpr int kPacket = 8;
+
+/// Embree would use the best instruction set of the processor, and hits differ in their last bits
+/// between them. With AVX2 throughout, all processors that have it agree; AVX-512 was no faster
+/// (benchmarks/RESULTS.md).
+bool has_avx2() { return processor_isa() >= Isa::avx2; }
+
 RTCScene handle(const std::shared_ptr<void>& scene) { return static_cast<RTCScene>(scene.get()); }
 
 /// Whether Embree can trace the ray; it may crash on others. NaN fails every comparison.
@@ -66,17 +74,17 @@ void intersect(RTCScene scene, RTCRayHit& ray) {
 #endif
 }
 
-void occluded16(const int* valid, RTCScene scene, RTCRay16& rays) {
+void occluded8(const int* valid, RTCScene scene, RTCRay8& rays) {
 #if DELTALUX_EMBREE_MAJOR >= 4
   RTCOccludedArguments arguments;
   rtcInitOccludedArguments(&arguments);
   arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
-  rtcOccluded16(valid, scene, &rays, &arguments);
+  rtcOccluded8(valid, scene, &rays, &arguments);
 #else
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  rtcOccluded16(valid, scene, &context, &rays);
+  rtcOccluded8(valid, scene, &context, &rays);
 #endif
 }
 
@@ -117,7 +125,8 @@ void reject_holes(const RTCFilterFunctionNArguments* arguments) {
 }  // namespace
 
 EmbreeDevice::EmbreeDevice() : device_(nullptr) {
-  RTCDevice device = rtcNewDevice(DELTALUX_EMBREE_OPTIONS);
+  const std::string options = DELTALUX_EMBREE_OPTIONS;
+  RTCDevice device = rtcNewDevice((has_avx2() ? options + ",isa=avx2" : options).c_str());
   if (!device) throw Error("Embree could not be started");
   device_ = std::shared_ptr<void>(device,
                                   [](void* own) { rtcReleaseDevice(static_cast<RTCDevice>(own)); });
@@ -128,13 +137,10 @@ std::string EmbreeDevice::description() const {
   const auto version = rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION);
   std::string text = "embree " + std::to_string(version / 10000) + "." +
                      std::to_string(version / 100 % 100) + "." + std::to_string(version % 100);
-  const bool wide = rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0;
 #if defined(__x86_64__)
-  // Embree makes its own choice, independent of isa().
-  const Isa best = processor_isa();
-  return text + (wide && best == Isa::avx512 ? ", avx512" : best >= Isa::avx2 ? ", avx2" : ", sse");
+  return text + (has_avx2() ? ", avx2" : ", sse");  // independent of isa()
 #else
-  return text + (wide ? ", wide" : ", native");
+  return text + ", native";
 #endif
 }
 
@@ -215,24 +221,24 @@ bool EmbreeScene::occluded(Vec3f o, Vec3f d, float to) const {
 RayBits EmbreeScene::occluded(const RayFan& fan, const RayBits& wanted) const {
   RayBits blocked{};
   if (!(fan.to >= 0)) return blocked;
-  // Packets of 16 rays in the order of `wanted`; unused lanes repeat the packet's first ray.
-  RTCRay16 rays;
-  for (int k = 0; k < 16; ++k) {
+  // Packets of rays in the order of `wanted`; unused lanes repeat the packet's first ray.
+  RTCRay8 rays;
+  for (int k = 0; k < kPacket; ++k) {
     rays.org_x[k] = fan.origin.x, rays.org_y[k] = fan.origin.y, rays.org_z[k] = fan.origin.z;
     rays.tnear[k] = rays.time[k] = 0;
     rays.mask[k] = 0xffffffffu, rays.id[k] = rays.flags[k] = 0;
   }
-  size_t index[16];
+  size_t index[kPacket];
   int used = 0;
   const auto flush = [&] {
-    alignas(64) int valid[16];
-    for (int k = 0; k < 16; ++k) {
+    alignas(32) int valid[kPacket];
+    for (int k = 0; k < kPacket; ++k) {
       const size_t i = index[k < used ? k : 0];
       rays.dir_x[k] = fan.x[i], rays.dir_y[k] = fan.y[i], rays.dir_z[k] = fan.z[i];
       rays.tfar[k] = fan.to;
       valid[k] = k < used ? -1 : 0;
     }
-    occluded16(valid, handle(scene_), rays);
+    occluded8(valid, handle(scene_), rays);
     for (int k = 0; k < used; ++k)
       if (rays.tfar[k] < 0) blocked[index[k] / 64] |= uint64_t(1) << (index[k] % 64);
     used = 0;
@@ -242,7 +248,7 @@ RayBits EmbreeScene::occluded(const RayFan& fan, const RayBits& wanted) const {
       const size_t i = 64 * word + size_t(std::countr_zero(rest));
       if (!can_be_traced(fan.origin, {fan.x[i], fan.y[i], fan.z[i]})) continue;
       index[used++] = i;
-      if (used == 16) flush();
+      if (used == kPacket) flush();
     }
   if (used) flush();
   return blocked;

@@ -200,8 +200,4 @@ void RayCaster::add_inside(uint32_t object, Vec3f o, Vec3f d, float to,
   }
 }
 
-std::string RayCaster::description() const {
-  return device_.description() + ", build " DELTALUX_BUILD_ID;
-}
-
 }  // namespace deltalux::trace

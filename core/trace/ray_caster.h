@@ -79,8 +79,6 @@ class RayCaster {
   /// Padding of bounds: larger than the rounding error of any ray that starts within the scene's
   /// world box.
   float margin() const { return margin_; }
-  /// Embree's version, the instruction set in use and this library's build.
-  std::string description() const;
 
  private:
   struct Movable {

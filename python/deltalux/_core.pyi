@@ -7,6 +7,11 @@ import numpy
 from numpy.typing import NDArray
 
 
+def description() -> str:
+    """
+    What bits of results depend on: Embree, instruction set, build, and how it reckons.
+    """
+
 def set_report_seconds(seconds: float) -> None:
     """Sets how often long calls report progress (tests report more often)."""
 
@@ -271,8 +276,6 @@ class Session:
     def audit(self) -> dict: ...
 
     def statistics(self) -> dict: ...
-
-    def description(self) -> str: ...
 
     def world(self) -> tuple[list[float], list[float]]: ...
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from deltalux.errors import Error, OptionError
+from deltalux.errors import OptionError
 from deltalux.scene import Scene
 from deltalux.segments import Progress
 from deltalux.session import ranges
@@ -84,7 +84,6 @@ class SharedCore:
             meanwhile=lambda: frame.update(self._core.bake(progress)), progress=progress,
         )  # fmt: skip
         waited = time.perf_counter()
-        self._check_builds(answers)
         for answer in answers:
             self._add(answer.changes)
         first = ranges.add_up([answer.flights for answer in answers])
@@ -187,7 +186,6 @@ class SharedCore:
 
     def _add_all(self, answers: Sequence[Answer]) -> None:
         """Add what all shards told; if that is interrupted, everything is computed again by the next call."""
-        self._check_builds(answers)
         self._in_doubt = True
         for answer in answers:
             self._add(answer.changes)
@@ -197,17 +195,6 @@ class SharedCore:
         self._batches, self._seed = (), None
         self._since = self._core.statistics()["edits"]
         self._in_doubt = False
-
-    def _check_builds(self, answers: Sequence[Answer]) -> None:
-        """Raise Error if a worker computes by another build, whose bits may differ."""
-        own = self._core.description()
-        for number, answer in enumerate(answers):
-            if answer.built_by != own:
-                raise Error(
-                    f"cluster: found a worker (of shard {number}) that computes by {answer.built_by}, "
-                    f"expected {own}, as here: bits may differ; use one installation and one kind of "
-                    "processor"
-                )
 
     # ---- results ------------------------------------------------------------------------------------
 

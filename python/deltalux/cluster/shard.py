@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from deltalux import _core
 from deltalux.errors import Cancelled, Error
 from deltalux.results import Frame
 from deltalux.samples import Samples
@@ -39,6 +40,7 @@ class Blueprint:
     scene: Scene
     samples: Samples
     options: Mapping[str, Any]
+    built_by: str  # what bits depend on; workers must agree
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +65,6 @@ class Answer:
 
     changes: ranges.PathChanges
     frame: Frame
-    built_by: str
     flights: ranges.FirstFlights | None = None
 
 
@@ -124,9 +125,21 @@ class Shard:
     def run(self, command: int, name: str, *args: Any) -> Any:
         """Run the command `name`; `command`: its number, which ascends."""
         self._command, self._told = command, ("", 0.0)
+        self._check_build()
         if command <= self._cancelled:
             raise Cancelled("cluster: cancelled")
         return getattr(self, f"_{name}")(*args)
+
+    def _check_build(self) -> None:
+        """Raise Error if this worker's bits may differ from those of the session."""
+        from distributed import get_worker
+
+        found, expected = _core.description(), self._blueprint.built_by
+        if found != expected:
+            raise Error(
+                f"cluster: found a worker, {get_worker().address}, that computes by {found}, expected "
+                f"{expected}, as here: bits may differ; use one installation and one kind of processor"
+            )
 
     def _keep_on(self, stage: str, fraction: float) -> bool:
         self._told = (stage, fraction)
@@ -157,8 +170,7 @@ class Shard:
     def _say(self, frame: Frame, with_flights: bool) -> Answer:
         session = self._own_session()
         flights = ranges.first_flights(session) if with_flights else None
-        built_by = session._session().description()
-        self._answer = Answer(ranges.path_changes(session), frame, built_by, flights)
+        self._answer = Answer(ranges.path_changes(session), frame, flights)
         return self._answer
 
     def _bake(self, batches: Sequence[Batch]) -> Answer:
