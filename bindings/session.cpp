@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstring>
 #include <optional>
+#include <tuple>
 
 #include "base/error.h"
 #include "plan_values.h"
@@ -123,11 +124,15 @@ nb::tuple to_tuple(session::SparseRow&& row) {
                         make_array(std::move(row.value), {n}));
 }
 
-session::SparseRow to_row(uint64_t size, const Column<uint64_t>& at, const Column<int64_t>& value) {
+/// Length, places and values.
+using Row = std::tuple<uint64_t, Column<uint64_t>, Column<int64_t>>;
+
+session::SparseRow to_row(const Row& row) {
+  const auto& [size, at, value] = row;
   return {size, to_vector(at), to_vector(value)};
 }
 
-/// ranges, edits, since; then length, places and values of the rows of discs and cells.
+/// ranges, edits, since; then length, places and values of the rows of discs, cells and openness.
 nb::tuple path_changes(Session& session) {
   session::PathChanges changes;
   {
@@ -138,7 +143,8 @@ nb::tuple path_changes(Session& session) {
   for (const session::PathRange& range : changes.ranges)
     ranges.append(nb::make_tuple(range.first, range.last));
   return nb::make_tuple(nb::tuple(ranges), changes.edits, changes.since,
-                        to_tuple(std::move(changes.discs)), to_tuple(std::move(changes.cells)));
+                        to_tuple(std::move(changes.discs)), to_tuple(std::move(changes.cells)),
+                        to_tuple(std::move(changes.openness)));
 }
 
 /// Lights, the number of cells, places, and what lands there, (places, 3).
@@ -181,18 +187,16 @@ void bind_ranges(nb::class_<Session>& bound) {
       .def(
           "add_path_changes",
           [](Session& s, const std::vector<std::pair<uint64_t, uint64_t>>& ranges, uint64_t edits,
-             std::optional<uint64_t> since, uint64_t discs, const Column<uint64_t>& disc,
-             const Column<int64_t>& of_disc, uint64_t cells, const Column<uint64_t>& cell,
-             const Column<int64_t>& of_cell) {
+             std::optional<uint64_t> since, const Row& discs, const Row& cells,
+             const Row& openness) {
             session::PathChanges changes{
-                {}, edits, since, to_row(discs, disc, of_disc), to_row(cells, cell, of_cell)};
+                {}, edits, since, to_row(discs), to_row(cells), to_row(openness)};
             for (const auto& [first, last] : ranges) changes.ranges.push_back({first, last});
             nb::gil_scoped_release release;
             s.add_path_changes(changes);
           },
           nb::arg("ranges"), nb::arg("edits"), nb::arg("since").none(), nb::arg("discs"),
-          nb::arg("disc"), nb::arg("of_disc"), nb::arg("cells"), nb::arg("cell"),
-          nb::arg("of_cell"))
+          nb::arg("cells"), nb::arg("openness"))
       .def(
           "gradient_sums",
           [](Session& s, nb::object callback) {

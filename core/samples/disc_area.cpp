@@ -26,7 +26,7 @@ constexpr float kGuard = 1.25f;
 bool are_sound(const DiscSet& discs) {
   const size_t n = discs.size();
   bool sound = discs.normal.size() == n && discs.radius.size() == n && discs.outline.size() == n &&
-               discs.id.size() == n && discs.openness.size() == n && discs.slack.size() == n;
+               discs.id.size() == n && discs.slack.size() == n;
   for (size_t i = 0; sound && i < n; ++i) {
     const Vec3f c = discs.centre[i], normal = discs.normal[i];
     sound = std::isfinite(c.x + c.y + c.z + discs.radius[i]) && discs.radius[i] >= 0 &&
@@ -178,7 +178,6 @@ DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea
   discs.normal.resize(n);
   discs.radius.resize(n);
   discs.outline.assign(n, kWholeDisc);
-  discs.openness.assign(n, 1.0f);
   discs.slack.resize(n);
   discs.id = std::move(ids);
   progress.begin("discs", n);

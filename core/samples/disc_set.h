@@ -22,14 +22,12 @@ struct DiscSet {
   std::vector<float> radius;
   std::vector<uint32_t> outline;  ///< index into `outlines`, or kWholeDisc
   std::vector<uint32_t> id;
-  /// Openness at the centre relative to the disc's mean; 1 until it is computed (openness.h).
-  std::vector<float> openness;
   std::vector<float> slack;  ///< Scene::slack_of() of the surface under the sample
   std::vector<Outline> outlines;
   size_t size() const { return centre.size(); }
   size_t bytes() const {
     return size() * (2 * sizeof(Vec3f) + sizeof(float) + 2 * sizeof(uint32_t)) +
-           (openness.size() + slack.size()) * sizeof(float) + outlines.size() * sizeof(Outline);
+           slack.size() * sizeof(float) + outlines.size() * sizeof(Outline);
   }
 };
 

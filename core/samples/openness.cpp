@@ -91,20 +91,25 @@ float relative_openness(const scene::Scene& scene, const trace::RayCaster& caste
   return there > 0 ? here / there : 1.0f;
 }
 
-void find_openness(DiscSet& discs, const scene::Scene& scene, const trace::RayCaster& caster,
-                   const Workers& workers, Progress& progress) {
-  progress.begin("openness", discs.size());
+void find_openness(const DiscSet& discs, size_t first, size_t last, const scene::Scene& scene,
+                   const trace::RayCaster& caster, const Workers& workers, Progress& progress,
+                   std::span<float> openness) {
+  std::vector<uint32_t> wanted;
+  for (uint32_t i = 0; i < discs.size(); ++i)
+    if (first <= discs.id[i] && discs.id[i] < last) wanted.push_back(i);
+  progress.begin("openness", wanted.size());
   constexpr size_t kBlock = 64;  // takes a few milliseconds between two checks for cancellation
-  workers.for_blocks(discs.size(), kBlock, [&](size_t begin, size_t end) {
+  workers.for_blocks(wanted.size(), kBlock, [&](size_t begin, size_t end) {
     progress.check();
-    for (size_t i = begin; i < end; ++i) {
+    for (size_t k = begin; k < end; ++k) {
+      const uint32_t i = wanted[k];
       const float radius = discs.radius[i];
       Outline outline;
       if (discs.outline[i] == kWholeDisc)
         outline.fill(radius);
       else
         outline = discs.outlines[discs.outline[i]];
-      discs.openness[i] =
+      openness[discs.id[i]] =
           relative_openness(scene, caster, discs.centre[i], discs.normal[i], radius, outline);
     }
     progress.advance(end - begin);

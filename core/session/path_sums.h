@@ -37,6 +37,9 @@ struct PathChanges {
   std::optional<uint64_t> since;  ///< of the earlier state; nullopt: there was none, all sums are 0
   SparseRow discs;                ///< places in State::sums
   SparseRow cells;                ///< places in gather::CellSums
+  /// Where `since` has no value and openness counts: the bits of what this part computed of
+  /// State::openness; of no length otherwise.
+  SparseRow openness;
 };
 
 /// What gradients are made of, samples as given by the user: sums of the paths on discs, three per

@@ -293,7 +293,7 @@ void Session::refresh_areas(const std::vector<ObjectChange>* changes) {
         const float counted = reached && !whole ? samples::uncovered_area(discs, i, pose, foreign)
                                                 : samples::outline_area(discs, i);
         const float circle = std::numbers::pi_v<float> * discs.radius[i] * discs.radius[i];
-        const float openness = discs.openness[i];
+        const float openness = s.openness[discs.id[i]];
         area[discs.id[i]] =
             counted > 0 && openness > 0 ? std::max(counted, kMinShare * circle) / openness : 0.0f;
       }

@@ -55,16 +55,18 @@ Parts Session::place_parts(Progress& progress, std::span<const float> openness) 
   for (float r : s.samples.radius) s.largest_radius = std::max(s.largest_radius, r);
   std::map<uint32_t, std::vector<uint32_t>> by_object;
   for (uint32_t i = 0; i < s.samples.size(); ++i) by_object[s.samples.attached[i]].push_back(i);
+  s.openness.assign(openness.begin(), openness.end());
+  s.openness.resize(s.samples.size(), 1.0f);
+  s.openness_complete = !openness.empty();
+  const auto [from, end] = s.own_samples();
   // `scene`: the geometry that openness is computed in, which is that of `ground` alone.
   const auto pilot = [&](std::vector<uint32_t> ids, const scene::Scene& scene,
                          const samples::Ground& ground) {
     samples::DiscSet discs = samples::make_discs(s.samples, std::move(ids), s.options.disc_area,
                                                  ground, s.workers, progress);
-    if (!openness.empty())
-      for (size_t i = 0; i < discs.size(); ++i) discs.openness[i] = openness[discs.id[i]];
-    else if (s.options.disc_area == samples::DiscArea::reachable && !s.options.gather_rays &&
-             s.evaluates())
-      samples::find_openness(discs, scene, ground.caster, s.workers, progress);
+    if (openness.empty() && s.counts_openness())
+      samples::find_openness(discs, from, end, scene, ground.caster, s.workers, progress,
+                             s.openness);
     return plan::Pilot(std::move(discs), s.options.segment_end, s.workers);
   };
   Parts parts{pilot(by_object[scene::kNone], s.scene, {s.scene, *s.caster, 0, s.scene.world()}),

@@ -2,11 +2,13 @@
 // Sessions that share the paths of one bake: sums of ranges, and a session without paths that
 // evaluates the sums of all ranges.
 #include <algorithm>
+#include <bit>
 #include <functional>
 #include <utility>
 
 #include "base/error.h"
 #include "gather/beam.h"
+#include "samples/openness.h"
 #include "session/session.h"
 
 namespace deltalux::session {
@@ -36,6 +38,30 @@ void check_row(const char* name, const SparseRow& row, uint64_t size) {
       std::any_of(row.at.begin(), row.at.end(), [&](uint64_t at) { return at >= size; }))
     throw OptionError(std::string(name) +
                       ": found places beyond the end, or another number of values" + kSame);
+}
+
+float to_float(int64_t bits) { return std::bit_cast<float>(uint32_t(bits)); }
+
+/// The bits of what this session computed of State::openness.
+SparseRow own_openness(const State& s) {
+  SparseRow out{s.samples.size(), {}, {}};
+  const auto [from, end] = s.own_samples();
+  for (size_t i = from; i < end; ++i) {
+    out.at.push_back(i);
+    out.value.push_back(std::bit_cast<uint32_t>(s.openness[i]));
+  }
+  return out;
+}
+
+/// Throws OptionError unless `row` has the openness of some of so many samples.
+void check_openness(const SparseRow& row, uint64_t samples) {
+  check_row("openness", row, samples);
+  const auto sound = [](int64_t bits) {
+    return bits >= 0 && bits <= UINT32_MAX && to_float(bits) >= 0 &&
+           to_float(bits) <= samples::kMaxOpenness;
+  };
+  if (!std::all_of(row.value.begin(), row.value.end(), sound))
+    throw OptionError(std::string("openness: found numbers that are none") + kSame);
 }
 
 /// Throws OptionError unless these are first flights of `lights` to so many cells.
@@ -145,6 +171,7 @@ PathChanges Session::path_changes() {
     if (first) std::fill(sums.touched.begin(), sums.touched.end(), uint8_t(1));
     out.cells = take_cells(sums, told->cells);
   }
+  if (first && s.counts_openness()) out.openness = own_openness(s);
   told_ = std::move(told);
   return out;
 }
@@ -158,6 +185,8 @@ void Session::add_path_changes(const PathChanges& more) {
         "of path_range=(0, 0)");
   check_row("discs", more.discs, s.sums.size());
   check_row("cells", more.cells, s.gather ? s.gather->sums.quanta.size() : 0);
+  const bool tells_openness = !more.since && s.counts_openness();
+  check_openness(more.openness, tells_openness ? s.samples.size() : 0);
   const bool rest = more.since == more.edits && more.ranges.empty();
   if (more.edits != s.edits || !(rest || more.since == s.added_since))
     throw OptionError("add_path_changes: found changes " + states(more.since, more.edits) +
@@ -167,6 +196,14 @@ void Session::add_path_changes(const PathChanges& more) {
   for (const PathRange& range : more.ranges) add_range(range, s.options.paths, added);
   for (size_t i = 0; i < more.discs.at.size(); ++i) s.sums[more.discs.at[i]] += more.discs.value[i];
   s.added = std::move(added);
+  if (tells_openness) {
+    for (size_t i = 0; i < more.openness.at.size(); ++i)
+      s.openness[more.openness.at[i]] = to_float(more.openness.value[i]);
+    if (has_all_sums()) {
+      s.openness_complete = true;
+      refresh_areas(nullptr);
+    }
+  }
   if (!s.gather) return;
   gather::CellSums& sums = s.gather->sums;
   const size_t each = sums.at(1, 0, 0);

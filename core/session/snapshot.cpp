@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "samples/openness.h"
 #include "session/pilot_paths.h"
 #include "session/session.h"
 #include "session/session_parts.h"
@@ -107,13 +108,7 @@ void Session::save_scene(ArchiveView& archive) const {
 
 void Session::save_bake(ArchiveView& archive) const {
   const State& s = *state_;
-  std::vector<float> openness(s.samples.size());
-  const auto note = [&](const samples::DiscSet& discs) {
-    for (size_t i = 0; i < discs.size(); ++i) openness[discs.id[i]] = discs.openness[i];
-  };
-  note(s.static_index->discs());
-  for (const MovingPart& part : s.moving) note(part.index->discs());
-  archive.keep("openness", openness);
+  if (s.knows_openness()) archive.append("openness", s.openness);
   std::vector<uint64_t> light_paths, level_sizes;
   for (const trace::Light& light : s.lights) light_paths.push_back(light.path_count);
   archive.keep("light_paths", light_paths);
@@ -172,8 +167,10 @@ void Session::restore(ArchiveSource& archive, Progress& progress) {
   const bool traced = brings_paths(s, archive);
   if (traced) archive.expect<int64_t>("sums", sums);
   archive.expect<float>("area", s.samples.size());
-  const auto openness = archive.read_all<float>("openness", s.samples.size());
-  snapshot::check_range("openness", openness, 0, 1e6);
+  std::vector<float> openness;  // empty: this part of a bake that has only begun computes its own
+  if (s.holds_all() || archive.bytes("openness"))
+    openness = archive.read_all<float>("openness", s.samples.size());
+  snapshot::check_range("openness", openness, 0, samples::kMaxOpenness);
   s.area = archive.read_all<float>("area", s.samples.size());
   snapshot::check_areas(s.area, s.samples.radius, openness);
 

@@ -67,8 +67,8 @@ void check_areas(std::span<const float> area, std::span<const float> radius,
   constexpr double kMinShare = 1e-4, kMaxShare = 2;
   for (size_t i = 0; i < area.size(); ++i) {
     if (area[i] == 0) continue;
-    const double counted =
-        std::numbers::pi * double(radius[i]) * double(radius[i]) / double(openness[i]);
+    const double counted = std::numbers::pi * double(radius[i]) * double(radius[i]) /
+                           (openness.empty() ? 1.0 : double(openness[i]));
     const double least = kMinShare * counted, most = kMaxShare * counted;
     // The area may have overflowed single precision.
     const bool fits = double(area[i]) <= most || most > double(std::numeric_limits<float>::max());

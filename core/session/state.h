@@ -115,6 +115,9 @@ struct State {
   std::vector<MovingPart> moving;
   std::vector<plan::PartPlan> plans;  // for the static part, then for each moving part
   std::vector<float> area;            // by sample: the area that its disc counts at present
+  // By sample, see samples/openness.h; 1 where it does not count, or is not known yet.
+  std::vector<float> openness;
+  bool openness_complete = false;  // in a session without paths: whether all parts told theirs
 
   HeldPaths held;
   segments::SegmentStore store;
@@ -147,6 +150,18 @@ struct State {
   /// Whether there are direct light by shadow rays, gather rays and results. A session with a range
   /// of the paths has only what paths bring, since the rest would be the same in every range.
   bool evaluates() const { return holds_all() || holds_none(); }
+  bool counts_openness() const {
+    return options.disc_area == samples::DiscArea::reachable && !options.gather_rays;
+  }
+  /// Whether `openness` has what this session computes, or is told.
+  bool knows_openness() const { return openness_complete || !counts_openness() || !holds_none(); }
+  /// The first sample whose openness this session computes, and the one after the last. Sessions
+  /// that share the paths share the samples for that alike.
+  std::pair<size_t, size_t> own_samples() const {
+    if (holds_all()) return {0, samples.size()};
+    const auto share = [&](uint64_t path) { return size_t(samples.size() * path / options.paths); };
+    return {share(options.range->first), share(options.range->last)};
+  }
   /// The paths of a range, of the present lights.
   HeldPaths held_of(const PathRange& range) const {
     HeldPaths paths(range, options.paths, kBatches);

@@ -92,9 +92,14 @@ class Ranges {
           of_range(options, options.paths * k / count, options.paths * (k + 1) / count)));
   }
 
-  void bake() {
+  /// Bakes all sessions, but adds nothing up.
+  void begin() {
     for (const auto& part : parts_) part->bake(progress_);
     whole_->bake(progress_);
+  }
+
+  void bake() {
+    begin();
     add_all();
     whole_->look(all_flights(), progress_);
     for (const auto& part : parts_) part->ask_for(whole_->asked_lights());
@@ -127,7 +132,6 @@ class Ranges {
     part->restore(archive, progress_);
     EXPECT_EQ(part->pending_share(), 1);
     part->recompute(progress_);
-    part->path_changes();  // were added by the one that is lost
   }
 
   /// Expects the results of `one`, which has all paths.
@@ -428,9 +432,55 @@ TEST(Ranges, AreTracedAgainFromTheChoicesOfABake) {
   expect_unchanged_by([](Ranges& ranges) {
     const PathSums before = ranges.part(1).path_sums();
     ranges.lose(1);
+    ranges.part(1).path_changes();  // were added by the one that is lost
     EXPECT_EQ(ranges.part(1).path_sums().discs, before.discs);
     EXPECT_EQ(ranges.part(1).path_sums().cells, before.cells);
   });
+}
+
+TEST(Ranges, ComputeTheOpennessOfTheirShareOfTheSamples) {
+  Progress progress;
+  const Options chosen = options(1, DirectMode::paths, segments::SegmentEnd::first);
+  Session one(room_with_spot(), some_samples(), chosen);
+  one.bake(progress);
+  const std::vector<float>& expected = one.state().openness;
+  const auto near = std::find_if(expected.begin(), expected.end(), [](float o) { return o != 1; });
+  ASSERT_NE(near, expected.end());
+  Ranges ranges(room_with_spot(), chosen, 3);
+  ranges.begin();
+  EXPECT_EQ(ranges.whole().state().openness, std::vector<float>(expected.size(), 1.0f));
+  // One that is lost before it told anything is made of choices that lack openness.
+  const auto place = size_t(near - expected.begin());
+  for (size_t k = 0; k < 3; ++k)
+    if (place < ranges.part(k).state().own_samples().second) {
+      ranges.lose(k);
+      break;
+    }
+  std::vector<PathChanges> told;
+  size_t next = 0;
+  for (size_t k = 0; k < 3; ++k) {
+    told.push_back(ranges.part(k).path_changes());
+    for (const uint64_t at : told[k].openness.at) EXPECT_EQ(at, next++);
+  }
+  EXPECT_EQ(next, expected.size());
+  PathChanges wrong = told[0];
+  const auto refused = [&](const char* said) {
+    const std::string found = refusal([&] { ranges.whole().add_path_changes(wrong); });
+    EXPECT_NE(found.find(said), std::string::npos) << found;
+  };
+  wrong.openness.value[0] = 0x7fc00000;  // NaN
+  refused("openness: found numbers that are none");
+  wrong.openness = {};
+  refused("openness: found changes of 0 numbers");
+  for (const PathChanges& each : told) ranges.whole().add_path_changes(each);
+  EXPECT_EQ(ranges.whole().state().openness, expected);
+  EXPECT_EQ(ranges.whole().state().area, one.state().area);
+  ranges.expect_those_of(one);
+  EXPECT_EQ(ranges.part(0).path_changes().openness.size, 0u);
+  ranges.recompute();
+  ranges.expect_those_of(one);
+  ranges.reopen();
+  ranges.expect_those_of(one);
 }
 
 TEST(Ranges, ACancelledLookLeavesEverythingAsItWas) {

@@ -165,7 +165,7 @@ class StateWorld {
     discs.radius.push_back(s.samples.radius[id]);
     discs.outline.push_back(samples::kWholeDisc);
     discs.id.push_back(id);
-    discs.openness.push_back(1), discs.slack.push_back(0);
+    discs.slack.push_back(0);
   }
 
   void make_discs(const Variant& variant) {

@@ -260,7 +260,7 @@ def test_sums_are_added_completely_and_once():
         with pytest.raises(OptionError, match="sums: found a row of 5 numbers beside one of"):
             first.discs + ranges.SparseRow(5, first.discs.at, first.discs.values)
         with pytest.raises(OptionError, match="from edit 2 to edit 3 beside those from None to 0"):
-            first + ranges.PathChanges((), 3, 2, first.discs, first.cells)
+            first + ranges.PathChanges((), 3, 2, first.discs, first.cells, first.openness)
 
 
 def test_no_half_update_is_read():

@@ -178,11 +178,7 @@ class SharedCore:
         return self._seed
 
     def _add(self, changes: ranges.PathChanges) -> None:
-        discs, cells = changes.discs, changes.cells
-        self._core.add_path_changes(
-            changes.ranges, changes.edits, changes.since,
-            discs.size, discs.at, discs.values, cells.size, cells.at, cells.values,
-        )  # fmt: skip
+        ranges.add_to(self._core, changes)
 
     def _add_all(self, answers: Sequence[Answer]) -> None:
         """Add what all shards told; if that is interrupted, everything is computed again by the next call."""

@@ -128,8 +128,8 @@ def baking(counts: Counts, calibrated: bool = True) -> list[Step]:
         Step("disc radii", 9 * _ray(c) * c.samples, "rays"),
         Step("discs", 0.02 + 6e-7 * c.depth * c.samples, "once"),
     ]
-    if not c.rays:
-        steps.append(Step("openness", 2e-6 * c.depth * c.samples, "rays"))
+    if not c.rays and not c.workers:
+        steps.append(Step("openness", _openness(c), "rays"))
     steps += [
         Step("pilot", 0.05, "once"),
         Step("find windows", 0.4 * c.suns, "once"),
@@ -160,8 +160,13 @@ def _shared(c: Counts) -> list[Step]:
     if not c.workers:
         return []
     own = 1.0 + 2e-6 * c.triangles + 6e-7 * c.depth * c.samples
+    shared = _path(c) * c.paths + (0.0 if c.rays else _openness(c))
     faster = max(1, c.workers, c.threads) ** THREADS
-    return [Step("trace shards", own + _path(c) * c.paths / faster, "paths")]
+    return [Step("trace shards", own + shared / faster, "paths")]
+
+
+def _openness(c: Counts) -> float:
+    return 2e-6 * c.depth * c.samples
 
 
 def _calibrating(calibrated: bool) -> Step:

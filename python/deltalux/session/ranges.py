@@ -146,6 +146,7 @@ class PathChanges:
     edits : number of edits since the bake, of the later state
     since : the same of the earlier state; None: there was none, and these are the sums themselves
     discs, cells : SparseRow, of the numbers of `PathSums`, whose places are the core's
+    openness : SparseRow, bits of the openness of those samples for which the part computed it, where it counts
     """
 
     ranges: tuple[tuple[int, int], ...]
@@ -153,6 +154,7 @@ class PathChanges:
     since: int | None
     discs: SparseRow
     cells: SparseRow
+    openness: SparseRow
 
     def __add__(self, other: PathChanges) -> PathChanges:
         if (self.since, self.edits) != (other.since, other.edits):
@@ -166,6 +168,7 @@ class PathChanges:
             self.since,
             self.discs + other.discs,
             self.cells + other.cells,
+            self.openness + other.openness,
         )
 
 
@@ -278,8 +281,8 @@ def path_changes(part: Session) -> PathChanges:
         For a session that does not hold a part of the paths.
     """
     with part._calls.one(long=True):
-        ranges, edits, since, discs, cells = part._baked_session().path_changes()
-        return PathChanges(ranges, edits, since, SparseRow(*discs), SparseRow(*cells))
+        ranges, edits, since, *rows = part._baked_session().path_changes()
+        return PathChanges(ranges, edits, since, *(SparseRow(*row) for row in rows))
 
 
 def add_path_changes(whole: Session, changes: PathChanges) -> None:
@@ -291,13 +294,16 @@ def add_path_changes(whole: Session, changes: PathChanges) -> None:
         For a session that holds paths; for changes of another scene, samples, options or edits, and for paths
         that were added already.
     """
-    discs, cells = changes.discs, changes.cells
     with whole._calls.one(long=True):
         whole._forget_results()
-        whole._baked_session().add_path_changes(
-            changes.ranges, changes.edits, changes.since,
-            discs.size, discs.at, discs.values, cells.size, cells.at, cells.values,
-        )  # fmt: skip
+        add_to(whole._baked_session(), changes)
+
+
+def add_to(core: Any, changes: PathChanges) -> None:
+    """Add them to the core's session without paths."""
+    rows = (changes.discs, changes.cells, changes.openness)
+    numbers = ((row.size, row.at, row.values) for row in rows)
+    core.add_path_changes(changes.ranges, changes.edits, changes.since, *numbers)
 
 
 def look(whole: Session, first: FirstFlights) -> None:
