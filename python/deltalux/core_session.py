@@ -22,6 +22,11 @@ LIGHT_PARTS = ("all", "direct", "indirect")
 AT_REST = 0xFFFFFFFF  # object number of samples that belong to no movable
 
 
+def description() -> str:
+    """What the bits of results depend on: Embree, instruction set, build, and how the machine reckons."""
+    return _core.description()
+
+
 def check_asked(part: str, rays: int | None, gather: str | int) -> None:
     """Check the options of `Session.at`.
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`--workers` and `--cluster`: the same result, refusals, and Ctrl-C without orphans."""
+"""`--workers` and `--cluster`: the same result, refusals, Ctrl-C without orphans, studies."""
 
 from __future__ import annotations
 
@@ -12,8 +12,14 @@ import time
 from pathlib import Path
 
 import pytest
-from deltalux.cli import places, run
+from deltalux.cli import places, run, study
+from deltalux.cli.study_folder import RECORD
+from deltalux.errors import Cancelled, Error
+from deltalux.studies import on_workers
+from deltalux.studies.experiments import experiment
+from deltalux.studies.runner import settings_of
 
+FAST = "cache-misses"  # an experiment that takes less than a second
 BAKE = ("bake", "cornell_box", "--spacing", "0.5", "--json")
 
 
@@ -90,3 +96,39 @@ def test_interrupted_it_leaves_no_process(tmp_path):
     while processes_of(bake.pid) and time.monotonic() < end:
         time.sleep(0.1)
     assert processes_of(bake.pid) == {}
+
+
+def test_experiments_are_tasks_of_workers(client, capsys, tmp_path, monkeypatch):
+    few = (experiment(FAST), experiment("radius-ratio"))
+    monkeypatch.setattr(study, "EXPERIMENTS", few)
+    quick = ("study", "all", "--quick", "--json")
+    folder = tmp_path / "shared"
+    code, _, told = ran(capsys, "study", FAST, "--quick", "-q", "-o", tmp_path / "alone")
+    assert code == 0, told
+    code, shared, told = ran(capsys, *quick, "--cluster", client.scheduler.address, "-o", folder)
+    assert code == 0, told
+    data = json.loads(shared)
+    assert [each["name"] for each in data["experiments"]] == [each.name for each in few]
+    assert all(each["verdicts"] for each in data["experiments"])
+    found = [
+        json.loads((place / FAST / RECORD).read_text())["findings"] for place in (folder, tmp_path / "alone")
+    ]
+    assert found[0] == found[1]
+    code, again, told = ran(capsys, *quick, "-o", folder)
+    assert code == 0, told
+    assert json.loads(again)["skipped"] == [each.name for each in few]
+
+
+def test_a_study_on_workers_stops_soon_and_refuses_others(client, monkeypatch):
+    slow = experiment("curve-orders")
+    jobs = [(slow, settings_of(slow))]
+    begin = time.monotonic()
+    with pytest.raises(Cancelled, match="cancelled by the progress callback"):
+        list(on_workers.run_on_workers(client, jobs, lambda _, fraction: fraction == 0))
+    while any(client.processing().values()):
+        assert time.monotonic() - begin < 60
+        time.sleep(0.1)
+    fast = experiment(FAST)
+    monkeypatch.setattr(on_workers, "run_key", lambda *_: "of another version")
+    with pytest.raises(Error, match=r"another version of deltalux .* \(for cache-misses\)"):
+        list(on_workers.run_on_workers(client, [(fast, settings_of(fast, quick=True))]))

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -14,6 +14,7 @@ from rich.table import Table
 from deltalux.segments import Progress
 from deltalux.studies.experiment import Experiment
 from deltalux.studies.experiments import EXPERIMENTS, experiment
+from deltalux.studies.on_workers import run_on_workers
 from deltalux.studies.record import Record
 from deltalux.studies.report.drawing import check_drawing
 from deltalux.studies.report.study_page import Run, study_page
@@ -22,6 +23,7 @@ from deltalux.studies.runner import run_key, settings_of
 
 from .console import Terminal
 from .options import JsonOption, QuietOption, ThreadsOption
+from .places import ClusterOption, Place, WorkersOption, place_of
 from .study_folder import StudyFolder
 from .targets import check_writable
 
@@ -70,6 +72,8 @@ def run(
     quick: QuickOption = False,
     seed: SeedsOption = None,
     threads: ThreadsOption = None,
+    workers: WorkersOption = None,
+    cluster: ClusterOption = None,
     again: AgainOption = False,
     list_only: ListOption = False,
     as_json: JsonOption = False,
@@ -87,6 +91,11 @@ def run(
     deltalux study all --quick -o study
 
     deltalux study curve-orders -o study
+
+    deltalux study all --workers 4 -o study
+
+    With --workers or --cluster each experiment is a task for one worker. Counts are the same; times are less
+    steady where workers share a machine.
     """
     terminal = Terminal(as_json, quiet)
     if list_only:
@@ -102,8 +111,9 @@ def run(
     output.mkdir(parents=True, exist_ok=True)
     page = PAGE if name == ALL else f"{name}.html"
     check_writable(output / page)
-    with terminal.progress() as progress:
-        runs, skipped = _run(list(zip(chosen, settings, strict=True)), output, again, progress)
+    jobs = list(zip(chosen, settings, strict=True))
+    with place_of(workers, cluster, threads, terminal) as place, terminal.progress() as progress:
+        runs, skipped = _run(jobs, output, again, progress, place)
     command = shlex.join(["deltalux", *context.obj])
     StudyFolder(output).write_text(page, study_page(runs, command, QUICK_NOTE if quick else ""))
     data = {
@@ -115,22 +125,39 @@ def run(
 
 
 def _run(
-    wanted: Sequence[tuple[Experiment, dict[str, Any]]], output: Path, again: bool, progress: Progress
+    wanted: Sequence[tuple[Experiment, dict[str, Any]]],
+    output: Path,
+    again: bool,
+    progress: Progress,
+    place: Place,
 ) -> tuple[list[Run], list[str]]:
     """Run unfinished experiments and save each result at once. Returns runs and the names of skipped ones."""
+    folders = [StudyFolder(output / each.name) for each, _ in wanted]
+    records = [
+        None if again else folder.finished(run_key(*job)) for folder, job in zip(folders, wanted, strict=True)
+    ]
+    open_jobs = [number for number, record in enumerate(records) if record is None]
+    skipped = [each.name for (each, _), record in zip(wanted, records, strict=True) if record]
+    for number, record in _new_records([wanted[number] for number in open_jobs], progress, place):
+        folders[open_jobs[number]].keep(record)
+        records[open_jobs[number]] = record
     runs: list[Run] = []
-    skipped: list[str] = []
-    for each, settings in wanted:
-        folder = StudyFolder(output / each.name)
-        record = None if again else folder.finished(run_key(each, settings))
-        if record is None:
-            record = run_experiment(each, settings, progress)
-            folder.keep(record)
-        else:
-            skipped.append(each.name)
-        folder.draw(record)
-        runs.append((each, record, folder.drawings(record)))
+    for (each, _), folder, found in zip(wanted, folders, records, strict=True):
+        assert found is not None
+        folder.draw(found)
+        runs.append((each, found, folder.drawings(found)))
     return runs, skipped
+
+
+def _new_records(
+    jobs: Sequence[tuple[Experiment, dict[str, Any]]], progress: Progress, place: Place
+) -> Iterator[tuple[int, Record]]:
+    """Number and record of each job, as it ends."""
+    if place.client is not None:
+        yield from run_on_workers(place.client, jobs, progress)
+        return
+    for number, (each, settings) in enumerate(jobs):
+        yield number, run_experiment(each, settings, progress)
 
 
 def _about(each: Experiment) -> dict[str, Any]:

@@ -7,7 +7,7 @@ import copy
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from deltalux import _core, core_session
+from deltalux import core_session
 from deltalux.errors import OptionError
 from deltalux.samples import Samples
 from deltalux.scene import Scene
@@ -93,7 +93,7 @@ class ClusterSession(Session):
         core = core_session.make_core_session(self.scene, self._flat, self.samples, own)
         bare = copy.copy(self.samples)
         bare.display = None  # which shards do not need
-        blueprint = Blueprint(self.scene, bare, self._options, _core.description())
+        blueprint = Blueprint(self.scene, bare, self._options, core_session.description())
         shards = Shards(self._client, blueprint, min(self._count, own["paths"]), self._patience)
         return SharedCore(core, shards, self.scene)
 

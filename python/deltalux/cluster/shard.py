@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from deltalux import _core
+from deltalux.core_session import description
 from deltalux.errors import Cancelled, Error
 from deltalux.results import Frame
 from deltalux.samples import Samples
@@ -134,7 +134,7 @@ class Shard:
         """Raise Error if this worker's bits may differ from those of the session."""
         from distributed import get_worker
 
-        found, expected = _core.description(), self._blueprint.built_by
+        found, expected = description(), self._blueprint.built_by
         if found != expected:
             raise Error(
                 f"cluster: found a worker, {get_worker().address}, that computes by {found}, expected "

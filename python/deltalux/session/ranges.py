@@ -146,7 +146,7 @@ class PathChanges:
     edits : number of edits since the bake, of the later state
     since : the same of the earlier state; None: there was none, and these are the sums themselves
     discs, cells : SparseRow, of the numbers of `PathSums`, whose places are the core's
-    openness : SparseRow, bits of the openness of those samples for which the part computed it, where it counts
+    openness : SparseRow, bits of the openness of the samples for which the part computed it, where it counts
     """
 
     ranges: tuple[tuple[int, int], ...]

@@ -206,9 +206,9 @@ class Session(SessionPlaces):
         except BaseException:
             # the callback failed, or Ctrl-C was pressed, after the bake had finished
             if session.baked and not had_light:
-                self._built_by = _core.description()
+                self._built_by = core_session.description()
             raise
-        self.foreign_build, self._built_by = None, _core.description()
+        self.foreign_build, self._built_by = None, core_session.description()
         return frame
 
     @long_call
@@ -473,7 +473,7 @@ class Session(SessionPlaces):
         self._reflectances = dict(zip(names, map(tuple, stored.reflectances.tolist()), strict=True))
         self._box = core.world() + self._flat.origin
         self.made_by, self._built_by = stored.made_by, stored.built_by
-        present_build = _core.description()
+        present_build = core_session.description()
         if self._built_by not in (None, present_build):
             self.foreign_build = f"{self._built_by}; this is {present_build}"
 
