@@ -61,3 +61,11 @@ def test_screenshot_is_the_picture_with_its_legend(viewer, tmp_path):
     assert shot.shape == seen.shape
     assert (np.abs(shot - seen).max(axis=2)[:, :500] <= 1).all()
     assert (np.abs(shot - seen).max(axis=2)[:300, -90:] > 30).any()
+
+
+def test_a_suffix_that_is_typed_chooses_the_kind(viewer):
+    viewer.page.get_by_label("File name").fill("Table.CSV")
+    assert viewer.page.get_by_label("Kind of file").input_value() == ".csv"
+    viewer.page.get_by_label("File name").fill("table.csv")
+    viewer.button("Export").click()
+    viewer.page.get_by_role("link", name="table.csv", exact=True).wait_for()

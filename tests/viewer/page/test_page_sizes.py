@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import pytest
 
+SHOWN = 8  # seconds that each note is shown at least
+
 # Every control that is in the window: inside it, not cut, and what a click at its middle reaches.
 UNREACHABLE = """
 () => {
@@ -130,3 +132,16 @@ def test_notes_wait_for_their_turn_and_can_be_closed(viewer):
     assert more.inner_text() == "1 more, close all"
     more.click()
     assert notes.count() == 0 and more.is_hidden()
+
+
+def test_errors_stay_until_others_need_the_room(viewer):
+    """A note of another kind goes by itself."""
+    refuse(viewer, 3)
+    notes = viewer.page.locator(".note")
+    viewer.page.wait_for_timeout(1000 * SHOWN + 500)
+    assert [f"'/{i}.glb'" in notes.nth(i).inner_text() for i in range(3)] == [True] * 3
+    refuse(viewer, 5)  # the first three are said again, and are not old then
+    viewer.until("document.querySelector('.notes > button').textContent === '2 more, close all'")
+    viewer.until("document.querySelector('.notes > button').hidden", 20)
+    assert notes.count() == 3
+    assert [f"'/{i}.glb'" in notes.nth(i - 2).inner_text() for i in (2, 3, 4)] == [True] * 3

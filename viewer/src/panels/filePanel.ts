@@ -33,10 +33,12 @@ export function filePanel(
     { 'aria-label': 'Kind of file' },
     ...KINDS.map(([suffix, title]) => h('option', { value: suffix }, title)),
   )
+  const typed = () => KINDS.find(([suffix]) => name.value.trim().toLowerCase().endsWith(suffix))
+  name.addEventListener('input', () => (kind.value = typed()?.[0] ?? kind.value))
   const links = h('ul', { class: 'links', 'aria-label': 'Exported files' })
   const send = button(
     'Export',
-    () => void remote.edit({ type: 'export', file: name.value.trim() + kind.value }),
+    () => void remote.edit({ type: 'export', file: name.value.trim() + (typed() ? '' : kind.value) }),
     { class: 'primary' },
   )
   remote.exported.watch((done) => {

@@ -1,20 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 // Notices and refusals: a few at a time, each long enough to be read; the others wait for their turn.
+// Errors stay until they are closed, or others need the room.
 import { button, h } from '../dom'
 import type { Note, RemoteSession } from '../remoteSession'
 
 const AT_ONCE = 3
-const SECONDS = 8 // that each is shown, unless it is closed before
+const SECONDS = 8 // that each is shown at least, unless it is closed before
 
 export function notes(remote: RemoteSession): HTMLElement {
   const list = h('div', { class: 'list', 'aria-live': 'polite' })
   const more = button('', () => clear(), { title: 'Close them all', hidden: true })
   const shown = new Map<string, () => void>() // how each is taken away, by text
+  const read = new Set<string>() // texts of errors that were shown for their time
   const waiting = new Map<string, Note>()
 
   const refresh = () => {
     for (const [text, note] of waiting) {
-      if (shown.size >= AT_ONCE) break
+      if (shown.size >= AT_ONCE) {
+        const [oldest] = read
+        if (oldest === undefined) break
+        shown.get(oldest)?.()
+      }
       waiting.delete(text)
       show(note)
     }
@@ -23,11 +29,16 @@ export function notes(remote: RemoteSession): HTMLElement {
   }
   const show = ({ kind, text }: Note) => {
     const item = h('div', { class: `note ${kind}` }, h('span', {}, text))
-    const timer = window.setTimeout(() => close(), 1000 * SECONDS)
+    const timer = window.setTimeout(() => {
+      if (kind !== 'error') return close()
+      read.add(text)
+      refresh()
+    }, 1000 * SECONDS)
     const remove = () => {
       window.clearTimeout(timer)
       item.remove()
       shown.delete(text)
+      read.delete(text)
     }
     const close = () => {
       remove()
