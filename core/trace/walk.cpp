@@ -107,7 +107,8 @@ EnergyScale choose_scale(std::span<const Light> lights, uint32_t max_bounces) {
   if (paths * max_bounces > 0x1p32)
     throw OptionError("paths: found " + std::to_string(uint64_t(paths)) + ", expected at most " +
                       std::to_string(uint64_t(0x1p32) / max_bounces) +
-                      " so that no integer sum can overflow");
+                      " with max_bounces=" + std::to_string(max_bounces) +
+                      ", so that no integer sum can overflow; fewer bounces allow more paths");
   return {most / 0x1p30};  // leaves one bit for lights that are added later
 }
 

@@ -304,3 +304,11 @@ def test_a_recompute_asks_for_the_sums_again():
             shared.whole.read()
         shared.add()
         shared.equals(one)
+
+
+def test_more_paths_than_sums_can_hold_are_refused_with_the_remedy():
+    scene = room()
+    with pytest.raises(OptionError, match=r"at most 67108864 with max_bounces=64, .* fewer bounces allow"):
+        dl.Session(scene, samples_in(scene), paths=(1 << 26) + 1)
+    with dl.Session(scene, samples_in(scene), paths=(1 << 26) + 1, max_bounces=32) as session:
+        assert not session.baked
