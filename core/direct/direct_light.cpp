@@ -170,7 +170,7 @@ void DirectLight::compute(const Present& present, const Workers& workers, Progre
       for (size_t i = begin; i < end; ++i) {
         progress.check();
         const Receiver& receiver = present.receivers[i];
-        const FixedView view = look(present.caster, *shapes[light], receiver);
+        const FixedView view = fixed_view(present.caster, *shapes[light], receiver);
         column.weight[i] = weigh(present, *shapes[light], quantum_, i, view, blockers.of(receiver));
         column.view[i] = code_of(view.kind, own.size());
         if (view.kind == FixedView::Kind::partial)
@@ -288,8 +288,9 @@ void DirectLight::find_changes(const Present& present, const Outstanding& outsta
         const bool renewed = marks[i - begin] & kRenewed;
         if (!renewed && !(marks[i - begin] & kShadowed)) continue;
         progress.check();
-        const FixedView view = renewed ? look(present.caster, *shapes[light], present.receivers[i])
-                                       : view_of(columns_[light], i);
+        const FixedView view =
+            renewed ? fixed_view(present.caster, *shapes[light], present.receivers[i])
+                    : view_of(columns_[light], i);
         if (!renewed && view.kind != FixedView::Kind::open && view.kind != FixedView::Kind::partial)
           continue;
         if (!blockers) blockers.emplace(present.caster, present.lights[light], block);

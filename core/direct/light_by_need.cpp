@@ -56,9 +56,10 @@ void light_by_need(const Present& present, std::span<const double> dim, uint64_t
         std::optional<uint32_t> third;
         if (of_all < kLittle) third = uint32_t((key + k) % 3);
         const double share =
-            of_all > kMuch ? visible_share(present.caster, lamp.shape, receiver,
-                                           look(present.caster, lamp.shape, receiver), movables)
-                           : coarse_share(present.caster, lamp.shape, receiver, third, movables);
+            of_all > kMuch
+                ? visible_share(present.caster, lamp.shape, receiver,
+                                fixed_view(present.caster, lamp.shape, receiver), movables)
+                : coarse_share(present.caster, lamp.shape, receiver, third, movables);
         if (!(share > 0)) continue;
         const double factor = share * lamp.shape.open(receiver);
         sum = sum + lamp.radiance * factor;

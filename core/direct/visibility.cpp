@@ -29,7 +29,8 @@ RayBits pass(const trace::RayCaster& caster, const trace::RayFan& fan, RayBits f
 
 }  // namespace
 
-FixedView look(const trace::RayCaster& caster, const LightShape& light, const Receiver& receiver) {
+FixedView fixed_view(const trace::RayCaster& caster, const LightShape& light,
+                     const Receiver& receiver) {
   using Kind = FixedView::Kind;
   if (!(light.open(receiver) > 0)) return {};
   FixedView view;

@@ -29,8 +29,9 @@ struct FixedView {
   double share = 0;       ///< of `partial`: share of the light, by the fine rays
 };
 
-/// Computes the fixed view.
-FixedView look(const trace::RayCaster& caster, const LightShape& light, const Receiver& receiver);
+/// Computes the visibility of the light from the receiver.
+FixedView fixed_view(const trace::RayCaster& caster, const LightShape& light,
+                     const Receiver& receiver);
 
 /// The share of the light that reaches the receiver, in [0, 1]: exactly 1 if it is unoccluded,
 /// exactly 0 if no ray gets through. `movables`: the other present objects that may stand in

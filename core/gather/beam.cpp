@@ -20,7 +20,8 @@ constexpr float kWidest = 0.3f;
 // relative to the distance: hits that are closer together count as the same
 constexpr float kSame = 1e-4f;
 constexpr uint32_t kStride = 8;  // every eighth point along each side represents its neighbours
-constexpr float kFewest = kStride * kStride / float(Beam::kPoints);
+// share of the power that such a point represents
+constexpr float kShareOfPoint = kStride * kStride / float(Beam::kPoints);
 // share of the light that counts as if something stood in the beam's way
 constexpr float kPerhaps = 0.03f;
 constexpr float kFar = std::numeric_limits<float>::infinity();
@@ -194,8 +195,8 @@ Beam::Brought Beam::brought(Vec3f from, Vec3f n) const {
     const Vec3f d = few_[i].at - from;
     const float above = dot(n, d), front = -dot(few_[i].normal, d), squared = dot(d, d);
     if (!(above > 0) || !(front > 0)) continue;
-    const float irradiance =
-        std::min(radiosity_[i], guide_.power * kFewest * above * front / (kPi * squared * squared));
+    const float irradiance = std::min(
+        radiosity_[i], guide_.power * kShareOfPoint * above * front / (kPi * squared * squared));
     out.irradiance += irradiance, out.square += radiosity_[i] * irradiance;
   }
   out.irradiance = bounded(out.irradiance), out.square = bounded(out.square);
@@ -207,7 +208,7 @@ float Beam::beside(Vec3f place) const {
   float sum = 0;
   for (const Point& point : few_) {
     const Vec3f d = point.at - place;
-    sum += guide_.power * kFewest / (kPi * std::max(dot(d, d), extent_ * extent_));
+    sum += guide_.power * kShareOfPoint / (kPi * std::max(dot(d, d), extent_ * extent_));
   }
   return bounded(sum / guide_.around);
 }
@@ -217,7 +218,7 @@ bool Beam::sees(uint32_t k, const trace::RayCaster& caster, Vec3f from, Vec3f n,
   if (few_.empty()) return false;
   const Point& point = few_[size_t(random(k, 0) * float(few_.size()))];
   if (k % 2) {
-    // On the way there.
+    // Test a place on the light's way, where an object might be put.
     const Vec3f d = light_.position + (point.at - light_.position) * random(k, 1) - from;
     return dot(d, n) > 0 && !caster.occluded_static(from, d, 1);
   }

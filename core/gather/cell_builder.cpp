@@ -14,9 +14,9 @@ namespace {
 constexpr double kFlatAngle = 0x1p-10;  // of components: normals of one plane differ by less
 // offsets of planes are compared in units of this share of the edge
 constexpr double kFlatOffset = 0x1p-6;
-constexpr double kMinFlat = 0.5;         // of a square: what has less area is put together
+constexpr double kMinFlat = 0.5;         // of a square: smaller planes are merged with others
 constexpr double kMaxSquares = 1 << 14;  // of one plane; beyond, squares are larger
-constexpr double kMinPart = 1e-5;        // of a square: what is cut off
+constexpr double kMinPart = 1e-5;        // of a square: parts with less area are dropped
 constexpr size_t kMaxFrames = 32;        // tried for a plane
 // a later edge's frame must be smaller by this factor; otherwise the longest edge's is kept
 constexpr double kTighter = 0.999;

@@ -10,8 +10,8 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr double kPerSquare = 256;              // points on the area of a square
-constexpr double kFewest = 4, kMost = 1 << 20;  // points on a triangle
+constexpr double kPerSquare = 256;                      // points on the area of a square
+constexpr double kMinPoints = 4, kMaxPoints = 1 << 20;  // points on a triangle
 
 bool varies(const scene::Scene& scene, const BodyCells::Triangle& triangle) {
   return scene.materials[triangle.material].kind->reads() != surfaces::Reads::nothing;
@@ -36,7 +36,7 @@ void add_cell_shares(const scene::Scene& scene, uint32_t first_primitive,
     const double own = 0.5 * length(Vec3d(n));
     if (!(own > 0)) continue;
     const double wanted = kPerSquare * own / (double(edge) * double(edge));
-    const auto count = uint32_t(std::clamp(wanted, kFewest, kMost));
+    const auto count = uint32_t(std::clamp(wanted, kMinPoints, kMaxPoints));
     const double each = own / count;
     for (uint32_t i = 0; i < count; ++i) {
       float u = unit_float32(sobol::point(i, 0)), v = unit_float32(sobol::point(i, 1));

@@ -37,9 +37,11 @@ struct Present {
   }
 };
 
+/// Vertices at hits; a chain that reaches this number ends in nothing.
 inline constexpr uint32_t kMaxTouched = 16;
-/// By then, its end may have two; and one tells of surfaces whose reflectance varies.
-inline constexpr uint32_t kMaxVertices = kMaxTouched + 2;
+/// A chain that ends in a cell gets up to three more: for reflectances that vary, and for the
+/// direct light of a beam and of a sun at the end.
+inline constexpr uint32_t kMaxVertices = kMaxTouched - 1 + 3;
 inline constexpr uint32_t kDark = kNoCell;  // where a ray meets nothing
 
 /// A surface point of a chain, with the direct light there of one randomly chosen light, which
@@ -77,8 +79,8 @@ struct Passage {
 };
 
 /// A path that begins at a near hit, or one that ends at a far hit immediately. After its last
-/// vertex comes `end`, a cell or nothing. Cells hold no direct light of beams and suns that gather
-/// rays ask for, so the end may have a vertex of its own for each of these two.
+/// vertex comes `end`, a cell or nothing. Cells hold no direct light of those beams and suns for
+/// which gather rays cast shadow rays, so the end may have a vertex for each of these two.
 struct Chain {
   std::array<Vertex, kMaxVertices> vertex;
   uint32_t count = 0;

@@ -13,7 +13,7 @@ namespace {
 // Number of samples from which learn_spread() learns.
 constexpr size_t kPupils = 2048;
 constexpr size_t kMinPupils = 64;      // of a kind; fewer tell nothing
-constexpr double kMaxRelative = 0.04;  // variance: beyond, a single ray may have met a lot
+constexpr double kMaxRelative = 0.04;  // variance: beyond, the noise may stem from a single ray
 
 /// Variances of the mean of a matrix whose rows and columns are drawn at random (two-way analysis
 /// of variance): `rows` and `columns` are the variances between row means and between column means,

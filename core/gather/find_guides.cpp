@@ -20,7 +20,7 @@ constexpr float kFlat = 0.3f;
 constexpr float kFalloff = 0.3f;  // radiosities within this factor of each other count as equal
 constexpr int kMaxTried = 1024;   // places
 constexpr int kMaxLayers = 4;     // surfaces, one behind the other
-// of a texel, relative to the mean: cells do not tell of all light
+// of a texel, relative to the mean: it may have light that its cell does not show
 constexpr double kMinChance = 0.05;
 
 /// The distance from the first vote within which most bright votes beside it lie, plus a margin.

@@ -29,7 +29,7 @@ struct Change {
   /// By sample: 1 if its receiver changed, or the shares of its rays.
   std::vector<uint8_t> samples;
   BeamChange beams;
-  /// Whether a sun whose light gather rays ask for was turned or switched.
+  /// Whether a sun for which gather rays cast shadow rays was turned or switched.
   bool suns = false;
   /// Adds a later change.
   void merge(const Change& later);

@@ -14,11 +14,11 @@ class RayCounts {
  public:
   /// Limits of log2 of the factor on the standard number of rays.
   static constexpr int kMinDoublings = -2, kMaxDoublings = 3;
-  static constexpr uint32_t kFewest = 32;  ///< fewer rays than this are not halved further
+  static constexpr uint32_t kMinRays = 32;  ///< fewer rays than this are not halved further
   /// Number of rays after doubling (or halving) the standard number.
   static uint32_t rays(uint32_t standard, int doublings) {
     if (doublings >= 0) return standard << doublings;
-    return std::max(standard >> -doublings, std::min(standard, kFewest));
+    return std::max(standard >> -doublings, std::min(standard, kMinRays));
   }
 
   RayCounts() : RayCounts(std::span<const int8_t>{}, 0) {}

@@ -53,8 +53,8 @@ struct Guiding {
   /// Writes arrays named "gather.…". `current`: whether the shares are those of the present scene;
   /// they are only written then.
   void save(ArchiveView& archive, bool current) const;
-  /// Saves which lights gather rays ask for, and nothing that belongs to samples: what a session
-  /// without samples' rays restores.
+  /// Saves for which lights gather rays cast shadow rays, and nothing that belongs to samples: all
+  /// that a session without gather rays restores.
   void save_asked(ArchiveView& archive) const;
   /// Restores what save() wrote; leaves `shares` empty if they were not saved. `rays`: the standard
   /// number. Throws FormatError; this object is then useless.

@@ -20,7 +20,8 @@ constexpr size_t kAsked = 4096;      // bright cells, at most, that few of these
 // cells with fewer hits than this, for which the count is mostly chance
 constexpr uint32_t kFew = 8;
 constexpr uint32_t kAskers = 64;  // places from which each of those cells is tested
-constexpr double kDim = 0.1;      // share of the places whose surroundings are darker
+// quantile of the light around places, relative to which cells count as bright
+constexpr double kDim = 0.1;
 
 /// The votes of one place's rays.
 struct Poll {

@@ -38,7 +38,7 @@ inline Segment unused_segment(uint32_t path = 0) {
   return {{}, 0, -1.0f, {0, 0, 0}, path, scene::kNone, kNoSlot};
 }
 
-/// A segment's outline for the scan: its bounding box on a grid over the world, with ends rounded
+/// What the scan tests of a segment: its bounding box on a grid over the world, with ends rounded
 /// to cells, and which of the box's four diagonals it is. Each field (from bit 0: x, bit 11: z, bit
 /// 22: y) is followed by a guard bit, so that one subtraction compares three fields: low <= high
 /// holds in every field exactly if (high | kGuards) - low keeps the guards. The guards of `high`
@@ -47,12 +47,12 @@ struct CellBox {
   uint32_t low, high;
 };
 
-/// The grid that outlines are rounded to.
+/// The grid that cell boxes are rounded to.
 struct ScanGrid {
   static constexpr uint32_t kGuards = 1u << 10 | 1u << 21 | 1u << 31;
   static constexpr uint32_t kFallsInZ = 1u << 10, kFallsInY = 1u << 21;  // in `low`, while x rises
   static constexpr float kCells[3] = {1023, 511, 1023};
-  /// The outline of an unused slot; it meets no box except one that covers the whole world.
+  /// The cell box of an unused slot; it meets no box except one that covers the whole world.
   static constexpr CellBox kUnused{~kGuards, kGuards};
 
   Vec3f origin{}, cells_per_metre{1, 1, 1};
@@ -63,7 +63,7 @@ struct ScanGrid {
   static uint32_t pack(Vec3f cells);
   /// World space to cells.
   Vec3f to_cells(Vec3f p) const;
-  /// The outline of the segment from `a` to `b`.
+  /// The cell box of the segment from `a` to `b`.
   CellBox cell_box(Vec3f a, Vec3f b) const;
 };
 
@@ -155,7 +155,7 @@ class SegmentStore {
   }
   size_t live() const;
   size_t bytes() const;
-  /// Recomputes the outline of a segment from its origin, direction and extended length.
+  /// Recomputes the cell box of a segment from its origin, direction and extended length.
   void index(uint32_t bounce, uint32_t slot);
 
  private:

@@ -42,8 +42,8 @@ struct PathChanges {
   SparseRow openness;
 };
 
-/// What gradients are made of, samples as given by the user: sums of the paths on discs, three per
-/// slab and sample, and their first moments, six, see estimate::EnergySums.
+/// What gradients are made of: sums of the paths on discs, 3 per slab and sample, and their first
+/// moments, 6 (see estimate::EnergySums); samples as given by the user.
 struct SlopeSums {
   std::vector<int64_t> discs, moments;
 };
@@ -54,8 +54,8 @@ struct SegmentsHash {
   uint64_t count = 0, a = 0, b = 0;
 };
 
-/// What the first flights from each light bring to the cells, for the lights that gather rays may
-/// ask for, see Session::look().
+/// What the first flights from each light bring to the cells, for the lights whose direct
+/// light gather rays may compute by shadow rays, see Session::look().
 struct FirstFlights {
   using Quanta = std::array<int64_t, 3>;
   /// Memory that one path may take.

@@ -156,8 +156,8 @@ class Session {
   // Several sessions of the same scene, samples and options may share the paths by Options::range.
   // Those with a part of them trace, store and sum up; they have no light to read. One without
   // paths evaluates the sums of all parts: its results, and its digest, are those of a session that
-  // holds all paths. It is baked like the others, takes their sums, and then looks; the parts are
-  // told which lights were chosen meanwhile. All sessions get the same edits.
+  // holds all paths. Bake it like the others, add their sums to it, and call its look(); then call
+  // ask_for() of each part with the lights that look() chose. All sessions get the same edits.
   /// The sums of the paths held here, and of those added.
   PathSums path_sums() const;
   SegmentsHash segments_hash() const;
@@ -247,7 +247,7 @@ class Session {
   /// does; otherwise keep those of the bake. `others`: first flights of paths that other sessions
   /// hold. In a session with a part of the paths this does nothing.
   void look_around(Progress& progress, bool new_guides = false, const FirstFlights& others = {});
-  /// Takes what `flights` has of this light out of sums of the cells.
+  /// Subtracts from sums of the cells what `flights` brought from this light.
   void leave_out(uint32_t light, const FirstFlights& flights, std::vector<int64_t>& quanta) const;
   /// The same for the present sums.
   void leave_out(uint32_t light, const FirstFlights& flights);
@@ -372,10 +372,9 @@ class Session {
   void restore_scene(ArchiveSource& archive);
   /// Restores the path counts of lights and the scales.
   void restore_lights(ArchiveSource& archive);
-  void restore_areas(ArchiveSource& archive, std::span<const float> openness);
   void restore_segments(ArchiveSource& archive, Progress& progress);
   void restore_pending(ArchiveSource& archive);
-  /// Lets all paths held wait, none of them traced yet.
+  /// Marks all paths held as waiting to be traced, from the light on.
   void wait_for_paths();
   void restore_direct(ArchiveSource& archive);
   void restore_looks(ArchiveSource& archive, Progress& progress);

@@ -82,8 +82,8 @@ gather::Evaluation Session::choose_guides(const FirstFlights& others, Progress& 
     return gather::Votes(present(receivers_, s.guiding), now, lit_cells(now), s.options.seed,
                          s.workers, progress);
   };
-  // The light that arrives straight from beams and suns was counted in cells, to find them; remove
-  // it, since gather rays now ask for it by shadow rays.
+  // The cells counted the direct light of beams and suns, so that these could be found; remove it,
+  // since gather rays compute it by shadow rays from now on.
   const auto choose = [&](const auto& chosen) {
     const Landings before(s);
     const std::vector<uint8_t> known = s.asked_for();

@@ -16,7 +16,7 @@ namespace deltalux::session {
 namespace {
 
 constexpr float kFar = std::numeric_limits<float>::infinity();
-constexpr uint64_t kFewestRays = 8;  // fewest gather rays per sample that an error message suggests
+constexpr uint64_t kMinRays = 8;  // fewest gather rays per sample that an error message suggests
 constexpr Box kEverywhere{{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
 
 /// Most samples of most scenes cast the standard number of rays.
@@ -153,7 +153,7 @@ void Session::refuse_beyond_limit() {
   // Suggest fewer rays if the rays do not fit into the memory that everything else leaves.
   const double left = double(s.options.memory_limit) - (double(forecast_.bytes) - rays);
   const auto fewer = uint64_t(std::max(0.0, 0.95 * left / rays * s.options.gather_rays));
-  const bool by_rays = rays > 0 && !forecast_.paths_that_fit && fewer >= kFewestRays;
+  const bool by_rays = rays > 0 && !forecast_.paths_that_fit && fewer >= kMinRays;
   const std::string found =
       s.holds_all() ? std::to_string(paths) + " paths"
                     : "the " + std::to_string(paths) + " paths of path_range and its sums";

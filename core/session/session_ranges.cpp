@@ -111,8 +111,7 @@ SparseRow changes(std::span<const int64_t> now, std::span<const int64_t> before,
   return out;
 }
 
-/// The same for the touched cells, which then are touched no more; `before` becomes the present
-/// sums.
+/// The same for the touched cells. Clears their marks, and sets `before` to their present sums.
 SparseRow take_cells(gather::CellSums& sums, std::vector<int64_t>& before) {
   const size_t each = sums.at(1, 0, 0);
   SparseRow out{sums.quanta.size(), {}, {}};
@@ -351,7 +350,8 @@ void Session::ask_for(std::span<const uint32_t> lights) {
   s.guiding = std::move(fresh);
   for (const uint32_t light : lights) {
     leave_out(light, own);
-    if (told_) leave_out(light, own, told_->cells);  // who adds up the sums leaves it out by itself
+    if (told_)
+      leave_out(light, own, told_->cells);  // the session that adds up the sums subtracts it there
   }
 }
 

@@ -135,7 +135,7 @@ ArchiveView Session::save(bool shared) const {
   for (const PendingPath& p : pending_) pending.insert(pending.end(), {p.path, p.slot, p.bounce});
   archive.keep("pending", pending);
   if (s.holds_none() && !shared)
-    archive.keep("sums", std::vector<int64_t>(s.sums.size()));  // others keep theirs
+    archive.keep("sums", std::vector<int64_t>(s.sums.size()));  // the parts store their own
   else
     archive.append("sums", s.sums);
   for (size_t b = 0; b < s.store.bounces().size(); ++b)

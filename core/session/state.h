@@ -30,7 +30,7 @@ inline constexpr uint8_t kNotCut = 255;
 inline constexpr double kExpectedFrames = 100;
 // Paths traced per step of a bake; every batch contributes its share to each step.
 inline constexpr uint64_t kPathsPerStep = 32768;
-// Paths replaced between two looks at clock and cancel flag.
+// Paths replaced between two checks of the clock and of the cancel flag.
 inline constexpr size_t kMaxPerStep = 8192;
 
 using plan::Method;

@@ -221,8 +221,11 @@ std::string refusal(const auto& work) {
 }
 
 TEST(Lights, OfAnUnknownKindAreRefused) {
-  EXPECT_EQ(refusal([] { kind_named("laser"); }),
-            "kind of light: found \"laser\", expected one of \"point\", \"spot\", \"sun\"");
+  const std::string found = refusal([] { kind_named("laser"); });
+  EXPECT_EQ(
+      found.find("kind of light: found \"laser\", expected one of \"point\", \"spot\", \"sun\""),
+      0u)
+      << found;
 }
 
 TEST(Lights, WithOddParametersAreRefused) {

@@ -36,13 +36,12 @@ def with_light(light: Light) -> dl.Scene:
 
 
 def test_a_light_of_an_unknown_kind_is_refused() -> None:
-    scene = with_light(Laser("x", (0, 1, 0)))
-    with pytest.raises(dl.SceneError, match=r'found "laser", expected one of "point", "spot", "sun"'):
+    scene, known = with_light(Laser("x", (0, 1, 0))), ", ".join(f'"{kind}"' for kind in KINDS)
+    with pytest.raises(dl.SceneError, match=f'kind of light: found "laser", expected one of {known}$'):
         dl.Session(scene, samples_in(scene))
 
 
 def test_the_core_has_every_kind() -> None:
-    assert list(KINDS) == ["point", "spot", "sun"]
     for kind in KINDS:
         _core.Scene().add_light("x", kind, (0, 0, 0), (0, -1, 0), (1, 1, 1), (), -1, 0)
 

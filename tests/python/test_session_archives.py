@@ -11,7 +11,7 @@ from pathlib import Path
 import deltalux as dl
 import numpy as np
 import pytest
-from deltalux import snapshot
+from deltalux.session import unfinished
 from deltalux.stored import archive
 from rooms import box, room, samples_in, translation
 from session_files import rewrite
@@ -50,6 +50,20 @@ def lamp(name, place):
 # ---- what is saved comes back -------------------------------------------------------------------
 
 
+def test_no_file_holds_what_is_only_queued(tmp_path):
+    scene, path = room(), tmp_path / "a.dlx"
+    with dl.Session(scene, samples_in(scene), paths=200, threads=1) as session:
+        session.bake()
+        session.set_reflectance("wall", (0.1, 0.2, 0.3))
+        with pytest.raises(dl.OptionError, match=r"save: found 1 queued edits, expected none; call update"):
+            unfinished.save(path, session)
+        assert not path.exists()
+        session.update()
+        unfinished.save(path, session)
+        with dl.Session.open(path) as opened:
+            assert opened.reflectances["wall"] == (0.1, 0.2, 0.3)
+
+
 @pytest.mark.parametrize("recomputed", [False, True])
 @pytest.mark.parametrize("pending", [False, True])
 @pytest.mark.parametrize("direct", ["paths", "auto", "sampled"])
@@ -70,7 +84,7 @@ def test_sessions_with_new_lamps_open_again(tmp_path, direct, pending, recompute
             session.move("first", translation(0.5, 0.9, 0.1))
             session.set_reflectance("wall", (0.1, 0.2, 0.3))
             assert session.update(budget_ms=1e-6).done < 1
-        snapshot.write(path, session)
+        unfinished.save(path, session)
         with dl.Session.open(path, threads=1) as opened:
             for each in (session, opened):
                 if pending:

@@ -39,15 +39,14 @@ def of(surface: Surface) -> dl.Scene:
 
 
 def test_a_surface_of_an_unknown_kind_is_refused() -> None:
-    scene = of(Velvet((1, 0, 0), 2))
-    with pytest.raises(dl.SceneError, match=r'surface: found "velvet", expected one of "diffuse"'):
+    scene, known = of(Velvet((1, 0, 0), 2)), ", ".join(f'"{kind}"' for kind in KINDS)
+    with pytest.raises(dl.SceneError, match=f'kind of surface: found "velvet", expected one of {known}$'):
         dl.Session(scene, samples_in(scene))
 
 
 def test_the_core_has_every_kind() -> None:
-    assert list(KINDS) == ["diffuse"]
-    for kind, cls in KINDS.items():
-        _core.Scene().add_material("x", (0.5,) * 3, (0,) * 3, False, kind, cls().parameters())
+    for kind in KINDS:
+        _core.Scene().add_material("x", (0.5,) * 3, (0,) * 3, False, kind, ())
 
 
 def test_a_surface_checks_its_fields() -> None:

@@ -25,7 +25,7 @@ _WIDTHS = {"segments": _core.SEGMENT_BYTES, "hits": 8, "extended": 4, "landing":
 _LEVEL = re.compile(r"level(\d+)\.(\w+)")
 _OF_PATHS = ("cut", "pending", "sums")
 
-Level = dict[str, np.ndarray]  # arrays of the segments of one bounce, (slots, bytes of a slot) uint8
+BounceArrays = dict[str, np.ndarray]  # arrays of the segments of one bounce, (slots, bytes of a slot) uint8
 
 
 class WithoutPaths:
@@ -65,14 +65,14 @@ class WithoutPaths:
         self._arrays.read_into(name, buffer)
 
 
-def paths_of(view: Any) -> list[Level]:
+def paths_of(view: Any) -> list[BounceArrays]:
     """The stored segments of one session, by bounce; those of later bounces without free slots.
 
     Parameters
     ----------
     view : what the core's session saves
     """
-    levels: list[Level] = []
+    levels: list[BounceArrays] = []
     sizes = np.frombuffer(view["level_sizes"], np.uint64).astype(int)
     names = set(view.names())
     for bounce, size in enumerate(sizes):
@@ -84,15 +84,15 @@ def paths_of(view: Any) -> list[Level]:
     return _without_free_slots(levels)
 
 
-def _fields(level: Level) -> np.ndarray:
+def _fields(level: BounceArrays) -> np.ndarray:
     return level["segments"].view(_SEGMENT)[:, 0]
 
 
-def _writable(level: Level) -> Level:
+def _writable(level: BounceArrays) -> BounceArrays:
     return {kind: np.require(rows, requirements=["C", "W"]) for kind, rows in level.items()}
 
 
-def _without_free_slots(levels: list[Level]) -> list[Level]:
+def _without_free_slots(levels: list[BounceArrays]) -> list[BounceArrays]:
     levels = [_writable(level) for level in levels]
     for before, level in pairwise(levels):
         used = _fields(level)["length"] >= 0
@@ -103,7 +103,7 @@ def _without_free_slots(levels: list[Level]) -> list[Level]:
     return levels
 
 
-def _follow(level: Level, place: np.ndarray) -> None:
+def _follow(level: BounceArrays, place: np.ndarray) -> None:
     """Renumber the slots that the segments of a bounce lead to: slot i is now `place[i]`."""
     following = _fields(level)["next"]
     led = (following != _core.NO_SLOT) & (_fields(level)["length"] >= 0)
@@ -119,7 +119,7 @@ class WholeArchive:
     shards : for each shard, its `paths_of`
     """
 
-    def __init__(self, view: Any, shards: Sequence[list[Level]]) -> None:
+    def __init__(self, view: Any, shards: Sequence[list[BounceArrays]]) -> None:
         self._view = view
         self._levels = _joined(shards)
         paths = len(self._levels[0]["segments"]) if self._levels else 0
@@ -150,7 +150,7 @@ class WholeArchive:
         return self._own[name].reshape(-1).view(np.uint8)[offset : offset + count].tobytes()
 
 
-def _joined(shards: Sequence[list[Level]]) -> list[Level]:
+def _joined(shards: Sequence[list[BounceArrays]]) -> list[BounceArrays]:
     """One store of all segments: first ones in the order of path numbers, later ones shard by shard."""
     shards = [[_writable(level) for level in shard] for shard in shards]
     depth = max(map(len, shards), default=0)

@@ -16,7 +16,7 @@ from deltalux.samples import Samples
 from deltalux.scene import Scene
 from deltalux.session import Session, ranges
 
-from .archive import Level, paths_of
+from .archive import BounceArrays, paths_of
 
 
 class Edit(NamedTuple):
@@ -215,7 +215,7 @@ class Shard:
     def _gradient_sums(self) -> ranges.GradientSums:
         return ranges.gradient_sums(self._own_session())
 
-    def _paths(self) -> list[Level]:
+    def _paths(self) -> list[BounceArrays]:
         return paths_of(self._own_session()._session().save())
 
     def _figures(self) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -15,7 +15,7 @@ from .seen import Seen
 from .spread import Found
 
 
-class PointLight:
+class LightAtPoints:
     """Asks a session for light at places where a camera ray hit a surface; elsewhere the light is 0.
 
     A stage may need many calls; the session's own progress callback sees the progress of the stage.

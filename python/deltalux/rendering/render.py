@@ -17,7 +17,7 @@ from deltalux.outputs.of_session import present_scene
 from deltalux.scene import Camera, Scene
 from deltalux.session import Session
 
-from .light import PointLight
+from .light import LightAtPoints
 from .seen import Seen, alike, look, neighbours
 from .spread import Fineness, padded, spread
 
@@ -128,7 +128,7 @@ def render_session(
     check_size(size, session.options["memory_limit"])
     if session.options["gather"] == "off":
         raise OptionError('render: found a session of gather="off", expected one that gathers')
-    light = PointLight(session, rays or min(int(session.options["gather"]), MOST_RAYS), keep)
+    light = LightAtPoints(session, rays or min(int(session.options["gather"]), MOST_RAYS), keep)
     scene = present_scene(session)
     display = session.samples.display or refine(scene, spacing=COARSE)
     # pixels get their own direct light, so pictures do not depend on this refinement
@@ -171,7 +171,9 @@ def _room(memory_limit: int | None) -> int:
 
 
 class _Work:
-    def __init__(self, surfaces: Surfaces, light: PointLight, camera: Camera, size: tuple[int, int]) -> None:
+    def __init__(
+        self, surfaces: Surfaces, light: LightAtPoints, camera: Camera, size: tuple[int, int]
+    ) -> None:
         self._surfaces, self._light, self._camera, self._size = surfaces, light, camera, size
 
     def rendering(self, edge_rays: int, edges_known: Callable[[float], object] | None) -> Rendering:

@@ -19,7 +19,7 @@ from .calls import long_call
 from .facts import SessionFacts
 
 REFINE_STAGE = "refine shadows"
-ASKED_TOGETHER = 1 << 13  # places between two looks at whether to go on
+ASKED_TOGETHER = 1 << 13  # places between two calls of the progress callback
 
 
 class SessionPlaces(SessionFacts):

@@ -253,7 +253,9 @@ def first_flights(session: Session) -> FirstFlights:
 
 
 def ask_for(part: Session, lights: np.ndarray) -> None:
-    """Leave first flights from these lights out of the cells, after the bake: gather rays ask for them.
+    """Leave first flights from these lights out of the cells, after the bake.
+
+    Gather rays compute the direct light of these lights by shadow rays.
 
     Raises
     ------
@@ -265,7 +267,7 @@ def ask_for(part: Session, lights: np.ndarray) -> None:
 
 
 def asked_lights(whole: Session) -> np.ndarray:
-    """(k,) uint32: lights that gather rays ask for, of a session that looked."""
+    """(k,) uint32: the lights for which gather rays cast shadow rays, of a session after its `look`."""
     with whole._calls.one(long=True):
         return whole._baked_session().asked_lights()
 

@@ -103,7 +103,7 @@ class Session(SessionPlaces):
         return core_session.movable_index(self.scene, self._flat, name)
 
     def _queue(self, kind: str, *values: Any) -> None:
-        """Check and queue an edit of the core; in place of an object of the core comes its mesh."""
+        """Check and queue an edit of the core; a Mesh among `values` becomes an object of the core."""
         edit, own = _core.EditList(), [self._flat.object(v) if isinstance(v, Mesh) else v for v in values]
         getattr(edit, kind)(*own)
         self._session().check(edit, self._edits)

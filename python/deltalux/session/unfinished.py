@@ -5,14 +5,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from deltalux.errors import OptionError
+
 from .session import Session
 
 
-def write(path: str | Path, session: Session, command: str = "snapshot.write") -> None:
+def save(path: str | Path, session: Session, command: str = "unfinished.save") -> None:
     """Write `session` to `path`, under a temporary name first.
 
-    Opened again, it goes on with the paths that waited. Queued edits must have been applied, with whatever
-    budget (`Session.update`): what is only queued is in no file.
+    Opened again, it goes on with the paths that waited.
 
     Parameters
     ----------
@@ -22,8 +23,15 @@ def write(path: str | Path, session: Session, command: str = "snapshot.write") -
 
     Raises
     ------
+    OptionError
+        If edits are queued, which no file holds: apply them with `Session.update`, within whatever budget.
     OSError
     Cancelled
         If the session's callback asks to stop; a file at `path` is as it was before.
     """
-    session._write(Path(path), command)
+    with session._calls.one(long=True):
+        if len(session._edits):
+            raise OptionError(
+                f"save: found {len(session._edits)} queued edits, expected none; call update() first"
+            )
+        session._write(Path(path), command)
