@@ -11,7 +11,7 @@ import zipfile
 import deltalux as dl
 import numpy as np
 import pytest
-from deltalux.session import unfinished
+from deltalux import snapshot
 from rooms import room, translation, with_texture
 from session_files import read_parts, write_parts
 
@@ -27,7 +27,7 @@ def parts(tmp_path_factory):
         session.bake()
         session.set_reflectance("wall", (0.4, 0.4, 0.4))
         assert session.update(budget_ms=1e-6).done < 1
-        unfinished.save(path, session)
+        snapshot.write(path, session)
     return read_parts(path)
 
 

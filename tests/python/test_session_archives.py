@@ -11,7 +11,7 @@ from pathlib import Path
 import deltalux as dl
 import numpy as np
 import pytest
-from deltalux.session import unfinished
+from deltalux import snapshot
 from deltalux.stored import archive
 from rooms import box, room, samples_in, translation
 from session_files import rewrite
@@ -56,10 +56,10 @@ def test_no_file_holds_what_is_only_queued(tmp_path):
         session.bake()
         session.set_reflectance("wall", (0.1, 0.2, 0.3))
         with pytest.raises(dl.OptionError, match=r"save: found 1 queued edits, expected none; call update"):
-            unfinished.save(path, session)
+            snapshot.write(path, session)
         assert not path.exists()
         session.update()
-        unfinished.save(path, session)
+        snapshot.write(path, session)
         with dl.Session.open(path) as opened:
             assert opened.reflectances["wall"] == (0.1, 0.2, 0.3)
 
@@ -84,7 +84,7 @@ def test_sessions_with_new_lamps_open_again(tmp_path, direct, pending, recompute
             session.move("first", translation(0.5, 0.9, 0.1))
             session.set_reflectance("wall", (0.1, 0.2, 0.3))
             assert session.update(budget_ms=1e-6).done < 1
-        unfinished.save(path, session)
+        snapshot.write(path, session)
         with dl.Session.open(path, threads=1) as opened:
             for each in (session, opened):
                 if pending:

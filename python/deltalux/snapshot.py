@@ -10,7 +10,7 @@ from deltalux.errors import OptionError
 from .session import Session
 
 
-def save(path: str | Path, session: Session, command: str = "unfinished.save") -> None:
+def write(path: str | Path, session: Session, command: str = "snapshot.write") -> None:
     """Write `session` to `path`, under a temporary name first.
 
     Opened again, it goes on with the paths that waited.
