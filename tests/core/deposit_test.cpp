@@ -177,8 +177,9 @@ TEST(Deposit, AddsMomentsOfAllSegmentsToOtherSums) {
     });
     const size_t each = 6 * world.s.samples.size();
     for (size_t i = 0; i < expected.size(); ++i)
-      if (world.s.samples.attached[i % each / 6] == scene::kNone)
+      if (world.s.samples.attached[i % each / 6] == scene::kNone) {
         ASSERT_EQ(moments[i], expected[i]) << i;
+      }
     EXPECT_GT(count_nonzero(expected), 500u);
   }
 }

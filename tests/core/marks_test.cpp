@@ -52,7 +52,9 @@ void expect_equal(const std::vector<PendingPath>& found, const std::vector<Pendi
     EXPECT_EQ(found[i].bounce, expected[i].bounce) << i;
     EXPECT_EQ(found[i].slot, expected[i].slot) << i;
     EXPECT_EQ(found[i].hit_known, expected[i].hit_known) << i;
-    if (found[i].hit_known) EXPECT_EQ(found[i].hit.t, expected[i].hit.t) << i;
+    if (found[i].hit_known) {
+      EXPECT_EQ(found[i].hit.t, expected[i].hit.t) << i;
+    }
   }
 }
 

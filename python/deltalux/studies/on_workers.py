@@ -35,7 +35,7 @@ def run_on_workers(
     Raises
     ------
     Cancelled
-        Where the callback asks to stop, once no worker is at work on it any more.
+        Where the callback asks to stop; workers stop at their next report.
     Error
         If a worker has another version of the program; any error of an experiment.
     """
@@ -47,7 +47,7 @@ def run_on_workers(
     with client.as_current():
         stop = Event(topic)
         places = {
-            client.submit(_run, topic, each.name, dict(settings), pure=False, retries=2): place
+            client.submit(_run, topic, each.name, dict(settings), pure=False): place
             for place, (each, settings) in enumerate(jobs)
         }
         try:
