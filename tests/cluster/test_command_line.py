@@ -5,12 +5,14 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
 
+import dask
 import pytest
 from deltalux.cli import places, run, study
 from deltalux.cli.study_folder import RECORD
@@ -18,8 +20,10 @@ from deltalux.errors import Cancelled, Error
 from deltalux.studies import on_workers
 from deltalux.studies.experiments import experiment
 from deltalux.studies.runner import settings_of
+from distributed import LocalCluster, Security
 
 FAST = "cache-misses"  # an experiment that takes less than a second
+NAMES = [("authority", "pem"), ("member", "pem"), ("member", "key")]
 BAKE = ("bake", "cornell_box", "--spacing", "0.5", "--json")
 
 
@@ -50,6 +54,54 @@ def test_refusals(capsys, monkeypatch):
     assert code == 1 and "--cluster tcp://127.0.0.1:1: no Dask scheduler answers there" in told
     code, _, told = ran(capsys, *BAKE, "--cluster", "tcp://192.0.2.1:8786")
     assert code == 1 and "warning: --cluster tcp://192.0.2.1:8786: the wire is not encrypted" in told
+
+
+def test_certificates_that_are_missing_or_broken_are_told_at_once(capsys, tmp_path):
+    address = "tls://127.0.0.1:1"
+    begin = time.monotonic()
+    code, _, told = ran(capsys, *BAKE, "--cluster", address)
+    assert code == 1 and f"--cluster {address}: found no certificates, expected ca-file, cert and key" in told
+    none, tls = str(tmp_path / "none.pem"), "distributed.comm.tls"
+    with dask.config.set({f"{tls}.ca-file": none, f"{tls}.client.cert": none, f"{tls}.client.key": none}):
+        code, _, told = ran(capsys, *BAKE, "--cluster", address)
+    assert code == 1 and f"--cluster {address}: found certificates that cannot be read (" in told
+    with dask.config.set({"distributed.comm.require-encryption": True}):
+        code, _, told = ran(capsys, *BAKE, "--cluster", "tcp://127.0.0.1:1")
+    assert code == 1 and "no Dask scheduler answers there (encryption required" in told
+    assert time.monotonic() - begin < 10
+
+
+@pytest.mark.skipif(not shutil.which("openssl"), reason="openssl is not installed")
+def test_a_bake_over_an_encrypted_wire(capsys, tmp_path):
+    """With the certificates that the how-to makes."""
+    text = Path(__file__).parents[2].joinpath("docs/how-to/bake-on-a-cluster.md").read_text()
+    making = [
+        line.replace("rsa:4096", "rsa:2048") for line in text.splitlines() if line.startswith("openssl")
+    ]
+    assert len(making) == 3
+    for line in making:
+        subprocess.run(line.split(), cwd=tmp_path, check=True, capture_output=True)
+    authority, certificate, key = (str(tmp_path / f"{n}.{e}") for n, e in NAMES)
+    own = {"tls_ca_file": authority}
+    own |= {f"tls_{who}_{what}": path for who in ("scheduler", "worker", "client")
+            for what, path in (("cert", certificate), ("key", key))}  # fmt: skip
+    security = Security(require_encryption=True, **own)
+    told_to_dask = {
+        "distributed.comm.require-encryption": True,
+        "distributed.comm.tls.ca-file": authority,
+        "distributed.comm.tls.client": {"cert": certificate, "key": key},
+    }
+    with (
+        LocalCluster(
+            n_workers=1, threads_per_worker=1, dashboard_address=":0", protocol="tls", security=security
+        ) as cluster,
+        dask.config.set(told_to_dask),
+    ):
+        assert cluster.scheduler_address.startswith("tls://")
+        code, shared, told = ran(capsys, *BAKE, "--paths", "5000", "--cluster", cluster.scheduler_address)
+    assert (code, told) == (0, "")
+    _, alone, _ = ran(capsys, *BAKE, "--paths", "5000")
+    assert json.loads(shared)["digest"] == json.loads(alone)["digest"]
 
 
 def processes_of(session: int) -> dict[int, str]:

@@ -114,10 +114,10 @@ def place_of(
                 )
             )  # fmt: skip
         else:
-            _warn_of_open_wire(str(cluster), terminal)
+            _check_wire(str(cluster), terminal)
         try:
             client = stack.enter_context(Client(cluster, timeout=CONNECT_SECONDS, set_as_default=False))
-        except (OSError, ValueError) as problem:
+        except (OSError, ValueError, RuntimeError) as problem:
             raise Error(
                 f"--cluster {cluster}: no Dask scheduler answers there ({problem}), expected one; start "
                 "it with dask scheduler, and check address, firewall and certificates"
@@ -130,12 +130,30 @@ def notes_of(session: dl.Session) -> list[str]:
     return session.notes if isinstance(session, dl.ClusterSession) else []
 
 
-def _warn_of_open_wire(address: str, terminal: Terminal) -> None:
+def _check_wire(address: str, terminal: Terminal) -> None:
+    """Warn of an open wire; raise Error if an encrypted one lacks its certificates."""
     parts = urlsplit(address if "://" in address else f"tcp://{address}")
-    if parts.scheme not in ENCRYPTED and not is_loopback(parts.hostname or ""):
+    if parts.scheme in ENCRYPTED:
+        _check_certificates(address)
+    elif not is_loopback(parts.hostname or ""):
         terminal.warn(
             [
                 f"--cluster {address}: the wire is not encrypted, and whoever reaches the scheduler can run "
                 "any program on its workers; use tls:// (docs/how-to/bake-on-a-cluster.md)"
             ]
+        )
+
+
+def _check_certificates(address: str) -> None:
+    from distributed import Security
+
+    try:
+        found = Security().get_connection_args("client")["ssl_context"]
+        problem = "found no certificates" if found is None else None
+    except (OSError, ValueError) as flaw:
+        problem = f"found certificates that cannot be read ({flaw})"
+    if problem:
+        raise Error(
+            f"--cluster {address}: {problem}, expected ca-file, cert and key of distributed.comm.tls in "
+            "Dask's configuration, ~/.config/dask/*.yaml (docs/how-to/bake-on-a-cluster.md)"
         )
