@@ -75,6 +75,8 @@ void run(nb::object callback, const std::function<void(Progress&)>& work) {
 NB_MODULE(_core, m) {
   namespace nb = nanobind;
   using namespace deltalux;
+  // A session that a script leaves open until the interpreter ends is no leak.
+  nb::set_leak_warnings(false);
   m.doc() = "Compiled core of Deltalux; use the package, not this module.";
 #if defined(__x86_64__) && defined(__AVX2__)
   if (processor_isa() < Isa::avx2)
