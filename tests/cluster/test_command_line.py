@@ -174,11 +174,11 @@ def test_experiments_are_tasks_of_workers(client, capsys, tmp_path, monkeypatch)
 def test_a_study_on_workers_stops_soon_and_refuses_others(client, monkeypatch):
     slow = experiment("curve-orders")
     jobs = [(slow, settings_of(slow))]
-    begin = time.monotonic()
     with pytest.raises(Cancelled, match="cancelled by the progress callback"):
         list(on_workers.run_on_workers(client, jobs, lambda _, fraction: fraction == 0))
+    begin = time.monotonic()
     while any(client.processing().values()):
-        assert time.monotonic() - begin < 60
+        assert time.monotonic() - begin < 120  # the whole experiment takes many minutes
         time.sleep(0.1)
     fast = experiment(FAST)
     monkeypatch.setattr(on_workers, "run_key", lambda *_: "of another version")
