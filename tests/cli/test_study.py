@@ -125,6 +125,7 @@ def test_interrupted_study_keeps_what_is_finished(
     outcome = cli(*words)
     assert (outcome.code, outcome.error) == (130, "error: cancelled")
     assert [path.name for path in tmp_path.iterdir()] == [FAST]
+    assert list((tmp_path / FAST).glob("*.svg"))  # drawn as soon as it ended
     monkeypatch.setattr(study, "EXPERIMENTS", (fast,))
     outcome = cli(*words)
     assert outcome.code == 0

@@ -22,7 +22,8 @@ from deltalux.server import is_loopback
 from .console import Terminal
 
 CONNECT_SECONDS = 15
-ENCRYPTED = ("tls", "wss", "ucx")
+CERTIFIED = ("tls", "wss")  # need certificates
+ENCRYPTED = (*CERTIFIED, "ucx")
 
 WorkersOption = Annotated[
     int | None,
@@ -131,11 +132,11 @@ def notes_of(session: dl.Session) -> list[str]:
 
 
 def _check_wire(address: str, terminal: Terminal) -> None:
-    """Warn of an open wire; raise Error if an encrypted one lacks its certificates."""
+    """Warn of an open wire; raise Error if certificates are needed and not there."""
     parts = urlsplit(address if "://" in address else f"tcp://{address}")
-    if parts.scheme in ENCRYPTED:
+    if parts.scheme in CERTIFIED:
         _check_certificates(address)
-    elif not is_loopback(parts.hostname or ""):
+    elif parts.scheme not in ENCRYPTED and not is_loopback(parts.hostname or ""):
         terminal.warn(
             [
                 f"--cluster {address}: the wire is not encrypted, and whoever reaches the scheduler can run "

@@ -132,21 +132,26 @@ def _run(
     place: Place,
 ) -> tuple[list[Run], list[str]]:
     """Run unfinished experiments and save each result at once. Returns runs and the names of skipped ones."""
-    folders = [StudyFolder(output / each.name) for each, _ in wanted]
-    records = [
-        None if again else folder.finished(run_key(*job)) for folder, job in zip(folders, wanted, strict=True)
-    ]
-    open_jobs = [number for number, record in enumerate(records) if record is None]
-    skipped = [each.name for (each, _), record in zip(wanted, records, strict=True) if record]
-    for number, record in _new_records([wanted[number] for number in open_jobs], progress, place):
-        folders[open_jobs[number]].keep(record)
-        records[open_jobs[number]] = record
-    runs: list[Run] = []
-    for (each, _), folder, found in zip(wanted, folders, records, strict=True):
-        assert found is not None
-        folder.draw(found)
-        runs.append((each, found, folder.drawings(found)))
-    return runs, skipped
+    runs: dict[str, Run] = {}
+    to_do: list[tuple[Experiment, dict[str, Any]]] = []
+
+    def show(each: Experiment, folder: StudyFolder, record: Record) -> None:
+        folder.draw(record)
+        runs[each.name] = (each, record, folder.drawings(record))
+
+    for each, settings in wanted:
+        folder = StudyFolder(output / each.name)
+        record = None if again else folder.finished(run_key(each, settings))
+        if record is None:
+            to_do.append((each, settings))
+        else:
+            show(each, folder, record)
+    skipped = list(runs)
+    for number, record in _new_records(to_do, progress, place):
+        folder = StudyFolder(output / record.name)
+        folder.keep(record)
+        show(to_do[number][0], folder, record)
+    return [runs[each.name] for each, _ in wanted], skipped
 
 
 def _new_records(

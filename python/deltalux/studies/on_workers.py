@@ -44,6 +44,7 @@ def run_on_workers(
     topic = f"deltalux-study-{uuid.uuid4().hex}"
     told: dict[str, float] = {}
     client.subscribe_topic(topic, lambda event: told.update([event[1]]))
+    keys = [run_key(*job) for job in jobs]  # before the runs, because sources may be edited during them
     with client.as_current():
         stop = Event(topic)
         places = {
@@ -55,7 +56,11 @@ def run_on_workers(
                 for future in [each for each in places if each.done()]:
                     place = places.pop(future)
                     record = future.result()
-                    _check(record, *jobs[place])
+                    if record.key != keys[place]:
+                        raise Error(
+                            "study: found a worker with another version or build of deltalux "
+                            f"(for {record.name}), expected those that are here; use one installation"
+                        )
                     told[record.name] = 1.0
                     yield place, record
                 if progress and progress(STAGE, sum(told.values()) / len(jobs)) is False:
@@ -65,14 +70,6 @@ def run_on_workers(
             stop.set()
             client.cancel(list(places))
             client.unsubscribe_topic(topic)
-
-
-def _check(record: Record, each: Experiment, settings: Mapping[str, Any]) -> None:
-    if record.key != run_key(each, settings):
-        raise Error(
-            f"study: found a worker with another version of deltalux or another build (for {record.name}), "
-            "expected the one that is here; use one installation"
-        )
 
 
 def _run(topic: str, name: str, settings: dict[str, Any]) -> Record:
