@@ -10,13 +10,21 @@
 namespace deltalux::gather {
 namespace {
 
-constexpr size_t kWindow = 8;    // samples before and after
-constexpr float kAlike = 0.7f;   // cosine: normals of neighbours differ by less
-constexpr double kReach = 0.25;  // scene metres
+constexpr size_t kWindow = 16;  // samples before and after
+constexpr float kAlike = 0.7f;  // cosine: normals of neighbours differ by less
+constexpr double kReach = 0.5;  // scene metres
+// Neighbours that differ more, by this factor, are across an edge of light: nothing is learned of
+// one from the other.
+constexpr double kMaxContrast = 30;
 
 bool are_neighbours(const Estimate& a, const Estimate& b, float reach) {
   const Vec3f d = a.point - b.point;
   return a.object == b.object && dot(d, d) <= reach * reach && dot(a.normal, b.normal) >= kAlike;
+}
+
+/// Whether two irradiances, of which `a` is positive, are of comparable size.
+bool are_comparable(double a, double b) {
+  return b > 0 && a <= kMaxContrast * b && b <= kMaxContrast * a;
 }
 
 }  // namespace
@@ -36,7 +44,9 @@ void pool_errors(std::span<Estimate> samples, double metre) {
       double absolute = 0, relative = 0, count = 0;
       for (size_t k = first; k < last; ++k) {
         const Estimate& other = samples[k];
-        if (!(other.irradiance[c] > 0) || !are_neighbours(own, other, reach)) continue;
+        if (!are_comparable(own.irradiance[c], other.irradiance[c]) ||
+            !are_neighbours(own, other, reach))
+          continue;
         const double variance = other.error[c] * other.error[c] * other.rays / own.rays;
         absolute += variance;
         relative += variance / (other.irradiance[c] * other.irradiance[c]);

@@ -17,8 +17,8 @@ struct Estimate {
   double irradiance[3] = {}, error[3] = {};
 };
 
-/// Pools the errors of samples within a quarter of `metre`. Samples must be in an order in which
-/// neighbours are close together. Dark samples keep their errors.
+/// Pools the errors of samples within half a `metre` whose light is of comparable size. Samples
+/// must be in an order in which neighbours are close together. Dark samples keep their errors.
 void pool_errors(std::span<Estimate> samples, double metre);
 
 }  // namespace deltalux::gather
