@@ -101,6 +101,30 @@ nb::object read_bytes(const ArchiveView& archive, const std::string& name, size_
   return out;
 }
 
+/// Arrays that a Python object reads from a file: bytes(name) -> int or None; read_into(name,
+/// buffer) reads the next bytes.
+class PythonSource : public ArchiveSource {
+ public:
+  explicit PythonSource(nb::object source) : source_(std::move(source)) {}
+
+  std::optional<size_t> bytes(const std::string& name) override {
+    nb::gil_scoped_acquire acquire;
+    const nb::object found = source_.attr("bytes")(name);
+    return found.is_none() ? std::nullopt : std::optional(nb::cast<size_t>(found));
+  }
+  void read(const std::string& name, std::span<std::byte> to) override {
+    if (to.empty()) return;
+    nb::gil_scoped_acquire acquire;
+    const nb::object buffer = nb::steal(PyMemoryView_FromMemory(
+        reinterpret_cast<char*>(to.data()), Py_ssize_t(to.size()), PyBUF_WRITE));
+    source_.attr("read_into")(name, buffer);
+    buffer.attr("release")();
+  }
+
+ private:
+  nb::object source_;
+};
+
 /// The sums of a session's paths: their number; discs (groups, batches, samples, 3); cells (cells,
 /// groups, batches, 3).
 nb::tuple path_sums(const Session& session) {
@@ -240,29 +264,121 @@ void bind_ranges(nb::class_<Session>& bound) {
           nb::arg("lights"));
 }
 
-/// Arrays that a Python object reads from a file: bytes(name) -> int or None; read_into(name,
-/// buffer) reads the next bytes.
-class PythonSource : public ArchiveSource {
- public:
-  explicit PythonSource(nb::object source) : source_(std::move(source)) {}
+constexpr size_t kSeenBytes = sizeof(gather::SeenGuides);
+using Seen = Rows<uint8_t, kSeenBytes>;
 
-  std::optional<size_t> bytes(const std::string& name) override {
-    nb::gil_scoped_acquire acquire;
-    const nb::object found = source_.attr("bytes")(name);
-    return found.is_none() ? std::nullopt : std::optional(nb::cast<size_t>(found));
-  }
-  void read(const std::string& name, std::span<std::byte> to) override {
-    if (to.empty()) return;
-    nb::gil_scoped_acquire acquire;
-    const nb::object buffer = nb::steal(PyMemoryView_FromMemory(
-        reinterpret_cast<char*>(to.data()), Py_ssize_t(to.size()), PyBUF_WRITE));
-    source_.attr("read_into")(name, buffer);
-    buffer.attr("release")();
-  }
+/// Numbers of rays: guides seen, (n, kSeenBytes), and doublings, (n,).
+nb::tuple to_tuple(session::RayNumbers&& numbers) {
+  const size_t seen = numbers.seen.size(), n = numbers.doublings.size();
+  std::vector<uint8_t> bytes(seen * kSeenBytes);
+  if (seen) std::memcpy(bytes.data(), numbers.seen.data(), bytes.size());
+  return nb::make_tuple(make_array(std::move(bytes), {seen, kSeenBytes}),
+                        make_array(std::move(numbers.doublings), {n}));
+}
 
- private:
-  nb::object source_;
-};
+session::RayNumbers to_ray_numbers(const Seen& seen, const Column<int8_t>& doublings) {
+  session::RayNumbers numbers{std::vector<gather::SeenGuides>(seen.shape(0)), to_vector(doublings)};
+  if (seen.shape(0)) std::memcpy(numbers.seen.data(), seen.data(), seen.shape(0) * kSeenBytes);
+  return numbers;
+}
+
+/// All arrays of what was saved, by name.
+nb::dict to_arrays(const ArchiveView& archive) {
+  nb::dict arrays;
+  for (const std::string& name : archive.names()) {
+    std::vector<uint8_t> bytes(archive.bytes(name));
+    archive.read(name, 0, std::as_writable_bytes(std::span(bytes)));
+    const size_t size = bytes.size();
+    arrays[name.c_str()] = make_array(std::move(bytes), {size});
+  }
+  return arrays;
+}
+
+/// Gather rays that sessions with a part of the paths cast for the one without, see
+/// session/session.h.
+void bind_shared_gather(nb::class_<Session>& bound) {
+  bound
+      .def(
+          "begin_look",
+          [](Session& s, const Column<uint32_t>& lights, uint64_t cells, const Column<uint64_t>& at,
+             const Rows<int64_t, 3>& quanta, nb::object callback) {
+            const session::FirstFlights flights = to_flights(lights, cells, at, quanta);
+            run(callback, [&](Progress& p) { s.begin_look(flights, p); });
+          },
+          nb::arg("lights"), nb::arg("cells"), nb::arg("at"), nb::arg("quanta"),
+          nb::arg("progress").none())
+      .def("is_looking", &Session::is_looking)
+      .def("save_look", [](const Session& s) { return to_arrays(s.save_look()); })
+      .def(
+          "join_look",
+          [](Session& s, nb::object source) {
+            PythonSource archive(std::move(source));
+            nb::gil_scoped_release release;
+            s.join_look(archive);
+          },
+          nb::arg("source"))
+      .def(
+          "direct_of_samples",
+          [](const Session& s, size_t first, size_t last) {
+            std::vector<double> out;
+            for (const Vec3d& own : s.direct_of_samples(first, last))
+              out.insert(out.end(), {own.x, own.y, own.z});
+            return make_array(std::move(out), {last - first, 3});
+          },
+          nb::arg("first"), nb::arg("last"))
+      .def(
+          "number_rays",
+          [](const Session& s, size_t first, const Rows<double, 3>& direct, nb::object callback) {
+            std::vector<Vec3d> own(direct.shape(0));
+            for (size_t i = 0; i < own.size(); ++i)
+              own[i] = {direct(i, 0), direct(i, 1), direct(i, 2)};
+            session::RayNumbers numbers;
+            run(callback, [&](Progress& p) { numbers = s.number_rays(first, own, p); });
+            return to_tuple(std::move(numbers));
+          },
+          nb::arg("first"), nb::arg("direct"), nb::arg("progress").none())
+      .def(
+          "take_numbers",
+          [](Session& s, const Seen& seen, const Column<int8_t>& doublings) {
+            session::RayNumbers numbers = to_ray_numbers(seen, doublings);
+            nb::gil_scoped_release release;
+            s.take_numbers(std::move(numbers));
+          },
+          nb::arg("seen"), nb::arg("doublings"))
+      .def(
+          "look_cuts",
+          [](const Session& s, uint64_t rays) {
+            std::vector<uint64_t> cuts = s.look_cuts(rays);
+            const size_t n = cuts.size();
+            return make_array(std::move(cuts), {n});
+          },
+          nb::arg("rays"))
+      .def(
+          "save_aims",
+          [](const Session& s, size_t first, size_t last) {
+            return to_arrays(s.save_aims(first, last));
+          },
+          nb::arg("first"), nb::arg("last"))
+      .def(
+          "cast_looks",
+          [](const Session& s, size_t first, size_t last, nb::object source, nb::object callback) {
+            PythonSource aims(std::move(source));
+            std::optional<gather::Looks> looks;
+            run(callback, [&](Progress& p) { looks = s.cast_looks(first, last, aims, p); });
+            ArchiveView archive;
+            looks->save(archive);
+            return to_arrays(archive);
+          },
+          nb::arg("first"), nb::arg("last"), nb::arg("source"), nb::arg("progress").none())
+      .def(
+          "take_looks",
+          [](Session& s, size_t first, size_t last, nb::object source) {
+            PythonSource archive(std::move(source));
+            nb::gil_scoped_release release;
+            s.take_looks(first, last, archive);
+          },
+          nb::arg("first"), nb::arg("last"), nb::arg("source"));
+}
 
 }  // namespace
 
@@ -296,6 +412,7 @@ void bind_session(nb::module_& m) {
 
   nb::class_<Session> bound(m, "Session");
   bind_ranges(bound);
+  bind_shared_gather(bound);
   bound
       .def(
           "__init__",

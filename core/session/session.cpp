@@ -182,6 +182,7 @@ Frame Session::bake(Progress& progress) {
   auto old_direct = std::move(direct_);
   auto old_pending = std::exchange(pending_, {});
   auto old_told = std::move(told_);
+  auto old_looking = std::move(looking_);
   try {
     Frame frame;
     Stopwatch watch;
@@ -211,6 +212,7 @@ Frame Session::bake(Progress& progress) {
     direct_ = std::move(old_direct);
     pending_ = std::move(old_pending);
     told_ = std::move(old_told);
+    looking_ = std::move(old_looking);
     dispose(std::move(fresh));
     throw;
   }
@@ -319,6 +321,7 @@ size_t Session::bytes() const {
                receivers_.capacity() * sizeof(direct::Receiver);
   if (direct_) sum += direct_->bytes();
   if (kept_) sum += kept_->bytes();
+  if (looking_) sum += looking_->looks.bytes();
   if (told_) sum += (told_->discs.capacity() + told_->cells.capacity()) * sizeof(int64_t);
   if (s.gather)
     sum += s.gather->cells.bytes() + s.gather->looks.bytes() + s.gather->coverage.bytes() +

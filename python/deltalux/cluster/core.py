@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,8 +15,14 @@ from deltalux.segments import Progress
 from deltalux.session import ranges
 
 from .archive import WholeArchive, WithoutPaths
-from .shard import Answer, Batch, Edit, Seed
-from .shards import Shards, choices_of
+from .shard import Answer, Batch, Edit, MemoryArchive, Seed
+from .shards import Shards, Step, choices_of
+
+# Of what a shard does at once for gather rays: a fraction of a second of one thread, some MB of answer.
+SAMPLES_OF_PIECE = 2048
+RAYS_OF_PIECE = 1 << 18
+
+_StepOf = Callable[[int, int], Step]  # of a range of samples
 
 _COUNTS = ("affected_paths", "removed_segments", "retraced_segments", "scanned_segments", "candidates")
 _OF_SHARDS = ("held_paths", "segments", "segment_bytes")  # statistics that are those of all shards
@@ -26,7 +32,8 @@ class SharedCore:
     """Stands where a session has the core's session, and shares its work.
 
     The core's session within has no paths (`path_range=(0, 0)`): it adds up the sums of all shards, computes
-    direct light by shadow rays and gather rays, and is what light is read from. Edits have numbers, by
+    direct light by shadow rays, puts the gather rays that shards cast in a bake in place, casts those that
+    edits change, and is what light is read from. Edits have numbers, by
     batches. A state is complete when all shards told what the last batch changed; only then it can be read,
     which the core's session itself watches over. A shard that is lost is made again in the last complete
     state, of the bake's choices, and takes the batches since.
@@ -88,15 +95,44 @@ class SharedCore:
             self._add(answer.changes)
         first = ranges.add_up([answer.flights for answer in answers])
         assert first is not None
-        self._core.look(first.lights, first.cells, first.landed.at, first.landed.values, progress)
-        # a shard that is made of the choices of now knows these lights
-        self._shards.ask("ask_for", self._core.asked_lights(), seed=self._present, again=False)
+        self._look(first, progress)
         self._complete()
         self._lit = True
         stages = frame["milliseconds"]
         stages["shards"] = max(0.0, 1e3 * (waited - begin) - sum(stages.values()))
         stages["gather"] = stages.get("gather", 0.0) + 1e3 * (time.perf_counter() - waited)
         return _with_counts(frame, answers)
+
+    def _look(self, first: ranges.FirstFlights, progress: Progress | None) -> None:
+        """Choose guides, and let shards cast the gather rays, each for the samples that come next."""
+        core = self._core
+        core.begin_look(first.lights, first.cells, first.landed.at, first.landed.values, progress)
+        # a shard that is made of the choices of now knows these lights
+        self._shards.ask("ask_for", core.asked_lights(), seed=self._present, again=False)
+        if not core.is_looking():
+            return
+
+        def share(stage: str, cuts: Sequence[int], step: _StepOf, take: Callable[[int, Any], None]) -> None:
+            self._shards.share(
+                stage, ("join_look", (core.save_look(),)), len(cuts) - 1,
+                lambda piece: step(cuts[piece], cuts[piece + 1]), take, seed=self._present, progress=progress,
+            )  # fmt: skip
+
+        samples = core.statistics()["samples"]
+        cuts = [*range(0, samples, SAMPLES_OF_PIECE), samples]
+        numbers: list[Any] = [None] * (len(cuts) - 1)
+        share(
+            "find noisy places", cuts,
+            lambda first, last: ("number_rays", (first, core.direct_of_samples(first, last))),
+            numbers.__setitem__,
+        )  # fmt: skip
+        core.take_numbers(*map(np.concatenate, zip(*numbers, strict=True)))
+        cuts = core.look_cuts(RAYS_OF_PIECE).tolist()
+        share(
+            "look around", cuts,
+            lambda first, last: ("cast_looks", (first, last, core.save_aims(first, last))),
+            lambda piece, found: core.take_looks(cuts[piece], cuts[piece + 1], MemoryArchive(found)),
+        )  # fmt: skip
 
     def update(self, edits: Any, budget_ms: float, progress: Progress | None) -> dict[str, Any]:
         """Apply edits. A budget is for direct light and gather rays; shards always end their part."""

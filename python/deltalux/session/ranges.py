@@ -44,11 +44,14 @@ __all__ = [
     "add_up",
     "ask_for",
     "asked_lights",
+    "cast_looks",
     "digest",
     "first_flights",
     "gradient",
     "gradient_sums",
+    "join_look",
     "look",
+    "number_rays",
     "path_changes",
     "path_sums",
     "ranges_of",
@@ -324,6 +327,47 @@ def look(whole: Session, first: FirstFlights) -> None:
         whole._baked_session().look(
             first.lights, first.cells, first.landed.at, first.landed.values, whole.progress
         )
+
+
+def join_look(part: Session, choices: Any) -> None:
+    """Let a part take over what the session without paths chose for gather rays.
+
+    Parameters
+    ----------
+    choices : archive of the arrays that the core's `save_look` returned
+    """
+    with part._calls.one(long=True):
+        part._baked_session().join_look(choices)
+
+
+def number_rays(part: Session, first: int, direct: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Choose numbers of gather rays for samples from `first` on, in a part that joined a look.
+
+    Parameters
+    ----------
+    direct : (n, 3), direct light of these samples
+
+    Returns
+    -------
+    (n, bytes) uint8 guides that they see, (n,) int8 doublings of the standard number
+    """
+    with part._calls.one(long=True):
+        return part._baked_session().number_rays(first, direct, part.progress)
+
+
+def cast_looks(part: Session, first: int, last: int, aims: Any) -> dict[str, np.ndarray]:
+    """Cast the gather rays of samples `first` to `last`, in a part that joined a look.
+
+    Parameters
+    ----------
+    aims : archive of the arrays that the core's `save_aims` returned
+
+    Returns
+    -------
+    arrays by name, of what the rays met
+    """
+    with part._calls.one(long=True):
+        return part._baked_session().cast_looks(first, last, aims, part.progress)
 
 
 def digest(whole: Session, segments: np.ndarray) -> str:
