@@ -167,8 +167,7 @@ PathCounts Session::trace_lights(Progress& progress) {
   return update.counts();
 }
 
-Frame Session::bake(Progress& progress) {
-  // Works on a copy of what the user gave, so that a cancelled bake leaves the session unchanged.
+std::unique_ptr<State> Session::unbaked() const {
   auto fresh = std::make_unique<State>(state_->options);
   fresh->scene = state_->scene;
   fresh->samples = state_->samples;
@@ -178,6 +177,20 @@ Frame Session::bake(Progress& progress) {
   fresh->group_factor = state_->group_factor;
   fresh->scale = state_->scale;
   fresh->loaded_reflectance = state_->loaded_reflectance;
+  return fresh;
+}
+
+void Session::forget_bake() {
+  std::unique_ptr<State> old = std::exchange(state_, unbaked());
+  direct_.reset(), kept_.reset(), told_.reset(), looking_.reset();
+  pending_.clear();
+  baked_ = damaged_ = false;
+  dispose(std::move(old));
+}
+
+Frame Session::bake(Progress& progress) {
+  // Works on a copy of what the user gave, so that a cancelled bake leaves the session unchanged.
+  auto fresh = unbaked();
   std::swap(state_, fresh);
   auto old_direct = std::move(direct_);
   auto old_pending = std::exchange(pending_, {});

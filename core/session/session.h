@@ -185,7 +185,9 @@ class Session {
   // Or the parts do most of what look() does: begin_look(); ask_for() and join_look() of each part;
   // number_rays() of a part for each range of the samples, and take_numbers() of all; cast_looks()
   // of a part and take_looks() for each range. Samples count in the order of State::samples. A look
-  // that was begun and not completed can only be replaced by a bake.
+  // that was begun and not completed can only be replaced by a bake, or forgotten.
+  /// The session is as before its first bake, but for edits.
+  void forget_bake();
   /// Chooses guides. Does nothing without a final gather. Throws Cancelled, and leaves the session
   /// as it was.
   void begin_look(const FirstFlights& others, Progress& progress);
@@ -240,6 +242,8 @@ class Session {
                                                const Gathered& gathered, size_t begin, size_t end,
                                                bool errors) const;
   bool is_present(size_t sample) const;
+  /// A copy of what the user gave, and of what edits made of it.
+  std::unique_ptr<State> unbaked() const;
   /// For each sample, in parallel, calls write(its index as given by the user, irradiance, standard
   /// error). In sessions with a final gather, calls gathered(evaluation, sample, irradiance,
   /// standard error) for each present sample.

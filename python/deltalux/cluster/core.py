@@ -69,6 +69,11 @@ class SharedCore:
         return self._lit
 
     @property
+    def _was_lit(self) -> bool:
+        """Whether there was light once: before, `_batches` are all edits."""
+        return self._since is not None
+
+    @property
     def pending(self) -> float:
         """Share of the work that waits."""
         return 1.0 if self._seed is not None or self._in_doubt else self._core.pending
@@ -82,12 +87,20 @@ class SharedCore:
 
     def bake(self, progress: Progress | None) -> dict[str, Any]:
         """Compute everything. If this is cancelled, there is no light until the next bake."""
-        fresh = not self._core.baked
         self._lit = False
+        try:
+            frame = self._bake(progress)
+        except BaseException:
+            self._core.forget_bake()
+            raise
+        self._lit = True
+        return frame
+
+    def _bake(self, progress: Progress | None) -> dict[str, Any]:
         frame: dict[str, Any] = {}
         begin = time.perf_counter()
         answers = self._shards.ask(
-            "bake", self._batches, seed=self._present, again=False, fresh=fresh,
+            "bake", self._batches, seed=self._present, again=False, fresh=not self._was_lit,
             meanwhile=lambda: frame.update(self._core.bake(progress)), progress=progress,
         )  # fmt: skip
         waited = time.perf_counter()
@@ -97,7 +110,6 @@ class SharedCore:
         assert first is not None
         self._look(first, progress)
         self._complete()
-        self._lit = True
         stages = frame["milliseconds"]
         stages["shards"] = max(0.0, 1e3 * (waited - begin) - sum(stages.values()))
         stages["gather"] = stages.get("gather", 0.0) + 1e3 * (time.perf_counter() - waited)
@@ -265,7 +277,7 @@ class SharedCore:
     def save(self) -> Any:
         """The arrays of a session with all paths."""
         if not self._lit:
-            if self._core.baked:
+            if self._was_lit:
                 raise OptionError("save: found a bake that was cancelled, expected light; call bake() first")
             return self._core.save_choices()
         if self.pending:

@@ -75,7 +75,7 @@ class OutOfStep(Error):
 class MemoryArchive:
     """Arrays in memory, from which the core restores a session."""
 
-    def __init__(self, arrays: Mapping[str, bytes] | Mapping[str, np.ndarray]) -> None:
+    def __init__(self, arrays: Mapping[str, Any]) -> None:
         self._arrays = arrays
         self._begin = dict.fromkeys(arrays, 0)
 

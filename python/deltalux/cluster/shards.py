@@ -196,10 +196,11 @@ class Shards:
         self._command += 1
         waiting = [job for job in jobs if self._actors[job.number] is None and not fresh]
         with self._client.as_current(), self._cancelling(jobs):  # an actor binds itself to the current client
-            for job in jobs:
-                if job not in waiting:
-                    self._send(job)
+            started = [job for job in jobs if job not in waiting]
+            for job in started:
+                self._send(job)
             if meanwhile:
+                self._await_actors(started, tell)
                 meanwhile()
             for job in waiting:
                 self._begin_again(job, make)
@@ -270,6 +271,18 @@ class Shards:
 
     # ---- all of them --------------------------------------------------------------------------------
 
+    def _await_actors(self, jobs: Sequence[_Job], tell: Callable[[], bool]) -> None:
+        """Send first steps as soon as actors are made, unless there is no worker to make them."""
+        while self._client.nthreads() and any(self._actor(job.number).status == "pending" for job in jobs):
+            self._go_on(tell)
+            time.sleep(_LONGEST)
+        for job in jobs:
+            self._send(job)
+
+    def _go_on(self, tell: Callable[[], bool]) -> None:
+        if not tell():
+            raise Cancelled("cluster: cancelled by the progress callback")
+
     def _follow(self, jobs: Sequence[_Job], make: Callable[[], Seed], tell: Callable[[], bool]) -> None:
         pause, asked, alone = _SHORTEST, time.monotonic(), None
         while open_jobs := [job for job in jobs if not job.done]:
@@ -280,8 +293,7 @@ class Shards:
                 for job in open_jobs:
                     self._ask_how_far(job)
                 alone = self._check_workers(open_jobs, alone, now)
-            if not tell():
-                raise Cancelled("cluster: cancelled by the progress callback")
+            self._go_on(tell)
             pause = _SHORTEST if came else min(1.2 * pause, _LONGEST)
             if not came:
                 time.sleep(pause)
