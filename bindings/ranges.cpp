@@ -202,6 +202,26 @@ void bind_shared_rays(nb::class_<Session>& bound) {
           nb::arg("lights"), nb::arg("cells"), nb::arg("at"), nb::arg("quanta"),
           nb::arg("progress").none())
       .def("forget_bake", &Session::forget_bake)
+      .def("awaits_direct", &Session::awaits_direct)
+      .def("place_samples", &Session::place_samples, nb::call_guard<nb::gil_scoped_release>())
+      .def(
+          "cast_direct",
+          [](const Session& s, size_t first, size_t last, nb::object callback) {
+            std::optional<direct::DirectLight> light;
+            run(callback, [&](Progress& p) { light = s.cast_direct(first, last, p); });
+            ArchiveView archive;
+            light->save(archive);
+            return to_arrays(archive);
+          },
+          nb::arg("first"), nb::arg("last"), nb::arg("progress").none())
+      .def(
+          "take_direct",
+          [](Session& s, size_t first, size_t last, nb::object source) {
+            PythonSource archive(std::move(source));
+            nb::gil_scoped_release release;
+            s.take_direct(first, last, archive);
+          },
+          nb::arg("first"), nb::arg("last"), nb::arg("source"))
       .def("is_looking", &Session::is_looking)
       .def("save_look", [](const Session& s) { return to_arrays(s.save_look()); })
       .def(

@@ -144,12 +144,12 @@ void bind_session(nb::module_& m) {
           nb::arg("attached"), nb::arg("options"))
       .def(
           "bake",
-          [](Session& s, nb::object callback) {
+          [](Session& s, nb::object callback, bool leave_direct) {
             session::Frame frame;
-            run(callback, [&](Progress& p) { frame = s.bake(p); });
+            run(callback, [&](Progress& p) { frame = s.bake(p, leave_direct); });
             return to_dict(frame);
           },
-          nb::arg("progress").none())
+          nb::arg("progress").none(), nb::arg("leave_direct") = false)
       .def(
           "recompute",
           [](Session& s, nb::object callback) {

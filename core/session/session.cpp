@@ -183,12 +183,13 @@ std::unique_ptr<State> Session::unbaked() const {
 void Session::forget_bake() {
   std::unique_ptr<State> old = std::exchange(state_, unbaked());
   direct_.reset(), kept_.reset(), told_.reset(), looking_.reset();
+  awaited_direct_.reset();
   pending_.clear();
   baked_ = damaged_ = false;
   dispose(std::move(old));
 }
 
-Frame Session::bake(Progress& progress) {
+Frame Session::bake(Progress& progress, bool leave_direct) {
   // Works on a copy of what the user gave, so that a cancelled bake leaves the session unchanged.
   auto fresh = unbaked();
   std::swap(state_, fresh);
@@ -196,6 +197,7 @@ Frame Session::bake(Progress& progress) {
   auto old_pending = std::exchange(pending_, {});
   auto old_told = std::move(told_);
   auto old_looking = std::move(looking_);
+  auto old_awaited = std::move(awaited_direct_);
   try {
     Frame frame;
     Stopwatch watch;
@@ -212,7 +214,11 @@ Frame Session::bake(Progress& progress) {
     frame.end_stage("plan", watch);
     trace_all(progress, frame);
     watch.lap();
-    compute_direct(progress);
+    leave_direct &= state_->holds_none() && !state_->samples.point.empty() &&
+                    std::any_of(state_->light_sampled.begin(), state_->light_sampled.end(),
+                                [](uint8_t yes) { return yes; });
+    compute_direct(progress, leave_direct);
+    if (leave_direct) awaited_direct_ = std::make_unique<Awaited>(state_->samples.size());
     frame.end_stage("direct", watch);
     if (state_->holds_all()) look_around(progress, true);
     frame.end_stage("gather", watch);
@@ -226,6 +232,7 @@ Frame Session::bake(Progress& progress) {
     pending_ = std::move(old_pending);
     told_ = std::move(old_told);
     looking_ = std::move(old_looking);
+    awaited_direct_ = std::move(old_awaited);
     dispose(std::move(fresh));
     throw;
   }

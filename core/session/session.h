@@ -20,6 +20,7 @@
 #include "gather/pool_errors.h"
 #include "scene/edit.h"
 #include "session/affected.h"
+#include "session/awaited.h"
 #include "session/kept_places.h"
 #include "session/path_sums.h"
 #include "session/path_update.h"
@@ -72,7 +73,8 @@ class Session {
   /// Computes everything: acceleration structures, discs, paths, direct light, gather rays. Throws
   /// Cancelled and leaves the session as it was. Throws OptionError before tracing if the memory
   /// limit would be exceeded.
-  Frame bake(Progress& progress);
+  /// `leave_direct`: leave shadow rays of samples to others, see take_direct().
+  Frame bake(Progress& progress, bool leave_direct = false);
   /// Recomputes everything that depends on poses, lights and reflectances.
   Frame recompute(Progress& progress);
   /// Applies `edits` together. Throws Cancelled; then either nothing changed, or the remaining work
@@ -188,6 +190,15 @@ class Session {
   // that was begun and not completed can only be replaced by a bake, or forgotten.
   /// The session is as before its first bake, but for edits.
   void forget_bake();
+  // In the same way, parts may compute direct light after their bake, before the look begins:
+  // place_samples() and cast_direct() of parts, and take_direct().
+  void place_samples();
+  /// The direct light of samples [first, last).
+  direct::DirectLight cast_direct(size_t first, size_t last, Progress& progress) const;
+  /// Puts what cast_direct() found, and saved, in place.
+  void take_direct(size_t first, size_t last, ArchiveSource& archive);
+  /// Whether a bake left direct light to others, and some is missing.
+  bool awaits_direct() const { return awaited_direct_ != nullptr; }
   /// Chooses guides. Does nothing without a final gather. Throws Cancelled, and leaves the session
   /// as it was.
   void begin_look(const FirstFlights& others, Progress& progress);
@@ -267,7 +278,7 @@ class Session {
   void trace_all(Progress& progress, Frame& frame);
   /// Traces all paths, in steps that each take the same share of every batch.
   PathCounts trace_lights(Progress& progress);
-  void compute_direct(Progress& progress);
+  void compute_direct(Progress& progress, bool leave = false);
   void update_direct(std::span<const ObjectChange> changes, size_t old_lights, double budget_ms,
                      Progress& progress);
   /// Divides the surface into cells, which hold no light yet. In sessions without a final gather
@@ -457,7 +468,8 @@ class Session {
   }
   /// Throws OptionError in a session without paths that lacks sums of some.
   void check_added() const;
-  /// Throws OptionError in a session without paths before look().
+  /// Throws OptionError in a session without paths before look(), or before others gave what
+  /// direct light was left to them.
   void check_looked() const;
   /// Throws OptionError, or Error as check_whole() does, unless there is light to read.
   void check_readable() const;
@@ -484,10 +496,10 @@ class Session {
   struct Looking {
     bool lit = false;            ///< whether anything is
     gather::Looks looks{{}, 0};  ///< of no samples before take_numbers()
-    std::vector<uint8_t> taken;  ///< by sample: whether its looks are there
-    size_t left = 0;             ///< samples whose looks are not
+    Awaited awaited;
   };
   std::unique_ptr<Looking> looking_;
+  std::unique_ptr<Awaited> awaited_direct_;  // null: direct light is there
   /// Frees what a cancelled call leaves behind, possibly gigabytes, without making the caller wait.
   template <class T>
   void dispose(T&& waste) {

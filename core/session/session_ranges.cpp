@@ -309,6 +309,7 @@ bool Session::may_look(const FirstFlights& others) const {
         "look: found a session that waits for gather rays of others; add those that it lacks, or "
         "bake again");
   if (!s.gather || looked()) return false;
+  if (awaited_direct_) check_looked();
   check_flights(others, candidates(s), s.gather->cells.size());
   return true;
 }
@@ -385,6 +386,9 @@ void Session::check_added() const {
 }
 
 void Session::check_looked() const {
+  if (awaited_direct_)
+    throw OptionError(
+        "session: it lacks direct light of some samples; call take_direct() for them");
   if (baked_ && state_->holds_none() && !looked())
     throw OptionError(
         "session: its gather rays are not cast yet; call look() once the sums of all paths are "

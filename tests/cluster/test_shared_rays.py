@@ -21,7 +21,7 @@ from test_light_pools import pools_and_sconce
 
 from .killing import pid_of_holder
 
-STAGES = ["find noisy places", "look around"]
+STAGES = ["direct light", "find noisy places", "look around"]
 
 
 @pytest.fixture(autouse=True)

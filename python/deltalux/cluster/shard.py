@@ -209,6 +209,12 @@ class Shard:
     def _ask_for(self, lights: np.ndarray) -> None:
         ranges.ask_for(self._own_session(), lights)
 
+    def _place_samples(self) -> None:
+        ranges.place_samples(self._own_session())
+
+    def _cast_direct(self, first: int, last: int) -> dict[str, np.ndarray]:
+        return ranges.cast_direct(self._own_session(), first, last)
+
     def _join_look(self, choices: Mapping[str, np.ndarray]) -> None:
         ranges.join_look(self._own_session(), MemoryArchive(choices))
 

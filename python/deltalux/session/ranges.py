@@ -44,6 +44,7 @@ __all__ = [
     "add_up",
     "ask_for",
     "asked_lights",
+    "cast_direct",
     "cast_looks",
     "digest",
     "first_flights",
@@ -54,6 +55,7 @@ __all__ = [
     "number_rays",
     "path_changes",
     "path_sums",
+    "place_samples",
     "ranges_of",
     "segments_hash",
 ]
@@ -327,6 +329,23 @@ def look(whole: Session, first: FirstFlights) -> None:
         whole._baked_session().look(
             first.lights, first.cells, first.landed.at, first.landed.values, whole.progress
         )
+
+
+def place_samples(part: Session) -> None:
+    """Prepare a part, after its bake, for `cast_direct`."""
+    with part._calls.one(long=True):
+        part._baked_session().place_samples()
+
+
+def cast_direct(part: Session, first: int, last: int) -> dict[str, np.ndarray]:
+    """Compute direct light by shadow rays for samples `first` to `last`, in a part.
+
+    Returns
+    -------
+    arrays by name, of what the session without paths takes over
+    """
+    with part._calls.one(long=True):
+        return part._baked_session().cast_direct(first, last, part.progress)
 
 
 def join_look(part: Session, choices: Any) -> None:

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gather rays of a bake that sessions with a part of the paths cast, each for ranges of the
-// samples, and that the session without paths puts in place.
+// Shadow rays and gather rays of a bake that sessions with a part of the paths cast, each for
+// ranges of the samples, and that the session without paths puts in place.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/error.h"
 #include "session/session.h"
@@ -17,12 +18,6 @@ constexpr const char* kSame =
 
 [[noreturn]] void refuse(const std::string& what) {
   throw OptionError("gather rays: found " + what + kSame);
-}
-
-void check_range(size_t first, size_t last, size_t samples) {
-  if (first > last || last > samples)
-    refuse("samples " + std::to_string(first) + " to " + std::to_string(last) + " of " +
-           std::to_string(samples));
 }
 
 /// Whether these may be guides that a receiver sees, of so many.
@@ -65,13 +60,39 @@ ArchiveView Session::save_look() const {
   return archive;
 }
 
+void Session::place_samples() {
+  check_whole();
+  if (!baked_ || state_->evaluates())
+    throw OptionError(
+        "rays: found a session that casts none for others, expected a baked one with a part of "
+        "the paths");
+  place_receivers(nullptr);
+}
+
+direct::DirectLight Session::cast_direct(size_t first, size_t last, Progress& progress) const {
+  const State& s = *state_;
+  check_joined(first, last);
+  direct::DirectLight direct(last - first, s.scene.group_count, direct_->irradiance_quantum(),
+                             s.options.seed);
+  direct.compute(
+      {*s.caster, s.lights, s.light_sampled, std::span(receivers_).subspan(first, last - first)},
+      s.workers, progress);
+  return direct;
+}
+
+void Session::take_direct(size_t first, size_t last, ArchiveSource& archive) {
+  if (!awaited_direct_)
+    throw OptionError("take_direct: found a session that waits for no direct light");
+  awaited_direct_->check_missing(first, last);
+  direct_->restore_samples(first, last - first, archive);
+  awaited_direct_->take(first, last);
+  if (awaited_direct_->over()) awaited_direct_.reset();
+}
+
 void Session::join_look(ArchiveSource& archive) {
   State& s = *state_;
-  check_whole();
-  if (!s.gather || !baked_ || s.evaluates())
-    throw OptionError(
-        "join_look: found a session that has no gather rays to cast for another one, expected a "
-        "baked one that gathers and holds a part of the paths");
+  place_samples();
+  if (!s.gather) throw OptionError("join_look: found a session that does not gather");
   gather::Guiding guiding;
   guiding.restore(archive, s.lights, 0, s.options.gather_rays);
   auto radiosity =
@@ -83,20 +104,20 @@ void Session::join_look(ArchiveSource& archive) {
   if (s.asked_for() != s.asked_for(guiding))
     refuse("other lights with shadow rays than ask_for() was told");
   s.guiding = std::move(guiding);
-  place_receivers(nullptr);
   place_asked();
   s.gather->light.take(std::move(radiosity));
 }
 
 void Session::check_joined(size_t first, size_t last) const {
   if (state_->evaluates() || receivers_.empty())
-    throw OptionError("gather rays: found a session that casts none for others; call join_look()");
-  check_range(first, last, receivers_.size());
+    throw OptionError(
+        "rays: found a session that casts none for others; call place_samples() or join_look()");
+  Awaited::check(first, last, receivers_.size());
 }
 
 std::vector<Vec3d> Session::direct_of_samples(size_t first, size_t last) const {
   looking(false);
-  check_range(first, last, receivers_.size());
+  Awaited::check(first, last, receivers_.size());
   return irradiance_of(*direct_, first, last - first);
 }
 
@@ -129,8 +150,7 @@ void Session::take_numbers(RayNumbers numbers) {
   if (looking_->lit) fit_rays();
   looking_->looks = uncast(numbers.seen);
   looking_->looks.clear(s.guiding);
-  looking_->taken.assign(samples, 0);
-  looking_->left = samples;
+  looking_->awaited = Awaited(samples);
 }
 
 std::vector<uint64_t> Session::look_cuts(uint64_t rays) const {
@@ -144,7 +164,7 @@ std::vector<uint64_t> Session::look_cuts(uint64_t rays) const {
 
 ArchiveView Session::save_aims(size_t first, size_t last) const {
   looking(true);
-  check_range(first, last, state_->samples.size());
+  Awaited::check(first, last, state_->samples.size());
   ArchiveView archive;
   state_->guiding.save_samples(first, last, archive);
   return archive;
@@ -165,15 +185,11 @@ gather::Looks Session::cast_looks(size_t first, size_t last, ArchiveSource& arch
 void Session::take_looks(size_t first, size_t last, ArchiveSource& archive) {
   State& s = *state_;
   looking(true);
-  check_range(first, last, s.samples.size());
-  const std::span own = std::span(looking_->taken).subspan(first, last - first);
-  if (std::find(own.begin(), own.end(), 1) != own.end())
-    refuse("gather rays that are there already");
+  looking_->awaited.check_missing(first, last);
   Progress part;
   looking_->looks.restore_samples(first, last, archive, present(receivers_, s.guiding), part);
-  std::fill(own.begin(), own.end(), uint8_t(1));
-  looking_->left -= own.size();
-  if (looking_->left) return;
+  looking_->awaited.take(first, last);
+  if (!looking_->awaited.over()) return;
   s.gather->looks = std::move(looking_->looks);
   looking_.reset();
 }
