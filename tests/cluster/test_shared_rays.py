@@ -79,8 +79,16 @@ def test_rays_along_guides(client, shards, tmp_path):
             shares = [fraction for name, fraction in told if name == stage]
             assert shares == sorted(shares) and len(set(shares)) > 2
         equal(many, one)
+        for x, y, z in (
+            (-1.8, 0.3, -1),
+            (1.1, 1.5, 0.5),
+            (-2.4, 1.4, 1.5),
+        ):  # within two beams; before the strip
+            for each in (one, many):
+                each.move("block", translation(x, y, z))
+                each.update()
+            equal(many, one)
         for each in (one, many):
-            each.move("block", translation(-1.3, 0.3, -0.6))
             each.move("lamp", translation(0.3, 2.4, -1.8))
             each.dim("a", 0.5)
             each.update()
