@@ -31,11 +31,11 @@ MOST_SHARDS = 65536
 class ClusterSession(Session):
     """A `Session` that is shared among the workers of a Dask cluster, with the same bits.
 
-    Each shard holds a range of the paths, in the memory of a worker, for the session's life. In a bake, shards
-    also cast shadow rays and gather rays, each for the samples that come next; what they met is kept here. Edits
-    go to all shards; what they changed of integer sums comes back, is added up here, and light is read from that.
-    Results, digest and files are those of `Session`, whatever the numbers of shards and workers. A shard
-    whose worker is lost is traced again by another one (see `notes`), to the same bits.
+    Each shard holds a range of the paths, in the memory of a worker, for the session's life. In a bake,
+    shards also cast shadow rays and gather rays, each for the samples that come next; what they met is kept
+    here. Edits go to all shards; what they changed of integer sums comes back, is added up here, and light is
+    read from that. Results, digest and files are those of `Session`, whatever the numbers of shards and
+    workers. A shard whose worker is lost is traced again by another one (see `notes`), to the same bits.
 
     Parameters
     ----------
