@@ -4,10 +4,11 @@
     PYTHONPATH=python .venv/bin/python benchmarks/cluster.py --paths 1e7 --repeats 3
 
 Bakes of the atrium by paths alone (gather="off", direct="paths") with one and with two single-threaded
-workers; updates of its trolley with 8 shards on two workers against one process of two threads; what shards
-answer, in bytes, and how long it takes to take that in. Then a simulation of one update with many workers:
-their answers arrive one after another at the coordinator, which unpacks and adds them, or at a tree in which
-workers add up those of others, which ClusterSession does not do yet.
+workers; with --defaults, bakes by default options instead, a shard per worker, and nothing else. Then updates
+of its trolley with 8 shards on two workers against one process of two threads; what shards answer, in bytes,
+and how long it takes to take that in. Then a simulation of one update with many workers: their answers arrive
+one after another at the coordinator, which unpacks and adds them, or at a tree in which workers add up those
+of others, which ClusterSession does not do yet.
 """
 
 from __future__ import annotations
@@ -56,14 +57,17 @@ def workers(count: int) -> Iterator[Client]:
         yield client
 
 
-def bake_seconds(scene: dl.Scene, samples: dl.Samples, count: int, paths: int, repeats: int) -> list[float]:
+BY_PATHS: dict[str, Any] = {"gather": "off", "direct": "paths", "shards": 2}
+
+
+def bake_seconds(
+    scene: dl.Scene, samples: dl.Samples, count: int, repeats: int, options: dict[str, Any]
+) -> list[float]:
     """Seconds of bakes with `count` workers, the first one left out."""
     found = []
     with (
         workers(count) as client,
-        dl.ClusterSession(
-            scene, samples, client=client, shards=2, paths=paths, gather="off", direct="paths", threads=1
-        ) as session,
+        dl.ClusterSession(scene, samples, client=client, threads=1, **options) as session,
     ):
         for _ in range(repeats + 1):
             begin = time.perf_counter()
@@ -176,15 +180,23 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--paths", type=float, default=1e7, help="of the bakes")
+    parser.add_argument(
+        "--defaults", action="store_true", help="bake by default options, a shard per worker; nothing else"
+    )
     parser.add_argument("--update-paths", type=float, default=3e5)
     parser.add_argument("--shards", type=int, default=8)
     parser.add_argument("--repeats", type=int, default=3)
     asked = parser.parse_args()
     scene = dl.scenes.atrium()
     samples = dl.Samples.on_vertices(scene)
-    seconds = {n: bake_seconds(scene, samples, n, int(asked.paths), asked.repeats) for n in (1, 2)}
+    seconds = {}
+    for n in (1, 2):
+        options = {"shards": n} if asked.defaults else BY_PATHS
+        seconds[n] = bake_seconds(scene, samples, n, asked.repeats, {"paths": int(asked.paths), **options})
     one, two = (statistics.median(seconds[n]) for n in (1, 2))
     print(f"bake of {asked.paths:.0e} paths: one worker {one:.1f} s, two {two:.1f} s, {one / two:.2f} times")
+    if asked.defaults:
+        return 0
     costs = updates(scene, samples, int(asked.update_paths), asked.shards, 4 * asked.repeats)
     simulate(costs, work=10.0)
     return 0

@@ -19,6 +19,10 @@
 #include "base/transform.h"
 #include "base/vec.h"
 
+namespace deltalux::session {
+class Session;
+}
+
 namespace deltalux::python {
 
 namespace nb = nanobind;
@@ -73,5 +77,8 @@ void bind_ray_map(nb::module_& m);
 void bind_gather(nb::module_& m);
 void bind_plan(nb::module_& m);
 void bind_session(nb::module_& m);
+/// Parts of bind_session(): what paths of ranges bring; rays that others cast.
+void bind_ranges(nb::class_<session::Session>& bound);
+void bind_shared_rays(nb::class_<session::Session>& bound);
 
 }  // namespace deltalux::python

@@ -10,19 +10,13 @@
 
 #include "base/error.h"
 #include "plan_values.h"
+#include "python_source.h"
 #include "session_options.h"
 
 namespace deltalux::python {
 namespace {
 
 using session::Session;
-
-/// Sums in four dimensions.
-using Blocks = nb::ndarray<const int64_t, nb::numpy, nb::ndim<4>, nb::c_contig, nb::device::cpu>;
-
-std::vector<int64_t> to_numbers(const Blocks& blocks) {
-  return {blocks.data(), blocks.data() + blocks.size()};
-}
 
 nb::dict to_dict(const session::Frame& frame) {
   nb::dict ms, out;
@@ -101,169 +95,6 @@ nb::object read_bytes(const ArchiveView& archive, const std::string& name, size_
   return out;
 }
 
-/// The sums of a session's paths: their number; discs (groups, batches, samples, 3); cells (cells,
-/// groups, batches, 3).
-nb::tuple path_sums(const Session& session) {
-  session::PathSums sums;
-  {
-    nb::gil_scoped_release release;
-    sums = session.path_sums();
-  }
-  const size_t groups = session.state().sum_groups(), batches = session::kBatches;
-  const size_t cells = sums.cells.size() / (3 * groups * batches);
-  return nb::make_tuple(
-      sums.paths,
-      make_array(std::move(sums.discs), {groups, batches, session.state().samples.size(), 3}),
-      make_array(std::move(sums.cells), {cells, groups, batches, 3}));
-}
-
-/// Places and values of a row.
-nb::tuple to_tuple(session::SparseRow&& row) {
-  const size_t n = row.at.size();
-  return nb::make_tuple(row.size, make_array(std::move(row.at), {n}),
-                        make_array(std::move(row.value), {n}));
-}
-
-/// Length, places and values.
-using Row = std::tuple<uint64_t, Column<uint64_t>, Column<int64_t>>;
-
-session::SparseRow to_row(const Row& row) {
-  const auto& [size, at, value] = row;
-  return {size, to_vector(at), to_vector(value)};
-}
-
-/// ranges, edits, since; then length, places and values of the rows of discs, cells and openness.
-nb::tuple path_changes(Session& session) {
-  session::PathChanges changes;
-  {
-    nb::gil_scoped_release release;
-    changes = session.path_changes();
-  }
-  nb::list ranges;
-  for (const session::PathRange& range : changes.ranges)
-    ranges.append(nb::make_tuple(range.first, range.last));
-  return nb::make_tuple(nb::tuple(ranges), changes.edits, changes.since,
-                        to_tuple(std::move(changes.discs)), to_tuple(std::move(changes.cells)),
-                        to_tuple(std::move(changes.openness)));
-}
-
-/// Lights, the number of cells, places, and what lands there, (places, 3).
-nb::tuple first_flights(const Session& session) {
-  session::FirstFlights flights;
-  {
-    nb::gil_scoped_release release;
-    flights = session.first_flights();
-  }
-  const size_t lights = flights.lights.size(), n = flights.at.size();
-  std::vector<int64_t> quanta;
-  for (const auto& own : flights.quanta) quanta.insert(quanta.end(), own.begin(), own.end());
-  return nb::make_tuple(make_array(std::move(flights.lights), {lights}), flights.cells,
-                        make_array(std::move(flights.at), {n}),
-                        make_array(std::move(quanta), {n, 3}));
-}
-
-session::FirstFlights to_flights(const Column<uint32_t>& lights, uint64_t cells,
-                                 const Column<uint64_t>& at, const Rows<int64_t, 3>& quanta) {
-  session::FirstFlights flights{to_vector(lights), cells, to_vector(at), {}};
-  for (size_t i = 0; i < quanta.shape(0); ++i)
-    flights.quanta.push_back({quanta(i, 0), quanta(i, 1), quanta(i, 2)});
-  return flights;
-}
-
-/// What sessions that share the paths of one bake need beside the rest, see session/session.h.
-// long: a list of names.
-void bind_ranges(nb::class_<Session>& bound) {
-  bound.def("path_sums", &path_sums)
-      .def("segments_hash",
-           [](const Session& s) {
-             session::SegmentsHash hash;
-             {
-               nb::gil_scoped_release release;
-               hash = s.segments_hash();
-             }
-             return make_array(std::vector<uint64_t>{hash.count, hash.a, hash.b}, {3});
-           })
-      .def("path_changes", &path_changes)
-      .def(
-          "add_path_changes",
-          [](Session& s, const std::vector<std::pair<uint64_t, uint64_t>>& ranges, uint64_t edits,
-             std::optional<uint64_t> since, const Row& discs, const Row& cells,
-             const Row& openness) {
-            session::PathChanges changes{
-                {}, edits, since, to_row(discs), to_row(cells), to_row(openness)};
-            for (const auto& [first, last] : ranges) changes.ranges.push_back({first, last});
-            nb::gil_scoped_release release;
-            s.add_path_changes(changes);
-          },
-          nb::arg("ranges"), nb::arg("edits"), nb::arg("since").none(), nb::arg("discs"),
-          nb::arg("cells"), nb::arg("openness"))
-      .def(
-          "gradient_sums",
-          [](Session& s, nb::object callback) {
-            session::SlopeSums sums;
-            run(callback, [&](Progress& p) { sums = s.slope_sums(p); });
-            const size_t groups = s.state().sum_groups(), n = s.state().samples.size();
-            return nb::make_tuple(
-                make_array(std::move(sums.discs), {groups, session::kBatches, n, 3}),
-                make_array(std::move(sums.moments), {groups, session::kBatches, n, 6}));
-          },
-          nb::arg("progress").none())
-      .def(
-          "gradient_with",
-          [](Session& s, const Blocks& discs, const Blocks& moments, nb::object callback) {
-            const session::SlopeSums others{to_numbers(discs), to_numbers(moments)};
-            const size_t n = s.state().samples.size();
-            std::vector<double> gradient(9 * n);
-            run(callback, [&](Progress& p) { s.read_gradient(gradient.data(), p, others); });
-            return make_array(std::move(gradient), {n, 3, 3});
-          },
-          nb::arg("discs"), nb::arg("moments"), nb::arg("progress").none())
-      .def("first_flights", &first_flights)
-      .def(
-          "look",
-          [](Session& s, const Column<uint32_t>& lights, uint64_t cells, const Column<uint64_t>& at,
-             const Rows<int64_t, 3>& quanta, nb::object callback) {
-            const session::FirstFlights flights = to_flights(lights, cells, at, quanta);
-            run(callback, [&](Progress& p) { s.look(flights, p); });
-          },
-          nb::arg("lights"), nb::arg("cells"), nb::arg("at"), nb::arg("quanta"),
-          nb::arg("progress").none())
-      .def("asked_lights",
-           [](const Session& s) {
-             std::vector<uint32_t> lights = s.asked_lights();
-             const size_t n = lights.size();
-             return make_array(std::move(lights), {n});
-           })
-      .def(
-          "ask_for",
-          [](Session& s, const Column<uint32_t>& lights) { s.ask_for(to_vector(lights)); },
-          nb::arg("lights"));
-}
-
-/// Arrays that a Python object reads from a file: bytes(name) -> int or None; read_into(name,
-/// buffer) reads the next bytes.
-class PythonSource : public ArchiveSource {
- public:
-  explicit PythonSource(nb::object source) : source_(std::move(source)) {}
-
-  std::optional<size_t> bytes(const std::string& name) override {
-    nb::gil_scoped_acquire acquire;
-    const nb::object found = source_.attr("bytes")(name);
-    return found.is_none() ? std::nullopt : std::optional(nb::cast<size_t>(found));
-  }
-  void read(const std::string& name, std::span<std::byte> to) override {
-    if (to.empty()) return;
-    nb::gil_scoped_acquire acquire;
-    const nb::object buffer = nb::steal(PyMemoryView_FromMemory(
-        reinterpret_cast<char*>(to.data()), Py_ssize_t(to.size()), PyBUF_WRITE));
-    source_.attr("read_into")(name, buffer);
-    buffer.attr("release")();
-  }
-
- private:
-  nb::object source_;
-};
-
 }  // namespace
 
 // long: a list of names.
@@ -296,6 +127,7 @@ void bind_session(nb::module_& m) {
 
   nb::class_<Session> bound(m, "Session");
   bind_ranges(bound);
+  bind_shared_rays(bound);
   bound
       .def(
           "__init__",
@@ -312,12 +144,12 @@ void bind_session(nb::module_& m) {
           nb::arg("attached"), nb::arg("options"))
       .def(
           "bake",
-          [](Session& s, nb::object callback) {
+          [](Session& s, nb::object callback, bool leave_direct) {
             session::Frame frame;
-            run(callback, [&](Progress& p) { frame = s.bake(p); });
+            run(callback, [&](Progress& p) { frame = s.bake(p, leave_direct); });
             return to_dict(frame);
           },
-          nb::arg("progress").none())
+          nb::arg("progress").none(), nb::arg("leave_direct") = false)
       .def(
           "recompute",
           [](Session& s, nb::object callback) {

@@ -47,6 +47,8 @@ class DirectLight {
   /// Computes everything. Throws Cancelled (within milliseconds) and leaves the object as it was;
   /// so does update().
   void compute(const Present& present, const Workers& workers, Progress& progress);
+  /// Forgets all light: samples are dark until restore_samples() brings theirs.
+  void clear(std::span<const trace::Light> lights, std::span<const uint8_t> sampled);
   /// Applies this change and any that lights still lag behind on. A receiver's visibility of a
   /// light is tested again, against movable objects, if a changed object's shadow volume contains
   /// the receiver; against static geometry only if the light or the receiver itself changed. With
@@ -75,6 +77,9 @@ class DirectLight {
   /// Restores what save() wrote, for the same samples, lights and seed. Throws FormatError.
   void restore(ArchiveSource& archive, std::span<const trace::Light> lights,
                std::span<const uint8_t> sampled);
+  /// Restores the samples from `first` on, which are dark, from what an up-to-date object of
+  /// `count` samples alone saved. Throws FormatError; this object is then useless.
+  void restore_samples(size_t first, size_t count, ArchiveSource& archive);
 
  private:
   /// What one light gives to each sample. Empty for lights that are not computed here.

@@ -64,35 +64,55 @@ void DirectLight::save(ArchiveView& archive) const {
   archive.keep("direct.behind", behind);
 }
 
-void DirectLight::restore(ArchiveSource& archive, std::span<const trace::Light> lights,
-                          std::span<const uint8_t> sampled) {
+void DirectLight::clear(std::span<const trace::Light> lights, std::span<const uint8_t> sampled) {
   check(lights, sampled);
-  const size_t pairs = samples_ * size_t(std::count_if(sampled.begin(), sampled.end(),
-                                                       [](uint8_t yes) { return yes != 0; }));
-  archive.expect<int64_t>("direct.weights", pairs);
-  archive.expect<uint32_t>("direct.views", pairs);
   DirectLight fresh(samples_, group_count_, quantum_, seed_);
   fresh.columns_ = make_columns(lights, sampled, 0);
-  const size_t places = archive.count<PartialView>("direct.partial");
+  *this = std::move(fresh);
+}
+
+void DirectLight::restore_samples(size_t first, size_t count, ArchiveSource& archive) {
+  size_t pairs = 0;
+  for (const Column& column : columns_) pairs += column.weight.empty() ? 0 : count;
+  archive.expect<int64_t>("direct.weights", pairs);
+  archive.expect<uint32_t>("direct.views", pairs);
+  const size_t places = archive.count<PartialView>("direct.partial"), base = partial_.size();
   if (places > pairs) refuse("direct.partial");
-  fresh.partial_ = archive.read_all<PartialView>("direct.partial", places);
-  for (const PartialView& partial : fresh.partial_)
-    if (!(partial.share >= 0 && partial.share <= 1)) refuse("direct.partial");
+  const auto partial = archive.read_all<PartialView>("direct.partial", places);
+  for (const PartialView& own : partial)
+    if (!(own.share >= 0 && own.share <= 1)) refuse("direct.partial");
+  partial_.insert(partial_.end(), partial.begin(), partial.end());
   std::vector<bool> used(places);
-  for (Column& column : fresh.columns_) {
-    archive.read("direct.weights", std::span(column.weight));
-    archive.read("direct.views", std::span(column.view));
-    for (size_t i = 0; i < column.view.size(); ++i) {
-      const uint32_t code = column.view[i];
-      if (column.weight[i] < 0 || column.weight[i] > int64_t(kMaxWeight)) refuse("direct.weights");
-      if (is_kind(code) ? kind_of(code) > FixedView::Kind::open : code >= places || used[code])
+  for (Column& column : columns_) {
+    if (column.weight.empty()) continue;
+    const auto weight = std::span(column.weight).subspan(first, count);
+    const auto view = std::span(column.view).subspan(first, count);
+    archive.read("direct.weights", weight);
+    archive.read("direct.views", view);
+    for (size_t i = 0; i < count; ++i) {
+      if (weight[i] < 0 || weight[i] > int64_t(kMaxWeight)) refuse("direct.weights");
+      if (is_kind(view[i]) ? kind_of(view[i]) > FixedView::Kind::open
+                           : view[i] >= places || used[view[i]])
         refuse("direct.views");
-      if (!is_kind(code)) used[code] = true;
-      fresh.add(column, i, column.weight[i], 1);
+      if (!is_kind(view[i])) {
+        used[view[i]] = true;
+        view[i] += uint32_t(base);
+      }
+      add(column, first + i, weight[i], 1);
     }
   }
   for (uint32_t place = 0; place < places; ++place)
-    if (!used[place]) fresh.unused_.push_back(place);
+    if (!used[place]) unused_.push_back(uint32_t(base) + place);
+}
+
+void DirectLight::restore(ArchiveSource& archive, std::span<const trace::Light> lights,
+                          std::span<const uint8_t> sampled) {
+  const size_t pairs = samples_ * size_t(std::count_if(sampled.begin(), sampled.end(),
+                                                       [](uint8_t yes) { return yes != 0; }));
+  archive.expect<int64_t>("direct.weights", pairs);  // before memory for them is allocated
+  DirectLight fresh(samples_, group_count_, quantum_, seed_);
+  fresh.clear(lights, sampled);
+  fresh.restore_samples(0, samples_, archive);
   const auto begins = archive.read_all<uint8_t>("direct.behind", lights.size());
   DirectChange anew;
   for (uint32_t light = 0; light < lights.size(); ++light) {

@@ -2,6 +2,8 @@
 // Radiosity of the cells: a pure function of each cell's sum of landed power.
 #pragma once
 #include <array>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "base/assertion.h"
@@ -45,7 +47,10 @@ class CellLight {
   /// Recomputes the radiosity of changed cells, or of all cells after a change of scales or
   /// reflectances.
   void renew(const CellState& state, const Workers& workers);
+  /// Takes over the radiosity of all cells as another session computed it; renew() must not follow.
+  void take(std::vector<Radiosity> radiosity) { radiosity_ = std::move(radiosity); }
   const Radiosity& operator[](uint32_t cell) const { return radiosity_[cell]; }
+  std::span<const Radiosity> all() const { return radiosity_; }
   static size_t forecast_bytes(size_t cells) { return cells * (sizeof(Radiosity) + sizeof(float)); }
   size_t bytes() const {
     return radiosity_.capacity() * sizeof(Radiosity) + bare_.capacity() * sizeof(float);

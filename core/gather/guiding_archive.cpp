@@ -36,22 +36,32 @@ const char* flaw(const RayShares& shares, uint32_t rays, size_t guides, size_t b
   return nullptr;
 }
 
+/// Saves what belongs to no sample.
+void save_chosen(const Guiding& guiding, std::span<const Guide> guides, const RayNeed& need,
+                 ArchiveView& archive) {
+  archive.append(kGuides, guides);
+  archive.append(kBeams, guiding.beams);
+  archive.append(kSuns, guiding.suns);
+  archive.keep(kNeed, std::vector<RayNeed>{need});
+}
+
 }  // namespace
 
 void Guiding::save(ArchiveView& archive, bool current) const {
-  archive.append(kGuides, guides);
-  archive.append(kBeams, beams);
-  archive.append(kSuns, suns);
-  archive.keep(kNeed, std::vector<RayNeed>{need});
+  save_chosen(*this, guides, need, archive);
   archive.append(kDoublings, doublings);
   if (current && !empty()) archive.append(kShares, shares);
 }
 
+void Guiding::save_samples(size_t first, size_t last, ArchiveView& archive) const {
+  save_chosen(*this, guides, need, archive);
+  archive.append(kDoublings, std::span(doublings).subspan(first, last - first));
+  if (!empty() && last > first)
+    archive.append(kShares, std::span(shares).subspan(first, last - first));
+}
+
 void Guiding::save_asked(ArchiveView& archive) const {
-  archive.append(kGuides, std::span<const Guide>());
-  archive.append(kBeams, beams);
-  archive.append(kSuns, suns);
-  archive.keep(kNeed, std::vector<RayNeed>(1));
+  save_chosen(*this, {}, {}, archive);
   archive.append(kDoublings, std::span<const int8_t>());
 }
 

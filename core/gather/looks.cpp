@@ -251,14 +251,18 @@ void Looks::set(const Found& found) {
   }
 }
 
-void Looks::cast(const Present& present, const Workers& workers, Progress& progress) {
-  const Caster caster(*this, present);
+void Looks::clear(const Guiding& guiding) {
   pending_.reset();
   parts_.assign(samples(), kParts);
   chains_.clear();
   targets_.assign(rays_.all(), kDark);
-  weights_.assign(present.guiding.empty() ? 0 : targets_.size(), 0.0f);
-  in_beam_.assign(present.guiding.beams.empty() ? 0 : (targets_.size() + 63) / 64, 0);
+  weights_.assign(guiding.empty() ? 0 : targets_.size(), 0.0f);
+  in_beam_.assign(guiding.beams.empty() ? 0 : (targets_.size() + 63) / 64, 0);
+}
+
+void Looks::cast(const Present& present, const Workers& workers, Progress& progress) {
+  const Caster caster(*this, present);
+  clear(present.guiding);
   progress.begin("look around", rays_.all());
   // Work in portions of samples: chains need much less memory once they are stored.
   for (size_t first = 0; first < samples(); first += kPortion) {

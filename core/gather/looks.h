@@ -44,6 +44,8 @@ class Looks {
   size_t samples() const { return rays_.receivers(); }
   /// Casts all rays. Throws Cancelled; this object is then useless.
   void cast(const Present& present, const Workers& workers, Progress& progress);
+  /// Forgets all rays: they are dark until restore_samples() brings them.
+  void clear(const Guiding& guiding);
   /// Records a change for follow().
   void note(const Present& present, const Change& change);
   /// Recasts the rays that recorded changes may affect, nearest to the moved objects first, until
@@ -96,6 +98,10 @@ class Looks {
   /// then useless.
   void restore(ArchiveSource& archive, const Present& present, const Workers& workers,
                Progress& progress);
+  /// Restores samples [first, last), which are dark, from what an object of these samples alone
+  /// saved. Throws like restore().
+  void restore_samples(size_t first, size_t last, ArchiveSource& archive, const Present& present,
+                       Progress& progress);
 
  private:
   class Caster;

@@ -157,28 +157,40 @@ void Looks::restore(ArchiveSource& archive, const Present& present, const Worker
                     Progress& progress) {
   if (!archive.read_all<uint32_t>(kComplete, 1)[0]) return cast(present, workers, progress);
   progress.begin("restore rays", rays_.all());
-  targets_ = archive.read_all<uint32_t>(kTargets, rays_.all());
-  const bool weighted = !present.guiding.empty(), beams = !present.guiding.beams.empty();
-  weights_ = archive.read_all<float>(kWeights, weighted ? targets_.size() : 0);
-  in_beam_ = archive.read_all<uint64_t>(kInBeam, beams ? (targets_.size() + 63) / 64 : 0);
-  for (float weight : weights_)
-    if (!(weight >= 0 && weight <= kMaxWeight)) refuse(kWeights, "found a weight no ray has");
+  archive.expect<uint32_t>(kTargets, rays_.all());  // before memory for them is allocated
+  clear(present.guiding);
+  restore_samples(0, samples(), archive, present, progress);
+}
+
+void Looks::restore_samples(size_t first_sample, size_t last_sample, ArchiveSource& archive,
+                            const Present& present, Progress& progress) {
+  const size_t begin = rays_.first(first_sample), count = rays_.first(last_sample) - begin;
+  archive.expect<uint32_t>(kTargets, count);
+  archive.read(kTargets, std::span(targets_).subspan(begin, count));
+  archive.expect<float>(kWeights, weights_.empty() ? 0 : count);
+  if (!weights_.empty()) archive.read(kWeights, std::span(weights_).subspan(begin, count));
+  for (size_t i = begin; i < begin + count && !weights_.empty(); ++i)
+    if (!(weights_[i] >= 0 && weights_[i] <= kMaxWeight))
+      refuse(kWeights, "found a weight no ray has");
+  const auto bits = archive.read_all<uint64_t>(kInBeam, in_beam_.empty() ? 0 : (count + 63) / 64);
+  for (size_t i = 0; i < count && !bits.empty(); ++i)
+    in_beam_[(begin + i) / 64] |= (bits[i / 64] >> (i % 64) & 1) << ((begin + i) % 64);
   Entries<Record> records(archive, kChains);
   Entries<Vertex> vertices(archive, kVertices);
   const uint32_t cells = present.cells.size();
-  chains_.clear();
+  const size_t before = chains_.size();
   std::array<Vertex, kMaxVertices> own;
-  for (size_t ray = 0; ray < targets_.size(); ++ray) {
+  for (size_t ray = 0; ray < count; ++ray) {
     if (ray % kPerStep == 0 && ray) {
       progress.advance(kPerStep);
       progress.check();
     }
-    uint32_t& target = targets_[ray];
+    uint32_t& target = targets_[begin + ray];
     if (!is_chain(target)) {
       if (target != kDark && target >= cells) refuse(kTargets, "found a cell that is not there");
       continue;
     }
-    if (chain_of(target) != chains_.size() || !records.left())
+    if (before + chain_of(target) != chains_.size() || !records.left())
       refuse(kTargets, "found chains that are not in order");
     const Record record = records.next();
     check(record, cells);

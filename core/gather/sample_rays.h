@@ -53,6 +53,8 @@ struct Guiding {
   /// Writes arrays named "gather.…". `current`: whether the shares are those of the present scene;
   /// they are only written then.
   void save(ArchiveView& archive, bool current) const;
+  /// The same for samples [first, last) alone, whose shares are current.
+  void save_samples(size_t first, size_t last, ArchiveView& archive) const;
   /// Saves for which lights gather rays cast shadow rays, and nothing that belongs to samples: all
   /// that a session without gather rays restores.
   void save_asked(ArchiveView& archive) const;

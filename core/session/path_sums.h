@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the paths of a session bring, as integers: those of ranges that share no path add up to
-// those of all their paths.
+// What sessions that share the paths of a bake tell each other: what their paths bring, as integers
+// that add up to those of all paths, and numbers of gather rays.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "gather/sample_rays.h"
 #include "session/held_paths.h"
 
 namespace deltalux::session {
@@ -52,6 +53,13 @@ struct SlopeSums {
 /// modulo 2^64.
 struct SegmentsHash {
   uint64_t count = 0, a = 0, b = 0;
+};
+
+/// Of a range of the samples: how often each doubles the standard number of its gather rays, and
+/// the guides that it sees (empty if there are no guides).
+struct RayNumbers {
+  std::vector<gather::SeenGuides> seen;
+  std::vector<int8_t> doublings;
 };
 
 /// What the first flights from each light bring to the cells, for the lights whose direct

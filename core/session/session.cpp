@@ -167,8 +167,7 @@ PathCounts Session::trace_lights(Progress& progress) {
   return update.counts();
 }
 
-Frame Session::bake(Progress& progress) {
-  // Works on a copy of what the user gave, so that a cancelled bake leaves the session unchanged.
+std::unique_ptr<State> Session::unbaked() const {
   auto fresh = std::make_unique<State>(state_->options);
   fresh->scene = state_->scene;
   fresh->samples = state_->samples;
@@ -178,10 +177,27 @@ Frame Session::bake(Progress& progress) {
   fresh->group_factor = state_->group_factor;
   fresh->scale = state_->scale;
   fresh->loaded_reflectance = state_->loaded_reflectance;
+  return fresh;
+}
+
+void Session::forget_bake() {
+  std::unique_ptr<State> old = std::exchange(state_, unbaked());
+  direct_.reset(), kept_.reset(), told_.reset(), looking_.reset();
+  awaited_direct_.reset();
+  pending_.clear();
+  baked_ = damaged_ = false;
+  dispose(std::move(old));
+}
+
+Frame Session::bake(Progress& progress, bool leave_direct) {
+  // Works on a copy of what the user gave, so that a cancelled bake leaves the session unchanged.
+  auto fresh = unbaked();
   std::swap(state_, fresh);
   auto old_direct = std::move(direct_);
   auto old_pending = std::exchange(pending_, {});
   auto old_told = std::move(told_);
+  auto old_looking = std::move(looking_);
+  auto old_awaited = std::move(awaited_direct_);
   try {
     Frame frame;
     Stopwatch watch;
@@ -198,7 +214,11 @@ Frame Session::bake(Progress& progress) {
     frame.end_stage("plan", watch);
     trace_all(progress, frame);
     watch.lap();
-    compute_direct(progress);
+    leave_direct &= state_->holds_none() && !state_->samples.point.empty() &&
+                    std::any_of(state_->light_sampled.begin(), state_->light_sampled.end(),
+                                [](uint8_t yes) { return yes; });
+    compute_direct(progress, leave_direct);
+    if (leave_direct) awaited_direct_ = std::make_unique<Awaited>(state_->samples.size());
     frame.end_stage("direct", watch);
     if (state_->holds_all()) look_around(progress, true);
     frame.end_stage("gather", watch);
@@ -211,6 +231,8 @@ Frame Session::bake(Progress& progress) {
     direct_ = std::move(old_direct);
     pending_ = std::move(old_pending);
     told_ = std::move(old_told);
+    looking_ = std::move(old_looking);
+    awaited_direct_ = std::move(old_awaited);
     dispose(std::move(fresh));
     throw;
   }
@@ -319,6 +341,7 @@ size_t Session::bytes() const {
                receivers_.capacity() * sizeof(direct::Receiver);
   if (direct_) sum += direct_->bytes();
   if (kept_) sum += kept_->bytes();
+  if (looking_) sum += looking_->looks.bytes();
   if (told_) sum += (told_->discs.capacity() + told_->cells.capacity()) * sizeof(int64_t);
   if (s.gather)
     sum += s.gather->cells.bytes() + s.gather->looks.bytes() + s.gather->coverage.bytes() +

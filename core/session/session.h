@@ -3,6 +3,7 @@
 // and sums.
 #pragma once
 #include <array>
+#include <functional>
 #include <future>
 #include <memory>
 #include <optional>
@@ -19,6 +20,7 @@
 #include "gather/pool_errors.h"
 #include "scene/edit.h"
 #include "session/affected.h"
+#include "session/awaited.h"
 #include "session/kept_places.h"
 #include "session/path_sums.h"
 #include "session/path_update.h"
@@ -71,7 +73,8 @@ class Session {
   /// Computes everything: acceleration structures, discs, paths, direct light, gather rays. Throws
   /// Cancelled and leaves the session as it was. Throws OptionError before tracing if the memory
   /// limit would be exceeded.
-  Frame bake(Progress& progress);
+  /// `leave_direct`: leave shadow rays of samples to others, see take_direct().
+  Frame bake(Progress& progress, bool leave_direct = false);
   /// Recomputes everything that depends on poses, lights and reflectances.
   Frame recompute(Progress& progress);
   /// Applies `edits` together. Throws Cancelled; then either nothing changed, or the remaining work
@@ -181,6 +184,46 @@ class Session {
   /// paths, after its bake.
   void ask_for(std::span<const uint32_t> lights);
 
+  // Or the parts do most of what look() does: begin_look(); ask_for() and join_look() of each part;
+  // number_rays() of a part for each range of the samples, and take_numbers() of all; cast_looks()
+  // of a part and take_looks() for each range. Samples count in the order of State::samples. A look
+  // that was begun and not completed can only be replaced by a bake, or forgotten.
+  /// The session is as before its first bake, but for edits.
+  void forget_bake();
+  // In the same way, parts may compute direct light after their bake, before the look begins:
+  // place_samples() and cast_direct() of parts, and take_direct().
+  void place_samples();
+  /// The direct light of samples [first, last).
+  direct::DirectLight cast_direct(size_t first, size_t last, Progress& progress) const;
+  /// Puts what cast_direct() found, and saved, in place.
+  void take_direct(size_t first, size_t last, ArchiveSource& archive);
+  /// Whether a bake left direct light to others, and some is missing.
+  bool awaits_direct() const { return awaited_direct_ != nullptr; }
+  /// Chooses guides. Does nothing without a final gather. Throws Cancelled, and leaves the session
+  /// as it was.
+  void begin_look(const FirstFlights& others, Progress& progress);
+  /// Whether a look was begun and is not complete.
+  bool is_looking() const { return looking_ != nullptr; }
+  /// What parts need to know for that: guides, the need for rays, and the light of the cells. Valid
+  /// until the session changes.
+  ArchiveView save_look() const;
+  void join_look(ArchiveSource& archive);
+  /// Direct light of samples [first, last), by which their numbers of rays are chosen.
+  std::vector<Vec3d> direct_of_samples(size_t first, size_t last) const;
+  /// The numbers of rays of the samples from `first` on that have this direct light.
+  RayNumbers number_rays(size_t first, std::span<const Vec3d> direct, Progress& progress) const;
+  /// Takes those of all samples.
+  void take_numbers(RayNumbers numbers);
+  /// Cuts the samples into ranges of about so many rays.
+  std::vector<uint64_t> look_cuts(uint64_t rays) const;
+  /// Where the rays of samples [first, last) go. Valid until the session changes.
+  ArchiveView save_aims(size_t first, size_t last) const;
+  /// What rays that go there meet.
+  gather::Looks cast_looks(size_t first, size_t last, ArchiveSource& aims,
+                           Progress& progress) const;
+  /// Puts what cast_looks() found, and saved, in place. With the last range, the look is complete.
+  void take_looks(size_t first, size_t last, ArchiveSource& archive);
+
   /// Snapshot as named arrays, see snapshot.cpp. Valid until the session changes. `shared`: of a
   /// session without paths, with the sums that were added, to which the paths of others belong.
   ArchiveView save(bool shared = false) const;
@@ -210,6 +253,8 @@ class Session {
                                                const Gathered& gathered, size_t begin, size_t end,
                                                bool errors) const;
   bool is_present(size_t sample) const;
+  /// A copy of what the user gave, and of what edits made of it.
+  std::unique_ptr<State> unbaked() const;
   /// For each sample, in parallel, calls write(its index as given by the user, irradiance, standard
   /// error). In sessions with a final gather, calls gathered(evaluation, sample, irradiance,
   /// standard error) for each present sample.
@@ -233,7 +278,7 @@ class Session {
   void trace_all(Progress& progress, Frame& frame);
   /// Traces all paths, in steps that each take the same share of every batch.
   PathCounts trace_lights(Progress& progress);
-  void compute_direct(Progress& progress);
+  void compute_direct(Progress& progress, bool leave = false);
   void update_direct(std::span<const ObjectChange> changes, size_t old_lights, double budget_ms,
                      Progress& progress);
   /// Divides the surface into cells, which hold no light yet. In sessions without a final gather
@@ -243,6 +288,7 @@ class Session {
   void grow_cell_sums();
   /// Removes the cells of objects that a failed edit had added.
   void shrink_cell_sums() noexcept;
+  void cover_cells(Progress& progress);
   /// Casts the gather rays of all samples. `new_guides`: choose guides and ray counts, as a bake
   /// does; otherwise keep those of the bake. `others`: first flights of paths that other sessions
   /// hold. In a session with a part of the paths this does nothing.
@@ -260,6 +306,16 @@ class Session {
   /// have.
   uint64_t added_paths() const;
   bool has_all_sums() const { return added_paths() == state_->options.paths; }
+  /// Throws OptionError where a look cannot begin; returns whether there is anything to do.
+  bool may_look(const FirstFlights& others) const;
+  /// Runs `choose`; if that throws, the session is as it was.
+  void choose_look(const std::function<void()>& choose);
+  /// A look that was begun. `counted`: whether the numbers of rays must be there, or must not.
+  /// Throws OptionError if there is no such look.
+  struct Looking;
+  const Looking& looking(std::optional<bool> counted = {}) const;
+  /// Throws OptionError in a session that did not join a look, or has no such samples.
+  void check_joined(size_t first, size_t last) const;
   /// Whether the gather rays of a baked session are cast.
   bool looked() const;
   /// The cells that send light at present, see LitCells.
@@ -274,9 +330,17 @@ class Session {
     std::span<const gather::SeenGuides> seen;
     std::span<const Vec3d> direct;
   };
+  /// Chooses the rule for numbers of rays. Returns whether anything is lit.
+  bool choose_need(const gather::Evaluation& now);
   /// Chooses how many rays each sample casts. `seen`: the guides seen by every sample.
   void choose_rays(const gather::Evaluation& now, std::span<const gather::SeenGuides> seen,
                    Progress& progress);
+  /// How often each place doubles the standard number of rays, by pilot rays.
+  std::vector<int8_t> piloted(const Places& places, const gather::Evaluation& now) const;
+  /// Adds the rays chosen to the forecast; drops the choice if they exceed the memory limit.
+  void fit_rays();
+  /// The looks of all samples before they are cast; shares their rays among the guides seen.
+  gather::Looks uncast(std::span<const gather::SeenGuides> seen);
   static constexpr uint64_t kPilotSeed = 0x70696c6f74212121ull;
   /// How many receivers, of so many rays each, are processed together.
   static size_t seen_together(uint32_t rays);
@@ -404,7 +468,8 @@ class Session {
   }
   /// Throws OptionError in a session without paths that lacks sums of some.
   void check_added() const;
-  /// Throws OptionError in a session without paths before look().
+  /// Throws OptionError in a session without paths before look(), or before others gave what
+  /// direct light was left to them.
   void check_looked() const;
   /// Throws OptionError, or Error as check_whole() does, unless there is light to read.
   void check_readable() const;
@@ -427,6 +492,14 @@ class Session {
     uint64_t edits = 0;
   };
   std::unique_ptr<Told> told_;
+  /// In a session without paths, between begin_look() and the last take_looks().
+  struct Looking {
+    bool lit = false;            ///< whether anything is
+    gather::Looks looks{{}, 0};  ///< of no samples before take_numbers()
+    Awaited awaited;
+  };
+  std::unique_ptr<Looking> looking_;
+  std::unique_ptr<Awaited> awaited_direct_;  // null: direct light is there
   /// Frees what a cancelled call leaves behind, possibly gigabytes, without making the caller wait.
   template <class T>
   void dispose(T&& waste) {

@@ -97,13 +97,16 @@ void Session::place_receivers(const std::vector<uint8_t>* changed) {
       place(part.index->discs(), s.scene.objects[part.object].pose, part.object);
 }
 
-void Session::compute_direct(Progress& progress) {
+void Session::compute_direct(Progress& progress, bool leave) {
   State& s = *state_;
   if (!(s.irradiance_quantum > 0)) s.irradiance_quantum = choose_irradiance_quantum();
   auto fresh = make_direct(s.irradiance_quantum);
   if (s.evaluates()) {
     place_receivers(nullptr);
-    fresh->compute({*s.caster, s.lights, s.light_sampled, receivers_}, s.workers, progress);
+    if (leave)
+      fresh->clear(s.lights, s.light_sampled);
+    else
+      fresh->compute({*s.caster, s.lights, s.light_sampled, receivers_}, s.workers, progress);
   }
   direct_ = std::move(fresh);
 }

@@ -161,11 +161,16 @@ std::vector<gather::SeenGuides> Session::guides_at(std::span<const direct::Recei
   return seen;
 }
 
+void Session::cover_cells(Progress& progress) {
+  const State& s = *state_;
+  progress.begin("cover cells", 1);
+  s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
+}
+
 void Session::look_around(Progress& progress, bool new_guides, const FirstFlights& others) {
   State& s = *state_;
   if (!s.gather || !s.evaluates()) return;
-  progress.begin("cover cells", 1);
-  s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
+  cover_cells(progress);
   std::optional<gather::Evaluation> now;
   if (new_guides)
     now = choose_guides(others, progress);
@@ -175,38 +180,53 @@ void Session::look_around(Progress& progress, bool new_guides, const FirstFlight
   s.gather->looks.cast(present(receivers_, s.guiding), s.workers, progress);
 }
 
-void Session::choose_rays(const gather::Evaluation& now, std::span<const gather::SeenGuides> seen,
-                          Progress& progress) {
+bool Session::choose_need(const gather::Evaluation& now) {
   State& s = *state_;
   const std::vector<direct::Receiver> places = gather::lit_places(lit_cells(now));
   s.guiding.need = {};
-  s.guiding.doublings.assign(receivers_.size(), 0);
-  if (places.empty()) return;
+  if (places.empty()) return false;
   const uint32_t rays = s.options.gather_rays;
   const std::vector<Vec3d> direct =
       irradiance_of(*direct_at(places, s.light_sampled), 0, places.size());
   Progress part;
   const std::vector<gather::SeenGuides> around = guides_at(places, rays, part);
   s.guiding.need = gather::RayNeed(pilots_of({places, around, direct}, rays, now), rays);
+  return true;
+}
+
+void Session::choose_rays(const gather::Evaluation& now, std::span<const gather::SeenGuides> seen,
+                          Progress& progress) {
+  State& s = *state_;
+  s.guiding.doublings.assign(receivers_.size(), 0);
+  if (!choose_need(now)) return;
+  const uint32_t rays = s.options.gather_rays;
   progress.begin("find noisy places", receivers_.size());
   const size_t together = seen_together(rays);
   for (size_t first = 0; first < receivers_.size(); first += together) {
     const size_t count = std::min(together, receivers_.size() - first);
-    const std::span<const direct::Receiver> receivers = std::span(receivers_).subspan(first, count);
     if (needs_pilots()) {
       const std::vector<Vec3d> straight = irradiance_of(*direct_, first, count);
-      const std::vector<int8_t> own = doublings_of(
-          receivers,
-          pilots_of({receivers, s.guiding.empty() ? seen : seen.subspan(first, count), straight},
-                    rays, now),
-          rays);
+      const std::vector<int8_t> own =
+          piloted({std::span(receivers_).subspan(first, count),
+                   s.guiding.empty() ? seen : seen.subspan(first, count), straight},
+                  now);
       std::copy(own.begin(), own.end(), s.guiding.doublings.begin() + long(first));
     }
     progress.advance(count);
     progress.check();
   }
+  fit_rays();
+}
+
+std::vector<int8_t> Session::piloted(const Places& places, const gather::Evaluation& now) const {
+  const uint32_t rays = state_->options.gather_rays;
+  return doublings_of(places.receivers, pilots_of(places, rays, now), rays);
+}
+
+void Session::fit_rays() {
+  State& s = *state_;
   // Samples with more rays, or fewer, may start more chains per ray than others.
-  const gather::RayCounts counts(s.guiding.doublings, rays);
+  const gather::RayCounts counts(s.guiding.doublings, s.options.gather_rays);
   std::vector<direct::Receiver> some;  // spaced evenly among all rays
   for (size_t i = 0; i < receivers_.size(); ++i)
     if (counts.first(i + 1) * kPlaces >= some.size() * counts.all()) some.push_back(receivers_[i]);
@@ -251,8 +271,14 @@ void Session::aim(const std::optional<gather::Evaluation>& now, Progress& progre
   if (!s.guiding.empty()) progress.begin("share rays", receivers_.size());
   const std::vector<gather::SeenGuides> seen = guides_at(receivers_, rays, progress);
   if (now) choose_rays(*now, seen, progress);
-  s.gather->looks = gather::Looks({s.guiding.doublings, rays}, s.options.seed);
-  s.guiding.shares = shares_of(seen, s.gather->looks.rays());
+  s.gather->looks = uncast(seen);
+}
+
+gather::Looks Session::uncast(std::span<const gather::SeenGuides> seen) {
+  State& s = *state_;
+  gather::Looks looks({s.guiding.doublings, s.options.gather_rays}, s.options.seed);
+  s.guiding.shares = shares_of(seen, looks.rays());
+  return looks;
 }
 
 std::unique_ptr<direct::DirectLight> Session::direct_at(std::span<const direct::Receiver> receivers,
@@ -299,7 +325,7 @@ std::optional<gather::Evaluation> Session::evaluation(bool errors) const {
   for (const trace::Light& light : s.lights)
     paint.dim.push_back(float(s.group_factor[light.group]));
   paint.dim.push_back(0);
-  own.light.renew(state, s.workers);
+  if (s.evaluates()) own.light.renew(state, s.workers);  // parts are told it, see join_look()
   own.looks.paint(paint, s.workers);
   return gather::Evaluation(state, own.light, std::move(paint), errors, s.workers);
 }
@@ -330,8 +356,7 @@ void Session::restore_looks(ArchiveSource& archive, Progress& progress) {
     landings.add(b, slots, +1);
   }
   if (!s.evaluates()) return;
-  progress.begin("cover cells", 1);
-  s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
+  cover_cells(progress);
   place_asked();
   if (s.guiding.shares.empty())
     aim({}, progress);

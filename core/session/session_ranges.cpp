@@ -219,7 +219,10 @@ size_t Session::forecast_sharing() const {
   size_t sum =
       s.holds_none() ? 0 : sizeof(int64_t) * 3 * kBatches * s.sum_groups() * s.samples.size();
   if (!s.gather) return sum;
-  if (!s.holds_none()) sum += s.gather->sums.quanta.size() * sizeof(int64_t);
+  if (!s.holds_none())  // what path_changes() returned; what gather rays cast for others need
+    sum += s.gather->sums.quanta.size() * sizeof(int64_t) +
+           s.samples.size() * sizeof(direct::Receiver) +
+           gather::CellLight::forecast_bytes(s.gather->cells.size());
   for (const uint32_t light : candidates(s)) {
     uint64_t paths = s.holds_none() ? s.lights[light].path_count : 0;
     s.held.each_of(s.lights[light], [&](uint64_t) { ++paths; });
@@ -293,20 +296,30 @@ void Session::leave_out(uint32_t light, const FirstFlights& flights) {
   });
 }
 
-void Session::look(const FirstFlights& others, Progress& progress) {
-  State& s = *state_;
+bool Session::may_look(const FirstFlights& others) const {
+  const State& s = *state_;
   check_whole();
   if (!baked_ || !s.holds_none())
     throw OptionError(
         "look: found a session that holds paths or is not baked, expected a baked one of "
         "path_range=(0, 0)");
   check_added();
-  if (!s.gather || looked()) return;
+  if (looking_)
+    throw OptionError(
+        "look: found a session that waits for gather rays of others; add those that it lacks, or "
+        "bake again");
+  if (!s.gather || looked()) return false;
+  if (awaited_direct_) check_looked();
   check_flights(others, candidates(s), s.gather->cells.size());
+  return true;
+}
+
+void Session::choose_look(const std::function<void()>& choose) {
+  State& s = *state_;
   const gather::CellSums before = s.gather->sums;
   const Forecast forecast = forecast_;
   try {
-    look_around(progress, true, others);
+    choose();
   } catch (...) {
     s.guiding = {};
     s.gather->beams = {}, s.gather->suns = {};
@@ -316,6 +329,10 @@ void Session::look(const FirstFlights& others, Progress& progress) {
     std::fill(s.gather->sums.touched.begin(), s.gather->sums.touched.end(), uint8_t(1));
     throw;
   }
+}
+
+void Session::look(const FirstFlights& others, Progress& progress) {
+  if (may_look(others)) choose_look([&] { look_around(progress, true, others); });
 }
 
 std::vector<uint32_t> Session::asked_lights() const {
@@ -369,6 +386,9 @@ void Session::check_added() const {
 }
 
 void Session::check_looked() const {
+  if (awaited_direct_)
+    throw OptionError(
+        "session: it lacks direct light of some samples; call take_direct() for them");
   if (baked_ && state_->holds_none() && !looked())
     throw OptionError(
         "session: its gather rays are not cast yet; call look() once the sums of all paths are "

@@ -182,10 +182,11 @@ struct State {
   uint32_t sum_group(uint32_t group) const { return std::min(group, kMaxSumGroups - 1); }
   estimate::EnergySums energy() { return {sums.data(), samples.size()}; }
   /// By light: 1 if gather rays get its direct light by shadow rays, so that cells leave it out.
-  std::vector<uint8_t> asked_for() const {
+  std::vector<uint8_t> asked_for() const { return asked_for(guiding); }
+  std::vector<uint8_t> asked_for(const gather::Guiding& by) const {
     std::vector<uint8_t> asked(lights.size());
-    for (const gather::BeamGuide& beam : guiding.beams) asked[beam.light] = 1;
-    for (const uint32_t sun : guiding.suns) asked[sun] = 1;
+    for (const gather::BeamGuide& beam : by.beams) asked[beam.light] = 1;
+    for (const uint32_t sun : by.suns) asked[sun] = 1;
     return asked;
   }
   size_t light_of(uint32_t path) const {

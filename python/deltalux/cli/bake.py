@@ -79,7 +79,7 @@ def run(
     Lux on a desk, 0.8 m above the floor, as a table:
     deltalux bake room.glb --grid 0.5,0.8,0.5,4,3,0.25 --margin 0.5 -o desk.csv desk.png
 
-    The paths shared among four processes of this machine:
+    Shared among four processes of this machine:
     deltalux bake room.glb --workers 4 -o lit.glb
 
     With a standard error below 1 %, in at most 8 GB of memory:

@@ -31,7 +31,7 @@ WorkersOption = Annotated[
         "--workers",
         min=1,
         metavar="N",
-        help="Share the paths among N processes of this machine, which are started and ended by the command. "
+        help="Share the work among N processes of this machine, which are started and ended by the command. "
         "Never changes a result.",
         show_default=False,
     ),
@@ -41,7 +41,7 @@ ClusterOption = Annotated[
     typer.Option(
         "--cluster",
         metavar="ADDRESS",
-        help="Share the paths among the workers of this Dask scheduler, such as tls://desk:8786. Never "
+        help="Share the work among the workers of this Dask scheduler, such as tls://desk:8786. Never "
         "changes a result.",
         show_default=False,
     ),

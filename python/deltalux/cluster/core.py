@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,8 +15,12 @@ from deltalux.segments import Progress
 from deltalux.session import ranges
 
 from .archive import WholeArchive, WithoutPaths
-from .shard import Answer, Batch, Edit, Seed
-from .shards import Shards, choices_of
+from .shard import Answer, Batch, Edit, MemoryArchive, Seed
+from .shards import Shards, Step, choices_of
+
+# Of what a shard does at once: a fraction of a second of one thread, some MB of answer.
+SAMPLES_OF_PIECE = 2048
+RAYS_OF_PIECE = 1 << 18
 
 _COUNTS = ("affected_paths", "removed_segments", "retraced_segments", "scanned_segments", "candidates")
 _OF_SHARDS = ("held_paths", "segments", "segment_bytes")  # statistics that are those of all shards
@@ -25,11 +29,11 @@ _OF_SHARDS = ("held_paths", "segments", "segment_bytes")  # statistics that are 
 class SharedCore:
     """Stands where a session has the core's session, and shares its work.
 
-    The core's session within has no paths (`path_range=(0, 0)`): it adds up the sums of all shards, computes
-    direct light by shadow rays and gather rays, and is what light is read from. Edits have numbers, by
-    batches. A state is complete when all shards told what the last batch changed; only then it can be read,
-    which the core's session itself watches over. A shard that is lost is made again in the last complete
-    state, of the bake's choices, and takes the batches since.
+    The core's session within has no paths (`path_range=(0, 0)`): it adds up the sums of all shards, puts the
+    shadow rays and gather rays that shards cast in a bake in place, casts those that edits change, and is
+    what light is read from. Edits have numbers, by batches. A state is complete when all shards told what the
+    last batch changed; only then it can be read, which the core's session itself watches over. A shard that
+    is lost is made again in the last complete state, of the bake's choices, and takes the batches since.
 
     Parameters
     ----------
@@ -62,6 +66,11 @@ class SharedCore:
         return self._lit
 
     @property
+    def _was_lit(self) -> bool:
+        """Whether there was light once: before, `_batches` are all edits."""
+        return self._since is not None
+
+    @property
     def pending(self) -> float:
         """Share of the work that waits."""
         return 1.0 if self._seed is not None or self._in_doubt else self._core.pending
@@ -75,28 +84,91 @@ class SharedCore:
 
     def bake(self, progress: Progress | None) -> dict[str, Any]:
         """Compute everything. If this is cancelled, there is no light until the next bake."""
-        fresh = not self._core.baked
         self._lit = False
+        try:
+            frame = self._bake(progress)
+        except BaseException:
+            self._core.forget_bake()
+            raise
+        self._lit = True
+        return frame
+
+    def _bake(self, progress: Progress | None) -> dict[str, Any]:
         frame: dict[str, Any] = {}
         begin = time.perf_counter()
         answers = self._shards.ask(
-            "bake", self._batches, seed=self._present, again=False, fresh=fresh,
-            meanwhile=lambda: frame.update(self._core.bake(progress)), progress=progress,
+            "bake", self._batches, seed=self._present, again=False, fresh=not self._was_lit,
+            meanwhile=lambda: frame.update(self._core.bake(progress, leave_direct=True)),
+            progress=progress,
         )  # fmt: skip
-        waited = time.perf_counter()
+        stages = frame["milliseconds"]
+        stages["shards"] = max(0.0, 1e3 * (time.perf_counter() - begin) - sum(stages.values()))
         for answer in answers:
             self._add(answer.changes)
         first = ranges.add_up([answer.flights for answer in answers])
         assert first is not None
-        self._core.look(first.lights, first.cells, first.landed.at, first.landed.values, progress)
-        # a shard that is made of the choices of now knows these lights
-        self._shards.ask("ask_for", self._core.asked_lights(), seed=self._present, again=False)
+        for stage, work in (("direct", self._light), ("gather", lambda p: self._look(first, p))):
+            begin = time.perf_counter()
+            work(progress)
+            stages[stage] = stages.get(stage, 0.0) + 1e3 * (time.perf_counter() - begin)
         self._complete()
-        self._lit = True
-        stages = frame["milliseconds"]
-        stages["shards"] = max(0.0, 1e3 * (waited - begin) - sum(stages.values()))
-        stages["gather"] = stages.get("gather", 0.0) + 1e3 * (time.perf_counter() - waited)
         return _with_counts(frame, answers)
+
+    def _light(self, progress: Progress | None) -> None:
+        """Let shards cast shadow rays from samples to lights."""
+        if not self._core.awaits_direct():
+            return
+        cuts = self._cuts()
+        self._share(
+            "direct light", ("place_samples", ()), cuts,
+            lambda first, last: ("cast_direct", (first, last)),
+            lambda first, last, found: self._core.take_direct(first, last, MemoryArchive(found)), progress,
+        )  # fmt: skip
+
+    def _look(self, first: ranges.FirstFlights, progress: Progress | None) -> None:
+        """Choose guides, and let shards choose numbers of gather rays and cast them."""
+        core = self._core
+        core.begin_look(first.lights, first.cells, first.landed.at, first.landed.values, progress)
+        # a shard that is made of the choices of now knows these lights
+        self._shards.ask("ask_for", core.asked_lights(), seed=self._present, again=False)
+        if not core.is_looking():
+            return
+        join = ("join_look", (core.save_look(),))
+        cuts = self._cuts()
+        numbers: dict[int, Any] = {}
+        self._share(
+            "find noisy places", join, cuts,
+            lambda first, last: ("number_rays", (first, core.direct_of_samples(first, last))),
+            lambda first, last, found: numbers.update({first: found}), progress,
+        )  # fmt: skip
+        in_order = (numbers[first] for first in cuts[:-1])
+        core.take_numbers(*map(np.concatenate, zip(*in_order, strict=True)))
+        self._share(
+            "look around", join, core.look_cuts(RAYS_OF_PIECE).tolist(),
+            lambda first, last: ("cast_looks", (first, last, core.save_aims(first, last))),
+            lambda first, last, found: core.take_looks(first, last, MemoryArchive(found)), progress,
+        )  # fmt: skip
+
+    def _cuts(self) -> list[int]:
+        samples = self._core.statistics()["samples"]
+        return [*range(0, samples, SAMPLES_OF_PIECE), samples]
+
+    def _share(
+        self,
+        stage: str,
+        join: Step,
+        cuts: Sequence[int],
+        step: Callable[[int, int], Step],
+        take: Callable[[int, int, Any], None],
+        progress: Progress | None,
+    ) -> None:
+        """Let shards do `step` for each range of samples between cuts, and take what they found."""
+        self._shards.share(
+            stage, join, len(cuts) - 1,
+            lambda piece: step(cuts[piece], cuts[piece + 1]),
+            lambda piece, found: take(cuts[piece], cuts[piece + 1], found),
+            seed=self._present, progress=progress,
+        )  # fmt: skip
 
     def update(self, edits: Any, budget_ms: float, progress: Progress | None) -> dict[str, Any]:
         """Apply edits. A budget is for direct light and gather rays; shards always end their part."""
@@ -229,7 +301,7 @@ class SharedCore:
     def save(self) -> Any:
         """The arrays of a session with all paths."""
         if not self._lit:
-            if self._core.baked:
+            if self._was_lit:
                 raise OptionError("save: found a bake that was cancelled, expected light; call bake() first")
             return self._core.save_choices()
         if self.pending:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sessions whose paths are shared among processes and machines, with the bits of one process."""
+"""Sessions that processes and machines share, with the bits of one process."""
 
 from __future__ import annotations
 
@@ -29,12 +29,13 @@ MOST_SHARDS = 65536
 
 @takes(SessionOptions)
 class ClusterSession(Session):
-    """A `Session` whose paths are shared among the workers of a Dask cluster, with the same bits.
+    """A `Session` that is shared among the workers of a Dask cluster, with the same bits.
 
-    Each shard holds a range of the paths, in the memory of a worker, for the session's life. Edits go to all
-    of them; what they changed of integer sums comes back, is added up here, and light is read from that.
-    Results, digest and files are those of `Session`, whatever the numbers of shards and workers. A shard
-    whose worker is lost is traced again by another one (see `notes`), to the same bits.
+    Each shard holds a range of the paths, in the memory of a worker, for the session's life. In a bake,
+    shards also cast shadow rays and gather rays, each for the samples that come next; what they met is kept
+    here. Edits go to all shards; what they changed of integer sums comes back, is added up here, and light is
+    read from that. Results, digest and files are those of `Session`, whatever the numbers of shards and
+    workers. A shard whose worker is lost is traced again by another one (see `notes`), to the same bits.
 
     Parameters
     ----------
@@ -61,7 +62,7 @@ class ClusterSession(Session):
     -----
     `threads` is about this process; a worker uses as many as Dask gave it. `memory_limit` holds for this
     process and for each shard. A budget of `update` is for direct light and gather rays, shards always end
-    their part. If a second bake is cancelled, there is no light until the next one. An update that is
+    their part. If a bake is cancelled, there is no light until the next one. An update that is
     cancelled when the shards are at work leaves a session that refuses to be read until the next `update`
     ended the work.
     """

@@ -75,7 +75,7 @@ class OutOfStep(Error):
 class MemoryArchive:
     """Arrays in memory, from which the core restores a session."""
 
-    def __init__(self, arrays: Mapping[str, bytes]) -> None:
+    def __init__(self, arrays: Mapping[str, Any]) -> None:
         self._arrays = arrays
         self._begin = dict.fromkeys(arrays, 0)
 
@@ -208,6 +208,21 @@ class Shard:
 
     def _ask_for(self, lights: np.ndarray) -> None:
         ranges.ask_for(self._own_session(), lights)
+
+    def _place_samples(self) -> None:
+        ranges.place_samples(self._own_session())
+
+    def _cast_direct(self, first: int, last: int) -> dict[str, np.ndarray]:
+        return ranges.cast_direct(self._own_session(), first, last)
+
+    def _join_look(self, choices: Mapping[str, np.ndarray]) -> None:
+        ranges.join_look(self._own_session(), MemoryArchive(choices))
+
+    def _number_rays(self, first: int, direct: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return ranges.number_rays(self._own_session(), first, direct)
+
+    def _cast_looks(self, first: int, last: int, aims: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        return ranges.cast_looks(self._own_session(), first, last, MemoryArchive(aims))
 
     def _segments_hash(self) -> np.ndarray:
         return ranges.segments_hash(self._own_session())

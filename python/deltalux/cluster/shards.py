@@ -24,12 +24,52 @@ _SHORTEST, _LONGEST = 5e-4, 2e-2  # seconds between two looks at what has come
 _TOLD_EVERY = 0.25  # seconds between two questions how far a shard is
 
 
+Step = tuple[str, tuple[Any, ...]]  # a command of `Shard`, and its arguments
+
+
+class _Pieces:
+    """Work that any shard can do, piece by piece.
+
+    Parameters
+    ----------
+    count : number of pieces
+    step : returns the step of a piece
+    take : called with the number of a piece and what the shard answered, in any order
+    """
+
+    def __init__(self, count: int, step: Callable[[int], Step], take: Callable[[int, Any], None]) -> None:
+        self._left = list(range(count))[::-1]
+        self._count, self._taken = count, 0
+        self.step, self._take = step, take
+
+    def next(self) -> int | None:
+        """A piece that nobody works at; None: there is none at present."""
+        return self._left.pop() if self._left else None
+
+    def give_back(self, piece: int) -> None:
+        """Let another shard do what is lost."""
+        self._left.append(piece)
+
+    def take(self, piece: int, answer: Any) -> None:
+        """Pass on what a shard answered."""
+        self._take(piece, answer)
+        self._taken += 1
+
+    @property
+    def share(self) -> float:
+        """Share of the pieces that are done."""
+        return self._taken / self._count
+
+
 @dataclass
 class _Job:
     """What one shard still has to do."""
 
     number: int
-    steps: list[tuple[str, tuple[Any, ...]]]
+    steps: list[Step]
+    after: list[Step]  # steps of a shard that was made again
+    pieces: _Pieces | None = None  # that it takes one by one when it did its steps
+    piece: int | None = None  # at which it works
     reply: Any = None  # of the first step, once it was sent
     told: Any = None  # a question how far it is
     fraction: float = 0.0
@@ -101,20 +141,70 @@ class Shards:
             If no worker comes within `patience` seconds, or a shard ends its workers again and again; any
             error of a shard.
         """
+        steps: list[Step] = [(command, args)]
+        jobs = [_Job(number, [*steps], steps if again else []) for number in range(len(self))]
+
+        def tell() -> bool:
+            share = sum(1.0 if job.done else job.fraction for job in jobs) / len(jobs)
+            return progress is None or progress(STAGE, share) is not False
+
+        self._run(jobs, functools.cache(seed), tell, fresh, meanwhile)
+        return [job.result for job in jobs]
+
+    def share(
+        self,
+        stage: str,
+        join: Step,
+        count: int,
+        step: Callable[[int], Step],
+        take: Callable[[int, Any], None],
+        *,
+        seed: Callable[[], Seed],
+        progress: Progress | None,
+    ) -> None:
+        """Let shards do `count` pieces of work, each the next one when it is free.
+
+        Parameters
+        ----------
+        stage : what the progress callback is told
+        join : what each shard does first
+        count, step, take : of the pieces; what is lost with a shard is done by another one
+        seed : of what to make shards that are not there
+
+        Raises
+        ------
+        Cancelled, Error
+            As `ask`.
+        """
+        pieces = _Pieces(count, step, take)
+        jobs = [_Job(number, [join], [join], pieces) for number in range(len(self))]
+
+        def tell() -> bool:
+            return progress is None or progress(stage, pieces.share) is not False
+
+        self._run(jobs, functools.cache(seed), tell)
+
+    def _run(
+        self,
+        jobs: Sequence[_Job],
+        make: Callable[[], Seed],
+        tell: Callable[[], bool],
+        fresh: bool = False,
+        meanwhile: Callable[[], None] | None = None,
+    ) -> None:
+        """Let shards do their jobs; `tell` reports progress and returns whether to go on."""
         self._command += 1
-        jobs = [_Job(number, [(command, args)]) for number in range(len(self))]
         waiting = [job for job in jobs if self._actors[job.number] is None and not fresh]
         with self._client.as_current(), self._cancelling(jobs):  # an actor binds itself to the current client
-            for job in jobs:
-                if job not in waiting:
-                    self._send(job)
+            started = [job for job in jobs if job not in waiting]
+            for job in started:
+                self._send(job)
             if meanwhile:
+                self._await_actors(started, tell)
                 meanwhile()
-            make = functools.cache(seed)
             for job in waiting:
-                self._begin_again(job, make, again)
-            self._follow(jobs, make, again, progress)
-        return [job.result for job in jobs]
+                self._begin_again(job, make)
+            self._follow(jobs, make, tell)
 
     # ---- one shard ----------------------------------------------------------------------------------
 
@@ -138,19 +228,30 @@ class Shards:
         if there and self._client.status == "running":
             self._client.cancel(there, force=True)
 
+    def _refill(self, job: _Job) -> None:
+        """Give a shard that did its steps the next piece; if all are done, so is its job."""
+        if job.steps or job.pieces is None:
+            return
+        job.piece = job.pieces.next()
+        if job.piece is not None:
+            job.steps = [job.pieces.step(job.piece)]
+        job.done = job.pieces.share == 1
+
     def _send(self, job: _Job) -> None:
-        """Send the first step, if the actor is there."""
+        """Send the first step, if there is one, and the actor is there."""
+        self._refill(job)
         future = self._actor(job.number)
-        if job.reply is None and future.status == "finished":
+        if job.steps and job.reply is None and future.status == "finished":
             if self._proxies[job.number] is None:
                 self._proxies[job.number] = future.result()
             name, args = job.steps[0]
             job.reply = self._proxies[job.number].run(self._command, name, *args)
 
-    def _begin_again(self, job: _Job, make: Callable[[], Seed], again: bool) -> None:
-        seed = make()
-        job.steps = [("restore", (seed,)), *(job.steps[-1:] if again else [])]
-        job.reply = job.told = None
+    def _begin_again(self, job: _Job, make: Callable[[], Seed]) -> None:
+        if job.pieces and job.piece is not None:
+            job.pieces.give_back(job.piece)
+        job.steps = [("restore", (make(),)), *job.after]
+        job.reply = job.told = job.piece = None
         job.fraction = 0.0
         self._send(job)
 
@@ -170,59 +271,64 @@ class Shards:
 
     # ---- all of them --------------------------------------------------------------------------------
 
-    def _follow(
-        self,
-        jobs: Sequence[_Job],
-        make: Callable[[], Seed],
-        again: bool,
-        progress: Progress | None,
-    ) -> None:
+    def _await_actors(self, jobs: Sequence[_Job], tell: Callable[[], bool]) -> None:
+        """Send first steps as soon as actors are made, unless there is no worker to make them."""
+        while self._client.nthreads() and any(self._actor(job.number).status == "pending" for job in jobs):
+            self._go_on(tell)
+            time.sleep(_LONGEST)
+        for job in jobs:
+            self._send(job)
+
+    def _go_on(self, tell: Callable[[], bool]) -> None:
+        if not tell():
+            raise Cancelled("cluster: cancelled by the progress callback")
+
+    def _follow(self, jobs: Sequence[_Job], make: Callable[[], Seed], tell: Callable[[], bool]) -> None:
         pause, asked, alone = _SHORTEST, time.monotonic(), None
         while open_jobs := [job for job in jobs if not job.done]:
-            if sum(self._advance(job, make, again) for job in open_jobs):
-                pause = _SHORTEST
-                continue
+            came = sum(self._advance(job, make) for job in open_jobs)
             now = time.monotonic()
             if now - asked > _TOLD_EVERY:
                 asked = now
                 for job in open_jobs:
                     self._ask_how_far(job)
                 alone = self._check_workers(open_jobs, alone, now)
-            if progress:
-                share = sum(1.0 if job.done else job.fraction for job in jobs) / len(jobs)
-                if progress(STAGE, share) is False:
-                    raise Cancelled("cluster: cancelled by the progress callback")
-            time.sleep(pause)
-            pause = min(1.2 * pause, _LONGEST)
+            self._go_on(tell)
+            pause = _SHORTEST if came else min(1.2 * pause, _LONGEST)
+            if not came:
+                time.sleep(pause)
 
-    def _advance(self, job: _Job, make: Callable[[], Seed], again: bool) -> bool:
+    def _advance(self, job: _Job, make: Callable[[], Seed]) -> bool:
         """Take what a shard answered, send what comes next; whether there was something to do."""
         status = self._actor(job.number).status
         if job.reply is None:
             if status in ("error", "cancelled", "lost"):
-                self._lose(job, f"its actor's state is {status}", make, again)
+                self._lose(job, f"its actor's state is {status}", make)
                 return True
             self._send(job)
             return job.reply is not None
         if not job.reply.done():
             if status == "finished":
                 return False
-            self._lose(job, "its worker is gone", make, again)
+            self._lose(job, "its worker is gone", make)
             return True
         try:
             result = job.reply.result()
         except (OSError, OutOfStep) as problem:
-            self._lose(job, str(problem), make, again)
+            self._lose(job, str(problem), make)
             return True
         job.reply = None
         job.steps.pop(0)
-        if job.steps:
-            self._send(job)
+        piece, job.piece = job.piece, None
+        if job.steps or job.pieces:
+            self._send(job)  # before what came is taken, which takes time
         else:
             job.result, job.done = result, True
+        if piece is not None and job.pieces:
+            job.pieces.take(piece, result)
         return True
 
-    def _lose(self, job: _Job, why: str, make: Callable[[], Seed], again: bool) -> None:
+    def _lose(self, job: _Job, why: str, make: Callable[[], Seed]) -> None:
         job.losses += 1
         first, last = self._ranges[job.number]
         name = f"shard {job.number} (paths {first} to {last})"
@@ -234,7 +340,7 @@ class Shards:
             )
         self.notes.append(f"{name} was lost ({why}) and is traced again by another worker")
         self._forget([job.number])
-        self._begin_again(job, make, again)
+        self._begin_again(job, make)
 
     def _ask_how_far(self, job: _Job) -> None:
         proxy = self._proxies[job.number]

@@ -135,19 +135,18 @@ def baking(counts: Counts, calibrated: bool = True) -> list[Step]:
         Step("find windows", 0.4 * c.suns, "once"),
         _planning(),
         Step("trace paths", 0.0 if c.workers else _path(c) * c.paths, "paths"),
-        Step("direct light", _shadow(c) * c.samples, "shadows"),
     ]
+    shared = [Step("direct light", _shadow(c) * c.samples, "shadows")]  # by workers, if there are any
     if c.rays:
-        steps += [
+        shared += [
             Step("cover cells", 0.05 + 2e-6 * c.triangles, "rays"),
             Step("find bright places", 0.025 * c.depth, "rays"),
-            Step("share rays", 1e-5 * c.samples, "once"),
+            Step("share rays", 0.0 if c.workers else 1e-5 * c.samples, "once"),  # workers share as they find
             Step("find noisy places", 1.2 * PILOT_RAYS * _ray(c) * c.samples * c.rays, "rays"),
             Step("look around", _ray(c) * c.all_rays, "rays"),
         ]
-    timed = _timed(steps, c)
-    place = [step.name for step in timed].index("direct light") + 1
-    return [*_starting(c), *timed[:place], *_shared(c), *timed[place:]]
+    everyone = replace(c, threads=max(c.threads, c.workers))
+    return [*_starting(c), *_timed(steps, c), *_shared(c), *_timed(shared, everyone)]
 
 
 def _starting(c: Counts) -> list[Step]:

@@ -44,13 +44,18 @@ __all__ = [
     "add_up",
     "ask_for",
     "asked_lights",
+    "cast_direct",
+    "cast_looks",
     "digest",
     "first_flights",
     "gradient",
     "gradient_sums",
+    "join_look",
     "look",
+    "number_rays",
     "path_changes",
     "path_sums",
+    "place_samples",
     "ranges_of",
     "segments_hash",
 ]
@@ -324,6 +329,64 @@ def look(whole: Session, first: FirstFlights) -> None:
         whole._baked_session().look(
             first.lights, first.cells, first.landed.at, first.landed.values, whole.progress
         )
+
+
+def place_samples(part: Session) -> None:
+    """Prepare a part, after its bake, for `cast_direct`."""
+    with part._calls.one(long=True):
+        part._baked_session().place_samples()
+
+
+def cast_direct(part: Session, first: int, last: int) -> dict[str, np.ndarray]:
+    """Compute direct light by shadow rays for samples `first` to `last`, in a part.
+
+    Returns
+    -------
+    arrays by name, of what the session without paths takes over
+    """
+    with part._calls.one(long=True):
+        return part._baked_session().cast_direct(first, last, part.progress)
+
+
+def join_look(part: Session, choices: Any) -> None:
+    """Let a part take over what the session without paths chose for gather rays.
+
+    Parameters
+    ----------
+    choices : archive of the arrays that the core's `save_look` returned
+    """
+    with part._calls.one(long=True):
+        part._baked_session().join_look(choices)
+
+
+def number_rays(part: Session, first: int, direct: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Choose numbers of gather rays for samples from `first` on, in a part that joined a look.
+
+    Parameters
+    ----------
+    direct : (n, 3), direct light of these samples
+
+    Returns
+    -------
+    (n, bytes) uint8 guides that they see, (n,) int8 doublings of the standard number
+    """
+    with part._calls.one(long=True):
+        return part._baked_session().number_rays(first, direct, part.progress)
+
+
+def cast_looks(part: Session, first: int, last: int, aims: Any) -> dict[str, np.ndarray]:
+    """Cast the gather rays of samples `first` to `last`, in a part that joined a look.
+
+    Parameters
+    ----------
+    aims : archive of the arrays that the core's `save_aims` returned
+
+    Returns
+    -------
+    arrays by name, of what the rays met
+    """
+    with part._calls.one(long=True):
+        return part._baked_session().cast_looks(first, last, aims, part.progress)
 
 
 def digest(whole: Session, segments: np.ndarray) -> str:
