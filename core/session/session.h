@@ -188,17 +188,9 @@ class Session {
   // number_rays() of a part for each range of the samples, and take_numbers() of all; cast_looks()
   // of a part and take_looks() for each range. Samples count in the order of State::samples. A look
   // that was begun and not completed can only be replaced by a bake, or forgotten.
+
   /// The session is as before its first bake, but for edits.
   void forget_bake();
-  // In the same way, parts may compute direct light after their bake, before the look begins:
-  // place_samples() and cast_direct() of parts, and take_direct().
-  void place_samples();
-  /// The direct light of samples [first, last).
-  direct::DirectLight cast_direct(size_t first, size_t last, Progress& progress) const;
-  /// Puts what cast_direct() found, and saved, in place.
-  void take_direct(size_t first, size_t last, ArchiveSource& archive);
-  /// Whether a bake left direct light to others, and some is missing.
-  bool awaits_direct() const { return awaited_direct_ != nullptr; }
   /// Chooses guides. Does nothing without a final gather. Throws Cancelled, and leaves the session
   /// as it was.
   void begin_look(const FirstFlights& others, Progress& progress);
@@ -223,6 +215,17 @@ class Session {
                            Progress& progress) const;
   /// Puts what cast_looks() found, and saved, in place. With the last range, the look is complete.
   void take_looks(size_t first, size_t last, ArchiveSource& archive);
+
+  // In the same way, parts may compute direct light after their bake, before the look begins:
+  // place_samples() and cast_direct() of parts, and take_direct().
+
+  void place_samples();
+  /// The direct light of samples [first, last).
+  direct::DirectLight cast_direct(size_t first, size_t last, Progress& progress) const;
+  /// Puts what cast_direct() found, and saved, in place.
+  void take_direct(size_t first, size_t last, ArchiveSource& archive);
+  /// Whether a bake left direct light to others, and some is missing.
+  bool awaits_direct() const { return awaited_direct_ != nullptr; }
 
   /// Snapshot as named arrays, see snapshot.cpp. Valid until the session changes. `shared`: of a
   /// session without paths, with the sums that were added, to which the paths of others belong.
