@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two worker processes of one thread each, for all tests of a file."""
+"""Two worker processes of one thread each, for all tests of a file; one test with workers at a time."""
 
 from __future__ import annotations
+
+import fcntl
+from collections.abc import Iterator
 
 import pytest
 
@@ -15,3 +18,11 @@ def client():
         distributed.Client(cluster) as client,
     ):
         yield client
+
+
+@pytest.fixture(autouse=True)
+def one_at_a_time(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Workers take all processors, and Dask gives its threads ten seconds to start."""
+    with (tmp_path_factory.getbasetemp().parent / "workers.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield

@@ -95,7 +95,7 @@ def kills(client: Any, count: int, seed: int, shards: int = 4) -> Iterator[Outco
         for number in range(count):
             call = "bake" if number % 3 == 0 else "update"
             _edit(rng, one, many)
-            _wait_for_all(client)
+            wait_for_all(client)
             after = float(rng.uniform(0, 1.2 * usual[call]))
             victims = [pid for pid in client.run(pid_of_holder).values() if pid]
             victim = victims[int(rng.integers(len(victims)))]
@@ -116,7 +116,7 @@ def _in_time(begin: float) -> Any:
     return lambda stage, fraction: time.monotonic() - begin < CALL_SECONDS
 
 
-def _wait_for_all(client: Any) -> None:
+def wait_for_all(client: Any) -> None:
     """Wait for Dask to start a worker in place of the one that was killed, or start another."""
     try:
         client.wait_for_workers(WORKERS, timeout=20)

@@ -19,7 +19,7 @@ from rooms import room, samples_in, translation
 from test_exactness import SEQUENCES, apply
 from test_light_pools import pools_and_sconce
 
-from .killing import pid_of_holder
+from .killing import pid_of_holder, wait_for_all
 
 STAGES = ["direct light", "find noisy places", "look around"]
 
@@ -131,7 +131,7 @@ def test_a_worker_that_is_killed_while_it_casts_rays(client, stage):
     with sessions(client, 4) as (one, many):
         one.bake()
         for again in (False, True):
-            client.wait_for_workers(2, timeout=60)
+            wait_for_all(client)
 
             def kill() -> None:
                 victims = [pid for pid in client.run(pid_of_holder).values() if pid]
