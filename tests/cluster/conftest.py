@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import fcntl
+import gc
 from collections.abc import Iterator
 
 import pytest
@@ -26,3 +27,6 @@ def one_at_a_time(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     with (tmp_path_factory.getbasetemp().parent / "workers.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         yield
+        # A client that could not connect closes itself when it is collected. If that happens in a thread in
+        # which Dask starts a loop, it waits for a lock that is held until the loop has started.
+        gc.collect()
