@@ -49,6 +49,23 @@ def baked(client: Client, shards: int) -> Iterator[tuple[dl.Session, dl.ClusterS
         yield one, many
 
 
+def assert_equal_after_random_edits(many: dl.ClusterSession, one: dl.Session, equal=equal) -> None:
+    """`equal` compares after each update."""
+
+    @settings(max_examples=2, suppress_health_check=[HealthCheck.too_slow])
+    @given(sequence=SEQUENCES)
+    def edited(sequence):
+        for edits in sequence:
+            for edit in edits:
+                apply(one, edit)
+                apply(many, edit)
+            frames = one.update(), many.update()
+            assert frames[0].retraced_segments == frames[1].retraced_segments
+            equal(many, one)
+
+    edited()
+
+
 @pytest.mark.parametrize("options", OPTIONS, ids=["rays", "discs"])
 @pytest.mark.parametrize("shards", [1, 2, 4, 16])
 def test_random_edits(client, shards, options):
@@ -63,18 +80,7 @@ def test_random_edits(client, shards, options):
         assert frames[0].retraced_segments == frames[1].retraced_segments
         equal(many, one)
 
-        @settings(max_examples=2, suppress_health_check=[HealthCheck.too_slow])
-        @given(sequence=SEQUENCES)
-        def edited(sequence):
-            for edits in sequence:
-                for edit in edits:
-                    apply(one, edit)
-                    apply(many, edit)
-                frames = one.update(), many.update()
-                assert frames[0].retraced_segments == frames[1].retraced_segments
-                equal(many, one)
-
-        edited()
+        assert_equal_after_random_edits(many, one)
         np.testing.assert_array_equal(many.gradient, one.gradient)
         for kind in ("emitted", "absorbed", "escaped"):
             assert list(many.energy[kind]) == list(one.energy[kind])

@@ -13,13 +13,12 @@ import numpy as np
 import pytest
 from deltalux.cluster import core
 from deltalux.errors import Cancelled, OptionError
-from hypothesis import HealthCheck, given, settings
 from oracles import world
 from rooms import room, samples_in, translation
-from test_exactness import SEQUENCES, apply
 from test_light_pools import pools_and_sconce
 
 from .killing import pid_of_holder, wait_for_all
+from .test_cluster_session import assert_equal_after_random_edits
 
 STAGES = ["direct light", "find noisy places", "look around"]
 
@@ -108,19 +107,7 @@ def test_defaults_and_random_edits(client):
         one.bake()
         many.bake()
         equal(many, one)
-
-        @settings(max_examples=2, suppress_health_check=[HealthCheck.too_slow])
-        @given(sequence=SEQUENCES)
-        def edited(sequence):
-            for edits in sequence:
-                for edit in edits:
-                    apply(one, edit)
-                    apply(many, edit)
-                one.update()
-                many.update()
-                equal(many, one)
-
-        edited()
+        assert_equal_after_random_edits(many, one, equal)
         one.bake()
         many.bake()
         equal(many, one)
