@@ -275,14 +275,22 @@ void bind_session(nb::module_& m) {
                      return s.unreached();
                    })
       .def("areas",
-           [](const Session& s) {
-             std::vector<float> area = s.areas();
+           [](Session& s) {
+             std::vector<float> area;
+             {
+               nb::gil_scoped_release release;
+               area = s.areas();
+             }
              const size_t n = area.size();
              return make_array(std::move(area), {n});
            })
       .def("radii",
-           [](const Session& s) {
-             std::vector<float> radius = s.radii();
+           [](Session& s) {
+             std::vector<float> radius;
+             {
+               nb::gil_scoped_release release;
+               radius = s.radii();
+             }
              const size_t n = radius.size();
              return make_array(std::move(radius), {n});
            })

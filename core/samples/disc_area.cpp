@@ -26,7 +26,7 @@ constexpr float kGuard = 1.25f;
 bool are_sound(const DiscSet& discs) {
   const size_t n = discs.size();
   bool sound = discs.normal.size() == n && discs.radius.size() == n && discs.outline.size() == n &&
-               discs.id.size() == n && discs.slack.size() == n;
+               discs.id.size() == n;
   for (size_t i = 0; sound && i < n; ++i) {
     const Vec3f c = discs.centre[i], normal = discs.normal[i];
     sound = std::isfinite(c.x + c.y + c.z + discs.radius[i]) && discs.radius[i] >= 0 &&
@@ -154,18 +154,14 @@ class Probes {
 
 }  // namespace
 
-namespace {
-
-float plane_slack_under(const Ground& ground, Vec3f point, Vec3f normal, float within) {
+float slack_under(const Ground& ground, Vec3f point, Vec3f normal, float within) {
   const Vec3f above = point + normal * within;
   const trace::Hit hit = ground.caster.closest_static(above, -normal, 0.0f, 2 * within);
   return hit.valid() ? ground.scene.slack_of(ground.first_primitive + hit.primitive) : 0.0f;
 }
 
-}  // namespace
-
 float rounding_above(const Ground& ground, Vec3f point, Vec3f normal, float within) {
-  return position_slack(point) + plane_slack_under(ground, point, normal, within);
+  return position_slack(point) + slack_under(ground, point, normal, within);
 }
 
 DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea rule,
@@ -178,7 +174,6 @@ DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea
   discs.normal.resize(n);
   discs.radius.resize(n);
   discs.outline.assign(n, kWholeDisc);
-  discs.slack.resize(n);
   discs.id = std::move(ids);
   progress.begin("discs", n);
   constexpr size_t kBlock = 64;  // takes a few milliseconds between two checks for cancellation
@@ -189,8 +184,7 @@ DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea
       const uint32_t id = discs.id[i];
       const Vec3f normal = samples.normal[id];
       const float radius = samples.radius[id];
-      discs.slack[i] = plane_slack_under(ground, samples.point[id], normal, kGround * radius);
-      const float rounding = position_slack(samples.point[id]) + discs.slack[i];
+      const float rounding = rounding_above(ground, samples.point[id], normal, kGround * radius);
       const float lift = rule == DiscArea::reachable ? std::max(kMinLift * rounding, kLift * radius)
                                                      : kMinLift * rounding;
       discs.normal[i] = normal;

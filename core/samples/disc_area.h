@@ -32,6 +32,10 @@ struct Ground {
 DiscSet make_discs(const SampleSet& samples, std::vector<uint32_t> ids, DiscArea rule,
                    const Ground& ground, const Workers& workers, Progress& progress);
 
+/// Scene::slack_of() of the surface that `point` lies on; 0 if there is none within `within`
+/// metres.
+float slack_under(const Ground& ground, Vec3f point, Vec3f normal, float within);
+
 /// How far above `point` rays must start. Searches for the surface under the point within `within`
 /// metres.
 float rounding_above(const Ground& ground, Vec3f point, Vec3f normal, float within);

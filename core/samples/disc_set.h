@@ -22,12 +22,11 @@ struct DiscSet {
   std::vector<float> radius;
   std::vector<uint32_t> outline;  ///< index into `outlines`, or kWholeDisc
   std::vector<uint32_t> id;
-  std::vector<float> slack;  ///< Scene::slack_of() of the surface under the sample
   std::vector<Outline> outlines;
   size_t size() const { return centre.size(); }
   size_t bytes() const {
     return size() * (2 * sizeof(Vec3f) + sizeof(float) + 2 * sizeof(uint32_t)) +
-           slack.size() * sizeof(float) + outlines.size() * sizeof(Outline);
+           outlines.size() * sizeof(Outline);
   }
 };
 

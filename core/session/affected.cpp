@@ -140,13 +140,12 @@ std::vector<Box> boxes_of(std::span<const ObjectChange> changes) {
 }
 
 std::vector<uint32_t> moved_samples(const State& state, std::span<const ObjectChange> changes) {
+  std::vector<uint8_t> moved(state.scene.objects.size());
+  for (const ObjectChange& change : changes) moved[change.object] = 1;
   std::vector<uint32_t> out;
-  for (const MovingPart& part : state.moving)
-    for (const ObjectChange& change : changes)
-      if (change.object == part.object) {
-        const std::vector<uint32_t>& ids = part.index->discs().id;
-        out.insert(out.end(), ids.begin(), ids.end());
-      }
+  for (uint32_t i = 0; i < state.samples.size(); ++i)
+    if (const uint32_t object = state.samples.attached[i]; object != scene::kNone && moved[object])
+      out.push_back(i);
   return out;
 }
 

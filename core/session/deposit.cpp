@@ -167,6 +167,7 @@ void Deposit::to_moving(const SegmentBlock& block, int sign) {
 }
 
 void Deposit::add(uint32_t bounce, std::span<const uint32_t> slots) {
+  if (!state_.counts_in_discs()) return;
   BounceSegments& stored = state_.store.bounce(bounce);
   for (uint32_t slot : slots) stored.slots(slot) = {};
   for_slabs(bounce, slots, [&](std::span<const uint32_t> own) {
@@ -181,6 +182,7 @@ void Deposit::add(uint32_t bounce, std::span<const uint32_t> slots) {
 }
 
 void Deposit::remove(uint32_t bounce, std::span<const uint32_t> slots) {
+  if (!state_.counts_in_discs()) return;
   BounceSegments& stored = state_.store.bounce(bounce);
   const samples::DiscSet& discs = state_.static_index->discs();
   for_slabs(bounce, slots, [&](std::span<const uint32_t> own) {

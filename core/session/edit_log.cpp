@@ -107,10 +107,11 @@ void EditLog::place_objects() {
 }
 
 void EditLog::add_lights() {
+  const bool sampled = s_.samples_added_lights();
   for (uint32_t i = uint32_t(old_objects_.size()); i < s_.scene.objects.size(); ++i) {
     const bool dark = s_.lights.empty();
     for (trace::Light& light : added_lights(s_, s_.scene, i)) {
-      s_.light_sampled.push_back(s_.options.direct == DirectMode::sampled);
+      s_.light_sampled.push_back(sampled);
       s_.lights.push_back(std::move(light));
     }
     if (!dark || s_.lights.empty()) continue;

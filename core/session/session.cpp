@@ -123,7 +123,7 @@ void Session::trace_all(Progress& progress, Frame& frame) {
   told_.reset();
   s.store = segments::SegmentStore(s.scene.world(), s.extras());
   s.cut.assign(paths, kNotCut);
-  s.sums.assign(size_t(s.sum_groups()) * kBatches * s.samples.size() * 3, 0);
+  s.sums.assign(s.sum_count(), 0);
   pending_.clear();
   for (MovingPart& part : s.moving) {
     place_part(s, part);
@@ -182,7 +182,7 @@ std::unique_ptr<State> Session::unbaked() const {
 
 void Session::forget_bake() {
   std::unique_ptr<State> old = std::exchange(state_, unbaked());
-  direct_.reset(), kept_.reset(), told_.reset(), looking_.reset();
+  direct_.reset(), kept_.reset(), told_.reset(), looking_.reset(), spare_discs_.reset();
   awaited_direct_.reset();
   pending_.clear();
   baked_ = damaged_ = false;
@@ -201,13 +201,15 @@ Frame Session::bake(Progress& progress, bool leave_direct) {
   try {
     Frame frame;
     Stopwatch watch;
-    Parts parts = place_parts(progress);
+    index_triangles(progress);
     make_cells();
     allot_paths(progress);
     const PilotPaths paths = walk_pilot_paths(*state_, progress);
     forecast_memory(paths);
     choose_direct();
     refuse_beyond_limit();
+    Parts parts;
+    if (state_->counts_in_discs()) parts = place_parts(progress);
     frame.end_stage("prepare", watch);
     plan_parts(parts, paths, false, progress);
     make_estimators(parts, progress);
@@ -223,6 +225,7 @@ Frame Session::bake(Progress& progress, bool leave_direct) {
     if (state_->holds_all()) look_around(progress, true);
     frame.end_stage("gather", watch);
     refresh_areas(nullptr);
+    spare_discs_.reset();
     baked_ = true;
     damaged_ = false;
     return frame;
@@ -285,11 +288,15 @@ Frame Session::recompute(Progress& progress) {
 }
 
 void Session::refresh_areas(const std::vector<ObjectChange>* changes) {
+  if (!state_->counts_in_discs()) return;
+  if (state_->evaluates())
+    find_areas(changes);
+  else
+    state_->area.assign(state_->samples.size(), 0.0f);
+}
+
+void Session::find_areas(const std::vector<ObjectChange>* changes) {
   State& s = *state_;
-  if (!s.evaluates()) {
-    s.area.assign(s.samples.size(), 0.0f);
-    return;
-  }
   std::vector<float> area = s.area;
   area.resize(s.samples.size(), 1.0f);
   const bool whole = s.options.disc_area == samples::DiscArea::whole;
@@ -347,6 +354,10 @@ size_t Session::bytes() const {
     sum += s.gather->cells.bytes() + s.gather->looks.bytes() + s.gather->coverage.bytes() +
            s.gather->beams.bytes() + s.gather->sums.bytes() + s.gather->light.bytes() +
            s.gather->glance.bytes() + s.guiding.bytes();
+  if (spare_discs_) {
+    sum += spare_discs_->still->bytes();
+    for (const MovingPart& part : spare_discs_->moving) sum += part.index->bytes();
+  }
   if (s.static_index) sum += s.static_index->bytes();
   for (const MovingPart& part : s.moving) sum += part.index->bytes();
   return sum;

@@ -137,8 +137,8 @@ class Session {
   std::vector<uint8_t> visible(std::span<const Vec3f> from, std::span<const Vec3f> to) const;
   /// For each sample: the area that its disc counts (square metres), and its radius.
   /// Values in the order in which the user gave the samples.
-  std::vector<float> areas() const { return as_given(state_->area); }
-  std::vector<float> radii() const { return as_given(state_->samples.radius); }
+  std::vector<float> areas();
+  std::vector<float> radii();
   /// Number of present samples that no path and no gather ray with light has reached. Without a
   /// final gather, their standard error is estimated from the power of a single path, see
   /// UnreachedError.
@@ -420,15 +420,22 @@ class Session {
   void note_looks(std::span<const ObjectChange> changes, bool lights);
   void note_beams(std::span<const uint32_t> objects, std::span<const Box> boxes,
                   gather::Change& change);
-  /// Recomputes what discs count: all of them, or those near `changes`.
+  /// Recomputes what discs count: all of them, or those near `changes`, if anything counts in
+  /// discs.
   void refresh_areas(const std::vector<ObjectChange>* changes);
+  void find_areas(const std::vector<ObjectChange>* changes);
   /// Recomputes receivers_: all of them, or those on changed objects. `changed`: 1 for each changed
   /// object.
   void place_receivers(const std::vector<uint8_t>* changed);
-  /// Rebuilds the ray caster, radii and discs; the parts have no estimators before
-  /// make_estimators(). `openness`: of each sample, where it is known, as from a session file;
-  /// otherwise it is computed.
+  /// Builds the ray caster, and finds what samples lie on.
+  void index_triangles(Progress& progress);
+  void find_slacks(Progress& progress);
+  void resolve_radii(Progress& progress);
+  /// Chooses radii and makes discs; the parts have no estimators before make_estimators().
+  /// `openness`: of each sample, where it is known, as from a session file; otherwise it is
+  /// computed.
   Parts place_parts(Progress& progress, std::span<const float> openness = {});
+  class DiscsInPlace;
   void allot_paths(Progress& progress);
   /// Recomputes State::plans.
   void plan_parts(Parts& parts, const PilotPaths& paths, bool thorough, Progress& progress);
@@ -437,6 +444,7 @@ class Session {
   void save_scene(ArchiveView& archive) const;
   void save_bake(ArchiveView& archive) const;
   void restore_scene(ArchiveSource& archive);
+  Parts restore_discs(ArchiveSource& archive, Progress& progress);
   /// Restores the path counts of lights and the scales.
   void restore_lights(ArchiveSource& archive);
   void restore_segments(ArchiveSource& archive, Progress& progress);
@@ -489,6 +497,12 @@ class Session {
   std::vector<direct::Receiver> receivers_;  // per sample, in the present pose
   std::vector<PendingPath> pending_;
   std::unique_ptr<KeptPlaces> kept_;  // rays and light of the last images
+  /// Discs of a session that does not count in them, once they were asked for.
+  struct SpareDiscs {
+    std::unique_ptr<estimate::SignedEstimator> still;
+    std::vector<MovingPart> moving;
+  };
+  std::unique_ptr<SpareDiscs> spare_discs_;
   /// The sums that path_changes() returned last.
   struct Told {
     std::vector<int64_t> discs, cells;

@@ -83,18 +83,19 @@ void Session::choose_direct() {
 void Session::place_receivers(const std::vector<uint8_t>* changed) {
   const State& s = *state_;
   receivers_.resize(s.samples.size());
-  const auto place = [&](const samples::DiscSet& discs, const Pose& pose, uint32_t object) {
-    // Shadow rays start at the samples' points, not at the discs' centres: these are lifted, nearer
-    // to the lights.
-    for (size_t i = 0; i < discs.size(); ++i)
-      receivers_[discs.id[i]] = {pose.point(s.samples.point[discs.id[i]]),
-                                 pose.direction(discs.normal[i]), object, discs.slack[i],
-                                 direct::place_key(s.samples.point[discs.id[i]], discs.normal[i])};
-  };
-  if (!changed) place(s.static_index->discs(), {}, scene::kNone);
-  for (const MovingPart& part : s.moving)
-    if (!changed || (*changed)[part.object])
-      place(part.index->discs(), s.scene.objects[part.object].pose, part.object);
+  // Shadow rays start at the samples' points, not at the discs' centres: these are lifted, nearer
+  // to the lights.
+  s.workers.for_blocks(receivers_.size(), 4096, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const uint32_t object = s.samples.attached[i];
+      const bool moves = object != scene::kNone;
+      if (changed && !(moves && (*changed)[object])) continue;
+      const Pose pose = moves ? s.scene.objects[object].pose : Pose{};
+      const Vec3f point = s.samples.point[i], normal = s.samples.normal[i];
+      receivers_[i] = {pose.point(point), pose.direction(normal), object, s.slack[i],
+                       direct::place_key(point, normal)};
+    }
+  });
 }
 
 void Session::compute_direct(Progress& progress, bool leave) {

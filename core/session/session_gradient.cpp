@@ -2,7 +2,9 @@
 // Surface gradients of irradiance, from the first moments of the points where segments cross discs,
 // corrected for clipped discs; direct light by shadow rays contributes central differences.
 #include "base/error.h"
+#include "session/deposit.h"
 #include "session/session.h"
+#include "session/session_parts.h"
 
 namespace deltalux::session {
 namespace {
@@ -86,8 +88,68 @@ void add_slopes_of_paths(const State& s, const SlopeSums& of, std::span<const Ta
 
 }  // namespace
 
+/// Discs in the state for as long as this lives, in a session that does not count in them.
+class Session::DiscsInPlace {
+ public:
+  DiscsInPlace(Session& session, Progress& progress) : session_(session) {
+    State& s = *session.state_;
+    if (s.counts_in_discs()) return;
+    if (!session.spare_discs_) session.spare_discs_ = make(progress);
+    swap();
+    placed_ = true;
+    for (MovingPart& part : s.moving) {
+      place_part(s, part);
+      part.current = true;
+    }
+  }
+  ~DiscsInPlace() {
+    if (placed_) swap();
+  }
+  DiscsInPlace(const DiscsInPlace&) = delete;
+  DiscsInPlace& operator=(const DiscsInPlace&) = delete;
+
+ private:
+  std::unique_ptr<SpareDiscs> make(Progress& progress) {
+    State& s = *session_.state_;
+    Parts parts = session_.place_parts(progress);
+    s.openness.clear();
+    SpareDiscs spare{nullptr, std::exchange(s.moving, {})};
+    const auto method = [](Method asked) {
+      return asked == Method::automatic ? Method::disc_index : asked;
+    };
+    spare.still = parts.pilots[0].release(method(s.options.static_method), &progress);
+    for (size_t i = 0; i < spare.moving.size(); ++i)
+      spare.moving[i].index =
+          parts.pilots[i + 1].release(method(s.options.moving_method), &progress);
+    return std::make_unique<SpareDiscs>(std::move(spare));
+  }
+  void swap() noexcept {
+    std::swap(session_.state_->static_index, session_.spare_discs_->still);
+    std::swap(session_.state_->moving, session_.spare_discs_->moving);
+  }
+
+  Session& session_;
+  bool placed_ = false;
+};
+
+std::vector<float> Session::areas() {
+  State& s = *state_;
+  if (!baked_ || s.counts_in_discs()) return as_given(s.area);
+  Progress part;
+  const DiscsInPlace discs(*this, part);
+  find_areas(nullptr);
+  return as_given(std::exchange(s.area, {}));
+}
+
+std::vector<float> Session::radii() {
+  Progress part;
+  if (baked_) resolve_radii(part);
+  return as_given(state_->samples.radius);
+}
+
 SlopeSums Session::slope_sums(Progress& progress) {
   check_whole();
+  const DiscsInPlace discs(*this, progress);
   const SlopeSums own = deposit_slopes(*state_, progress);
   return {in_given_order(own.discs, 3, state_->given),
           in_given_order(own.moments, 6, state_->given)};
@@ -96,6 +158,7 @@ SlopeSums Session::slope_sums(Progress& progress) {
 void Session::read_gradient(double* gradient, Progress& progress, const SlopeSums& others) {
   check_readable();
   State& s = *state_;
+  const DiscsInPlace discs(*this, progress);
   SlopeSums slopes = deposit_slopes(s, progress);
   if (s.holds_none()) {
     if (others.discs.size() != slopes.discs.size() ||
@@ -110,14 +173,14 @@ void Session::read_gradient(double* gradient, Progress& progress, const SlopeSum
   // Four receivers around each sample: a step along -u, +u, -v and +v.
   std::vector<direct::Receiver> around(4 * n);
   std::vector<TangentFrame> frames(n);
-  each_disc(s, [&](const samples::DiscSet& discs, size_t i, const Pose& pose, uint32_t object) {
-    const uint32_t id = discs.id[i];
-    const TangentFrame frame = frames[id] = frame_of(discs.normal[i]);
-    const float step = kDifferenceStep * discs.radius[i];
+  each_disc(s, [&](const samples::DiscSet& set, size_t i, const Pose& pose, uint32_t object) {
+    const uint32_t id = set.id[i];
+    const TangentFrame frame = frames[id] = frame_of(set.normal[i]);
+    const float step = kDifferenceStep * set.radius[i];
     for (int k = 0; k < 4; ++k) {
       const Vec3f axis = k < 2 ? frame.u : frame.v;
-      around[4 * id + k] = {pose.point(discs.centre[i] + axis * (k % 2 ? step : -step)),
-                            pose.direction(discs.normal[i]), object};
+      around[4 * id + k] = {pose.point(set.centre[i] + axis * (k % 2 ? step : -step)),
+                            pose.direction(set.normal[i]), object};
     }
     frames[id] = {pose.direction(frame.u), pose.direction(frame.v)};
   });

@@ -16,7 +16,12 @@ namespace deltalux::session {
 namespace {
 
 constexpr float kFar = std::numeric_limits<float>::infinity();
+constexpr size_t kGrain = 256;
+// scene metres: how far above a surface a sample may lie that belongs to it
+constexpr float kUnder = 1e-3f;
 constexpr uint64_t kMinRays = 8;  // fewest gather rays per sample that an error message suggests
+// bytes of memory: of a sample and its receiver, and in addition of its disc in an index
+constexpr size_t kSampleBytes = 96, kDiscBytes = 160;
 constexpr Box kEverywhere{{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
 
 /// Most samples of most scenes cast the standard number of rays.
@@ -38,6 +43,23 @@ scene::Scene local_scene(const scene::Scene& scene, uint32_t object) {
   return local;
 }
 
+/// Calls visit(object, its samples, scene, ground) for the static samples (object kNone), then for
+/// those of each movable, with the scene of the ground alone.
+template <class Visit>
+void each_ground(const State& s, Progress& progress, const Visit& visit) {
+  std::map<uint32_t, std::vector<uint32_t>> by_object;
+  for (uint32_t i = 0; i < s.samples.size(); ++i) by_object[s.samples.attached[i]].push_back(i);
+  visit(scene::kNone, std::move(by_object[scene::kNone]), s.scene,
+        samples::Ground{s.scene, *s.caster, 0, s.scene.world()});
+  for (auto& [object, ids] : by_object) {
+    if (object == scene::kNone) continue;
+    const scene::Scene local = local_scene(s.scene, object);
+    const trace::RayCaster caster(local, progress);
+    const uint32_t first = s.scene.objects[object].first_primitive;
+    visit(object, std::move(ids), local, samples::Ground{s.scene, caster, first, kEverywhere});
+  }
+}
+
 }  // namespace
 
 double ray_bytes(const State& s, const Forecast& forecast, double rays, bool weighted) {
@@ -46,53 +68,72 @@ double ray_bytes(const State& s, const Forecast& forecast, double rays, bool wei
          std::max(0.0, rays - told) * gather::Looks::kAddedRays.bytes(weighted);
 }
 
-Parts Session::place_parts(Progress& progress, std::span<const float> openness) {
+void Session::index_triangles(Progress& progress) {
   State& s = *state_;
   progress.begin("index triangles", 1);
   s.caster = std::make_unique<trace::RayCaster>(s.scene, progress);
+  if (s.options.segment_end == segments::SegmentEnd::bounded) resolve_radii(progress);
+  find_slacks(progress);
+}
+
+void Session::resolve_radii(Progress& progress) {
+  State& s = *state_;
   samples::resolve_lengths(s.scene, *s.caster, s.options.paths, s.workers, progress, s.samples);
   s.largest_radius = 0;
   for (float r : s.samples.radius) s.largest_radius = std::max(s.largest_radius, r);
-  std::map<uint32_t, std::vector<uint32_t>> by_object;
-  for (uint32_t i = 0; i < s.samples.size(); ++i) by_object[s.samples.attached[i]].push_back(i);
+}
+
+Parts Session::place_parts(Progress& progress, std::span<const float> openness) {
+  State& s = *state_;
+  resolve_radii(progress);
   s.openness.assign(openness.begin(), openness.end());
   s.openness.resize(s.samples.size(), 1.0f);
   s.openness_complete = !openness.empty();
   const auto [from, end] = s.own_samples();
-  // `scene`: the geometry that openness is computed in, which is that of `ground` alone.
-  const auto pilot = [&](std::vector<uint32_t> ids, const scene::Scene& scene,
-                         const samples::Ground& ground) {
-    samples::DiscSet discs = samples::make_discs(s.samples, std::move(ids), s.options.disc_area,
-                                                 ground, s.workers, progress);
-    if (openness.empty() && s.counts_openness())
-      samples::find_openness(discs, from, end, scene, ground.caster, s.workers, progress,
-                             s.openness);
-    return plan::Pilot(std::move(discs), s.options.segment_end, s.workers);
-  };
-  Parts parts{pilot(by_object[scene::kNone], s.scene, {s.scene, *s.caster, 0, s.scene.world()}),
-              {}};
+  Parts parts;
   s.moving.clear();
-  for (auto& [object, ids] : by_object) {
-    if (object == scene::kNone) continue;
-    const scene::Scene local = local_scene(s.scene, object);
-    const trace::RayCaster caster(local, progress);
-    const uint32_t first = s.scene.objects[object].first_primitive;
-    parts.moving.push_back(pilot(std::move(ids), local, {s.scene, caster, first, kEverywhere}));
-    MovingPart part;
-    part.object = object;
-    const samples::DiscSet& discs = parts.moving.back().discs();
-    for (size_t i = 0; i < discs.size(); ++i)
-      part.local.grow(Box{discs.centre[i], discs.centre[i]}.padded(discs.radius[i]));
-    s.moving.push_back(std::move(part));
-  }
+  each_ground(s, progress,
+              [&](uint32_t object, std::vector<uint32_t> ids, const scene::Scene& scene,
+                  const samples::Ground& ground) {
+                samples::DiscSet discs = samples::make_discs(
+                    s.samples, std::move(ids), s.options.disc_area, ground, s.workers, progress);
+                if (openness.empty() && s.counts_openness())
+                  samples::find_openness(discs, from, end, scene, ground.caster, s.workers,
+                                         progress, s.openness);
+                if (object != scene::kNone) {
+                  MovingPart part;
+                  part.object = object;
+                  for (size_t i = 0; i < discs.size(); ++i)
+                    part.local.grow(Box{discs.centre[i], discs.centre[i]}.padded(discs.radius[i]));
+                  s.moving.push_back(std::move(part));
+                }
+                parts.pilots.emplace_back(std::move(discs), s.options.segment_end, s.workers);
+              });
   return parts;
+}
+
+void Session::find_slacks(Progress& progress) {
+  State& s = *state_;
+  s.slack.resize(s.samples.size());
+  const float within = kUnder * samples::scene_metre(s.scene, *s.caster);
+  each_ground(s, progress,
+              [&](uint32_t, const std::vector<uint32_t>& ids, const scene::Scene&,
+                  const samples::Ground& ground) {
+                s.workers.for_blocks(ids.size(), kGrain, [&](size_t begin, size_t end) {
+                  for (size_t i = begin; i < end; ++i)
+                    s.slack[ids[i]] = samples::slack_under(ground, s.samples.point[ids[i]],
+                                                           s.samples.normal[ids[i]], within);
+                });
+              });
 }
 
 void Session::make_estimators(Parts& parts, Progress& progress) {
   State& s = *state_;
-  s.static_index = parts.still.release(s.plans[0].chosen, &progress);
+  if (parts.pilots.empty())
+    parts.pilots.emplace_back(samples::DiscSet{}, s.options.segment_end, s.workers);
+  s.static_index = parts.pilots[0].release(s.plans[0].chosen, &progress);
   for (size_t i = 0; i < s.moving.size(); ++i)
-    s.moving[i].index = parts.moving[i].release(s.plans[i + 1].chosen, &progress);
+    s.moving[i].index = parts.pilots[i + 1].release(s.plans[i + 1].chosen, &progress);
 }
 
 void Session::allot_paths(Progress& progress) {
@@ -118,8 +159,7 @@ void Session::forecast_memory(const PilotPaths& paths) {
   const State& s = *state_;
   const double per_path = paths.walked ? double(paths.flights.size()) / double(paths.walked) : 1.0;
   const double fixed =
-      double(s.samples.size()) * (s.sum_groups() * kBatches * 24.0 + 256.0) +
-      double(s.scene.primitives()) * 200.0 +
+      double(s.samples.size()) * kSampleBytes + double(s.scene.primitives()) * 200.0 +
       // The last chunk of each bounce is partly empty. More paths reach more
       // bounces than the pilot paths.
       (1.5 * paths.deepest + 4.0) * double(sizeof(segments::BounceSegments::Chunk));
@@ -131,6 +171,8 @@ void Session::forecast_memory(const PilotPaths& paths) {
 void Session::refuse_beyond_limit() {
   const State& s = *state_;
   const uint64_t paths = s.held.size();
+  if (s.counts_in_discs())
+    forecast_.bytes += s.samples.size() * kDiscBytes + s.sum_count() * sizeof(int64_t);
   if (s.evaluates())
     forecast_.bytes += direct::DirectLight::forecast_bytes(s.samples.size(), s.scene.group_count,
                                                            s.lights, s.light_sampled);

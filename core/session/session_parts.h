@@ -9,8 +9,8 @@
 namespace deltalux::session {
 
 struct Parts {
-  plan::Pilot still;
-  std::deque<plan::Pilot> moving;  ///< in the order of State::moving
+  /// Of the static part, then of those in State::moving, in that order; or none.
+  std::deque<plan::Pilot> pilots;
 };
 
 /// The forecast memory of `rays` gather rays, those of all samples together.

@@ -125,8 +125,12 @@ class TrafficForecast {
 void Session::plan_parts(Parts& parts, const PilotPaths& paths, bool thorough, Progress& progress) {
   State& s = *state_;
   progress.begin("plan", 1);
-  const TrafficForecast forecast(s, paths);
   s.plans.clear();
+  if (parts.pilots.empty()) {
+    s.plans.emplace_back().chosen = Method::disc_index;
+    return;
+  }
+  const TrafficForecast forecast(s, paths);
   const auto plan_one = [&](plan::Pilot& pilot, uint32_t object, Method asked, auto&& traffic) {
     plan::PartPlan plan;
     plan.chosen = asked;
@@ -138,11 +142,11 @@ void Session::plan_parts(Parts& parts, const PilotPaths& paths, bool thorough, P
     plan.object = object;
     s.plans.push_back(std::move(plan));
   };
-  plan_one(parts.still, scene::kNone, s.options.static_method,
+  plan_one(parts.pilots[0], scene::kNone, s.options.static_method,
            [&] { return forecast.of_static(); });
   for (size_t i = 0; i < s.moving.size(); ++i) {
     place_part(s, s.moving[i]);
-    plan_one(parts.moving[i], s.moving[i].object, s.options.moving_method,
+    plan_one(parts.pilots[i + 1], s.moving[i].object, s.options.moving_method,
              [&] { return forecast.of_moving(s.moving[i]); });
   }
 }
@@ -159,6 +163,7 @@ void Session::set_planning(const plan::Machine& machine, plan::Policy policy,
 const std::vector<plan::PartPlan>& Session::plan(Progress& progress) {
   // Openness takes longer to compute than everything else here, and no cost depends on it.
   const std::vector<float> open(state_->samples.size(), 1.0f);
+  index_triangles(progress);
   Parts parts = place_parts(progress, open);
   allot_paths(progress);
   const PilotPaths paths = walk_pilot_paths(*state_, progress);

@@ -159,12 +159,8 @@ PathChanges Session::path_changes() {
     out.since = told->edits;
   if (out.since != out.edits) out.ranges = {*s.options.range};
   told->edits = s.edits;
-  // Discs that nothing is deposited on stay at 0.
-  const bool dark = s.gather && std::all_of(s.light_sampled.begin(), s.light_sampled.end(),
-                                            [](uint8_t yes) { return yes; });
-  const std::span<const int64_t> discs = dark ? std::span<const int64_t>() : s.sums;
-  out.discs = changes(discs, told->discs, s.sums.size());
-  told->discs.assign(discs.begin(), discs.end());
+  out.discs = changes(s.sums, told->discs, s.sums.size());
+  told->discs = s.sums;
   if (s.gather) {
     gather::CellSums& sums = s.gather->sums;
     if (first) std::fill(sums.touched.begin(), sums.touched.end(), uint8_t(1));
@@ -216,8 +212,7 @@ void Session::add_path_changes(const PathChanges& more) {
 size_t Session::forecast_sharing() const {
   const State& s = *state_;
   if (!s.options.range) return 0;
-  size_t sum =
-      s.holds_none() ? 0 : sizeof(int64_t) * 3 * kBatches * s.sum_groups() * s.samples.size();
+  size_t sum = s.holds_none() ? 0 : sizeof(int64_t) * s.sum_count();
   if (!s.gather) return sum;
   if (!s.holds_none())  // what path_changes() returned; what gather rays cast for others need
     sum += s.gather->sums.quanta.size() * sizeof(int64_t) +

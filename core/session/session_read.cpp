@@ -198,18 +198,18 @@ void Session::read_samples(bool errors, const Gathered& gathered, const Write& w
   const size_t n = s.samples.size();
   check_readable();
   const std::span<const int64_t> direct = direct_->sums();
-  const UnreachedError unreached(s);
   std::optional<gather::Evaluation> now = evaluation(errors);
+  std::optional<UnreachedError> unreached;
+  if (!now) unreached.emplace(s);
   if (now && errors) now->learn_spread(s.gather->looks);
-  const auto sampled = [](uint8_t yes) { return yes != 0; };
-  const bool discs = !now || !std::all_of(s.light_sampled.begin(), s.light_sampled.end(), sampled);
+  const bool discs = s.counts_in_discs();
   s.workers.for_blocks(n, BlockSums::kSamples, [&](size_t begin, size_t end) {
     BlockSums block;
     const size_t values = 3 * (end - begin);
     for (uint32_t g = 0; discs && g < s.sum_groups(); ++g) {
       block.add_energy(&s.sums[3 * (size_t(g) * kBatches * n + begin)], 3 * n, values,
                        s.sum_factor(g));
-      if (!now) block.add_unreached(unreached, g, &s.area[begin], end - begin);
+      if (unreached) block.add_unreached(*unreached, g, &s.area[begin], end - begin);
     }
     for (uint32_t g = 0; g < s.scene.group_count; ++g)
       block.add_direct(&direct[3 * (size_t(g) * n + begin)], values,
@@ -218,7 +218,7 @@ void Session::read_samples(bool errors, const Gathered& gathered, const Write& w
         now ? gathered_block(*now, gathered, begin, end, errors)
             : std::vector<gather::Estimate>(end - begin);
     for (size_t i = begin; i < end; ++i) {
-      const double area = s.area[i];
+      const double area = discs ? double(s.area[i]) : 0.0;
       const double per_area = area > 0 ? s.scale.quantum / area : 0.0;
       double irradiance[3] = {}, error[3] = {};
       for (size_t c = 0; is_present(i) && c < 3; ++c) {
@@ -320,7 +320,7 @@ void Session::read_sums(int64_t* sums) const {
   const State& s = *state_;
   const size_t n = 3 * s.samples.size();
   std::fill(sums, sums + n, 0);
-  for (uint32_t slab = 0; slab < s.sum_groups() * kBatches; ++slab)
+  for (size_t slab = 0; slab * n < s.sums.size(); ++slab)
     for (size_t i = 0; i < n; ++i) sums[3 * size_t(s.given[i / 3]) + i % 3] += s.sums[slab * n + i];
 }
 
@@ -359,7 +359,7 @@ std::array<uint64_t, 4> Session::digest(const std::optional<SegmentsHash>& other
   if (others) all.merge({others->a, others->b});
   Lanes ordered = all;
   const size_t n = s.samples.size();
-  for (uint32_t g = 0; g < s.sum_groups(); ++g)
+  for (uint32_t g = 0; s.counts_in_discs() && g < s.sum_groups(); ++g)
     for (size_t i = 0; i < 3 * n; ++i) {
       int64_t sum = 0;
       for (uint32_t k = 0; k < kBatches; ++k) sum += s.sums[3 * size_t(g * kBatches + k) * n + i];

@@ -111,7 +111,7 @@ void Session::check_insert(const scene::Object& object, std::span<const scene::E
                       std::to_string(most) +
                       " in all so that no integer sum can overflow; "
                       "start a new session with it in the scene");
-  if (s.options.direct == DirectMode::sampled && !s.lights.empty() &&
+  if (s.samples_added_lights() && !s.lights.empty() &&
       std::numbers::pi * brightest > direct::kMaxWeight * direct_->irradiance_quantum())
     throw OptionError(what +
                       "its light is brighter than the session's integer scale holds; start a "

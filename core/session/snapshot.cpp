@@ -23,8 +23,9 @@ std::string level_name(size_t bounce, const char* what) {
   return "level" + std::to_string(bounce) + "." + what;
 }
 
-void append_bounce(const segments::BounceSegments& stored, size_t bounce,
-                   const segments::Extras& extras, ArchiveView& archive) {
+void append_bounce(const State& s, size_t bounce, ArchiveView& archive) {
+  const segments::BounceSegments& stored = s.store.bounces()[bounce];
+  const segments::Extras& extras = s.store.extras();
   const std::string segments = level_name(bounce, "segments"), hits = level_name(bounce, "hits"),
                     extended = level_name(bounce, "extended"),
                     landing = level_name(bounce, "landing");
@@ -36,7 +37,7 @@ void append_bounce(const segments::BounceSegments& stored, size_t bounce,
     const segments::BounceSegments::Chunk& chunk = stored.chunk(slot);
     const size_t count = std::min(kPerChunk, stored.size() - slot);
     archive.append(segments, std::span(chunk.segment).first(count));
-    archive.append(hits, std::span(chunk.slots).first(count));
+    if (s.counts_in_discs()) archive.append(hits, std::span(chunk.slots).first(count));
     if (extras.extended)
       archive.append(extended, std::span<const float>(chunk.extended.get(), count));
     if (extras.landing)
@@ -108,14 +109,14 @@ void Session::save_scene(ArchiveView& archive) const {
 
 void Session::save_bake(ArchiveView& archive) const {
   const State& s = *state_;
-  if (s.knows_openness()) archive.append("openness", s.openness);
+  if (s.counts_in_discs() && s.knows_openness()) archive.append("openness", s.openness);
   std::vector<uint64_t> light_paths, level_sizes;
   for (const trace::Light& light : s.lights) light_paths.push_back(light.path_count);
   archive.keep("light_paths", light_paths);
   save_maps(s.lights, archive);
   archive.append("light_sampled", s.light_sampled);
   archive.keep("quantum", std::vector<double>{s.scale.quantum});
-  archive.append("area", s.area);
+  if (s.counts_in_discs()) archive.append("area", s.area);
   for (const segments::BounceSegments& stored : s.store.bounces())
     level_sizes.push_back(stored.size());
   archive.keep("level_sizes", level_sizes);
@@ -134,12 +135,11 @@ ArchiveView Session::save(bool shared) const {
   std::vector<uint32_t> pending;  // without known hits, which only save time
   for (const PendingPath& p : pending_) pending.insert(pending.end(), {p.path, p.slot, p.bounce});
   archive.keep("pending", pending);
-  if (s.holds_none() && !shared)
+  if (s.counts_in_discs() && s.holds_none() && !shared)
     archive.keep("sums", std::vector<int64_t>(s.sums.size()));  // the parts store their own
-  else
+  else if (s.counts_in_discs())
     archive.append("sums", s.sums);
-  for (size_t b = 0; b < s.store.bounces().size(); ++b)
-    append_bounce(s.store.bounces()[b], b, s.store.extras(), archive);
+  for (size_t b = 0; b < s.store.bounces().size(); ++b) append_bounce(s, b, archive);
   if (s.options.range && !shared) archive.keep("edits", std::vector<uint64_t>{s.edits});
   if (s.evaluates()) direct_->save(archive);
   if (s.gather) s.guiding.save(archive, s.evaluates() && !(s.gather->looks.pending_share() > 0));
@@ -163,30 +163,24 @@ void Session::restore(ArchiveSource& archive, Progress& progress) {
   restore_scene(archive);
   if (!archive.bytes("level_sizes")) return;
   restore_lights(archive);
-  const size_t sums = size_t(s.sum_groups()) * kBatches * s.samples.size() * 3;
-  const bool traced = brings_paths(s, archive);
-  if (traced) archive.expect<int64_t>("sums", sums);
-  archive.expect<float>("area", s.samples.size());
-  std::vector<float> openness;  // empty: this part of a bake that has only begun computes its own
-  if (s.holds_all() || archive.bytes("openness"))
-    openness = archive.read_all<float>("openness", s.samples.size());
-  snapshot::check_range("openness", openness, 0, samples::kMaxOpenness);
-  s.area = archive.read_all<float>("area", s.samples.size());
-  snapshot::check_areas(s.area, s.samples.radius, openness);
-
-  Parts parts = place_parts(progress, openness);
-  plan_parts(parts, walk_pilot_paths(s, progress), false, progress);
+  const bool traced = brings_paths(s, archive), discs = s.counts_in_discs();
+  if (traced && discs) archive.expect<int64_t>("sums", s.sum_count());
+  if (discs) archive.expect<float>("area", s.samples.size());
+  index_triangles(progress);
+  Parts parts;
+  if (discs) parts = restore_discs(archive, progress);
+  plan_parts(parts, discs ? walk_pilot_paths(s, progress) : PilotPaths{}, false, progress);
   make_estimators(parts, progress);
   make_cells();
   if (traced) {
     restore_segments(archive, progress);
-    s.sums = archive.read_all<int64_t>("sums", sums);
+    if (discs) s.sums = archive.read_all<int64_t>("sums", s.sum_count());
     snapshot::check_sums(s.sums, s.store.live());
     s.cut = archive.read_all<uint8_t>("cut", s.held.size());
     restore_pending(archive);
   } else {
     archive.read_all<uint64_t>("level_sizes", archive.count<uint64_t>("level_sizes"));
-    s.sums.assign(sums, 0);
+    s.sums.assign(s.sum_count(), 0);
     wait_for_paths();
   }
   if (s.options.range && archive.bytes("edits"))
@@ -198,6 +192,17 @@ void Session::restore(ArchiveSource& archive, Progress& progress) {
   restore_direct(archive);
   restore_looks(archive, progress);
   baked_ = true;
+}
+
+Parts Session::restore_discs(ArchiveSource& archive, Progress& progress) {
+  State& s = *state_;
+  std::vector<float> openness;  // empty: this part of a bake that has only begun computes its own
+  if (s.holds_all() || archive.bytes("openness"))
+    openness = archive.read_all<float>("openness", s.samples.size());
+  snapshot::check_range("openness", openness, 0, samples::kMaxOpenness);
+  s.area = archive.read_all<float>("area", s.samples.size());
+  snapshot::check_areas(s.area, s.samples.radius, openness);
+  return place_parts(progress, openness);
 }
 
 void Session::restore_scene(ArchiveSource& archive) {
@@ -234,7 +239,7 @@ void Session::restore_scene(ArchiveSource& archive) {
     check(scene::Dim{group, s.group_factor[group]}, {});
   auto radius = archive.read_all<float>("radius", s.samples.size());
   snapshot::check_radii(radius, s.samples.radius, s.scene.world(),
-                        archive.bytes("level_sizes").has_value());
+                        archive.bytes("level_sizes") && !s.options.gather_rays);
   for (size_t i = 0; i < radius.size(); ++i)
     if (!std::isnan(radius[i]))
       s.samples.radius[i] = radius[i];  // leave our own quiet NaN in place of the file's
@@ -278,7 +283,7 @@ void Session::restore_segments(ArchiveSource& archive, Progress& progress) {
   uint64_t total = 0;
   for (size_t b = 0; b < sizes.size(); ++b, total += sizes[b - 1]) {
     archive.expect<segments::Segment>(level_name(b, "segments"), sizes[b]);
-    archive.expect<segments::HitSlots>(level_name(b, "hits"), sizes[b]);
+    archive.expect<segments::HitSlots>(level_name(b, "hits"), s.counts_in_discs() ? sizes[b] : 0);
     archive.expect<float>(level_name(b, "extended"), extras.extended ? sizes[b] : 0);
     if (extras.landing) archive.expect<uint32_t>(level_name(b, "landing"), sizes[b]);
   }
@@ -293,7 +298,8 @@ void Session::restore_segments(ArchiveSource& archive, Progress& progress) {
       segments::BounceSegments::Chunk& chunk = stored.chunk(begin);
       const uint32_t count = uint32_t(std::min<uint64_t>(kPerChunk, sizes[b] - begin));
       archive.read(level_name(b, "segments"), std::span(chunk.segment).first(count));
-      archive.read(level_name(b, "hits"), std::span(chunk.slots).first(count));
+      if (s.counts_in_discs())
+        archive.read(level_name(b, "hits"), std::span(chunk.slots).first(count));
       if (extras.extended)
         archive.read(level_name(b, "extended"), std::span(chunk.extended.get(), count));
       if (extras.landing)

@@ -50,13 +50,13 @@ void check_poses(const std::vector<scene::Object>& original, const scene::Scene&
 }
 
 void check_radii(std::span<const float> radius, std::span<const float> given, const Box& world,
-                 bool baked) {
+                 bool known) {
   const float most = world.diagonal();
   for (size_t i = 0; i < radius.size(); ++i) {
     const float r = radius[i];
     const bool automatic = std::isnan(given[i]);
     const bool sound =
-        automatic ? (r > 0 && r <= most) || (std::isnan(r) && !baked) : r == given[i];
+        automatic ? (r > 0 && r <= most) || (std::isnan(r) && !known) : r == given[i];
     if (!sound) refuse_entry("radius", i, r, automatic ? 0 : given[i], automatic ? most : given[i]);
   }
 }

@@ -33,9 +33,9 @@ void check_quantum(const char* name, double found, double chosen);
 void check_poses(const std::vector<scene::Object>& original, const scene::Scene& scene);
 
 /// Checks that radii equal the `given` ones. Where these are NaN (automatic), a radius must be
-/// positive and no larger than the world box, or NaN before the bake.
+/// positive and no larger than the world box, or NaN unless all must be `known`.
 void check_radii(std::span<const float> radius, std::span<const float> given, const Box& world,
-                 bool baked);
+                 bool known);
 
 /// Checks that the area of each disc is 0, or between 1e-4 and 2 times that of its circle, over its
 /// openness.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // All data of a session, in plain structs; only the functions of this folder change them.
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -115,6 +116,7 @@ struct State {
   std::vector<MovingPart> moving;
   std::vector<plan::PartPlan> plans;  // for the static part, then for each moving part
   std::vector<float> area;            // by sample: the area that its disc counts at present
+  std::vector<float> slack;  // by sample: Scene::slack_of() of the surface under it; of the bake
   // By sample, see samples/openness.h; 1 where it does not count, or is not known yet.
   std::vector<float> openness;
   bool openness_complete = false;  // in a session without paths: whether all parts told theirs
@@ -150,6 +152,19 @@ struct State {
   /// Whether there are direct light by shadow rays, gather rays and results. A session with a range
   /// of the paths has only what paths bring, since the rest would be the same in every range.
   bool evaluates() const { return holds_all() || holds_none(); }
+  /// Whether discs have light to count. In a session with a final gather all of whose lights get
+  /// shadow rays, they have none, so that they are not made.
+  bool counts_in_discs() const {
+    return !options.gather_rays || options.direct == DirectMode::paths ||
+           std::find(light_sampled.begin(), light_sampled.end(), 0) != light_sampled.end();
+  }
+  /// Whether lights that an edit adds get shadow rays.
+  bool samples_added_lights() const {
+    return options.direct == DirectMode::sampled || !counts_in_discs();
+  }
+  size_t sum_count() const {
+    return counts_in_discs() ? size_t(sum_groups()) * kBatches * samples.size() * 3 : 0;
+  }
   bool counts_openness() const {
     return options.disc_area == samples::DiscArea::reachable && !options.gather_rays;
   }

@@ -165,7 +165,6 @@ class StateWorld {
     discs.radius.push_back(s.samples.radius[id]);
     discs.outline.push_back(samples::kWholeDisc);
     discs.id.push_back(id);
-    discs.slack.push_back(0);
   }
 
   void make_discs(const Variant& variant) {

@@ -131,7 +131,7 @@ class WholeArchive:
         }
         for bounce, level in enumerate(self._levels):
             empty = np.zeros((0, _WIDTHS["extended"]), np.uint8)
-            for kind, rows in {"extended": empty, **level}.items():
+            for kind, rows in {"hits": empty, "extended": empty, **level}.items():
                 self._own[f"level{bounce}.{kind}"] = rows
 
     def names(self) -> list[str]:

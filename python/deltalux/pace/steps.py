@@ -100,16 +100,23 @@ def loading(counts: Counts) -> list[Step]:
     ]
 
 
+def _discs(c: Counts, radius: float) -> list[Step]:
+    """Steps that make discs; `radius`: seconds to choose that of one. Sessions that gather rarely need any."""
+    return [
+        Step("disc radii", radius * c.samples, "rays"),
+        Step("discs", 0.02 + 6e-7 * c.depth * c.samples, "once"),
+    ]
+
+
 def opening(stored: Stored, calibrated: bool = True) -> list[Step]:
     """Steps that open a session file; `calibrated`: whether the machine's constants are known."""
     c = stored.counts
     return [
         Step("open session", 0.05 + 0.1e-9 * stored.size + 1e-6 * c.triangles, "disk"),
-        _calibrating(calibrated),
+        _calibrating(calibrated or bool(c.rays)),
         Step("index triangles", 0.01 + 8e-7 * c.triangles),
-        Step("disc radii", 1e-7 * c.samples),
-        Step("discs", 0.02 + 6e-7 * c.depth * c.samples),
-        Step("pilot", 0.05, "once"),
+        *([] if c.rays else _discs(c, 1e-7)),
+        *([] if c.rays else [Step("pilot", 0.05, "once")]),
         _planning(),
         Step("restore segments", 5e-9 * (stored.size - stored.ray_bytes), "disk"),
         Step("cover cells", 0.05 + 2e-6 * c.triangles),
@@ -123,16 +130,15 @@ def baking(counts: Counts, calibrated: bool = True) -> list[Step]:
     c = counts
     steps = [
         Step("make session", 0.01 + 6e-7 * (c.triangles + c.samples)),
-        _calibrating(calibrated),
+        _calibrating(calibrated or bool(c.rays)),
         Step("index triangles", 0.01 + 8e-7 * c.triangles),
-        Step("disc radii", 9 * _ray(c) * c.samples, "rays"),
-        Step("discs", 0.02 + 6e-7 * c.depth * c.samples, "once"),
     ]
+    steps += [Step("find windows", 0.4 * c.suns, "once"), Step("pilot", 0.05, "once")]
+    if not c.rays:
+        steps += _discs(c, 9 * _ray(c))
     if not c.rays and not c.workers:
         steps.append(Step("openness", _openness(c), "rays"))
     steps += [
-        Step("pilot", 0.05, "once"),
-        Step("find windows", 0.4 * c.suns, "once"),
         _planning(),
         Step("trace paths", 0.0 if c.workers else _path(c) * c.paths, "paths"),
     ]

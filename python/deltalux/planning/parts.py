@@ -253,7 +253,7 @@ def _reason(
     if asked != "auto":
         return "asked for"
     if part["discs"] == 0:
-        return "there are no samples"
+        return "no disc has light to count"
     if policy != "measured":
         return _paper_reason(part, policy)
     frames = part["frames"]

@@ -67,7 +67,10 @@ class SessionFacts:
     @property
     @short_call
     def sums(self) -> np.ndarray:
-        """(n, 3) int64: exact sums of the paths' energy in quanta, all groups undimmed."""
+        """(n, 3) int64: exact sums of the energy that discs count, in quanta, all groups undimmed.
+
+        With a final gather, these are first segments from lights without shadow rays: in most sessions none.
+        """
         return self._baked_session().sums()
 
     @property

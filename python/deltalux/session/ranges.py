@@ -75,7 +75,8 @@ class PathSums:
     Parameters
     ----------
     paths : how many paths they are of
-    discs : (groups, batches, samples, 3) int64, on the discs of the samples
+    discs : (groups, batches, samples, 3) int64, on the discs of the samples; with a gather and shadow
+        rays for all lights, no samples
     cells : (cells, groups, batches, 3) int64, on the cells that gather rays read; without a gather, no cells
     """
 

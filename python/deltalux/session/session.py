@@ -254,8 +254,12 @@ class Session(SessionPlaces):
                 other.set_reflectance(material, self._reflectances[material])
 
     def _prepare_choice(self) -> None:
-        """If the options leave the methods to the core, measure the constants of its cost model."""
-        if "auto" in (self._options["static_method"], self._options["moving_method"]):
+        """If the options leave the methods to the core, measure the constants of its cost model.
+
+        Sessions that gather have discs only for what few lights send directly: for these, typical constants do.
+        """
+        asked = (self._options["static_method"], self._options["moving_method"])
+        if self._options["gather"] == "off" and "auto" in asked:
             self._session().set_planning(machine_constants(self.progress), "measured", None, False)
 
     @property

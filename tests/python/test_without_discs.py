@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sessions whose lights all get shadow rays, and whose other light is gathered, hold no discs and lack nothing."""
+
+from __future__ import annotations
+
+import deltalux as dl
+import numpy as np
+import pytest
+from rooms import box, room, samples_in, translation
+
+OPTIONS = {"paths": 3000, "gather": 16}
+
+
+@pytest.fixture
+def session():
+    scene = room()
+    samples = dl.Samples.on_vertices(scene, spacing=0.6)  # automatic radii
+    with dl.Session(scene, samples, **OPTIONS) as own:
+        own.bake()
+        yield own
+
+
+def sampled(session: dl.Session) -> list[bool]:
+    return [light["sampled"] for light in session.statistics["lights"]]
+
+
+def test_discs_are_made_when_asked_for(session, tmp_path):
+    """What discs tell is what they tell elsewhere; asking changes neither the digest nor what a file holds."""
+    digest = session.digest()
+    small = session.statistics["bytes"]
+    assert all(sampled(session)) and not session.sums.any()
+    assert session.plan.parts["static"].samples == 0
+    with dl.Session(session.scene, session.samples, **OPTIONS | {"gather": "off"}) as discs:
+        discs.bake()
+        np.testing.assert_array_equal(session.radius, discs.radius)
+        np.testing.assert_array_equal(session.gradient, discs.gradient)
+    with dl.Session(session.scene, session.samples, **OPTIONS | {"direct": "paths"}) as discs:
+        discs.bake()
+        areas = session._session().areas()
+        np.testing.assert_array_equal(areas, discs._session().areas())
+        assert (areas > 0).all()
+    assert session.statistics["bytes"] > small
+    assert session.digest() == digest
+    session.save(tmp_path / "asked.dlx")
+    with dl.Session.open(tmp_path / "asked.dlx") as opened:
+        assert opened.digest() == digest
+        np.testing.assert_array_equal(opened.radius, session.radius)
+        np.testing.assert_array_equal(opened.gradient, session.gradient)
+
+
+def test_gradients_follow_edits(session, tmp_path):
+    """The discs kept from the first gradient serve a later state, and the bits are those of new ones."""
+    before = session.gradient
+    session.move("block", translation(-0.6, 0.31, 0.6))
+    session.remove("lamp")
+    session.update()
+    after = session.gradient
+    assert (after != before).any()
+    session.save(tmp_path / "moved.dlx")
+    with dl.Session.open(tmp_path / "moved.dlx", threads=1) as opened:
+        np.testing.assert_array_equal(opened.gradient, after)
+    session.recompute()
+    np.testing.assert_array_equal(session.gradient, after)
+    session.bake()
+    session.update()
+    np.testing.assert_array_equal(session.gradient, after)
+
+
+@pytest.mark.parametrize("direct", ["auto", "paths"])
+def test_added_lamps_get_what_the_others_get(session, direct):
+    """Shadow rays, unless direct light is to come from paths; there, discs count it."""
+    with dl.Session(session.scene, session.samples, **OPTIONS | {"direct": direct}) as own:
+        own.bake()
+        own.add(dl.Mesh("cube", *box((0.1, 0.1, 0.1), (1.2, 1.5, -0.8)), "glow", movable=True))
+        own.update()
+        assert sampled(own) == [direct == "auto"] * len(sampled(own))
+        assert own.sums.any() == (direct == "paths")
+        updated = own.irradiance, own.digest()
+        own.recompute()
+        np.testing.assert_array_equal(own.irradiance, updated[0])
+        assert own.digest() == updated[1]
+
+
+def test_direct_light_of_an_added_lamp_has_no_noise(session):
+    """Other paths, and other points on the lamps, give the same direct light."""
+    direct = []
+    for seed in (1, 2):
+        with dl.Session(session.scene, session.samples, **OPTIONS, seed=seed) as own:
+            own.bake()
+            own.add(dl.Mesh("cube", *box((0.1, 0.1, 0.1), (1.2, 1.5, -0.8)), "glow", movable=True))
+            own.update()
+            direct.append(own.at(own.world()[0], own.world()[1], part="direct"))
+    lit = direct[0].sum(axis=1) > 1e-3 * direct[0].sum(axis=1).max()
+    assert lit.mean() > 0.7
+    np.testing.assert_allclose(direct[0][lit], direct[1][lit], rtol=0.05)
+
+
+def test_a_lamp_that_is_far_too_bright_is_refused(session):
+    blinding = dl.Material("blinding", (0, 0, 0), emission=(1e11, 1e11, 1e11), group="desk")
+    scene = dl.scene.replace_scene(session.scene, materials=[*session.scene.materials, blinding])
+    with dl.Session(scene, samples_in(scene), **OPTIONS) as own:
+        own.bake()
+        before = own.digest()
+        with pytest.raises(dl.OptionError, match=r"brighter than the session's integer scale.*new session"):
+            own.add(dl.Mesh("cube", *box((1e-5, 1e-5, 1e-5), (1.2, 1.5, -0.8)), "blinding", movable=True))
+        own.update()
+        assert own.digest() == before
