@@ -284,16 +284,15 @@ void bind_session(nb::module_& m) {
              const size_t n = area.size();
              return make_array(std::move(area), {n});
            })
-      .def("radii",
-           [](Session& s) {
-             std::vector<float> radius;
-             {
-               nb::gil_scoped_release release;
-               radius = s.radii();
-             }
-             const size_t n = radius.size();
-             return make_array(std::move(radius), {n});
-           })
+      .def(
+          "radii",
+          [](Session& s, nb::object callback) {
+            std::vector<float> radius;
+            run(callback, [&](Progress& p) { radius = s.radii(p); });
+            const size_t n = radius.size();
+            return make_array(std::move(radius), {n});
+          },
+          nb::arg("progress").none())
       .def("digest", [](const Session& s) { return digest(s, {}); })
       .def(
           "digest_with",

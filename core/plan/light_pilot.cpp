@@ -31,11 +31,12 @@ scene::Scene painted(scene::Scene scene, std::span<const Vec3f> reflectance) {
 
 estimate::DiscIndex disc_index(const scene::Scene& scene, const trace::RayCaster& caster,
                                const Workers& workers, Progress& progress) {
+  Progress part;  // far below a second
   const samples::SampleSet points = surface_points(scene, caster, kPoints);
   std::vector<uint32_t> ids(points.size());
   std::iota(ids.begin(), ids.end(), 0u);
   return {samples::make_discs(points, std::move(ids), samples::DiscArea::whole,
-                              {scene, caster, 0, scene.world()}, workers, progress),
+                              {scene, caster, 0, scene.world()}, workers, part),
           segments::SegmentEnd::first, workers, &progress};
 }
 

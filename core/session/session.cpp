@@ -210,6 +210,7 @@ Frame Session::bake(Progress& progress, bool leave_direct) {
     refuse_beyond_limit();
     Parts parts;
     if (state_->counts_in_discs()) parts = place_parts(progress);
+    take_places(parts);
     frame.end_stage("prepare", watch);
     plan_parts(parts, paths, false, progress);
     make_estimators(parts, progress);
@@ -355,7 +356,7 @@ size_t Session::bytes() const {
            s.gather->beams.bytes() + s.gather->sums.bytes() + s.gather->light.bytes() +
            s.gather->glance.bytes() + s.guiding.bytes();
   if (spare_discs_) {
-    sum += spare_discs_->still->bytes();
+    sum += spare_discs_->still->bytes() + spare_discs_->openness.capacity() * sizeof(float);
     for (const MovingPart& part : spare_discs_->moving) sum += part.index->bytes();
   }
   if (s.static_index) sum += s.static_index->bytes();

@@ -70,10 +70,10 @@ class Session {
   Session(scene::Scene scene, samples::SampleSet samples, const Options& options);
   ~Session();
 
-  /// Computes everything: acceleration structures, discs, paths, direct light, gather rays. Throws
-  /// Cancelled and leaves the session as it was. Throws OptionError before tracing if the memory
-  /// limit would be exceeded.
-  /// `leave_direct`: leave shadow rays of samples to others, see take_direct().
+  /// Computes everything: acceleration structures, discs if any count, paths, direct light, gather
+  /// rays. Throws Cancelled and leaves the session as it was. Throws OptionError before tracing if
+  /// the memory limit would be exceeded. `leave_direct`: leave shadow rays of samples to others,
+  /// see take_direct().
   Frame bake(Progress& progress, bool leave_direct = false);
   /// Recomputes everything that depends on poses, lights and reflectances.
   Frame recompute(Progress& progress);
@@ -138,7 +138,7 @@ class Session {
   /// For each sample: the area that its disc counts (square metres), and its radius.
   /// Values in the order in which the user gave the samples.
   std::vector<float> areas();
-  std::vector<float> radii();
+  std::vector<float> radii(Progress& progress);
   /// Number of present samples that no path and no gather ray with light has reached. Without a
   /// final gather, their standard error is estimated from the power of a single path, see
   /// UnreachedError.
@@ -435,6 +435,8 @@ class Session {
   /// `openness`: of each sample, where it is known, as from a session file; otherwise it is
   /// computed.
   Parts place_parts(Progress& progress, std::span<const float> openness = {});
+  /// Moves what place_parts() found, except for discs, into the state.
+  void take_places(Parts& parts, bool openness_complete = false);
   class DiscsInPlace;
   void allot_paths(Progress& progress);
   /// Recomputes State::plans.
@@ -501,6 +503,7 @@ class Session {
   struct SpareDiscs {
     std::unique_ptr<estimate::SignedEstimator> still;
     std::vector<MovingPart> moving;
+    std::vector<float> openness;
   };
   std::unique_ptr<SpareDiscs> spare_discs_;
   /// The sums that path_changes() returned last.

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Surface gradients of irradiance, from the first moments of the points where segments cross discs,
 // corrected for clipped discs; direct light by shadow rays contributes central differences.
+#include <algorithm>
+#include <cmath>
+
 #include "base/error.h"
 #include "session/deposit.h"
 #include "session/session.h"
@@ -112,20 +115,16 @@ class Session::DiscsInPlace {
   std::unique_ptr<SpareDiscs> make(Progress& progress) {
     State& s = *session_.state_;
     Parts parts = session_.place_parts(progress);
-    s.openness.clear();
-    SpareDiscs spare{nullptr, std::exchange(s.moving, {})};
-    const auto method = [](Method asked) {
-      return asked == Method::automatic ? Method::disc_index : asked;
-    };
-    spare.still = parts.pilots[0].release(method(s.options.static_method), &progress);
+    SpareDiscs spare{nullptr, std::move(parts.moving), std::move(parts.openness)};
+    spare.still = parts.pilots[0].release(s.plans[0].chosen, &progress);
     for (size_t i = 0; i < spare.moving.size(); ++i)
-      spare.moving[i].index =
-          parts.pilots[i + 1].release(method(s.options.moving_method), &progress);
+      spare.moving[i].index = parts.pilots[i + 1].release(s.plans[i + 1].chosen, &progress);
     return std::make_unique<SpareDiscs>(std::move(spare));
   }
   void swap() noexcept {
     std::swap(session_.state_->static_index, session_.spare_discs_->still);
     std::swap(session_.state_->moving, session_.spare_discs_->moving);
+    std::swap(session_.state_->openness, session_.spare_discs_->openness);
   }
 
   Session& session_;
@@ -141,9 +140,10 @@ std::vector<float> Session::areas() {
   return as_given(std::exchange(s.area, {}));
 }
 
-std::vector<float> Session::radii() {
-  Progress part;
-  if (baked_) resolve_radii(part);
+std::vector<float> Session::radii(Progress& progress) {
+  const std::vector<float>& own = state_->samples.radius;
+  if (baked_ && std::any_of(own.begin(), own.end(), [](float r) { return std::isnan(r); }))
+    resolve_radii(progress);
   return as_given(state_->samples.radius);
 }
 

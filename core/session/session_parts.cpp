@@ -86,12 +86,10 @@ void Session::resolve_radii(Progress& progress) {
 Parts Session::place_parts(Progress& progress, std::span<const float> openness) {
   State& s = *state_;
   resolve_radii(progress);
-  s.openness.assign(openness.begin(), openness.end());
-  s.openness.resize(s.samples.size(), 1.0f);
-  s.openness_complete = !openness.empty();
   const auto [from, end] = s.own_samples();
   Parts parts;
-  s.moving.clear();
+  parts.openness.assign(openness.begin(), openness.end());
+  parts.openness.resize(s.samples.size(), 1.0f);
   each_ground(s, progress,
               [&](uint32_t object, std::vector<uint32_t> ids, const scene::Scene& scene,
                   const samples::Ground& ground) {
@@ -99,17 +97,24 @@ Parts Session::place_parts(Progress& progress, std::span<const float> openness) 
                     s.samples, std::move(ids), s.options.disc_area, ground, s.workers, progress);
                 if (openness.empty() && s.counts_openness())
                   samples::find_openness(discs, from, end, scene, ground.caster, s.workers,
-                                         progress, s.openness);
+                                         progress, parts.openness);
                 if (object != scene::kNone) {
                   MovingPart part;
                   part.object = object;
                   for (size_t i = 0; i < discs.size(); ++i)
                     part.local.grow(Box{discs.centre[i], discs.centre[i]}.padded(discs.radius[i]));
-                  s.moving.push_back(std::move(part));
+                  parts.moving.push_back(std::move(part));
                 }
                 parts.pilots.emplace_back(std::move(discs), s.options.segment_end, s.workers);
               });
   return parts;
+}
+
+void Session::take_places(Parts& parts, bool openness_complete) {
+  State& s = *state_;
+  s.moving = std::move(parts.moving);
+  s.openness = std::move(parts.openness);
+  s.openness_complete = openness_complete;
 }
 
 void Session::find_slacks(Progress& progress) {

@@ -9,8 +9,10 @@
 namespace deltalux::session {
 
 struct Parts {
-  /// Of the static part, then of those in State::moving, in that order; or none.
+  /// Of the static part, then of `moving`, in that order; or none.
   std::deque<plan::Pilot> pilots;
+  std::vector<MovingPart> moving;  ///< as State::moving, without estimators
+  std::vector<float> openness;     ///< as State::openness
 };
 
 /// The forecast memory of `rays` gather rays, those of all samples together.

@@ -2,6 +2,7 @@
 // Chooses methods: predicts how many segments the bake and the frames of a session bring to each
 // part.
 #include <algorithm>
+#include <set>
 
 #include "plan/planner.h"
 #include "session/deposit.h"
@@ -127,7 +128,15 @@ void Session::plan_parts(Parts& parts, const PilotPaths& paths, bool thorough, P
   progress.begin("plan", 1);
   s.plans.clear();
   if (parts.pilots.empty()) {
-    s.plans.emplace_back().chosen = Method::disc_index;
+    const auto without_discs = [&](uint32_t object, Method asked) {
+      plan::PartPlan& plan = s.plans.emplace_back();
+      plan.object = object;
+      plan.chosen = asked == Method::automatic ? Method::disc_index : asked;
+    };
+    without_discs(scene::kNone, s.options.static_method);
+    const std::set<uint32_t> carriers(s.samples.attached.begin(), s.samples.attached.end());
+    for (const uint32_t object : carriers)
+      if (object != scene::kNone) without_discs(object, s.options.moving_method);
     return;
   }
   const TrafficForecast forecast(s, paths);
@@ -165,6 +174,7 @@ const std::vector<plan::PartPlan>& Session::plan(Progress& progress) {
   const std::vector<float> open(state_->samples.size(), 1.0f);
   index_triangles(progress);
   Parts parts = place_parts(progress, open);
+  take_places(parts);
   allot_paths(progress);
   const PilotPaths paths = walk_pilot_paths(*state_, progress);
   forecast_memory(paths);

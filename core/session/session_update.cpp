@@ -86,8 +86,10 @@ void Session::check_insert(const scene::Object& object, std::span<const scene::E
   const std::string what = "add \"" + object.name + "\": ";
   s.scene.check(object);
   check_inside(s.scene, object, bounds_at(object, object.pose));
+  const bool sampled = s.samples_added_lights();
   uint64_t more = 0;
   double brightest = 0;
+  std::vector<trace::Light> added;
   const auto count = [&](const scene::Object& own) {
     scene::Scene alone;
     alone.materials = s.scene.materials;
@@ -95,6 +97,7 @@ void Session::check_insert(const scene::Object& object, std::span<const scene::E
     alone.objects.push_back(own);
     alone.finish();
     for (const trace::Light& light : added_lights(s, alone, 0)) {
+      added.push_back(light);
       more += light.path_count;
       brightest = std::max({brightest, double(light.radiance.x), double(light.radiance.y),
                             double(light.radiance.z)});
@@ -111,14 +114,17 @@ void Session::check_insert(const scene::Object& object, std::span<const scene::E
                       std::to_string(most) +
                       " in all so that no integer sum can overflow; "
                       "start a new session with it in the scene");
-  if (s.samples_added_lights() && !s.lights.empty() &&
+  if (sampled && !s.lights.empty() &&
       std::numbers::pi * brightest > direct::kMaxWeight * direct_->irradiance_quantum())
     throw OptionError(what +
                       "its light is brighter than the session's integer scale holds; start a "
                       "new session with it in the scene");
   const double per_path =
       paths ? double(s.store.bytes()) / double(paths) : 4.0 * sizeof(segments::Segment);
-  const double needed = double(bytes()) + per_path * double(more);
+  const double needed =
+      double(bytes()) + per_path * double(more) +
+      double(direct::DirectLight::forecast_bytes(s.samples.size(), 0, added,
+                                                 std::vector<uint8_t>(added.size(), sampled)));
   if (s.options.memory_limit && needed > double(s.options.memory_limit))
     throw OptionError(what + "memory: with the paths of its light the session would need about " +
                       mebibytes(needed) + ", the limit is " +
@@ -164,6 +170,7 @@ Frame Session::update(std::span<const scene::Edit> edits, double budget_ms, Prog
   edits_applied_ = false;
   check_looked();
   if (damaged_) rebuild(progress);
+  if (state_->options.memory_limit) spare_discs_.reset();  // the light needs the memory
   DELTALUX_ASSERT(step_ == Step::rest && agree(state_->cut, state_->held, pending_));
   for (size_t i = 0; i < edits.size(); ++i) check(edits[i], edits.first(i));
   Frame frame;

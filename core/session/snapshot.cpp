@@ -202,7 +202,9 @@ Parts Session::restore_discs(ArchiveSource& archive, Progress& progress) {
   snapshot::check_range("openness", openness, 0, samples::kMaxOpenness);
   s.area = archive.read_all<float>("area", s.samples.size());
   snapshot::check_areas(s.area, s.samples.radius, openness);
-  return place_parts(progress, openness);
+  Parts parts = place_parts(progress, openness);
+  take_places(parts, !openness.empty());
+  return parts;
 }
 
 void Session::restore_scene(ArchiveSource& archive) {

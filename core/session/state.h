@@ -114,8 +114,9 @@ struct State {
 
   std::unique_ptr<estimate::SignedEstimator> static_index;
   std::vector<MovingPart> moving;
-  std::vector<plan::PartPlan> plans;  // for the static part, then for each moving part
-  std::vector<float> area;            // by sample: the area that its disc counts at present
+  /// For the static part, then for each movable that samples are attached to.
+  std::vector<plan::PartPlan> plans;
+  std::vector<float> area;   // by sample: the area that its disc counts at present
   std::vector<float> slack;  // by sample: Scene::slack_of() of the surface under it; of the bake
   // By sample, see samples/openness.h; 1 where it does not count, or is not known yet.
   std::vector<float> openness;

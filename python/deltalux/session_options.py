@@ -176,7 +176,8 @@ class PlanOptions(TypedDict, total=False):
             _one_of(DIRECT_MODES),
             '"auto", "paths" or "sampled"\n'
             '    "paths": direct light by the first segments of the paths; "sampled": by shadow rays;\n'
-            '    "auto": by whichever is cheaper for each light.',
+            '    "auto": by whichever is cheaper for each light; with a gather, by shadow rays unless there\n'
+            "    are very many lights.",
         ),
     ]
     max_bounces: Annotated[
@@ -208,7 +209,8 @@ class SessionOptions(PlanOptions, total=False):
             _one_of(METHODS),
             '"auto", "brute_force", "disc_index", "ray_map" or "sphere_cache"\n'
             "    How the crossings of segments with the discs of samples at rest are found. All methods\n"
-            '    give the same bits; "auto" chooses by a pilot at every bake (see `plan`).',
+            '    give the same bits; "auto" chooses by a pilot at every bake that needs discs (see `plan`):\n'
+            "    with a gather, only for lights without shadow rays, and for gradients.",
         ),
     ]
     moving_method: Annotated[

@@ -38,7 +38,7 @@ def test_a_session_tells_what_it_holds(cli: Cli, session_file: Path, room: Path)
         assert session["samples"]["vertices"] == len(opened.samples.display.points)
     assert session["edits"] == {"moved": {}, "removed": [], "dimmed": {}, "reflectances": {}}
     names = [name for name, size in session["bytes"].items() if size]
-    assert {"scene", "samples", "gather", "paths", "sums"} <= set(names)
+    assert {"scene", "samples", "gather", "paths"} <= set(names)
     assert 0.95 < sum(session["bytes"].values()) / session_file.stat().st_size <= 1
 
 

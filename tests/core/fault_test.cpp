@@ -60,6 +60,12 @@ struct Operation {
   std::function<void(Session&, Progress&)> run;
 };
 
+std::vector<double> gradient_of(Session& session, Progress& progress) {
+  std::vector<double> gradient(9 * session.state().samples.size());
+  session.read_gradient(gradient.data(), progress);
+  return gradient;
+}
+
 std::function<void(Session&, Progress&)> update_with(scene::Edit edit) {
   return [edit](Session& session, Progress& progress) {
     session.update(std::vector<scene::Edit>{edit}, 0, progress);
@@ -76,6 +82,7 @@ const std::vector<Operation>& operations() {
       {"set_reflectance", update_with(scene::SetReflectance{0, {0.8f, 0.4f, 0.5f}})},
       {"insert", update_with(scene::Insert{second_lamp()})},
       {"read", [](Session& s, Progress&) { light_of(s); }},
+      {"gradient", [](Session& s, Progress& p) { gradient_of(s, p); }},
       {"save and open", [](Session& s, Progress& p) {
          MemoryArchive archive(s.save());
          Session opened(room(), some_samples(), s.state().options);
@@ -204,6 +211,53 @@ INSTANTIATE_TEST_SUITE_P(Faults, EachFault,
                            return std::to_string(own.param.first) + "_threads_" +
                                   std::to_string(own.param.second) + "_rays";
                          });
+
+TEST(Faults, AFirstGradientThatFailsLeavesNoDiscsBehind) {
+  scene::Scene scene = room();
+  scene.objects.push_back(scene.objects[1]);
+  scene.objects[2].name = "other block";
+  scene.objects[2].pose.translation = {3, 0.5, 3};
+  scene.finish();
+  samples::SampleSet samples = some_samples();
+  for (int i = 0; i < 4; ++i) {
+    samples.point.push_back(samples.point[64 + size_t(i)]);
+    samples.normal.push_back({0, 1, 0});
+    samples.radius.push_back(0.2f);
+    samples.attached.push_back(2);
+  }
+  Progress progress;
+  Session whole(scene, samples, small(1, 8));
+  whole.bake(progress);
+  const std::vector<double> expected = gradient_of(whole, progress);
+  int failures = 0;
+  for (const fault::Kind kind : {fault::Kind::cancel, fault::Kind::commit})
+    for (int64_t k = 1;; k += 1 + k / 4) {
+      Session session(scene, samples, small(1, 8));
+      session.bake(progress);
+      const size_t bytes = session.bytes();
+      const Digest before = session.digest();
+      fault::arm(kind, k);
+      bool failed = false;
+      try {
+        gradient_of(session, progress);
+      } catch (const std::exception&) {
+        failed = true;
+      }
+      fault::arm(kind, 0);
+      if (!failed) break;
+      ++failures;
+      ASSERT_EQ(session.state().moving.size(), 0u) << k;
+      if (!session.areas().empty()) {
+        EXPECT_GE(session.bytes(), bytes);
+      }
+      EXPECT_EQ(session.digest(), before);
+      session.update(std::vector<scene::Edit>{scene::Move{2, at(2, 1)}}, 0, progress);
+      session.update(std::vector<scene::Edit>{scene::Move{2, scene.objects[2].pose}}, 0, progress);
+      EXPECT_EQ(session.digest(), before);
+      EXPECT_EQ(gradient_of(session, progress), expected);
+    }
+  EXPECT_GT(failures, 5);
+}
 
 #ifdef DELTALUX_FAULTY_NEW
 TEST(Faults, CellsOfAnObjectAreTakenBackWhole) {

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sessions whose lights all get shadow rays, and whose other light is gathered, hold no discs and lack nothing."""
+"""Sessions that gather, and whose lights all get shadow rays, hold no discs and lack nothing."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def sampled(session: dl.Session) -> list[bool]:
 
 
 def test_discs_are_made_when_asked_for(session, tmp_path):
-    """What discs tell is what they tell elsewhere; asking changes neither the digest nor what a file holds."""
+    """They tell what discs of other sessions tell; neither the digest nor a file changes by it."""
     digest = session.digest()
     small = session.statistics["bytes"]
     assert all(sampled(session)) and not session.sums.any()

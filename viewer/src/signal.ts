@@ -15,9 +15,17 @@ export class Signal<T> {
     this.tell()
   }
 
-  /** Tells the value again: something that it stands for is another. */
+  /** Tells the value again: something that it stands for is another. All are told, even if one of them throws. */
   tell(): void {
-    for (const listener of this.listeners) listener(this.current)
+    const errors: unknown[] = []
+    for (const listener of this.listeners) {
+      try {
+        listener(this.current)
+      } catch (error) {
+        errors.push(error)
+      }
+    }
+    if (errors.length) throw errors[0]
   }
 
   /** Calls at each change, and once now. */

@@ -101,10 +101,11 @@ def loading(counts: Counts) -> list[Step]:
 
 
 def _discs(c: Counts, radius: float) -> list[Step]:
-    """Steps that make discs; `radius`: seconds to choose that of one. Sessions that gather rarely need any."""
+    """Steps that make discs, which sessions that gather rarely need; `radius`: seconds to choose that of one."""
+    needed = 0.0 if c.rays else 1.0
     return [
-        Step("disc radii", radius * c.samples, "rays"),
-        Step("discs", 0.02 + 6e-7 * c.depth * c.samples, "once"),
+        Step("disc radii", needed * radius * c.samples, "rays"),
+        Step("discs", needed * (0.02 + 6e-7 * c.depth * c.samples), "once"),
     ]
 
 
@@ -115,8 +116,8 @@ def opening(stored: Stored, calibrated: bool = True) -> list[Step]:
         Step("open session", 0.05 + 0.1e-9 * stored.size + 1e-6 * c.triangles, "disk"),
         _calibrating(calibrated or bool(c.rays)),
         Step("index triangles", 0.01 + 8e-7 * c.triangles),
-        *([] if c.rays else _discs(c, 1e-7)),
-        *([] if c.rays else [Step("pilot", 0.05, "once")]),
+        *_discs(c, 1e-7),
+        Step("pilot", 0.0 if c.rays else 0.05, "once"),
         _planning(),
         Step("restore segments", 5e-9 * (stored.size - stored.ray_bytes), "disk"),
         Step("cover cells", 0.05 + 2e-6 * c.triangles),
@@ -133,9 +134,11 @@ def baking(counts: Counts, calibrated: bool = True) -> list[Step]:
         _calibrating(calibrated or bool(c.rays)),
         Step("index triangles", 0.01 + 8e-7 * c.triangles),
     ]
-    steps += [Step("find windows", 0.4 * c.suns, "once"), Step("pilot", 0.05, "once")]
-    if not c.rays:
-        steps += _discs(c, 9 * _ray(c))
+    steps += [
+        Step("pilot", 0.05, "once"),
+        Step("find windows", 0.4 * c.suns, "once"),
+        *_discs(c, 9 * _ray(c)),
+    ]
     if not c.rays and not c.workers:
         steps.append(Step("openness", _openness(c), "rays"))
     steps += [

@@ -65,8 +65,9 @@ class Figures:
     def read_methods(self, session: Session) -> None:
         """Record the methods in use, which only a bake changes."""
         parts = session.plan.parts
-        moving = dict.fromkeys(part.chosen for name, part in parts.items() if name != "static")
-        self._static_method, self._moving_method = parts["static"].chosen, ", ".join(moving) or None
+        discs = {name: part.chosen for name, part in parts.items() if part.samples}
+        moving = dict.fromkeys(chosen for name, chosen in discs.items() if name != "static")
+        self._static_method, self._moving_method = discs.get("static"), ", ".join(moving) or None
 
     def _start_again(self) -> None:
         self._milliseconds, self._affected, self._retraced = {}, 0, 0

@@ -60,12 +60,6 @@ class SessionFacts:
 
     @property
     @short_call
-    def radius(self) -> np.ndarray:
-        """(n,) float64 disc radii, metres; automatic radii are known after the bake."""
-        return self._session().radii().astype(np.float64)
-
-    @property
-    @short_call
     def sums(self) -> np.ndarray:
         """(n, 3) int64: exact sums of the energy that discs count, in quanta, all groups undimmed.
 

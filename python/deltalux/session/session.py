@@ -256,10 +256,12 @@ class Session(SessionPlaces):
     def _prepare_choice(self) -> None:
         """If the options leave the methods to the core, measure the constants of its cost model.
 
-        Sessions that gather have discs only for what few lights send directly: for these, typical constants do.
+        Sessions that gather rarely count light in discs: for the few lights without shadow rays, typical
+        constants do.
         """
         asked = (self._options["static_method"], self._options["moving_method"])
-        if self._options["gather"] == "off" and "auto" in asked:
+        discs = self._options["gather"] == "off" or self._options["direct"] == "paths"
+        if discs and "auto" in asked:
             self._session().set_planning(machine_constants(self.progress), "measured", None, False)
 
     @property
@@ -382,10 +384,20 @@ class Session(SessionPlaces):
 
     @property
     @long_call
+    def radius(self) -> np.ndarray:
+        """(n,) float64 disc radii, metres; automatic ones are NaN before the bake.
+
+        In a session without discs, they are chosen when they are first asked for.
+        """
+        return self._session().radii(self.progress).astype(np.float64)
+
+    @property
+    @long_call
     def gradient(self) -> np.ndarray:
         """(n, 3, 3) float64: surface gradient per channel (sample, channel, axis), per metre.
 
-        Computed from the crossings of the samples' discs, also in a session that gathers.
+        Computed from the crossings of the samples' discs, also in a session that gathers: it makes them for
+        the first gradient and keeps them for the next, unless an update comes between under a memory limit.
         """
         return self._gradient()
 
