@@ -101,7 +101,7 @@ def loading(counts: Counts) -> list[Step]:
 
 
 def _discs(c: Counts, radius: float) -> list[Step]:
-    """Steps that make discs, which sessions that gather rarely need; `radius`: seconds to choose that of one."""
+    """Steps that make discs, which few sessions that gather need; `radius`: seconds to choose that of one."""
     needed = 0.0 if c.rays else 1.0
     return [
         Step("disc radii", needed * radius * c.samples, "rays"),
