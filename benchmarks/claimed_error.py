@@ -3,8 +3,8 @@
 
     PYTHONPATH=python python benchmarks/claimed_error.py office expo room.glb
 
-Some of the default samples of each scene, eight side by side each time since neighbours pool their
-errors, are baked with many seeds, with the rays and paths that all of them would have. What a summary
+Some of the default samples of each scene, 33 side by side each time, as many as pool their errors, are
+baked with many seeds, with the rays and paths that all of them would have. What a summary
 claims is computed for each seed; the truth is each sample's root mean square deviation from the mean over
 the seeds, relative to the same floor. Writes
 benchmarks/out/claimed_error.json.
@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from peers.pictured_rooms import ROOMS, named_scene
 from scipy.spatial import cKDTree
 
-TOGETHER = 8  # samples
+TOGETHER = 33  # samples: a window of pool_errors.cpp
 
 
 def drawn(samples: dl.Samples, count: int) -> tuple[dl.Samples, NDArray]:
@@ -77,7 +77,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("scenes", nargs="+", help=f"bundled scenes, {', '.join(ROOMS)}, or files")
     parser.add_argument("--seeds", type=int, default=16)
-    parser.add_argument("--samples", type=int, default=1600, help="of each scene")
+    parser.add_argument("--samples", type=int, default=200 * TOGETHER, help="of each scene")
     parser.add_argument("--out", type=Path, default=Path("benchmarks/out/claimed_error.json"))
     options = parser.parse_args()
     rows = [measure(name, options) for name in options.scenes]

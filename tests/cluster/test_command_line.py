@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import dask
@@ -19,7 +20,9 @@ from deltalux.cli.study_folder import RECORD
 from deltalux.errors import Cancelled, Error
 from deltalux.studies import on_workers
 from deltalux.studies.experiments import experiment
+from deltalux.studies.progress_parts import Steps
 from deltalux.studies.runner import settings_of
+from deltalux.studies.seeds import Done, by_seed, spread_by
 from distributed import LocalCluster, Security
 
 FAST = "cache-misses"  # an experiment that takes less than a second
@@ -169,6 +172,41 @@ def test_experiments_are_tasks_of_workers(client, capsys, tmp_path, monkeypatch)
     code, again, told = ran(capsys, *quick, "-o", folder)
     assert code == 0, told
     assert json.loads(again)["skipped"] == [each.name for each in few]
+
+
+def test_seeds_are_tasks_of_their_own(client):
+    """At the same time on both workers, one by one on each; what they return is in the order of the seeds."""
+
+    def of_seed(seed: int, done: Done) -> tuple[int, int, float, float]:
+        begin = time.time()
+        time.sleep(0.5)
+        done()
+        return seed, os.getpid(), begin, time.time()
+
+    def task() -> list[tuple[int, int, float, float]]:
+        with spread_by(partial(on_workers._seeds_on_workers, "topic", "name")):
+            return by_seed(of_seed, [3, 1, 4, 2], Steps(None, 4))
+
+    found = client.submit(task, pure=False).result(60)
+    assert [seed for seed, *_ in found] == [3, 1, 4, 2]
+    by_worker: dict[int, list[tuple[float, float]]] = {}
+    for _, process, *times in found:
+        by_worker.setdefault(process, []).append(tuple(times))
+    assert len(by_worker) == 2
+    for times in by_worker.values():
+        ends = [end for _, end in sorted(times)[:-1]]
+        assert all(begin >= end for (begin, _), end in zip(sorted(times)[1:], ends, strict=True))
+
+
+def test_how_far_experiments_are():
+    told = on_workers._Told()
+    told.hear("one", on_workers.WHOLE, 0.25)
+    told.hear("one", "seed 1", 0.125)
+    told.hear("one", "seed 1", 0.25)
+    told.hear("two", "seed 1", 0.5)
+    assert told.sum() == 1.0
+    told.hear("two", on_workers.WHOLE, 1.0)
+    assert told.sum() == 1.5
 
 
 def test_a_study_on_workers_stops_soon_and_refuses_others(client, monkeypatch):

@@ -94,8 +94,8 @@ def run(
 
     deltalux study all --workers 4 -o study
 
-    With --workers or --cluster each experiment is a task for one worker. Counts are the same; times are less
-    steady where workers share a machine.
+    With --workers or --cluster each experiment, and what it does with each of its seeds, is a task for one
+    worker. Counts are the same; times are less steady where workers share a machine.
     """
     terminal = Terminal(as_json, quiet)
     if list_only:

@@ -52,7 +52,7 @@ class FrameMessage(TypedDict):
     segments: int
     done: Annotated[float, "(1: all)"]
     static_method: str | None
-    moving_method: Annotated[str | None, "(null: no such part)"]
+    moving_method: Annotated[str | None, "(null: no such part, or it has no discs)"]
     recompute_milliseconds: Annotated[float | None, "or null"]
     speed_up: Annotated[float | None, "or null"]
     latency: Annotated[

@@ -44,6 +44,11 @@ class Steps:
     def __init__(self, progress: Progress | None, count: int) -> None:
         self._progress, self._count, self._done = progress, count, 0
 
+    @property
+    def share(self) -> float:
+        """How much of the whole one step is."""
+        return 1 / self._count
+
     def done(self) -> None:
         """Report one more finished step.
 

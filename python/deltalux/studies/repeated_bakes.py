@@ -16,7 +16,9 @@ from deltalux.segments import Segments, trace
 from deltalux.session import Session
 
 from .measuring import measured
+from .progress_parts import Steps
 from .scene_samples import uniform_on_surfaces
+from .seeds import Done, by_seed
 from .timing import Timing, median
 
 CHANNEL = 1  # of the irradiance: green
@@ -75,7 +77,9 @@ def enough_seeds(seeds: Sequence[int]) -> list[int]:
     return [*seeds, *more]
 
 
-def repeated_bakes(scene: Scene, paths: int, radius: float, settings: Mapping[str, Any]) -> RepeatedBakes:
+def repeated_bakes(
+    scene: Scene, paths: int, radius: float, settings: Mapping[str, Any], steps: Steps
+) -> RepeatedBakes:
     """Bake once with each of the seeds of `settings`, with whole discs and all light from paths.
 
     Parameters
@@ -84,19 +88,22 @@ def repeated_bakes(scene: Scene, paths: int, radius: float, settings: Mapping[st
     paths : light paths per bake
     radius : radius of all discs, metres
     settings : with "seeds", and "samples", the number of samples on the static surfaces
+    steps : of which each seed is one
     """
     samples = uniform_on_surfaces(scene, settings["samples"], 1, radius, movables=False)
-    irradiance, reported, poisson, seconds = [], [], [], []
-    for seed in settings["seeds"]:
+
+    def baked(seed: int, done: Done) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
         options: dict[str, Any] = {"paths": paths, "seed": seed, "direct": "paths", "disc_area": "whole"}
         with Session(scene, samples, **options, threads=1) as session:
             session.bake()
-            irradiance.append(session.irradiance[:, CHANNEL])
-            reported.append(session.standard_error[:, CHANNEL])
-            seconds.append(measured(session.recompute).cpu_seconds)
-        poisson.append(_poisson(trace(scene, paths, seed, threads=settings.get("threads")), samples))
-    stacked = np.array(irradiance), np.array(reported), np.array(poisson)
-    return RepeatedBakes(*stacked, median(seconds))
+            light = session.irradiance[:, CHANNEL], session.standard_error[:, CHANNEL]
+            seconds = measured(session.recompute).cpu_seconds
+        poisson = _poisson(trace(scene, paths, seed, threads=settings.get("threads")), samples)
+        done()
+        return *light, poisson, seconds
+
+    irradiance, reported, poisson, seconds = zip(*by_seed(baked, settings["seeds"], steps), strict=True)
+    return RepeatedBakes(np.array(irradiance), np.array(reported), np.array(poisson), median(seconds))
 
 
 def _poisson(segments: Segments, samples: Samples) -> np.ndarray:

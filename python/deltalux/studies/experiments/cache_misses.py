@@ -14,6 +14,7 @@ from deltalux.studies.experiment import Curve, Experiment, Figure, Findings, Mar
 from deltalux.studies.level_counts import DEFINITIONS, LEVEL_COLUMNS, level_curve, level_rows, stacked
 from deltalux.studies.progress_parts import Steps
 from deltalux.studies.repeats import FALSE_ALARMS, averaged, certain_sign, together
+from deltalux.studies.seeds import Done, by_seed
 from deltalux.studies.uniform_samples import UNIT_SPHERE, in_sphere
 
 RULES = ("all", "nested", "literal")
@@ -28,16 +29,21 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
     counts, compared = settings["sample_counts"], settings["compared_count"]
     rules = (UNLIMITED, *RULES[1:])  # in drawing order: curves that coincide with others come first
     steps = Steps(progress, len(settings["seeds"]) * (len(counts) + len(rules)))
-    by_count: dict[int, Runs] = {count: [] for count in counts}
-    by_rule: dict[str, Runs] = {rule: [] for rule in rules}
-    for seed in settings["seeds"]:
+
+    def counted(seed: int, done: Done) -> dict[int | str, Mapping[str, Any]]:
         lines = uniform_lines(settings["lines"], seed)
+        found: dict[int | str, Mapping[str, Any]] = {}
         for samples in counts:
-            by_count[samples].append(_count(lines, samples, seed, settings))
-            steps.done()
+            found[samples] = _count(lines, samples, seed, settings)
+            done()
         for rule in rules:
-            by_rule[rule].append(_count(lines, compared, seed, settings, rule))
-            steps.done()
+            found[rule] = _count(lines, compared, seed, settings, rule)
+            done()
+        return found
+
+    runs = by_seed(counted, settings["seeds"], steps)
+    by_count: dict[int, Runs] = {count: [run[count] for run in runs] for count in counts}
+    by_rule: dict[str, Runs] = {rule: [run[rule] for run in runs] for rule in rules}
     by_rule["all"] = by_count[compared]
     return conclude(by_count, by_rule, settings)
 

@@ -23,6 +23,7 @@ from deltalux.studies.repeats import (
     together,
 )
 from deltalux.studies.ripple import Ripple, halving_period, peaks, ripple
+from deltalux.studies.seeds import Done, by_seed
 from deltalux.studies.uniform_samples import UNIT_SPHERE, in_sphere
 
 ORDERS = ("lebesgue", "hilbert")
@@ -31,28 +32,33 @@ FIRST = 3  # levels nearer to S_0 have too few misses for a curve
 NEARLY_ALL = 0.999
 
 Runs = Mapping[str, list[Mapping[str, Any]]]  # order -> `stats` of each seed
-Costs = Mapping[str, list[list[tuple[float, int]]]]  # order -> per seed and sample count: CPU seconds, tests
+Cost = tuple[float, int]  # CPU seconds, tests
+Costs = Mapping[str, list[list[Cost]]]  # order -> per seed and sample count
 
 
 def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findings:
     """Count under both orders with each seed, then time sorted against unsorted samples."""
     steps = Steps(progress, len(settings["seeds"]) * (len(ORDERS) + 1))
-    runs: dict[str, list[Mapping[str, Any]]] = {order: [] for order in ORDERS}
-    costs: dict[str, list[list[tuple[float, int]]]] = {order: [] for order in ("none", *ORDERS)}
-    for seed in settings["seeds"]:
+
+    def of_seed(seed: int, done: Done) -> tuple[dict[str, Mapping[str, Any]], dict[str, list[Cost]]]:
         lines = uniform_lines(settings["lines"], seed)
+        counts = {}
         for order in ORDERS:
-            runs[order].append(_count(lines, settings["samples"], order, seed, settings).value)
-            steps.done()
+            counts[order] = _count(lines, settings["samples"], order, seed, settings).value
+            done()
         few = lines.select(np.arange(min(settings["timed_lines"], len(lines))))
-        for own in costs.values():
-            own.append([])
+        costs: dict[str, list[Cost]] = {order: [] for order in ("none", *ORDERS)}
         for samples in settings["timed_samples"]:
             for order, own in costs.items():
                 ran = _count(few, samples, order, seed, settings)
-                own[-1].append((ran.cpu_seconds, ran.value["sphere_tests"] + ran.value["disc_tests"]))
-        steps.done()
-    return conclude(runs, costs, settings)
+                own.append((ran.cpu_seconds, ran.value["sphere_tests"] + ran.value["disc_tests"]))
+        done()
+        return counts, costs
+
+    found = by_seed(of_seed, settings["seeds"], steps)
+    runs = {order: [counts[order] for counts, _ in found] for order in ORDERS}
+    all_costs = {order: [costs[order] for _, costs in found] for order in ("none", *ORDERS)}
+    return conclude(runs, all_costs, settings)
 
 
 def conclude(runs: Runs, costs: Costs, settings: Mapping[str, Any]) -> Findings:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from deltalux.studies.curves import crossings
 from deltalux.studies.experiment import Experiment, Figure, Findings, Outcome, Verdict
 from deltalux.studies.progress_parts import Steps
 from deltalux.studies.scene_samples import static_distance, uniform_on_surfaces
+from deltalux.studies.seeds import Done, by_seed
 from deltalux.studies.series import Series, series_table
 from deltalux.studies.timing import Timing, interleaved
 from deltalux.studies.uniform_samples import UNIT_SPHERE, Spread, in_cube
@@ -35,12 +37,11 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
     counts: dict[str, list[list[float]]] = {}  # case -> (seeds, widths)
     times: dict[str, list[dict[str, Timing]]] = {}  # case -> widths
     for name, case in _cases(settings).items():
-        for seed in settings["seeds"]:
-            inputs = case(seed)
-            counts.setdefault(name, []).append([_count_ratio(inputs, w, settings) for w in widths])
-            if name not in times:
-                times[name] = [_times(inputs, w, settings) for w in widths]
-            steps.done()
+        counts[name] = by_seed(
+            partial(_counts, case=case, widths=widths, settings=settings), settings["seeds"], steps
+        )
+        inputs = case(settings["seeds"][0])
+        times[name] = [_times(inputs, w, settings) for w in widths]
     counted = [Series.of_seeds(name, "1", rows) for name, rows in counts.items()]
     timed = [_ratio_series(name, rows) for name, rows in times.items()]
     absolute = [
@@ -109,6 +110,16 @@ def _widened(samples: Samples, radius: float) -> Samples:
 
 
 # ---- measurements -------------------------------------------------------------------------------
+
+
+def _counts(
+    seed: int, done: Done, case: Callable[[int], Case], widths: np.ndarray, settings: Mapping[str, Any]
+) -> list[float]:
+    """`_count_ratio` at each width."""
+    inputs = case(seed)
+    ratios = [_count_ratio(inputs, width, settings) for width in widths]
+    done()
+    return ratios
 
 
 def _count_ratio(inputs: Case, width: float, settings: Mapping[str, Any]) -> float:

@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,6 +19,7 @@ from deltalux.studies.experiment import Experiment, Figure, Findings, Outcome, T
 from deltalux.studies.progress_parts import Steps
 from deltalux.studies.repeats import averaged, certain_sign, together
 from deltalux.studies.scene_samples import static_distance, uniform_on_surfaces
+from deltalux.studies.seeds import Done, by_seed
 from deltalux.studies.series import Series, series_table
 from deltalux.studies.uniform_samples import UNIT_SPHERE, in_cube
 
@@ -32,27 +35,15 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
     """Predict and count tests with each number of measured levels and each share of the rays."""
     levels, divisors = settings["levels"], settings["divisors"]
     steps = Steps(progress, (1 + len(settings["scenes"])) * len(settings["seeds"]))
-    sphere: dict[int, Errors] = {divisor: {} for divisor in divisors}
-    disc: dict[int, Errors] = {divisor: {} for divisor in divisors}
-    cost: dict[int, Errors] = {divisor: {} for divisor in divisors}
-    depth: dict[str, int] = {}
-    for case, segments, samples, options in _cases(settings):
-        cache: dict[str, Any] = {key: settings.get(key) for key in ("ratio", "min_rays", "threads")}
-        outer: dict[str, Any] = {key: value for key, value in options.items() if key == "outer_sphere"}
-        real = sphere_cache(segments, samples, **cache, **outer).stats
-        depth[case] = int(np.flatnonzero(real["rebuilds"]).max())
-        for divisor in divisors:
-            found = [
-                hybrid_estimate(segments, samples, **cache, **options, upper_levels=level, divisor=divisor)
-                for level in levels
-            ]
-            for table, errors in (
-                (sphere, [_percent(one.sphere_tests, real["sphere_tests"]) for one in found]),
-                (disc, [_percent(one.disc_tests, real["disc_tests"]) for one in found]),
-                (cost, [_cost(one, real) for one in found]),
-            ):
-                table[divisor].setdefault(case, []).append(errors)
-        steps.done()
+    rows = by_seed(partial(_of_seed, settings=settings), settings["seeds"], steps)
+    depth = {case: found.depth for case, found in rows[-1].items()}
+    sphere, disc, cost = (
+        {
+            divisor: {case: [getattr(row[case], part)[divisor] for row in rows] for case in rows[0]}
+            for divisor in divisors
+        }
+        for part in ("sphere", "disc", "cost")
+    )
     x = np.array(levels, float)
     return Findings(
         [
@@ -74,18 +65,46 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
     )
 
 
-def _cases(settings: Mapping[str, Any]) -> Iterator[Case]:
+@dataclass(frozen=True)
+class _Found:
+    """Of one case and seed: the depth of the real cache, and by divisor errors in per cent for each level."""
+
+    depth: int
+    sphere: dict[int, list[float]] = field(default_factory=dict)
+    disc: dict[int, list[float]] = field(default_factory=dict)
+    cost: dict[int, list[float]] = field(default_factory=dict)
+
+
+def _of_seed(seed: int, done: Done, settings: Mapping[str, Any]) -> dict[str, _Found]:
+    """What is found in each case."""
+    cache: dict[str, Any] = {key: settings.get(key) for key in ("ratio", "min_rays", "threads")}
+    cases = {}
+    for case, segments, samples, options in _cases(seed, settings):
+        outer: dict[str, Any] = {key: value for key, value in options.items() if key == "outer_sphere"}
+        real = sphere_cache(segments, samples, **cache, **outer).stats
+        found = cases[case] = _Found(int(np.flatnonzero(real["rebuilds"]).max()))
+        for divisor in settings["divisors"]:
+            estimates = [
+                hybrid_estimate(segments, samples, **cache, **options, upper_levels=level, divisor=divisor)
+                for level in settings["levels"]
+            ]
+            found.sphere[divisor] = [_percent(one.sphere_tests, real["sphere_tests"]) for one in estimates]
+            found.disc[divisor] = [_percent(one.disc_tests, real["disc_tests"]) for one in estimates]
+            found.cost[divisor] = [_cost(one, real) for one in estimates]
+        done()
+    return cases
+
+
+def _cases(seed: int, settings: Mapping[str, Any]) -> Iterator[Case]:
     count = settings["samples"]
-    for seed in settings["seeds"]:
-        lines = uniform_lines(settings["lines"], seed)
-        yield LINES, lines, in_cube(count, "volume", seed), {"outer_sphere": UNIT_SPHERE}
+    lines = uniform_lines(settings["lines"], seed)
+    yield LINES, lines, in_cube(count, "volume", seed), {"outer_sphere": UNIT_SPHERE}
     for name in settings["scenes"]:
         scene = getattr(deltalux.scenes, name)()
         radius = static_distance(scene, count)
-        for seed in settings["seeds"]:
-            segments = trace(scene, settings["paths"], seed, threads=settings.get("threads"))
-            samples = uniform_on_surfaces(scene, count, seed, radius, movables=False)
-            yield name, segments, samples, {"spread": "surface"}
+        segments = trace(scene, settings["paths"], seed, threads=settings.get("threads"))
+        samples = uniform_on_surfaces(scene, count, seed, radius, movables=False)
+        yield name, segments, samples, {"spread": "surface"}
 
 
 def _percent(predicted: float, counted: float) -> float:

@@ -21,6 +21,7 @@ from deltalux.studies.measuring import measured
 from deltalux.studies.moved_scene import shifted
 from deltalux.studies.progress_parts import Steps
 from deltalux.studies.scene_samples import uniform_on_surfaces
+from deltalux.studies.seeds import Done, by_seed
 from deltalux.studies.series import Series, series_table
 from deltalux.studies.timing import Timing, median
 
@@ -51,19 +52,16 @@ class Frames:
 def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findings:
     """Move the atrium's trolley in several sizes, the expo's exhibit, and a row of balls in its hall."""
     sizes, objects = (np.array(settings[name], float) for name in ("sizes", "objects"))
-    steps = Steps(progress, len(sizes) + 2)
+    steps = Steps(progress, len(settings["seeds"]) * (len(sizes) + 2))
     trolley = []
     for size in settings["sizes"]:
         scene = deltalux.scenes.atrium(settings["detail"], trolley_size=size)
-        trolley += _frames(scene, [[TROLLEY]], settings)
-        steps.done()
+        trolley += _frames(scene, [[TROLLEY]], settings, steps)
     scene, names = _hall(max(settings["objects"]))
     groups = [names[:count] for count in settings["objects"]]
-    found = _frames(scene, [*groups, *([name] for name in names)], settings)
+    found = _frames(scene, [*groups, *([name] for name in names)], settings, steps)
     balls, alone = found[: len(groups)], np.array([one.paths for one in found[len(groups) :]])
-    steps.done()
-    exhibit = _frames(deltalux.scenes.expo(), [["exhibit"]], settings)
-    steps.done()
+    exhibit = _frames(deltalux.scenes.expo(), [["exhibit"]], settings, steps)
     sums = np.array([alone[:count].sum(axis=0) for count in settings["objects"]])
     summed = Series.of_seeds("affected paths, each object alone, summed", "1", sums.T)
     every = [*trolley, *found, *exhibit]
@@ -108,16 +106,21 @@ def _hall(count: int) -> tuple[Scene, list[str]]:
     return scene, names
 
 
-def _frames(scene: Scene, groups: Sequence[Sequence[str]], settings: Mapping[str, Any]) -> list[Frames]:
+def _frames(
+    scene: Scene, groups: Sequence[Sequence[str]], settings: Mapping[str, Any], steps: Steps
+) -> list[Frames]:
     """Frames of each group of objects in turn; objects move away in half of them, then back."""
     samples = uniform_on_surfaces(scene, settings["samples"], 1, None)
-    runs: list[list[_Run]] = [[] for _ in groups]
-    for seed in settings["seeds"]:
+
+    def animated(seed: int, done: Done) -> list[_Run]:
         options: dict[str, Any] = {"paths": settings["paths"], "seed": seed, "direct": "paths", "threads": 1}
         with Session(scene, samples, **options, gather="off") as session:
             session.bake()
-            for group, own in zip(groups, runs, strict=True):
-                own.append(_animate(session, group, settings["frames"]))
+            runs = [_animate(session, group, settings["frames"]) for group in groups]
+        done()
+        return runs
+
+    runs = zip(*by_seed(animated, settings["seeds"], steps), strict=True)
     return [
         Frames(
             [one.paths / settings["paths"] for one in own],

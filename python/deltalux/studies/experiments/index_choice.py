@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,6 +19,7 @@ from deltalux.studies.indices import DiscGrid, RayCosts, kd_tree, octree
 from deltalux.studies.progress_parts import Steps
 from deltalux.studies.repeats import mean_and_error
 from deltalux.studies.scene_samples import static_distance, uniform_on_surfaces
+from deltalux.studies.seeds import Done, by_seed
 from deltalux.studies.uniform_samples import in_cube
 
 BVH = "BVH"
@@ -46,24 +49,13 @@ Costs = dict[str, list[float]]  # index -> mean cost per ray, for each seed
 def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findings:
     """Count the work of every index on all rays, and on many small shares of them."""
     steps = Steps(progress, (len(LINES) + len(settings["scenes"])) * len(settings["seeds"]))
-    costs: dict[str, Costs] = {}
-    extra: dict[str, list[float]] = {}  # case -> `extra_cost` of each simulation
-    same = True
-    for case, seed, segments, samples in _inputs(settings):
-        exact = disc_index(segments, samples, segment_end="first").sums
-        assert exact is not None  # of a disc method
-        found = {name: build(samples).cast(segments, samples) for name, build in INDICES.items()}
-        same = same and all(bool((one.sums == exact).all()) for one in found.values())
-        everything = _mean_costs(found, segments, samples, np.arange(len(segments)))
-        for name in NAMES:
-            costs.setdefault(case, {}).setdefault(name, []).append(everything[name])
-        rng = np.random.default_rng(seed)
-        few = max(1, round(len(segments) / settings["reduction"]))
-        for _ in range(settings["simulations"]):
-            rays = rng.choice(len(segments), few, replace=False)
-            guess = _mean_costs(found, segments, samples, rays)
-            extra.setdefault(case, []).append(extra_cost(guess, everything))
-        steps.done()
+    rows = by_seed(partial(_of_seed, settings=settings), settings["seeds"], steps)
+    costs: dict[str, Costs] = {
+        case: {name: [row[case].costs[name] for row in rows] for name in NAMES} for case in rows[0]
+    }
+    # case -> `extra_cost` of each simulation
+    extra = {case: [cost for row in rows for cost in row[case].extra] for case in rows[0]}
+    same = all(found.same for row in rows for found in row.values())
     return Findings(
         [_cost_table(costs), _choice_table(extra)],
         [_figure(costs, settings)],
@@ -77,20 +69,48 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
     )
 
 
-def _inputs(settings: Mapping[str, Any]) -> Iterator[tuple[str, int, Segments, Samples]]:
-    """Case, seed, segments and samples in turn."""
+@dataclass(frozen=True)
+class _Found:
+    """Of a case and seed: mean cost by index, `extra_cost` of each simulation, whether all sums are equal."""
+
+    costs: dict[str, float]
+    extra: list[float]
+    same: bool
+
+
+def _of_seed(seed: int, done: Done, settings: Mapping[str, Any]) -> dict[str, _Found]:
+    """What is found in each case."""
+    cases = {}
+    for case, segments, samples in _inputs(seed, settings):
+        exact = disc_index(segments, samples, segment_end="first").sums
+        assert exact is not None  # of a disc method
+        found = {name: build(samples).cast(segments, samples) for name, build in INDICES.items()}
+        same = all(bool((one.sums == exact).all()) for one in found.values())
+        everything = _mean_costs(found, segments, samples, np.arange(len(segments)))
+        rng = np.random.default_rng(seed)
+        few = max(1, round(len(segments) / settings["reduction"]))
+        extra = []
+        for _ in range(settings["simulations"]):
+            rays = rng.choice(len(segments), few, replace=False)
+            guess = _mean_costs(found, segments, samples, rays)
+            extra.append(extra_cost(guess, everything))
+        cases[case] = _Found(dict(everything), extra, same)
+        done()
+    return cases
+
+
+def _inputs(seed: int, settings: Mapping[str, Any]) -> Iterator[tuple[str, Segments, Samples]]:
+    """Case, segments and samples in turn."""
     count = settings["samples"]
     for name, samples_of in LINES.items():
-        for seed in settings["seeds"]:
-            yield name, seed, uniform_lines(settings["rays"], seed), samples_of(count, seed)
+        yield name, uniform_lines(settings["rays"], seed), samples_of(count, seed)
     for name in settings["scenes"]:
         scene = getattr(deltalux.scenes, name)()
         radius = static_distance(scene, count)
-        for seed in settings["seeds"]:
-            segments = trace(scene, settings["rays"], seed, threads=settings.get("threads"))
-            some = np.random.default_rng(seed).choice(len(segments), settings["rays"], replace=False)
-            samples = uniform_on_surfaces(scene, count, seed, radius, movables=False)
-            yield name, seed, segments.select(np.sort(some)), samples
+        segments = trace(scene, settings["rays"], seed, threads=settings.get("threads"))
+        some = np.random.default_rng(seed).choice(len(segments), settings["rays"], replace=False)
+        samples = uniform_on_surfaces(scene, count, seed, radius, movables=False)
+        yield name, segments.select(np.sort(some)), samples
 
 
 def _mean_costs(

@@ -33,6 +33,7 @@ from deltalux.studies.repeats import (
     together,
 )
 from deltalux.studies.scene_samples import in_bounds, on_surfaces, scene_sphere
+from deltalux.studies.seeds import Done, by_seed
 from deltalux.studies.uniform_samples import UNIT_SPHERE, in_sphere
 
 SCENES = {"atrium": "Figure 6", "expo": "Figure 7"}
@@ -51,23 +52,26 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
         name: Samples.on_vertices(scene, settings["spacing"], share=False) for name, scene in scenes.items()
     }
     steps = Steps(progress, len(settings["seeds"]) * (len(scenes) + 1))
-    found: dict[tuple[str, str], list[list[float]]] = {}
     share, count = settings["disc_share"], settings["samples"]
-    for seed in settings["seeds"]:
+
+    def counted(seed: int, done: Done) -> dict[tuple[str, str], list[float]]:
+        found = {}
         for name, scene in scenes.items():
             segments = trace(scene, settings["paths"], seed, threads=settings["threads"])
             sphere = scene_sphere(scene)
             radius = share * sphere[1]
             drawn = on_surfaces(scene, vertices[name], count, radius, seed)
             for where, samples in ((SURFACES, drawn), (VOLUME, in_bounds(scene, count, radius, seed))):
-                found.setdefault((name, where), []).append(_rays(segments, samples, sphere, settings))
-            steps.done()
+                found[name, where] = _rays(segments, samples, sphere, settings)
+            done()
         lines = uniform_lines(settings["lines"], seed)
-        rays = _rays(lines, in_sphere(count, share, seed), UNIT_SPHERE, settings)
-        found.setdefault(("lines", SPHERE), []).append(rays)
-        found.setdefault(("lines", CENTRE), []).append(_rays_at_centre(seed, settings))
-        steps.done()
-    return conclude({key: _common_levels(rows) for key, rows in found.items()}, settings)
+        found["lines", SPHERE] = _rays(lines, in_sphere(count, share, seed), UNIT_SPHERE, settings)
+        found["lines", CENTRE] = _rays_at_centre(seed, settings)
+        done()
+        return found
+
+    rows = by_seed(counted, settings["seeds"], steps)
+    return conclude({key: _common_levels([row[key] for row in rows]) for key in rows[0]}, settings)
 
 
 def conclude(counts: Counts, settings: Mapping[str, Any]) -> Findings:

@@ -26,6 +26,7 @@ from deltalux.studies.object_rays import (
     static_times,
 )
 from deltalux.studies.progress_parts import Steps
+from deltalux.studies.seeds import Done, by_seed
 from deltalux.studies.series import Series, series_table
 from deltalux.studies.timing import Timing
 
@@ -42,19 +43,21 @@ def _measured(
 ) -> tuple[dict[str, Series], dict[str, Series]]:
     """Counts of tests and times of every method, over the object's size."""
     unit = settings["lines"] * np.cbrt(settings["samples"])  # eq. 10, so that the paper's index costs 1
-    counts: list[list[dict[str, float]]] = []  # (sizes, seeds)
+
+    def of_seed(seed: int, done: Done) -> list[dict[str, float]]:
+        found = []
+        for size in sizes:
+            found.append(moving_counts(size, seed, settings) | static_counts(size, seed, settings))
+            done()
+        return found
+
+    counts = by_seed(of_seed, settings["seeds"], steps)  # (seeds, sizes)
     times: list[dict[str, Timing]] = []  # sizes
     for size in sizes:
-        counts.append(
-            [
-                moving_counts(size, seed, settings) | static_counts(size, seed, settings)
-                for seed in settings["seeds"]
-            ]
-        )
         times.append(moving_times(size, settings) | static_times(size, settings))
         steps.done()
     counted = {
-        name: Series.of_seeds(name, UNIT, np.array([[one[name] / unit for one in row] for row in counts]).T)
+        name: Series.of_seeds(name, UNIT, np.array([[one[name] / unit for one in row] for row in counts]))
         for name in (*COUNTED, *STATIC)
     }
     timed = {name: Series.of_times(name, [row[name] for row in times]) for name in (*TIMED, *STATIC)}
@@ -64,7 +67,7 @@ def _measured(
 def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findings:
     """Count and time both methods for objects of every size in the unit sphere."""
     sizes = np.array(settings["sizes"], float)
-    counted, timed = _measured(sizes, settings, Steps(progress, len(sizes)))
+    counted, timed = _measured(sizes, settings, Steps(progress, (len(settings["seeds"]) + 1) * len(sizes)))
     moving = [
         Series("sphere cache, paper (eq. 15)", UNIT, model.moving_cost_ratio(sizes, 1.0), theory=True),
         Series("disc index, paper (eq. 10)", UNIT, np.ones_like(sizes), theory=True),

@@ -17,6 +17,7 @@ from deltalux.studies.curves import agreement, power_law
 from deltalux.studies.experiment import Experiment, Figure, Findings, Outcome, Verdict
 from deltalux.studies.measuring import measured
 from deltalux.studies.progress_parts import Steps
+from deltalux.studies.seeds import Done, by_seed
 from deltalux.studies.series import Series, series_table
 from deltalux.studies.timing import Timing, interleaved, median, repeated
 from deltalux.studies.uniform_samples import UNIT_SPHERE, Spread, in_cube
@@ -38,12 +39,15 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
 
     def count_over(values: np.ndarray, tests_of: Callable[[int, int], Counts]) -> dict[str, np.ndarray]:
         """(seeds, values) tests of each method."""
-        rows: list[list[Counts]] = []
-        for seed in settings["seeds"]:
-            rows.append([])
+
+        def of_seed(seed: int, done: Done) -> list[Counts]:
+            row = []
             for value in values:
-                rows[-1].append(tests_of(int(value), seed))
-                steps.done()
+                row.append(tests_of(int(value), seed))
+                done()
+            return row
+
+        rows = by_seed(of_seed, settings["seeds"], steps)
         return {name: np.array([[cell[name] for cell in row] for row in rows]) for name in rows[0][0]}
 
     most, middle = int(lines[-1]), settings["update_samples"]

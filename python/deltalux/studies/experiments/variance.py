@@ -19,6 +19,7 @@ from deltalux.studies.experiment import Experiment, Figure, Findings, Verdict
 from deltalux.studies.progress_parts import Steps
 from deltalux.studies.repeated_bakes import CHANNEL, RepeatedBakes, enough_seeds, repeated_bakes
 from deltalux.studies.repeats import together
+from deltalux.studies.seeds import Done, by_seed
 from deltalux.studies.series import Series, series_table
 
 HEIGHT = 1.0  # metres from the floor to the bulb
@@ -36,15 +37,14 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
         [(count, settings["radius"]) for count in settings["paths"]]
         + [(settings["paths"][-1], radius) for radius in settings["radii"]]
     )
-    steps = Steps(progress, len(points) + 1)
+    steps = Steps(progress, len(points) * len(settings["seeds"]) + len(settings["bias_seeds"]))
     scene, bakes = deltalux.scenes.cornell_box(), {}
     for count, radius in points:
-        bakes[count, radius] = repeated_bakes(scene, count, radius, settings)
-        steps.done()
+        bakes[count, radius] = repeated_bakes(scene, count, radius, settings, steps)
     by_paths = [bakes[count, settings["radius"]] for count in settings["paths"]]
     by_radius = [bakes[settings["paths"][-1], radius] for radius in settings["radii"]]
-    found, exact = Series.of_seeds("measured", "1", _floor_bias(wide, settings)), disc_bias(wide)
-    steps.done()
+    found = Series.of_seeds("measured", "1", _floor_bias(wide, settings, steps))
+    exact = disc_bias(wide)
     every = list(bakes.values())
     seconds = np.array([one.time.seconds for one in by_paths])
     return Findings(
@@ -75,20 +75,22 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
 # ---- measurements -------------------------------------------------------------------------------
 
 
-def _floor_bias(radius: np.ndarray, settings: Mapping[str, Any]) -> np.ndarray:
+def _floor_bias(radius: np.ndarray, settings: Mapping[str, Any], steps: Steps) -> np.ndarray:
     """(seeds, radii) relative bias under a bulb over a black floor."""
     corners = HEIGHT * np.array([(-4, 0, -4), (-4, 0, 4), (4, 0, 4), (4, 0, -4)])
     floor = Mesh("floor", corners, [(0, 1, 2), (0, 2, 3)], "black")
     bulb = PointLight("bulb", (0, HEIGHT, 0), intensity=(1, 1, 1))
     scene = Scene([floor], [Material("black", (0, 0, 0))], [bulb], unit="W/m2")
     samples = Samples(np.zeros((len(radius), 3)), (0, 1, 0), radius)
-    found = []
-    for seed in settings["bias_seeds"]:
+
+    def bias(seed: int, done: Done) -> np.ndarray:
         segments = trace(scene, settings["bias_paths"], seed, threads=settings.get("threads"))
         # Segments end in the floor, where the discs lie: with exact ends, rounding would decide crossings.
         estimate = disc_index(segments, samples, segment_end="bounded")
-        found.append(estimate.irradiance[:, CHANNEL] * HEIGHT**2 - 1)
-    return np.array(found)
+        done()
+        return estimate.irradiance[:, CHANNEL] * HEIGHT**2 - 1
+
+    return np.array(by_seed(bias, settings["bias_seeds"], steps))
 
 
 def disc_bias(radius: np.ndarray) -> np.ndarray:
