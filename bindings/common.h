@@ -38,8 +38,8 @@ using Matrix = nb::ndarray<const double, nb::numpy, nb::shape<4, 4>, nb::c_conti
 /// A NumPy array that owns its memory.
 template <class T>
 nb::object make_array(std::vector<T>&& values, std::initializer_list<size_t> shape) {
-  DELTALUX_ASSERT(values.size() == std::accumulate(shape.begin(), shape.end(), size_t(1),
-                                                   std::multiplies<>()));
+  DELTALUX_ASSERT(values.size() ==
+                  std::accumulate(shape.begin(), shape.end(), size_t(1), std::multiplies<>()));
   auto* owner = new std::vector<T>(std::move(values));
   nb::capsule capsule(owner, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
   return nb::cast(nb::ndarray<nb::numpy, T>(owner->data(), shape.size(), shape.begin(), capsule));

@@ -30,10 +30,9 @@ nb::tuple path_sums(const Session& session) {
   const size_t groups = session.state().sum_groups(), batches = session::kBatches;
   const size_t cells = sums.cells.size() / (3 * groups * batches);
   const size_t samples = sums.discs.size() / (3 * groups * batches);
-  return nb::make_tuple(
-      sums.paths,
-      make_array(std::move(sums.discs), {groups, batches, samples, 3}),
-      make_array(std::move(sums.cells), {cells, groups, batches, 3}));
+  return nb::make_tuple(sums.paths,
+                        make_array(std::move(sums.discs), {groups, batches, samples, 3}),
+                        make_array(std::move(sums.cells), {cells, groups, batches, 3}));
 }
 
 /// Places and values of a row.
