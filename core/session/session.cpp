@@ -343,6 +343,15 @@ void Session::check_whole() const {
 }
 
 size_t Session::bytes() const {
+  size_t sum = needed_bytes();
+  if (spare_discs_) {
+    sum += spare_discs_->still->bytes() + spare_discs_->openness.capacity() * sizeof(float);
+    for (const MovingPart& part : spare_discs_->moving) sum += part.index->bytes();
+  }
+  return sum;
+}
+
+size_t Session::needed_bytes() const {
   const State& s = *state_;
   size_t sum = s.store.bytes() + s.cut.capacity() + s.sums.capacity() * sizeof(int64_t) +
                pending_.capacity() * sizeof(PendingPath) +
@@ -355,10 +364,6 @@ size_t Session::bytes() const {
     sum += s.gather->cells.bytes() + s.gather->looks.bytes() + s.gather->coverage.bytes() +
            s.gather->beams.bytes() + s.gather->sums.bytes() + s.gather->light.bytes() +
            s.gather->glance.bytes() + s.guiding.bytes();
-  if (spare_discs_) {
-    sum += spare_discs_->still->bytes() + spare_discs_->openness.capacity() * sizeof(float);
-    for (const MovingPart& part : spare_discs_->moving) sum += part.index->bytes();
-  }
   if (s.static_index) sum += s.static_index->bytes();
   for (const MovingPart& part : s.moving) sum += part.index->bytes();
   return sum;

@@ -506,6 +506,8 @@ class Session {
     std::vector<float> openness;
   };
   std::unique_ptr<SpareDiscs> spare_discs_;
+  /// bytes() without spare discs: whether an edit is admitted does not depend on these.
+  size_t needed_bytes() const;
   /// The sums that path_changes() returned last.
   struct Told {
     std::vector<int64_t> discs, cells;

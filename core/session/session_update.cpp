@@ -122,7 +122,7 @@ void Session::check_insert(const scene::Object& object, std::span<const scene::E
   const double per_path =
       paths ? double(s.store.bytes()) / double(paths) : 4.0 * sizeof(segments::Segment);
   const double needed =
-      double(bytes()) + per_path * double(more) +
+      double(needed_bytes()) + per_path * double(more) +
       double(direct::DirectLight::forecast_bytes(s.samples.size(), 0, added,
                                                  std::vector<uint8_t>(added.size(), sampled)));
   if (s.options.memory_limit && needed > double(s.options.memory_limit))
@@ -170,7 +170,9 @@ Frame Session::update(std::span<const scene::Edit> edits, double budget_ms, Prog
   edits_applied_ = false;
   check_looked();
   if (damaged_) rebuild(progress);
-  if (state_->options.memory_limit) spare_discs_.reset();  // the light needs the memory
+  // Beyond half of the limit, the light needs the memory.
+  if (const size_t limit = state_->options.memory_limit; limit && bytes() > limit / 2)
+    spare_discs_.reset();
   DELTALUX_ASSERT(step_ == Step::rest && agree(state_->cut, state_->held, pending_));
   for (size_t i = 0; i < edits.size(); ++i) check(edits[i], edits.first(i));
   Frame frame;
@@ -332,7 +334,7 @@ size_t Session::run_pending(double budget_ms, Progress& progress, Frame& frame,
   const size_t total = pending_.size();
   size_t done = 0;
   // Only stored segments can grow here; all other memory was admitted earlier.
-  const size_t held = s.store.bytes(), other = bytes() - held;
+  const size_t held = s.store.bytes(), other = needed_bytes() - held;
   const size_t most =
       std::max(held, s.options.memory_limit - std::min(other, s.options.memory_limit));
   PathUpdate update(s);
@@ -379,12 +381,12 @@ size_t Session::run_pending(double budget_ms, Progress& progress, Frame& frame,
 void Session::refuse_growth(Progress& progress) {
   const State& s = *state_;
   const double limit = double(s.options.memory_limit), paths = double(s.cut.size());
-  const double other = double(bytes() - s.store.bytes());
+  const double other = double(needed_bytes() - s.store.bytes());
   const double longest = double(s.options.max_bounces) * bytes_per_segment();
   if (!s.options.memory_limit || other + paths * longest <= limit) return;
   const PilotPaths pilot = walk_pilot_paths(s, progress);
   const double needed = other + pilot.weight() * double(pilot.flights.size()) * bytes_per_segment();
-  if (needed > limit && needed > double(bytes()))
+  if (needed > limit && needed > double(needed_bytes()))
     throw OptionError(
         "reflectance: memory: brighter surfaces make longer paths, which would need "
         "about " +

@@ -135,10 +135,12 @@ ArchiveView Session::save(bool shared) const {
   std::vector<uint32_t> pending;  // without known hits, which only save time
   for (const PendingPath& p : pending_) pending.insert(pending.end(), {p.path, p.slot, p.bounce});
   archive.keep("pending", pending);
-  if (s.counts_in_discs() && s.holds_none() && !shared)
-    archive.keep("sums", std::vector<int64_t>(s.sums.size()));  // the parts store their own
-  else if (s.counts_in_discs())
-    archive.append("sums", s.sums);
+  if (s.counts_in_discs()) {
+    if (s.holds_none() && !shared)
+      archive.keep("sums", std::vector<int64_t>(s.sums.size()));  // the parts store their own
+    else
+      archive.append("sums", s.sums);
+  }
   for (size_t b = 0; b < s.store.bounces().size(); ++b) append_bounce(s, b, archive);
   if (s.options.range && !shared) archive.keep("edits", std::vector<uint64_t>{s.edits});
   if (s.evaluates()) direct_->save(archive);

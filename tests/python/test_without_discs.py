@@ -89,7 +89,7 @@ def test_direct_light_of_an_added_lamp_has_no_noise(session):
             own.bake()
             own.add(dl.Mesh("cube", *box((0.1, 0.1, 0.1), (1.2, 1.5, -0.8)), "glow", movable=True))
             own.update()
-            direct.append(own.at(own.world()[0], own.world()[1], part="direct"))
+            direct.append(own._session().read_direct())
     lit = direct[0].sum(axis=1) > 1e-3 * direct[0].sum(axis=1).max()
     assert lit.mean() > 0.7
     np.testing.assert_allclose(direct[0][lit], direct[1][lit], rtol=0.05)
@@ -105,3 +105,43 @@ def test_a_lamp_that_is_far_too_bright_is_refused(session):
             own.add(dl.Mesh("cube", *box((1e-5, 1e-5, 1e-5), (1.2, 1.5, -0.8)), "blinding", movable=True))
         own.update()
         assert own.digest() == before
+
+
+@pytest.mark.parametrize("short", [False, True])
+def test_an_update_drops_the_discs_of_gradients_where_memory_is_short(session, short):
+    limit = int(1.5 * session.statistics["forecast_bytes"]) if short else 1 << 34
+    with dl.Session(session.scene, session.samples, **OPTIONS, memory_limit=limit) as own:
+        own.bake()
+        own.dim("desk", 0.9)
+        own.update()
+        small = own.statistics["bytes"]
+        assert (small > limit / 2) == short
+        before = own.gradient
+        assert own.statistics["bytes"] > small
+        own.dim("desk", 0.9)
+        own.update()
+        assert (own.statistics["bytes"] == small) == short
+        np.testing.assert_array_equal(own.gradient, before)
+
+
+def test_shadow_rays_of_added_lamps_count_in_the_memory_limit():
+    scene = room()
+    samples = dl.Samples.on_vertices(scene, spacing=0.1)
+    cubes = [box((0.02, 0.02, 0.02), (0.05 * i, 1.5, 0.05 * k)) for i in range(8) for k in range(8)]
+    points = np.concatenate([corners for corners, _ in cubes])
+    triangles = np.concatenate([8 * i + triangles for i, (_, triangles) in enumerate(cubes)])
+    lamps = dl.Mesh("cubes", points, triangles, "glow", movable=True)
+    with dl.Session(scene, samples, paths=500, gather=8) as free:
+        free.bake()
+        before = free.statistics["bytes"]
+        limit = int(1.1 * max(before, free.statistics["forecast_bytes"]))
+        free.add(lamps)
+        free.update()
+        assert free.statistics["bytes"] > limit
+    with dl.Session(scene, samples, paths=500, gather=8, memory_limit=limit) as own:
+        own.bake()
+        digest = own.digest()
+        with pytest.raises(dl.OptionError, match=r'add "cubes": memory: .* MiB, the limit is \d+ MiB'):
+            own.add(lamps)
+        own.update()
+        assert own.digest() == digest

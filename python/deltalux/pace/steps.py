@@ -133,8 +133,6 @@ def baking(counts: Counts, calibrated: bool = True) -> list[Step]:
         Step("make session", 0.01 + 6e-7 * (c.triangles + c.samples)),
         _calibrating(calibrated or bool(c.rays)),
         Step("index triangles", 0.01 + 8e-7 * c.triangles),
-    ]
-    steps += [
         Step("pilot", 0.05, "once"),
         Step("find windows", 0.4 * c.suns, "once"),
         *_discs(c, 9 * _ray(c)),

@@ -397,7 +397,7 @@ class Session(SessionPlaces):
         """(n, 3, 3) float64: surface gradient per channel (sample, channel, axis), per metre.
 
         Computed from the crossings of the samples' discs, also in a session that gathers: it makes them for
-        the first gradient and keeps them for the next, unless an update comes between under a memory limit.
+        the first gradient and keeps them for the next, unless an update comes between when memory is short.
         """
         return self._gradient()
 

@@ -33,7 +33,7 @@ Case = tuple[Segments, Samples, float, Mapping[str, Any]]  # …, sample distanc
 def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findings:
     """Count and time both methods on the same segments and samples, at each disc radius."""
     widths = np.array(settings["widths"], float)
-    steps = Steps(progress, (2 + len(settings["scenes"])) * len(settings["seeds"]))
+    steps = Steps(progress, (2 + len(settings["scenes"])) * (len(settings["seeds"]) + 1))
     counts: dict[str, list[list[float]]] = {}  # case -> (seeds, widths)
     times: dict[str, list[dict[str, Timing]]] = {}  # case -> widths
     for name, case in _cases(settings).items():
@@ -42,6 +42,7 @@ def run(settings: Mapping[str, Any], progress: Progress | None = None) -> Findin
         )
         inputs = case(settings["seeds"][0])
         times[name] = [_times(inputs, w, settings) for w in widths]
+        steps.done()
     counted = [Series.of_seeds(name, "1", rows) for name, rows in counts.items()]
     timed = [_ratio_series(name, rows) for name, rows in times.items()]
     absolute = [
