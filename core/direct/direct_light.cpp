@@ -100,6 +100,11 @@ DirectLight::DirectLight(size_t samples, uint32_t group_count, double irradiance
   sums_.assign(size_t(group_count) * samples * 3, 0);
 }
 
+void DirectLight::set_groups(uint32_t count) {
+  sums_.resize(size_t(count) * samples_ * 3, 0);
+  group_count_ = count;
+}
+
 void DirectLight::check(std::span<const trace::Light> lights,
                         std::span<const uint8_t> sampled) const {
   if (sampled.size() != lights.size())

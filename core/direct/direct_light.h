@@ -47,6 +47,9 @@ class DirectLight {
   /// Computes everything. Throws Cancelled (within milliseconds) and leaves the object as it was;
   /// so does update().
   void compute(const Present& present, const Workers& workers, Progress& progress);
+  /// Changes the number of light groups. New ones have no light yet; those that are dropped must
+  /// have none. Allocates no memory where the number does not grow.
+  void set_groups(uint32_t count);
   /// Forgets all light: samples are dark until restore_samples() brings theirs.
   void clear(std::span<const trace::Light> lights, std::span<const uint8_t> sampled);
   /// Applies this change and any that lights still lag behind on. A receiver's visibility of a

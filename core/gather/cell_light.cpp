@@ -33,6 +33,29 @@ Vec3d unit_of(const CellState& state, uint32_t cell, float bare) {
 
 }  // namespace
 
+void regroup(std::vector<int64_t>& quanta, uint32_t batches, uint32_t from, uint32_t to) {
+  const size_t old_row = 3 * size_t(batches) * from, row = 3 * size_t(batches) * to;
+  const size_t cells = quanta.size() / old_row;
+  DELTALUX_ASSERT(quanta.size() == cells * old_row);
+  const auto at = [&](size_t i) { return quanta.begin() + long(i); };
+  if (row > old_row) {
+    quanta.resize(cells * row);
+    for (size_t cell = cells; cell-- > 0;) {  // from behind, so that none is overwritten
+      std::copy_backward(at(cell * old_row), at((cell + 1) * old_row), at(cell * row + old_row));
+      std::fill(at(cell * row + old_row), at((cell + 1) * row), 0);
+    }
+  } else if (row < old_row) {
+    for (size_t cell = 0; cell < cells; ++cell)
+      std::copy(at(cell * old_row), at(cell * old_row + row), at(cell * row));
+    quanta.resize(cells * row);
+  }
+}
+
+void CellSums::set_groups(uint32_t count) {
+  regroup(quanta, batches, groups, count);
+  groups = count;
+}
+
 void CellLight::renew(const CellState& state, const Workers& workers) {
   const size_t count = state.cells.size();
   std::vector<Vec3f> reflectance;

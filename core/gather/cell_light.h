@@ -22,8 +22,14 @@ struct CellSums {
     DELTALUX_ASSERT(group < groups && batch < batches);
     return 3 * ((size_t(cell) * groups + group) * batches + batch);
   }
+  /// Changes the number of groups. New ones have no power yet; those that are dropped must have
+  /// none.
+  void set_groups(uint32_t count);
   size_t bytes() const { return quanta.capacity() * sizeof(int64_t) + touched.capacity(); }
 };
+/// Lays out sums that are ordered as CellSums::quanta for another number of groups. Allocates no
+/// memory where the number does not grow.
+void regroup(std::vector<int64_t>& quanta, uint32_t batches, uint32_t from, uint32_t to);
 
 /// Factors from sums to power.
 struct Scales {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "base/assertion.h"
 #include "base/error.h"
@@ -107,7 +108,18 @@ bool is_closed(const Object& object) {
                                    [](const auto& edge) { return edge.second == 0; });
 }
 
-void Scene::check(const Object& object) const {
+uint32_t groups_with(const Object& object, uint32_t known) {
+  std::set<uint32_t> fresh;
+  for (const uint32_t group : object.group)
+    if (group >= known) fresh.insert(group);
+  if (!fresh.empty() && *fresh.rbegin() - known != fresh.size() - 1)
+    throw SceneError("mesh \"" + object.name + "\": found light group " +
+                     std::to_string(*fresh.rbegin()) + " beside " + std::to_string(known) +
+                     " known ones, expected new groups to be numbered from there without a gap");
+  return known + uint32_t(fresh.size());
+}
+
+void Scene::check(const Object& object, uint32_t groups) const {
   const std::string what = "mesh \"" + object.name + "\": ";
   for (const auto& triangle : object.triangles)
     for (uint32_t v : triangle)
@@ -120,7 +132,7 @@ void Scene::check(const Object& object) const {
       object.group.size() != object.triangles.size())
     throw SceneError(what + "expected one material and one group per triangle");
   for (uint32_t g : object.group)
-    if (g >= group_count) throw SceneError(what + "a light group is out of range");
+    if (g >= groups) throw SceneError(what + "a light group is out of range");
   check_texture(object, materials);
   for (const Vec3f& v : object.vertices)
     if (!std::isfinite(v.x) || !std::isfinite(v.y) || !std::isfinite(v.z))
@@ -147,7 +159,7 @@ void Scene::finish() {
   bool seen_movable = false;
   for (size_t i = 0; i < objects.size(); ++i) {
     Object& object = objects[i];
-    check(object);
+    check(object, group_count);
     if (!object.movable && seen_movable)
       throw SceneError("scene: static objects must come before movable ones");
     seen_movable |= object.movable;
@@ -187,12 +199,14 @@ void Scene::finish() {
 }
 
 uint32_t Scene::add_object(Object object) {
-  check(object);
+  const uint32_t groups = groups_with(object, group_count);
+  check(object, groups);
   object.movable = true;
   object.closed = is_closed(object);
   objects.reserve(objects.size() + 1);  // nothing may fail after the primitives are numbered
   number(object);
   objects.push_back(std::move(object));
+  group_count = groups;
   return uint32_t(objects.size() - 1);
 }
 

@@ -52,6 +52,11 @@ Box bounds_at(const Object& object, const Pose& pose);
 /// bodies, which may touch, overlap or be nested.
 bool is_closed(const Object& object);
 
+/// Number of light groups once `object` is added to a scene with `known` groups: those of its
+/// groups that are not below `known` are new. Throws SceneError if new ones are not numbered
+/// without a gap.
+uint32_t groups_with(const Object& object, uint32_t known);
+
 /// Static objects come first. Primitives are numbered through all objects in that order, so a
 /// primitive is static exactly if it is below static_primitives(). Objects added later come last.
 class Scene {
@@ -63,11 +68,13 @@ class Scene {
 
   /// Numbers the primitives and checks indices. Throws SceneError.
   void finish();
-  /// Throws SceneError if `object` is malformed or refers to materials or groups that do not exist.
-  void check(const Object& object) const;
-  /// Appends a movable object; returns its index. Throws SceneError.
+  /// Throws SceneError if `object` is malformed or refers to materials that do not exist, or to
+  /// groups other than the first `groups`.
+  void check(const Object& object, uint32_t groups) const;
+  /// Appends a movable object, with the light groups that it brings; returns its index. Throws
+  /// SceneError.
   uint32_t add_object(Object object);
-  /// Removes the object that was added last.
+  /// Removes the object that was added last, but no light groups.
   void drop_last_object();
 
   uint32_t static_primitives() const { return static_primitives_; }

@@ -72,6 +72,7 @@ void EditLog::set(std::span<const scene::Edit> edits) {
       scene.materials[paint->material].reflectance = paint->reflectance;
     } else if (const auto* insert = std::get_if<scene::Insert>(&edit)) {
       scene.add_object(insert->object);
+      s_.group_factor.resize(scene.group_count, 1.0);
     }
   }
   for (size_t m = 0; m < old_materials_.size(); ++m) {
@@ -124,8 +125,9 @@ bool EditLog::reborn(size_t l) const {
   const trace::Light& light = s_.lights[l];
   const bool moved = std::any_of(changes_.begin(), changes_.end(),
                                  [&](const auto& c) { return c.object == light.object; });
-  return moved ||
-         (s_.merged(light.group) && s_.group_factor[light.group] != old_factors_[light.group]);
+  const double factor = old_factors_[light.group];
+  const bool merged = State::merged(light.group, old_factors_.size());
+  return moved || s_.birth_factor(light) != (merged ? factor : 1.0);
 }
 
 void EditLog::undo() noexcept {
@@ -140,6 +142,7 @@ void EditLog::undo() noexcept {
     s_.scene.objects[i].present = old_objects_[i].second;
   }
   while (s_.scene.objects.size() > old_objects_.size()) s_.scene.drop_last_object();
+  s_.scene.group_count = uint32_t(s_.group_factor.size());
   if (!s_.caster) return;
   s_.caster->drop_objects(old_objects_.size());
   for (trace::RayCaster::Saved& saved : old_structures_) s_.caster->put_back(std::move(saved));

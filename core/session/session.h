@@ -287,10 +287,12 @@ class Session {
   /// Divides the surface into cells, which hold no light yet. In sessions without a final gather
   /// this and the next functions do nothing.
   void make_cells();
-  /// Adds cells for objects that edits added.
+  /// Adds cells for objects, and cells' sums for light groups, that edits added.
   void grow_cell_sums();
-  /// Removes the cells of objects that a failed edit had added.
-  void shrink_cell_sums() noexcept;
+  /// Adds all sums for objects and light groups that edits added.
+  void grow_sums();
+  /// Removes the sums for objects and light groups that a failed edit had added.
+  void shrink_sums() noexcept;
   void cover_cells(Progress& progress);
   /// Casts the gather rays of all samples. `new_guides`: choose guides and ray counts, as a bake
   /// does; otherwise keep those of the bake. `others`: first flights of paths that other sessions
@@ -511,7 +513,9 @@ class Session {
   /// The sums that path_changes() returned last.
   struct Told {
     std::vector<int64_t> discs, cells;
+    uint32_t groups = 1;  // that `cells` is laid out for
     uint64_t edits = 0;
+    void set_groups(uint32_t count);
   };
   std::unique_ptr<Told> told_;
   /// In a session without paths, between begin_look() and the last take_looks().

@@ -56,17 +56,29 @@ void Session::grow_cell_sums() {
   for (uint32_t i = uint32_t(s.gather->cells.objects()); i < s.scene.objects.size(); ++i)
     s.gather->cells.add_object(s.scene, i);
   gather::CellSums& sums = s.gather->sums;
-  sums.groups = s.sum_groups();
   sums.batches = kBatches;
+  sums.set_groups(s.sum_groups());
   sums.quanta.resize(sums.at(s.gather->cells.size(), 0, 0), 0);
   sums.touched.resize(s.gather->cells.size(), 1);
 }
 
-void Session::shrink_cell_sums() noexcept {
+void Session::grow_sums() {
   State& s = *state_;
+  if (told_) told_->set_groups(s.sum_groups());
+  grow_cell_sums();
+  s.sums.resize(s.sum_count(), 0);
+  direct_->set_groups(s.scene.group_count);
+}
+
+void Session::shrink_sums() noexcept {
+  State& s = *state_;
+  s.sums.resize(s.sum_count());
+  direct_->set_groups(s.scene.group_count);
+  if (told_) told_->set_groups(s.sum_groups());
   if (!s.gather) return;
   s.gather->cells.drop_objects(s.scene.objects.size());
   gather::CellSums& sums = s.gather->sums;
+  sums.set_groups(s.sum_groups());
   sums.quanta.resize(sums.at(s.gather->cells.size(), 0, 0));
   sums.touched.resize(s.gather->cells.size());
 }

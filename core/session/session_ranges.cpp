@@ -131,6 +131,11 @@ SparseRow take_cells(gather::CellSums& sums, std::vector<int64_t>& before) {
 
 }  // namespace
 
+void Session::Told::set_groups(uint32_t count) {
+  gather::regroup(cells, kBatches, groups, count);
+  groups = count;
+}
+
 PathSums Session::path_sums() const {
   check_whole();
   const State& s = *state_;
@@ -159,6 +164,7 @@ PathChanges Session::path_changes() {
     out.since = told->edits;
   if (out.since != out.edits) out.ranges = {*s.options.range};
   told->edits = s.edits;
+  told->groups = s.sum_groups();
   out.discs = changes(s.sums, told->discs, s.sums.size());
   told->discs = s.sums;
   if (s.gather) {

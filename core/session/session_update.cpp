@@ -60,6 +60,38 @@ void add_paths(State& s, size_t first, EditMarks& marks) {
   }
 }
 
+/// Number of light groups after these edits.
+uint32_t groups_after(const scene::Scene& scene, std::span<const scene::Edit> edits) {
+  uint32_t groups = scene.group_count;
+  for (const scene::Edit& edit : edits)
+    if (const auto* insert = std::get_if<scene::Insert>(&edit))
+      groups = scene::groups_with(insert->object, groups);
+  return groups;
+}
+
+/// The dim factor of a group after these edits.
+double factor_after(const State& s, uint32_t group, std::span<const scene::Edit> edits) {
+  double factor = group < s.group_factor.size() ? s.group_factor[group] : 1.0;
+  for (const scene::Edit& edit : edits)
+    if (const auto* dim = std::get_if<scene::Dim>(&edit); dim && dim->group == group)
+      factor = dim->factor;
+  return factor;
+}
+
+/// Bytes of the sums that a session needs in addition for so many light groups in all.
+double bytes_of_groups(const State& s, uint32_t groups) {
+  const double fresh = double(groups - s.scene.group_count);
+  const double sums = double(std::min(groups, kMaxSumGroups) - s.sum_groups()) * kBatches;
+  const double discs = s.counts_in_discs() ? double(s.samples.size()) : 0.0;
+  const double cells = s.gather ? double(s.gather->cells.size()) : 0.0;
+  const double receivers = s.evaluates() ? double(s.samples.size()) : 0.0;
+  return 3 * sizeof(int64_t) * (sums * (discs + cells) + fresh * receivers);
+}
+
+constexpr double kMostShared = 1.5;  // dim factor that integer sums of several groups have room for
+constexpr const char* kNoRoom =
+    "more than eight groups share sums, and these have no room for a factor above 1.5";
+
 std::string mebibytes(double bytes) { return std::to_string(uint64_t(bytes) >> 20) + " MiB"; }
 
 /// Whether no cell's sum is negative, since only what was added is removed. (Sums of discs may come
@@ -84,8 +116,15 @@ void Session::check_insert(const scene::Object& object, std::span<const scene::E
   const State& s = *state_;
   if (!baked_) throw OptionError("add: bake the session before adding a new mesh");
   const std::string what = "add \"" + object.name + "\": ";
-  s.scene.check(object);
+  const uint32_t known = groups_after(s.scene, before);
+  const uint32_t groups = scene::groups_with(object, known);
+  s.scene.check(object, groups);
   check_inside(s.scene, object, bounds_at(object, object.pose));
+  constexpr uint32_t kLast = kMaxSumGroups - 1;
+  if (State::merged(kLast, groups) && !State::merged(kLast, known) &&
+      factor_after(s, kLast, before) > kMostShared)
+    throw OptionError(what + "with its light group, " + kNoRoom +
+                      "; give it one of the session's groups, or dim the eighth one first");
   const bool sampled = s.samples_added_lights();
   uint64_t more = 0;
   double brightest = 0;
@@ -93,7 +132,7 @@ void Session::check_insert(const scene::Object& object, std::span<const scene::E
   const auto count = [&](const scene::Object& own) {
     scene::Scene alone;
     alone.materials = s.scene.materials;
-    alone.group_count = s.scene.group_count;
+    alone.group_count = groups;
     alone.objects.push_back(own);
     alone.finish();
     for (const trace::Light& light : added_lights(s, alone, 0)) {
@@ -106,7 +145,7 @@ void Session::check_insert(const scene::Object& object, std::span<const scene::E
   for (const scene::Edit& edit : before)
     if (const auto* insert = std::get_if<scene::Insert>(&edit)) count(insert->object);
   count(object);
-  if (!more) return;
+  if (!more && groups == s.scene.group_count) return;
   const uint64_t paths = s.all_paths(), most = (uint64_t(1) << 32) / s.options.max_bounces;
   if (more > most - std::min(most, paths))
     throw OptionError(what + "its light needs " + std::to_string(more) + " paths beside the " +
@@ -122,7 +161,7 @@ void Session::check_insert(const scene::Object& object, std::span<const scene::E
   const double per_path =
       paths ? double(s.store.bytes()) / double(paths) : 4.0 * sizeof(segments::Segment);
   const double needed =
-      double(needed_bytes()) + per_path * double(more) +
+      double(needed_bytes()) + per_path * double(more) + bytes_of_groups(s, groups) +
       double(direct::DirectLight::forecast_bytes(s.samples.size(), 0, added,
                                                  std::vector<uint8_t>(added.size(), sampled)));
   if (s.options.memory_limit && needed > double(s.options.memory_limit))
@@ -144,14 +183,13 @@ void Session::check(const scene::Edit& edit, std::span<const scene::Edit> before
   } else if (const auto* insert = std::get_if<scene::Insert>(&edit)) {
     check_insert(insert->object, before);
   } else if (const auto* dim = std::get_if<scene::Dim>(&edit)) {
-    if (dim->group >= scene.group_count) throw OptionError("dim: no such group");
+    const uint32_t groups = groups_after(scene, before);
+    if (dim->group >= groups) throw OptionError("dim: no such group");
     if (!(dim->factor >= 0) || !(dim->factor <= 1e6))
       throw OptionError("dim: found factor " + std::to_string(dim->factor) +
                         ", expected 0 to 1e6 (1 = as loaded)");
-    if (state_->merged(dim->group) && dim->factor > 1.5)
-      throw OptionError(
-          "dim: more than eight groups share sums, and this one has no room for a "
-          "factor above 1.5");
+    if (State::merged(dim->group, groups) && dim->factor > kMostShared)
+      throw OptionError(std::string("dim: ") + kNoRoom);
   } else if (const auto* paint = std::get_if<scene::SetReflectance>(&edit)) {
     if (paint->material >= scene.materials.size())
       throw OptionError("reflectance: no such material");
@@ -212,7 +250,7 @@ Affected Session::apply(std::span<const scene::Edit> edits, EditLog& log, double
   try {
     log.apply(edits);
     if (!baked_) return affected;
-    grow_cell_sums();
+    grow_sums();
     frame.end_stage("geometry", watch);
     if (log.reflects_more()) refuse_growth(progress);
     for (MovingPart& part : s.moving) place_part(s, part);
@@ -228,9 +266,9 @@ Affected Session::apply(std::span<const scene::Edit> edits, EditLog& log, double
     s.irradiance_quantum = direct_->irradiance_quantum();
   } catch (...) {
     log.undo();
-    shrink_cell_sums();
     if (dark) direct_ = std::move(dark);
     if (baked_) {
+      shrink_sums();
       for (MovingPart& part : s.moving) place_part(s, part);
       place_receivers(nullptr);
     }

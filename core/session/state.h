@@ -189,8 +189,9 @@ struct State {
   uint32_t sum_groups() const { return std::min(scene.group_count, kMaxSumGroups); }
   /// Whether the group has no sums of its own: with more than eight groups, those from the eighth
   /// on share one.
-  bool merged(uint32_t group) const {
-    return scene.group_count > kMaxSumGroups && group + 1 >= kMaxSumGroups;
+  bool merged(uint32_t group) const { return merged(group, scene.group_count); }
+  static bool merged(uint32_t group, size_t group_count) {
+    return group_count > kMaxSumGroups && group + 1 >= kMaxSumGroups;
   }
   /// The factor for sums of a group when they are read.
   double sum_factor(uint32_t group) const { return merged(group) ? 1.0 : group_factor[group]; }

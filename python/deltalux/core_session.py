@@ -65,19 +65,14 @@ def check_insertion(mesh: Mesh, flat: FlatScene) -> None:
     Raises
     ------
     OptionError
-        For a static mesh, a name that is taken, an unknown material, or light of a new group.
+        For a static mesh, a name that is taken, or an unknown material.
     """
     if not mesh.movable:
         raise OptionError(f'add "{mesh.name}": found a static mesh, expected movable=True')
     if mesh.name in flat.objects:
         raise OptionError(f'add "{mesh.name}": the scene has a mesh of that name')
-    for material in {flat.scene.material(name) for name in mesh.material}:
-        if material.emissive and (material.group or mesh.name) not in flat.groups:
-            raise OptionError(
-                f'add "{mesh.name}": its light group "{material.group or mesh.name}" is new, and no sums are '
-                f"kept of it; give the material one of the session's groups {list(flat.groups)}, or bake "
-                "again, with all edits: session.rebake(session.scene.with_mesh(mesh), session.samples)"
-            )
+    for name in mesh.material:
+        flat.scene.material(name)
 
 
 def core_pose(scene: Scene, flat: FlatScene, box: np.ndarray, name: str, pose: np.ndarray) -> np.ndarray:

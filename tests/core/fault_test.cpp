@@ -81,6 +81,7 @@ const std::vector<Operation>& operations() {
       {"dim", update_with(scene::Dim{0, 0.5})},
       {"set_reflectance", update_with(scene::SetReflectance{0, {0.8f, 0.4f, 0.5f}})},
       {"insert", update_with(scene::Insert{second_lamp()})},
+      {"insert a light group", update_with(scene::Insert{lamp_of_a_new_group()})},
       {"read", [](Session& s, Progress&) { light_of(s); }},
       {"gradient", [](Session& s, Progress& p) { gradient_of(s, p); }},
       {"save and open", [](Session& s, Progress& p) {

@@ -521,6 +521,43 @@ TEST(Ranges, ACancelledLookLeavesEverythingAsItWas) {
   EXPECT_EQ(session->digest(part.segments_hash()), one.digest());
 }
 
+TEST(Ranges, ALightGroupThatFailedToComeChangesNothingThatIsTold) {
+  Progress progress;
+  const Options options = of_range(gathering(1), 0, 2000);
+  const auto told = [&] {
+    auto out = std::make_unique<Session>(room(), some_samples(), options);
+    out->bake(progress);
+    out->path_changes();
+    return out;
+  };
+  const std::vector<scene::Edit> insert{scene::Insert{lamp_of_a_new_group()}};
+  const std::vector<scene::Edit> move{scene::Move{1, at(2.5, 2)}};
+  const auto expected = told();
+  expected->update(move, 0, progress);
+  const PathChanges without = expected->path_changes();
+  int failures = 0;
+  for (const fault::Kind kind : {fault::Kind::cancel, fault::Kind::commit})
+    for (int64_t k = 1;; ++k) {
+      const auto session = told();
+      fault::arm(kind, k);
+      try {
+        session->update(insert, 0, progress);
+      } catch (const std::exception&) {
+      }
+      const bool came = fault::countdown[size_t(kind)] <= 0;
+      fault::arm(kind, 0);
+      if (!came) break;
+      if (session->state().scene.group_count > 1) continue;  // the edit took effect before
+      ++failures;
+      EXPECT_EQ(session->state().group_factor.size(), 1u);
+      session->update(move, 0, progress);
+      const PathChanges found = session->path_changes();
+      EXPECT_EQ(found.cells.at, without.cells.at);
+      EXPECT_EQ(found.cells.value, without.cells.value);
+    }
+  EXPECT_GT(failures, 2);
+}
+
 TEST(Ranges, ComeBackFromArchives) {
   expect_unchanged_by([](Ranges& ranges) { ranges.reopen(); });
 }

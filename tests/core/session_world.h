@@ -85,4 +85,11 @@ inline scene::Object second_lamp() {
   return lamp;
 }
 
+/// The same, with a light group that the room does not have.
+inline scene::Object lamp_of_a_new_group() {
+  scene::Object lamp = second_lamp();
+  lamp.group.assign(lamp.group.size(), 1);
+  return lamp;
+}
+
 }  // namespace deltalux::session

@@ -63,6 +63,7 @@ def room(groups: int = 2) -> dl.Scene:
             dl.Material("paint", (0.3, 0.5, 0.7)),
             dl.Material("ceiling glow", (0, 0, 0), emission=(5, 5, 5), group="ceiling", two_sided=True),
             dl.Material("glow", (0.1, 0.1, 0.1), emission=(3, 2, 1), group="desk"),
+            dl.Material("own glow", (0.2, 0.2, 0.2), emission=(4, 3, 5)),  # of no mesh as yet
         ],
         [
             dl.SpotLight(

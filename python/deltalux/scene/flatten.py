@@ -51,7 +51,7 @@ class FlatScene:
         return out
 
     def object(self, mesh: Mesh) -> _core.Object:
-        """The core's form of `mesh`; the groups of its emission must be known already."""
+        """The core's form of `mesh`, whose light may be of new groups (see `groups_with`)."""
         if mesh.movable:
             self.local[mesh.name] = local_origin(mesh)
             vertices, pose = mesh.vertices - self.local[mesh.name], self.pose(mesh.name, mesh.pose)
@@ -62,7 +62,8 @@ class FlatScene:
                     f'mesh "{mesh.name}": its pose leads beyond 1e15 m, expected a scene in metres'
                 )
         names = [self.materials[name] for name in mesh.material]
-        groups = [self.groups.get(self.scene.material(name).group or mesh.name, 0) for name in mesh.material]
+        known = self.groups_with(mesh)
+        groups = [known.get(self.scene.material(name).group or mesh.name, 0) for name in mesh.material]
         return _core.Object(
             mesh.name,
             np.ascontiguousarray(vertices, np.float32),
@@ -73,6 +74,13 @@ class FlatScene:
             np.ascontiguousarray(pose),
             self._texture(mesh),
         )
+
+    def groups_with(self, mesh: Mesh) -> dict[str, int]:
+        """Numbers of the light groups once `mesh` is in the scene."""
+        groups = dict(self.groups)
+        for name in self.scene.groups_of(mesh):
+            groups.setdefault(name, len(groups))
+        return groups
 
     def _texture(self, mesh: Mesh) -> np.ndarray:
         """(m, 6) float32 texture coordinates of the corners, for surfaces that read them; else (0, 6)."""

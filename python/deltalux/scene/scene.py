@@ -256,14 +256,15 @@ class Scene:
 
     @property
     def groups(self) -> tuple[str, ...]:
-        """Names of the light groups, in the order of `group_of`."""
-        names: dict[str, None] = {}
+        """Names of the light groups: of lights, then of meshes, so that those of another mesh come last."""
+        names = dict.fromkeys(light.group or light.name for light in self.lights)
         for mesh in self.meshes:
-            for material in self._emissive_materials(mesh):
-                names.setdefault(material.group or mesh.name)
-        for light in self.lights:
-            names.setdefault(light.group or light.name)
+            names |= dict.fromkeys(self.groups_of(mesh))
         return tuple(names)
+
+    def groups_of(self, mesh: Mesh) -> tuple[str, ...]:
+        """Names of the light groups that a mesh of these materials emits in."""
+        return tuple(dict.fromkeys(m.group or mesh.name for m in self._emissive_materials(mesh)))
 
     def _emissive_materials(self, mesh: Mesh) -> list[Material]:
         used = {mesh.material[i] for i in np.unique(mesh.material_index)}

@@ -142,12 +142,14 @@ class Session(SessionPlaces):
     def add(self, item: str | Mesh) -> None:
         """Queue: put a removed movable back where it was, or insert a new movable mesh.
 
+        Its light belongs to the group of each emissive material, else to a new light group of the mesh's
+        name, at factor 1.
+
         Raises
         ------
         OptionError
             For a name that is not a removed movable; for a mesh that is not movable, whose name is
-            taken, whose materials the scene does not have, or whose light would form a new light group
-            (`rebake` brings that).
+            taken, or whose materials the scene does not have.
         """
         if isinstance(item, str):
             index = self._object(item)
@@ -166,8 +168,10 @@ class Session(SessionPlaces):
         scene = self.scene.with_mesh(mesh)
         self._queue("insert", mesh)
         self.scene = scene
+        self._flat.groups = self._flat.groups_with(mesh)
         self._flat.scene = scene
         self._flat.objects[mesh.name] = len(self._flat.objects)
+        self._factors = dict.fromkeys(self._flat.groups, 1.0) | self._factors
         self._poses[mesh.name] = mesh.pose
 
     @short_call
