@@ -201,13 +201,14 @@ class State(NamedTuple):
     session: Callable[[], dl.Session]
     panel: str = ""  # whose controls matter
     baked: bool = True
+    numbered: bool = False  # its isolines get numbers
 
 
 STATES = {
     "start": State(start, office),
     "dragging": State(dragging, office),
     "difference": State(difference, office, "View"),
-    "false-colour": State(false_colour, office),
+    "false-colour": State(false_colour, office, numbered=True),
     "standard-error": State(standard_error, office),
     "legend": State(legend, office),
     "error": State(error, office, "Object"),
@@ -251,7 +252,9 @@ def take(browser: Any, file: Path | None, state: State, looks: Sequence[tuple[st
             viewer.until(f"innerWidth === {width} && deltalux.still()", BAKE)
             if state.panel:
                 open_panels(viewer, state.panel)
-            page.wait_for_timeout(SETTLED)  # numbers on isolines come once the picture rests
+            page.wait_for_timeout(SETTLED)
+            if state.numbered:  # which comes once the picture rests
+                viewer.until("deltalux.state().isolineLabels.length > 0", BAKE)
             yield page.screenshot(timeout=1000 * BAKE)
         page.close()
     if complaints:
@@ -270,6 +273,8 @@ def main() -> int:
     parser.add_argument("--sessions", type=Path, help="folder that keeps what was baked for the next time")
     args = parser.parse_args()
     args.folder.mkdir(parents=True, exist_ok=True)
+    if args.sessions:
+        args.sessions.mkdir(parents=True, exist_ok=True)
     looks = list(product(args.sizes, args.themes))
     with tempfile.TemporaryDirectory() as folder, launched(Path(folder) / "browser", WINDOW) as browser:
         for name, file in files(args.sessions or Path(folder), args.states):

@@ -9,7 +9,6 @@ const LINE = 15 // pixels that a label needs
 const FIELD = 24 // of the range, at either end
 const TOP = 34 + FIELD
 const MARGIN = 12
-const UNCHANGED = 26 // for the entry of what has not changed
 
 const tables = {
   sequential: srgbTable(colourTable(SEQUENTIAL)),
@@ -25,7 +24,7 @@ function srgbTable(linear: Float32Array): Uint8ClampedArray {
 /** Where the fields of the range stand: pixels from the top, and from the bottom. */
 export const ends = {
   high: 30,
-  low: (scale: ColourScale) => (scale.diverging ? UNCHANGED : 0) + MARGIN / 2,
+  low: MARGIN / 2,
 }
 
 /** Draws the legend; the canvas gets its size. */
@@ -45,7 +44,7 @@ export function drawLegend(
   context.fillStyle = '#18181be8'
   context.fillRect(0, 0, WIDTH, height)
   const table = scale.diverging ? tables.diverging : tables.sequential
-  const length = height - TOP - MARGIN - FIELD - (scale.diverging ? UNCHANGED : 0)
+  const length = height - TOP - MARGIN - FIELD
   for (let y = 0; y < length * ratio; y++) {
     const entry = 4 * Math.round((1 - (y + 0.5) / (length * ratio)) * 255)
     context.fillStyle = `rgb(${table[entry]} ${table[entry + 1]} ${table[entry + 2]})`
@@ -63,13 +62,6 @@ export function drawLegend(
     if (last - y < LINE) continue // a label that would touch the last one is left out
     context.fillText(tick(value, scale.diverging), MARGIN + BAR + 7, y)
     last = y
-  }
-  if (scale.diverging) {
-    const y = height - MARGIN - BAR / 2
-    context.fillText('no change', MARGIN + BAR + 5, y)
-    context.strokeRect(MARGIN + 0.5, y - BAR / 2 + 0.5, BAR - 1, BAR - 1)
-    context.fillStyle = '#000'
-    context.fillRect(MARGIN + 1, y - BAR / 2 + 1, BAR - 2, BAR - 2)
   }
 }
 

@@ -107,7 +107,8 @@ export class Look {
     const { mode, isolines, reference } = this.settings.value
     const { values } = this.lit
     const { shared } = this.lit.materials
-    shared.mode.value = values.known ? MODES[mode] : MODES.clay
+    const lightless = this.lit.info.groups.length === 0 // all would be black
+    shared.mode.value = values.known && !(lightless && mode === 'lit') ? MODES[mode] : MODES.clay
     shared.exposure.value = this.exposure
     shared.isolines.value = isolines
     this.creases.show(mode === 'difference')

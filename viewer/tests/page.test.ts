@@ -105,8 +105,8 @@ describe('numbers', () => {
   })
 
   it('of samples that no path reached are in words', () => {
-    expect(unreachedText(1)).toBe('1 sample: no path reached it')
-    expect(unreachedText(12)).toBe('12 samples: no path reached them')
+    expect(unreachedText(1)).toBe('1 sample without light')
+    expect(unreachedText(12)).toBe('12 samples without light')
   })
 })
 

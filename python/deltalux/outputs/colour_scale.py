@@ -79,13 +79,10 @@ class ColourScale:
         return self.low + (self.high - self.low) * np.asarray(position)
 
     def colours(self, values: np.ndarray) -> np.ndarray:
-        """Linear colours (..., 3); a change of exactly nothing is black."""
+        """Linear colours (..., 3)."""
         table = _table(DIVERGING if self.diverging else SEQUENTIAL)
         at = self.position(values) * (len(table) - 1)
-        colours = np.stack([np.interp(at, np.arange(len(table)), channel) for channel in table.T], axis=-1)
-        if self.diverging:
-            colours[np.asarray(values) == 0] = 0
-        return colours
+        return np.stack([np.interp(at, np.arange(len(table)), channel) for channel in table.T], axis=-1)
 
     def ticks(self) -> np.ndarray:
         """Some four to nine round values within the scale."""

@@ -97,7 +97,7 @@ def test_an_update_that_failed_is_told_and_undone(viewer, session, monkeypatch):
 def test_samples_that_no_path_reached_are_counted_where_the_light_rests(open_page):
     with make_session(paths=1000) as session:
         session.bake()
-        expected = [f"{session.unreached} samples: no path reached them"]
+        expected = [f"{session.unreached} samples without light"]
         with Server(session) as server:
             viewer = open_page(server.url)
             line, mouse = viewer.page.locator(".unreached"), viewer.page.mouse
@@ -115,6 +115,6 @@ def test_samples_that_no_path_reached_are_counted_where_the_light_rests(open_pag
             line.wait_for()
             shown.append(line.inner_text())
             viewer.end(server)
-        expected.append(f"{session.unreached} samples: no path reached them")
+        expected.append(f"{session.unreached} samples without light")
     assert shown == expected
     assert shown[0] != shown[1]

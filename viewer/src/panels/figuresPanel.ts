@@ -71,7 +71,7 @@ function figures(frame: FrameMessage, latency: number | null): [string, string][
 
 /** What the light does not say about itself: a closed cupboard, or too few paths. */
 export const unreachedText = (samples: number) =>
-  samples === 1 ? '1 sample: no path reached it' : `${count(samples)} samples: no path reached them`
+  samples === 1 ? '1 sample without light' : `${count(samples)} samples without light`
 
 const methodName = (method: string | null) => method?.replaceAll('_', ' ') ?? 'none'
 const sum = (parts: Record<string, number>) => Object.values(parts).reduce((a, b) => a + b, 0)

@@ -38,7 +38,7 @@ export function legendBox(look: Look, unit: Unit): LegendBox {
     drawLegend(canvas, scale, title, height, window.devicePixelRatio)
     canvas.setAttribute('aria-label', legendText(scale, title))
     high.style.top = `${ends.high}px`
-    low.style.bottom = `${ends.low(scale)}px`
+    low.style.bottom = `${ends.low}px`
     low.disabled = scale.diverging
     automatic.setAttribute('aria-pressed', String(ranges[mode as ScaledMode].automatic))
     show(high, scale.high, 6)

@@ -124,7 +124,7 @@ void main() {
     if (mode == MODE_FALSE_COLOUR) shown = falseColour(photopic(irradiance));
     if (mode == MODE_ERROR) shown = falseColour(relativeError());
     if (mode == MODE_DIFFERENCE && uncompared == 0.0) {
-      shown = change == vec3(0.0) ? vec3(0.0) : encode(tableColour(diverging, place(photopic(change))));
+      shown = encode(tableColour(diverging, place(photopic(change))));
     }
   } else if (mode == MODE_DIFFERENCE) {
     shown = vec3(0.0);
