@@ -3,9 +3,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from deltalux.errors import OptionError, SceneError
+from deltalux.mesh.closed_meshes import closed_meshes
 from deltalux.mesh.display_mesh import BACK, BOTH, FRONT, DisplayMesh, refine
 from deltalux.scene import Material, Mesh, Scene
 from hypothesis import given, settings
@@ -109,6 +112,23 @@ def test_meshes_with_common_end_points_are_cut_alike():
     of_wall = np.sort(points[on_edge & (mesh.vertex_mesh == 1), 0])
     assert len(of_floor) >= 18
     np.testing.assert_allclose(of_floor, of_wall, atol=1e-12)
+
+
+def test_meshes_without_a_border_are_closed():
+    whole = box("whole", (0, 0, 0), (1, 2, 3))
+    lid = Mesh("without a triangle", whole.vertices, whole.triangles[1:], "grey")
+    turned = whole.triangles.copy()
+    turned[3] = turned[3, ::-1]
+    turned = replace(whole, name="one turned over", triangles=turned)
+    inward = replace(whole, name="from within", triangles=whole.triangles[:, ::-1])
+    sheet = quad("sheet", (0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0))
+    nothing = Mesh("nothing", whole.vertices, whole.triangles[:0], "grey")
+    scene = scene_of(whole, lid, turned, inward, nothing, sheet)
+    for spacing in (5.0, 0.3):
+        found = closed_meshes(refine(scene, spacing), len(scene.meshes))
+        assert found.tolist() == [True, False, False, True, True, False]
+    lit = [refine(scene_of(sheet), 0.3, sides=[side, side]) for side in (FRONT, BACK, BOTH)]
+    assert [closed_meshes(mesh, 1)[0] for mesh in lit] == [False, False, True]
 
 
 def test_edge_of_exactly_the_spacing_is_cut_on_neither_side():

@@ -12,6 +12,7 @@ from deltalux.scene import Camera, replace_scene
 from deltalux.server.geometry import Geometry, geometry_of
 from rooms import room
 
+from viewer.page.two_cells import two_cells
 from viewer.page_client import get
 
 
@@ -55,7 +56,12 @@ def test_description_names_what_can_be_edited(session):
     about = geometry_of(session).description
     assert json.loads(json.dumps(about)) == about | {"cameras": json.loads(json.dumps(about["cameras"]))}
     assert [m["name"] for m in about["meshes"] if m["movable"]] == ["block", "lamp"]
-    assert about["groups"] == ["ceiling", "desk"]
+    assert about["groups"] == ["desk", "ceiling"]
+    assert {m["name"]: m["closed"] for m in about["meshes"]} == {
+        "walls": True, "ceiling lamp": True, "block": True, "lamp": True,
+    }  # fmt: skip
+    sheets = geometry_of(dl.Session(two_cells(), dl.Samples.on_vertices(two_cells(), spacing=0.8)))
+    assert [m["name"] for m in sheets.description["meshes"] if not m["closed"]] == ["left cell", "right cell"]
     assert {m["name"]: m["two_sided"] for m in about["materials"]}["ceiling glow"]
     assert about["bounds"] == [list(v) for v in np.array(session.scene.bounds)]
 

@@ -75,9 +75,9 @@ export class App {
     const picture = h('main', {}, this.canvas)
     root.replaceChildren(picture)
     this.stage = new Stage(this.canvas, options.antialias)
-    this.lit = new LitScene(info, geometryArrays(info, buffer), options.bench, ({ all }) =>
-      this.stage.warmUp(all[0]),
-    )
+    this.lit = new LitScene(info, geometryArrays(info, buffer), options.bench, ({ programs }) => {
+      for (const material of programs) this.stage.warmUp(material)
+    })
     this.stage.scene.add(this.lit.root)
     this.stage.beforeDrawing.push(() => {
       this.lit.materials.shared.depthOfPixel.value = this.stage.depthOfPixel

@@ -22,6 +22,7 @@ export interface PartInfo {
 export interface MeshInfo {
   name: string
   movable: boolean
+  closed: boolean // no back can be seen
   first_vertex: number
   vertex_count: number
 }

@@ -26,8 +26,8 @@ function refined(detail: [x: number, weights: number[]][]) {
       [2, 1, 1],
     ] as [Rgb, Rgb],
     meshes: [
-      { name: 'floor', movable: false, first_vertex: 0, vertex_count: first },
-      { name: 'chair', movable: true, first_vertex: first, vertex_count: 3 },
+      { name: 'floor', movable: false, closed: false, first_vertex: 0, vertex_count: first },
+      { name: 'chair', movable: true, closed: false, first_vertex: first, vertex_count: 3 },
     ],
   }
   const arrays: GeometryArrays = {

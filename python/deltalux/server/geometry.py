@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from deltalux.errors import OptionError
+from deltalux.mesh.closed_meshes import closed_meshes
 from deltalux.mesh.display_mesh import DisplayMesh
 from deltalux.mesh.surfaces import Surfaces
 from deltalux.outputs.camera import automatic_camera
@@ -144,9 +145,16 @@ def _meshes(scene: Scene, display: DisplayMesh) -> list[dict[str, Any]]:
     """Meshes with their ranges of vertices: vertices are numbered mesh by mesh."""
     assert (np.diff(display.vertex_mesh) >= 0).all()
     first = np.searchsorted(display.vertex_mesh, np.arange(len(scene.meshes) + 1)).tolist()
+    closed = closed_meshes(display, len(scene.meshes))
     return [
-        {"name": m.name, "movable": m.movable, "first_vertex": start, "vertex_count": end - start}
-        for m, (start, end) in zip(scene.meshes, pairwise(first), strict=True)
+        {
+            "name": m.name,
+            "movable": m.movable,
+            "closed": bool(is_closed),
+            "first_vertex": start,
+            "vertex_count": end - start,
+        }
+        for m, is_closed, (start, end) in zip(scene.meshes, closed, pairwise(first), strict=True)
     ]
 
 

@@ -180,7 +180,7 @@ export class LitScene {
     geometry.setAttribute('position', vectors(arrays.points))
     geometry.setAttribute('normal', vectors(arrays.normals))
     geometry.setAttribute('values', valuesAttribute(this.values.halves, mesh))
-    const triangles = this.groupedIndices(geometry, parts, arrays.indices, first, count)
+    const triangles = this.groupedIndices(geometry, parts, arrays.indices, mesh)
     geometry.setIndex(new BufferAttribute(triangles, 1))
     return geometry
   }
@@ -190,12 +190,11 @@ export class LitScene {
     geometry: BufferGeometry,
     parts: PartInfo[],
     indices: Uint32Array,
-    firstVertex: number,
-    vertexCount: number,
+    { first_vertex: firstVertex, vertex_count: vertexCount, closed }: MeshInfo,
   ): Uint16Array | Uint32Array {
     const buckets = new Map<number, PartInfo[]>()
     for (const part of parts) {
-      const index = SurfaceMaterials.index(part.material, part.reversed)
+      const index = SurfaceMaterials.index(part.material, part.reversed, closed)
       buckets.set(index, [...(buckets.get(index) ?? []), part])
     }
     const count = parts.reduce((sum, part) => sum + 3 * part.count, 0)

@@ -5,6 +5,7 @@ import {
   DataTexture,
   DoubleSide,
   FloatType,
+  FrontSide,
   GLSL3,
   NearestFilter,
   RGBAFormat,
@@ -47,6 +48,14 @@ function tableTexture(table: Float32Array): DataTexture {
 }
 
 /** The materials of a scene, by (material, reversed). */
+/** Reversed, closed; in the order of SurfaceMaterials.index. */
+const VARIANTS: [boolean, boolean][] = [
+  [false, false],
+  [false, true],
+  [true, false],
+  [true, true],
+]
+
 export class SurfaceMaterials {
   readonly shared = {
     mode: { value: MODES.clay as number },
@@ -69,13 +78,16 @@ export class SurfaceMaterials {
 
   constructor(private readonly infos: MaterialInfo[]) {
     for (const info of infos) {
-      for (const reversed of [false, true]) this.materials.push(this.make(info, reversed))
+      for (const [reversed, closed] of VARIANTS) this.materials.push(this.make(info, reversed, closed))
     }
   }
 
-  /** Index of a material for triangles whose sampled side is the front, or (reversed) the back. */
-  static index(material: number, reversed: boolean): number {
-    return 2 * material + (reversed ? 1 : 0)
+  /**
+   * Index of a material for triangles whose sampled side is the front, or (reversed) the back, of a mesh that is
+   * closed, or not.
+   */
+  static index(material: number, reversed: boolean, closed: boolean): number {
+    return VARIANTS.length * material + (reversed ? 2 : 0) + (closed ? 1 : 0)
   }
 
   /** Every material, in the order of `index`. */
@@ -83,10 +95,15 @@ export class SurfaceMaterials {
     return this.materials
   }
 
+  /** One of each program: for closed meshes, and for others. */
+  get programs(): ShaderMaterial[] {
+    return this.materials.slice(0, 2)
+  }
+
   setReflectance(name: string, value: Rgb): void {
     const index = this.infos.findIndex((info) => info.name === name)
-    for (const reversed of [false, true]) {
-      const material = this.materials[SurfaceMaterials.index(index, reversed)]
+    for (const variant of VARIANTS) {
+      const material = this.materials[SurfaceMaterials.index(index, ...variant)]
       ;(material?.uniforms.reflectance.value as Color | undefined)?.setRGB(...value)
     }
   }
@@ -102,7 +119,7 @@ export class SurfaceMaterials {
     places.forEach((place, i) => (this.shared.tickPlaces.value[i] = place))
   }
 
-  private make(info: MaterialInfo, reversed: boolean): ShaderMaterial {
+  private make(info: MaterialInfo, reversed: boolean, closed: boolean): ShaderMaterial {
     const modes = Object.entries(MODES).map(([name, value]) => [
       `MODE_${name.replace(/[A-Z]/g, (c) => `_${c}`).toUpperCase()}`,
       value,
@@ -113,7 +130,8 @@ export class SurfaceMaterials {
       vertexShader,
       fragmentShader,
       defines: { ...Object.fromEntries(modes), MAX_TICKS },
-      side: DoubleSide,
+      // What shows of a back behind its own front, at an edge, are rounding errors of depth.
+      side: closed ? FrontSide : DoubleSide,
       toneMapped: false,
       uniforms: {
         ...this.shared,
