@@ -6,9 +6,9 @@
 Bakes of the atrium by paths alone (gather="off", direct="paths") with one and with two single-threaded
 workers; with --defaults, bakes by default options instead, a shard per worker, and nothing else. Then updates
 of its trolley with 8 shards on two workers against one process of two threads; what shards answer, in bytes,
-and how long it takes to take that in. Then a simulation of one update with many workers: their answers arrive
-one after another at the coordinator, which unpacks and adds them, or at a tree in which workers add up those
-of others, which ClusterSession does not do yet.
+and how long it takes to take that in; with more than 8 shards also without the tree of tasks that adds up
+what they tell. Then a simulation of one update with many workers: their answers arrive one after another at
+the coordinator, which unpacks and adds them, or at a tree in which workers add up those of others.
 """
 
 from __future__ import annotations
@@ -106,6 +106,11 @@ def updates(scene: dl.Scene, samples: dl.Samples, paths: int, shards: int, repea
         many._core._add = lambda changes: (answers.append(changes), add(changes))
         shared = moves(many, repeats)
         assert many.digest() == digest
+        tree = many._core._shards
+        if shards > tree.most_parts:
+            tree.most_parts = shards
+            single = statistics.median(moves(many, repeats))
+            print(f"update, {shards} shards, their answers one by one: {single:.1f} ms")
         costs = costs_of(answers)
         print(f"update, one process of 2 threads: {statistics.median(alone):.1f} ms")
         print(f"update, {shards} shards on 2 workers of 1 thread: {statistics.median(shared):.1f} ms")

@@ -4,6 +4,7 @@
 export PYTHONPATH=python:tests:tests/python
 python tools/viewer_pictures.py build/pictures
 python tools/viewer_pictures.py build/pictures --states error --sizes 800x600
+python tools/viewer_pictures.py build/pictures --states start difference --scene expo
 """
 
 from __future__ import annotations
@@ -225,10 +226,19 @@ STATES = {
 }
 
 
-def files(folder: Path, states: list[str]) -> Iterator[tuple[str, Path | None]]:
+def with_scene(state: State, scene: str) -> State:
+    """The state in another bundled scene, as it is baked by default, in place of the office."""
+
+    def session() -> dl.Session:
+        return dl.Session(getattr(dl.scenes, scene)())
+
+    session.__name__ = scene
+    return state._replace(session=session) if scene and state.session is office else state
+
+
+def files(folder: Path, states: dict[str, State]) -> Iterator[tuple[str, Path | None]]:
     """Each state's session as a file, baked unless it is there; None for one that is not baked before."""
-    for name in states:
-        state = STATES[name]
+    for name, state in states.items():
         path = folder / f"{state.session.__module__}.{state.session.__name__}.dlx"
         if state.baked and not path.exists():
             saved(state.session(), path)
@@ -270,16 +280,18 @@ def main() -> int:
     parser.add_argument("--states", nargs="*", choices=STATES, default=list(STATES))
     parser.add_argument("--sizes", nargs="*", choices=SIZES, default=list(SIZES))
     parser.add_argument("--themes", nargs="*", choices=THEMES, default=THEMES)
+    parser.add_argument("--scene", help="a bundled one, in place of a quick office", default="")
     parser.add_argument("--sessions", type=Path, help="folder that keeps what was baked for the next time")
     args = parser.parse_args()
     args.folder.mkdir(parents=True, exist_ok=True)
     if args.sessions:
         args.sessions.mkdir(parents=True, exist_ok=True)
     looks = list(product(args.sizes, args.themes))
+    states = {name: with_scene(STATES[name], args.scene) for name in args.states}
     with tempfile.TemporaryDirectory() as folder, launched(Path(folder) / "browser", WINDOW) as browser:
-        for name, file in files(args.sessions or Path(folder), args.states):
-            for look, picture in zip(looks, take(browser, file, STATES[name], looks), strict=True):
-                target = args.folder / f"{'-'.join((name, *look))}.png"
+        for name, file in files(args.sessions or Path(folder), states):
+            for look, picture in zip(looks, take(browser, file, states[name], looks), strict=True):
+                target = args.folder / f"{'-'.join((*filter(None, [args.scene]), name, *look))}.png"
                 target.write_bytes(picture)
                 print(target, flush=True)
     return 0

@@ -14,6 +14,7 @@ import deltalux as dl
 import numpy as np
 import pytest
 from deltalux.cluster import extra, session
+from deltalux.cluster.shards import Shards
 from deltalux.errors import Cancelled, Error, OptionError
 from distributed import Client, LocalCluster
 from hypothesis import HealthCheck, given, settings
@@ -94,6 +95,65 @@ def test_random_edits(client, shards, options):
         many.bake()
         equal(many, one)
         assert many.notes == []
+
+
+@pytest.fixture
+def added_up(monkeypatch):
+    """Into how many parts the tree added what shards told, call by call; None: it failed."""
+    found: list[int | None] = []
+    tell = Shards.told
+
+    def told(self, progress):
+        parts = tell(self, progress)
+        found.append(parts and len(parts))
+        return parts
+
+    monkeypatch.setattr(Shards, "told", told)
+    return found
+
+
+@pytest.mark.parametrize(("most", "parts"), [(2, 2), (3, 3), (8, 2), (9, None)])
+def test_what_many_shards_tell_is_added_up_by_a_tree(client, monkeypatch, added_up, most, parts):
+    """Nine parts become 5, 3 and then 2 by twos, 3 by threes, 2 by eights; by nines there is no tree."""
+    monkeypatch.setattr(Shards, "most_parts", most)
+    with baked(client, 9) as (one, many):
+        equal(many, one)
+        for each in (one, many):
+            each.move("block", translation(-0.3, 0.5, 0.2))
+            each.update()
+        equal(many, one)
+        many.recompute()
+        equal(many, one)
+        assert added_up == ([parts] * 3 if parts else [])
+        assert many.notes == []
+
+
+def test_where_the_tree_fails_each_shard_is_asked(client, monkeypatch):
+    monkeypatch.setattr(Shards, "told", lambda self, progress: None)
+    with baked(client, 9) as (one, many):
+        for each in (one, many):
+            each.move("block", translation(-0.3, 0.5, 0.2))
+            each.update()
+        equal(many, one)
+        many.recompute()
+        equal(many, one)
+
+
+def test_a_cancelled_tree_leaves_the_update_for_the_next_call(client, monkeypatch):
+    def cancelled(self, progress):
+        raise Cancelled("here")
+
+    with baked(client, 9) as (one, many):
+        for each in (one, many):
+            each.move("block", translation(-0.3, 0.5, 0.2))
+        with monkeypatch.context() as patch:
+            patch.setattr(Shards, "told", cancelled)
+            with pytest.raises(Cancelled):
+                many.update()
+        assert many.unfinished
+        one.update()
+        many.update()
+        equal(many, one)
 
 
 def test_edits_before_the_bake_and_between_updates(client):
@@ -187,7 +247,7 @@ def test_files_without_light(client, tmp_path):
 def test_killed_workers():
     """A shard whose worker dies in a bake or an update is traced again, to the same bits, in time."""
     with quick_workers() as client:
-        outcomes = list(kills(client, 50, seed=5))
+        outcomes = [*kills(client, 30, seed=5), *kills(client, 20, seed=6, shards=10)]
     assert len(outcomes) == 50 and all(outcome.right for outcome in outcomes), outcomes
     assert sum(outcome.lost > 0 for outcome in outcomes) > 15
 

@@ -15,7 +15,7 @@ from deltalux.segments import Progress
 from deltalux.session import ranges
 
 from .archive import WholeArchive, WithoutPaths
-from .shard import Answer, Batch, Edit, MemoryArchive, Seed
+from .shard import Answer, Batch, Edit, MemoryArchive, Seed, Told
 from .shards import Shards, Step, choices_of
 
 # Of what a shard does at once: a fraction of a second of one thread, some MB of answer.
@@ -96,17 +96,16 @@ class SharedCore:
     def _bake(self, progress: Progress | None) -> dict[str, Any]:
         frame: dict[str, Any] = {}
         begin = time.perf_counter()
-        answers = self._shards.ask(
+        told, answers = self._answers(
             "bake", self._batches, seed=self._present, again=False, fresh=not self._was_lit,
             meanwhile=lambda: frame.update(self._core.bake(progress, leave_direct=True)),
             progress=progress,
         )  # fmt: skip
         stages = frame["milliseconds"]
         stages["shards"] = max(0.0, 1e3 * (time.perf_counter() - begin) - sum(stages.values()))
-        for answer in answers:
-            self._add(answer.changes)
-        first = ranges.add_up([answer.flights for answer in answers])
-        assert first is not None
+        for part in told:
+            self._add(part.changes)
+        first = ranges.add_up([part.flights for part in told if part.flights is not None])
         for stage, work in (("direct", self._light), ("gather", lambda p: self._look(first, p))):
             begin = time.perf_counter()
             work(progress)
@@ -196,7 +195,7 @@ class SharedCore:
             own_part()
             return frame
         try:
-            answers = self._shards.ask(
+            told, answers = self._answers(
                 "update", batches, self._since, seed=self._last_complete, meanwhile=own_part,
                 progress=progress,
             )  # fmt: skip
@@ -206,7 +205,7 @@ class SharedCore:
                 self._shards.forget_all()
                 self._seed = None
             raise
-        self._add_all(answers)
+        self._add_all(told)
         frame["milliseconds"]["total"] = 1e3 * (time.perf_counter() - begin)
         return _with_counts(frame, answers)
 
@@ -216,16 +215,17 @@ class SharedCore:
             self._shards.forget_all()
             self._batches, self._seed = (), None
         self._in_doubt = True
-        answers = self._shards.ask("recompute", seed=self._present, again=False, progress=progress)
+        told, answers = self._answers("recompute", seed=self._present, again=False, progress=progress)
         frame = self._core.recompute(progress)
-        self._add_all(answers)
+        self._add_all(told)
         return _with_counts(frame, answers)
 
     def restore(self, arrays: Any, progress: Progress | None) -> None:
         """Take over what a file holds, but for paths: shards trace them again, to the same bits."""
         self._core.restore(WithoutPaths(arrays), progress)
         if self._core.baked:
-            self._add_all(self._shards.ask("recompute", seed=self._present, again=False, progress=progress))
+            told, _ = self._answers("recompute", seed=self._present, again=False, progress=progress)
+            self._add_all(told)
             self._lit = True
 
     def _queued(self) -> Batch:
@@ -252,11 +252,29 @@ class SharedCore:
     def _add(self, changes: ranges.PathChanges) -> None:
         ranges.add_to(self._core, changes)
 
-    def _add_all(self, answers: Sequence[Answer]) -> None:
+    def _answers(
+        self, command: str, *args: Any, progress: Progress | None, **how: Any
+    ) -> tuple[list[Told], list[Answer]]:
+        """Let all shards run a command; what they tell, added up where they are many, and their answers.
+
+        `how`: of `Shards.ask`.
+        """
+        if len(self._shards) <= self._shards.most_parts:
+            answers = self._shards.ask(command, *args, progress=progress, **how)
+            return [answer.told for answer in answers], answers
+        answers = self._shards.ask("hold", command, *args, progress=progress, **how)
+        told = self._shards.told(progress)
+        if told is None:  # some shard is lost
+            again = {"seed": how["seed"], "progress": progress, "again": how.get("again", True)}
+            step = (command, *args) if again["again"] else ("last_answer",)
+            told = [answer.told for answer in self._shards.ask(*step, **again)]
+        return told, answers
+
+    def _add_all(self, told: Sequence[Told]) -> None:
         """Add what all shards told; if that is interrupted, everything is computed again by the next call."""
         self._in_doubt = True
-        for answer in answers:
-            self._add(answer.changes)
+        for part in told:
+            self._add(part.changes)
         self._complete()
 
     def _complete(self) -> None:

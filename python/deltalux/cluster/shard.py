@@ -60,12 +60,23 @@ class Seed:
 
 
 @dataclass(frozen=True, eq=False)
-class Answer:
-    """What a shard says after a bake, an update or a recompute."""
+class Told:
+    """What shards tell of their paths, after a bake with first flights; those of all add up."""
 
     changes: ranges.PathChanges
+    flights: ranges.FirstFlights | None
+
+    def __add__(self, other: Told) -> Told:
+        flights = self.flights and other.flights and self.flights + other.flights
+        return Told(self.changes + other.changes, flights)
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """What a shard says after a bake, an update or a recompute; `told` None: others ask for that."""
+
+    told: Told | None
     frame: Frame
-    flights: ranges.FirstFlights | None = None
 
 
 class OutOfStep(Error):
@@ -170,7 +181,7 @@ class Shard:
     def _say(self, frame: Frame, with_flights: bool) -> Answer:
         session = self._own_session()
         flights = ranges.first_flights(session) if with_flights else None
-        self._answer = Answer(ranges.path_changes(session), frame, flights)
+        self._answer = Answer(Told(ranges.path_changes(session), flights), frame)
         return self._answer
 
     def _bake(self, batches: Sequence[Batch]) -> Answer:
@@ -199,12 +210,28 @@ class Shard:
         frame = self._own_session().update()
         last = self._answer
         edits = self._own_session().statistics["edits"]
-        if last is not None and (last.changes.since, last.changes.edits) == (since, edits):
+        if (
+            last is not None
+            and last.told
+            and (last.told.changes.since, last.told.changes.edits) == (since, edits)
+        ):
             return last
         answer = self._say(frame, False)
-        if answer.changes.since != since:
-            raise OutOfStep(f"cluster: a shard tells changes from edit {answer.changes.since}, not {since}")
+        if answer.told and answer.told.changes.since != since:
+            raise OutOfStep(
+                f"cluster: a shard tells changes from edit {answer.told.changes.since}, not {since}"
+            )
         return answer
+
+    def _hold(self, name: str, *args: Any) -> Answer:
+        """Run a command that answers, and keep what is told for others to ask for."""
+        return Answer(None, getattr(self, f"_{name}")(*args).frame)
+
+    def _last_answer(self) -> Answer:
+        """The last answer once more, all of it."""
+        if self._answer is None:
+            raise OutOfStep("cluster: a shard has no answer to give again")
+        return self._answer
 
     def _ask_for(self, lights: np.ndarray) -> None:
         ranges.ask_for(self._own_session(), lights)

@@ -7,7 +7,7 @@ import functools
 import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,7 +15,7 @@ from deltalux.errors import Cancelled, Error
 from deltalux.segments import Progress
 from deltalux.session import ranges
 
-from .shard import Blueprint, OutOfStep, Seed, Shard
+from .shard import Answer, Blueprint, OutOfStep, Seed, Shard, Told
 
 STAGE = "trace shards"  # what progress callbacks are told while shards trace paths
 LONG_STAGE = "trace paths"  # the stage of a shard that takes its time
@@ -88,6 +88,8 @@ class Shards:
     count : number of shards
     patience : seconds to wait for a worker when there is none
     """
+
+    most_parts = 8  # of what shards tell, that one process adds up
 
     def __init__(self, client: Any, blueprint: Blueprint, count: int, patience: float) -> None:
         self._client, self._blueprint, self._patience = client, blueprint, patience
@@ -205,6 +207,32 @@ class Shards:
             for job in waiting:
                 self._begin_again(job, make)
             self._follow(jobs, make, tell)
+
+    def told(self, progress: Progress | None) -> list[Told] | None:
+        """What all shards told last, added up by a tree of tasks on the workers; None where that fails.
+
+        Raises
+        ------
+        Cancelled
+        """
+        with self._client.as_current():
+            parts = actors = [self._actor(number) for number in range(len(self))]
+            while len(parts) > self.most_parts:
+                some = [
+                    parts[first : first + self.most_parts] for first in range(0, len(parts), self.most_parts)
+                ]
+                add = _sum if parts is not actors else functools.partial(_told_by, self._command)
+                parts = [self._client.submit(add, *own, pure=False) for own in some]
+            while any(part.status == "pending" for part in parts):
+                if any(actor.status != "finished" for actor in actors):
+                    break
+                self._go_on(lambda: progress is None or progress(STAGE, 1.0) is not False)
+                time.sleep(_SHORTEST)
+            if all(part.status == "finished" for part in parts):
+                with suppress(OSError, KeyError):  # of a worker that ended just now
+                    return self._client.gather(parts)
+        self.notes.append("each shard is asked for what it told, since a worker was lost that added it up")
+        return None
 
     # ---- one shard ----------------------------------------------------------------------------------
 
@@ -369,6 +397,22 @@ class Shards:
                 f"{self._client.scheduler.address}; start workers there (dask worker ADDRESS)"
             )
         return now if alone is None else alone
+
+
+def _told_by(command: int, *shards: Any) -> Told:
+    """What these shards told last, added up."""
+    answers = [shard.run(command, "last_answer") for shard in shards]
+    return ranges.add_up([_told_in(answer.result()) for answer in answers])
+
+
+def _told_in(answer: Answer) -> Told:
+    if answer.told is None:
+        raise OutOfStep("cluster: a shard gave an answer without what it tells")
+    return answer.told
+
+
+def _sum(*parts: Told) -> Told:
+    return ranges.add_up(parts)
 
 
 def _passed_on(blueprint: Blueprint) -> Blueprint:
