@@ -14,7 +14,8 @@ import deltalux as dl
 import numpy as np
 import pytest
 from deltalux.cluster import extra, session
-from deltalux.cluster.shards import Shards
+from deltalux.cluster.shard import Blueprint
+from deltalux.cluster.shards import Shards, _Job
 from deltalux.errors import Cancelled, Error, OptionError
 from distributed import Client, LocalCluster
 from hypothesis import HealthCheck, given, settings
@@ -154,6 +155,23 @@ def test_a_cancelled_tree_leaves_the_update_for_the_next_call(client, monkeypatc
         one.update()
         many.update()
         equal(many, one)
+
+
+def test_calls_of_actors_that_are_known_to_be_gone_do_nothing():
+    """As Dask's proxies do where the scheduler has said so, by RuntimeError from the attribute itself."""
+
+    class Gone:
+        def __getattr__(self, name):
+            raise RuntimeError("Worker holding Actor was lost.  Status: error")
+
+    scene = room()
+    blueprint = Blueprint(scene, samples_in(scene), {"paths": PATHS}, "")
+    shards = Shards(None, blueprint, 2, 1.0)
+    shards._proxies[0] = Gone()
+    shards._cancel([0, 1])
+    job = _Job(0, [("bake", ())], [], reply=object())
+    shards._ask_how_far(job)
+    assert job.told is None
 
 
 def test_edits_before_the_bake_and_between_updates(client):

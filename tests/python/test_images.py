@@ -344,7 +344,7 @@ def test_isolux_lines_lie_where_a_level_is_crossed():
     assert np.abs(changed - np.array(crossings)).max() <= 1
 
 
-def test_difference_is_black_where_nothing_changed_and_coloured_by_sign():
+def test_difference_is_grey_where_nothing_changed_and_coloured_by_sign():
     scene = scene_of(wall())
     display = refine(scene, 1)
     before = flat(display, (100, 100, 100))
@@ -354,17 +354,17 @@ def test_difference_is_black_where_nothing_changed_and_coloured_by_sign():
         )
         red, green, blue = middle(picture)
         assert np.sign(red - blue) == sign
-        assert ((red, green, blue) == (0, 0, 0)) == (sign == 0)
+        assert ((red, green, blue) == (34, 34, 34)) == (sign == 0)
         assert picture.scale is not None
         assert picture.scale.low == -picture.scale.high
 
 
-def test_outlines_show_on_the_black_of_what_stays():
+def test_outlines_show_on_the_grey_of_what_stays():
     scene = scene_of(box("room", (-1, -1, -1), (1, 1, 1), inward=True))
     display = refine(scene, 0.4)
     same, camera = flat(display, (9, 9, 9)), camera_at((0, 0, 0.9), (0, 0, -1))
     picture = outputs.difference(scene, display, same, same, camera=camera, size=SIZE)
-    assert set(picture.pixels[:, : SIZE[0]].ravel().tolist()) == {0, 32}
+    assert set(picture.pixels[:, : SIZE[0]].ravel().tolist()) == {34, 57}
 
 
 def test_pictures_side_by_side():

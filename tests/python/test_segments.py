@@ -117,7 +117,7 @@ def test_birth_carries_the_power_of_the_lights(traced):
     spot = 2 * 2 * np.pi * ((1 - inner) + (inner - outer) / 3) * np.ones(3)
     np.testing.assert_allclose(emitted, ceiling + desk + spot, rtol=1e-6)
     groups = [traced.power[born & (traced.group == g)].sum(axis=0) for g in range(2)]
-    np.testing.assert_allclose(groups, [ceiling, desk + spot], rtol=1e-6)
+    np.testing.assert_allclose(groups, [desk + spot, ceiling], rtol=1e-6)
 
 
 # ---- the same segments as a session's -----------------------------------------------------------

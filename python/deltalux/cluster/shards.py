@@ -229,7 +229,7 @@ class Shards:
                 self._go_on(lambda: progress is None or progress(STAGE, 1.0) is not False)
                 time.sleep(_SHORTEST)
             if all(part.status == "finished" for part in parts):
-                with suppress(OSError, KeyError):  # of a worker that ended just now
+                with suppress(Exception):  # Dask has many for a worker that ended just now
                     return self._client.gather(parts)
         self.notes.append("each shard is asked for what it told, since a worker was lost that added it up")
         return None
@@ -273,7 +273,14 @@ class Shards:
             if self._proxies[job.number] is None:
                 self._proxies[job.number] = future.result()
             name, args = job.steps[0]
-            job.reply = self._proxies[job.number].run(self._command, name, *args)
+            job.reply = self._call(job.number, "run", self._command, name, *args)
+
+    def _call(self, number: int, method: str, *args: Any) -> Any:
+        """Call a shard; None if its worker is known to be gone, which the state of its actor tells, too."""
+        try:
+            return getattr(self._proxies[number], method)(*args)
+        except RuntimeError:
+            return None
 
     def _begin_again(self, job: _Job, make: Callable[[], Seed]) -> None:
         if job.pieces and job.piece is not None:
@@ -295,7 +302,7 @@ class Shards:
     def _cancel(self, numbers: Iterable[int]) -> None:
         for number in numbers:
             if self._proxies[number] is not None:
-                self._proxies[number].cancel(self._command)
+                self._call(number, "cancel", self._command)
 
     # ---- all of them --------------------------------------------------------------------------------
 
@@ -383,7 +390,7 @@ class Shards:
                 job.fraction = max(job.fraction, fraction)
             job.told = None
         if job.told is None:
-            job.told = proxy.told()
+            job.told = self._call(job.number, "told")
 
     def _check_workers(self, jobs: Sequence[_Job], alone: float | None, now: float) -> float | None:
         """Since when shards wait for a worker; raises Error after too long a time."""
