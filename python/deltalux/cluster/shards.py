@@ -21,6 +21,7 @@ STAGE = "trace shards"  # what progress callbacks are told while shards trace pa
 LONG_STAGE = "trace paths"  # the stage of a shard that takes its time
 MOST_LOSSES = 4  # of one shard in one call: then its work itself is what ends its workers
 _SHORTEST, _LONGEST = 5e-4, 2e-2  # seconds between two looks at what has come
+_QUIET = 5.0  # seconds without an answer that is there and need only be fetched: then its shard is lost
 _TOLD_EVERY = 0.25  # seconds between two questions how far a shard is
 
 
@@ -409,6 +410,14 @@ class Shards:
 def _told_by(command: int, *shards: Any) -> Told:
     """What these shards told last, added up."""
     answers = [shard.run(command, "last_answer") for shard in shards]
+    came, news = 0, time.monotonic()
+    while came < len(answers):
+        time.sleep(_SHORTEST)
+        done, now = sum(answer.done() for answer in answers), time.monotonic()
+        if done > came:
+            came, news = done, now
+        elif now - news > _QUIET:  # what waits takes the place of the task that makes a lost shard again
+            raise OutOfStep(f"cluster: found no answer of a shard for {_QUIET:g} s")
     return ranges.add_up([_told_in(answer.result()) for answer in answers])
 
 
