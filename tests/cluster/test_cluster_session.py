@@ -98,6 +98,15 @@ def test_random_edits(client, shards, options):
         assert many.notes == []
 
 
+def equal_after_a_move_and_a_recompute(many: dl.ClusterSession, one: dl.Session) -> None:
+    for each in (one, many):
+        each.move("block", translation(-0.3, 0.5, 0.2))
+        each.update()
+    equal(many, one)
+    many.recompute()
+    equal(many, one)
+
+
 @pytest.fixture
 def added_up(monkeypatch):
     """Into how many parts the tree added what shards told, call by call; None: it failed."""
@@ -119,12 +128,7 @@ def test_what_many_shards_tell_is_added_up_by_a_tree(client, monkeypatch, added_
     monkeypatch.setattr(Shards, "most_parts", most)
     with baked(client, 9) as (one, many):
         equal(many, one)
-        for each in (one, many):
-            each.move("block", translation(-0.3, 0.5, 0.2))
-            each.update()
-        equal(many, one)
-        many.recompute()
-        equal(many, one)
+        equal_after_a_move_and_a_recompute(many, one)
         assert added_up == ([parts] * 3 if parts else [])
         assert many.notes == []
 
@@ -132,12 +136,7 @@ def test_what_many_shards_tell_is_added_up_by_a_tree(client, monkeypatch, added_
 def test_where_the_tree_fails_each_shard_is_asked(client, monkeypatch):
     monkeypatch.setattr(Shards, "told", lambda self, progress: None)
     with baked(client, 9) as (one, many):
-        for each in (one, many):
-            each.move("block", translation(-0.3, 0.5, 0.2))
-            each.update()
-        equal(many, one)
-        many.recompute()
-        equal(many, one)
+        equal_after_a_move_and_a_recompute(many, one)
 
 
 def test_a_cancelled_tree_leaves_the_update_for_the_next_call(client, monkeypatch):

@@ -13,7 +13,7 @@ PLACES = [translation(0.6, 1.2, -0.6), translation(-0.6, 1.1, 0.7), translation(
 
 
 def with_glow(scene: dl.Scene) -> dl.Scene:
-    """With two materials that emit in no group: the light of each mesh is a group of its own."""
+    """With a second material that emits in no group: the light of each mesh is a group of its own."""
     other = dl.Material("other glow", (0.2,) * 3, emission=(4, 3, 5))
     return dl.scene.replace_scene(scene, materials=[*scene.materials, other])
 
@@ -61,15 +61,9 @@ def test_it_is_dimmed_in_the_update_that_brings_it():
 
 
 def test_two_new_groups_in_one_mesh():
-    with made({}) as session:
-        session.bake()
-        two = dl.scene.replace_scene(
-            session.scene,
-            materials=[
-                dl.Material(m.name, m.reflectance, m.emission, group="apart") if m.name == "other glow" else m
-                for m in session.scene.materials
-            ],
-        )
+    own = with_glow(room())
+    apart = dl.Material("other glow", (0.2,) * 3, emission=(4, 3, 5), group="apart")
+    two = dl.scene.replace_scene(own, materials=[*own.materials[:-1], apart])
     with dl.Session(two, samples_in(two), paths=600, gather=16) as session:
         session.bake()
         index = np.arange(12) // 6

@@ -15,7 +15,7 @@ from deltalux.segments import Progress
 from deltalux.session import ranges
 
 from .archive import WholeArchive, WithoutPaths
-from .shard import Answer, Batch, Edit, MemoryArchive, Seed, Told
+from .shard import Answer, Batch, Edit, Held, MemoryArchive, Seed, Told
 from .shards import Shards, Step, choices_of
 
 # Of what a shard does at once: a fraction of a second of one thread, some MB of answer.
@@ -254,7 +254,7 @@ class SharedCore:
 
     def _answers(
         self, command: str, *args: Any, progress: Progress | None, **how: Any
-    ) -> tuple[list[Told], list[Answer]]:
+    ) -> tuple[list[Told], list[Answer | Held]]:
         """Let all shards run a command; what they tell, added up where they are many, and their answers.
 
         `how`: of `Shards.ask`.
@@ -327,7 +327,7 @@ class SharedCore:
         return WholeArchive(self._core.save(shared=True), self._shards.ask("paths", seed=self._present))
 
 
-def _with_counts(frame: dict[str, Any], answers: Sequence[Answer]) -> dict[str, Any]:
+def _with_counts(frame: dict[str, Any], answers: Sequence[Answer | Held]) -> dict[str, Any]:
     """The frame with the counts of all shards."""
     for name in _COUNTS:
         frame[name] += sum(getattr(answer.frame, name) for answer in answers)

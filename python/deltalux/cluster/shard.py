@@ -73,9 +73,16 @@ class Told:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """What a shard says after a bake, an update or a recompute; `told` None: others ask for that."""
+    """What a shard says after a bake, an update or a recompute."""
 
-    told: Told | None
+    told: Told
+    frame: Frame
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """An answer without what is told, which others ask for."""
+
     frame: Frame
 
 
@@ -210,22 +217,16 @@ class Shard:
         frame = self._own_session().update()
         last = self._answer
         edits = self._own_session().statistics["edits"]
-        if (
-            last is not None
-            and last.told
-            and (last.told.changes.since, last.told.changes.edits) == (since, edits)
-        ):
+        if last is not None and (last.told.changes.since, last.told.changes.edits) == (since, edits):
             return last
         answer = self._say(frame, False)
-        if answer.told and answer.told.changes.since != since:
-            raise OutOfStep(
-                f"cluster: a shard tells changes from edit {answer.told.changes.since}, not {since}"
-            )
+        if (found := answer.told.changes.since) != since:
+            raise OutOfStep(f"cluster: a shard tells changes from edit {found}, not {since}")
         return answer
 
-    def _hold(self, name: str, *args: Any) -> Answer:
+    def _hold(self, name: str, *args: Any) -> Held:
         """Run a command that answers, and keep what is told for others to ask for."""
-        return Answer(None, getattr(self, f"_{name}")(*args).frame)
+        return Held(getattr(self, f"_{name}")(*args).frame)
 
     def _last_answer(self) -> Answer:
         """The last answer once more, all of it."""

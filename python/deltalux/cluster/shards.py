@@ -15,7 +15,7 @@ from deltalux.errors import Cancelled, Error
 from deltalux.segments import Progress
 from deltalux.session import ranges
 
-from .shard import Answer, Blueprint, OutOfStep, Seed, Shard, Told
+from .shard import Blueprint, OutOfStep, Seed, Shard, Told
 
 STAGE = "trace shards"  # what progress callbacks are told while shards trace paths
 LONG_STAGE = "trace paths"  # the stage of a shard that takes its time
@@ -418,13 +418,7 @@ def _told_by(command: int, *shards: Any) -> Told:
             came, news = done, now
         elif now - news > _QUIET:  # what waits takes the place of the task that makes a lost shard again
             raise OutOfStep(f"cluster: found no answer of a shard for {_QUIET:g} s")
-    return ranges.add_up([_told_in(answer.result()) for answer in answers])
-
-
-def _told_in(answer: Answer) -> Told:
-    if answer.told is None:
-        raise OutOfStep("cluster: a shard gave an answer without what it tells")
-    return answer.told
+    return ranges.add_up([answer.result().told for answer in answers])
 
 
 def _sum(*parts: Told) -> Told:

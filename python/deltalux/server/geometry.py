@@ -145,12 +145,12 @@ def _meshes(scene: Scene, display: DisplayMesh) -> list[dict[str, Any]]:
     """Meshes with their ranges of vertices: vertices are numbered mesh by mesh."""
     assert (np.diff(display.vertex_mesh) >= 0).all()
     first = np.searchsorted(display.vertex_mesh, np.arange(len(scene.meshes) + 1)).tolist()
-    closed = closed_meshes(display, len(scene.meshes))
+    closed = closed_meshes(display, len(scene.meshes)).tolist()
     return [
         {
             "name": m.name,
             "movable": m.movable,
-            "closed": bool(is_closed),
+            "closed": is_closed,
             "first_vertex": start,
             "vertex_count": end - start,
         }

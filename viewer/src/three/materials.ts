@@ -47,7 +47,6 @@ function tableTexture(table: Float32Array): DataTexture {
   return texture
 }
 
-/** The materials of a scene, by (material, reversed). */
 /** Reversed, closed; in the order of SurfaceMaterials.index. */
 const VARIANTS: [boolean, boolean][] = [
   [false, false],
@@ -56,6 +55,7 @@ const VARIANTS: [boolean, boolean][] = [
   [true, true],
 ]
 
+/** The materials of a scene, by (material, reversed, closed). */
 export class SurfaceMaterials {
   readonly shared = {
     mode: { value: MODES.clay as number },
