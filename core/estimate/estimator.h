@@ -31,12 +31,22 @@ struct EnergySums {
   int64_t* moments = nullptr;
   static constexpr float kMomentSteps = 64;
 
+  /// Optional: one mark for each block of kMarked samples of a slab, set where `data` may change.
+  uint8_t* marks = nullptr;
+  static constexpr size_t kMarked = 256;
+  static size_t marks_of_slab(size_t samples) { return (samples + kMarked - 1) / kMarked; }
+  void mark(uint32_t slab, uint32_t sample) const {
+    if (marks) marks[slab * marks_of_slab(samples) + sample / kMarked] = 1;
+  }
+
   int64_t* cell(uint32_t slab, uint32_t sample) const {
     DELTALUX_ASSERT(data && sample < samples);
     return data + (size_t(slab) * samples + sample) * 3;
   }
   /// Thread-safe if `shared`; integer addition makes the order irrelevant.
   void add(uint32_t slab, uint32_t sample, const uint32_t power[3], int64_t sign) const {
+    DELTALUX_ASSERT(!shared || !marks);
+    mark(slab, sample);
     int64_t* sums = cell(slab, sample);
     for (int c = 0; c < 3; ++c) {
       const int64_t energy = sign * int64_t(power[c]);

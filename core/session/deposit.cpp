@@ -82,7 +82,7 @@ void Deposit::for_slabs(uint32_t bounce, std::span<const uint32_t> slots,
     return;
   }
   // Counting sort by slab; the last bin takes the segments that do not count.
-  const size_t bins = state_.sum_groups() * kBatches + 1;
+  const size_t bins = state_.slabs() + 1;
   std::vector<uint16_t> bin(slots.size());
   state_.workers.for_blocks(slots.size(), 4096, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i)
@@ -117,7 +117,7 @@ bool Deposit::counts(uint32_t bounce, const Segment& segment, uint16_t& slab) co
 
 void Deposit::gather(SegmentBlock& block, uint32_t bounce, uint32_t slot, const Segment& segment,
                      uint16_t slab) const {
-  DELTALUX_ASSERT(block.count < kGrain && slab < state_.sum_groups() * kBatches);
+  DELTALUX_ASSERT(block.count < kGrain && slab < state_.slabs());
   const size_t i = block.count++;
   const Vec3f w = decode_direction(segment.direction);
   block.ox[i] = segment.origin.x, block.oy[i] = segment.origin.y, block.oz[i] = segment.origin.z;
@@ -224,10 +224,12 @@ void Deposit::add_to_part(const MovingPart& part, uint32_t bounce,
 }
 
 void clear_part(State& state, const MovingPart& part) {
-  const uint32_t slabs = state.sum_groups() * kBatches;
-  for (uint32_t slab = 0; slab < slabs; ++slab)
-    for (uint32_t id : part.index->discs().id)
-      std::fill_n(state.sums.begin() + 3 * (size_t(slab) * state.samples.size() + id), 3, 0);
+  const estimate::EnergySums sums = state.energy();
+  for (uint32_t slab = 0; slab < state.slabs(); ++slab)
+    for (uint32_t id : part.index->discs().id) {
+      sums.mark(slab, id);
+      std::fill_n(sums.cell(slab, id), 3, 0);
+    }
 }
 
 void place_part(const State& state, MovingPart& part) {

@@ -124,6 +124,7 @@ void Session::trace_all(Progress& progress, Frame& frame) {
   s.store = segments::SegmentStore(s.scene.world(), s.extras());
   s.cut.assign(paths, kNotCut);
   s.sums.assign(s.sum_count(), 0);
+  s.sum_marks.clear();
   pending_.clear();
   for (MovingPart& part : s.moving) {
     place_part(s, part);
@@ -252,6 +253,7 @@ Frame Session::recompute(Progress& progress) {
   auto old_caster = std::move(s.caster);
   auto old_store = std::move(s.store);
   auto old_sums = std::move(s.sums);
+  auto old_marks = std::move(s.sum_marks);
   auto old_cut = std::move(s.cut);
   auto old_added = std::pair(s.added, s.added_since);
   auto old_told = std::move(told_);
@@ -278,6 +280,7 @@ Frame Session::recompute(Progress& progress) {
     std::swap(s.store, old_store);
     dispose(std::move(old_store));
     s.sums = std::move(old_sums);
+    s.sum_marks = std::move(old_marks);
     s.cut = std::move(old_cut);
     std::tie(s.added, s.added_since) = std::move(old_added);
     told_ = std::move(old_told);
@@ -354,7 +357,7 @@ size_t Session::bytes() const {
 size_t Session::needed_bytes() const {
   const State& s = *state_;
   size_t sum = s.store.bytes() + s.cut.capacity() + s.sums.capacity() * sizeof(int64_t) +
-               pending_.capacity() * sizeof(PendingPath) +
+               s.sum_marks.capacity() + pending_.capacity() * sizeof(PendingPath) +
                receivers_.capacity() * sizeof(direct::Receiver);
   if (direct_) sum += direct_->bytes();
   if (kept_) sum += kept_->bytes();

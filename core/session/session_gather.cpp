@@ -67,12 +67,14 @@ void Session::grow_sums() {
   if (told_) told_->set_groups(s.sum_groups());
   grow_cell_sums();
   s.sums.resize(s.sum_count(), 0);
+  if (!s.sum_marks.empty()) s.sum_marks.resize(s.mark_count(), 0);
   direct_->set_groups(s.scene.group_count);
 }
 
 void Session::shrink_sums() noexcept {
   State& s = *state_;
   s.sums.resize(s.sum_count());
+  if (!s.sum_marks.empty()) s.sum_marks.resize(s.mark_count());
   direct_->set_groups(s.scene.group_count);
   if (told_) told_->set_groups(s.sum_groups());
   if (!s.gather) return;

@@ -97,33 +97,44 @@ std::string states(const std::optional<uint64_t>& since, uint64_t edits) {
          std::to_string(edits);
 }
 
-/// The places where `now` differs from `before`; both may end early, followed by zeros.
-SparseRow changes(std::span<const int64_t> now, std::span<const int64_t> before, uint64_t size) {
-  SparseRow out{size, {}, {}};
-  const auto at = [](std::span<const int64_t> row, size_t i) {
-    return i < row.size() ? row[i] : 0;
-  };
-  for (size_t i = 0; i < std::max(now.size(), before.size()); ++i)
-    if (const int64_t more = at(now, i) - at(before, i)) {
+/// Appends the places from `first` on, `count` of them, where `now` differs from `before`. Sets
+/// `before` to what is there now.
+void take_changes(std::span<const int64_t> now, size_t first, size_t count,
+                  std::span<int64_t> before, SparseRow& out) {
+  for (size_t i = first; i < first + count; ++i)
+    if (const int64_t more = now[i] - before[i]) {
       out.at.push_back(i);
       out.value.push_back(more);
+      before[i] = now[i];
     }
+}
+
+/// The marked sums that differ from `before`. Clears the marks. `before` may end early, followed by
+/// zeros, and is set to the present sums.
+SparseRow take_discs(State& s, std::vector<int64_t>& before) {
+  using estimate::EnergySums;
+  SparseRow out{s.sums.size(), {}, {}};
+  before.resize(s.sums.size());
+  if (s.sums.empty()) return out;
+  const size_t n = s.samples.size(), blocks = EnergySums::marks_of_slab(n);
+  for (size_t i = 0; i < s.sum_marks.size(); ++i) {
+    if (!s.sum_marks[i]) continue;
+    const size_t slab = i / blocks, begin = i % blocks * EnergySums::kMarked;
+    const size_t count = std::min(n - begin, EnergySums::kMarked);
+    take_changes(s.sums, 3 * (slab * n + begin), 3 * count, before, out);
+    s.sum_marks[i] = 0;
+  }
   return out;
 }
 
-/// The same for the touched cells. Clears their marks, and sets `before` to their present sums.
+/// The same for the touched cells.
 SparseRow take_cells(gather::CellSums& sums, std::vector<int64_t>& before) {
   const size_t each = sums.at(1, 0, 0);
   SparseRow out{sums.quanta.size(), {}, {}};
   before.resize(sums.quanta.size());
   for (size_t cell = 0; cell < sums.touched.size(); ++cell) {
     if (!sums.touched[cell]) continue;
-    for (size_t i = cell * each; i < (cell + 1) * each; ++i)
-      if (const int64_t more = sums.quanta[i] - before[i]) {
-        out.at.push_back(i);
-        out.value.push_back(more);
-      }
-    std::copy_n(&sums.quanta[cell * each], each, &before[cell * each]);
+    take_changes(sums.quanta, cell * each, each, before, out);
     sums.touched[cell] = 0;
   }
   return out;
@@ -165,8 +176,8 @@ PathChanges Session::path_changes() {
   if (out.since != out.edits) out.ranges = {*s.options.range};
   told->edits = s.edits;
   told->groups = s.sum_groups();
-  out.discs = changes(s.sums, told->discs, s.sums.size());
-  told->discs = s.sums;
+  if (first) s.sum_marks.assign(s.sums.empty() ? 0 : s.mark_count(), 1);
+  out.discs = take_discs(s, told->discs);
   if (s.gather) {
     gather::CellSums& sums = s.gather->sums;
     if (first) std::fill(sums.touched.begin(), sums.touched.end(), uint8_t(1));

@@ -127,7 +127,9 @@ struct State {
   // By slot of bounce 0: the bounce from which its path waits to be traced again, or kNotCut.
   std::vector<uint8_t> cut;
   std::vector<int64_t> sums;  // EnergySums, slab = group * kBatches + batch
-  uint64_t edits = 0;         // number of edits in effect since the bake
+  // Its marks: what changed since Session::path_changes() was called last; empty before it was.
+  std::vector<uint8_t> sum_marks;
+  uint64_t edits = 0;  // number of edits in effect since the bake
   // In a session without paths: the ranges of other sessions whose sums, of the present state, are
   // in these sums; and the edits in effect when those of all paths were, nullopt: never yet.
   std::vector<PathRange> added;
@@ -163,8 +165,10 @@ struct State {
   bool samples_added_lights() const {
     return options.direct == DirectMode::sampled || !counts_in_discs();
   }
-  size_t sum_count() const {
-    return counts_in_discs() ? size_t(sum_groups()) * kBatches * samples.size() * 3 : 0;
+  uint32_t slabs() const { return sum_groups() * kBatches; }
+  size_t sum_count() const { return counts_in_discs() ? size_t(slabs()) * samples.size() * 3 : 0; }
+  size_t mark_count() const {
+    return slabs() * estimate::EnergySums::marks_of_slab(samples.size());
   }
   bool counts_openness() const {
     return options.disc_area == samples::DiscArea::reachable && !options.gather_rays;
@@ -197,7 +201,12 @@ struct State {
   double sum_factor(uint32_t group) const { return merged(group) ? 1.0 : group_factor[group]; }
   /// The index of the sums that the group adds to.
   uint32_t sum_group(uint32_t group) const { return std::min(group, kMaxSumGroups - 1); }
-  estimate::EnergySums energy() { return {sums.data(), samples.size()}; }
+  estimate::EnergySums energy() {
+    estimate::EnergySums out{sums.data(), samples.size()};
+    DELTALUX_ASSERT(sum_marks.empty() || sum_marks.size() == mark_count());
+    if (!sum_marks.empty()) out.marks = sum_marks.data();
+    return out;
+  }
   /// By light: 1 if gather rays get its direct light by shadow rays, so that cells leave it out.
   std::vector<uint8_t> asked_for() const { return asked_for(guiding); }
   std::vector<uint8_t> asked_for(const gather::Guiding& by) const {

@@ -2,6 +2,7 @@
 // Sessions that share the paths of one bake: any ranges of them add up to all, bit for bit.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 
 #include "base/error.h"
@@ -205,6 +206,56 @@ const std::vector<std::vector<scene::Edit>> kSteps = {
 std::vector<Options> some_options() {
   return {options(1, DirectMode::paths, segments::SegmentEnd::bounded),
           options(2, DirectMode::sampled, segments::SegmentEnd::first), gathering(1), gathering(2)};
+}
+
+/// More samples than one block of marks has, on the floor and on the box.
+samples::SampleSet many_samples() {
+  samples::SampleSet set;
+  const auto add = [&](uint32_t object, Vec3f corner, float side, int count) {
+    for (int i = 0; i < count * count; ++i) {
+      const float step = side / float(count);
+      set.point.push_back({corner.x + step * (0.5f + float(i % count)), corner.y,
+                           corner.z + step * (0.5f + float(i / count))});
+      set.normal.push_back({0, 1, 0});
+      set.attached.push_back(object);
+    }
+  };
+  add(scene::kNone, {0, 0, 0}, 4, 28);
+  add(1, {-0.3f, 0.3f, -0.3f}, 0.6f, 28);
+  set.radius.assign(set.point.size(), 0.1f);
+  return set;
+}
+
+TEST(Ranges, ChangesOfEveryBlockOfSamplesAreTold) {
+  Options chosen = options(2, DirectMode::paths, segments::SegmentEnd::bounded);
+  chosen.paths = 1000;  // many blocks are left alone
+  Session part(room(), many_samples(), of_range(chosen, 200, 700));
+  Progress progress;
+  part.bake(progress);
+  std::vector<int64_t> told;
+  const auto expect_told = [&] {
+    const SparseRow row = part.path_changes().discs;
+    told.resize(row.size);
+    EXPECT_TRUE(std::is_sorted(row.at.begin(), row.at.end()));
+    for (size_t i = 0; i < row.at.size(); ++i) told[row.at[i]] += row.value[i];
+    EXPECT_EQ(told, part.state().sums);
+    return row.at.size();
+  };
+  EXPECT_GT(expect_told(), 0u);
+  const std::vector<std::vector<scene::Edit>> steps = {
+      {scene::Move{1, at(2.2, 2.1)}},
+      {scene::Move{1, at(3, 1)}},
+      {scene::SetPresent{1, false}},  // its samples lose all light
+      {scene::Insert{lamp_of_a_new_group()}, scene::SetPresent{1, true}},
+      {scene::Move{2, at(1, 3)}, scene::Move{1, at(3, 1)}}};
+  for (const auto& edits : steps) {
+    part.update(edits, 0, progress);
+    Progress cancelled;
+    cancelled.cancel();
+    EXPECT_THROW(part.recompute(cancelled), Cancelled);
+    EXPECT_GT(expect_told(), 0u);
+    EXPECT_EQ(expect_told(), 0u);
+  }
 }
 
 TEST(Ranges, AddUpToASessionWithAllPaths) {
