@@ -304,6 +304,25 @@ def test_progress_and_cancelling(client, tmp_path):
         assert list(tmp_path.iterdir()) == []
 
 
+def test_shards_have_stopped_when_a_call_is_cancelled(client, monkeypatch):
+    """Else the end of a session would take actors away while calls are on their way to them."""
+    call, replies = Shards._call, []
+
+    def kept(self, *args):
+        replies.append(call(self, *args))
+        return replies[-1]
+
+    monkeypatch.setattr(Shards, "_call", kept)
+    scene = room()
+    with dl.ClusterSession(
+        scene, samples_in(scene), client=client, shards=2, paths=3_000_000, gather="off"
+    ) as many:
+        many.progress = lambda stage, fraction: stage != "trace shards" or fraction == 0
+        with pytest.raises(Cancelled):
+            many.bake()
+        assert len(replies) > 4 and all(reply.done() for reply in replies)
+
+
 def test_what_is_added_in_part_is_computed_again(client, monkeypatch):
     with baked(client, 3) as (one, many):
         for each in (one, many):

@@ -22,6 +22,7 @@ LONG_STAGE = "trace paths"  # the stage of a shard that takes its time
 MOST_LOSSES = 4  # of one shard in one call: then its work itself is what ends its workers
 _SHORTEST, _LONGEST = 5e-4, 2e-2  # seconds between two looks at what has come
 _QUIET = 5.0  # seconds without an answer that is there and need only be fetched: then its shard is lost
+_ENOUGH = 5.0  # seconds that shards have to stop
 _TOLD_EVERY = 0.25  # seconds between two questions how far a shard is
 
 
@@ -112,7 +113,7 @@ class Shards:
     def forget_all(self) -> None:
         """Make all shards anew when they are asked next: nobody knows which state they are in."""
         with self._client.as_current():
-            self._cancel(range(len(self)))
+            self._await_answers(self._cancel(range(len(self))))
         self.close()
 
     def ask(
@@ -293,17 +294,33 @@ class Shards:
 
     @contextmanager
     def _cancelling(self, jobs: Sequence[_Job]) -> Iterator[None]:
-        """Let shards stop if the block fails."""
+        """Let shards stop if the block fails, and wait for that: nobody then forgets one at work."""
         try:
             yield
         except BaseException:
-            self._cancel(job.number for job in jobs if not job.done)
+            left = [job for job in jobs if not job.done]
+            sent = self._cancel(job.number for job in left)
+            self._await_answers(
+                [*sent, *((job.number, reply) for job in left for reply in (job.reply, job.told))]
+            )
             raise
 
-    def _cancel(self, numbers: Iterable[int]) -> None:
-        for number in numbers:
-            if self._proxies[number] is not None:
-                self._call(number, "cancel", self._command)
+    def _cancel(self, numbers: Iterable[int]) -> list[tuple[int, Any]]:
+        """Tell shards to stop; returns their numbers and replies."""
+        there = [number for number in numbers if self._proxies[number] is not None]
+        return [(number, self._call(number, "cancel", self._command)) for number in there]
+
+    def _await_answers(self, replies: Sequence[tuple[int, Any]]) -> None:
+        """Wait until shards have answered, but not long, and for none whose worker is gone."""
+
+        def is_open(number: int, reply: Any) -> bool:
+            actor = self._actors[number]
+            there = actor is not None and actor.status == "finished"
+            return reply is not None and there and not reply.done()
+
+        end = time.monotonic() + _ENOUGH
+        while any(is_open(*each) for each in replies) and time.monotonic() < end:
+            time.sleep(_SHORTEST)
 
     # ---- all of them --------------------------------------------------------------------------------
 
