@@ -293,6 +293,8 @@ class Session {
   void grow_sums();
   /// Removes the sums for objects and light groups that a failed edit had added.
   void shrink_sums() noexcept;
+  /// Lays out the sums on discs and of direct light for the present light groups.
+  void lay_out_sums();
   void cover_cells(Progress& progress);
   /// Casts the gather rays of all samples. `new_guides`: choose guides and ray counts, as a bake
   /// does; otherwise keep those of the bake. `others`: first flights of paths that other sessions

@@ -33,6 +33,15 @@ gather::Looks::PerRay few_rays(const gather::Present& present, uint64_t seed,
   return looks.per_ray();
 }
 
+/// Gives each present cell sums for each present light group; new ones are 0 and count as touched.
+void lay_out_cell_sums(State& s) {
+  gather::CellSums& sums = s.gather->sums;
+  sums.batches = kBatches;
+  sums.set_groups(s.sum_groups());
+  sums.quanta.resize(sums.at(s.gather->cells.size(), 0, 0), 0);
+  sums.touched.resize(s.gather->cells.size(), 1);
+}
+
 }  // namespace
 
 void Session::make_cells() {
@@ -55,34 +64,28 @@ void Session::grow_cell_sums() {
   if (!s.gather) return;
   for (uint32_t i = uint32_t(s.gather->cells.objects()); i < s.scene.objects.size(); ++i)
     s.gather->cells.add_object(s.scene, i);
-  gather::CellSums& sums = s.gather->sums;
-  sums.batches = kBatches;
-  sums.set_groups(s.sum_groups());
-  sums.quanta.resize(sums.at(s.gather->cells.size(), 0, 0), 0);
-  sums.touched.resize(s.gather->cells.size(), 1);
+  lay_out_cell_sums(s);
 }
 
 void Session::grow_sums() {
-  State& s = *state_;
-  if (told_) told_->set_groups(s.sum_groups());
   grow_cell_sums();
-  s.sums.resize(s.sum_count(), 0);
-  if (!s.sum_marks.empty()) s.sum_marks.resize(s.mark_count(), 0);
-  direct_->set_groups(s.scene.group_count);
+  lay_out_sums();
 }
 
 void Session::shrink_sums() noexcept {
   State& s = *state_;
-  s.sums.resize(s.sum_count());
-  if (!s.sum_marks.empty()) s.sum_marks.resize(s.mark_count());
-  direct_->set_groups(s.scene.group_count);
-  if (told_) told_->set_groups(s.sum_groups());
+  lay_out_sums();
   if (!s.gather) return;
   s.gather->cells.drop_objects(s.scene.objects.size());
-  gather::CellSums& sums = s.gather->sums;
-  sums.set_groups(s.sum_groups());
-  sums.quanta.resize(sums.at(s.gather->cells.size(), 0, 0));
-  sums.touched.resize(s.gather->cells.size());
+  lay_out_cell_sums(s);
+}
+
+void Session::lay_out_sums() {
+  State& s = *state_;
+  if (told_) told_->set_groups(s.sum_groups());
+  s.sums.resize(s.sum_count(), 0);
+  if (!s.sum_marks.empty()) s.sum_marks.resize(s.mark_count(), 0);
+  direct_->set_groups(s.scene.group_count);
 }
 
 gather::LitCells Session::lit_cells(const gather::Evaluation& now) const {
