@@ -16,6 +16,7 @@ import time
 from pathlib import Path
 
 import pytest
+from processes import listen_to_interrupts
 
 from .conftest import QUICK
 
@@ -68,11 +69,6 @@ def test_progress_appears_on_a_terminal(room: Path) -> None:
     assert json.loads(result)["paths"] == 2_000_000
     assert b"trace" in shown
     assert b"%" in shown
-
-
-def listen_to_interrupts() -> None:
-    """A job in the background of a script starts with Ctrl-C ignored."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def test_interrupt_cancels_soon_with_130_and_leaves_no_file(tmp_path: Path) -> None:

@@ -17,9 +17,10 @@ from deltalux.cli import run, study
 from deltalux.cli.study import PAGE
 from deltalux.cli.study_folder import RECORD
 from deltalux.studies.experiments import EXPERIMENTS
+from processes import listen_to_interrupts
 
 from .conftest import Cli
-from .test_process import PROGRAM, listen_to_interrupts
+from .test_process import PROGRAM
 
 LIMIT = 120  # seconds for all experiments in their quick form
 FAST = "cache-misses"  # an experiment that takes less than a second

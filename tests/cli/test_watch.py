@@ -21,9 +21,10 @@ from deltalux.cli.options import Move, Setting
 from deltalux.cli.watch import WatchedFile
 from deltalux.errors import FormatError, OptionError
 from deltalux.outputs import tables
+from processes import listen_to_interrupts
 
 from .conftest import Cli
-from .test_process import PROGRAM, listen_to_interrupts
+from .test_process import PROGRAM
 
 MOVE = {"move": {"MOVE_panel": [1, 0, -1]}}
 SAME_MOVE = ("--move", "MOVE_panel=1,0,-1")

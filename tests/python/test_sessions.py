@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import functools
 import signal
 import subprocess
 import sys
@@ -17,6 +16,7 @@ import pytest
 from deltalux.stored.snapshot import VERSION
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from processes import listen_to_interrupts
 from rooms import box, room, samples_in, translation, turn
 from session_files import read_parts, write_parts
 
@@ -311,10 +311,11 @@ def test_control_c_stops_a_bake():
         "print('ready', flush=True)\n"
         "try:\n    s.bake()\nexcept KeyboardInterrupt:\n    print('stopped', flush=True)\n"
     )
-    # A job in the background of a script starts with Ctrl-C ignored.
-    listen = functools.partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
     with subprocess.Popen(
-        [sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, preexec_fn=listen
+        [sys.executable, "-c", code],
+        stdout=subprocess.PIPE,
+        text=True,
+        preexec_fn=listen_to_interrupts,
     ) as process:
         assert process.stdout is not None
         assert process.stdout.readline() == "ready\n"

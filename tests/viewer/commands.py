@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import os
-import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -12,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import deltalux as dl
+from processes import listen_to_interrupts
 
 SOURCES = Path(dl.__file__).parent.parent
 
@@ -19,11 +19,6 @@ SOURCES = Path(dl.__file__).parent.parent
 def environment() -> dict[str, str]:
     """In which `python -m deltalux.cli` is the package under test."""
     return os.environ | {"PYTHONPATH": str(SOURCES)}
-
-
-def listen() -> None:
-    """A job in the background of a script starts with Ctrl-C ignored."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 @contextmanager
@@ -35,7 +30,7 @@ def running(*words: str) -> Iterator[subprocess.Popen[str]]:
         stderr=subprocess.PIPE,
         text=True,
         env=environment(),
-        preexec_fn=listen,
+        preexec_fn=listen_to_interrupts,
     ) as process:
         try:
             yield process

@@ -20,6 +20,7 @@ from deltalux.pace import Overall
 from deltalux.server import is_loopback
 
 from .console import Terminal
+from .interrupts import put_off
 
 CONNECT_SECONDS = 15
 CERTIFIED = ("tls", "wss")  # need certificates
@@ -100,30 +101,40 @@ def place_of(
         yield Place()
         return
     check_extra("--workers" if cluster is None else "--cluster")
-    from distributed import Client, LocalCluster
-
     if progress:
         progress.begin("start workers")
     with ExitStack() as stack:
         if workers is not None:
-            each = max(1, (threads or os.cpu_count() or 1) // workers)
-            cluster = stack.enter_context(
-                LocalCluster(
-                    n_workers=workers, threads_per_worker=each, dashboard_address=":0",
-                    silence_logs=logging.CRITICAL,
-                    preload="deltalux.cluster.uninterrupted",
-                )
-            )  # fmt: skip
+            with put_off():
+                client = _start(workers, threads, stack)
         else:
             _check_wire(str(cluster), terminal)
-        try:
-            client = stack.enter_context(Client(cluster, timeout=CONNECT_SECONDS, set_as_default=False))
-        except (OSError, ValueError, RuntimeError) as problem:
-            raise Error(
-                f"--cluster {cluster}: no Dask scheduler answers there ({problem}), expected one; start "
-                "it with dask scheduler, and check address, firewall and certificates"
-            ) from None
+            client = _connect(str(cluster), stack)
         yield Place(client, max(1, len(client.nthreads())))
+
+
+def _start(workers: int, threads: int | None, stack: ExitStack) -> Any:
+    """A client of workers that end with the stack."""
+    from distributed import Client, LocalCluster
+
+    each = max(1, (threads or os.cpu_count() or 1) // workers)
+    cluster = LocalCluster(
+        n_workers=workers, threads_per_worker=each, dashboard_address=":0", silence_logs=logging.CRITICAL
+    )
+    return stack.enter_context(Client(stack.enter_context(cluster), set_as_default=False))
+
+
+def _connect(address: str, stack: ExitStack) -> Any:
+    """A client of the scheduler at an address; raises Error if none answers."""
+    from distributed import Client
+
+    try:
+        return stack.enter_context(Client(address, timeout=CONNECT_SECONDS, set_as_default=False))
+    except (OSError, ValueError, RuntimeError) as problem:
+        raise Error(
+            f"--cluster {address}: no Dask scheduler answers there ({problem}), expected one; start "
+            "it with dask scheduler, and check address, firewall and certificates"
+        ) from None
 
 
 def notes_of(session: dl.Session) -> list[str]:
