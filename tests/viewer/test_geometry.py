@@ -98,6 +98,11 @@ def test_served_geometry_is_the_session_s(session, serve):
     assert about["protocol"] == 1
     assert about["run"]
     assert about["folder"] is False
+    assert about["lit"] is True
     response = get(server, "/geometry.bin")
     assert response.headers["cache-control"] == "no-store"
     assert len(response.read()) == sum(a["length"] for a in about["arrays"].values())
+
+
+def test_a_session_that_is_not_baked_has_no_light_to_wait_for(serve):
+    assert json.load(get(serve(make_session()), "/scene.json"))["lit"] is False

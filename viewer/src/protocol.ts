@@ -60,6 +60,7 @@ export interface SceneInfo {
   groups: string[]
   cameras: CameraInfo[]
   folder: boolean
+  lit: boolean // there is light, which follows when the page is connected
 }
 
 export type * from './messages'

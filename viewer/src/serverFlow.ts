@@ -11,6 +11,8 @@ import type { RemoteSession } from './remoteSession'
 import { geometryArrays, type LitScene } from './three/litScene'
 import type { Stage } from './three/stage'
 
+const LATE = 2000 // milliseconds; shapes without light are drawn if that is not there by then
+
 /** The parts of the page that the server's messages reach. */
 export interface Receivers {
   stage: Stage
@@ -29,6 +31,7 @@ export class ServerFlow {
   private readonly drawn: ValuesFrame[] = [] // arrived, not yet on the screen
   private revision = -1 // of the newest state
   private atRest = -1 // revision of the light that arrived last, where that is complete
+  private lightCame: () => void = () => {}
   private readonly remeshing: Remeshing
 
   /** `waitForGpu`: acknowledge no frame before the GPU has taken it (measurements want that). */
@@ -51,6 +54,15 @@ export class ServerFlow {
     remote.onValues = (frame) => this.remeshing.take(frame)
     remote.state.watch((state) => state && this.takeState(state))
     stage.afterDrawing.push(() => this.acknowledge())
+    if (lit.info.lit) void stage.holdUntil(this.light())
+  }
+
+  /** Settled when the first light came, or is late. */
+  private light(): Promise<void> {
+    return new Promise((resolve) => {
+      this.lightCame = resolve
+      setTimeout(resolve, LATE)
+    })
   }
 
   private startOver(): void {
@@ -83,7 +95,9 @@ export class ServerFlow {
     this.drawn.push(frame)
     probes.update()
     const another = frame.rest && (look.dark || look.settings.value.mode === 'difference')
-    if ((frame.full && !remeshed) || first || another) void look.measureAgain()
+    const metered = (frame.full && !remeshed) || first || another ? look.measureAgain() : null
+    if (first && metered) void stage.holdUntil(metered)
+    this.lightCame()
     stage.invalidate()
   }
 

@@ -90,7 +90,7 @@ export function testHooks(app: App): TestHooks {
       !remote.busyDragging &&
       remote.state.value?.phase === 'ready' &&
       app.flow.shown === remote.state.value.revision,
-    /** What drawing takes of the graphics card: programs, calls for a frame, bytes a vertex. */
+    /** What drawing took and takes of the graphics card: pictures, programs, calls for one, bytes a vertex. */
     cost: () => {
       const { info } = stage.renderer
       info.autoReset = false
@@ -103,6 +103,7 @@ export function testHooks(app: App): TestHooks {
         return sum + arrays.reduce((total, { byteLength }) => total + byteLength, 0)
       }, 0)
       return {
+        pictures: stage.pictures,
         programs: info.programs!.map(({ name }) => name),
         calls,
         bytesOfVertex: bytes / lit.info.vertices,

@@ -74,7 +74,7 @@ def _routes_of_page(hub: Hub, more: dict[str, Any], page: Path) -> list[BaseRout
     async def scene(request: Request) -> Response:
         if (geometry := asked(request)) is None:
             return _gone()
-        return JSONResponse(geometry.description | more, headers=NO_STORE)
+        return JSONResponse(geometry.description | more | {"lit": hub.lit}, headers=NO_STORE)
 
     async def data(request: Request) -> Response:
         if (geometry := asked(request)) is None:

@@ -25,7 +25,7 @@ PROTOCOL = 1
 
 @dataclass(frozen=True, eq=False)
 class Geometry:
-    """`scene.json` without `run` and `folder`, and `geometry.bin`; numbered, because it can change."""
+    """`scene.json` without `run`, `folder` and `lit`, and `geometry.bin`; numbered, because it can change."""
 
     description: dict[str, Any]
     data: bytes

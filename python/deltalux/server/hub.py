@@ -122,6 +122,11 @@ class Hub:
             page.offer(self._values)
         return page
 
+    @property
+    def lit(self) -> bool:
+        """Whether there are values, or will be in a moment."""
+        return self._values is not None or self._phase in ("updating", "ready")
+
     def disconnect(self, page: Page) -> None:
         """Remove a page; objects that it was dragging stay where they are."""
         self._pages.discard(page)

@@ -17,3 +17,11 @@ def test_a_frame_takes_few_calls_and_a_vertex_few_bytes(viewer):
     cost = viewer.ask("deltalux.cost()")
     assert cost["calls"] <= 6  # one for each mesh of one material
     assert cost["bytesOfVertex"] < 45  # 32 of the vertex, 2 for each corner of a triangle
+
+
+def test_the_first_picture_of_a_baked_scene_is_lit_and_metered(open_page, server):
+    """No shapes without light, no picture of another exposure are drawn before it."""
+    open_page(server.url).settle()  # the server has encoded its light
+    viewer = open_page(server.url)
+    viewer.settle()
+    assert viewer.ask("deltalux.cost()")["pictures"] == 1

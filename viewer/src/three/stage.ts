@@ -22,8 +22,11 @@ export class Stage {
   readonly beforeDrawing: ((seconds: number) => boolean)[] = [] // each tells whether it wants another frame
   readonly overlays: (() => void)[] = [] // drawn over the scene
   readonly afterDrawing: (() => void)[] = []
+  pictures = 0 // drawn so far
   private field = 50
-  private scheduled = false
+  private scheduled = false // something is to be drawn,
+  private request = 0 // and the browser was asked for its next turn
+  private holds = 0
   private lastTime = 0
 
   constructor(
@@ -77,7 +80,20 @@ export class Stage {
   invalidate = (): void => {
     if (this.scheduled) return
     this.scheduled = true
-    requestAnimationFrame(this.draw)
+    this.ask()
+  }
+
+  /** Draws nothing until a promise is settled: what would be shown meanwhile is replaced at once. */
+  async holdUntil(settled: Promise<unknown>): Promise<void> {
+    cancelAnimationFrame(this.request)
+    this.holds++
+    await settled.catch(() => {})
+    this.holds--
+    if (this.scheduled) this.ask()
+  }
+
+  private ask(): void {
+    if (this.holds === 0) this.request = requestAnimationFrame(this.draw)
   }
 
   get idle(): boolean {
@@ -97,6 +113,7 @@ export class Stage {
     this.lastTime = now
     const again = this.beforeDrawing.map((step) => step(seconds)).some(Boolean)
     this.drawNow()
+    this.pictures++
     for (const step of this.afterDrawing) step()
     if (again) this.invalidate()
   }
