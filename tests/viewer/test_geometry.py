@@ -14,6 +14,7 @@ from rooms import room
 
 from viewer.page.two_cells import two_cells
 from viewer.page_client import get
+from viewer.served_room import make_session
 
 
 def arrays_of(geometry: Geometry) -> dict[str, np.ndarray]:
