@@ -41,6 +41,7 @@ def open_scene(
     unit: str | float | None = None,
     up: str = "y",
     groups: str = "auto",
+    glass: str = "opaque",
 ) -> dl.Scene:
     """Load a scene file or build a bundled scene.
 
@@ -49,7 +50,7 @@ def open_scene(
     word : path of a file, or the name of a bundled scene
     movable : names of nodes to make movable, in addition to those that the file marks
     lamp, sun : lights to add
-    light_units, unit, up, groups : see `deltalux.load`; for files only
+    light_units, unit, up, groups, glass : see `deltalux.load`; for files only
 
     Raises
     ------
@@ -62,7 +63,13 @@ def open_scene(
         scene = dl.scene.make_movable(scene, movable) if movable else scene
     else:
         scene = _load(
-            word, movable=list(movable or ()), light_units=light_units, unit=unit, up=up, groups=groups
+            word,
+            movable=list(movable or ()),
+            light_units=light_units,
+            unit=unit,
+            up=up,
+            groups=groups,
+            glass=glass,
         )
     for added in lamp or ():
         place = open_place(scene) if added.place is None else added.place

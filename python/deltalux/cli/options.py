@@ -268,6 +268,14 @@ GroupsOption = Annotated[
         "(name), or one per lamp as long as eight groups, which can be dimmed at once, are enough (auto).",
     ),
 ]
+GlassOption = Annotated[
+    Literal["opaque", "clear"],
+    typer.Option(
+        "--glass",
+        help="What lets at least half of the light through counts as its diffuse colour (opaque), or is left "
+        "out, so that windows let the sun in and shades the light of bulbs out (clear).",
+    ),
+]
 OutputsOption = Annotated[
     list[Path] | None,
     typer.Option(
@@ -431,5 +439,6 @@ SCENE_OPTIONS: dict[str, tuple[Any, Any]] = {
     "unit": (UnitOption, None),
     "up": (UpOption, "y"),
     "groups": (GroupsOption, "auto"),
+    "glass": (GlassOption, "opaque"),
 }
 OF_THE_SCENE = tuple(SCENE_OPTIONS)

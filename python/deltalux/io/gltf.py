@@ -39,6 +39,8 @@ def load_gltf(
     light_units: str = "spec",
     space: np.ndarray | None = None,
     groups: str = BY_COUNT,
+    *,
+    clear_glass: bool = False,
 ) -> Scene:
     """Read a glTF file; see `deltalux.load`.
 
@@ -53,7 +55,9 @@ def load_gltf(
         accessors = Accessors(document, buffers)
         nodes = expand_instances(place_nodes(document, space), accessors)
         ownership = assign_owners(nodes, movable, document.notes)
-        assembly = _Assembly(document, nodes, ownership, light_units, buffers, accessors, decoder)
+        assembly = _Assembly(
+            document, nodes, ownership, light_units, buffers, accessors, decoder, clear_glass
+        )
         assembly.check_size()
         scene = assembly.scene(groups == BY_NAME)
         if groups == BY_COUNT and len(scene.groups) > MAX_GROUPS:
@@ -87,12 +91,16 @@ class _Assembly:
         buffers: Buffers,
         accessors: Accessors,
         decoder: DecoderProcess,
+        clear_glass: bool,
     ) -> None:
         self.document = document
         self.nodes = nodes
         self.ownership = ownership
         self.materials = Materials(document, Textures(document, buffers))
-        self.primitives = Primitives(document, accessors, buffers, decoder, self.materials.coordinate_set)
+        left_out = self.materials.is_glass if clear_glass else lambda _: False
+        self.primitives = Primitives(
+            document, accessors, buffers, decoder, self.materials.coordinate_set, left_out
+        )
         self.light_units = light_units
         self._begin(by_name=False)
 

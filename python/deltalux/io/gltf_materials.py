@@ -11,7 +11,7 @@ import numpy as np
 from deltalux.scene import Material
 from deltalux.scene.look import ALPHA_MODES, PLAIN, Look, Texture
 
-from .diagnostics import OPAQUE, Notes, UniqueNames, malformed
+from .diagnostics import GLASS, GLASS_REMEDY, LEFT_OUT, OPAQUE, Notes, UniqueNames, malformed
 from .gltf_document import Document
 from .gltf_textures import TRANSFORM, Textures
 
@@ -83,6 +83,14 @@ class Materials:
         colour, _ = _base_colour(source)
         return _set_of(colour or (source.emissiveTexture if any(source.emissiveFactor) else None))
 
+    def is_glass(self, index: int) -> bool:
+        """Whether a material lets at least half of the light through, and does not glow; tells of it."""
+        source = self._document.gltf.materials[index]
+        found = _is_glass(source)
+        if found:
+            self._document.notes.add(LEFT_OUT, source.name or f"material{index}")
+        return found
+
     def _found_at(self, index: int) -> _Read:
         if index not in self._found:
             self._found[index] = self._read(index) if index >= 0 else self._default()
@@ -151,12 +159,22 @@ def _mean(texture: Texture | None) -> np.ndarray:
     return np.ones(3) if texture is None else texture.mean
 
 
+def _is_glass(source: Any) -> bool:
+    _, factor = _base_colour(source)
+    passes = source.extensions.get(TRANSMISSION, {}).get("transmissionFactor", 0.0)
+    if source.alphaMode == "BLEND":
+        passes = max(passes, 1 - factor[3])
+    return passes >= GLASS and not any(source.emissiveFactor)
+
+
 def _note_unhonoured(source: Any, name: str, notes: Notes) -> None:
     pbr = source.pbrMetallicRoughness
     if GLOSSY not in source.extensions and (pbr is None or pbr.metallicFactor > 0):
         notes.add("metals count as diffuse", name)
     if source.alphaMode not in (None, "OPAQUE") or TRANSMISSION in source.extensions:
         notes.add(OPAQUE, name)
+    if _is_glass(source):
+        notes.add(GLASS_REMEDY, name)
     if source.normalTexture is not None:
         notes.add("normal maps are not honoured", name)
     if source.occlusionTexture is not None:

@@ -54,8 +54,10 @@ class Primitives:
         buffers: Buffers,
         decoder: DecoderProcess,
         coordinate_set: Callable[[int], int | None],
+        left_out: Callable[[int], bool],
     ) -> None:
-        """`coordinate_set` returns the texture coordinate set that a material uses."""
+        """`coordinate_set`: of a material's textures; `left_out`: whether its triangles are none."""
+        self._left_out = left_out
         self._document = document
         self._coordinate_set = coordinate_set
         self._accessors = accessors
@@ -101,6 +103,8 @@ class Primitives:
                 raise malformed(f"{place}.attributes", "no POSITION", "it to be there")
             if primitive.material is not None:
                 element(self._document.gltf.materials, primitive.material, f"{place}.material")
+                if self._left_out(primitive.material):
+                    continue
             found.append((place, primitive))
         return found
 

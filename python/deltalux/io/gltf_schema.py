@@ -205,6 +205,7 @@ _MATERIAL = record(
     },
     extensions={
         "KHR_materials_emissive_strength": record({"emissiveStrength": number}),
+        "KHR_materials_transmission": record({"transmissionFactor": number}),
         "KHR_materials_pbrSpecularGlossiness": record(
             {"diffuseFactor": list_of(number, 4), "diffuseTexture": _TEXTURE}
         ),

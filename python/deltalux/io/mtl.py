@@ -12,7 +12,7 @@ from deltalux.errors import FormatError
 from deltalux.scene import Material
 from deltalux.scene.look import WRAPS, Look, Texture
 
-from .diagnostics import OPAQUE, Notes, clean_name, malformed
+from .diagnostics import GLASS, GLASS_REMEDY, LEFT_OUT, OPAQUE, Notes, clean_name, malformed
 from .files import read_beside
 from .texels import MAX_FILE_BYTES, mean_linear_texel
 
@@ -50,6 +50,17 @@ class _Map:
 class _Entry:
     colours: dict[str, np.ndarray] = field(default_factory=dict)  # Kd, Ke
     textures: dict[str, _Map] = field(default_factory=dict)  # for Kd, Ke
+    shares: dict[str, float] = field(default_factory=dict)  # of light that passes, as d and Tr have it
+
+    @property
+    def passes(self) -> float:
+        """Share of light that passes; some programs write a Tr that means the opposite, beside a d."""
+        return self.shares.get("d", self.shares.get("Tr", 0.0))
+
+    @property
+    def is_glass(self) -> bool:
+        """Whether at least half of the light passes, and it does not glow."""
+        return self.passes >= GLASS and not self.colours.get("Ke", np.zeros(3)).any()
 
 
 class MaterialLibrary:
@@ -94,8 +105,8 @@ class MaterialLibrary:
                     entry.textures[key[4:]] = _Map(texture, *_options(rest[:-1]))
                 else:
                     self._note_unhonoured(key)
-            elif _lets_through(key, rest):
-                self._notes.add(OPAQUE, name)
+            elif (share := _passed(key, rest)) is not None:
+                entry.shares[key] = share
             elif key and key not in IGNORED | {"d", "Tr", "Ks", "Ns"}:
                 self._note_unhonoured(key)
 
@@ -112,12 +123,23 @@ class MaterialLibrary:
         """Whether an MTL file gives the material of that name a texture."""
         return name in self._entries and bool(self._entries[name].textures)
 
+    def is_glass(self, name: str) -> bool:
+        """Whether a material lets at least half of the light through, and does not glow; tells of it."""
+        found = name in self._entries and self._entries[name].is_glass
+        if found:
+            self._notes.add(LEFT_OUT, name)
+        return found
+
     def material(self, name: str) -> Material:
         """The material of that name; grey, with a warning, if no MTL file defines it."""
         entry = self._entries.get(name)
         if entry is None:
             self._notes.add(f"materials that no MTL file defines are grey ({GREY})", name)
             return Material(name, (GREY,) * 3)
+        if entry.passes > 0:
+            self._notes.add(OPAQUE, name)
+        if entry.is_glass:
+            self._notes.add(GLASS_REMEDY, name)
         reflectance = entry.colours.get("Kd", np.full(3, GREY))
         colour, glow = self._texture(entry, "Kd", name), None
         if colour is not None:
@@ -159,14 +181,13 @@ def _options(words: list[str]) -> tuple[tuple[float, float], tuple[float, float]
     return (found["-o"][0], found["-o"][1]), (found["-s"][0], found["-s"][1]), clamped
 
 
-def _lets_through(key: str, words: list[str]) -> bool:
-    """Whether a statement makes a material transparent: "d", or the inverse "Tr" of some programs."""
+def _passed(key: str, words: list[str]) -> float | None:
+    """Share of the light that passes by a statement: "d", or the inverse "Tr" of some programs; else None."""
     try:
-        return bool(words) and (
-            (key == "d" and float(words[-1]) < 1) or (key == "Tr" and float(words[-1]) > 0)
-        )
+        value = float(words[-1]) if words and key in ("d", "Tr") else np.nan
     except ValueError:
-        return False
+        return None
+    return None if np.isnan(value) else 1 - value if key == "d" else value
 
 
 def _colour(words: list[str], where: str) -> np.ndarray:

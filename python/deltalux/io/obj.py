@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 import re
 from array import array
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -52,6 +52,8 @@ def load_obj(
     light_units: str = "spec",
     space: np.ndarray | None = None,
     groups: str = "auto",
+    *,
+    clear_glass: bool = False,
 ) -> Scene:
     """Read an OBJ file and its MTL files; see `deltalux.load`.
 
@@ -62,7 +64,8 @@ def load_obj(
     """
     notes = Notes()
     library = MaterialLibrary(path.parent, notes)
-    reading = _read(read_regular_file(path, "file"), library, notes)
+    left_out = library.is_glass if clear_glass else lambda _: False
+    reading = _read(read_regular_file(path, "file"), library, notes, left_out)
     objects = reading.objects
     if not objects:
         raise SceneError("scene: found no faces, expected some surface to light")
@@ -148,7 +151,8 @@ def _lines(data: bytes) -> Iterator[tuple[int, list[str]]]:
         held.clear()
 
 
-def _read(data: bytes, library: MaterialLibrary, notes: Notes) -> _Reading:
+def _read(data: bytes, library: MaterialLibrary, notes: Notes, left_out: Callable[[str], bool]) -> _Reading:
+    """The statements of a file; `left_out`: whether faces of a material are none."""
     reading = _Reading()
     naming = "o" if re.search(rb"^[ \t]*o\s", data, re.MULTILINE) else "g"  # \s* would match line breaks
     material, name = "default", "object"
@@ -162,6 +166,8 @@ def _read(data: bytes, library: MaterialLibrary, notes: Notes) -> _Reading:
             reading.coordinates.extend(_texel(rest))
         elif key == "f":
             corners = _face(rest, len(reading.vertices), where)
+            if left_out(material):
+                continue
             order, simple = cut([reading.vertices[corner] for corner in corners])
             if not simple:
                 notes.add("polygons that cross themselves: what they cover is a guess", where)
