@@ -64,9 +64,10 @@ class _Entry:
 
 
 class MaterialLibrary:
-    """Materials by name, from any number of MTL files in or below `folder`."""
+    """Materials by name, from any number of MTL files in or below `folder`; `clear_glass`: is left out."""
 
-    def __init__(self, folder: Path, notes: Notes) -> None:
+    def __init__(self, folder: Path, notes: Notes, clear_glass: bool) -> None:
+        self._clear_glass = clear_glass
         self._folder = folder
         self._notes = notes
         self._files: dict[Path, None] = {}
@@ -123,12 +124,19 @@ class MaterialLibrary:
         """Whether an MTL file gives the material of that name a texture."""
         return name in self._entries and bool(self._entries[name].textures)
 
-    def is_glass(self, name: str) -> bool:
-        """Whether a material lets at least half of the light through, and does not glow; tells of it."""
-        found = name in self._entries and self._entries[name].is_glass
-        if found:
-            self._notes.add(LEFT_OUT, name)
-        return found
+    def leaves_out(self, name: str) -> bool:
+        """Whether faces of that material are none."""
+        return self._clear_glass and name in self._entries and self._entries[name].is_glass
+
+    def note_transparent(self) -> None:
+        """Warn of materials that let light through, used or not."""
+        for name, entry in self._entries.items():
+            if self.leaves_out(name):
+                self._notes.add(LEFT_OUT, name)
+            elif entry.passes > 0:
+                self._notes.add(OPAQUE, name)
+                if entry.is_glass:
+                    self._notes.add(GLASS_REMEDY, name)
 
     def material(self, name: str) -> Material:
         """The material of that name; grey, with a warning, if no MTL file defines it."""
@@ -136,10 +144,6 @@ class MaterialLibrary:
         if entry is None:
             self._notes.add(f"materials that no MTL file defines are grey ({GREY})", name)
             return Material(name, (GREY,) * 3)
-        if entry.passes > 0:
-            self._notes.add(OPAQUE, name)
-        if entry.is_glass:
-            self._notes.add(GLASS_REMEDY, name)
         reflectance = entry.colours.get("Kd", np.full(3, GREY))
         colour, glow = self._texture(entry, "Kd", name), None
         if colour is not None:

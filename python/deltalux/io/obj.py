@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 import re
 from array import array
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -63,9 +63,9 @@ def load_obj(
     effect; each object with a luminous material is a light group, so `groups` has none either.
     """
     notes = Notes()
-    library = MaterialLibrary(path.parent, notes)
-    left_out = library.is_glass if clear_glass else lambda _: False
-    reading = _read(read_regular_file(path, "file"), library, notes, left_out)
+    library = MaterialLibrary(path.parent, notes, clear_glass)
+    reading = _read(read_regular_file(path, "file"), library, notes)
+    library.note_transparent()
     objects = reading.objects
     if not objects:
         raise SceneError("scene: found no faces, expected some surface to light")
@@ -151,8 +151,7 @@ def _lines(data: bytes) -> Iterator[tuple[int, list[str]]]:
         held.clear()
 
 
-def _read(data: bytes, library: MaterialLibrary, notes: Notes, left_out: Callable[[str], bool]) -> _Reading:
-    """The statements of a file; `left_out`: whether faces of a material are none."""
+def _read(data: bytes, library: MaterialLibrary, notes: Notes) -> _Reading:
     reading = _Reading()
     naming = "o" if re.search(rb"^[ \t]*o\s", data, re.MULTILINE) else "g"  # \s* would match line breaks
     material, name = "default", "object"
@@ -166,7 +165,7 @@ def _read(data: bytes, library: MaterialLibrary, notes: Notes, left_out: Callabl
             reading.coordinates.extend(_texel(rest))
         elif key == "f":
             corners = _face(rest, len(reading.vertices), where)
-            if left_out(material):
+            if library.leaves_out(material):
                 continue
             order, simple = cut([reading.vertices[corner] for corner in corners])
             if not simple:
