@@ -47,7 +47,9 @@ def light(scene: dl.Scene) -> np.ndarray:
         return session.irradiance
 
 
-@pytest.mark.parametrize(("fields", "alpha", "is_glass"), [row[1:] for row in MATERIALS], ids=lambda _: "")
+@pytest.mark.parametrize(
+    ("fields", "alpha", "is_glass"), [row[1:] for row in MATERIALS], ids=[row[0] for row in MATERIALS]
+)
 def test_what_is_mostly_transparent_is_left_out(tmp_path, fields, alpha, is_glass):
     path = write(tmp_path, fields, alpha)
     opaque, clear = dl.load(path), dl.load(path, glass="clear")

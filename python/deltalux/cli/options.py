@@ -273,7 +273,7 @@ GlassOption = Annotated[
     typer.Option(
         "--glass",
         help="What lets at least half of the light through counts as its diffuse colour (opaque), or is left "
-        "out, so that windows let the sun in and shades the light of bulbs out (clear).",
+        "out (clear): windows let the sun in, and glass bulbs let their light out.",
     ),
 ]
 OutputsOption = Annotated[

@@ -13,7 +13,7 @@ SHOWN_ITEMS = 4
 ALL_NAMES = "`deltalux info FILE --nodes` shows all, * stands for any letters"
 MAX_NAME = 120
 OPAQUE = "transparency is not honoured: surfaces count as opaque, and windows let no daylight in"
-GLASS = 0.5  # least share of the light that glass lets through
+LEAST_PASSED = 0.5  # least share of the light that glass lets through
 GLASS_REMEDY = '--glass clear (glass="clear") lets light pass what is mostly transparent'
 LEFT_OUT = "glass is left out: light passes it unchanged, and results and exports do not show it"
 

@@ -96,11 +96,8 @@ class _Assembly:
         self.document = document
         self.nodes = nodes
         self.ownership = ownership
-        self.materials = Materials(document, Textures(document, buffers))
-        left_out = self.materials.is_glass if clear_glass else lambda _: False
-        self.primitives = Primitives(
-            document, accessors, buffers, decoder, self.materials.coordinate_set, left_out
-        )
+        self.materials = Materials(document, Textures(document, buffers), clear_glass)
+        self.primitives = Primitives(document, accessors, buffers, decoder, self.materials)
         self.light_units = light_units
         self._begin(by_name=False)
 

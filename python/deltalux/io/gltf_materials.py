@@ -11,7 +11,7 @@ import numpy as np
 from deltalux.scene import Material
 from deltalux.scene.look import ALPHA_MODES, PLAIN, Look, Texture
 
-from .diagnostics import GLASS, GLASS_REMEDY, LEFT_OUT, OPAQUE, Notes, UniqueNames, malformed
+from .diagnostics import GLASS_REMEDY, LEAST_PASSED, LEFT_OUT, OPAQUE, Notes, UniqueNames, malformed
 from .gltf_document import Document
 from .gltf_textures import TRANSFORM, Textures
 
@@ -41,7 +41,8 @@ class Materials:
     linear texel; emission is emissiveFactor times KHR_materials_emissive_strength times the mean texel.
     """
 
-    def __init__(self, document: Document, textures: Textures) -> None:
+    def __init__(self, document: Document, textures: Textures, clear_glass: bool) -> None:
+        self._clear_glass = clear_glass
         self._document = document
         self._textures = textures
         self.begin()
@@ -83,10 +84,10 @@ class Materials:
         colour, _ = _base_colour(source)
         return _set_of(colour or (source.emissiveTexture if any(source.emissiveFactor) else None))
 
-    def is_glass(self, index: int) -> bool:
-        """Whether a material lets at least half of the light through, and does not glow; tells of it."""
+    def leaves_out(self, index: int) -> bool:
+        """Whether triangles of that material are none; tells of it."""
         source = self._document.gltf.materials[index]
-        found = _is_glass(source)
+        found = self._clear_glass and _is_glass(source)
         if found:
             self._document.notes.add(LEFT_OUT, source.name or f"material{index}")
         return found
@@ -160,11 +161,12 @@ def _mean(texture: Texture | None) -> np.ndarray:
 
 
 def _is_glass(source: Any) -> bool:
+    """Whether a material lets at least half of the light through, and does not glow."""
     _, factor = _base_colour(source)
     passes = source.extensions.get(TRANSMISSION, {}).get("transmissionFactor", 0.0)
     if source.alphaMode == "BLEND":
         passes = max(passes, 1 - factor[3])
-    return passes >= GLASS and not any(source.emissiveFactor)
+    return passes >= LEAST_PASSED and not any(source.emissiveFactor)
 
 
 def _note_unhonoured(source: Any, name: str, notes: Notes) -> None:

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,6 +15,7 @@ from .gltf_buffers import Buffers
 from .gltf_document import COMPRESSION, Document, compression_remedy
 from .gltf_draco import NAME as DRACO
 from .gltf_draco import DracoPrimitives
+from .gltf_materials import Materials
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
 NO_TRIANGLES = {0: "points", 1: "lines", 2: "lines", 3: "lines"}
@@ -53,13 +53,10 @@ class Primitives:
         accessors: Accessors,
         buffers: Buffers,
         decoder: DecoderProcess,
-        coordinate_set: Callable[[int], int | None],
-        left_out: Callable[[int], bool],
+        materials: Materials,
     ) -> None:
-        """`coordinate_set`: of a material's textures; `left_out`: whether its triangles are none."""
-        self._left_out = left_out
+        self._materials = materials
         self._document = document
-        self._coordinate_set = coordinate_set
         self._accessors = accessors
         self._draco = DracoPrimitives(accessors, buffers, decoder)
         self._surfaces: dict[int, Surface] = {}
@@ -103,7 +100,7 @@ class Primitives:
                 raise malformed(f"{place}.attributes", "no POSITION", "it to be there")
             if primitive.material is not None:
                 element(self._document.gltf.materials, primitive.material, f"{place}.material")
-                if self._left_out(primitive.material):
+                if self._materials.leaves_out(primitive.material):
                     continue
             found.append((place, primitive))
         return found
@@ -145,7 +142,7 @@ class Primitives:
 
     def _coordinates_name(self, primitive: Any) -> str | None:
         """Name of the attribute that the material's texture needs; None if none is needed or present."""
-        number = None if primitive.material is None else self._coordinate_set(primitive.material)
+        number = None if primitive.material is None else self._materials.coordinate_set(primitive.material)
         name = f"TEXCOORD_{number}"
         return None if number is None or getattr(primitive.attributes, name, None) is None else name
 

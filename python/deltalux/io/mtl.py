@@ -12,7 +12,7 @@ from deltalux.errors import FormatError
 from deltalux.scene import Material
 from deltalux.scene.look import WRAPS, Look, Texture
 
-from .diagnostics import GLASS, GLASS_REMEDY, LEFT_OUT, OPAQUE, Notes, clean_name, malformed
+from .diagnostics import GLASS_REMEDY, LEAST_PASSED, LEFT_OUT, OPAQUE, Notes, clean_name, malformed
 from .files import read_beside
 from .texels import MAX_FILE_BYTES, mean_linear_texel
 
@@ -60,7 +60,7 @@ class _Entry:
     @property
     def is_glass(self) -> bool:
         """Whether at least half of the light passes, and it does not glow."""
-        return self.passes >= GLASS and not self.colours.get("Ke", np.zeros(3)).any()
+        return self.passes >= LEAST_PASSED and not self.colours.get("Ke", np.zeros(3)).any()
 
 
 class MaterialLibrary:

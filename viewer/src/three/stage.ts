@@ -87,9 +87,12 @@ export class Stage {
   async holdUntil(settled: Promise<unknown>): Promise<void> {
     cancelAnimationFrame(this.request)
     this.holds++
-    await settled.catch(() => {})
-    this.holds--
-    if (this.scheduled) this.ask()
+    try {
+      await settled
+    } finally {
+      this.holds--
+      if (this.scheduled) this.ask()
+    }
   }
 
   private ask(): void {
