@@ -32,6 +32,7 @@ import { Cameras } from './three/cameras'
 import { geometryArrays, LitScene } from './three/litScene'
 import { Outline } from './three/outline'
 import { clearDistance, pick } from './three/picking'
+import type { Antialiasing } from './three/smoothing'
 import { Stage } from './three/stage'
 import { Timeline } from './timeline'
 import { IsolineLabels } from './isolineLabels'
@@ -40,7 +41,7 @@ import { keepLink } from './viewLink'
 const ACCENT = '#ffb84d'
 
 export interface Options {
-  antialias: boolean
+  antialiasing: Antialiasing
   bench: boolean // upload everything, draw one triangle
 }
 
@@ -74,7 +75,7 @@ export class App {
   ) {
     const picture = h('main', {}, this.canvas)
     root.replaceChildren(picture)
-    this.stage = new Stage(this.canvas, options.antialias)
+    this.stage = new Stage(this.canvas, options.antialiasing)
     this.lit = new LitScene(info, geometryArrays(info, buffer), options.bench, ({ programs }) => {
       for (const material of programs) this.stage.warmUp(material)
     })

@@ -5,6 +5,7 @@ import { h } from './dom'
 import type { SceneInfo } from './protocol'
 import { Gone, type Loaded } from './remeshing'
 import { testHooks } from './testHooks'
+import { drawsInSoftware, type Antialiasing } from './three/smoothing'
 import './theme.css'
 import './style.css'
 import './narrow.css'
@@ -18,6 +19,11 @@ async function load(address: string): Promise<Response> {
   if (answer.status === 410) throw new Gone('The mesh that was asked for has been refined.')
   if (!answer.ok) throw new Error(`The server answered ${answer.status} to ${new URL(answer.url).pathname}.`)
   return answer
+}
+
+function antialiasingFor(asked: string | null): Antialiasing {
+  if (asked === '0') return 'never'
+  return drawsInSoftware() ? 'at rest' : 'always'
 }
 
 async function start(root: HTMLElement): Promise<void> {
@@ -34,7 +40,9 @@ async function start(root: HTMLElement): Promise<void> {
     performance.mark('geometry')
     return { info, buffer }
   }
-  const loaded = await loadScene().catch((error: unknown) => {
+  const loading = loadScene()
+  const antialiasing = antialiasingFor(query.get('aa')) // starts the graphics process, if none runs
+  const loaded = await loading.catch((error: unknown) => {
     if (error instanceof Gone) return loadScene() // it was refined in between, which it rarely is
     throw error
   })
@@ -44,7 +52,7 @@ async function start(root: HTMLElement): Promise<void> {
   }
   const socket = new URL(withToken('ws'), document.baseURI)
   socket.protocol = socket.protocol === 'https:' ? 'wss:' : 'ws:'
-  const options = { antialias: query.get('aa') !== '0', bench: query.has('bench') }
+  const options = { antialiasing, bench: query.has('bench') }
   document.title = `${info.name} · Deltalux`
   const app = new App(root, loaded, loadScene, token, socket.href, options)
   performance.mark('built')

@@ -13,6 +13,7 @@ from scipy.ndimage import maximum_filter, minimum_filter
 from viewer.page.driver import Viewer
 from viewer.served_room import saved
 
+ANTIALIASED = "document.querySelector('canvas').getContext('webgl2').getContextAttributes().antialias"
 ROUNDED = 16  # steps of a channel that a mixture may be off, as the tone curve is not linear
 
 
@@ -51,9 +52,12 @@ def test_edges_show_what_is_beside_them(bodies_file, browser):
             viewer.press("Escape")
             viewer.settle()
             pictures.append(viewer.picture())
+            as_drawn = viewer.ask(ANTIALIASED)
             viewer.page.close()
     assert complaints == []
+    assert not as_drawn  # there is no graphics card: it comes when all is at rest
     plain, smooth = pictures
+    assert (smooth != plain).any(axis=2).mean() > 0.002
     darker = smooth < minimum_filter(plain, size=(3, 3, 1)) - ROUNDED
     brighter = smooth > maximum_filter(plain, size=(3, 3, 1)) + ROUNDED
     assert (darker | brighter).any(axis=2).sum() <= 3

@@ -8,14 +8,13 @@ import {
   GLSL3,
   Mesh,
   MeshBasicMaterial,
-  OrthographicCamera,
-  PlaneGeometry,
   Scene,
   ShaderMaterial,
   Vector2,
   Vector3,
   WebGLRenderTarget,
 } from 'three'
+import { FullScreenQuad } from 'three/addons/postprocessing/Pass.js'
 import type { Body } from './litScene'
 import type { Stage } from './stage'
 
@@ -53,8 +52,7 @@ export class Outline {
     toneMapped: false,
   })
   private readonly silhouette = new Scene()
-  private readonly overlay = new Scene()
-  private readonly overlayCamera = new OrthographicCamera()
+  private readonly overlay: FullScreenQuad
   private readonly border: ShaderMaterial
 
   constructor(
@@ -74,9 +72,7 @@ export class Outline {
         line: { value: new Color(accent).convertLinearToSRGB() },
       },
     })
-    const plane = new Mesh(new PlaneGeometry(2, 2), this.border)
-    plane.frustumCulled = false
-    this.overlay.add(plane)
+    this.overlay = new FullScreenQuad(this.border)
     stage.overlays.push(() => this.draw())
   }
 
@@ -95,18 +91,19 @@ export class Outline {
     this.silhouette.clear().add(shape)
     const clear = renderer.getClearColor(new Color())
     const alpha = renderer.getClearAlpha()
+    const picture = renderer.getRenderTarget()
     renderer.setRenderTarget(this.mask)
     renderer.setClearColor(0, 1)
     renderer.clear()
     renderer.render(this.silhouette, stage.camera)
-    renderer.setRenderTarget(null)
+    renderer.setRenderTarget(picture)
     renderer.setClearColor(clear, alpha)
     const around = this.rectangle(body)
     if (around.isEmpty()) return
     // Only around the object: a pass over all pixels is what software rendering has no time for.
     renderer.setScissor(around.min.x, around.min.y, around.max.x - around.min.x, around.max.y - around.min.y)
     renderer.setScissorTest(true)
-    renderer.render(this.overlay, this.overlayCamera)
+    this.overlay.render(renderer)
     renderer.setScissorTest(false)
   }
 

@@ -12,6 +12,7 @@ import {
   WebGLRenderer,
   type Material,
 } from 'three'
+import { Smoothing, type Antialiasing } from './smoothing'
 
 const BACKGROUND = 0x30 / 0xff // what pictures show around the scene: linear grey 0.03, encoded
 
@@ -28,12 +29,15 @@ export class Stage {
   private request = 0 // and the browser was asked for its next turn
   private holds = 0
   private lastTime = 0
+  private readonly smoothing: Smoothing | null // of pictures that are not antialiased as they are drawn
 
   constructor(
     readonly canvas: HTMLCanvasElement,
-    antialias: boolean,
+    antialiasing: Antialiasing,
   ) {
+    const antialias = antialiasing === 'always'
     this.renderer = new WebGLRenderer({ canvas, antialias, powerPreference: 'high-performance' })
+    this.smoothing = antialiasing === 'at rest' ? new Smoothing(this.renderer, () => this.drawPlain()) : null
     this.renderer.autoClear = false
     // As in targets that are measured, so that both share one program; shaders encode their colours themselves.
     this.renderer.outputColorSpace = LinearSRGBColorSpace
@@ -80,6 +84,7 @@ export class Stage {
   invalidate = (): void => {
     if (this.scheduled) return
     this.scheduled = true
+    this.smoothing?.wait()
     this.ask()
   }
 
@@ -100,11 +105,16 @@ export class Stage {
   }
 
   get idle(): boolean {
-    return !this.scheduled
+    return !this.scheduled && !this.smoothing?.waiting
   }
 
-  /** The picture as it is, at once (its buffer is readable until the browser's next turn). */
+  /** The picture as it is, at once and as good as can be (readable until the browser's next turn). */
   drawNow(): void {
+    if (this.smoothing) this.smoothing.now()
+    else this.drawPlain()
+  }
+
+  private drawPlain(): void {
     this.renderer.clear()
     this.renderer.render(this.scene, this.camera)
     for (const overlay of this.overlays) overlay()
@@ -115,10 +125,11 @@ export class Stage {
     const seconds = Math.min((now - this.lastTime) / 1000, 0.1)
     this.lastTime = now
     const again = this.beforeDrawing.map((step) => step(seconds)).some(Boolean)
-    this.drawNow()
+    this.drawPlain()
     this.pictures++
     for (const step of this.afterDrawing) step()
     if (again) this.invalidate()
+    else if (!this.scheduled) this.smoothing?.soon()
   }
 
   private resize(): void {
