@@ -63,11 +63,12 @@ bool Beam::is_narrow(const trace::Light& light) {
   return !light.is_area() && light.punctual.kind->cone(light.punctual) <= kWidest;
 }
 
-Beam::Beam(const trace::Light& light, const BeamGuide& guide, uint64_t seed)
+Beam::Beam(const trace::Light& light, const BeamGuide& guide, float beyond, uint64_t seed)
     : light_(light.punctual),
       on_(light.on),
       shape_(light, guide.light, seed),
       guide_(guide),
+      beyond_(beyond),
       per_solid_(float(1 / light_.kind->extent(light_))),
       key_(combine(mix64(seed ^ 0x6265616d21212121ull), guide.light)) {}
 
@@ -90,9 +91,9 @@ Beam::Point Beam::cast(uint32_t k, const Caster& closest) const {
   const float from = 2 * position_slack(light_.position);
   const Vec3f w = direction(k);
   const trace::Hit hit = on_ ? closest(light_.position, w, from) : trace::Hit{};
-  if (!hit.valid()) return {};
-  const Vec3f n = trace::facing_normal(hit, w);
-  return is_unit(n) ? Point{light_.position + w * hit.t, n, hit.primitive} : Point{};
+  const Vec3f n = hit.valid() ? trace::facing_normal(hit, w) : Vec3f{};
+  return is_unit(n) ? Point{light_.position + w * hit.t, n, hit.primitive}
+                    : Point{light_.position + w * beyond_, {}, scene::kNone};
 }
 
 Beam::Point Beam::cast(const trace::RayCaster& caster, uint32_t k) const {
@@ -135,11 +136,15 @@ bool Beam::may_meet(Vec3f centre, float radius) const {
   return cone.may_meet(centre - light_.position, radius);
 }
 
+bool Beam::may_meet(const Box& box) const {
+  return !box.empty() && may_meet(box.centre(), 0.5001f * box.diagonal());
+}
+
 bool Beam::update(const trace::RayCaster& caster, std::span<const Box> boxes,
                   std::span<uint8_t> changed) {
   std::vector<Box> met;
   for (const Box& box : boxes)
-    if (!box.empty() && may_meet(box.centre(), 0.5001f * box.diagonal())) met.push_back(box);
+    if (may_meet(box)) met.push_back(box);
   if (met.empty()) return false;
   for (uint32_t k = 0; k < kPoints; ++k) {
     const SlabRay ray(light_.position, direction(k));

@@ -31,6 +31,7 @@ class Beam {
   static constexpr uint32_t kSide = 64, kPoints = kSide * kSide;
   /// A point where light of the spot lands.
   struct Point {
+    /// Where the light leaves the scene, `at` lies outside of the world, and the normal is zero.
     Vec3f at, normal;                   ///< the normal faces the lamp
     uint32_t primitive = scene::kNone;  ///< kNone: the light leaves the scene
     bool valid() const { return primitive != scene::kNone; }
@@ -40,8 +41,9 @@ class Beam {
     bool is_met(Vec3f origin, Vec3f w, const trace::Hit& hit) const;
     friend bool operator==(const Point&, const Point&) = default;
   };
-  /// Only for lights for which is_narrow() holds.
-  Beam(const trace::Light& light, const BeamGuide& guide, uint64_t seed);
+  /// Only for lights for which is_narrow() holds. `beyond`: a distance from the lamp that is
+  /// outside of the world.
+  Beam(const trace::Light& light, const BeamGuide& guide, float beyond, uint64_t seed);
   /// Whether the light is a spot of at most 45 degrees from axis to edge.
   static bool is_narrow(const trace::Light& light);
 
@@ -68,6 +70,7 @@ class Beam {
 
   /// Whether the beam's light may reach a place in the ball; false only if none can.
   bool may_meet(Vec3f centre, float radius) const;
+  bool may_meet(const Box& box) const;  ///< the same for a box
 
   // The following functions depend on the lamp and on static geometry only, so that few edits
   // change sampling probabilities.
@@ -105,6 +108,7 @@ class Beam {
   bool on_;
   direct::LightShape shape_;
   BeamGuide guide_;
+  float beyond_;
   float per_solid_;  // probability density per solid angle where the spot is brightest
   uint64_t key_;
   std::vector<Point> points_;

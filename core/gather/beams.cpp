@@ -5,12 +5,7 @@
 #include <algorithm>
 
 namespace deltalux::gather {
-namespace {
-
-// multiples of position_slack(): how far beside its cell a point may lie
-constexpr float kAside = 5;
-
-}  // namespace
+namespace {}  // namespace
 
 void BeamChange::merge(const BeamChange& later) {
   touched |= later.touched, placed |= later.placed;
@@ -24,7 +19,7 @@ Beams::Beams(std::span<const BeamGuide> guides, const scene::Scene& scene,
     : seed_(seed) {
   if (guides.empty()) return;
   for (const BeamGuide& guide : guides) {
-    beams_.emplace_back(lights[guide.light], guide, seed).compute(caster);
+    beams_.emplace_back(lights[guide.light], guide, scene.beyond(), seed).compute(caster);
     lights_.resize(std::max(lights_.size(), size_t(guide.light) + 1));
     lights_[guide.light] = 1;
   }
@@ -40,19 +35,14 @@ float Beams::beside(Vec3f place) const {
 void Beams::find_reach(const scene::Scene& scene, const Cells& cells,
                        std::span<const uint32_t> objects) {
   reach_.resize(cells.size(), 0);
-  cells.each_body([&](uint32_t first, uint32_t object, const BodyCells& body) {
-    if (!objects.empty() && std::find(objects.begin(), objects.end(), object) == objects.end())
-      return;
-    const Pose pose = object != scene::kNone ? scene.objects[object].pose : Pose{};
-    for (uint32_t own = 0; own < body.size(); ++own) {
-      const BodyCells::Ball ball = body.ball(own);
-      const Vec3f centre = pose.point(ball.centre);
-      const float radius = ball.radius + kAside * position_slack(centre);
-      uint64_t reach = 0;
-      for (size_t b = 0; b < beams_.size(); ++b)
-        reach |= uint64_t(beams_[b].may_meet(centre, radius)) << b;
-      reach_[first + own] = reach;
-    }
+  const auto in_question = [&](uint32_t object) {
+    return objects.empty() || std::find(objects.begin(), objects.end(), object) != objects.end();
+  };
+  cells.each_landing(scene, in_question, [&](uint32_t cell, const BodyCells::Ball& ball) {
+    uint64_t reach = 0;
+    for (size_t b = 0; b < beams_.size(); ++b)
+      reach |= uint64_t(beams_[b].may_meet(ball.centre, ball.radius)) << b;
+    reach_[cell] = reach;
   });
 }
 
@@ -69,7 +59,7 @@ BeamChange Beams::update(const scene::Scene& scene, std::span<const trace::Light
       change.touched |= beams_[b].update(caster, boxes, points);
       continue;
     }
-    Beam placed(light, beams_[b].guide(), seed_);
+    Beam placed(light, beams_[b].guide(), scene.beyond(), seed_);
     placed.compute(caster);
     beams_[b] = std::move(placed);
     std::fill(points.begin(), points.end(), uint8_t(1));

@@ -51,10 +51,28 @@ class Cells {
   void each_body(const Visit& visit) const {
     for (const Body& body : bodies_) visit(body.first_cell, body.object, body.cells);
   }
+  /// Calls visit(cell, ball) for each cell of the static geometry and of each movable, in its
+  /// present pose, for which wanted(object or kNone) holds. Where rays land in the cell, they land
+  /// in the ball.
+  template <class Wanted, class Visit>
+  void each_landing(const scene::Scene& scene, const Wanted& wanted, const Visit& visit) const {
+    for (const Body& body : bodies_) {
+      if (!wanted(body.object)) continue;
+      const Pose pose = body.object != scene::kNone ? scene.objects[body.object].pose : Pose{};
+      for (uint32_t own = 0; own < body.cells.size(); ++own) {
+        BodyCells::Ball ball = body.cells.ball(own);
+        ball.centre = pose.point(ball.centre);
+        ball.radius += kAside * position_slack(ball.centre);
+        visit(body.first_cell + own, ball);
+      }
+    }
+  }
   size_t bytes() const;
 
  private:
   friend class CellFinder;
+  /// Multiples of position_slack(): how far beside its cell a point may lie.
+  static constexpr float kAside = 5;
   /// A rigid body with its cells.
   struct Body {
     uint32_t object;  ///< kNone: the static scene

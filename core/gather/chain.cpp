@@ -118,7 +118,7 @@ Chain ChainTracer::trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w,
                          const trace::Hit& met) const {
   const scene::Scene& scene = present_.scene;
   const PathRandom random(seed_, key);
-  const float beyond = 2 * scene.world().diagonal();
+  const float beyond = scene.beyond();
   Chain chain;
   chain.passage.near.grow(origin);
   trace::Hit hit = met;
@@ -139,14 +139,17 @@ Chain ChainTracer::trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w,
     const Draw turned = draw(kTurnU, kTurnV);
     const Aim aim = turn.draw(turned[0], turned[1], chain.in_beam);
     w = aim.w;
-    chain.passage.origin = chain.passage.last = origin;
+    // A ray that misses the point that it aims for ends here, but follows it when it moves.
+    chain.passage.origin = origin;
+    chain.passage.last = aim.point ? aim.point->at : origin;
     ++chain.count;
     if (chain.count == kMaxTouched ||
         (chain.count > kSurely && !(random(chain.count, kStays) < kGoesOn)) || w == Vec3f{})
       return chain;
     hit = present_.caster.closest(origin, w);
+    if (aim.point && !(hit.valid() && aim.point->is_met(origin, w, hit))) return chain;
     chain.passage.last = origin + w * (hit.valid() ? hit.t : beyond);
-    if (!hit.valid() || (aim.point && !aim.point->is_met(origin, w, hit))) return chain;
+    if (!hit.valid()) return chain;
     const direct::Receiver next = present_.landing(origin, w, hit);
     chain.weight *= turn.weight(aim, hit.t, next, present_.caster, chain.in_beam);
     const uint32_t cell = finder_.find(hit.primitive, origin, w, hit.t);

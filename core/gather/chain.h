@@ -74,7 +74,7 @@ inline constexpr float kGoesOn = 0.7f;
 struct Passage {
   Box near;  ///< bounds of all segments but the last
   /// Start and end of the last segment, if any; the end lies far outside of the world if it hits
-  /// nothing.
+  /// nothing. A ray towards a point of a beam ends there, even if something hides the point.
   Vec3f origin, last;
 };
 
@@ -87,7 +87,9 @@ struct Chain {
   uint32_t end = kDark;
   /// Weight of the end; the vertices' light is weighted already.
   float weight = 1;
-  bool in_beam = false;  ///< whether it depends on where a beam's light lands
+  /// whether it depends on where a beam's light lands: on shadow rays from its lamp to vertices or
+  /// to the end, or on one of its points, towards which the last segment goes if it misses it
+  bool in_beam = false;
   Passage passage;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Casts gather rays, and finds those that an edit affects.
+// Casts gather rays, and those that an edit affects again.
 #include "gather/looks.h"
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 #include "base/random.h"
 #include "base/stopwatch.h"
-#include "direct/block.h"
+#include "gather/suspects.h"
 
 namespace deltalux::gather {
 namespace {
@@ -119,105 +119,6 @@ class Looks::Caster {
   const Present& present_;
   CellFinder finder_;
   ChainTracer chains_;
-};
-
-/// Finds the rays and chains that a change may affect.
-class Looks::Suspects {
- public:
-  Suspects(const Looks& looks, const Present& present, const Change& change)
-      : looks_(looks), present_(present), change_(change) {
-    for (const MovedObject& moved : change.objects) {
-      own_.push_back(present.cells.of_object(moved.object));
-      boxes_.insert(boxes_.end(), moved.passed.begin(), moved.passed.end());
-    }
-    const float slack = direct::slack(present.caster);
-    for (const trace::Light& light : present.lights)
-      for (const Box& box : boxes_) shadows_.emplace_back(light, box, slack);
-  }
-
-  /// Whether the change misses all segments but the last of these chains, and the shadow rays at
-  /// their vertices.
-  bool passes_by(std::span<const uint32_t> targets) const {
-    Box near;
-    for (uint32_t target : targets)
-      if (is_chain(target)) near.grow(looks_.chains_.passage(chain_of(target)).near);
-    if (near.empty()) return true;
-    for (const Box& box : boxes_)
-      if (box.overlaps(near)) return false;
-    return std::all_of(shadows_.begin(), shadows_.end(),
-                       [&](const direct::ShadowVolume& shadow) { return shadow.misses(near); });
-  }
-
-  /// Sets again[ray] = 1 if what the ray met may have changed, or if something may be in its way
-  /// now. `apart`: the result of passes_by() for these targets, or for more.
-  void mark(const SampleRays& rays, size_t sample, bool apart, std::vector<uint8_t>& again) const {
-    const std::span<const uint32_t> targets = looks_.targets(sample);
-    const size_t first = looks_.rays_.first(sample);
-    for (size_t ray = 0; ray < targets.size(); ++ray)
-      again[ray] =
-          gone(targets[ray], apart) || (change_.beams.touched && looks_.in_beam(first + ray));
-    if (change_.beams.touched)
-      rays.each_moved(change_.beams.points, [&](uint32_t ray) { again[ray] = 1; });
-    for (const MovedObject& moved : change_.objects) {
-      if (moved.now.empty()) continue;
-      rays.each_towards(moved.now.centre(), 0.5001f * moved.now.diagonal(), [&](uint32_t ray) {
-        if (again[ray]) return;
-        const Vec3f w = rays.aim(ray).w;
-        again[ray] = !(w == Vec3f{}) && SlabRay(rays.origin(), w).entry(moved.now, kFar) < kFar &&
-                     present_.caster.closest_object(moved.object, rays.origin(), w).valid();
-      });
-    }
-  }
-
- private:
-  static constexpr float kFar = std::numeric_limits<float>::infinity();
-
-  /// Whether what a ray met may have changed.
-  bool gone(uint32_t target, bool apart) const {
-    if (target == kDark) return false;
-    if (is_chain(target)) return touches(looks_.chains_, chain_of(target), apart);
-    for (const auto& [first, last] : own_)
-      if (target >= first && target < last) return true;
-    return change_.suns || present_.beams.reach(target) & change_.beams.placed;
-  }
-  /// Whether the change may affect the chain.
-  bool touches(const ChainPool& chains, uint32_t number, bool apart) const {
-    if (change_.lights) return true;
-    const Passage& passage = chains.passage(number);
-    const SlabRay last(passage.origin, passage.last - passage.origin);
-    for (const Box& box : boxes_)
-      if (last.entry(box, 1) < kFar) return true;
-    const std::span<const Vertex> vertices = chains.vertices(number);
-    if (vertices.back().is_of_end() && shines(vertices.back(), passage.last)) return true;
-    if (apart) return false;
-    for (const Box& box : boxes_)
-      if (box.overlaps(passage.near)) return true;
-    for (const Vertex& vertex : vertices)
-      if (vertex.light != scene::kNone && !vertex.is_of_end()) {
-        for (const direct::ShadowVolume& shadow : shadows_of(vertex.light))
-          if (!shadow.misses(passage.near)) return true;
-      }
-    return false;
-  }
-  /// Whether the light at a chain's end is that of a sun which the change may hide now, or may have
-  /// hidden before.
-  bool shines(const Vertex& vertex, Vec3f end) const {
-    // a beam, for which in_beam tells
-    if (!present_.lights[vertex.light].is_parallel()) return false;
-    const auto shadows = shadows_of(vertex.light);
-    return std::any_of(shadows.begin(), shadows.end(),
-                       [&](const direct::ShadowVolume& shadow) { return shadow.contains(end); });
-  }
-  std::span<const direct::ShadowVolume> shadows_of(uint32_t light) const {
-    return std::span(shadows_).subspan(light * boxes_.size(), boxes_.size());
-  }
-
-  const Looks& looks_;
-  const Present& present_;
-  const Change& change_;
-  std::vector<std::pair<uint32_t, uint32_t>> own_;  // cell ranges of the changed objects
-  std::vector<Box> boxes_;
-  std::vector<direct::ShadowVolume> shadows_;  // by light and box
 };
 
 Looks::Looks(RayCounts rays, uint64_t seed)

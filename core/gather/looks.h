@@ -73,6 +73,11 @@ class Looks {
     return weights_.empty() ? std::span<const float>{}
                             : std::span(weights_).subspan(rays_.first(sample), shown(sample));
   }
+  /// Whether ray `place`, counted over all samples, depends on where a beam's light lands, see
+  /// Chain::in_beam.
+  bool in_beam(size_t place) const {
+    return !in_beam_.empty() && in_beam_[place / 64] >> (place % 64) & 1;
+  }
   static bool is_chain(uint32_t target) { return target >= kChain && target != kDark; }
   static uint32_t chain_of(uint32_t target) { return target - kChain; }
   const ChainPool& chains() const { return chains_; }
@@ -105,7 +110,6 @@ class Looks {
 
  private:
   class Caster;
-  class Suspects;
   /// A step of follow(): one block of kBlock samples.
   struct Task {
     uint32_t block;
@@ -144,9 +148,6 @@ class Looks {
   uint32_t shown(size_t sample) const { return rays_of(sample, parts_[sample]); }
   /// Stores results.
   void set(const Found& found);
-  bool in_beam(size_t place) const {
-    return !in_beam_.empty() && in_beam_[place / 64] >> (place % 64) & 1;
-  }
 
   RayCounts rays_;
   uint64_t seed_;

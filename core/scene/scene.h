@@ -114,6 +114,8 @@ class Scene {
   /// The box that contains all light paths. finish() fixes it from static geometry alone if that
   /// encloses the movables, so that it does not depend on their poses.
   const Box& world() const { return world_; }
+  /// A distance from anything in the world that lies outside of it.
+  float beyond() const { return 2 * world_.diagonal(); }
   /// Extends the world box, so that light paths reach everything in `box`.
   void extend_world(const Box& box) { world_.grow(box); }
   /// Sets the world box of a finished scene to which objects were added. Throws SceneError.

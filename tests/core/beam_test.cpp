@@ -41,7 +41,7 @@ struct SpotRoom : direct::World {
     caster->update_object(scene, 1);
   }
   Beam beam() const {
-    Beam own(lights[0], {0, 50, 1}, 7);
+    Beam own(lights[0], {0, 50, 1}, scene.beyond(), 7);
     own.compute(*caster);
     return own;
   }
@@ -140,7 +140,7 @@ TEST(Beam, ALampThatMovedOrWentOutDiffers) {
   EXPECT_FALSE(beam.differs(light));
   light.on = false;
   EXPECT_TRUE(beam.differs(light));
-  Beam dark(light, {0, 50, 1}, 7);
+  Beam dark(light, {0, 50, 1}, room.scene.beyond(), 7);
   dark.compute(*room.caster);
   EXPECT_FALSE(dark.point(0).valid());
   EXPECT_EQ(dark.share({1, 0.1f, 1}, {0, 1, 0}), 0);
