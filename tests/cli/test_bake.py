@@ -69,6 +69,23 @@ def test_grid_below_a_lamp_follows_the_inverse_square_law(cli: Cli, room: Path, 
     assert row["uniformity"] == pytest.approx(row["minimum"] / row["mean"])
 
 
+def test_a_session_is_baked_as_it_was_edited(cli: Cli, session_file: Path, tmp_path: Path) -> None:
+    """A table of the plane, where the panel stands now: below the lamp, whose light it takes."""
+    moved, before, after = tmp_path / "moved.dlx", tmp_path / "before.csv", tmp_path / "after.csv"
+    assert cli("update", session_file, "--move", "MOVE_panel=1.45,0,-1.45", "-o", moved).code == 0
+    plane = ("--grid", "-0.25,0.2,-0.25,0.5,0.5,0.25", "--paths", "20000")
+    for source, table in ((session_file, before), (moved, after)):
+        assert cli("bake", source, *plane, "-o", table).code == 0
+    light = [tables.read(path).irradiance.mean() for path in (before, after)]
+    assert light[1] < 0.1 * light[0]
+
+
+def test_options_of_reading_a_file_are_refused_for_a_session(cli: Cli, session_file: Path) -> None:
+    found = cli("bake", session_file, "--unit", "mm")
+    assert found.code == 1
+    assert "session has been read; leave out --light-units, --unit" in found.error
+
+
 def test_several_grids_are_summed_up_one_by_one(cli: Cli, room: Path) -> None:
     planes = ("--grid", "-1,0.5,-1,1,1,0.5", "--grid", "0,1,0,1,1,0.25")
     data = cli("bake", room, "--paths", "1000", *planes, "--json").data

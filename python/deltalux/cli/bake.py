@@ -79,6 +79,9 @@ def run(
     Lux on a desk, 0.8 m above the floor, as a table:
     deltalux bake room.glb --grid 0.5,0.8,0.5,4,3,0.25 --margin 0.5 -o desk.csv desk.png
 
+    The same of a session as it was edited, where the furniture stands now:
+    deltalux bake moved.dlx --grid 0.5,0.8,0.5,4,3,0.25 -o desk.csv
+
     Shared among four processes of this machine:
     deltalux bake room.glb --workers 4 -o lit.glb
 

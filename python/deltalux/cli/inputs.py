@@ -10,6 +10,7 @@ from typing import Any
 
 import deltalux as dl
 from deltalux.solid_places import open_place
+from deltalux.stored.facts import edited_scene
 
 from .options import Lamp, Sun
 
@@ -43,7 +44,7 @@ def open_scene(
     groups: str = "auto",
     glass: str = "opaque",
 ) -> dl.Scene:
-    """Load a scene file or build a bundled scene.
+    """Load a scene file, take that of a session file as it was edited, or build a bundled scene.
 
     Parameters
     ----------
@@ -60,6 +61,14 @@ def open_scene(
     name = word.replace("-", "_")
     if name in BUNDLED_SCENES:
         scene = getattr(dl.scenes, name)()
+        scene = dl.scene.make_movable(scene, movable) if movable else scene
+    elif Path(word).suffix.lower() == ".dlx":
+        if (light_units, unit, up, groups, glass) != ("spec", None, "y", "auto", "opaque"):
+            raise dl.OptionError(
+                f"{word}: the scene of a session has been read; leave out --light-units, --unit, --up, "
+                "--groups and --glass"
+            )
+        scene = edited_scene(word)
         scene = dl.scene.make_movable(scene, movable) if movable else scene
     else:
         scene = _load(

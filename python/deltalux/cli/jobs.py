@@ -43,7 +43,8 @@ MOST_GROWN = 1e3  # largest factor by which paths and rays are assumed to grow
 def before_loading(source: str, threads: int | None) -> Counts:
     """Estimated counts of a scene before it is loaded."""
     path = Path(source)
-    size = path.stat().st_size if path.is_file() else 0
+    is_scene = path.is_file() and path.suffix.lower() != ".dlx"  # most of a session is its light
+    size = path.stat().st_size if is_scene else 0
     found = Counts(int(size / BYTES_PER_TRIANGLE)) if size else bundled(source.replace("-", "_"))
     return replace(found, threads=threads or os.cpu_count() or 1)
 

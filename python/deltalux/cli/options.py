@@ -207,7 +207,8 @@ SceneArgument = Annotated[
     str,
     typer.Argument(
         metavar="SCENE",
-        help="A .glb, .gltf or .obj file, or a bundled scene: atrium, expo, office, cornell_box.",
+        help="A .glb, .gltf or .obj file, a session (.dlx), whose scene is taken as it was edited, or a "
+        "bundled scene: atrium, expo, office, cornell_box.",
         show_default=False,
     ),
 ]

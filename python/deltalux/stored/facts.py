@@ -11,6 +11,7 @@ import numpy as np
 
 from deltalux.errors import FormatError
 from deltalux.scene import Scene
+from deltalux.scene.editing import with_edits
 from deltalux.scene.flatten import flatten
 
 from .archive import ArchiveReader
@@ -89,6 +90,35 @@ def _samples(index: Fields, archive: ArchiveReader) -> dict[str, Any]:
 
 def _edits(scene: Scene, index: Fields, archive: ArchiveReader) -> dict[str, Any]:
     """Differences of the state from the scene as loaded."""
+    poses, factors, reflectances = _state(scene, index, archive)
+    loaded = {mesh.name: mesh.pose for mesh in scene.meshes}
+    return {
+        "moved": {name: _motion(loaded[name], pose) for name, pose in poses.items() if pose is not None},
+        "removed": [name for name, pose in poses.items() if pose is None],
+        "dimmed": factors,
+        "reflectances": {name: value.tolist() for name, value in reflectances.items()},
+    }
+
+
+def edited_scene(path: str | Path) -> Scene:
+    """The scene of a session file as its edits have made it, see `with_edits`.
+
+    Raises
+    ------
+    FormatError
+        As `file_facts`.
+    """
+    path = Path(path)
+    with reading(path) as archive:
+        index = index_fields(archive)
+        scene = unpack_scene(index.child("scene", SCENE_FIELDS), archive, path.parent)
+        return with_edits(scene, *_state(scene, index, archive))
+
+
+def _state(
+    scene: Scene, index: Fields, archive: ArchiveReader
+) -> tuple[dict[str, np.ndarray | None], dict[str, float], dict[str, np.ndarray]]:
+    """What differs from the scene as loaded: poses (None = removed), factors of groups, reflectances."""
     flat = flatten(scene)
     poses = _core_array(archive, "poses", "<f8")
     present = _core_array(archive, "present", "|u1")
@@ -98,23 +128,24 @@ def _edits(scene: Scene, index: Fields, archive: ArchiveReader) -> dict[str, Any
     if len(factors) < len(flat.groups):
         raise FormatError("found state of fewer light groups than the scene has")
     rows = poses.reshape(-1, 4, 3)  # 3 rows of the rotation, then the translation
-    moved = {}
+    moved: dict[str, np.ndarray | None] = {}
     for mesh in scene.meshes:
-        loaded, now = flat.pose(mesh.name, mesh.pose) if mesh.movable else None, np.eye(4)
-        now[:3, :3], now[:3, 3] = rows[flat.objects[mesh.name], :3], rows[flat.objects[mesh.name], 3]
-        if loaded is not None and not np.array_equal(now, loaded):
-            moved[mesh.name] = _motion(mesh.pose, flat.user_pose(mesh.name, now))
+        number, now = flat.objects[mesh.name], np.eye(4)
+        now[:3, :3], now[:3, 3] = rows[number, :3], rows[number, 3]
+        if not present[number]:
+            moved[mesh.name] = None
+        elif mesh.movable and not np.array_equal(now, flat.pose(mesh.name, mesh.pose)):
+            moved[mesh.name] = flat.user_pose(mesh.name, now)
     given = index.numbers("reflectances", len(scene.materials), 3)
-    return {
-        "moved": moved,
-        "removed": [mesh.name for mesh in scene.meshes if not present[flat.objects[mesh.name]]],
-        "dimmed": {name: float(factors[i]) for name, i in flat.groups.items() if factors[i] != 1},
-        "reflectances": {
-            material.name: row.tolist()
+    return (
+        moved,
+        {name: float(factors[i]) for name, i in flat.groups.items() if factors[i] != 1},
+        {
+            material.name: row
             for material, row in zip(scene.materials, given, strict=True)
             if not np.array_equal(row, material.reflectance)
         },
-    }
+    )
 
 
 def _motion(before: np.ndarray, after: np.ndarray) -> dict[str, Any]:
