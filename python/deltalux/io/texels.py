@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Mean linear colour of an encoded image, which may be broken or hostile; the only reader with Pillow."""
+"""Linear colours of encoded images, which may be broken or hostile; the only reader with Pillow."""
 
 from __future__ import annotations
 
 import io
 import warnings
+from collections.abc import Callable
 
 import numpy as np
 from PIL import Image
@@ -26,6 +27,30 @@ LINEAR_OF_BYTE = srgb_to_linear(np.arange(256) / 255)
 
 def mean_linear_texel(data: bytes, where: str) -> np.ndarray:
     """(3,) mean of an encoded image's texels after sRGB decoding, in [0, 1]; ignores alpha."""
+    # Counts per band, alpha last; a converted copy would take twice the memory of a large image.
+    histogram = _decoded(data, where, lambda image: np.array(image.histogram(), np.float64))
+    bands = histogram.reshape(-1, 256)
+    means = bands @ LINEAR_OF_BYTE / bands.sum(axis=1)
+    return means[:3] if len(means) >= 3 else np.repeat(means[0], 3)
+
+
+def linear_texels(data: bytes, where: str, most: int) -> np.ndarray:
+    """(height, width, 3) float32 texels of an encoded image after sRGB decoding, in [0, 1]; ignores alpha.
+
+    An image of more than `most` texels along a side is halved until it has no more.
+    """
+
+    def read(image: Image.Image) -> np.ndarray:
+        factor = 1
+        while max(image.size) > most * factor:
+            factor *= 2
+        return np.asarray(image.convert("RGB").reduce(factor))
+
+    return LINEAR_OF_BYTE.astype(np.float32)[_decoded(data, where, read)]
+
+
+def _decoded(data: bytes, where: str, read: Callable[[Image.Image], np.ndarray]) -> np.ndarray:
+    """What `read` makes of an encoded image of 8 bits per channel."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # the size is checked below
@@ -35,10 +60,7 @@ def mean_linear_texel(data: bytes, where: str) -> np.ndarray:
                 image = Image.fromarray((np.asarray(image) >> 8).astype(np.uint8))
             if image.mode not in ("L", "LA", "RGB", "RGBA"):
                 image = image.convert("RGB")
-            # Counts per band, alpha last; a converted copy would take twice the memory of a large image.
-            histogram = np.array(image.histogram(), np.float64).reshape(-1, 256)
-            means = histogram @ LINEAR_OF_BYTE / histogram.sum(axis=1)
-            return means[:3] if len(means) >= 3 else np.repeat(means[0], 3)
+            return read(image)
     except MemoryError:
         raise
     except Exception as error:  # Pillow's decoders raise arbitrary exceptions for broken files

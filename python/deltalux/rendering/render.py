@@ -20,6 +20,7 @@ from deltalux.session import Session
 from .light import LightAtPoints
 from .seen import Seen, alike, look, neighbours
 from .spread import Fineness, padded, spread
+from .textures import ShownTextures
 
 SIZE = (960, 600)  # pixels, width and height
 LARGEST = 2**15  # pixels, largest width or height
@@ -70,9 +71,9 @@ class Rendering:
 
     @property
     def albedo(self) -> np.ndarray:
-        """(k, 3) reflectance."""
+        """(k, 3) reflectance, with textures; at most 1."""
         reflectance = np.array([m.reflectance for m in self.scene.materials])[self.seen.material]
-        return reflectance * self.seen.hit[:, None]
+        return np.minimum(reflectance * self.seen.colour, 1.0) * self.seen.hit[:, None]
 
     @property
     def radiance(self) -> np.ndarray:
@@ -175,6 +176,7 @@ class _Work:
         self, surfaces: Surfaces, light: LightAtPoints, camera: Camera, size: tuple[int, int]
     ) -> None:
         self._surfaces, self._light, self._camera, self._size = surfaces, light, camera, size
+        self._textures = ShownTextures(surfaces)
 
     def rendering(self, edge_rays: int, edges_known: Callable[[float], object] | None) -> Rendering:
         width, height = self._size
@@ -211,7 +213,7 @@ class _Work:
         return Rendering(self._size, self._camera, scene, pixel, seen, direct, indirect, gathered)
 
     def _look(self, x: np.ndarray, y: np.ndarray) -> Seen:
-        return look(self._surfaces, self._camera, self._size, x, y)
+        return look(self._surfaces, self._textures, self._camera, self._size, x, y)
 
     def _apart(self, seen: Seen) -> list[np.ndarray]:
         """(pairs,) bool for each pair of `neighbours`: whether the two pixels show different surfaces."""

@@ -11,6 +11,8 @@ from deltalux.mesh.surfaces import Surfaces
 from deltalux.outputs.view import BATCH, camera_rays
 from deltalux.scene import Camera
 
+from .textures import ShownTextures
+
 SAME_NORMAL = 0.9  # least cosine between the normals of places that may share light
 OFF_PLANE = 0.15  # how far a place may lie off the other's plane, as a share of their distance
 
@@ -25,6 +27,7 @@ class Seen:
     point, normal : (k, 3), world; the interpolated shading normal, on the camera's side
     width : (k,) metres, width of a pixel at the hit
     mesh, material : (k,) int, index into the scene's lists
+    colour : (k, 3) factor of the texture there on the material's reflectance, 1 without one
     emission : (k, 3) radiance emitted towards the camera
     """
 
@@ -34,6 +37,7 @@ class Seen:
     width: np.ndarray
     mesh: np.ndarray
     material: np.ndarray
+    colour: np.ndarray
     emission: np.ndarray
 
     def __len__(self) -> int:
@@ -49,16 +53,19 @@ class Seen:
         return cls(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(cls)))
 
 
-def look(surfaces: Surfaces, camera: Camera, size: tuple[int, int], x: np.ndarray, y: np.ndarray) -> Seen:
+def look(
+    surfaces: Surfaces, textures: ShownTextures, camera: Camera, size: tuple[int, int],
+    x: np.ndarray, y: np.ndarray,
+) -> Seen:  # fmt: skip
     """Hits of the rays of `camera` through image positions (k,), in pixels from the top left of `size`."""
     _, vertex_normals = surfaces.display.world(surfaces.scene, surfaces.poses)
     batches = [slice(i, i + BATCH) for i in range(0, max(len(x), 1), BATCH)]
-    return Seen.joined([_look(surfaces, vertex_normals, camera, size, x[b], y[b]) for b in batches])
+    return Seen.joined([_look(surfaces, textures, vertex_normals, camera, size, x[b], y[b]) for b in batches])
 
 
 def _look(
-    surfaces: Surfaces, vertex_normals: np.ndarray, camera: Camera, size: tuple[int, int],
-    x: np.ndarray, y: np.ndarray,
+    surfaces: Surfaces, textures: ShownTextures, vertex_normals: np.ndarray, camera: Camera,
+    size: tuple[int, int], x: np.ndarray, y: np.ndarray,
 ) -> Seen:  # fmt: skip
     display = surfaces.display
     origins, directions = camera_rays(camera, size, x, y)
@@ -74,9 +81,12 @@ def _look(
     normal[~hits.facing] *= -1
     depth = np.where(hits.hit, hits.distance, np.inf)
     width = camera.pixel_width(size[1], depth)
+    # A pixel covers more of what it sees aslant: as much as if it were wider on all sides.
+    aslant = np.abs(np.einsum("kx,kx->k", directions, flat))
+    colour, glow = textures.factors(hits.triangle, hits.weights, width / np.sqrt(np.maximum(aslant, 0.01)))
     return Seen(
         hits.hit, point, normal, width, display.triangle_mesh[triangle], display.triangle_material[triangle],
-        surfaces.emission(hits.triangle, hits.facing),
+        colour, glow * surfaces.emission(hits.triangle, hits.facing),
     )  # fmt: skip
 
 

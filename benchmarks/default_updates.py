@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Updates by default options, against the bake: what moving each movable of a scene costs.
+
+    PYTHONPATH=python:benchmarks python benchmarks/default_updates.py office expo
+    PYTHONPATH=python:benchmarks python benchmarks/default_updates.py room.glb --movable chair
+
+Each movable is moved along +X by a hundredth of the scene's diagonal and back (the other way, if it would
+leave the scene), and both updates are timed, on the wall clock. After all of them the session must equal a
+recompute, which is timed, too. Writes benchmarks/out/default_updates.json.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import deltalux as dl
+import numpy as np
+from peers.pictured_rooms import named_scene
+
+OUT = Path(__file__).resolve().parent / "out" / "default_updates.json"
+STEP = 0.01  # of the diagonal
+
+
+def timed(call: Callable[[], Any]) -> tuple[float, Any]:
+    """Seconds on the wall clock, and the result."""
+    start = time.perf_counter()
+    result = call()
+    return time.perf_counter() - start, result
+
+
+def moves(session: dl.Session, name: str) -> list[dict[str, float]]:
+    """Times and rays of a step and of the way back."""
+    low, high = session.scene.bounds
+    there = np.array(session.poses[name])
+    aside = there.copy()
+    aside[0, 3] += STEP * float(np.linalg.norm(high - low))
+    try:
+        session.move(name, aside)
+    except dl.OptionError:
+        aside[0, 3] = 2 * there[0, 3] - aside[0, 3]
+    found = []
+    for pose in (aside, there):
+        session.move(name, pose)
+        seconds, frame = timed(session.update)
+        found.append({"seconds": seconds, "rays": frame.gathered_rays, "paths": frame.affected_paths})
+    return found
+
+
+def measured(source: str, movable: list[str]) -> dict[str, Any]:
+    """Bake, updates and recompute of one scene."""
+    scene = named_scene(source)
+    if movable:
+        scene = dl.scene.make_movable(scene, movable)
+    with dl.Session(scene, dl.Samples.on_vertices(scene)) as session:
+        bake, _ = timed(session.bake)
+        updates = {name: moves(session, name) for name in scene.movable}
+        digest = session.digest()
+        recompute, _ = timed(session.recompute)
+        if session.digest() != digest:
+            raise SystemExit(f"{source}: the updated session differs from a recompute")
+        rays = session.statistics["gather"]["rays"] if session.options["gather"] != "off" else 0
+        return {
+            "samples": len(session.samples),
+            "rays": rays,
+            "bake": bake,
+            "recompute": recompute,
+            "updates": updates,
+        }
+
+
+def main() -> int:
+    """Parse the command line and run."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("scenes", nargs="*", default=["office", "expo"])
+    parser.add_argument("--movable", action="append", default=[])
+    args = parser.parse_args()
+    found = {"load": os.getloadavg()[0], "scenes": {s: measured(s, args.movable) for s in args.scenes}}
+    for source, scene in found["scenes"].items():
+        print(f"{source}: {scene['samples']:,} samples, {scene['rays']:,} rays, equal to a recompute")
+        for name, steps in scene["updates"].items():
+            seconds = max(step["seconds"] for step in steps)
+            share = max(step["rays"] for step in steps) / max(1, scene["rays"])
+            print(f"  {name}: recompute / update {scene['recompute'] / seconds:.1f}, rays again {share:.1%}")
+    OUT.parent.mkdir(exist_ok=True)
+    OUT.write_text(json.dumps(found, indent=1))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
