@@ -23,7 +23,9 @@ struct GuideColumns {
 /// proportion to the light that it may bring (with a probability of at most one half).
 class Turn {
  public:
+  /// `guides` and `beams` must outlive it.
   Turn(const GuideColumns& guides, const Beams& beams, Vec3f from, Vec3f n);
+  Turn(GuideColumns&&, const Beams&, Vec3f, Vec3f) = delete;
   /// `u`, `v`: random, in [0, 1). Sets `in_beam` if the direction depends on a beam's points.
   Aim draw(float u, float v, bool& in_beam) const;
   /// The same as SampleRays::weight().

@@ -129,7 +129,8 @@ TEST(Guide, DrawnDirectionsBringTheSameLightWithLessNoise) {
   constexpr uint32_t kCount = 1 << 18;
   double even = 0, even_squares = 0, drawn = 0, drawn_squares = 0;
   const Beams none;
-  const Turn turn(GuideColumns(guiding.guides), none, from, n);
+  const GuideColumns columns(guiding.guides);
+  const Turn turn(columns, none, from, n);
   for (uint32_t i = 0; i < kCount; ++i) {
     const auto r = sobol::sample(i, 5);
     const double a = light(from, cosine_direction(n, r[0], r[1]));
