@@ -5,8 +5,6 @@
 #include <algorithm>
 
 namespace deltalux::gather {
-namespace {}  // namespace
-
 void BeamChange::merge(const BeamChange& later) {
   touched |= later.touched, placed |= later.placed;
   points.resize(later.points.size());
@@ -35,10 +33,7 @@ float Beams::beside(Vec3f place) const {
 void Beams::find_reach(const scene::Scene& scene, const Cells& cells,
                        std::span<const uint32_t> objects) {
   reach_.resize(cells.size(), 0);
-  const auto in_question = [&](uint32_t object) {
-    return objects.empty() || std::find(objects.begin(), objects.end(), object) != objects.end();
-  };
-  cells.each_landing(scene, in_question, [&](uint32_t cell, const BodyCells::Ball& ball) {
+  cells.each_landing(scene, objects, [&](uint32_t cell, const BodyCells::Ball& ball) {
     uint64_t reach = 0;
     for (size_t b = 0; b < beams_.size(); ++b)
       reach |= uint64_t(beams_[b].may_meet(ball.centre, ball.radius)) << b;

@@ -2,7 +2,9 @@
 // All cells of a scene: first those of the static geometry, then those of each movable, in the
 // order of objects.
 #pragma once
+#include <algorithm>
 #include <deque>
+#include <span>
 
 #include "base/assertion.h"
 #include "base/transform.h"
@@ -51,13 +53,15 @@ class Cells {
   void each_body(const Visit& visit) const {
     for (const Body& body : bodies_) visit(body.first_cell, body.object, body.cells);
   }
-  /// Calls visit(cell, ball) for each cell of the static geometry and of each movable, in its
-  /// present pose, for which wanted(object or kNone) holds. Where rays land in the cell, they land
-  /// in the ball.
-  template <class Wanted, class Visit>
-  void each_landing(const scene::Scene& scene, const Wanted& wanted, const Visit& visit) const {
+  /// Calls visit(cell, ball) for each cell, or only for those of the movables `objects` unless that
+  /// is empty. Where rays land in the cell at present, they land in the ball.
+  template <class Visit>
+  void each_landing(const scene::Scene& scene, std::span<const uint32_t> objects,
+                    const Visit& visit) const {
     for (const Body& body : bodies_) {
-      if (!wanted(body.object)) continue;
+      if (!objects.empty() &&
+          std::find(objects.begin(), objects.end(), body.object) == objects.end())
+        continue;
       const Pose pose = body.object != scene::kNone ? scene.objects[body.object].pose : Pose{};
       for (uint32_t own = 0; own < body.cells.size(); ++own) {
         BodyCells::Ball ball = body.cells.ball(own);

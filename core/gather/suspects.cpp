@@ -32,8 +32,7 @@ void Suspects::shade_beams(float slack) {
       if (present_.beams[b].may_meet(box))
         beam_shadows_.emplace_back(present_.lights[present_.beams[b].guide().light], box, slack);
   shaded_.resize(present_.cells.size());
-  const auto all = [](uint32_t) { return true; };
-  present_.cells.each_landing(present_.scene, all, [&](uint32_t cell, const BodyCells::Ball& ball) {
+  present_.cells.each_landing(present_.scene, {}, [&](uint32_t cell, const BodyCells::Ball& ball) {
     if (!present_.beams.reach(cell)) return;
     const Box point{ball.centre, ball.centre};
     shaded_[cell] = !misses_beams(point.padded(ball.radius));

@@ -6,7 +6,8 @@ from __future__ import annotations
 import deltalux as dl
 import numpy as np
 import pytest
-from deltalux.stored.facts import edited_scene
+from deltalux.scene.editing import with_edits
+from deltalux.stored.facts import edited_scene, file_facts
 from rooms import room, samples_in, translation, turn
 
 
@@ -90,3 +91,23 @@ def test_a_material_of_two_groups_is_dimmed_on_one_mesh_alone(tmp_path):
         session.save(tmp_path / "lamps.dlx")
     before, now = powers(scene), powers(edited_scene(tmp_path / "lamps.dlx"))
     assert now == pytest.approx({"a": before["a"], "b": 0.5 * before["b"]})
+
+
+def test_groups_of_nearly_equal_factors_keep_their_own(tmp_path):
+    """Their materials may not share a name: lamps of one material at factors that print alike."""
+    corners = np.array([[0, 0, 0], [1, 0, 0], [1, 0, 1], [0, 0, 1]], float)
+    lamps = [
+        dl.Mesh(n, corners + np.array((x, 1, 0)), [(0, 1, 2), (0, 2, 3)], "glow")
+        for n, x in (("a", -2), ("b", 1))
+    ]
+    scene = dl.Scene(lamps, [dl.Material("glow", emission=(2, 2, 2)), dl.Material("glow at 0.5")])
+    factors = {"a": 0.5, "b": 0.5 + 1e-9}
+    before = powers(scene)
+    now = powers(with_edits(scene, {}, (), factors, {}))
+    assert now == {name: pytest.approx(factors[name] * before[name], rel=1e-12) for name in factors}
+
+
+def test_info_tells_both_of_what_was_moved_and_removed(tmp_path):
+    edited(tmp_path, ("move", "block", translation(-0.9, 0.4, 0.2)), ("remove", "block"))
+    edits = file_facts(tmp_path / "room.dlx")[0]["edits"]
+    assert list(edits["moved"]) == edits["removed"] == ["block"]

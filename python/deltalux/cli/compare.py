@@ -20,9 +20,9 @@ from deltalux.report import compare as compare_values
 from deltalux.units import LUX, photopic
 
 from .console import ProgressCallback, Terminal
-from .options import CameraOption, EyeOption, JsonOption, QuietOption, SizeOption, TargetOption
+from .options import SESSION, CameraOption, EyeOption, JsonOption, QuietOption, SizeOption, TargetOption
 from .shots import PICTURE, Shot, shot_of
-from .targets import SESSION, check_writable, keep_inputs
+from .targets import check_writable, keep_inputs
 
 RESULT_HELP = "A .dlx, .npz or .csv that bake or update wrote."
 PictureOption = Annotated[

@@ -19,12 +19,12 @@ from .inputs import open_scene
 from .node_list import node_facts, node_table
 from .options import (
     OF_THE_SCENE,
+    SESSION,
     JsonOption,
     QuietOption,
 )
 from .session_arguments import scene_arguments
 from .session_tables import session_tables
-from .targets import SESSION
 from .view import SourceArgument, refuse_options_of_the_bake
 
 

@@ -12,7 +12,7 @@ import deltalux as dl
 from deltalux.solid_places import open_place
 from deltalux.stored.facts import edited_scene
 
-from .options import Lamp, Sun
+from .options import SESSION, Lamp, Sun
 
 BUNDLED_SCENES = ("atrium", "expo", "office", "cornell_box")
 
@@ -60,16 +60,14 @@ def open_scene(
     """
     name = word.replace("-", "_")
     if name in BUNDLED_SCENES:
-        scene = getattr(dl.scenes, name)()
-        scene = dl.scene.make_movable(scene, movable) if movable else scene
-    elif Path(word).suffix.lower() == ".dlx":
+        scene = _with_movable(getattr(dl.scenes, name)(), movable)
+    elif Path(word).suffix.lower() == SESSION:
         if (light_units, unit, up, groups, glass) != ("spec", None, "y", "auto", "opaque"):
             raise dl.OptionError(
                 f"{word}: the scene of a session has been read; leave out --light-units, --unit, --up, "
                 "--groups and --glass"
             )
-        scene = edited_scene(word)
-        scene = dl.scene.make_movable(scene, movable) if movable else scene
+        scene = _with_movable(edited_scene(word), movable)
     else:
         scene = _load(
             word,
@@ -86,6 +84,10 @@ def open_scene(
     if sun is not None:
         scene = dl.scene.with_sun(scene, sun.azimuth, sun.elevation, sun.irradiance)
     return scene
+
+
+def _with_movable(scene: dl.Scene, names: Sequence[str] | None) -> dl.Scene:
+    return dl.scene.make_movable(scene, names) if names else scene
 
 
 def _load(word: str, **reading: Any) -> dl.Scene:

@@ -34,6 +34,8 @@ from deltalux.planning import is_calibrated
 from deltalux.rendering import MOST_RAYS, SIZE
 from deltalux.rendering import PATHS as PICTURE_PATHS
 
+from .options import SESSION
+
 BYTES_PER_TRIANGLE = 40.0  # of a scene file; estimate before it is read
 USUAL_ERROR = 0.025  # relative standard error of a typical bake with 300,000 paths and their rays
 USUAL_PATHS = 300_000
@@ -43,7 +45,7 @@ MOST_GROWN = 1e3  # largest factor by which paths and rays are assumed to grow
 def before_loading(source: str, threads: int | None) -> Counts:
     """Estimated counts of a scene before it is loaded."""
     path = Path(source)
-    is_scene = path.is_file() and path.suffix.lower() != ".dlx"  # most of a session is its light
+    is_scene = path.is_file() and path.suffix.lower() != SESSION  # most of a session is its light
     size = path.stat().st_size if is_scene else 0
     found = Counts(int(size / BYTES_PER_TRIANGLE)) if size else bundled(source.replace("-", "_"))
     return replace(found, threads=threads or os.cpu_count() or 1)

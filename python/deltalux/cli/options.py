@@ -14,6 +14,7 @@ from deltalux.io.space import METRES
 from deltalux.rendering import LARGEST
 from deltalux.session_options import PATHS_OF_DISCS, PATHS_OF_RAYS, rays_in_words
 
+SESSION = ".dlx"  # suffix of session files
 AUTO, NONE = "auto", "none"  # values of lengths: chosen from the scene, and none
 LightUnits = Literal["spec", "blender-watts", "unitless"]
 _SIZES = {"": 1, "K": 2**10, "M": 2**20, "G": 2**30, "T": 2**40}

@@ -25,6 +25,7 @@ from .inputs import foreign_light, open_scene
 from .jobs import after_loading, counts_of_session, edges_into, picture_steps, render_job
 from .options import (
     OF_THE_SCENE,
+    SESSION,
     CameraOption,
     ExposureOption,
     EyeOption,
@@ -39,7 +40,7 @@ from .options import (
 )
 from .session_arguments import of_the_bake, scene_arguments, session_arguments
 from .shots import LAYERS, PICTURE, shot_of
-from .targets import SESSION, check_targets, command_line, keep_inputs
+from .targets import check_targets, command_line, keep_inputs
 from .view import SourceArgument, refuse_options_of_the_bake
 
 OWN = ("paths", "gather")  # options of sessions that have other defaults here

@@ -22,9 +22,9 @@ from deltalux.pace import Overall
 from deltalux.rendering import fits, render_session
 
 from .jobs import counts_of_session, edges_into, in_pixels
+from .options import SESSION
 from .shots import PICTURE, Shot
 
-SESSION = ".dlx"
 MESH = ".glb"
 WRITERS: dict[str, tuple[str, Callable[[Path, Baked], None]]] = {
     MESH: ("lit mesh", write_glb),

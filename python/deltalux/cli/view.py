@@ -19,6 +19,7 @@ from .inputs import foreign_light, open_scene
 from .options import (
     AUTO,
     OF_THE_SCENE,
+    SESSION,
     DetailOption,
     QuietOption,
     RadiusOption,
@@ -26,7 +27,6 @@ from .options import (
 )
 from .places import ClusterOption, WorkersOption, place_of
 from .session_arguments import of_the_bake, scene_arguments, session_arguments
-from .targets import SESSION
 
 OF_THE_BAKE = (*OF_THE_SCENE, "spacing", "detail", "radius", *of_the_bake())
 

@@ -140,7 +140,7 @@ class ShownTextures:
         known = np.isfinite(at).all(axis=1) & np.isfinite(spanned)
         found = np.ones((len(at), 3))
         level = np.log2(np.maximum(spanned[known], 1.0))
-        mean = np.asarray(texture.mean)
+        mean = texture.mean
         shown = np.divide(
             image(texture, at[known], level), mean, out=np.ones((known.sum(), 3)), where=mean > 0
         )

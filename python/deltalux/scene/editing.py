@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +14,8 @@ from .scene import Material, Mesh, Scene, replace_scene
 
 def with_edits(
     scene: Scene,
-    poses: Mapping[str, np.ndarray | None],
+    poses: Mapping[str, np.ndarray],
+    removed: Collection[str],
     factors: Mapping[str, float],
     reflectances: Mapping[str, np.ndarray],
 ) -> Scene:
@@ -25,27 +26,29 @@ def with_edits(
     Parameters
     ----------
     scene : Scene
-    poses : 4x4 local to world by movable, None = removed, with the lights on it
+    poses : 4x4 local to world by movable that was moved
+    removed : names of movables, which take the lights on them with them
     factors : of light groups; lights of factor 0 are left out
     reflectances : (3,) by material
     """
-    meshes = [
-        mesh if (pose := poses.get(mesh.name, mesh.pose)) is mesh.pose else replace(mesh, pose=pose)
-        for mesh in scene.meshes
-        if poses.get(mesh.name, mesh.pose) is not None
-    ]
     materials = {
         m.name: replace(m, reflectance=reflectances[m.name]) if m.name in reflectances else m
         for m in scene.materials
     }
-    present = {mesh.name for mesh in meshes}
+    meshes = [
+        replace(
+            mesh,
+            pose=poses.get(mesh.name, mesh.pose),
+            material=_dimmed_materials(mesh, materials, factors),
+        )
+        for mesh in scene.meshes
+        if mesh.name not in removed
+    ]
     lights = [
         _dimmed(light, factor)
         for light in scene.lights
-        if (factor := factors.get(light.group or light.name, 1.0)) > 0
-        and (light.attached_to is None or light.attached_to in present)
+        if (factor := factors.get(light.group or light.name, 1.0)) > 0 and light.attached_to not in removed
     ]
-    meshes = [_with_dimmed_materials(mesh, materials, factors) for mesh in meshes]
     return replace_scene(scene, meshes=meshes, materials=materials.values(), lights=lights, nodes=())
 
 
@@ -54,14 +57,18 @@ def _dimmed(light: Light, factor: float) -> Light:
     return light if factor == 1 else replace(light, **{power: factor * getattr(light, power)})
 
 
-def _with_dimmed_materials(mesh: Mesh, materials: dict[str, Material], factors: Mapping[str, float]) -> Mesh:
-    """The mesh with luminous materials of its groups' factors, which are added to `materials`."""
+def _dimmed_materials(
+    mesh: Mesh, materials: dict[str, Material], factors: Mapping[str, float]
+) -> tuple[str, ...]:
+    """Names of the mesh's materials; those dimmed by its groups' factors are added to `materials`."""
     names = []
     for name in mesh.material:
         own = materials[name]
         factor = factors.get(own.group or mesh.name, 1.0) if own.emissive else 1.0
         if factor != 1:
             own = replace(own, name=f"{name} at {factor:g}", emission=factor * own.emission)
-            materials.setdefault(own.name, own)
+            while own.name in materials:
+                own = replace(own, name=f"{own.name}'")
+            materials[own.name] = own
         names.append(own.name)
-    return replace(mesh, material=tuple(names)) if tuple(names) != tuple(mesh.material) else mesh
+    return tuple(names)

@@ -90,11 +90,11 @@ def _samples(index: Fields, archive: ArchiveReader) -> dict[str, Any]:
 
 def _edits(scene: Scene, index: Fields, archive: ArchiveReader) -> dict[str, Any]:
     """Differences of the state from the scene as loaded."""
-    poses, factors, reflectances = _state(scene, index, archive)
+    poses, removed, factors, reflectances = _state(scene, index, archive)
     loaded = {mesh.name: mesh.pose for mesh in scene.meshes}
     return {
-        "moved": {name: _motion(loaded[name], pose) for name, pose in poses.items() if pose is not None},
-        "removed": [name for name, pose in poses.items() if pose is None],
+        "moved": {name: _motion(loaded[name], pose) for name, pose in poses.items()},
+        "removed": removed,
         "dimmed": factors,
         "reflectances": {name: value.tolist() for name, value in reflectances.items()},
     }
@@ -117,8 +117,8 @@ def edited_scene(path: str | Path) -> Scene:
 
 def _state(
     scene: Scene, index: Fields, archive: ArchiveReader
-) -> tuple[dict[str, np.ndarray | None], dict[str, float], dict[str, np.ndarray]]:
-    """What differs from the scene as loaded: poses (None = removed), factors of groups, reflectances."""
+) -> tuple[dict[str, np.ndarray], list[str], dict[str, float], dict[str, np.ndarray]]:
+    """What differs from the scene as loaded: poses, removed meshes, factors of groups, reflectances."""
     flat = flatten(scene)
     poses = _core_array(archive, "poses", "<f8")
     present = _core_array(archive, "present", "|u1")
@@ -128,17 +128,16 @@ def _state(
     if len(factors) < len(flat.groups):
         raise FormatError("found state of fewer light groups than the scene has")
     rows = poses.reshape(-1, 4, 3)  # 3 rows of the rotation, then the translation
-    moved: dict[str, np.ndarray | None] = {}
+    moved = {}
     for mesh in scene.meshes:
-        number, now = flat.objects[mesh.name], np.eye(4)
-        now[:3, :3], now[:3, 3] = rows[number, :3], rows[number, 3]
-        if not present[number]:
-            moved[mesh.name] = None
-        elif mesh.movable and not np.array_equal(now, flat.pose(mesh.name, mesh.pose)):
+        loaded, now = flat.pose(mesh.name, mesh.pose) if mesh.movable else None, np.eye(4)
+        now[:3, :3], now[:3, 3] = rows[flat.objects[mesh.name], :3], rows[flat.objects[mesh.name], 3]
+        if loaded is not None and not np.array_equal(now, loaded):
             moved[mesh.name] = flat.user_pose(mesh.name, now)
     given = index.numbers("reflectances", len(scene.materials), 3)
     return (
         moved,
+        [mesh.name for mesh in scene.meshes if not present[flat.objects[mesh.name]]],
         {name: float(factors[i]) for name, i in flat.groups.items() if factors[i] != 1},
         {
             material.name: row

@@ -5,24 +5,19 @@ import {
   Box2,
   Color,
   DoubleSide,
-  GLSL3,
   Mesh,
   MeshBasicMaterial,
   Scene,
-  ShaderMaterial,
   Vector2,
   Vector3,
   WebGLRenderTarget,
 } from 'three'
-import { FullScreenQuad } from 'three/addons/postprocessing/Pass.js'
+import type { FullScreenQuad } from 'three/addons/postprocessing/Pass.js'
 import type { Body } from './litScene'
+import { screenPass } from './screenPass'
 import type { Stage } from './stage'
 
 const WIDTH = 2 // pixels
-
-const vertexShader = /* glsl */ `
-out vec2 place;
-void main() { place = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }`
 
 const fragmentShader = /* glsl */ `
 precision highp float;
@@ -52,27 +47,18 @@ export class Outline {
     toneMapped: false,
   })
   private readonly silhouette = new Scene()
-  private readonly overlay: FullScreenQuad
-  private readonly border: ShaderMaterial
+  private readonly pixel = new Vector2()
+  private readonly border: FullScreenQuad
 
   constructor(
     private readonly stage: Stage,
     accent: string,
   ) {
-    this.border = new ShaderMaterial({
-      glslVersion: GLSL3,
-      vertexShader,
-      fragmentShader,
-      depthTest: false,
-      depthWrite: false,
-      toneMapped: false,
-      uniforms: {
-        mask: { value: this.mask.texture },
-        pixel: { value: new Vector2() },
-        line: { value: new Color(accent).convertLinearToSRGB() },
-      },
+    this.border = screenPass(fragmentShader, {
+      mask: { value: this.mask.texture },
+      pixel: { value: this.pixel },
+      line: { value: new Color(accent).convertLinearToSRGB() },
     })
-    this.overlay = new FullScreenQuad(this.border)
     stage.overlays.push(() => this.draw())
   }
 
@@ -82,9 +68,7 @@ export class Outline {
     const { renderer } = stage
     const size = renderer.getDrawingBufferSize(new Vector2())
     this.mask.setSize(size.x, size.y)
-    this.border.uniforms.pixel.value
-      .set(WIDTH / size.x, WIDTH / size.y)
-      .multiplyScalar(renderer.getPixelRatio())
+    this.pixel.set(WIDTH / size.x, WIDTH / size.y).multiplyScalar(renderer.getPixelRatio())
     const shape = new Mesh(body.geometry, this.white)
     shape.matrixAutoUpdate = false
     shape.matrix.copy(body.matrix)
@@ -103,7 +87,7 @@ export class Outline {
     // Only around the object: a pass over all pixels is what software rendering has no time for.
     renderer.setScissor(around.min.x, around.min.y, around.max.x - around.min.x, around.max.y - around.min.y)
     renderer.setScissorTest(true)
-    this.overlay.render(renderer)
+    this.border.render(renderer)
     renderer.setScissorTest(false)
   }
 

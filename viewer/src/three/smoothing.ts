@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Antialiasing where pictures are drawn in software, which takes twice the time for it: once all is at rest.
-import { GLSL3, ShaderMaterial, Vector2, WebGLRenderTarget, type WebGLRenderer } from 'three'
-import { FullScreenQuad } from 'three/addons/postprocessing/Pass.js'
+import { Vector2, WebGLRenderTarget, type WebGLRenderer } from 'three'
+import { screenPass } from './screenPass'
 
 const REST = 300 // milliseconds without a change
 const SAMPLES = 4
 const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i
-
-const vertexShader = /* glsl */ `
-void main() { gl_Position = vec4(position.xy, 0.0, 1.0); }`
 
 const fragmentShader = /* glsl */ `
 precision highp float;
@@ -30,17 +27,7 @@ export function drawsInSoftware(): boolean {
 
 export class Smoothing {
   private readonly target = new WebGLRenderTarget(1, 1, { samples: SAMPLES })
-  private readonly copy = new FullScreenQuad(
-    new ShaderMaterial({
-      glslVersion: GLSL3,
-      vertexShader,
-      fragmentShader,
-      depthTest: false,
-      depthWrite: false,
-      toneMapped: false,
-      uniforms: { picture: { value: this.target.texture } },
-    }),
-  )
+  private readonly copy = screenPass(fragmentShader, { picture: { value: this.target.texture } })
   private timer = 0
 
   /** `draw` draws the picture into whatever target is set. */
