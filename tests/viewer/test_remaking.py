@@ -187,6 +187,8 @@ def test_a_cancelled_one_leaves_everything(serve, baked_file, monkeypatch, stage
             page.rest()
             with monkeypatch.context() as patch:
                 patch.setattr(TaskProgress, "__call__", wait_there)
+                # The core works on while its callback waits: it must have seconds left when asked to stop.
+                patch.setitem(session._options, "paths", 300 * PATHS)
                 page.ask("make_movable", mesh="ceiling lamp")
                 assert reached.wait(TIMEOUT)
                 assert page.ask("cancel")["type"] == "accepted"
