@@ -173,6 +173,26 @@ def test_calls_of_actors_that_are_known_to_be_gone_do_nothing():
     assert job.told is None
 
 
+def test_an_actor_whose_worker_ends_as_it_is_asked_for_is_lost_like_others():
+    """Dask's future of it is still finished when it is looked at, and its result raises."""
+
+    class Future:
+        status = "finished"
+
+        def result(self):
+            self.status = "error"
+            raise RuntimeError("Worker holding Actor was lost")
+
+    scene = room()
+    shards = Shards(None, Blueprint(scene, samples_in(scene), {"paths": PATHS}, ""), 1, 1.0)
+    shards._actors[0] = Future()
+    job, lost = _Job(0, [("bake", ())], []), []
+    shards._lose = lambda job, why, make: lost.append(why)
+    assert not shards._advance(job, None)
+    assert shards._advance(job, None)
+    assert lost == ["its actor's state is error"]
+
+
 def test_edits_before_the_bake_and_between_updates(client):
     scene = room()
     with (

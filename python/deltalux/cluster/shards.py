@@ -7,6 +7,7 @@ import functools
 import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
@@ -273,7 +274,10 @@ class Shards:
         future = self._actor(job.number)
         if job.steps and job.reply is None and future.status == "finished":
             if self._proxies[job.number] is None:
-                self._proxies[job.number] = future.result()
+                try:
+                    self._proxies[job.number] = future.result()
+                except (RuntimeError, OSError, CancelledError):
+                    return  # its worker ended just now, which the state of its actor tells, too
             name, args = job.steps[0]
             job.reply = self._call(job.number, "run", self._command, name, *args)
 
