@@ -16,12 +16,14 @@ from viewer.page.two_cells import two_cells
 from viewer.page_client import get
 from viewer.served_room import make_session
 
+SHAPES = {"detail": (-1,), "copies": (-1,), "coordinates": (-1, 2)}
+
 
 def arrays_of(geometry: Geometry) -> dict[str, np.ndarray]:
     return {
         name: np.frombuffer(
             geometry.data[a["offset"] : a["offset"] + a["length"]], a["type"][0] + "4"
-        ).reshape((-1,) if name == "detail" else (-1, 3))
+        ).reshape(SHAPES.get(name, (-1, 3)))
         for name, a in geometry.description["arrays"].items()
     }
 

@@ -134,7 +134,7 @@ export class App {
         { id: 'panels', 'aria-label': 'Panels' },
         objectPanel(this.objects, this.remote, this.look),
         lightPanel(lights),
-        viewPanel(this.look, this.references, info.unit, () => this.remember()),
+        viewPanel(this.look, this.references, info.unit, this.lit.factors.any, () => this.remember()),
         figuresPanel(this.remote, this.latency.last),
         filePanel(
           this.remote,
@@ -148,11 +148,25 @@ export class App {
       this.help,
     )
 
+    this.stage.afterDrawing.push(() => void this.loadTextures())
     this.startView(asked.eye)
     this.objects.select(this.objects.names[0] ?? null)
     this.flow = new ServerFlow(this, this.withToken('scene.json'), load, options.bench)
     keepLink(this.stage, this.cameras, this.look)
     this.remote.connect()
+  }
+
+  /** After the first picture, which then does not wait for them. */
+  private async loadTextures(): Promise<void> {
+    const { factors } = this.lit
+    if (factors.begun) return
+    await factors.load(
+      (image) => this.withToken(`textures/${image}`),
+      this.stage.anisotropy,
+      this.stage.invalidate,
+      (reason) => (this.remote.note.value = { kind: 'error', text: `An image cannot be shown: ${reason}` }),
+    )
+    if (factors.any) await this.look.measureAgain() // what is seen may be unlike the images' means
   }
 
   /** Hangs a lamp where the camera looks. */

@@ -57,20 +57,23 @@ export class Carrier {
         carried[CHANNELS * detail[i] + c] = DataUtils.toHalfFloat(sum)
       }
     }
-    return { halves: carried, scale }
+    return { halves: repeated(carried, this.now), scale }
   }
 }
 
-/** Those that no refinement added; their order is always the same. */
-function plainVertices([{ vertices }, { detail }]: Refinement): Uint32Array {
-  const plain = new Uint32Array(vertices - detail.length)
-  let end = 0
-  let next = 0 // of `detail`, which ascends
-  for (let vertex = 0; vertex < vertices; vertex++) {
-    if (next < detail.length && detail[next] === vertex) next++
-    else plain[end++] = vertex
+/** Gives copies the bits of what they repeat, in place. */
+export function repeated(halves: Uint16Array, [, { copies }]: Refinement): Uint16Array {
+  for (const copy of copies) {
+    halves.copyWithin(CHANNELS * copy, CHANNELS * (copy - 1), CHANNELS * copy)
   }
-  return plain
+  return halves
+}
+
+/** Those that no refinement added, without copies; their order is always the same. */
+function plainVertices([{ vertices }, { detail, copies }]: Refinement): Uint32Array {
+  const plain = new Uint8Array(vertices).fill(1)
+  for (const other of [detail, copies]) for (const vertex of other) plain[vertex] = 0
+  return Uint32Array.from({ length: vertices }, (_, vertex) => vertex).filter((vertex) => plain[vertex])
 }
 
 /** Calls `visit` with each vertex that refines shadows and a text that is equal for equal places. */

@@ -26,7 +26,7 @@ export class Look {
     settings: Settings,
     private metered: number | null,
   ) {
-    this.creases = new Creases(lit.bodies)
+    this.creases = new Creases(lit)
     this.settings = new Signal(settings)
     this.settings.watch(() => this.apply())
     this.references.times.watch(() => this.apply())
@@ -104,13 +104,14 @@ export class Look {
   }
 
   private apply(): void {
-    const { mode, isolines, reference } = this.settings.value
+    const { mode, isolines, reference, textures } = this.settings.value
     const { values } = this.lit
     const { shared } = this.lit.materials
     const lightless = this.lit.info.groups.length === 0 // all would be black
     shared.mode.value = values.known && !(lightless && mode === 'lit') ? MODES[mode] : MODES.clay
     shared.exposure.value = this.exposure
     shared.isolines.value = isolines
+    shared.textures.value = textures
     this.creases.show(mode === 'difference')
     const compared =
       mode === 'difference' || reference === 'remembered' ? this.references.of(reference) : null

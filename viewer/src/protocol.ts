@@ -27,11 +27,23 @@ export interface MeshInfo {
   vertex_count: number
 }
 
+/** An image on surfaces, as in glTF; its factor on a material's mean colour is texel / mean. */
+export interface TextureInfo {
+  image: number
+  mean: Rgb
+  wrap: [number, number] // along u and v: repeat, clamp or mirror, as OpenGL numbers them
+  mag_filter: number | null // likewise
+  min_filter: number | null
+  matrix: number[] // two rows of three: takes (u, v, 1) to the place in the image
+}
+
 export interface MaterialInfo {
   name: string
   reflectance: Rgb
   emission: Rgb
   two_sided: boolean
+  colour: TextureInfo | null // of the reflectance
+  glow: TextureInfo | null // of the emission
 }
 
 export interface CameraInfo {
@@ -51,7 +63,14 @@ export interface SceneInfo {
   vertices: number
   triangles: number
   arrays: Record<
-    'points' | 'normals' | 'indices' | 'detail' | 'detail_corners' | 'detail_weights',
+    | 'points'
+    | 'normals'
+    | 'indices'
+    | 'coordinates'
+    | 'copies'
+    | 'detail'
+    | 'detail_corners'
+    | 'detail_weights',
     ArrayPlace
   >
   parts: PartInfo[]

@@ -19,6 +19,7 @@ export interface Settings {
   automaticExposure: boolean
   stops: number // brighter than the meter says, powers of two
   isolines: boolean
+  textures: boolean // in lit pictures
   snapping: boolean
   reference: Reference // of the difference view
   ranges: Record<ScaledMode, RangeSetting>
@@ -37,6 +38,7 @@ export const defaultSettings = (): Settings => ({
   automaticExposure: true,
   stops: 0,
   isolines: false,
+  textures: true,
   snapping: false,
   reference: 'edit',
   ranges: { falseColour: { ...NO_RANGE }, error: { ...NO_RANGE }, difference: { ...NO_RANGE } },
@@ -48,6 +50,7 @@ export function toHash(settings: Settings, exposure: number, eye: Eye): string {
   if (!settings.automaticExposure) fields.set('exposure', exposure.toPrecision(5))
   if (settings.stops !== 0) fields.set('stops', String(settings.stops))
   if (settings.isolines) fields.set('isolines', '1')
+  if (!settings.textures) fields.set('textures', '0')
   if (settings.snapping) fields.set('snap', '1')
   if (settings.reference !== 'edit') fields.set('reference', settings.reference)
   for (const [mode, range] of Object.entries(settings.ranges)) {
@@ -67,6 +70,7 @@ export function fromHash(hash: string): { settings: Settings; exposure: number |
   settings.automaticExposure = exposure === null
   settings.stops = numbers(fields.get('stops'), 1)?.[0] ?? 0
   settings.isolines = fields.get('isolines') === '1'
+  settings.textures = fields.get('textures') !== '0'
   settings.snapping = fields.get('snap') === '1'
   const reference = fields.get('reference') as Reference
   if (REFERENCES.includes(reference)) settings.reference = reference

@@ -82,11 +82,12 @@ export function testHooks(app: App): TestHooks {
     gizmoHandle: (axis) => (objects.gizmo.body === null ? null : onPage(objects.gizmo.arrow(axis))),
     gizmoAxis: () => objects.gizmo.controls.axis,
     /** Nothing to draw. */
-    still: () => stage.idle && look.metering === 0,
+    still: () => stage.idle && look.metering === 0 && lit.factors.complete,
     /** Nothing to draw, nothing on the way, the light up to date. */
     idle: () =>
       stage.idle &&
       look.metering === 0 &&
+      lit.factors.complete &&
       !remote.busyDragging &&
       remote.state.value?.phase === 'ready' &&
       app.flow.shown === remote.state.value.revision,

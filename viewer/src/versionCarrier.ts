@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Values taken over to another version of the scene, in which other things can be moved: by equal places.
 import { Matrix4, Vector3 } from 'three'
-import { NONE, taken, type Refinement } from './carrier'
+import { NONE, repeated, taken, type Refinement } from './carrier'
 import { CHANNELS, UNKNOWN, type Snapshot } from './values'
 
 const STEP = 1e-4 // of the scene's size: places that are nearer to each other count as equal
@@ -11,7 +11,11 @@ export class VersionCarrier {
   private readonly from: Int32Array // vertex before, of each vertex now
 
   /** `poses`: of meshes, by their index, that could not be moved before: vertices now are local to them. */
-  constructor(before: Refinement, now: Refinement, poses: ReadonlyMap<number, Matrix4>) {
+  constructor(
+    before: Refinement,
+    private readonly now: Refinement,
+    poses: ReadonlyMap<number, Matrix4>,
+  ) {
     this.from = new Int32Array(now[0].vertices).fill(NONE)
     const [low, high] = now[0].bounds.map((corner) => new Vector3(...corner))
     const step = STEP * low.distanceTo(high) || STEP
@@ -29,7 +33,7 @@ export class VersionCarrier {
     this.from.forEach((before, vertex) => {
       if (before === NONE) carried.set(UNKNOWN, CHANNELS * vertex)
     })
-    return { halves: carried, scale }
+    return { halves: repeated(carried, this.now), scale }
   }
 
   /** Takes a mesh whose vertices are all the same, in the same order; tells whether it is one. */
@@ -56,15 +60,17 @@ export class VersionCarrier {
 
 /** Vertices of a mesh by place and normal. */
 function placesOf(
-  [{ meshes }, { points, normals }]: Refinement,
+  [{ meshes }, { points, normals, copies }]: Refinement,
   mesh: number,
   step: number,
   pose: Matrix4,
 ): Map<string, number[]> {
   const places = new Map<string, number[]>()
   const { first_vertex: first, vertex_count: count } = meshes[mesh]
+  const repeats = new Set(copies)
   const [point, normal] = [new Vector3(), new Vector3()]
   for (let vertex = first; vertex < first + count; vertex++) {
+    if (repeats.has(vertex)) continue
     point
       .fromArray(points, 3 * vertex)
       .applyMatrix4(pose)

@@ -24,6 +24,7 @@ describe('a link', () => {
     const settings = defaultSettings()
     settings.mode = 'falseColour'
     settings.isolines = true
+    settings.textures = false
     settings.reference = 'start'
     settings.automaticExposure = false
     settings.stops = -1.5

@@ -34,6 +34,8 @@ function refined(detail: [x: number, weights: number[]][]) {
     points,
     normals,
     indices: new Uint32Array(),
+    coordinates: new Float32Array(),
+    copies: new Uint32Array(),
     detail: Uint32Array.from(detail, (_, i) => 3 + i),
     detailCorners: Uint32Array.from(detail.flatMap(() => [0, 1, 2])),
     detailWeights: Float32Array.from(detail.flatMap(([, weights]) => weights)),
@@ -59,6 +61,30 @@ describe('values of another refinement', () => {
     expect(carried.scale).toBe(2)
     expect([...carried.halves].filter((_, i) => i % 4 === 3).map(DataUtils.fromHalfFloat)).toEqual([
       10, 20, 40, 777, 30, 35, 50, 60, 70,
+    ])
+  })
+
+  it('are repeated at seams of textures, which other triangles may have in other places', () => {
+    const before = refined([
+      [0, [1, 0, 0]],
+      [0.5, [0.5, 0.5, 0]],
+    ])
+    const now = refined([
+      [0.5, [0.5, 0.5, 0]],
+      [0.5, [0.5, 0.5, 0]],
+      [1.5, [0, 0.5, 0.5]],
+      [1.5, [0, 0.5, 0.5]],
+    ])
+    before[1].copies = Uint32Array.of(3) // of the last corner
+    before[1].detail = Uint32Array.of(4)
+    before[1].points[9] = before[1].points[6]
+    now[1].copies = Uint32Array.of(4, 6, 9)
+    const halves = new Uint16Array(4 * 8)
+    const light = [10, 20, 40, 40, 777, 50, 60, 70]
+    light.forEach((value, i) => halves.fill(half(value), 4 * i, 4 * i + 4))
+    const { halves: carried } = new Carrier(before, now).carry({ halves, scale: 2 })
+    expect([...carried].filter((_, i) => i % 4 === 0).map(DataUtils.fromHalfFloat)).toEqual([
+      10, 20, 40, 777, 777, 30, 30, 50, 60, 60,
     ])
   })
 })

@@ -56,6 +56,13 @@ class TextureCoordinates:
         return np.einsum("kiw,kwx->kix", weights, corners).astype(np.float32)
 
 
+def by_mesh(triangles: np.ndarray, mesh: np.ndarray) -> list[np.ndarray]:
+    """The `triangles` (k,), divided by their `mesh` (k,)."""
+    order = np.argsort(mesh, kind="stable")
+    ends = np.flatnonzero(np.diff(mesh[order])) + 1
+    return np.split(triangles[order], ends) if len(triangles) else []
+
+
 def split_at_seams(
     vertices: np.ndarray, coordinates: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from deltalux.io.texels import linear_texels
 from deltalux.mesh.surfaces import Surfaces
-from deltalux.outputs.texture_coordinates import TextureCoordinates
+from deltalux.outputs.texture_coordinates import TextureCoordinates, by_mesh
 from deltalux.scene.look import MAG_FILTERS, WRAPS, Texture
 
 REPEAT, CLAMP, _ = WRAPS
@@ -80,9 +80,8 @@ def _wrapped(number: np.ndarray, size: int, wrap: int) -> np.ndarray:
 
 def transformed(texture: Texture, place: np.ndarray) -> np.ndarray:
     """Coordinates (k, 2) in the image of those of a surface (KHR_texture_transform)."""
-    u, v = (place * np.asarray(texture.scale)).T
-    cosine, sine = np.cos(texture.rotation), np.sin(texture.rotation)
-    return np.stack([cosine * u + sine * v, cosine * v - sine * u], axis=1) + np.asarray(texture.offset)
+    matrix = texture.matrix
+    return place @ matrix[:, :2].T + matrix[:, 2]
 
 
 class ShownTextures:
@@ -109,9 +108,10 @@ class ShownTextures:
         material = np.where(triangle >= 0, display.triangle_material[triangle], -1)
         mesh = display.triangle_mesh[triangle]
         for number, own in enumerate(scene.materials):
-            if own.look.colour is None and own.look.glow is None:
+            if not own.look.textures:
                 continue
-            for rows in _groups(np.flatnonzero(material == number), mesh):
+            seen = np.flatnonzero(material == number)
+            for rows in by_mesh(seen, mesh[seen]):
                 corners = self._coordinates.of(triangle[rows]).astype(np.float64)
                 for texture, found in ((own.look.colour, colour), (own.look.glow, glow)):
                     if texture is not None:
@@ -151,9 +151,3 @@ class ShownTextures:
         if id(texture.image) not in self._images:
             self._images[id(texture.image)] = Mipmap(linear_texels(texture.image, "texture", MOST_TEXELS))
         return self._images[id(texture.image)]
-
-
-def _groups(rows: np.ndarray, mesh: np.ndarray) -> list[np.ndarray]:
-    """The rows, divided by their mesh."""
-    order = rows[np.argsort(mesh[rows], kind="stable")]
-    return np.split(order, np.flatnonzero(np.diff(mesh[order])) + 1) if len(rows) else []

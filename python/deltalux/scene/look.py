@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -65,6 +66,14 @@ class Texture:
         mean.setflags(write=False)
         object.__setattr__(self, "mean", mean)
 
+    @property
+    def matrix(self) -> np.ndarray:
+        """(2, 3): takes a surface's coordinates (u, v, 1) to those in the image."""
+        (across, down), cosine, sine = self.scale, np.cos(self.rotation), np.sin(self.rotation)
+        return np.array(
+            [[cosine * across, sine * down, self.offset[0]], [-sine * across, cosine * down, self.offset[1]]]
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class Look:
@@ -95,8 +104,18 @@ class Look:
                 f"alpha: found {self.alpha}, cutoff {self.alpha_cutoff}; expected 0 to 1, and 0 or more"
             )
 
+    @property
+    def textures(self) -> list[Texture]:
+        """Those that there are."""
+        return [texture for texture in (self.colour, self.glow) if texture is not None]
+
 
 PLAIN = Look()
+
+
+def images_of(textures: Iterable[Texture]) -> list[bytes]:
+    """The images of textures, every image once."""
+    return list({id(texture.image): texture.image for texture in textures}.values())
 
 
 def checked_coordinates(values: Any, triangles: int, what: str) -> np.ndarray:

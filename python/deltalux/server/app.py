@@ -18,6 +18,7 @@ from starlette.types import ASGIApp
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from deltalux.errors import OptionError
+from deltalux.scene.look import media_type
 
 from .exports import Exports
 from .geometry import Geometry
@@ -25,7 +26,7 @@ from .guard import Guard, RateLimit
 from .hub import Hub
 from .page import Page
 
-NEEDS_TOKEN = ("/scene.json", "/geometry.bin", "/files/", "/ws")
+NEEDS_TOKEN = ("/scene.json", "/geometry.bin", "/textures/", "/files/", "/ws")
 GONE = 410  # status
 NO_STORE = {"Cache-Control": "no-store"}
 # Close codes of the WebSocket protocol.
@@ -81,9 +82,18 @@ def _routes_of_page(hub: Hub, more: dict[str, Any], page: Path) -> list[BaseRout
             return _gone()
         return Response(geometry.data, media_type="application/octet-stream", headers=NO_STORE)
 
+    async def texture(request: Request) -> Response:
+        number = request.path_params["number"]
+        assert hub.geometry is not None
+        if number >= len(hub.geometry.images):
+            return PlainTextResponse("404: found no image of that number in scene.json\n", 404)
+        image = hub.geometry.images[number]
+        return Response(image, media_type=media_type(image), headers=NO_STORE)
+
     return [
         Route("/scene.json", scene),
         Route("/geometry.bin", data),
+        Route("/textures/{number:int}", texture),
         Mount("/", StaticFiles(directory=page, html=True)),
     ]
 

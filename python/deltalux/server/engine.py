@@ -306,7 +306,7 @@ class Engine:
             return
         self._unpublished = None
         if self._fill is None or self._encoder is None:
-            self._fill = fill_of(self._session)
+            self._fill = fill_of(self._session, self._geometry.drawn if self._geometry else None)
             self._encoder = Encoder(self._fill)
         rest = errors and session is None and not self._wanted.dragging
         errors = errors or self._errors is None
@@ -407,7 +407,8 @@ class Engine:
             assert display is not None
             geometry = fill = None
             if not display.same_triangles(before.display):
-                geometry, fill = refined_geometry(self._geometry, self._session), fill_of(self._session)
+                geometry = refined_geometry(self._geometry, self._session)
+                fill = fill_of(self._session, geometry.drawn)
         except Cancelled:
             return
         except (Error, MemoryError) as error:

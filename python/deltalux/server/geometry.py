@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -16,8 +17,10 @@ from deltalux.mesh.display_mesh import DisplayMesh
 from deltalux.mesh.surfaces import Surfaces
 from deltalux.outputs.camera import automatic_camera
 from deltalux.scene import Camera, Scene
+from deltalux.scene.look import Texture, images_of
 from deltalux.session import Session
 
+from .drawn_mesh import DrawnMesh, drawn_mesh
 from .edits import pose_numbers
 
 PROTOCOL = 1
@@ -25,10 +28,20 @@ PROTOCOL = 1
 
 @dataclass(frozen=True, eq=False)
 class Geometry:
-    """`scene.json` without `run`, `folder` and `lit`, and `geometry.bin`; numbered, because it can change."""
+    """What pages draw; numbered, because it can change.
+
+    Parameters
+    ----------
+    description : `scene.json` without `run`, `folder` and `lit`
+    data : `geometry.bin`
+    drawn : the mesh that both describe
+    images : those of textures, encoded, once each
+    """
 
     description: dict[str, Any]
     data: bytes
+    drawn: DrawnMesh
+    images: Sequence[bytes]  # of textures, encoded
 
     @property
     def number(self) -> int:
@@ -70,6 +83,7 @@ def _constant(session: Session, display: DisplayMesh) -> dict[str, Any]:
     """What the mesh's refinement does not change."""
     scene = session.scene
     low, high = scene.bounds
+    numbers = {id(image): i for i, image in enumerate(_images(scene))}
     return {
         "protocol": PROTOCOL,
         "name": Path(scene.source).stem if scene.source else "scene",
@@ -81,6 +95,8 @@ def _constant(session: Session, display: DisplayMesh) -> dict[str, Any]:
                 "reflectance": m.reflectance.tolist(),
                 "emission": m.emission.tolist(),
                 "two_sided": m.two_sided,
+                "colour": _texture(m.look.colour, numbers),
+                "glow": _texture(m.look.glow, numbers),
             }
             for m in scene.materials
         ],
@@ -96,25 +112,28 @@ def refined_geometry(before: Geometry, session: Session) -> Geometry:
 
 def _with_mesh(description: dict[str, Any], number: int, scene: Scene, display: DisplayMesh) -> Geometry:
     order = np.lexsort((display.reversed, display.triangle_material, display.triangle_mesh))
-    detail = np.zeros(0, np.int64) if display.detail is None else display.detail
-    corners, weights = display.detail_in_plain()
+    drawn = drawn_mesh(scene, display)
+    detail, corners, weights = drawn.detail(display)
     arrays = {
-        "points": display.points.astype("<f4"),
-        "normals": display.normals.astype("<f4"),
-        "indices": display.triangles[order].astype("<u4"),
+        "points": drawn.at(display.points).astype("<f4"),
+        "normals": drawn.at(display.normals).astype("<f4"),
+        "indices": drawn.triangles[order].astype("<u4"),
+        "coordinates": drawn.coordinates.astype("<f4"),
+        "copies": drawn.copies.astype("<u4"),
         "detail": detail.astype("<u4"),
         "detail_corners": corners.astype("<u4"),
         "detail_weights": weights.astype("<f4"),
     }
     of_mesh = {
         "geometry": number,
-        "vertices": len(display.points),
+        "vertices": len(drawn.at(display.points)),
         "triangles": len(order),
         "arrays": _layout(arrays),
         "parts": _parts(display, order),
-        "meshes": _meshes(scene, display),
+        "meshes": _meshes(scene, display, drawn.at(display.vertex_mesh)),
     }
-    return Geometry(description | of_mesh, b"".join(array.tobytes() for array in arrays.values()))
+    data = b"".join(array.tobytes() for array in arrays.values())
+    return Geometry(description | of_mesh, data, drawn, _images(scene))
 
 
 def _layout(arrays: dict[str, np.ndarray]) -> dict[str, dict[str, Any]]:
@@ -141,10 +160,10 @@ def _parts(display: DisplayMesh, order: np.ndarray) -> list[dict[str, Any]]:
     ]
 
 
-def _meshes(scene: Scene, display: DisplayMesh) -> list[dict[str, Any]]:
+def _meshes(scene: Scene, display: DisplayMesh, vertex_mesh: np.ndarray) -> list[dict[str, Any]]:
     """Meshes with their ranges of vertices: vertices are numbered mesh by mesh."""
-    assert (np.diff(display.vertex_mesh) >= 0).all()
-    first = np.searchsorted(display.vertex_mesh, np.arange(len(scene.meshes) + 1)).tolist()
+    assert (np.diff(vertex_mesh) >= 0).all()
+    first = np.searchsorted(vertex_mesh, np.arange(len(scene.meshes) + 1)).tolist()
     closed = closed_meshes(display, len(scene.meshes)).tolist()
     return [
         {
@@ -156,6 +175,23 @@ def _meshes(scene: Scene, display: DisplayMesh) -> list[dict[str, Any]]:
         }
         for m, is_closed, (start, end) in zip(scene.meshes, closed, pairwise(first), strict=True)
     ]
+
+
+def _images(scene: Scene) -> list[bytes]:
+    return images_of(texture for m in scene.materials for texture in m.look.textures)
+
+
+def _texture(texture: Texture | None, numbers: Mapping[int, int]) -> dict[str, Any] | None:
+    if texture is None:
+        return None
+    return {
+        "image": numbers[id(texture.image)],
+        "mean": texture.mean.tolist(),
+        "wrap": list(texture.wrap),
+        "mag_filter": texture.mag_filter,
+        "min_filter": texture.min_filter,
+        "matrix": texture.matrix.ravel().tolist(),
+    }
 
 
 def _good_view(session: Session, display: DisplayMesh) -> Camera:

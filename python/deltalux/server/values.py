@@ -15,6 +15,8 @@ from deltalux.outputs.covered import RimFill, rim_fill
 from deltalux.samples.clearance import covered_samples, movables_apart
 from deltalux.session import Session
 
+from .drawn_mesh import DrawnMesh
+
 BRIGHTEST = 2.0**12  # what the largest value becomes: room for 16 times as much in float16,
 LEAST, MOST = 2.0**6, 65504.0  # and what it may become before a new scale is worth a frame of all values
 
@@ -23,7 +25,7 @@ LEAST, MOST = 2.0**6, 65504.0  # and what it may become before a new scale is wo
 class Values:
     """One state of the light, encoded.
 
-    rows : (n,) uint64, one per vertex: R, G, B and the photopic standard error as float16
+    Parameters
     ----------
     rows : (n,) uint64, one for each vertex; it holds R, G, B and the photopic standard error as float16
     scale : power of two by which all values are multiplied
@@ -41,21 +43,24 @@ class Values:
 
 @dataclass(frozen=True, eq=False)
 class VertexFill:
-    """Computes values at the vertices of a display mesh from its samples, and fills them in at rims.
+    """Computes values at the vertices that pages draw from samples, and fills them in at rims.
 
+    `drawn` : None: pages draw the display mesh itself
     `beyond` : (d, 3) or None, the value of `Session.direct_beyond_samples`
     """
 
     display: DisplayMesh
     fill: RimFill
+    drawn: DrawnMesh | None = None
     beyond: np.ndarray | None = None
 
     def __call__(self, values: np.ndarray) -> np.ndarray:
         """Values (n, c) at the vertices, a copy, from values (s, c) of the samples."""
-        return self.fill(add_detail(self.display.at_vertices(values).copy(), self.display, self.beyond))
+        values = add_detail(self.display.at_vertices(values).copy(), self.display, self.beyond)
+        return self.fill(values) if self.drawn is None else self.drawn.at(self.fill(values))
 
 
-def fill_of(session: Session) -> VertexFill:
+def fill_of(session: Session, drawn: DrawnMesh | None = None) -> VertexFill:
     """How vertices show the light of samples; the rims of covered samples do not depend on movables' poses.
 
     Samples count as covered by static surfaces if they are static, and by their own movable otherwise.
@@ -65,7 +70,7 @@ def fill_of(session: Session) -> VertexFill:
     assert display is not None
     poses = movables_apart(session.scene)
     surfaces = Surfaces(session.scene, display, poses, session.options["threads"] or 0)
-    return VertexFill(display, rim_fill(covered_samples(surfaces), display.triangles))
+    return VertexFill(display, rim_fill(covered_samples(surfaces), display.triangles), drawn)
 
 
 class Encoder:

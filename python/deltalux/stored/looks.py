@@ -9,7 +9,7 @@ from typing import Any
 
 from deltalux.errors import FormatError
 from deltalux.scene import Material, Mesh, Scene
-from deltalux.scene.look import MOST, WRAPS, Look, Texture
+from deltalux.scene.look import MOST, WRAPS, Look, Texture, images_of
 
 from .archive import ArchiveReader, ArchiveWriter
 from .fields import Fields
@@ -25,7 +25,7 @@ _IMAGES, _COORDINATES = "images", "meshes/coordinates"
 def pack_looks(scene: Scene) -> dict[str, Any] | None:
     """The index entry; `write_looks` writes the arrays. None if no material and no mesh has any looks."""
     textures = _textures(scene)
-    images = list(_images(textures))
+    images = images_of(textures)
     numbers = {id(texture): i for i, texture in enumerate(textures)}
     places = {id(image): i for i, image in enumerate(images)}
     plain = all(_is_plain(m.look) for m in scene.materials)
@@ -62,7 +62,7 @@ def pack_looks(scene: Scene) -> dict[str, Any] | None:
 
 def write_looks(scene: Scene, archive: ArchiveWriter) -> None:
     """Write each encoded image once, and the texture coordinates of the meshes that have them."""
-    images = _images(_textures(scene))
+    images = images_of(_textures(scene))
     if images:
         archive.add_bytes(_IMAGES, "|u1", (sum(map(len, images)),), images)
     coordinates = [m.coordinates.reshape(-1, 6) for m in scene.meshes if m.coordinates is not None]
@@ -95,18 +95,8 @@ def unpack_looks(
 
 def _textures(scene: Scene) -> list[Texture]:
     """Every texture once, in order of the materials."""
-    found = {
-        id(texture): texture
-        for m in scene.materials
-        for texture in (m.look.colour, m.look.glow)
-        if texture is not None
-    }
+    found = {id(texture): texture for m in scene.materials for texture in m.look.textures}
     return list(found.values())
-
-
-def _images(textures: Sequence[Texture]) -> list[bytes]:
-    """Every image once."""
-    return list({id(texture.image): texture.image for texture in textures}.values())
 
 
 def _is_plain(look: Look) -> bool:

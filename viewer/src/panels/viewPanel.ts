@@ -7,16 +7,23 @@ import type { Unit } from '../protocol'
 import type { References } from '../references'
 import { comparisonControls } from './comparison'
 
-export function viewPanel(look: Look, references: References, unit: Unit, remember: () => void): HTMLElement {
+/** `textured`: the scene has textures. */
+export function viewPanel(
+  look: Look,
+  references: References,
+  unit: Unit,
+  textured: boolean,
+  remember: () => void,
+): HTMLElement {
   return panel(
     'View',
-    exposureControls(look),
+    exposureControls(look, textured),
     rangeControls(look, unit),
     comparisonControls(look, references, remember),
   )
 }
 
-function exposureControls(look: Look): HTMLElement {
+function exposureControls(look: Look, textured: boolean): HTMLElement {
   const text = h('output', {})
   const slider = h('input', {
     type: 'range',
@@ -38,15 +45,18 @@ function exposureControls(look: Look): HTMLElement {
     },
     { title: 'Sets the exposure by what is seen now' },
   )
+  const [textures, texturesInput] = checkbox('Textures', (on) => look.change({ textures: on }))
+  textures.hidden = !textured
   const element = h(
     'div',
     { class: 'stack' },
     h('div', { class: 'dimmer' }, h('span', {}, 'Exposure'), text, slider),
-    h('div', { class: 'row' }, automatic, meter),
+    h('div', { class: 'row' }, automatic, textures, meter),
   )
   look.settings.watch((settings) => {
     element.hidden = settings.mode !== 'lit'
     input.checked = settings.automaticExposure
+    texturesInput.checked = settings.textures
     slider.value = String(settings.stops)
     text.textContent = `${settings.stops > 0 ? '+' : ''}${number(settings.stops, 2)} stops`
   })

@@ -26,6 +26,22 @@ uniform bool logarithmic;
 uniform bool isolines;
 uniform float tickPlaces[MAX_TICKS];
 uniform int tickCount;
+#if defined(COLOUR_TEXTURE) || defined(GLOW_TEXTURE)
+in vec2 coordinates;
+uniform bool textures; // whether they are shown
+#endif
+#ifdef COLOUR_TEXTURE
+uniform sampler2D colourImage;
+uniform mat3 colourMatrix;
+uniform vec3 colourGain;
+uniform vec3 colourBias;
+#endif
+#ifdef GLOW_TEXTURE
+uniform sampler2D glowImage;
+uniform mat3 glowMatrix;
+uniform vec3 glowGain;
+uniform vec3 glowBias;
+#endif
 
 out vec4 colour;
 
@@ -36,6 +52,9 @@ const float WHITE = 5.0; // exposed luminance that becomes white
 const float STEEP = 30.0;
 const float UNLIKE_ITS_NORMAL = 8.0; // times the slope that the normal tells
 const float STEEP_IN_THE_DARK = 10.0; // of a side without light, of which there is less to lose
+const float UNMAPPED = -1e29; // coordinates below it belong to surfaces that have none
+const float MOST_FACTOR = 1e3; // of a texel on the mean: black images with a few bright texels
+const float LAMP = 0.25; // instead of 1, where a pixel that is measured shows a light source
 const float LINE_WIDTH = 0.75; // pixels to either side
 
 float photopic(vec3 rgb) {
@@ -98,26 +117,41 @@ bool isSliver() {
   return slope > STEEP && slope * facing > UNLIKE_ITS_NORMAL;
 }
 
+#if defined(COLOUR_TEXTURE) || defined(GLOW_TEXTURE)
+vec3 factor(sampler2D image, mat3 matrix, vec3 gain, vec3 bias) {
+  vec3 texel = texture(image, (matrix * vec3(coordinates, 1.0)).xy).rgb; // first: its size comes of neighbours
+  if (!textures || coordinates.x < UNMAPPED) return vec3(1.0);
+  return min(texel * gain + bias, MOST_FACTOR);
+}
+#endif
+
 void main() {
   if (!measuring && isSliver()) discard; // the pixels that are measured are larger
   bool glows = gl_FrontFacing ? frontGlows : backGlows;
   vec3 light = glows ? emission : vec3(0.0);
   bool sampled = gl_FrontFacing;
-  vec3 radiance = reflectance * irradiance / 3.14159265358979 + light;
+  vec3 reflected = reflectance;
+#ifdef COLOUR_TEXTURE
+  reflected = min(reflected * factor(colourImage, colourMatrix, colourGain, colourBias), 1.0);
+#endif
+#ifdef GLOW_TEXTURE
+  light *= factor(glowImage, glowMatrix, glowGain, glowBias);
+#endif
+  vec3 radiance = reflected * irradiance / 3.14159265358979 + light;
 
   if (measuring) {
     float value = mode == MODE_FALSE_COLOUR ? photopic(irradiance)
                 : mode == MODE_ERROR ? relativeError()
                 : mode == MODE_DIFFERENCE ? photopic(change) : photopic(radiance);
-    bool counts = sampled && (mode != MODE_LIT || light == vec3(0.0)) &&
-                  (mode != MODE_DIFFERENCE || uncompared == 0.0);
-    colour = vec4(value, counts ? 1.0 : 0.0, 1.0 / gl_FragCoord.w, 1.0);
+    bool counts = sampled && (mode != MODE_DIFFERENCE || uncompared == 0.0);
+    float weight = mode == MODE_LIT && light != vec3(0.0) ? LAMP : 1.0;
+    colour = vec4(value, counts ? weight : 0.0, 1.0 / gl_FragCoord.w, 1.0);
     return;
   }
   vec3 shown = encode(vec3(UNSAMPLED));
   if (mode == MODE_CLAY) {
     float facing = abs(dot(normalize(worldNormal), normalize(toEye)));
-    shown = encode((0.15 + 0.85 * facing) * (0.04 + 0.2 * reflectance));
+    shown = encode((0.15 + 0.85 * facing) * (0.04 + 0.2 * reflected));
   } else if (mode == MODE_LIT) {
     if (sampled) shown = encode(toneMap(radiance));
   } else if (sampled) {

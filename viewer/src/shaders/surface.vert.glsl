@@ -16,6 +16,9 @@ centroid out vec3 change;
 centroid out float uncompared; // above 0 where the reference lacks a value: its error is −1 there
 out vec3 worldNormal;
 out vec3 toEye;
+#if defined(COLOUR_TEXTURE) || defined(GLOW_TEXTURE)
+out vec2 coordinates;
+#endif
 
 const float BACK_SIDE_BIAS = 1e-6; // some eight steps of a depth buffer of 24 bits
 const float PIXELS = 2.0; // how far from an outline the depths of two faces that meet there may be mixed up
@@ -30,6 +33,9 @@ void main() {
   vec4 world = modelMatrix * vec4(position, 1.0);
   worldNormal = mat3(modelMatrix) * normal;
   toEye = cameraPosition - world.xyz;
+#if defined(COLOUR_TEXTURE) || defined(GLOW_TEXTURE)
+  coordinates = uv;
+#endif
   gl_Position = projectionMatrix * viewMatrix * world;
   // A sheet that is lit on both sides is two triangles in one place: the one seen from behind gives way. So does
   // the far side of a body at its outline, where corners rounded to parts of a pixel would let it come forward.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Thin lines along creases and borders, for views in which most surfaces have one colour.
 import { BufferAttribute, BufferGeometry, GLSL3, LineSegments, ShaderMaterial, type Object3D } from 'three'
-import type { Body } from './litScene'
+import type { Body, LitScene } from './litScene'
 
 const vertexShader = /* glsl */ `
 void main() {
@@ -23,11 +23,11 @@ export class Creases {
     toneMapped: false,
   })
 
-  constructor(private readonly bodies: Body[]) {}
+  constructor(private readonly lit: LitScene) {}
 
   show(on: boolean): void {
     if (!on && !this.lines) return
-    this.lines ??= this.bodies.map((body) => this.make(body))
+    this.lines ??= this.lit.bodies.map((body) => this.make(body))
     for (const line of this.lines) line.visible = on
   }
 
@@ -42,9 +42,8 @@ export class Creases {
   private make(body: Body): LineSegments {
     const geometry = new BufferGeometry()
     geometry.setAttribute('position', body.geometry.getAttribute('position'))
-    geometry.setIndex(
-      new BufferAttribute(openEdges(body.geometry.index!.array, body.userData.info.vertex_count), 1),
-    )
+    const edges = openEdges(this.lit.corners(body), body.userData.info.vertex_count)
+    geometry.setIndex(new BufferAttribute(edges, 1))
     const line = new LineSegments(geometry, this.material)
     body.add(line)
     return line

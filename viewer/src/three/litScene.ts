@@ -7,6 +7,7 @@ import { CHANNELS, Values, type Snapshot } from '../values'
 import { Signal } from '../signal'
 import { VersionCarrier } from '../versionCarrier'
 import { SurfaceMaterials } from './materials'
+import { Factors } from './textures'
 
 const MOST_OF_16_BITS = 65535 // vertices of a mesh; the last number of 16 bits means the end of a strip
 const MAX_RANGES = 16 // of one mesh waiting for upload; more become one that covers them
@@ -16,6 +17,8 @@ export interface GeometryArrays {
   points: Float32Array
   normals: Float32Array
   indices: Uint32Array
+  coordinates: Float32Array // of textures, 2 for each vertex; empty if there is none
+  copies: Uint32Array // vertices that only differ in these from the one before them
   detail: Uint32Array // vertices that refine shadows,
   detailCorners: Uint32Array // the vertices of others between which they lie, 3 for each,
   detailWeights: Float32Array // and how near they are to these
@@ -29,6 +32,8 @@ export function geometryArrays(info: SceneInfo, buffer: ArrayBuffer): GeometryAr
     points: floats(arrays.points),
     normals: floats(arrays.normals),
     indices: integers(arrays.indices),
+    coordinates: floats(arrays.coordinates),
+    copies: integers(arrays.copies),
     detail: integers(arrays.detail),
     detailCorners: integers(arrays.detail_corners),
     detailWeights: floats(arrays.detail_weights),
@@ -43,6 +48,7 @@ export interface Body extends Mesh<BufferGeometry, SurfaceMaterials['all']> {
 export class LitScene {
   readonly root = new Group()
   readonly materials: SurfaceMaterials
+  readonly factors: Factors
   readonly values: Values
   readonly bodies: Body[] = []
   readonly version = new Signal(0) // of the scene: other things can be moved, there are other lights
@@ -59,7 +65,8 @@ export class LitScene {
     private readonly oneTriangle = false,
     warmUp: (materials: SurfaceMaterials) => void = () => {},
   ) {
-    this.materials = new SurfaceMaterials(info.materials)
+    this.factors = new Factors(info.materials, arrays.coordinates.length > 0)
+    this.materials = new SurfaceMaterials(info.materials, this.factors)
     warmUp(this.materials)
     this.values = new Values(info.vertices)
     const geometries = this.geometries()
@@ -81,6 +88,19 @@ export class LitScene {
 
   body(name: string): Body | undefined {
     return this.byName.get(name)
+  }
+
+  /** Corners of a body's triangles, one vertex for all that only differ in texture coordinates. */
+  corners({ geometry, userData }: Body): ArrayLike<number> {
+    const corners = geometry.index!.array
+    const { copies } = this.arrays
+    if (copies.length === 0) return corners
+    const { first_vertex: first, vertex_count: count } = userData.info
+    const originals = Uint32Array.from({ length: count }, (_, vertex) => vertex)
+    for (const copy of copies) {
+      if (copy > first && copy < first + count) originals[copy - first] = originals[copy - first - 1]
+    }
+    return Uint32Array.from(corners, (vertex) => originals[vertex])
   }
 
   /** Bounds as loaded. */
@@ -179,6 +199,10 @@ export class LitScene {
       new BufferAttribute(array.subarray(3 * first, 3 * (first + count)), 3)
     geometry.setAttribute('position', vectors(arrays.points))
     geometry.setAttribute('normal', vectors(arrays.normals))
+    if (arrays.coordinates.length) {
+      const own = arrays.coordinates.subarray(2 * first, 2 * (first + count))
+      geometry.setAttribute('uv', new BufferAttribute(own, 2))
+    }
     geometry.setAttribute('values', valuesAttribute(this.values.halves, mesh))
     const triangles = this.groupedIndices(geometry, parts, arrays.indices, mesh)
     geometry.setIndex(new BufferAttribute(triangles, 1))

@@ -24,6 +24,7 @@ import {
 import type { MaterialInfo, Rgb } from '../protocol'
 import fragmentShader from '../shaders/surface.frag.glsl?raw'
 import vertexShader from '../shaders/surface.vert.glsl?raw'
+import type { Factors } from './textures'
 
 export const MODES = { lit: 0, falseColour: 1, error: 2, difference: 3, clay: 4 } as const
 export type ShaderMode = keyof typeof MODES
@@ -70,16 +71,20 @@ export class SurfaceMaterials {
     high: { value: 1 },
     logarithmic: { value: false },
     isolines: { value: false },
+    textures: { value: true },
     tickPlaces: { value: new Array<number>(MAX_TICKS).fill(0) },
     tickCount: { value: 0 },
   } satisfies Record<string, IUniform>
 
   private readonly materials: ShaderMaterial[] = []
 
-  constructor(private readonly infos: MaterialInfo[]) {
-    for (const info of infos) {
-      for (const [reversed, closed] of VARIANTS) this.materials.push(this.make(info, reversed, closed))
-    }
+  constructor(
+    private readonly infos: MaterialInfo[],
+    factors: Factors,
+  ) {
+    infos.forEach((info, i) => {
+      for (const variant of VARIANTS) this.materials.push(this.make(info, factors.of[i], ...variant))
+    })
   }
 
   /**
@@ -95,9 +100,10 @@ export class SurfaceMaterials {
     return this.materials
   }
 
-  /** One of each program: for closed meshes, and for others. */
+  /** One of each program: for closed meshes and for others, with textures and without. */
   get programs(): ShaderMaterial[] {
-    return this.materials.slice(0, 2)
+    const key = ({ side, defines }: ShaderMaterial) => [side, ...Object.keys(defines)].join()
+    return [...new Map(this.materials.map((material) => [key(material), material])).values()]
   }
 
   setReflectance(name: string, value: Rgb): void {
@@ -119,7 +125,12 @@ export class SurfaceMaterials {
     places.forEach((place, i) => (this.shared.tickPlaces.value[i] = place))
   }
 
-  private make(info: MaterialInfo, reversed: boolean, closed: boolean): ShaderMaterial {
+  private make(
+    info: MaterialInfo,
+    { colour, glow }: Factors['of'][number],
+    reversed: boolean,
+    closed: boolean,
+  ): ShaderMaterial {
     const modes = Object.entries(MODES).map(([name, value]) => [
       `MODE_${name.replace(/[A-Z]/g, (c) => `_${c}`).toUpperCase()}`,
       value,
@@ -129,7 +140,12 @@ export class SurfaceMaterials {
       glslVersion: GLSL3,
       vertexShader,
       fragmentShader,
-      defines: { ...Object.fromEntries(modes), MAX_TICKS },
+      defines: {
+        ...Object.fromEntries(modes),
+        MAX_TICKS,
+        ...(colour && { COLOUR_TEXTURE: 1 }),
+        ...(glow && { GLOW_TEXTURE: 1 }),
+      },
       // What shows of a back behind its own front, at an edge, are rounding errors of depth.
       side: closed ? FrontSide : DoubleSide,
       toneMapped: false,
@@ -139,6 +155,8 @@ export class SurfaceMaterials {
         emission: { value: new Color().setRGB(...info.emission) },
         frontGlows: { value: info.two_sided || !reversed },
         backGlows: { value: info.two_sided || reversed },
+        ...colour?.uniforms('colour'),
+        ...glow?.uniforms('glow'),
       },
     })
   }

@@ -14,7 +14,7 @@ const KEY = 0.32 // where the typical luminance lands before the tone curve
 export interface Measured {
   width: number
   height: number
-  /** Four for each pixel: the value, 1 where it counts, distance along the view, 1. */
+  /** Four for each pixel: the value, 1 where it counts (less: a light source), distance along the view, 1. */
   pixels: Float32Array
 }
 
@@ -63,14 +63,20 @@ export function seenValues(stage: Stage, lit: LitScene, mode: ShaderMode): Float
   return counted(pixels)
 }
 
-/** Factor that brings the typical (log-average) luminance of the view to a middle tone; null in the dark. */
+/**
+ * Factor that brings the typical (log-average) luminance of the view to a middle tone; null in the dark.
+ * Light sources are left out, unless nothing else is lit.
+ */
 export async function measureExposure(stage: Stage, lit: LitScene): Promise<number | null> {
-  return automaticExposure([...counted((await measure(stage, lit, 'lit')).pixels)])
+  const { pixels } = await measure(stage, lit, 'lit')
+  const others = counted(pixels)
+  return automaticExposure([...(others.some((value) => value > 0) ? others : counted(pixels, 0))])
 }
 
-function counted(pixels: Float32Array): Float32Array {
+/** The values of the pixels that count more than `least`. */
+function counted(pixels: Float32Array, least = 0.5): Float32Array {
   const values: number[] = []
-  for (let i = 0; i < pixels.length; i += 4) if (pixels[i + 1] > 0.5) values.push(pixels[i])
+  for (let i = 0; i < pixels.length; i += 4) if (pixels[i + 1] > least) values.push(pixels[i])
   return Float32Array.from(values)
 }
 

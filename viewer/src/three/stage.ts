@@ -15,6 +15,7 @@ import {
 import { Smoothing, type Antialiasing } from './smoothing'
 
 const BACKGROUND = 0x30 / 0xff // what pictures show around the scene: linear grey 0.03, encoded
+const MOST_ANISOTROPY = 8
 
 export class Stage {
   readonly renderer: WebGLRenderer
@@ -62,6 +63,11 @@ export class Stage {
     camera.fov = MathUtils.radToDeg(2 * Math.atan(half / Math.min(camera.aspect, 1)))
     camera.updateProjectionMatrix()
     this.invalidate()
+  }
+
+  /** Of textures that are seen from aside: more would be too slow where there is no graphics card. */
+  get anisotropy(): number {
+    return this.smoothing ? 1 : Math.min(this.renderer.capabilities.getMaxAnisotropy(), MOST_ANISOTROPY)
   }
 
   /** Lets the driver compile a material's program while the page is at work on other things. */

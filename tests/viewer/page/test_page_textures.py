@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Textures in the page: texels where the file puts them, as bright as light and exposure say."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import deltalux as dl
+import numpy as np
+import pytest
+from builders.gltf import png
+from deltalux.io.texels import LINEAR_OF_BYTE
+from deltalux.outputs.camera import look_at
+from deltalux.outputs.tone import encode_srgb, tone_map
+from deltalux.scene.look import Look, Texture
+from deltalux.server.serving import Server
+
+from viewer.page.driver import Viewer
+
+PIXELS = np.array(
+    [[(250, 30, 30), (30, 250, 30)], [(30, 30, 250), (240, 240, 240)]], np.uint8
+)  # red, green; blue, white
+CORNERS = np.array([(-1, 1, 0), (1, 1, 0), (1, -1, 0), (-1, -1, 0)], float)  # from the upper left, clockwise
+FACES = [(0, 2, 1), (0, 3, 2)]
+UV = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], float)[np.array(FACES)] + [[[0, 0]], [[3, -1]]]
+MEAN = LINEAR_OF_BYTE[PIXELS].reshape(-1, 3).mean(axis=0)
+# Middles of the left wall's quarters and of the right wall, in metres.
+QUARTERS = [(-1.6, 0.5, 0), (-0.6, 0.5, 0), (-1.6, -0.5, 0), (-0.6, -0.5, 0)]
+PLAIN = (1.1, 0.1, 0)
+
+
+def two_walls(image: bytes, emission=(0, 0, 0)) -> dl.Scene:
+    """The left one has a seam along its diagonal, the right one no coordinates, both the same material."""
+    texture = Texture(image, MEAN, mag_filter=9728)
+    look = Look(None, texture) if any(emission) else Look(texture)
+    reflectance = np.zeros(3) if any(emission) else 0.9 * MEAN
+    left, right = CORNERS - (1.1, 0, 0), CORNERS - (-1.1, 0, 0)
+    return dl.Scene(
+        [
+            dl.Mesh("left", left, FACES, "wall", coordinates=UV),
+            dl.Mesh("right", right, FACES, "wall"),
+        ],
+        [dl.Material("wall", reflectance, np.multiply(emission, MEAN), look=look)],
+        [dl.PointLight("lamp", (0, 0, 2), (300, 300, 300))],
+        cameras=[dl.Camera("front", look_at(np.array([0, 0, 3.0]), np.zeros(3)), np.radians(55))],
+        unit="lux",
+    )
+
+
+@pytest.fixture
+def shown(open_page) -> Iterator[object]:
+    """Shows a scene in a page, at rest with all images."""
+    ends = []
+
+    def show(scene: dl.Scene) -> Viewer:
+        session = dl.Session(scene, dl.Samples.on_vertices(scene, spacing=0.25), paths=2000, gather="off")
+        session.bake()
+        server = Server(session)
+        viewer = open_page(server.url)
+        ends.append((viewer, server, session))
+        return viewer
+
+    yield show
+    for viewer, server, session in ends:
+        viewer.end(server)
+        session.close()
+
+
+def on_canvas(viewer: Viewer, point: tuple[float, float, float]) -> tuple[float, float]:
+    canvas = viewer.state()["canvas"]
+    x, y = viewer.ask(f"deltalux.place({list(point)})")
+    return x - canvas["x"], y - canvas["y"]
+
+
+def pixel(viewer: Viewer, point: tuple[float, float, float]) -> np.ndarray:
+    x, y = on_canvas(viewer, point)
+    return viewer.picture()[round(y), round(x)]
+
+
+def as_lit(viewer: Viewer, point: tuple[float, float, float], reflectance: np.ndarray) -> np.ndarray:
+    """What a place must look like; the light is white, and nothing is reflected from wall to wall."""
+    light = viewer.probe(*on_canvas(viewer, point))["reading"]["value"]
+    assert light > 1
+    return encode_srgb(tone_map(reflectance * light / np.pi, viewer.state()["exposure"])).astype(int)
+
+
+def test_texels_are_where_the_file_puts_them_and_as_bright_as_they_must_be(shown):
+    viewer = shown(two_walls(png(PIXELS)))
+    viewer.settle()
+    for texel, place in zip(LINEAR_OF_BYTE[PIXELS].reshape(-1, 3), QUARTERS, strict=True):
+        assert np.abs(pixel(viewer, place) - as_lit(viewer, place, 0.9 * texel)).max() <= 2
+    # without coordinates: the mean
+    assert np.abs(pixel(viewer, PLAIN) - as_lit(viewer, PLAIN, 0.9 * MEAN)).max() <= 2
+
+
+def test_they_can_be_left_out(shown):
+    viewer = shown(two_walls(png(PIXELS)))
+    viewer.settle()
+    viewer.page.get_by_label("Textures").uncheck()
+    viewer.settle()
+    for place in QUARTERS:
+        assert np.abs(pixel(viewer, place) - as_lit(viewer, place, 0.9 * MEAN)).max() <= 2
+    viewer.until("location.hash.includes('textures=0')")
+
+
+def test_luminous_textures_glow_and_are_metered_where_nothing_else_is_seen(shown):
+    viewer = shown(two_walls(png(PIXELS), emission=(700, 700, 700)))
+    viewer.settle()
+    assert viewer.state()["exposure"] < 0.1
+    for texel, place in zip(LINEAR_OF_BYTE[PIXELS].reshape(-1, 3), QUARTERS, strict=True):
+        expected = encode_srgb(tone_map(700 * texel, viewer.state()["exposure"])).astype(int)
+        assert np.abs(pixel(viewer, place) - expected).max() <= 2
+
+
+def test_seams_are_no_creases(shown):
+    """The difference view draws lines along open edges: the wall's border, and not its diagonal."""
+    viewer = shown(two_walls(png(PIXELS)))
+    viewer.settle()
+    viewer.show("difference")
+    picture = viewer.picture()
+
+    def darkest(point) -> int:
+        x, y = (round(v) for v in on_canvas(viewer, point))
+        return picture[y - 2 : y + 3, x - 2 : x + 3].sum(axis=-1)
+
+    inside, border = darkest((-1.1, 0.0, 0)), darkest((-0.1, 0.3, 0))
+    assert inside.min() == inside.max()
+    assert border.min() != border.max()
+
+
+def test_an_image_that_cannot_be_shown_leaves_the_mean_and_is_told(shown):
+    broken = png(PIXELS)[:40] + bytes(30)
+    viewer = shown(two_walls(broken))
+    viewer.page.get_by_text("An image cannot be shown").wait_for()
+    viewer.settle()
+    for place in (QUARTERS[0], PLAIN):
+        assert np.abs(pixel(viewer, place) - as_lit(viewer, place, 0.9 * MEAN)).max() <= 2
