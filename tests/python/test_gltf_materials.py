@@ -184,7 +184,6 @@ def test_each_kind_of_thing_not_honoured_gives_one_warning(tmp_path):
     warnings = load(builder, tmp_path).warnings
     expected = [f"extension {name} is present but not honoured" for name in sorted(extensions)]
     expected += [
-        "vertex colours are not honoured (n, n#2, n#3)",
         "metals count as diffuse (m, m#2, m#3)",
         f"{OPAQUE} (m, m#2, m#3)",
         "normal maps are not honoured (m, m#2, m#3)",

@@ -94,6 +94,17 @@ class Accessors:
         _require_finite(values, accessor.place, "element", "finite numbers")
         return values
 
+    def colours(self, index: int, where: str, vertex_count: int) -> np.ndarray:
+        """(n, 3) float64 linear colours, one per vertex, 0 to 1; without alpha."""
+        self.count(index, where)
+        accessor = self._describe(index, where)
+        if accessor.count != vertex_count:
+            raise malformed(
+                accessor.place, f"{accessor.count} elements", f"one for each of {vertex_count} vertices"
+            )
+        kind = "VEC4" if accessor.source.type == "VEC4" else "VEC3"
+        return np.clip(self.vectors(index, where, kind)[:, :3], 0.0, 1.0)
+
     def coordinates(self, index: int, where: str, vertex_count: int) -> np.ndarray:
         """(n, 2) float32 texture coordinates, one per vertex; NaN where not finite."""
         self.count(index, where)

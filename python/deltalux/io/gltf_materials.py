@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from deltalux.scene.look import ALPHA_MODES, PLAIN, Look, Texture
 from .diagnostics import GLASS_REMEDY, LEAST_PASSED, LEFT_OUT, OPAQUE, Notes, UniqueNames, malformed
 from .gltf_document import Document
 from .gltf_textures import TRANSFORM, Textures
+from .texels import linear_to_srgb
 
 WHITE = 0.98  # largest reflectance: only mirrors reflect more, and paths between such walls are very long
 
@@ -38,13 +39,16 @@ class Materials:
     """Makes a Material when a triangle first uses it; -1 is glTF's default material.
 
     Reflectance is baseColorFactor (diffuseFactor of KHR_materials_pbrSpecularGlossiness) times the mean
-    linear texel; emission is emissiveFactor times KHR_materials_emissive_strength times the mean texel.
+    linear texel, and times the vertex colour of `tinted` ones; emission is emissiveFactor times
+    KHR_materials_emissive_strength times the mean texel.
     """
 
     def __init__(self, document: Document, textures: Textures, clear_glass: bool) -> None:
         self._clear_glass = clear_glass
         self._document = document
         self._textures = textures
+        self._tints: list[tuple[int, np.ndarray]] = []  # of numbers beyond the file's materials
+        self._tinted: dict[tuple[int, bytes], int] = {}
         self.begin()
 
     def begin(self) -> None:
@@ -75,6 +79,18 @@ class Materials:
             )
         return self._made[key]
 
+    def tinted(self, index: int, colours: np.ndarray) -> np.ndarray:
+        """Numbers (k,) for `material` of a material whose reflectance is multiplied by `colours` (k, 3)."""
+        numbers = [index if (colour == 1).all() else self._number(index, colour) for colour in colours]
+        return np.array(numbers, np.int64)
+
+    def _number(self, index: int, colour: np.ndarray) -> int:
+        key = (index, colour.tobytes())
+        if key not in self._tinted:
+            self._tinted[key] = len(self._document.gltf.materials) + len(self._tints)
+            self._tints.append((index, colour))
+        return self._tinted[key]
+
     def coordinate_set(self, index: int) -> int | None:
         """Number of the texture coordinate set that a material's textures use; None without textures.
 
@@ -94,8 +110,18 @@ class Materials:
 
     def _found_at(self, index: int) -> _Read:
         if index not in self._found:
-            self._found[index] = self._read(index) if index >= 0 else self._default()
+            beyond = index - len(self._document.gltf.materials)
+            if beyond >= 0:
+                self._found[index] = self._with_tint(*self._tints[beyond])
+            else:
+                self._found[index] = self._read(index) if index >= 0 else self._default()
         return self._found[index]
+
+    def _with_tint(self, index: int, colour: np.ndarray) -> _Read:
+        found = self._found_at(index)
+        code = "".join(f"{round(255 * c):02x}" for c in linear_to_srgb(colour))
+        name = self._names.take(f"{found.name} #{code}")
+        return replace(found, name=name, reflectance=found.reflectance * colour)
 
     def _default(self) -> _Read:
         self._document.notes.add("triangles without a material: glTF's default is white, reflectance 1")

@@ -16,6 +16,7 @@ from .gltf_document import COMPRESSION, Document, compression_remedy
 from .gltf_draco import NAME as DRACO
 from .gltf_draco import DracoPrimitives
 from .gltf_materials import Materials
+from .vertex_colours import tints
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
 NO_TRIANGLES = {0: "points", 1: "lines", 2: "lines", 3: "lines"}
@@ -26,14 +27,16 @@ class Surface:
     """Triangles of one glTF mesh in the mesh's space.
 
     `vertices` (n, 3) float64; `triangles` (m, 3) int64; `materials` (m,) int64, the glTF material of each
-    triangle, -1 for glTF's default material; `coordinates` (m, 3, 2) float32, the texture coordinates of each
-    corner, NaN where a triangle needs or has none; None if no triangle has any.
+    triangle, -1 for glTF's default material, or the number of a tinted one; `coordinates` (m, 3, 2) float32,
+    the texture coordinates of each corner, NaN where a triangle needs or has none; None if no triangle has
+    any; `tinted`: whether vertices have colours.
     """
 
     vertices: np.ndarray
     triangles: np.ndarray
     materials: np.ndarray
     coordinates: np.ndarray | None = None
+    tinted: bool = False
 
     def placed(self, matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
         """Vertices transformed by a 4x4 matrix, triangles whose front stays the front, and coordinates."""
@@ -85,8 +88,8 @@ class Primitives:
                 notes.add(f"{NO_TRIANGLES[primitive.mode]} are not surfaces and are left out", name)
             if primitive.targets:
                 notes.add("morph targets are not applied: vertices stand as authored", name)
-            if primitive.attributes.COLOR_0 is not None:
-                notes.add("vertex colours are not honoured", name)
+        if self.surface(mesh).tinted:
+            notes.add("vertex colours count with the mean of each triangle", name)
 
     def _triangle_primitives(self, mesh: int) -> list[tuple[str, Any]]:
         found = []
@@ -161,19 +164,33 @@ class Primitives:
                 texels = texels[own]
                 texels.setflags(write=False)
             coordinates.append(texels)
+            materials.append(self._materials_of(place, primitive, own, len(points)))
             used, own = _compact(own, len(points))
             vertices.append(points if used is None else points[used])
             triangles.append(own + offset)
-            materials.append(
-                np.full(len(own), -1 if primitive.material is None else primitive.material, np.int64)
-            )
             offset += len(vertices[-1])
         return Surface(
             np.concatenate(vertices),
             np.concatenate(triangles),
             np.concatenate(materials),
             joined_coordinates(coordinates, [len(own) for own in triangles[1:]]),
+            bool((np.concatenate(materials) >= len(self._document.gltf.materials)).any()),
         )
+
+    def _materials_of(
+        self, place: str, primitive: Any, triangles: np.ndarray, vertex_count: int
+    ) -> np.ndarray:
+        """Number of each triangle's material, by its vertices' colours where it has any."""
+        index = -1 if primitive.material is None else primitive.material
+        if primitive.attributes.COLOR_0 is None:
+            return np.full(len(triangles), index, np.int64)
+        if self._is_compressed(place, primitive):
+            self._document.notes.add("vertex colours that Draco compressed are not honoured", place)
+            return np.full(len(triangles), index, np.int64)
+        where = f"{place}.attributes.COLOR_0"
+        colours = self._accessors.colours(primitive.attributes.COLOR_0, where, vertex_count)
+        palette, number = tints(colours[triangles])
+        return self._materials.tinted(index, palette)[number]
 
 
 def joined_coordinates(parts: list[np.ndarray | None], counts: list[int]) -> np.ndarray | None:

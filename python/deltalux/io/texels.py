@@ -22,6 +22,11 @@ def srgb_to_linear(value: np.ndarray) -> np.ndarray:
     return np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
 
 
+def linear_to_srgb(value: np.ndarray) -> np.ndarray:
+    """The inverse of `srgb_to_linear`."""
+    return np.where(value <= 0.0031308, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)
+
+
 LINEAR_OF_BYTE = srgb_to_linear(np.arange(256) / 255)
 
 
