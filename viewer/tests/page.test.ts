@@ -106,8 +106,8 @@ describe('numbers', () => {
   })
 
   it('of samples that no path reached are in words', () => {
-    expect(unreachedText(1)).toBe('1 sample without light')
-    expect(unreachedText(12)).toBe('12 samples without light')
+    expect(unreachedText(1)).toBe('1 sample that no path reached')
+    expect(unreachedText(12)).toBe('12 samples that no path reached')
   })
 })
 

@@ -97,7 +97,7 @@ def test_an_update_that_failed_is_told_and_undone(viewer, session, monkeypatch):
 def test_samples_that_no_path_reached_are_counted_where_the_light_rests(open_page):
     with make_session(paths=1000) as session:
         session.bake()
-        expected = [f"{session.unreached} samples without light"]
+        expected = [f"{session.unreached} samples that no path reached"]
         with Server(session) as server:
             viewer = open_page(server.url)
             line, mouse = viewer.page.locator(".unreached"), viewer.page.mouse
@@ -115,6 +115,6 @@ def test_samples_that_no_path_reached_are_counted_where_the_light_rests(open_pag
             line.wait_for()
             shown.append(line.inner_text())
             viewer.end(server)
-        expected.append(f"{session.unreached} samples without light")
+        expected.append(f"{session.unreached} samples that no path reached")
     assert shown == expected
     assert shown[0] != shown[1]

@@ -12,7 +12,11 @@ export function figuresPanel(remote: RemoteSession, latency: Signal<number | nul
   const bar = h('div', { class: 'stages', role: 'img' })
   const names = h('div', { class: 'stage-names' }, 'Move something, and this shows what it cost.')
   const table = h('dl', { class: 'figures' })
-  const unreached = h('p', { class: 'unreached', hidden: true })
+  const unreached = h('p', {
+    class: 'unreached',
+    hidden: true,
+    title: 'What light paths would bring there is not known; the standard error is a bound of it',
+  })
   const result = h('p', { class: 'verdict', role: 'status' })
   const check = button(
     'Check exactness',
@@ -69,9 +73,9 @@ function figures(frame: FrameMessage, latency: number | null): [string, string][
   return rows
 }
 
-/** What the light does not say about itself: a closed cupboard, or too few paths. */
+/** What the light does not say about itself: a closed cupboard, too few paths, or nothing that reflects. */
 export const unreachedText = (samples: number) =>
-  samples === 1 ? '1 sample without light' : `${count(samples)} samples without light`
+  `${count(samples)} ${samples === 1 ? 'sample' : 'samples'} that no path reached`
 
 const methodName = (method: string | null) => method?.replaceAll('_', ' ') ?? 'none'
 const sum = (parts: Record<string, number>) => Object.values(parts).reduce((a, b) => a + b, 0)
