@@ -29,9 +29,9 @@ from typing import Any
 import deltalux as dl
 import flip_evaluator
 import numpy as np
-from deltalux.io.texels import LINEAR_OF_BYTE
 from deltalux.outputs.tone import automatic_exposure, encode_srgb, tone_map
 from deltalux.rendering import MOST_RAYS, PATHS, Rendering, lit_picture, render_session
+from deltalux.texels import LINEAR_OF_BYTE
 from deltalux.units import photopic
 from numpy.typing import NDArray
 from oracles import mitsuba_reference, world

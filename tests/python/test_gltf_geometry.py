@@ -209,6 +209,20 @@ def test_mirrored_node_keeps_its_front(tmp_path):
         assert (normals(mesh)[:, 2] > 0).all()
 
 
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_movable_that_is_mirrored_is_not_rotated_and_stays_where_it_is(tmp_path, axis):
+    scale = np.where(np.arange(3) == axis, -2.0, 1.0)
+    turned = Rotation.from_euler("y", 30, degrees=True)
+    for rotation in (Rotation.identity(), turned):
+        builder = GltfBuilder()
+        builder.node(mesh=builder.quad(), name="MOVE_sign", scale=scale.tolist(), translation=[3, 4, 5],
+                     rotation=rotation.as_quat().tolist())  # fmt: skip
+        (mesh,) = load(builder, tmp_path).meshes
+        np.testing.assert_allclose(mesh.pose[:3, :3], rotation.as_matrix(), atol=1e-12)
+        expected = np.add(rotation.apply(QUAD * scale), (3, 4, 5))
+        np.testing.assert_allclose(mesh.world_vertices, expected, atol=1e-6)
+
+
 def test_shear_by_matrix(tmp_path):
     builder = GltfBuilder()
     matrix = np.eye(4)

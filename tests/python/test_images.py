@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from deltalux import outputs
 from deltalux.errors import OptionError
-from deltalux.io.texels import LINEAR_OF_BYTE
 from deltalux.mesh import contact_cuts
 from deltalux.mesh.display_mesh import BACK, BOTH, DisplayMesh, refine
 from deltalux.mesh.surfaces import Surfaces, core_caster
@@ -23,6 +22,7 @@ from deltalux.results import Result
 from deltalux.samples import Samples
 from deltalux.samples.clearance import Clearance, covered_samples
 from deltalux.scene import Camera, Material, Mesh, Scene
+from deltalux.texels import LINEAR_OF_BYTE
 from deltalux.units import photopic
 from hypothesis import given, settings
 from hypothesis import strategies as st

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 from builders.gltf import QUAD, QUAD_TRIANGLES, GltfBuilder, png
 from deltalux import outputs
-from deltalux.io.texels import srgb_to_linear
 from deltalux.mesh.display_mesh import refine
 from deltalux.outputs.of_session import baked_of
 from deltalux.outputs.texture_coordinates import TextureCoordinates
 from deltalux.scene import replace_scene
+from deltalux.texels import srgb_to_linear
 from deltalux.units import photopic
 from PIL import Image
 from test_outputs import Reader, result_for, shift

@@ -9,11 +9,13 @@ import deltalux as dl
 import numpy as np
 import pytest
 from builders.gltf import png
-from deltalux.io.texels import LINEAR_OF_BYTE
 from deltalux.outputs.camera import look_at
+from deltalux.outputs.images import render
+from deltalux.outputs.textures import Mipmap, transformed
+from deltalux.outputs.tone import encode_srgb, tone_map
 from deltalux.rendering import render_session
-from deltalux.rendering.textures import Mipmap, transformed
 from deltalux.scene.look import Look, Texture
+from deltalux.texels import LINEAR_OF_BYTE
 from scipy.ndimage import zoom
 
 REPEAT, CLAMP, MIRROR = 10497, 33071, 33648
@@ -124,3 +126,19 @@ def test_an_image_is_scaled_then_turned_then_shifted():
     own = texture(offset=(0.5, 0.25), rotation=np.pi / 2, scale=(2.0, 3.0))
     found = transformed(own, np.array([(0, 0), (1, 0), (0, 1)], float))
     np.testing.assert_allclose(found, [(0.5, 0.25), (0.5, -1.75), (3.5, 0.25)], atol=1e-12)
+
+
+@pytest.mark.parametrize("lamp", [False, True])
+def test_pictures_of_sessions_without_a_gather_show_them_too(lamp):
+    """By light at vertices; the middles of the quarters are as bright as light and texels say."""
+    own = texture(mag_filter=NEAREST)
+    scene = wall(Look(glow=own) if lamp else Look(own), 0 * own.mean if lamp else 0.8 * own.mean,
+                 emission=7 * own.mean if lamp else (0, 0, 0))  # fmt: skip
+    samples = dl.Samples.on_vertices(scene, spacing=0.25)
+    with dl.Session(scene, samples, paths=1000, gather="off") as session:
+        session.bake()
+        picture = render(scene, samples.display, session.irradiance, size=(64, 64), exposure=0.5)
+        corners = session.irradiance[np.argsort(np.linalg.norm(samples.points - (0.5, 0.5, 0), axis=1))[0]]
+    light = 7 if lamp else 0.8 * corners / np.pi
+    expected = encode_srgb(tone_map(light * LINEAR_OF_BYTE[PIXELS], 0.5)).astype(int)
+    assert np.abs(picture.pixels[16::32, 16::32].astype(int) - expected).max() <= 3

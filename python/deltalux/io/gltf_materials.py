@@ -10,11 +10,11 @@ import numpy as np
 
 from deltalux.scene import Material
 from deltalux.scene.look import ALPHA_MODES, PLAIN, Look, Texture
+from deltalux.texels import linear_to_srgb
 
 from .diagnostics import GLASS_REMEDY, LEAST_PASSED, LEFT_OUT, OPAQUE, Notes, UniqueNames, malformed
 from .gltf_document import Document
 from .gltf_textures import TRANSFORM, Textures
-from .texels import linear_to_srgb
 
 WHITE = 0.98  # largest reflectance: only mirrors reflect more, and paths between such walls are very long
 

@@ -203,13 +203,14 @@ def _rotation(quaternion: Any, place: str) -> np.ndarray:
 def rigid_part(matrix: np.ndarray) -> np.ndarray:
     """The rigid transform nearest to an affine one: its origin, and the rotation of its polar decomposition.
 
-    A mirrored matrix is decomposed after a point reflection, which keeps the rotation unique.
+    A mirrored matrix is decomposed after turning round the axis that leaves the least rotation, the first one
+    of several: a node that is only mirrored is not rotated.
     """
     linear = matrix[:3, :3]
     u, _, vt = np.linalg.svd(linear)
     rotation = u @ vt
     if np.linalg.det(linear) < 0:
-        rotation = -rotation
+        rotation = rotation * np.where(np.arange(3) == np.argmin(np.diag(rotation).round(9)), -1.0, 1.0)
     elif np.linalg.det(rotation) < 0:  # a singular matrix: any rotation is valid
         rotation = u @ np.diag((1.0, 1.0, -1.0)) @ vt
     pose = np.eye(4)

@@ -16,7 +16,7 @@ from .gltf_document import COMPRESSION, Document, compression_remedy
 from .gltf_draco import NAME as DRACO
 from .gltf_draco import DracoPrimitives
 from .gltf_materials import Materials
-from .vertex_colours import tints
+from .vertex_colours import MOST, tints
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
 NO_TRIANGLES = {0: "points", 1: "lines", 2: "lines", 3: "lines"}
@@ -164,7 +164,7 @@ class Primitives:
                 texels = texels[own]
                 texels.setflags(write=False)
             coordinates.append(texels)
-            materials.append(self._materials_of(place, primitive, own, len(points)))
+            materials.append(self._materials_of(place, primitive, own, points))
             used, own = _compact(own, len(points))
             vertices.append(points if used is None else points[used])
             triangles.append(own + offset)
@@ -178,7 +178,7 @@ class Primitives:
         )
 
     def _materials_of(
-        self, place: str, primitive: Any, triangles: np.ndarray, vertex_count: int
+        self, place: str, primitive: Any, triangles: np.ndarray, points: np.ndarray
     ) -> np.ndarray:
         """Number of each triangle's material, by its vertices' colours where it has any."""
         index = -1 if primitive.material is None else primitive.material
@@ -188,8 +188,13 @@ class Primitives:
             self._document.notes.add("vertex colours that Draco compressed are not honoured", place)
             return np.full(len(triangles), index, np.int64)
         where = f"{place}.attributes.COLOR_0"
-        colours = self._accessors.colours(primitive.attributes.COLOR_0, where, vertex_count)
-        palette, number = tints(colours[triangles])
+        colours = self._accessors.colours(primitive.attributes.COLOR_0, where, len(points))
+        a, b, c = np.moveaxis(points[triangles], 1, 0)
+        with np.errstate(over="ignore", invalid="ignore"):
+            areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        palette, number = tints(colours[triangles], np.nan_to_num(areas, posinf=0.0))
+        if len(palette) == MOST:
+            self._document.notes.add(f"vertex colours: similar ones become one, {MOST} in all", place)
         return self._materials.tinted(index, palette)[number]
 
 

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from deltalux.scene.look import MAG_FILTERS, MIN_FILTERS, WRAPS, Texture
+from deltalux.texels import FORMATS, MAX_FILE_BYTES, mean_linear_texel
 
 from .diagnostics import element, malformed
 from .gltf_buffers import Buffers, read_uri
 from .gltf_document import Document
-from .texels import FORMATS, MAX_FILE_BYTES, mean_linear_texel
 
 TRANSFORM = "KHR_texture_transform"
 

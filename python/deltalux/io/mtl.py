@@ -11,10 +11,10 @@ import numpy as np
 from deltalux.errors import FormatError
 from deltalux.scene import Material
 from deltalux.scene.look import WRAPS, Look, Texture
+from deltalux.texels import MAX_FILE_BYTES, mean_linear_texel
 
 from .diagnostics import GLASS_REMEDY, LEAST_PASSED, LEFT_OUT, OPAQUE, Notes, clean_name, malformed
 from .files import read_beside
-from .texels import MAX_FILE_BYTES, mean_linear_texel
 
 MOST_OPTION = 1e9  # options' numbers of this size or more are ignored
 GREY = 0.5  # reflectance of materials that the MTL files do not define

@@ -25,6 +25,7 @@ from .camera import automatic_camera, scene_camera
 from .colour_scale import ColourScale, scale_for, symmetric_scale
 from .covered import shown_values
 from .drawing import draw_isolines, draw_outlines, label_above, legend
+from .textures import ShownTextures
 from .tone import KEY, encode_srgb, metered, tone_map
 from .view import View
 
@@ -135,7 +136,7 @@ def lit_picture(view: View, values: np.ndarray, exposure: float | None = None, s
 def metered_exposure(
     surfaces: Surfaces, values: np.ndarray, camera: Camera | None = None, key: float = KEY
 ) -> float:
-    """The exposure that a lit picture of these surfaces would choose, to within a few per cent.
+    """The exposure that a lit picture without textures would choose, to within a few per cent.
 
     Parameters
     ----------
@@ -146,7 +147,7 @@ def metered_exposure(
     """
     camera = _camera(surfaces, photopic(values), camera, METERING_SIZE)
     view = View(surfaces, camera, METERING_SIZE, rays_per_pixel=1)
-    return _metered(view, *_radiance(view, values), key)
+    return _metered(view, *_radiance(view, values, textured=False), key)
 
 
 def _metered(view: View, radiance: np.ndarray, light_source: np.ndarray, key: float = KEY) -> float:
@@ -219,13 +220,17 @@ def _camera(surfaces: Surfaces, light: np.ndarray, camera: Camera | None, size: 
     return camera or scene_camera(surfaces.scene) or automatic_camera(surfaces, light, size[0] / size[1])
 
 
-def _radiance(view: View, irradiance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _radiance(view: View, irradiance: np.ndarray, textured: bool = True) -> tuple[np.ndarray, np.ndarray]:
     """Radiance (rays, 3) towards the camera, and whether it comes from a light source."""
     materials = view.surfaces.scene.materials
     reflectance = np.array([m.reflectance for m in materials])
     material = view.surfaces.display.triangle_material[view.triangle]
-    radiance = reflectance[material] * np.nan_to_num(view.values(irradiance)) / np.pi
+    reflected = reflectance[material]
     light = view.surfaces.emission(view.triangle, view.facing)
+    if textured and any(m.look.textures for m in materials):
+        colour, glow = ShownTextures(view.surfaces).factors(view.triangle, view.weights, view.width)
+        reflected, light = np.minimum(reflected * colour, 1.0), light * glow
+    radiance = reflected * np.nan_to_num(view.values(irradiance)) / np.pi
     return radiance + light, np.asarray((light > 0).any(axis=1))
 
 

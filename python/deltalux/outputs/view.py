@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from deltalux.mesh.surfaces import Surfaces
+from deltalux.mesh.surfaces import Hits, Surfaces
 from deltalux.scene import Camera
 
 BATCH = 1 << 18  # rays at a time, to bound memory
@@ -30,6 +30,19 @@ def camera_rays(
     return np.broadcast_to(pose[:3, 3], directions.shape), directions
 
 
+def seen_width(
+    surfaces: Surfaces, camera: Camera, height: int, hits: Hits, directions: np.ndarray
+) -> np.ndarray:
+    """(k,) metres that a pixel of a picture of `height` spans where a ray hits, as wide as high.
+
+    A pixel covers more of what it sees aslant: as much as if it were wider on all sides.
+    """
+    normal = surfaces.normals[np.maximum(hits.triangle, 0)]
+    aslant = np.abs(np.einsum("kx,kx->k", directions, normal))
+    width = camera.pixel_width(height, np.where(hits.hit, hits.distance, np.inf))
+    return width / np.sqrt(np.maximum(aslant, 0.01))
+
+
 class View:
     """The surfaces that a camera sees, with several rays per pixel.
 
@@ -44,10 +57,15 @@ class View:
     def __init__(self, surfaces: Surfaces, camera: Camera, size: tuple[int, int], rays_per_pixel: int = 4):
         self.surfaces, self.camera, self.size = surfaces, camera, size
         self.rays_per_pixel = rays_per_pixel
-        batches = [surfaces.intersect(*rays) for rays in self._rays()]
+        batches, widths = [], []
+        for origins, directions in self._rays():
+            hits = surfaces.intersect(origins, directions)
+            batches.append(hits)
+            widths.append(seen_width(surfaces, camera, size[1], hits, directions).astype(np.float32))
         self.triangle = np.concatenate([h.triangle for h in batches])
         self.weights = np.concatenate([h.weights.astype(np.float32) for h in batches])
         self.facing = np.concatenate([h.facing for h in batches])
+        self.width = np.concatenate(widths)  # see `seen_width`
 
     def values(self, per_vertex: np.ndarray) -> np.ndarray:
         """Interpolate vertex values (n,) or (n, c): one per ray, NaN on sides without samples."""

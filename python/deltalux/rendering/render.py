@@ -14,13 +14,13 @@ from deltalux.mesh.display_mesh import refine
 from deltalux.mesh.surfaces import Surfaces
 from deltalux.outputs.camera import automatic_camera, scene_camera
 from deltalux.outputs.of_session import present_scene
+from deltalux.outputs.textures import ShownTextures
 from deltalux.scene import Camera, Scene
 from deltalux.session import Session
 
 from .light import LightAtPoints
 from .seen import Seen, alike, look, neighbours
 from .spread import Fineness, padded, spread
-from .textures import ShownTextures
 
 SIZE = (960, 600)  # pixels, width and height
 LARGEST = 2**15  # pixels, largest width or height

@@ -8,10 +8,9 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from deltalux.mesh.surfaces import Surfaces
-from deltalux.outputs.view import BATCH, camera_rays
+from deltalux.outputs.textures import ShownTextures
+from deltalux.outputs.view import BATCH, camera_rays, seen_width
 from deltalux.scene import Camera
-
-from .textures import ShownTextures
 
 SAME_NORMAL = 0.9  # least cosine between the normals of places that may share light
 OFF_PLANE = 0.15  # how far a place may lie off the other's plane, as a share of their distance
@@ -81,9 +80,8 @@ def _look(
     normal[~hits.facing] *= -1
     depth = np.where(hits.hit, hits.distance, np.inf)
     width = camera.pixel_width(size[1], depth)
-    # A pixel covers more of what it sees aslant: as much as if it were wider on all sides.
-    aslant = np.abs(np.einsum("kx,kx->k", directions, flat))
-    colour, glow = textures.factors(hits.triangle, hits.weights, width / np.sqrt(np.maximum(aslant, 0.01)))
+    covered = seen_width(surfaces, camera, size[1], hits, directions)
+    colour, glow = textures.factors(hits.triangle, hits.weights, covered)
     return Seen(
         hits.hit, point, normal, width, display.triangle_mesh[triangle], display.triangle_material[triangle],
         colour, glow * surfaces.emission(hits.triangle, hits.facing),

@@ -4,16 +4,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import deltalux as dl
 import numpy as np
 import pytest
 from builders.gltf import png
-from deltalux.io.texels import LINEAR_OF_BYTE
 from deltalux.outputs.camera import look_at
+from deltalux.outputs.images import render
 from deltalux.outputs.tone import encode_srgb, tone_map
 from deltalux.scene.look import Look, Texture
 from deltalux.server.serving import Server
+from deltalux.texels import LINEAR_OF_BYTE
 
 from viewer.page.driver import Viewer
 
@@ -57,6 +59,7 @@ def shown(open_page) -> Iterator[object]:
         session.bake()
         server = Server(session)
         viewer = open_page(server.url)
+        viewer.session = session
         ends.append((viewer, server, session))
         return viewer
 
@@ -110,6 +113,36 @@ def test_luminous_textures_glow_and_are_metered_where_nothing_else_is_seen(shown
     for texel, place in zip(LINEAR_OF_BYTE[PIXELS].reshape(-1, 3), QUARTERS, strict=True):
         expected = encode_srgb(tone_map(700 * texel, viewer.state()["exposure"])).astype(int)
         assert np.abs(pixel(viewer, place) - expected).max() <= 2
+
+
+def test_the_exposure_is_that_of_pictures_with_and_without_textures(shown):
+    """Texels much smaller than those of the small picture that is measured: their mean would be brighter."""
+    fine = np.where(np.indices((64, 64)).sum(axis=0)[..., None] % 4 < 3, 8, 250).repeat(3, axis=2)
+    scene = two_walls(png(fine.astype(np.uint8)))
+    mean = LINEAR_OF_BYTE[fine].reshape(-1, 3).mean(axis=0)
+    own = replace(scene.materials[0].look.colour, mean=mean)
+    materials = [replace(scene.materials[0], reflectance=0.9 * mean, look=Look(own))]
+    viewer = shown(dl.scene.replace_scene(scene, materials=materials))
+    viewer.settle()
+    found = [viewer.state()["exposure"]]
+    for act in ("uncheck", "check"):
+        getattr(viewer.page.get_by_label("Textures"), act)()
+        viewer.settle()
+        found.append(viewer.state()["exposure"])
+    size = viewer.state()["canvas"]
+    session = viewer.session
+    expected = [
+        render(each, session.samples.display, session.irradiance, camera=scene.cameras[0],
+               size=(int(size["width"]), int(size["height"]))).exposure
+        for each in (session.scene, without_textures(session.scene))
+    ]  # fmt: skip
+    assert found[0] == found[2]
+    np.testing.assert_allclose(found[:2], expected, rtol=0.05)
+    assert found[0] > 1.2 * found[1]
+
+
+def without_textures(scene: dl.Scene) -> dl.Scene:
+    return dl.scene.replace_scene(scene, materials=[replace(m, look=Look()) for m in scene.materials])
 
 
 def test_seams_are_no_creases(shown):

@@ -45,7 +45,10 @@ function exposureControls(look: Look, textured: boolean): HTMLElement {
     },
     { title: 'Sets the exposure by what is seen now' },
   )
-  const [textures, texturesInput] = checkbox('Textures', (on) => look.change({ textures: on }))
+  const [textures, texturesInput] = checkbox('Textures', (on) => {
+    look.change({ textures: on })
+    void look.measureAgain()
+  })
   textures.hidden = !textured
   const element = h(
     'div',

@@ -29,6 +29,7 @@ uniform int tickCount;
 #if defined(COLOUR_TEXTURE) || defined(GLOW_TEXTURE)
 in vec2 coordinates;
 uniform bool textures; // whether they are shown
+uniform float sharpening;
 #endif
 #ifdef COLOUR_TEXTURE
 uniform sampler2D colourImage;
@@ -119,7 +120,7 @@ bool isSliver() {
 
 #if defined(COLOUR_TEXTURE) || defined(GLOW_TEXTURE)
 vec3 factor(sampler2D image, mat3 matrix, vec3 gain, vec3 bias) {
-  vec3 texel = texture(image, (matrix * vec3(coordinates, 1.0)).xy).rgb; // first: its size comes of neighbours
+  vec3 texel = texture(image, (matrix * vec3(coordinates, 1.0)).xy, -sharpening).rgb; // first: its size comes of neighbours
   if (!textures || coordinates.x < UNMAPPED) return vec3(1.0);
   return min(texel * gain + bias, MOST_FACTOR);
 }

@@ -72,6 +72,7 @@ export class SurfaceMaterials {
     logarithmic: { value: false },
     isolines: { value: false },
     textures: { value: true },
+    sharpening: { value: 0 }, // levels of images that are finer than the pixels ask for
     tickPlaces: { value: new Array<number>(MAX_TICKS).fill(0) },
     tickCount: { value: 0 },
   } satisfies Record<string, IUniform>

@@ -27,6 +27,8 @@ function drawValues(stage: Stage, lit: LitScene, mode: ShaderMode, target: WebGL
   for (const child of hidden) child.visible = false
   shared.mode.value = MODES[mode]
   shared.measuring.value = true
+  // Texels as the picture shows them, and not the means of many.
+  shared.sharpening.value = Math.log2(Math.max(renderer.domElement.height / target.height, 1))
   stage.scene.background = null
   renderer.setRenderTarget(target)
   renderer.clear()
@@ -34,6 +36,7 @@ function drawValues(stage: Stage, lit: LitScene, mode: ShaderMode, target: WebGL
   renderer.setRenderTarget(null)
   shared.mode.value = shown
   shared.measuring.value = false
+  shared.sharpening.value = 0
   stage.scene.background = background
   for (const child of hidden) child.visible = true
 }

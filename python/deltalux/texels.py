@@ -8,9 +8,9 @@ import warnings
 from collections.abc import Callable
 
 import numpy as np
-from PIL import Image
+from PIL import Image, UnidentifiedImageError
 
-from .diagnostics import malformed
+from deltalux.errors import FormatError
 
 FORMATS = ("PNG", "JPEG", "WEBP")
 MAX_PIXELS = 8192 * 8192  # a few kilobytes of PNG can expand to gigabytes
@@ -69,6 +69,17 @@ def _decoded(data: bytes, where: str, read: Callable[[Image.Image], np.ndarray])
     except MemoryError:
         raise
     except Exception as error:  # Pillow's decoders raise arbitrary exceptions for broken files
-        found = f"an image that cannot be decoded ({error!r:.120})"
-        raise malformed(where, found, " or ".join(FORMATS)) from None
-    raise malformed(where, f"{image.width} x {image.height} pixels", f"at most {MAX_PIXELS}", "scale it down")
+        raise FormatError(
+            f"{where}: found an image that cannot be decoded ({_reason(error)}), expected "
+            f"{' or '.join(FORMATS)}; export it again"
+        ) from None
+    raise FormatError(
+        f"{where}: found {image.width} x {image.height} pixels, expected at most {MAX_PIXELS}; scale it down"
+    )
+
+
+def _reason(error: Exception) -> str:
+    """What a decoder says, without the places of objects in memory."""
+    if isinstance(error, UnidentifiedImageError):
+        return "of no known format, or cut off"
+    return f"{type(error).__name__}: {error}"[:120]

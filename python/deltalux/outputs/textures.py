@@ -5,10 +5,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from deltalux.io.texels import linear_texels
 from deltalux.mesh.surfaces import Surfaces
-from deltalux.outputs.texture_coordinates import TextureCoordinates, by_mesh
 from deltalux.scene.look import MAG_FILTERS, WRAPS, Texture
+from deltalux.texels import linear_texels
+
+from .texture_coordinates import TextureCoordinates, by_mesh
 
 REPEAT, CLAMP, _ = WRAPS
 NEAREST = MAG_FILTERS[1]
