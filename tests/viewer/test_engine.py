@@ -11,6 +11,7 @@ import pytest
 from deltalux.server import engine as engine_module
 from deltalux.server.edits import pose_numbers
 from deltalux.server.events import Phase, Refused
+from deltalux.server.figures import Figures
 from deltalux.server.values import Values
 from rooms import translation, turn
 
@@ -305,3 +306,16 @@ def test_free_memory_is_returned_after_tasks_and_not_after_updates(followed, mon
     followed.want(block=translation(0.6, 0.4, 0.4))
     followed.rest()
     assert len(returned) == 2
+
+
+@pytest.mark.parametrize("gather", ["off", 16])
+def test_before_a_check_a_recompute_counts_with_all_stages_that_it_has(gather):
+    with make_session(gather=gather) as session:
+        baked, again = session.bake(), session.recompute()
+        figures = Figures()
+        figures.of_bake(session, baked, 0, 1.0)
+        repeated = set(again.milliseconds) - {"total"}
+        assert "trace" in repeated
+        assert figures.recompute_milliseconds == pytest.approx(
+            sum(time for stage, time in baked.milliseconds.items() if stage in repeated)
+        )

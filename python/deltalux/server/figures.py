@@ -11,7 +11,7 @@ from deltalux.session import Session
 
 from .told import FrameMessage
 
-REPEATED = ("trace", "deposit", "direct")  # stages of a bake that a recompute repeats
+REPEATED = ("trace", "deposit", "direct", "gather")  # stages of a bake that a recompute repeats
 
 
 @dataclass
@@ -31,7 +31,7 @@ class Figures:
 
     def of_bake(self, session: Session, frame: Frame, revision: int, seconds: float) -> FrameMessage:
         """The `frame` message of a bake."""
-        self.recompute_milliseconds = sum(frame.milliseconds[stage] for stage in REPEATED)
+        self.recompute_milliseconds = sum(frame.milliseconds.get(stage, 0.0) for stage in REPEATED)
         self.read_methods(session)
         self._start_again()
         self._add(frame, {"total": 1e3 * seconds})
