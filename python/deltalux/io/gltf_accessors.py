@@ -96,12 +96,7 @@ class Accessors:
 
     def colours(self, index: int, where: str, vertex_count: int) -> np.ndarray:
         """(n, 3) float64 linear colours, one per vertex, 0 to 1; without alpha."""
-        self.count(index, where)
-        accessor = self._describe(index, where)
-        if accessor.count != vertex_count:
-            raise malformed(
-                accessor.place, f"{accessor.count} elements", f"one for each of {vertex_count} vertices"
-            )
+        accessor = self._for_each(index, where, vertex_count)
         kind = "VEC4" if accessor.source.type == "VEC4" else "VEC3"
         return np.clip(self.vectors(index, where, kind)[:, :3], 0.0, 1.0)
 
@@ -114,13 +109,18 @@ class Accessors:
         self, index: int, where: str, decoded: np.ndarray | None, vertex_count: int
     ) -> np.ndarray:
         """(n, 2) float32, from values `decoded` elsewhere or (None) from the accessor's own data."""
+        accessor = self._for_each(index, where, vertex_count)
+        values = self._vectors(accessor, "VEC2", decoded).astype(np.float32)
+        return np.where(np.isfinite(values), values, np.float32(np.nan))
+
+    def _for_each(self, index: int, where: str, vertex_count: int) -> _Accessor:
+        """The accessor, which must have an element for each vertex."""
         accessor = self._describe(index, where)
         if accessor.count != vertex_count:
             raise malformed(
                 accessor.place, f"{accessor.count} elements", f"one for each of {vertex_count} vertices"
             )
-        values = self._vectors(accessor, "VEC2", decoded).astype(np.float32)
-        return np.where(np.isfinite(values), values, np.float32(np.nan))
+        return accessor
 
     def _vectors(self, accessor: _Accessor, kind: str, decoded: np.ndarray | None) -> np.ndarray:
         """Float64; values that are not finite are kept."""

@@ -227,7 +227,7 @@ def _radiance(view: View, irradiance: np.ndarray, textured: bool = True) -> tupl
     material = view.surfaces.display.triangle_material[view.triangle]
     reflected = reflectance[material]
     light = view.surfaces.emission(view.triangle, view.facing)
-    if textured and any(m.look.textures for m in materials):
+    if textured and view.width is not None:
         colour, glow = ShownTextures(view.surfaces).factors(view.triangle, view.weights, view.width)
         reflected, light = np.minimum(reflected * colour, 1.0), light * glow
     radiance = reflected * np.nan_to_num(view.values(irradiance)) / np.pi

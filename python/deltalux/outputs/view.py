@@ -30,16 +30,13 @@ def camera_rays(
     return np.broadcast_to(pose[:3, 3], directions.shape), directions
 
 
-def seen_width(
-    surfaces: Surfaces, camera: Camera, height: int, hits: Hits, directions: np.ndarray
-) -> np.ndarray:
-    """(k,) metres that a pixel of a picture of `height` spans where a ray hits, as wide as high.
+def covered_width(surfaces: Surfaces, width: np.ndarray, hits: Hits, directions: np.ndarray) -> np.ndarray:
+    """(k,) metres that a pixel covers along a side where a ray hits; `width` is that of what faces it.
 
     A pixel covers more of what it sees aslant: as much as if it were wider on all sides.
     """
     normal = surfaces.normals[np.maximum(hits.triangle, 0)]
     aslant = np.abs(np.einsum("kx,kx->k", directions, normal))
-    width = camera.pixel_width(height, np.where(hits.hit, hits.distance, np.inf))
     return width / np.sqrt(np.maximum(aslant, 0.01))
 
 
@@ -57,15 +54,19 @@ class View:
     def __init__(self, surfaces: Surfaces, camera: Camera, size: tuple[int, int], rays_per_pixel: int = 4):
         self.surfaces, self.camera, self.size = surfaces, camera, size
         self.rays_per_pixel = rays_per_pixel
+        textured = any(material.look.textures for material in surfaces.scene.materials)
         batches, widths = [], []
         for origins, directions in self._rays():
             hits = surfaces.intersect(origins, directions)
             batches.append(hits)
-            widths.append(seen_width(surfaces, camera, size[1], hits, directions).astype(np.float32))
+            if textured:
+                width = camera.pixel_width(size[1], np.where(hits.hit, hits.distance, np.inf))
+                widths.append(covered_width(surfaces, width, hits, directions).astype(np.float32))
         self.triangle = np.concatenate([h.triangle for h in batches])
         self.weights = np.concatenate([h.weights.astype(np.float32) for h in batches])
         self.facing = np.concatenate([h.facing for h in batches])
-        self.width = np.concatenate(widths)  # see `seen_width`
+        # see `covered_width`; None: there are no textures, which alone need it
+        self.width = np.concatenate(widths) if textured else None
 
     def values(self, per_vertex: np.ndarray) -> np.ndarray:
         """Interpolate vertex values (n,) or (n, c): one per ray, NaN on sides without samples."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from deltalux.mesh.surfaces import Surfaces
 from deltalux.outputs.textures import ShownTextures
-from deltalux.outputs.view import BATCH, camera_rays, seen_width
+from deltalux.outputs.view import BATCH, camera_rays, covered_width
 from deltalux.scene import Camera
 
 SAME_NORMAL = 0.9  # least cosine between the normals of places that may share light
@@ -80,7 +80,7 @@ def _look(
     normal[~hits.facing] *= -1
     depth = np.where(hits.hit, hits.distance, np.inf)
     width = camera.pixel_width(size[1], depth)
-    covered = seen_width(surfaces, camera, size[1], hits, directions)
+    covered = covered_width(surfaces, width, hits, directions)
     colour, glow = textures.factors(hits.triangle, hits.weights, covered)
     return Seen(
         hits.hit, point, normal, width, display.triangle_mesh[triangle], display.triangle_material[triangle],
