@@ -27,7 +27,7 @@ nb::tuple path_sums(const Session& session) {
     nb::gil_scoped_release release;
     sums = session.path_sums();
   }
-  const size_t groups = session.state().sum_groups(), batches = session::kBatches;
+  const size_t groups = session.state().sum_groups.size(), batches = session::kBatches;
   const size_t cells = sums.cells.size() / (3 * groups * batches);
   const size_t samples = sums.discs.size() / (3 * groups * batches);
   return nb::make_tuple(sums.paths,
@@ -151,7 +151,7 @@ void bind_ranges(nb::class_<Session>& bound) {
           [](Session& s, nb::object callback) {
             session::SlopeSums sums;
             run(callback, [&](Progress& p) { sums = s.slope_sums(p); });
-            const size_t groups = s.state().sum_groups(), n = s.state().samples.size();
+            const size_t groups = s.state().sum_groups.size(), n = s.state().samples.size();
             return nb::make_tuple(
                 make_array(std::move(sums.discs), {groups, session::kBatches, n, 3}),
                 make_array(std::move(sums.moments), {groups, session::kBatches, n, 6}));

@@ -95,6 +95,16 @@ nb::object read_bytes(const ArchiveView& archive, const std::string& name, size_
   return out;
 }
 
+/// Python integers, which have no bound.
+nb::list whole_numbers(const session::EnergyAudit::Quanta& quanta) {
+  nb::list out;
+  for (const auto value : quanta) {
+    const nb::int_ high{int64_t(value >> 64)}, low{uint64_t(value)};
+    out.append(high.attr("__lshift__")(64).attr("__or__")(low));
+  }
+  return out;
+}
+
 }  // namespace
 
 // long: a list of names.
@@ -305,9 +315,9 @@ void bind_session(nb::module_& m) {
            [](const Session& s) {
              const session::EnergyAudit audit = s.audit();
              nb::dict out;
-             out["emitted"] = audit.emitted;
-             out["absorbed"] = audit.absorbed;
-             out["escaped"] = audit.escaped;
+             out["emitted"] = whole_numbers(audit.emitted);
+             out["absorbed"] = whole_numbers(audit.absorbed);
+             out["escaped"] = whole_numbers(audit.escaped);
              out["quantum"] = audit.quantum;
              return out;
            })

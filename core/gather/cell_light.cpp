@@ -11,23 +11,23 @@ namespace {
 constexpr size_t kGrain = 1024;
 constexpr double kSteps = 65535;
 
-/// Landed power in quanta, with the present dimming.
+/// Landed power, with the present dimming.
 double landed(const CellState& state, uint32_t cell, uint32_t batch, size_t channel) {
   double sum = 0;
   for (uint32_t g = 0; g < state.sums.groups; ++g)
-    sum += state.scales.sum_factor[g] *
+    sum += state.units[g] *
            double(state.sums.quanta[state.sums.at(cell, g, batch) + channel]);
   return sum;
 }
 
-/// Radiosity per quantum; 0 for a cell without area.
+/// Radiosity per landed power; 0 for a cell without area.
 Vec3d unit_of(const CellState& state, uint32_t cell, float bare) {
   const double area = double(state.cells.area(cell)) * double(bare);
   if (!(area > 0)) return {};
   const Vec3f reflectance = surfaces::product(
       state.scene.materials[state.cells.material(cell)].reflectance, state.cells.share(cell));
   Vec3d unit;
-  for (int c = 0; c < 3; ++c) unit[c] = state.scales.quantum * double(reflectance[c]) / area;
+  for (int c = 0; c < 3; ++c) unit[c] = double(reflectance[c]) / area;
   return unit;
 }
 
@@ -61,9 +61,8 @@ void CellLight::renew(const CellState& state, const Workers& workers) {
   std::vector<Vec3f> reflectance;
   for (const scene::Material& material : state.scene.materials)
     reflectance.push_back(material.reflectance);
-  std::vector<double> factor = state.scales.sum_factor;
-  factor.push_back(state.scales.quantum);
-  const bool all = reflectance != reflectance_ || factor != factor_;
+  std::vector<double> units(state.units.begin(), state.units.end());
+  const bool all = reflectance != reflectance_ || units != units_;
   if (all) reflectance_.clear();  // if memory runs out below, the next call renews all cells
   radiosity_.resize(count);
   bare_.resize(count);
@@ -83,7 +82,7 @@ void CellLight::renew(const CellState& state, const Workers& workers) {
     }
   });
   reflectance_ = std::move(reflectance);
-  factor_ = std::move(factor);
+  units_ = std::move(units);
 }
 
 std::vector<CellBatches> batches_of(const CellState& state, const Workers& workers) {

@@ -31,26 +31,20 @@ struct CellSums {
 /// memory where the number does not grow.
 void regroup(std::vector<int64_t>& quanta, uint32_t batches, uint32_t from, uint32_t to);
 
-/// Factors from sums to power.
-struct Scales {
-  double quantum = 0;              ///< power per quantum
-  std::vector<double> sum_factor;  ///< by group of the sums
-};
-
 /// All that radiosity depends on.
 struct CellState {
   const scene::Scene& scene;
   const Cells& cells;
   const Coverage& coverage;
   CellSums& sums;
-  const Scales& scales;
+  std::span<const double> units;  ///< present power per quantum, by group of the sums
 };
 
 /// The radiosity of all cells, kept between reads, so that an update costs only what it changed.
 class CellLight {
  public:
   using Radiosity = std::array<float, 3>;
-  /// Recomputes the radiosity of changed cells, or of all cells after a change of scales or
+  /// Recomputes the radiosity of changed cells, or of all cells after a change of units or
   /// reflectances.
   void renew(const CellState& state, const Workers& workers);
   /// Takes over the radiosity of all cells as another session computed it; renew() must not follow.
@@ -66,7 +60,7 @@ class CellLight {
   std::vector<Radiosity> radiosity_;
   std::vector<float> bare_;  // by cell: the value of Coverage::bare at the last renewal
   std::vector<Vec3f> reflectance_;
-  std::vector<double> factor_;
+  std::vector<double> units_;
 };
 
 /// A cell's radiosity as estimated by each batch of paths, in integer steps. Rounding errors are

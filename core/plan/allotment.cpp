@@ -6,11 +6,13 @@
 #include <cmath>
 
 #include "plan/light_pilot.h"
+#include "plan/pilot_points.h"
 #include "plan/sun_guiding.h"
 
 namespace deltalux::plan {
 namespace {
 
+constexpr uint32_t kPoints = 4096;
 constexpr uint32_t kPathsPerLight = 2048;  // fewer per light if there are many lights
 constexpr uint32_t kPathsInAll = 65536;
 // Relative to the irradiance of other points: darker points count as having this irradiance.
@@ -44,14 +46,16 @@ double dim_irradiance(const std::vector<double>& all) {
 }  // namespace
 
 std::vector<double> shares_by_use(const scene::Scene& scene, std::span<const Vec3f> reflectance,
-                                  const trace::RayCaster& caster, std::span<trace::Light> lights,
+                                  const trace::RayCaster& caster,
+                                  const samples::SampleSet& samples, std::span<trace::Light> lights,
                                   const Workers& workers, Progress& progress) {
   const std::vector<double> power = trace::shares_by_power(lights);
   const auto may_be_guided = [&](const trace::Light& light) {
     return light.is_parallel() && !moves(scene, light);
   };
   if (std::none_of(lights.begin(), lights.end(), may_be_guided) && lights.size() < 2) return power;
-  const LightPilot pilot(scene, reflectance, caster, workers, progress);
+  const LightPilot pilot(scene, reflectance, caster,
+                         pilot_points(scene, caster, samples, kPoints), workers, progress);
   const size_t n = pilot.points();
   if (n == 0) return power;
 
@@ -61,6 +65,7 @@ std::vector<double> shares_by_use(const scene::Scene& scene, std::span<const Vec
   const auto few = [&](size_t l) {
     trace::Light light = lights[l];
     light.path_count = count;
+    light.finer = 0;  // pilots have a scale for each light
     light.first_path = uint64_t(l) * kPathsPerLight;
     return light;
   };

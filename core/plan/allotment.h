@@ -8,6 +8,7 @@
 
 #include "base/parallel.h"
 #include "base/progress.h"
+#include "samples/sample_set.h"
 #include "scene/scene.h"
 #include "trace/lights.h"
 #include "trace/ray_caster.h"
@@ -17,11 +18,12 @@ namespace deltalux::plan {
 /// Returns the share of the paths for each light, and gives suns their maps. A sample's variance is
 /// the sum over lights of power per path times irradiance, so the mean relative variance is minimal
 /// for N ~ sqrt(power * sum E_light / E^2), here for indirect light (direct light comes from shadow
-/// rays) over points distributed evenly on static surfaces. Pilot paths only see static geometry
+/// rays) over pilot_points() of these samples. Pilot paths only see static geometry
 /// and `reflectance` (per material), since shares must not depend on the poses of movables; lights
 /// that move count as average ones of their power. Throws Cancelled.
 std::vector<double> shares_by_use(const scene::Scene& scene, std::span<const Vec3f> reflectance,
-                                  const trace::RayCaster& caster, std::span<trace::Light> lights,
+                                  const trace::RayCaster& caster,
+                                  const samples::SampleSet& samples, std::span<trace::Light> lights,
                                   const Workers& workers, Progress& progress);
 
 }  // namespace deltalux::plan

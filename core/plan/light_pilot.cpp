@@ -3,12 +3,12 @@
 #include "plan/light_pilot.h"
 
 #include <algorithm>
+#include <numbers>
 #include <numeric>
 
 #include "base/direction.h"
 #include "base/random.h"
 #include "samples/disc_area.h"
-#include "samples/placement.h"
 #include "segments/segment_columns.h"
 
 namespace deltalux::plan {
@@ -16,8 +16,6 @@ namespace {
 
 // Independent of the session's seed, so that the result holds for every seed.
 constexpr uint64_t kSeed = 20070129;
-constexpr uint32_t kPoints = 4096;
-constexpr float kRadius = 0.15f;  // scene metres
 
 double photopic(const int64_t* e) {
   return 0.2126 * double(e[0]) + 0.7152 * double(e[1]) + 0.0722 * double(e[2]);
@@ -30,9 +28,9 @@ scene::Scene painted(scene::Scene scene, std::span<const Vec3f> reflectance) {
 }
 
 estimate::DiscIndex disc_index(const scene::Scene& scene, const trace::RayCaster& caster,
-                               const Workers& workers, Progress& progress) {
+                               const samples::SampleSet& points, const Workers& workers,
+                               Progress& progress) {
   Progress part;  // far below a second
-  const samples::SampleSet points = surface_points(scene, caster, kPoints);
   std::vector<uint32_t> ids(points.size());
   std::iota(ids.begin(), ids.end(), 0u);
   return {samples::make_discs(points, std::move(ids), samples::DiscArea::whole,
@@ -41,43 +39,6 @@ estimate::DiscIndex disc_index(const scene::Scene& scene, const trace::RayCaster
 }
 
 }  // namespace
-
-samples::SampleSet surface_points(const scene::Scene& scene, const trace::RayCaster& caster,
-                                  uint32_t count) {
-  std::vector<double> cumulative;
-  std::vector<std::array<Vec3f, 3>> corners;
-  cumulative.reserve(scene.static_primitives());
-  corners.reserve(scene.static_primitives());
-  double area = 0;
-  for (const scene::Object& object : scene.objects) {
-    if (object.movable) continue;
-    const std::vector<Vec3f> world = object.world_vertices();
-    for (const auto& t : object.triangles) {
-      const std::array<Vec3f, 3> p{world[t[0]], world[t[1]], world[t[2]]};
-      const double own = 0.5 * length(cross(Vec3d(p[1] - p[0]), Vec3d(p[2] - p[0])));
-      if (!(own > 0)) continue;
-      cumulative.push_back(area += own);
-      corners.push_back(p);
-    }
-  }
-  samples::SampleSet set;
-  const float radius = kRadius * samples::scene_metre(scene, caster);
-  const PathRandom random(kSeed, 0);
-  for (uint32_t i = 0; i < count && !corners.empty(); ++i) {
-    const double place = (i + double(random(i, 0))) / count * area;
-    const size_t k = std::min<size_t>(
-        size_t(std::upper_bound(cumulative.begin(), cumulative.end(), place) - cumulative.begin()),
-        corners.size() - 1);
-    float u = random(i, 1), v = random(i, 2);
-    if (u + v > 1) u = 1 - u, v = 1 - v;
-    const auto& p = corners[k];
-    set.point.push_back(p[0] + (p[1] - p[0]) * u + (p[2] - p[0]) * v);
-    set.normal.push_back(Vec3f(normalize(cross(Vec3d(p[1] - p[0]), Vec3d(p[2] - p[0])))));
-    set.radius.push_back(radius);
-    set.attached.push_back(scene::kNone);
-  }
-  return set;
-}
 
 /// The ends of segments as a structure of arrays. Only the ends, since discs that extend beyond a
 /// room would count segments that pass by outside.
@@ -96,10 +57,12 @@ struct LightPilot::Flights {
 };
 
 LightPilot::LightPilot(const scene::Scene& scene, std::span<const Vec3f> reflectance,
-                       const trace::RayCaster& caster, const Workers& workers, Progress& progress)
+                       const trace::RayCaster& caster, samples::SampleSet places,
+                       const Workers& workers, Progress& progress)
     : scene_(painted(scene, reflectance)),
       caster_(caster),
-      index_(disc_index(scene, caster, workers, progress)) {}
+      places_(std::move(places)),
+      index_(disc_index(scene, caster, places_, workers, progress)) {}
 
 trace::Walk LightPilot::walk(uint32_t batches) const {
   return {scene_, caster_, {kSeed, batches, kBounces, false, 0, true}};
@@ -115,7 +78,7 @@ LightPilot::Given LightPilot::given(const trace::Light& light) const {
     const trace::Emission start = trace::emit(light, kSeed, i, 1);
     const auto add = [&](trace::Flight flight, const trace::Interaction& end, uint32_t bounce) {
       if (end.primitive == scene::kNone) return;
-      all.add(flight, end.length, 0);
+      if (bounce > 0 || !light.is_parallel()) all.add(flight, end.length, 0);
       if (bounce == 0) return;
       // The scale admits no more power: divide by the largest weight, and multiply after
       // summing.
@@ -133,7 +96,23 @@ LightPilot::Given LightPilot::given(const trace::Light& light) const {
     for (size_t i = 0; i < n; ++i) out[i] = photopic(sums.data() + 3 * i) * factor;
     return out;
   };
-  return {read(all, scale.quantum), read(weighed, scale.quantum * most)};
+  Given out{read(all, scale.quantum), read(weighed, scale.quantum * most)};
+  // On wide land, hardly any of these few paths of a sun meets a disc straight away.
+  for (size_t i = 0; light.is_parallel() && i < points(); ++i) out.all[i] += shines(light, i);
+  return out;
+}
+
+double LightPilot::shines(const trace::Light& light, size_t place) const {
+  const lights::Punctual& sun = light.punctual;
+  const Vec3f n = places_.normal[place];
+  const Vec3f above = places_.point[place] + n * (places_.radius[place] * 0.01f);
+  const double share = sun.kind->irradiance(sun, above, n, 0);
+  const auto [direction, to] = sun.kind->shadow_ray(sun, above);
+  if (!(share > 0) || caster_.occluded_static(above, direction, to)) return 0;
+  const double radius = double(places_.radius[place]);
+  return std::numbers::pi * radius * radius * share *
+         (0.2126 * double(sun.intensity.x) + 0.7152 * double(sun.intensity.y) +
+          0.0722 * double(sun.intensity.z));
 }
 
 void LightPilot::brought(const trace::Light& light, std::span<const trace::Emission> starts,

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Traces a few paths of a light, and finds what they contribute to points distributed evenly over
-// the static surfaces.
+// Traces a few paths of a light, and finds what they contribute to given points.
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -18,24 +17,23 @@
 
 namespace deltalux::plan {
 
-/// Points distributed by area over the front sides of the static surfaces, with radii of discs.
-samples::SampleSet surface_points(const scene::Scene& scene, const trace::RayCaster& caster,
-                                  uint32_t count);
-
 class LightPilot {
  public:
   static constexpr uint32_t kBounces = 16;
   static constexpr uint32_t kChunk = 16;  ///< paths whose contributions are separated at a time
 
-  /// Only sees static geometry and `reflectance` (per material). Throws Cancelled.
+  /// Only sees static geometry and `reflectance` (per material). `places`: where it measures, see
+  /// pilot_points(). Throws Cancelled.
   LightPilot(const scene::Scene& scene, std::span<const Vec3f> reflectance,
-             const trace::RayCaster& caster, const Workers& workers, Progress& progress);
+             const trace::RayCaster& caster, samples::SampleSet places, const Workers& workers,
+             Progress& progress);
 
   size_t points() const { return index_.discs().size(); }
+  const samples::SampleSet& places() const { return places_; }
   const scene::Scene& scene() const { return scene_; }
   const trace::RayCaster& caster() const { return caster_; }
 
-  /// Photopic irradiance from paths at the points, up to a factor common to all lights.
+  /// Photopic power on the points' discs, which all have the same area.
   struct Given {
     std::vector<double> all;  ///< direct and indirect
     /// each path times its weight, that is, mean squares, for the noise
@@ -51,9 +49,12 @@ class LightPilot {
  private:
   struct Flights;
   trace::Walk walk(uint32_t batches) const;
+  /// Unscattered power of a parallel light on the disc of a place.
+  double shines(const trace::Light& light, size_t place) const;
 
   scene::Scene scene_;
   const trace::RayCaster& caster_;
+  samples::SampleSet places_;
   estimate::DiscIndex index_;
 };
 

@@ -18,7 +18,7 @@ SceneFlights trace_scene(const scene::Scene& scene, uint64_t paths,
   std::vector<Vec3f> reflectance;
   for (const scene::Material& material : scene.materials)
     reflectance.push_back(material.reflectance);
-  trace::allot_paths(lights, shares_by_use(scene, reflectance, caster, lights, workers, progress),
+  trace::allot_paths(lights, shares_by_use(scene, reflectance, caster, {}, lights, workers, progress),
                      paths, options.batches);
   const trace::EnergyScale scale = trace::choose_scale(lights, options.max_bounces);
   const trace::Walk walk(scene, caster, options);

@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 #include "base/random.h"
+#include "plan/pilot_points.h"
 #include "trace/scatter.h"
 
 namespace deltalux::plan {
@@ -16,9 +18,11 @@ namespace {
 constexpr uint64_t kSeed = 20261124;
 constexpr uint64_t kFirstPath = uint64_t(1) << 24;  // different from those of LightPilot::given()
 constexpr uint32_t kEven = 16384;                   // uniform starts
-constexpr uint32_t kPoints = 32768;                 // points of surfaces that may see the sun
+constexpr uint32_t kPoints = 8192;                  // points of surfaces that may see the sun
+constexpr uint32_t kWalks = 4;                      // from each place of the pilot
+constexpr uint32_t kBack = 3;                       // flights of such a walk
 constexpr size_t kSplit = 16;                       // squares with this many starts are divided
-constexpr int kDeepest = 14;       // levels: a thousand metres become six centimetres
+constexpr int kDeepest = 18;       // levels: ten kilometres become four centimetres
 constexpr double kPrior = 2;       // weight of the parent square's value, in starts
 constexpr double kBeside = 0.2;    // relative to a trial's value: what the squares around it get
 constexpr int kRounds = 3;         // of further starts, drawn by what earlier ones have found
@@ -32,34 +36,77 @@ struct Trial {
   float size = 1;  ///< of the square that contains it
 };
 
-/// Uniform starts, then starts of paths that end on what the sun sees.
+/// Finds the starts of the paths that lead to points which the sun sees.
+class Starts {
+ public:
+  using Start = std::array<float, 2>;
+  Starts(const LightPilot& pilot, const lights::Punctual& sun)
+      : pilot_(pilot), sun_(sun), size_u_(dot(sun.frame_u, sun.frame_u)),
+        size_v_(dot(sun.frame_v, sun.frame_v)) {}
+
+  /// Appends the start for a point just above a surface, if the sun sees it.
+  void add(Vec3f p, std::vector<Start>& out) const {
+    if (pilot_.caster().occluded_static(p, -sun_.direction, std::numeric_limits<float>::max()))
+      return;
+    const Vec3f d = p - sun_.corner;
+    const Start start{dot(d, sun_.frame_u) / size_u_, dot(d, sun_.frame_v) / size_v_};
+    if (start[0] >= 0 && start[0] < 1 && start[1] >= 0 && start[1] < 1) out.push_back(start);
+  }
+  /// The same for all vertices of a few light paths that are followed backwards from a place of the
+  /// pilot: light there comes from where these go.
+  void add_around(size_t place, std::vector<Start>& out) const {
+    const samples::SampleSet& places = pilot_.places();
+    const Vec3f p = places.point[place], n = places.normal[place];
+    const Vec3f above = p + n * (places.radius[place] * 0.01f);
+    if (dot(n, sun_.direction) < 0) add(above, out);
+    for (uint32_t walk = 0; walk < kWalks; ++walk) {
+      const PathRandom random(kSeed + walk, place);
+      Vec3f at = above, normal = n;
+      for (uint32_t flight = 0; flight < kBack; ++flight) {
+        const Vec3f w = cosine_direction(normal, random(flight, 0), random(flight, 1));
+        const trace::Hit hit = pilot_.caster().closest_static(at, w);
+        if (!hit.valid()) break;
+        normal = trace::facing_normal(hit, w);
+        at = trace::leave_surface(at, w, hit, normal, pilot_.scene().slack_of(hit.primitive));
+        if (dot(normal, sun_.direction) < 0) add(at, out);
+      }
+    }
+  }
+
+ private:
+  const LightPilot& pilot_;
+  const lights::Punctual& sun_;
+  float size_u_, size_v_;
+};
+
+/// Uniform starts, then starts of paths that end on what the sun sees: on surfaces anywhere, and
+/// where light for the pilot's places comes from.
 std::vector<Trial> first_starts(const LightPilot& pilot, const lights::Punctual& light,
-                                const Workers& workers) {
+                                const Workers& workers, const Progress& progress) {
+  const samples::SampleSet anywhere = surface_points(pilot.scene(), pilot.caster(), kPoints);
+  const Starts starts(pilot, light);
+  std::vector<std::vector<Starts::Start>> seen(anywhere.size() + pilot.points());
+  workers.for_blocks(seen.size(), 256, [&](size_t begin, size_t end) {
+    progress.check();
+    for (size_t i = begin; i < end; ++i) {
+      if (i >= anywhere.size()) {
+        starts.add_around(i - anywhere.size(), seen[i]);
+        continue;
+      }
+      const Vec3f n = anywhere.normal[i] * (dot(anywhere.normal[i], light.direction) < 0 ? 1 : -1);
+      starts.add(anywhere.point[i] + n * (anywhere.radius[i] * 0.01f), seen[i]);
+    }
+  });
   std::vector<Trial> trials;
   for (uint32_t i = 0; i < kEven; ++i) {
     const auto r = sobol::sample(i, kSeed);
     trials.push_back({r[0], r[1], 0});
   }
-  const samples::SampleSet points = surface_points(pilot.scene(), pilot.caster(), kPoints);
-  std::vector<std::array<float, 2>> seen(points.size(), {-1, -1});
-  workers.for_blocks(points.size(), 256, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      const Vec3f n =
-          dot(points.normal[i], light.direction) < 0 ? points.normal[i] : -points.normal[i];
-      const Vec3f p = points.point[i] + n * (points.radius[i] * 0.01f);
-      if (pilot.caster().occluded_static(p, -light.direction, std::numeric_limits<float>::max()))
-        continue;
-      const Vec3f d = p - light.corner;
-      seen[i] = {dot(d, light.frame_u) / dot(light.frame_u, light.frame_u),
-                 dot(d, light.frame_v) / dot(light.frame_v, light.frame_v)};
-    }
-  });
-  for (const auto& [u, v] : seen)
-    if (u >= 0 && u < 1 && v >= 0 && v < 1) trials.push_back({u, v, 0});
+  for (const std::vector<Starts::Start>& of_point : seen)
+    for (const auto& [u, v] : of_point) trials.push_back({u, v, 0});
   return trials;
 }
 
-/// Traces the trials from index `from` on.
 void follow(const LightPilot& pilot, const trace::Light& sun, std::span<const double> weight,
             size_t from, std::vector<Trial>& trials, const Workers& workers, Progress& progress) {
   workers.for_blocks(trials.size() - from, LightPilot::kChunk, [&](size_t begin, size_t end) {
@@ -142,14 +189,41 @@ std::vector<Square> squares_of(std::vector<Trial>& trials) {
   return squares;
 }
 
-trace::SunMap map_of(const std::vector<Square>& squares) {
-  double all = 0, below = 0;
-  for (const Square& s : squares) all += area(s) * std::sqrt(s.square);
+/// The chances of the squares in steps of what path starts resolve; each has at least one step, so
+/// that the weight of a start is exactly what its chance demands.
+std::vector<uint32_t> chances_of(const std::vector<Square>& squares) {
   constexpr double kMinDensity = double(trace::SunMap::kMinDensity);
-  trace::SunMap map;
+  double all = 0;
+  for (const Square& s : squares) all += area(s) * std::sqrt(s.square);
+  std::vector<uint32_t> steps;
+  int64_t left = trace::SunMap::kSteps;
   for (const Square& s : squares) {
-    map.leaves.push_back({s.u, s.v, s.size, float(below)});
-    below += area(s) * (kMinDensity + (1 - kMinDensity) * std::sqrt(s.square) / all);
+    const double chance = area(s) * (kMinDensity + (1 - kMinDensity) * std::sqrt(s.square) / all);
+    steps.push_back(std::max(1u, uint32_t(std::ceil(chance * double(trace::SunMap::kSteps)))));
+    left -= steps.back();
+  }
+  // What rounding takes too much comes from the largest ones, where it shows least.
+  std::vector<uint32_t> order(squares.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](uint32_t a, uint32_t b) { return steps[a] > steps[b]; });
+  for (size_t k = 0; left < 0 && k < order.size(); ++k) {
+    uint32_t& own = steps[order[k]];
+    const int64_t taken = std::min<int64_t>(-left, own / 8);
+    own -= uint32_t(taken), left += taken;
+  }
+  steps[order.front()] += uint32_t(std::max<int64_t>(0, left));
+  return steps;
+}
+
+trace::SunMap map_of(const std::vector<Square>& squares) {
+  const std::vector<uint32_t> steps = chances_of(squares);
+  trace::SunMap map;
+  uint32_t below = 0;
+  for (size_t i = 0; i < squares.size(); ++i) {
+    map.leaves.push_back({squares[i].u, squares[i].v, squares[i].size,
+                          float(below) / float(trace::SunMap::kSteps)});
+    below += steps[i];
   }
   return map;
 }
@@ -163,7 +237,7 @@ std::shared_ptr<const trace::SunMap> guide_sun(const LightPilot& pilot, const tr
   sun.map = nullptr;
   sun.path_count = 1;
   progress.begin("find windows", 1 + kRounds);
-  std::vector<Trial> trials = first_starts(pilot, sun.punctual, workers);
+  std::vector<Trial> trials = first_starts(pilot, sun.punctual, workers, progress);
   follow(pilot, sun, weight, 0, trials, workers, progress);
   std::vector<Square> squares = squares_of(trials);
   for (int round = 1; round <= kRounds && !squares.empty(); ++round) {

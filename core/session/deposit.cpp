@@ -110,7 +110,7 @@ bool Deposit::counts(uint32_t bounce, const Segment& segment, uint16_t& slab) co
   const bool gathered = state_.gather && !sums_.moments;
   if (bounce == 0 ? state_.light_sampled[light] != 0 : gathered) return false;
   const trace::Light& source = state_.lights[light];
-  slab = uint16_t(state_.sum_group(source.group) * kBatches +
+  slab = uint16_t(source.sums * kBatches +
                   trace::batch_of(source, segment.path - source.first_path, kBatches));
   return true;
 }

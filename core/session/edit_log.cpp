@@ -10,8 +10,6 @@
 namespace deltalux::session {
 
 std::vector<trace::Light> added_lights(const State& s, const scene::Scene& scene, uint32_t object) {
-  // a path with fewer quanta of power would be quantised coarsely
-  constexpr double kFewQuanta = 0x1p12;
   // quanta of a path: half of what the brightest path of the other lights carries
   constexpr double kEven = 0x1p29;
   std::vector<trace::Light> lights = trace::find_lights(scene, object);
@@ -23,7 +21,7 @@ std::vector<trace::Light> added_lights(const State& s, const scene::Scene& scene
     if (!s.lights.empty()) {
       const double quanta =
           std::max({light.power.x, light.power.y, light.power.z}) / s.scale.quantum;
-      wanted = std::max(quanta / kEven, std::min(floor, quanta / kFewQuanta));
+      wanted = std::max(quanta / kEven, floor);
     }
     light.first_path = next;
     light.path_count = kBatches * uint64_t(std::clamp(wanted / kBatches, 1.0, 0x1p40));
@@ -37,7 +35,8 @@ EditLog::EditLog(State& state)
       old_factors_(state.group_factor),
       old_materials_(state.scene.materials),
       old_lights_(state.lights.size()),
-      old_scale_(state.scale) {
+      old_scale_(state.scale),
+      old_sum_groups_(state.sum_groups.size()) {
   for (const scene::Object& object : state.scene.objects)
     old_objects_.emplace_back(object.pose, object.present);
 }
@@ -119,6 +118,11 @@ void EditLog::add_lights() {
     s_.scale = trace::choose_scale(s_.lights, s_.options.max_bounces);
     first_light_ = true;
   }
+  if (s_.lights.size() == old_lights_) return;
+  if (first_light_) return s_.group_sums();
+  const std::span<trace::Light> fresh = std::span(s_.lights).subspan(old_lights_);
+  for (trace::Light& light : fresh) light.finer = trace::choose_fineness(light, s_.scale);
+  assign_sums(fresh, s_.sum_groups);
 }
 
 bool EditLog::reborn(size_t l) const {
@@ -135,6 +139,7 @@ void EditLog::undo() noexcept {
   s_.scene.materials = std::move(old_materials_);
   s_.scale = old_scale_;
   s_.lights.erase(s_.lights.begin() + long(old_lights_), s_.lights.end());
+  s_.sum_groups.resize(old_sum_groups_);
   if (s_.light_sampled.size() > old_lights_) s_.light_sampled.resize(old_lights_);
   for (auto& [l, light] : old_placed_) std::swap(s_.lights[l], light);
   for (size_t i = 0; i < old_objects_.size(); ++i) {

@@ -53,6 +53,7 @@ class EditLog {
   std::vector<trace::RayCaster::Saved> old_structures_;
   size_t old_lights_;
   trace::EnergyScale old_scale_;
+  size_t old_sum_groups_;
   std::vector<ObjectChange> changes_;
   std::vector<uint8_t> materials_;
   bool reflects_more_ = false, first_light_ = false;

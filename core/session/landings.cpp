@@ -42,7 +42,7 @@ void Landings::add(uint32_t bounce, std::span<const uint32_t> slots, int sign) c
       const size_t number = state_.light_of(segment.path);
       if (bounce == 0 && asked_for_[number]) continue;
       const trace::Light& light = state_.lights[number];
-      const size_t at = sums.at(cell, state_.sum_group(light.group),
+      const size_t at = sums.at(cell, light.sums,
                                 trace::batch_of(light, segment.path - light.first_path, kBatches));
       for (size_t c = 0; c < 3; ++c)
         std::atomic_ref(sums.quanta[at + c])

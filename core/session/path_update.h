@@ -63,7 +63,7 @@ class PathUpdate {
   trace::Walk walk_;
   Deposit deposit_;
   Landings landings_;
-  std::vector<std::array<uint32_t, 3>> quanta_;  // of power that each path of a light starts with
+  std::vector<Vec3d> quanta_;  // of power that each path of a light starts with
   PathCounts counts_;
 };
 

@@ -108,6 +108,7 @@ Session::Session(scene::Scene scene, samples::SampleSet samples, const Options& 
   trace::allot_paths(state_->lights, trace::shares_by_power(state_->lights), options.paths,
                      kBatches);
   state_->scale = trace::choose_scale(state_->lights, options.max_bounces);
+  state_->group_sums();
   for (const scene::Material& material : state_->scene.materials)
     state_->loaded_reflectance.push_back(material.reflectance);
 }
@@ -177,6 +178,7 @@ std::unique_ptr<State> Session::unbaked() const {
   fresh->lights = state_->lights;
   fresh->group_factor = state_->group_factor;
   fresh->scale = state_->scale;
+  fresh->sum_groups = state_->sum_groups;
   fresh->loaded_reflectance = state_->loaded_reflectance;
   return fresh;
 }

@@ -47,7 +47,8 @@ struct Frame {
 /// Energy balance per channel, in quanta, of the paths held: emitted = absorbed + escaped.
 /// `quantum` is in the scene's unit of power.
 struct EnergyAudit {
-  std::array<int64_t, 3> emitted{}, absorbed{}, escaped{};
+  __extension__ using Quanta = std::array<__int128, 3>;
+  Quanta emitted{}, absorbed{}, escaped{};
   double quantum = 0;
 };
 

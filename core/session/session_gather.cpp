@@ -33,16 +33,16 @@ gather::Looks::PerRay few_rays(const gather::Present& present, uint64_t seed,
   return looks.per_ray();
 }
 
-/// Gives each present cell sums for each present light group; new ones are 0 and count as touched.
+}  // namespace
+
 void lay_out_cell_sums(State& s) {
+  if (!s.gather) return;
   gather::CellSums& sums = s.gather->sums;
   sums.batches = kBatches;
-  sums.set_groups(s.sum_groups());
+  sums.set_groups(uint32_t(s.sum_groups.size()));
   sums.quanta.resize(sums.at(s.gather->cells.size(), 0, 0), 0);
   sums.touched.resize(s.gather->cells.size(), 1);
 }
-
-}  // namespace
 
 void Session::make_cells() {
   State& s = *state_;
@@ -82,7 +82,7 @@ void Session::shrink_sums() noexcept {
 
 void Session::lay_out_sums() {
   State& s = *state_;
-  if (told_) told_->set_groups(s.sum_groups());
+  if (told_) told_->set_groups(uint32_t(s.sum_groups.size()));
   s.sums.resize(s.sum_count(), 0);
   if (!s.sum_marks.empty()) s.sum_marks.resize(s.mark_count(), 0);
   direct_->set_groups(s.scene.group_count);
@@ -331,11 +331,10 @@ gather::Present Session::present(std::span<const direct::Receiver> receivers,
 std::optional<gather::Evaluation> Session::evaluation(bool errors) const {
   const State& s = *state_;
   if (!s.gather) return std::nullopt;
-  std::vector<double> factor;
-  for (uint32_t g = 0; g < s.sum_groups(); ++g) factor.push_back(s.sum_factor(g));
+  std::vector<double> units;
+  for (size_t g = 0; g < s.sum_groups.size(); ++g) units.push_back(s.sum_unit(g));
   Gather& own = *s.gather;
-  const gather::Scales scales{s.scale.quantum, factor};
-  const gather::CellState state{s.scene, own.cells, own.coverage, own.sums, scales};
+  const gather::CellState state{s.scene, own.cells, own.coverage, own.sums, units};
   gather::Paint paint;
   for (const scene::Material& material : s.scene.materials)
     paint.reflectance.push_back(material.reflectance);

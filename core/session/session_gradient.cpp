@@ -60,7 +60,7 @@ void each_disc(const State& s, const Visit& visit) {
 
 /// The sums of all stored segments, in the order of State::samples.
 SlopeSums deposit_slopes(State& s, Progress& progress) {
-  const size_t n = s.samples.size(), slabs = s.sum_groups() * kBatches;
+  const size_t n = s.samples.size(), slabs = s.slabs();
   SlopeSums own{std::vector<int64_t>(slabs * n * 3), std::vector<int64_t>(slabs * n * 6)};
   Deposit(s, {own.discs.data(), n, false, own.moments.data()}).add_all(progress);
   return own;
@@ -70,7 +70,7 @@ SlopeSums deposit_slopes(State& s, Progress& progress) {
 void add_slopes_of_paths(const State& s, const SlopeSums& of, std::span<const TangentFrame> frames,
                          double* gradient) {
   const size_t n = s.samples.size();
-  const uint32_t slabs = s.sum_groups() * kBatches;
+  const uint32_t slabs = s.slabs();
   each_disc(s, [&](const samples::DiscSet& discs, size_t i, const Pose&, uint32_t) {
     const uint32_t id = discs.id[i];
     const samples::OutlineMoments m = samples::outline_moments(discs, i);
@@ -78,7 +78,7 @@ void add_slopes_of_paths(const State& s, const SlopeSums& of, std::span<const Ta
     for (int c = 0; c < 3; ++c) {
       double gu = 0, gv = 0;
       for (uint32_t slab = 0; slab < slabs; ++slab) {
-        const double factor = s.scale.quantum * s.sum_factor(slab / kBatches);
+        const double factor = s.sum_unit(slab / kBatches);
         const size_t at = size_t(slab) * n + id;
         fit(m, factor * double(of.discs[3 * at + c]),
             factor * unit * double(of.moments[6 * at + 2 * c]),

@@ -145,10 +145,12 @@ void Session::allot_paths(Progress& progress) {
   State& s = *state_;
   trace::allot_paths(
       s.lights,
-      plan::shares_by_use(s.scene, s.loaded_reflectance, *s.caster, s.lights, s.workers, progress),
+      plan::shares_by_use(s.scene, s.loaded_reflectance, *s.caster, s.samples, s.lights, s.workers, progress),
       s.options.paths, kBatches);
   s.hold_paths();
   s.scale = trace::choose_scale(s.lights, s.options.max_bounces);
+  s.group_sums();
+  lay_out_cell_sums(s);
 }
 
 double Session::bytes_per_segment() const {

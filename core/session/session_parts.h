@@ -15,6 +15,9 @@ struct Parts {
   std::vector<float> openness;     ///< as State::openness
 };
 
+/// Gives each present cell its sums, see State::sum_groups; new ones are 0 and count as touched.
+void lay_out_cell_sums(State& s);
+
 /// The forecast memory of `rays` gather rays, those of all samples together.
 double ray_bytes(const State& s, const Forecast& forecast, double rays, bool weighted);
 

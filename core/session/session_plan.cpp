@@ -45,7 +45,7 @@ class TrafficForecast {
   TrafficForecast(const State& state, const PilotPaths& paths)
       : s_(state), paths_(paths), scene_(all_vertices(state.scene)) {
     // With several threads, methods that collect segments get those of each slab separately.
-    slabs_ = s_.workers.threads() > 1 ? double(s_.sum_groups() * kBatches) : 1.0;
+    slabs_ = s_.workers.threads() > 1 ? double(s_.slabs()) : 1.0;
     for (const scene::Object& object : s_.scene.objects) movables_ += object.movable;
   }
 

@@ -175,7 +175,7 @@ PathChanges Session::path_changes() {
     out.since = told->edits;
   if (out.since != out.edits) out.ranges = {*s.options.range};
   told->edits = s.edits;
-  told->groups = s.sum_groups();
+  told->groups = uint32_t(s.sum_groups.size());
   if (first) s.sum_marks.assign(s.sums.empty() ? 0 : s.mark_count(), 1);
   out.discs = take_discs(s, told->discs);
   if (s.gather) {
@@ -292,7 +292,7 @@ FirstFlights Session::first_flights() const {
 void Session::leave_out(uint32_t light, const FirstFlights& flights,
                         std::vector<int64_t>& quanta) const {
   const State& s = *state_;
-  const uint32_t group = s.sum_group(s.lights[light].group);
+  const uint32_t group = s.lights[light].sums;
   flights.each_of(light, kBatches, [&](uint64_t place, const FirstFlights::Quanta& own) {
     const size_t at =
         s.gather->sums.at(uint32_t(place / kBatches), group, uint32_t(place % kBatches));

@@ -206,9 +206,9 @@ void Session::read_samples(bool errors, const Gathered& gathered, const Write& w
   s.workers.for_blocks(n, BlockSums::kSamples, [&](size_t begin, size_t end) {
     BlockSums block;
     const size_t values = 3 * (end - begin);
-    for (uint32_t g = 0; discs && g < s.sum_groups(); ++g) {
+    for (uint32_t g = 0; discs && g < s.sum_groups.size(); ++g) {
       block.add_energy(&s.sums[3 * (size_t(g) * kBatches * n + begin)], 3 * n, values,
-                       s.sum_factor(g));
+                       s.sum_unit(g));
       if (unreached) block.add_unreached(*unreached, g, &s.area[begin], end - begin);
     }
     for (uint32_t g = 0; g < s.scene.group_count; ++g)
@@ -219,7 +219,7 @@ void Session::read_samples(bool errors, const Gathered& gathered, const Write& w
             : std::vector<gather::Estimate>(end - begin);
     for (size_t i = begin; i < end; ++i) {
       const double area = discs ? double(s.area[i]) : 0.0;
-      const double per_area = area > 0 ? s.scale.quantum / area : 0.0;
+      const double per_area = area > 0 ? 1 / area : 0.0;
       double irradiance[3] = {}, error[3] = {};
       for (size_t c = 0; is_present(i) && c < 3; ++c) {
         const size_t j = 3 * (i - begin) + c;
@@ -359,7 +359,7 @@ std::array<uint64_t, 4> Session::digest(const std::optional<SegmentsHash>& other
   if (others) all.merge({others->a, others->b});
   Lanes ordered = all;
   const size_t n = s.samples.size();
-  for (uint32_t g = 0; s.counts_in_discs() && g < s.sum_groups(); ++g)
+  for (uint32_t g = 0; s.counts_in_discs() && g < s.sum_groups.size(); ++g)
     for (size_t i = 0; i < 3 * n; ++i) {
       int64_t sum = 0;
       for (uint32_t k = 0; k < kBatches; ++k) sum += s.sums[3 * size_t(g * kBatches + k) * n + i];
@@ -400,15 +400,20 @@ std::vector<uint8_t> Session::visible(std::span<const Vec3f> from,
 
 EnergyAudit Session::audit() const {
   const State& s = *state_;
+  int finest = s.sum_groups.front().finer;
+  for (const SumGroup& group : s.sum_groups) finest = std::max(finest, group.finer);
   EnergyAudit audit;
-  audit.quantum = s.scale.quantum;
+  audit.quantum = s.scale.of(finest);
+  const auto add = [finest](EnergyAudit::Quanta& sum, const uint32_t* power, int finer, int sign) {
+    for (size_t c = 0; c < 3; ++c)
+      sum[c] += sign * (EnergyAudit::Quanta::value_type(power[c]) << (finest - finer));
+  };
   for (const trace::Light& light : s.lights) {
     if (!light.on) continue;
     const auto quanta = trace::birth_quanta(light, s.scale, s.birth_factor(light));
     const trace::Walk walk = s.walk();
     s.held.each_of(light, [&](uint64_t i) {
-      const trace::Flight flight = walk.birth(light, i, quanta);
-      for (int c = 0; c < 3; ++c) audit.emitted[c] += flight.power[c];
+      add(audit.emitted, walk.birth(light, i, quanta).power, light.finer, 1);
     });
   }
   const auto& bounces = s.store.bounces();
@@ -416,14 +421,14 @@ EnergyAudit Session::audit() const {
     for (uint32_t slot = 0; slot < bounces[b].size(); ++slot) {
       const segments::Segment& g = bounces[b].at(slot);
       if (g.length < 0) continue;
-      for (int c = 0; c < 3; ++c) {
-        if (g.primitive == scene::kNone) {
-          audit.escaped[c] += g.power[c];
-          continue;
-        }
-        audit.absorbed[c] += g.power[c];
-        if (g.next != segments::kNoSlot) audit.absorbed[c] -= bounces[b + 1].at(g.next).power[c];
+      const int finer = s.lights[s.light_of(g.path)].finer;
+      if (g.primitive == scene::kNone) {
+        add(audit.escaped, g.power, finer, 1);
+        continue;
       }
+      add(audit.absorbed, g.power, finer, 1);
+      if (g.next != segments::kNoSlot)
+        add(audit.absorbed, bounces[b + 1].at(g.next).power, finer, -1);
     }
   return audit;
 }

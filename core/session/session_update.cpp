@@ -78,10 +78,13 @@ double factor_after(const State& s, uint32_t group, std::span<const scene::Edit>
   return factor;
 }
 
-/// Bytes of the sums that a session needs in addition for so many light groups in all.
-double bytes_of_groups(const State& s, uint32_t groups) {
+/// Bytes of the sums that a session needs in addition for so many light groups in all, and for the
+/// paths of these new lights.
+double bytes_of_groups(const State& s, uint32_t groups, std::span<trace::Light> added) {
   const double fresh = double(groups - s.scene.group_count);
-  const double sums = double(std::min(groups, kMaxSumGroups) - s.sum_groups()) * kBatches;
+  std::vector<SumGroup> all = s.sum_groups;
+  assign_sums(added, all);
+  const double sums = double(all.size() - s.sum_groups.size()) * kBatches;
   const double discs = s.counts_in_discs() ? double(s.samples.size()) : 0.0;
   const double cells = s.gather ? double(s.gather->cells.size()) : 0.0;
   const double receivers = s.evaluates() ? double(s.samples.size()) : 0.0;
@@ -120,7 +123,7 @@ void Session::check_insert(const scene::Object& object, std::span<const scene::E
   const uint32_t groups = scene::groups_with(object, known);
   s.scene.check(object, groups);
   check_inside(s.scene, object, bounds_at(object, object.pose));
-  constexpr uint32_t kLast = kMaxSumGroups - 1;
+  constexpr uint32_t kLast = kMaxOwnGroups - 1;
   if (State::merged(kLast, groups) && !State::merged(kLast, known) &&
       factor_after(s, kLast, before) > kMostShared)
     throw OptionError(what + "with its light group, " + kNoRoom +
@@ -161,7 +164,7 @@ void Session::check_insert(const scene::Object& object, std::span<const scene::E
   const double per_path =
       paths ? double(s.store.bytes()) / double(paths) : 4.0 * sizeof(segments::Segment);
   const double needed =
-      double(needed_bytes()) + per_path * double(more) + bytes_of_groups(s, groups) +
+      double(needed_bytes()) + per_path * double(more) + bytes_of_groups(s, groups, added) +
       double(direct::DirectLight::forecast_bytes(s.samples.size(), 0, added,
                                                  std::vector<uint8_t>(added.size(), sampled)));
   if (s.options.memory_limit && needed > double(s.options.memory_limit))

@@ -111,8 +111,13 @@ void Session::save_bake(ArchiveView& archive) const {
   const State& s = *state_;
   if (s.counts_in_discs() && s.knows_openness()) archive.append("openness", s.openness);
   std::vector<uint64_t> light_paths, level_sizes;
-  for (const trace::Light& light : s.lights) light_paths.push_back(light.path_count);
+  std::vector<int32_t> finer;
+  for (const trace::Light& light : s.lights) {
+    light_paths.push_back(light.path_count);
+    finer.push_back(light.finer);
+  }
   archive.keep("light_paths", light_paths);
+  archive.keep("light_finer", finer);
   save_maps(s.lights, archive);
   archive.append("light_sampled", s.light_sampled);
   archive.keep("quantum", std::vector<double>{s.scale.quantum});
@@ -271,6 +276,13 @@ void Session::restore_lights(ArchiveSource& archive) {
   snapshot::check_quantum("quantum", quantum[0],
                           trace::choose_scale(s.lights, s.options.max_bounces).quantum);
   s.scale.quantum = quantum[0];
+  const auto finer = archive.read_all<int32_t>("light_finer", s.lights.size());
+  snapshot::check_range("light_finer", finer, trace::kLeastFineness, trace::kMostFineness);
+  for (size_t i = 0; i < s.lights.size(); ++i) s.lights[i].finer = finer[i];
+  s.sum_groups.clear();
+  assign_sums(s.lights, s.sum_groups);
+  if (s.sum_groups.empty()) s.sum_groups.emplace_back();
+  lay_out_cell_sums(s);
   for (const trace::Light& light : s.lights)
     // throws if the quantum is too fine
     trace::birth_quanta(light, s.scale, s.birth_factor(light));

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "base/assertion.h"
@@ -24,7 +25,7 @@ namespace deltalux::session {
 
 // independent estimates, whose spread gives the standard error
 inline constexpr uint32_t kBatches = 8;
-inline constexpr uint32_t kMaxSumGroups = 8;  // later groups share the last one's sums
+inline constexpr uint32_t kMaxOwnGroups = 8;  // later light groups share the last one's sums
 // State::cut of a path that is not to be traced again.
 inline constexpr uint8_t kNotCut = 255;
 // number of updates expected of a session with movables
@@ -91,6 +92,16 @@ struct Gather {
   Glance glance{};
 };
 
+/// What sums keep apart: lights of one group whose power has one quantum.
+struct SumGroup {
+  uint32_t group = 0;  ///< of lights; kMaxOwnGroups - 1 stands for all from there on
+  int finer = 0;       ///< trace::Light::finer
+  friend bool operator==(const SumGroup&, const SumGroup&) = default;
+};
+
+/// Sets Light::sums of these lights, and appends the groups that are missing.
+void assign_sums(std::span<trace::Light> lights, std::vector<SumGroup>& groups);
+
 struct State {
   explicit State(const Options& o) : options(o), workers(o.threads) {}
 
@@ -109,6 +120,7 @@ struct State {
   std::vector<double> group_factor;       // dim factors, per group
   std::vector<Vec3f> loaded_reflectance;  // by material, before any edit
   trace::EnergyScale scale;
+  std::vector<SumGroup> sum_groups{1};  // of the lights, in the order of these
   double irradiance_quantum = 0;  // quantum of direct light by shadow rays; fixed at the bake
   float largest_radius = 0;
 
@@ -165,7 +177,7 @@ struct State {
   bool samples_added_lights() const {
     return options.direct == DirectMode::sampled || !counts_in_discs();
   }
-  uint32_t slabs() const { return sum_groups() * kBatches; }
+  uint32_t slabs() const { return uint32_t(sum_groups.size()) * kBatches; }
   size_t sum_count() const { return counts_in_discs() ? size_t(slabs()) * samples.size() * 3 : 0; }
   size_t mark_count() const {
     return slabs() * estimate::EnergySums::marks_of_slab(samples.size());
@@ -190,17 +202,24 @@ struct State {
   }
   /// Recomputes `held` for the present lights.
   void hold_paths() { held = held_of(options.range.value_or(PathRange{0, options.paths})); }
-  uint32_t sum_groups() const { return std::min(scene.group_count, kMaxSumGroups); }
-  /// Whether the group has no sums of its own: with more than eight groups, those from the eighth
-  /// on share one.
+  /// Whether the light group has no sums of its own: with more than eight groups, those from the
+  /// eighth on share them.
   bool merged(uint32_t group) const { return merged(group, scene.group_count); }
   static bool merged(uint32_t group, size_t group_count) {
-    return group_count > kMaxSumGroups && group + 1 >= kMaxSumGroups;
+    return group_count > kMaxOwnGroups && group + 1 >= kMaxOwnGroups;
   }
-  /// The factor for sums of a group when they are read.
-  double sum_factor(uint32_t group) const { return merged(group) ? 1.0 : group_factor[group]; }
-  /// The index of the sums that the group adds to.
-  uint32_t sum_group(uint32_t group) const { return std::min(group, kMaxSumGroups - 1); }
+  /// Present power per quantum of the sums of `sum_groups[index]`, with the present dimming.
+  double sum_unit(size_t index) const {
+    const SumGroup& own = sum_groups[index];
+    return scale.of(own.finer) * (merged(own.group) ? 1.0 : group_factor[own.group]);
+  }
+  /// Chooses, for the present scale, the quantum of each light and the sums that its paths add to.
+  void group_sums() {
+    for (trace::Light& light : lights) light.finer = trace::choose_fineness(light, scale);
+    sum_groups.clear();
+    assign_sums(lights, sum_groups);
+    if (sum_groups.empty()) sum_groups.emplace_back();
+  }
   estimate::EnergySums energy() {
     estimate::EnergySums out{sums.data(), samples.size()};
     DELTALUX_ASSERT(sum_marks.empty() || sum_marks.size() == mark_count());

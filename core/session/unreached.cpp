@@ -18,20 +18,17 @@ Vec3d scattered_share(const scene::Scene& scene) {
   return most;
 }
 
-double dim_factor(const State& s, uint32_t sum_group) {
-  return s.merged(sum_group) ? 1.0 : s.group_factor[sum_group];
-}
-
 }  // namespace
 
-UnreachedError::UnreachedError(const State& s) : groups_(s.sum_groups()) {
+UnreachedError::UnreachedError(const State& s) : groups_(s.sum_groups.size()) {
   const Vec3d scattered = scattered_share(s.scene);
   std::vector<double> paths(groups_.size());
   for (size_t l = 0; l < s.lights.size(); ++l) {
     const trace::Light& light = s.lights[l];
     if (!light.on) continue;
-    const uint32_t g = s.sum_group(light.group);
-    const double factor = s.birth_factor(light) * dim_factor(s, g) / s.scale.quantum;
+    const uint32_t g = light.sums;
+    const double factor =
+        s.birth_factor(light) * s.sum_unit(g) / s.scale.of(s.sum_groups[g].finer);
     for (int c = 0; c < 3; ++c)
       groups_[g].one[c] += factor * light.power[c] * (s.light_sampled[l] ? scattered[c] : 1.0);
     paths[g] += double(light.path_count);
@@ -51,7 +48,7 @@ UnreachedError::UnreachedError(const State& s) : groups_(s.sum_groups()) {
             sum[c] += double(own), ++batches[c];
       for (int c = 0; c < 3; ++c) {
         if (batches[c] == 0) dark[c] += double(s.area[i]);
-        if (batches[c] == 1) missing[c] += sum[c] * dim_factor(s, uint32_t(g));
+        if (batches[c] == 1) missing[c] += sum[c] * s.sum_unit(g);
       }
     }
     for (int c = 0; c < 3; ++c) group.density[c] = dark[c] > 0 ? missing[c] / dark[c] : 0.0;

@@ -18,14 +18,14 @@ namespace deltalux::session {
 class UnreachedError {
  public:
   explicit UnreachedError(const State& state);
-  /// The error in quanta, per channel, of a sample whose disc counts `area`.
+  /// The error in power, per channel, of a sample whose disc counts `area`.
   Vec3d at(uint32_t sum_group, double area) const;
 
  private:
   struct Group {
     // Power of a path where it first counts, averaged over the paths of the group.
     Vec3d one{};
-    // Quanta per square metre that unreached samples miss.
+    // Power per square metre that unreached samples miss.
     Vec3d density{};
   };
   std::vector<Group> groups_;

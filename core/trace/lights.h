@@ -34,6 +34,10 @@ struct Light {
   bool on = true;                    ///< false while its object is removed
   Vec3d power{};                     ///< total emitted per channel, without dimming
   double max_power = 1;  ///< largest possible power in any pose of its object, relative to `power`
+  /// Binary digits by which the quantum of its paths' power is finer than EnergyScale::quantum;
+  /// negative: coarser. See choose_fineness().
+  int finer = 0;
+  uint32_t sums = 0;  ///< which of a session's sums its paths add to, see session::SumGroup
   double area = 0;       ///< area lights: surface area
   Vec3f radiance{};      ///< area lights: per channel
   std::vector<uint32_t> triangles;   ///< area: triangle indices within the object

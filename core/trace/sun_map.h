@@ -2,6 +2,7 @@
 // Where the paths of a sun start: more paths, with less power each, where they are most useful.
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace deltalux::trace {
@@ -18,6 +19,8 @@ struct SunMap {
     float weight;  ///< of the path's power: density of uniform starts over the density here
   };
   static constexpr float kMinDensity = 0.25f;    ///< relative to the uniform density
+  /// Random numbers are multiples of one over this, and so are the leaves' chances.
+  static constexpr uint32_t kSteps = 1 << 24;
   static constexpr size_t kMaxLeaves = 1 << 16;  ///< leaves
 
   /// `r`, `s`: random, in [0, 1). Preserves stratification.

@@ -14,6 +14,17 @@
 namespace deltalux::trace {
 namespace {
 
+// Dimensions of the random numbers that round; surfaces use lower ones.
+constexpr uint32_t kRound = 255, kRoundBirth = 254;
+
+double brightest(const Vec3d& power) { return std::max({power.x, power.y, power.z}); }
+
+/// The largest power of any of the light's paths, in any pose.
+double brightest_path(const Light& light) {
+  return light.max_weight() * light.max_power * brightest(light.power) /
+         double(std::max<uint64_t>(1, light.path_count));
+}
+
 bool is_finite(Vec3f p) { return std::isfinite(p.x + p.y + p.z); }
 
 bool is_unit(Vec3f v) { return std::fabs(dot(v, v) - 1) < 1e-3f; }
@@ -22,13 +33,12 @@ bool is_length(float t) { return t >= 0 && std::isfinite(t); }
 
 }  // namespace
 
-Flight Walk::birth(const Light& light, uint64_t index,
-                   const std::array<uint32_t, 3>& quanta) const {
+Flight Walk::birth(const Light& light, uint64_t index, const Vec3d& quanta) const {
   return birth(light, index, emit(light, options_.seed, index, options_.batches), quanta);
 }
 
 Flight Walk::birth(const Light& light, uint64_t index, const Emission& e,
-                   const std::array<uint32_t, 3>& quanta) const {
+                   const Vec3d& quanta) const {
   Flight flight;
   flight.direction = encode_direction(e.direction);
   flight.origin = e.origin;
@@ -40,10 +50,10 @@ Flight Walk::birth(const Light& light, uint64_t index, const Emission& e,
     if (entry < std::numeric_limits<float>::infinity())
       flight.origin = e.origin + decode_direction(flight.direction) * entry;
   }
-  for (int c = 0; c < 3; ++c)
-    flight.power[c] =
-        e.weight == 1 ? quanta[c] : uint32_t(double(quanta[c]) * double(e.weight) + 0.5);
   flight.path = uint32_t(light.first_path + index);
+  const float random = PathRandom(options_.seed, flight.path)(0, kRoundBirth);
+  for (int c = 0; c < 3; ++c)
+    flight.power[c] = whole_quanta(quanta[c] * double(e.weight), random);
   DELTALUX_ASSERT(is_unit(e.direction) && is_finite(flight.origin));
   DELTALUX_ASSERT(*std::max_element(flight.power, flight.power + 3) <= 1u << 31);
   return flight;
@@ -79,15 +89,17 @@ Interaction Walk::scatter(const Flight& flight, uint32_t bounce, const Hit& hit)
   if (bounce + 1 >= options_.max_bounces) return interaction;
   const scene::Material& surface = scene_.material_of(hit.primitive);
   surfaces::Departure out;
+  const surfaces::BounceRandom random(options_.seed, flight.path, bounce);
   if (!surface.kind->scatter(surface, {w, hit.normal, scene_.point_on(hit.primitive, hit.u, hit.v)},
-                             {options_.seed, flight.path, bounce}, out))
+                             random, out))
     return interaction;
   interaction.survives = true;
   interaction.next.origin =
       leave_surface(flight.origin, w, hit, out.normal, scene_.slack_of(hit.primitive));
   interaction.next.direction = encode_direction(out.direction);
   for (int c = 0; c < 3; ++c)
-    interaction.next.power[c] = uint32_t(double(flight.power[c]) * out.throughput[c] + 0.5);
+    interaction.next.power[c] =
+        whole_quanta(double(flight.power[c]) * out.throughput[c], random(kRound));
   interaction.next.path = flight.path;
   DELTALUX_ASSERT(is_finite(interaction.next.origin));
   // choose_scale() counts on no path gaining power.
@@ -99,9 +111,7 @@ EnergyScale choose_scale(std::span<const Light> lights, uint32_t max_bounces) {
   double most = 0, paths = 0;
   for (const Light& light : lights) {
     paths += double(light.path_count);
-    for (int c = 0; c < 3; ++c)
-      most = std::max(most, light.max_weight() * light.max_power * light.power[c] /
-                                double(std::max<uint64_t>(1, light.path_count)));
+    most = std::max(most, brightest_path(light));
   }
   if (!(most > 0)) return {1.0};
   if (paths * max_bounces > 0x1p32)
@@ -112,17 +122,23 @@ EnergyScale choose_scale(std::span<const Light> lights, uint32_t max_bounces) {
   return {most / 0x1p30};  // leaves one bit for lights that are added later
 }
 
-std::array<uint32_t, 3> birth_quanta(const Light& light, const EnergyScale& scale, double factor) {
-  std::array<uint32_t, 3> quanta{};
-  for (int c = 0; c < 3; ++c) {
-    const double q =
-        std::nearbyint(factor * light.power[c] / double(light.path_count) / scale.quantum);
-    if (!(q * light.max_weight() <= 0x1p31))
-      throw OptionError(
-          "light: a path would carry more than the session's integer scale holds; "
-          "start a new session with this light in the scene");
-    quanta[c] = uint32_t(q);
-  }
+int choose_fineness(const Light& light, const EnergyScale& scale) {
+  constexpr int kStep = 9;  // so that similar lights share their sums
+  const double most = brightest_path(light);
+  if (!(most > 0)) return 0;
+  const double digits = 30 - std::log2(most / scale.quantum);
+  constexpr double kSlack = 1e-9;  // the brightest path has no digit to spare, up to rounding
+  const double steps = std::floor(std::clamp(digits / kStep + kSlack, -1e3, 1e3));
+  return std::clamp(kStep * int(steps), kLeastFineness, kMostFineness);
+}
+
+Vec3d birth_quanta(const Light& light, const EnergyScale& scale, double factor) {
+  const Vec3d quanta =
+      light.power * (factor / double(light.path_count) / scale.of(light.finer));
+  if (!(brightest(quanta) * light.max_weight() <= 0x1p31))
+    throw OptionError(
+        "light: a path would carry more than the session's integer scale holds; "
+        "start a new session with this light in the scene");
   return quanta;
 }
 

@@ -2,6 +2,7 @@
 // Light paths: emission, tracing to the next surface, survival and scattering there. Everything is
 // a pure function of (seed, path, bounce) and of the scene's state.
 #pragma once
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -31,11 +32,22 @@ struct Interaction {
   Flight next;
 };
 
-/// The quantum of power, in watts (or lumens). A path's initial power takes at most 31 bits, so
-/// that sums over 2^32 crossings fit into 63 bits.
+/// The quantum of power of the brightest paths, in watts (or lumens). A path's initial power takes
+/// at most 31 bits, so that sums over 2^32 crossings fit into 63 bits. Lights whose paths are much
+/// darker have a finer quantum of their own, since a sun on a wide site would leave a lamp's path
+/// no quantum at all.
 struct EnergyScale {
   double quantum = 1;
+  /// The quantum of a light of this fineness.
+  double of(int finer) const { return std::ldexp(quantum, -finer); }
 };
+
+/// Power in whole quanta. Few quanta are rounded up or down at random, so that repeated rounding
+/// loses nothing on average; for many, the nearest number is as good.
+inline uint32_t whole_quanta(double quanta, float random) {
+  constexpr double kMany = 0x1p20;
+  return uint32_t(quanta + (quanta < kMany ? double(random) : 0.5));
+}
 
 /// Traces paths through the present scene.
 class Walk {
@@ -53,10 +65,10 @@ class Walk {
       : scene_(scene), caster_(caster), options_(options) {}
 
   /// The first ray of path `index` of `light`; `quanta` from birth_quanta().
-  Flight birth(const Light& light, uint64_t index, const std::array<uint32_t, 3>& quanta) const;
+  Flight birth(const Light& light, uint64_t index, const Vec3d& quanta) const;
   /// The same for a path with a given start.
   Flight birth(const Light& light, uint64_t index, const Emission& start,
-               const std::array<uint32_t, 3>& quanta) const;
+               const Vec3d& quanta) const;
   /// Traces `flight`, and scatters at its hit.
   Interaction fly(const Flight& flight, uint32_t bounce) const;
   /// The same for a known first hit.
@@ -81,7 +93,14 @@ class Walk {
 /// Chooses the quantum so that no path's initial power exceeds 31 bits, and no sum of `paths` *
 /// `max_bounces` crossings exceeds 63 bits. Throws OptionError if that is impossible.
 EnergyScale choose_scale(std::span<const Light> lights, uint32_t max_bounces);
-/// The mean power of the light's paths, times `factor`, in quanta. Throws OptionError on overflow.
-std::array<uint32_t, 3> birth_quanta(const Light& light, const EnergyScale& scale, double factor);
+/// Bounds of the fineness, so that sums of different fineness are comparable in 128 bits.
+inline constexpr int kLeastFineness = -18, kMostFineness = 45;
+/// The fineness (Light::finer) of a light with its present paths: its brightest path carries at
+/// least 2^20 quanta, so that rounding takes less than a millionth of it. Lights of similar
+/// brightness have the same. A pure function of the scale and of this light.
+int choose_fineness(const Light& light, const EnergyScale& scale);
+/// The mean power of the light's paths, times `factor`, in its quanta. Throws OptionError on
+/// overflow.
+Vec3d birth_quanta(const Light& light, const EnergyScale& scale, double factor);
 
 }  // namespace deltalux::trace

@@ -85,19 +85,20 @@ class StateWorld {
     s.light_sampled = {0, 1};
     s.group_factor.assign(s.scene.group_count, 1.0);
     s.scale = trace::choose_scale(s.lights, s.options.max_bounces);
+    s.group_sums();
     make_discs(variant);
     if (variant.gathers) {
       s.gather = std::make_unique<Gather>(
           Gather{gather::Cells(s.scene, 1), {}, {}, {}, gather::Looks({}, s.options.seed), {}});
       gather::CellSums& sums = s.gather->sums;
-      sums.groups = s.sum_groups(), sums.batches = kBatches;
+      sums.groups = uint32_t(s.sum_groups.size()), sums.batches = kBatches;
       sums.quanta.resize(sums.at(s.gather->cells.size(), 0, 0));
       sums.touched.resize(s.gather->cells.size());
     }
     s.hold_paths();
     s.store = segments::SegmentStore(s.scene.world(), s.extras());
     s.cut.assign(s.held.size(), kNotCut);
-    s.sums.assign(size_t(s.sum_groups()) * kBatches * s.samples.size() * 3, 0);
+    s.sums.assign(size_t(s.slabs()) * s.samples.size() * 3, 0);
     s.store.bounce(0).allocate(s.held.size(), s.store.extras(), first_slots_);
   }
 
@@ -210,7 +211,7 @@ inline size_t slow_light_of(const State& s, uint32_t path) {
 /// The sums that a segment's power belongs to.
 inline uint32_t slow_slab_of(const State& s, uint32_t path) {
   const trace::Light& light = s.lights[slow_light_of(s, path)];
-  return uint32_t(light.group * kBatches + (path - light.first_path) * kBatches / light.path_count);
+  return uint32_t(light.sums * kBatches + (path - light.first_path) * kBatches / light.path_count);
 }
 
 /// Calls visit(disc) for every disc of the part (null: the static one) that a segment crosses.

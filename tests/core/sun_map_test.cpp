@@ -94,7 +94,7 @@ TEST(SunMap, IsTheSameForAnyThreadsAndFindsAHole) {
   for (int k = 0; k < 2; ++k) {
     std::vector<Light> lights = find_lights(scene);
     const Workers workers(1 + 2 * k);
-    plan::shares_by_use(scene, reflectance, caster, lights, workers, progress);
+    plan::shares_by_use(scene, reflectance, caster, {}, lights, workers, progress);
     maps[k] = lights[0].map;
     ASSERT_TRUE(maps[k]);
   }

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// Draws points on surfaces by area, from samples, and by rays from samples.
+#include "plan/pilot_points.h"
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "base/random.h"
+#include "samples/placement.h"
+#include "trace/scatter.h"
+
+namespace deltalux::plan {
+namespace {
+
+// Independent of the session's seed, so that the result holds for every seed.
+constexpr uint64_t kSeed = 20070129, kLandSeed = 20261127;
+constexpr float kRadius = 0.15f;  // scene metres
+constexpr uint32_t kByArea = 4;   // one of so many points is drawn by area
+
+void add(Vec3f point, Vec3f normal, float radius, samples::SampleSet& set) {
+  set.point.push_back(point);
+  set.normal.push_back(normal);
+  set.radius.push_back(radius);
+  set.attached.push_back(scene::kNone);
+}
+
+}  // namespace
+
+samples::SampleSet surface_points(const scene::Scene& scene, const trace::RayCaster& caster,
+                                  uint32_t count) {
+  std::vector<double> cumulative;
+  std::vector<std::array<Vec3f, 3>> corners;
+  cumulative.reserve(scene.static_primitives());
+  corners.reserve(scene.static_primitives());
+  double area = 0;
+  for (const scene::Object& object : scene.objects) {
+    if (object.movable) continue;
+    const std::vector<Vec3f> world = object.world_vertices();
+    for (const auto& t : object.triangles) {
+      const std::array<Vec3f, 3> p{world[t[0]], world[t[1]], world[t[2]]};
+      const double own = 0.5 * length(cross(Vec3d(p[1] - p[0]), Vec3d(p[2] - p[0])));
+      if (!(own > 0)) continue;
+      cumulative.push_back(area += own);
+      corners.push_back(p);
+    }
+  }
+  samples::SampleSet set;
+  const float radius = kRadius * samples::scene_metre(scene, caster);
+  const PathRandom random(kSeed, 0);
+  for (uint32_t i = 0; i < count && !corners.empty(); ++i) {
+    const double place = (i + double(random(i, 0))) / count * area;
+    const size_t k = std::min<size_t>(
+        size_t(std::upper_bound(cumulative.begin(), cumulative.end(), place) - cumulative.begin()),
+        corners.size() - 1);
+    float u = random(i, 1), v = random(i, 2);
+    if (u + v > 1) u = 1 - u, v = 1 - v;
+    const auto& p = corners[k];
+    add(p[0] + (p[1] - p[0]) * u + (p[2] - p[0]) * v,
+        Vec3f(normalize(cross(Vec3d(p[1] - p[0]), Vec3d(p[2] - p[0])))), radius, set);
+  }
+  return set;
+}
+
+samples::SampleSet pilot_points(const scene::Scene& scene, const trace::RayCaster& caster,
+                                const samples::SampleSet& samples, uint32_t count) {
+  std::vector<uint32_t> still;
+  for (uint32_t i = 0; i < samples.size(); ++i)
+    if (samples.attached[i] == scene::kNone) still.push_back(i);
+  if (still.empty()) return surface_points(scene, caster, count);
+  samples::SampleSet set = surface_points(scene, caster, count / kByArea);
+  const float radius = kRadius * samples::scene_metre(scene, caster);
+  const PathRandom random(kLandSeed, 0);
+  for (uint32_t i = 0; set.size() < count && i < count; ++i) {
+    const uint32_t id = still[size_t(uint64_t(i) * still.size() / count)];
+    const Vec3f point = samples.point[id], normal = samples.normal[id];
+    if (i & 1) {
+      add(point, normal, radius, set);
+      continue;
+    }
+    const Vec3f origin = point + normal * (0.01f * radius);
+    const Vec3f w = cosine_direction(normal, random(i, 0), random(i, 1));
+    const trace::Hit hit = caster.closest_static(origin, w);
+    if (hit.valid()) add(origin + w * hit.t, trace::facing_normal(hit, w), radius, set);
+  }
+  return set;
+}
+
+}  // namespace deltalux::plan
