@@ -4,6 +4,7 @@
 #include "session/edit_log.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/assertion.h"
 
@@ -11,7 +12,7 @@ namespace deltalux::session {
 
 std::vector<trace::Light> added_lights(const State& s, const scene::Scene& scene, uint32_t object) {
   // quanta of a path: half of what the brightest path of the other lights carries
-  constexpr double kEven = 0x1p29;
+  const double even = std::ldexp(0.5, s.scale.digits);
   std::vector<trace::Light> lights = trace::find_lights(scene, object);
   uint64_t next = s.lights.empty() ? 0 : s.lights.back().first_path + s.lights.back().path_count;
   const double paths = double(s.options.paths), count = double(lights.size());
@@ -21,7 +22,7 @@ std::vector<trace::Light> added_lights(const State& s, const scene::Scene& scene
     if (!s.lights.empty()) {
       const double quanta =
           std::max({light.power.x, light.power.y, light.power.z}) / s.scale.quantum;
-      wanted = std::max(quanta / kEven, floor);
+      wanted = std::max(quanta / even, floor);
     }
     light.first_path = next;
     light.path_count = kBatches * uint64_t(std::clamp(wanted / kBatches, 1.0, 0x1p40));

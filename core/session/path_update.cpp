@@ -82,7 +82,7 @@ void PathUpdate::replace(std::span<const PendingPath> pending,
   {
     ScopeTime watch(counts_.remove_ms);
     for (const PendingPath& p : pending) {
-      uint8_t& mark = state_.cut[state_.held.slot_of(p.path)];
+      uint16_t& mark = state_.cut[state_.held.slot_of(p.path)];
       DELTALUX_ASSERT(mark == p.bounce && bounces[p.bounce].at(p.slot).path == p.path);
       mark = kNotCut;
       cut[p.bounce].push_back(p.slot);

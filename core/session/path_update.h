@@ -18,7 +18,7 @@ namespace deltalux::session {
 struct PendingPath {
   uint32_t path = 0;
   uint32_t slot = 0;
-  uint8_t bounce = 0;
+  uint16_t bounce = 0;
   /// Whether `hit` is the segment's new first hit, found by the search; valid until the next edit.
   bool hit_known = false;
   trace::Hit hit;

@@ -28,7 +28,7 @@ void EditMarks::mark(const PendingPath& path) {
   DELTALUX_ASSERT(state_.store.bounces()[path.bounce].at(path.slot).path == path.path);
   const uint32_t first_slot = state_.held.slot_of(path.path);
   DELTALUX_ASSERT(first_slot < state_.cut.size());
-  uint8_t& cut = state_.cut[first_slot];
+  uint16_t& cut = state_.cut[first_slot];
   if (cut <= path.bounce) return;
   // An edit visits a path's bounces in ascending order, so an existing mark is that of an older
   // edit.
@@ -56,7 +56,7 @@ void EditMarks::order() {
   std::copy(sorted.begin(), sorted.end(), waiting_.begin() + long(older_));
 }
 
-bool agree(std::span<const uint8_t> cut, const HeldPaths& held,
+bool agree(std::span<const uint16_t> cut, const HeldPaths& held,
            std::span<const PendingPath> waiting) {
   const auto uncut = size_t(std::count(cut.begin(), cut.end(), kNotCut));
   return cut.size() - uncut == waiting.size() &&

@@ -34,7 +34,7 @@ class EditMarks {
 };
 
 /// Whether the marks (State::cut) are those of the waiting paths, and of no other.
-bool agree(std::span<const uint8_t> cut, const HeldPaths& held,
+bool agree(std::span<const uint16_t> cut, const HeldPaths& held,
            std::span<const PendingPath> waiting);
 
 }  // namespace deltalux::session

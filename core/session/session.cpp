@@ -95,8 +95,8 @@ Session::Session(scene::Scene scene, samples::SampleSet samples, const Options& 
                       std::to_string(options.range->last) +
                       "), expected (first, last) with 0 <= first <= last <= " +
                       std::to_string(options.paths) + ", the number of paths");
-  if (options.max_bounces < 1 || options.max_bounces > 250)
-    throw OptionError("max_bounces: expected 1 to 250");
+  if (options.max_bounces < 1 || options.max_bounces > 10'000)
+    throw OptionError("max_bounces: expected 1 to 10000");
   scene.finish();
   check_samples(scene, samples);
   state_->scene = std::move(scene);

@@ -9,6 +9,7 @@
 #include "gather/find_beams.h"
 #include "gather/find_guides.h"
 #include "samples/placement.h"
+#include "session/choice_light.h"
 #include "session/landings.h"
 #include "session/session.h"
 #include "session/session_parts.h"
@@ -188,12 +189,13 @@ void Session::look_around(Progress& progress, bool new_guides, const FirstFlight
   State& s = *state_;
   if (!s.gather || !s.evaluates()) return;
   cover_cells(progress);
-  std::optional<gather::Evaluation> now;
-  if (new_guides)
-    now = choose_guides(others, progress);
-  else
+  if (new_guides) {
+    const ChoiceLight choice(s, choice_factors(s));
+    aim(choose_guides(others, progress), progress);
+  } else {
     place_asked();
-  aim(now, progress);
+    aim({}, progress);
+  }
   s.gather->looks.cast(present(receivers_, s.guiding), s.workers, progress);
 }
 

@@ -11,6 +11,7 @@
 #include "base/direction.h"
 #include "base/error.h"
 #include "base/random.h"
+#include "session/cut_light.h"
 #include "session/session.h"
 #include "session/unreached.h"
 
@@ -203,6 +204,7 @@ void Session::read_samples(bool errors, const Gathered& gathered, const Write& w
   if (!now) unreached.emplace(s);
   if (now && errors) now->learn_spread(s.gather->looks);
   const bool discs = s.counts_in_discs();
+  const Vec3d cut = errors ? cut_share(s) : Vec3d{};
   s.workers.for_blocks(n, BlockSums::kSamples, [&](size_t begin, size_t end) {
     BlockSums block;
     const size_t values = 3 * (end - begin);
@@ -224,8 +226,10 @@ void Session::read_samples(bool errors, const Gathered& gathered, const Write& w
       for (size_t c = 0; is_present(i) && c < 3; ++c) {
         const size_t j = 3 * (i - begin) + c;
         const gather::Estimate& own = around[i - begin];
-        irradiance[c] = block.energy[j] * per_area + block.direct[j] + own.irradiance[c];
-        error[c] = std::sqrt(block.variance[j] * per_area * per_area + own.error[c] * own.error[c]);
+        const double by_paths = block.energy[j] * per_area + own.irradiance[c];
+        irradiance[c] = by_paths + block.direct[j];
+        error[c] = std::sqrt(block.variance[j] * per_area * per_area + own.error[c] * own.error[c] +
+                             by_paths * by_paths * cut[int(c)] * cut[int(c)]);
         DELTALUX_ASSERT(std::isfinite(irradiance[c]) && std::isfinite(error[c]));
       }
       write(size_t(s.given[i]), irradiance, error);

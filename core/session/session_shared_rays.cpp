@@ -6,11 +6,13 @@
 #include <utility>
 
 #include "base/error.h"
+#include "session/choice_light.h"
 #include "session/session.h"
 
 namespace deltalux::session {
 namespace {
 
+constexpr const char* kFactors = "choice.factors";  // of light groups
 constexpr const char* kRadiosity = "gather.radiosity";  // by cell, without direct light asked for
 
 constexpr const char* kSame =
@@ -37,8 +39,10 @@ void Session::begin_look(const FirstFlights& others, Progress& progress) {
   if (!may_look(others)) return;
   choose_look([&] {
     cover_cells(progress);
-    const gather::Evaluation now = choose_guides(others, progress);
     auto looking = std::make_unique<Looking>();
+    looking->factors = choice_factors(*state_);
+    const ChoiceLight choice(*state_, looking->factors);
+    const gather::Evaluation now = choose_guides(others, progress);
     looking->lit = choose_need(now);
     looking_ = std::move(looking);
   });
@@ -57,6 +61,7 @@ ArchiveView Session::save_look() const {
   ArchiveView archive;
   state_->guiding.save_samples(0, 0, archive);
   archive.append(kRadiosity, state_->gather->light.all());
+  archive.append(kFactors, looking().factors);
   return archive;
 }
 
@@ -101,11 +106,16 @@ void Session::join_look(ArchiveSource& archive) {
     for (const float channel : own)
       if (!(channel >= 0) || !std::isfinite(channel))
         throw FormatError("\"" + std::string(kRadiosity) + "\": found light that is none");
+  auto factors = archive.read_all<double>(kFactors, s.group_factor.size());
+  for (const double factor : factors)
+    if (!(factor >= 0) || !std::isfinite(factor))
+      throw FormatError("\"" + std::string(kFactors) + "\": found a factor that is none");
   if (s.asked_for() != s.asked_for(guiding))
     refuse("other lights with shadow rays than ask_for() was told");
   s.guiding = std::move(guiding);
   place_asked();
   s.gather->light.take(std::move(radiosity));
+  joined_factors_ = std::move(factors);
 }
 
 void Session::check_joined(size_t first, size_t last) const {
@@ -123,8 +133,9 @@ std::vector<Vec3d> Session::direct_of_samples(size_t first, size_t last) const {
 
 RayNumbers Session::number_rays(size_t first, std::span<const Vec3d> direct,
                                 Progress& progress) const {
-  const State& s = *state_;
+  State& s = *state_;
   check_joined(first, first + direct.size());
+  const ChoiceLight choice(s, joined_factors_.empty() ? s.group_factor : joined_factors_);
   const std::span receivers = std::span(receivers_).subspan(first, direct.size());
   progress.begin("find noisy places", receivers.size());
   RayNumbers out{guides_at(receivers, s.options.gather_rays, progress),

@@ -149,7 +149,7 @@ void Session::check_insert(const scene::Object& object, std::span<const scene::E
     if (const auto* insert = std::get_if<scene::Insert>(&edit)) count(insert->object);
   count(object);
   if (!more && groups == s.scene.group_count) return;
-  const uint64_t paths = s.all_paths(), most = (uint64_t(1) << 32) / s.options.max_bounces;
+  const uint64_t paths = s.all_paths(), most = s.scale.most_paths(s.options.max_bounces);
   if (more > most - std::min(most, paths))
     throw OptionError(what + "its light needs " + std::to_string(more) + " paths beside the " +
                       std::to_string(paths) + " of the session, expected at most " +
@@ -335,7 +335,7 @@ size_t Session::replace_paths(const EditLog& log, const Affected& affected, doub
   }
   for (uint32_t b = 0; b < affected.segments.size(); ++b)
     for (const AffectedSegment& segment : affected.segments[b])
-      marks.mark({s.store.bounce(b).at(segment.slot).path, segment.slot, uint8_t(b),
+      marks.mark({s.store.bounce(b).at(segment.slot).path, segment.slot, uint16_t(b),
                   segment.hit_known, segment.hit});
   if (s.lights.size() > log.old_lights()) add_paths(s, log.old_lights(), marks);
   if (budget_ms != 0) marks.order();

@@ -120,7 +120,7 @@ void Session::save_bake(ArchiveView& archive) const {
   archive.keep("light_finer", finer);
   save_maps(s.lights, archive);
   archive.append("light_sampled", s.light_sampled);
-  archive.keep("quantum", std::vector<double>{s.scale.quantum});
+  archive.keep("quantum", std::vector<double>{s.scale.quantum, double(s.scale.digits)});
   if (s.counts_in_discs()) archive.append("area", s.area);
   for (const segments::BounceSegments& stored : s.store.bounces())
     level_sizes.push_back(stored.size());
@@ -183,7 +183,7 @@ void Session::restore(ArchiveSource& archive, Progress& progress) {
     restore_segments(archive, progress);
     if (discs) s.sums = archive.read_all<int64_t>("sums", s.sum_count());
     snapshot::check_sums(s.sums, s.store.live());
-    s.cut = archive.read_all<uint8_t>("cut", s.held.size());
+    s.cut = archive.read_all<uint16_t>("cut", s.held.size());
     restore_pending(archive);
   } else {
     archive.read_all<uint64_t>("level_sizes", archive.count<uint64_t>("level_sizes"));
@@ -266,16 +266,18 @@ void Session::restore_lights(ArchiveSource& archive) {
     paths += light_paths[i];
   }
   restore_maps(archive, s.lights);
-  if (paths > (uint64_t(1) << 32) / s.options.max_bounces)
-    snapshot::refuse("\"light_paths\": found " + std::to_string(paths) + " paths, more than fit");
   s.hold_paths();
-  if (brings_paths(s, archive)) archive.expect<uint8_t>("cut", s.held.size());
+  if (brings_paths(s, archive)) archive.expect<uint16_t>("cut", s.held.size());
   s.light_sampled = archive.read_all<uint8_t>("light_sampled", s.lights.size());
   snapshot::check_range("light_sampled", s.light_sampled, 0, 1);
-  const auto quantum = archive.read_all<double>("quantum", 1);
+  const auto quantum = archive.read_all<double>("quantum", 2);
   snapshot::check_quantum("quantum", quantum[0],
                           trace::choose_scale(s.lights, s.options.max_bounces).quantum);
-  s.scale.quantum = quantum[0];
+  snapshot::check_range("quantum", std::vector<double>{quantum[1]}, 1,
+                        trace::EnergyScale::kMostDigits);
+  s.scale = {quantum[0], int(quantum[1])};
+  if (paths > s.scale.most_paths(s.options.max_bounces))
+    snapshot::refuse("\"light_paths\": found " + std::to_string(paths) + " paths, more than fit");
   const auto finer = archive.read_all<int32_t>("light_finer", s.lights.size());
   snapshot::check_range("light_finer", finer, trace::kLeastFineness, trace::kMostFineness);
   for (size_t i = 0; i < s.lights.size(); ++i) s.lights[i].finer = finer[i];
@@ -361,7 +363,7 @@ void Session::restore_pending(ArchiveSource& archive) {
   const auto pending = archive.read_all<uint32_t>("pending", count);
   for (size_t i = 0; i < pending.size(); i += 3) {
     if (pending[i + 2] >= kNotCut) snapshot::refuse("\"pending\" names a bounce that is not there");
-    pending_.push_back({pending[i], pending[i + 1], uint8_t(pending[i + 2]), false, {}});
+    pending_.push_back({pending[i], pending[i + 1], uint16_t(pending[i + 2]), false, {}});
   }
   snapshot::check_pending(pending_, state_->cut, state_->store, state_->held);
 }

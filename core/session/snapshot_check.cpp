@@ -134,7 +134,7 @@ void check_chains(const segments::SegmentStore& store, const HeldPaths& held) {
   }
 }
 
-void check_pending(const std::vector<PendingPath>& pending, const std::vector<uint8_t>& cut,
+void check_pending(const std::vector<PendingPath>& pending, const std::vector<uint16_t>& cut,
                    const segments::SegmentStore& store, const HeldPaths& held) {
   std::vector<bool> waiting(cut.size());
   for (const PendingPath& p : pending) {

@@ -71,7 +71,7 @@ void check_chains(const segments::SegmentStore& store, const HeldPaths& held);
 
 /// Checks that each path marked in `cut` waits exactly once, at its own segment of that bounce, and
 /// no other path waits.
-void check_pending(const std::vector<PendingPath>& pending, const std::vector<uint8_t>& cut,
+void check_pending(const std::vector<PendingPath>& pending, const std::vector<uint16_t>& cut,
                    const segments::SegmentStore& store, const HeldPaths& held);
 
 }  // namespace deltalux::session::snapshot

@@ -27,7 +27,7 @@ namespace deltalux::session {
 inline constexpr uint32_t kBatches = 8;
 inline constexpr uint32_t kMaxOwnGroups = 8;  // later light groups share the last one's sums
 // State::cut of a path that is not to be traced again.
-inline constexpr uint8_t kNotCut = 255;
+inline constexpr uint16_t kNotCut = 0xffff;
 // number of updates expected of a session with movables
 inline constexpr double kExpectedFrames = 100;
 // Paths traced per step of a bake; every batch contributes its share to each step.
@@ -53,7 +53,7 @@ struct Options {
   double expected_frames = kExpectedFrames;
   /// Plan as if estimators were built anew in every frame.
   bool rebuilds = false;
-  uint32_t max_bounces = 64;
+  uint32_t max_bounces = 1000;
   size_t memory_limit = 0;  ///< bytes, 0 = none
   /// Gather rays per sample; 0: no final gather, discs count all light.
   uint32_t gather_rays = 0;
@@ -137,7 +137,7 @@ struct State {
   HeldPaths held;
   segments::SegmentStore store;
   // By slot of bounce 0: the bounce from which its path waits to be traced again, or kNotCut.
-  std::vector<uint8_t> cut;
+  std::vector<uint16_t> cut;
   std::vector<int64_t> sums;  // EnergySums, slab = group * kBatches + batch
   // Its marks: what changed since Session::path_changes() was called last; empty before it was.
   std::vector<uint8_t> sum_marks;

@@ -55,6 +55,7 @@ class BounceRandom {
   constexpr BounceRandom(uint64_t seed, uint64_t path, uint32_t bounce)
       : path_(seed, path), bounce_(bounce) {}
   constexpr float operator()(uint32_t dimension) const { return path_(bounce_, dimension); }
+  constexpr uint32_t bounce() const { return bounce_; }
 
  private:
   PathRandom path_;
@@ -104,7 +105,7 @@ class Kind {
   /// random numbers, paths carry on as much power as the surface reflects.
   virtual bool scatter(const Surface& surface, const Arrival& arrival, const BounceRandom& random,
                        Departure& out) const = 0;
-  /// Upper bound of the throughput in scatter().
+  /// Upper bound of the throughput in scatter() at a path's first hit.
   virtual Vec3d max_throughput(const Surface& surface) const = 0;
 
  protected:

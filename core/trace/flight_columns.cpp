@@ -25,7 +25,7 @@ void append(FlightColumns& out, const Row& row, uint32_t group) {
   out.power.insert(out.power.end(), row.flight.power, row.flight.power + 3);
   out.path.push_back(row.flight.path);
   out.primitive.push_back(row.interaction.primitive);
-  out.bounce.push_back(uint8_t(row.bounce));
+  out.bounce.push_back(uint16_t(row.bounce));
   out.group.push_back(group);
 }
 

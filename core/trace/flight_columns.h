@@ -18,7 +18,7 @@ struct FlightColumns {
   std::vector<float> length, extended;   ///< distance to the first and to the second hit
   std::vector<uint32_t> power;           ///< 3 per row, in quanta
   std::vector<uint32_t> path, primitive, group;
-  std::vector<uint8_t> bounce;
+  std::vector<uint16_t> bounce;
 
   size_t size() const { return length.size(); }
 };

@@ -113,20 +113,17 @@ EnergyScale choose_scale(std::span<const Light> lights, uint32_t max_bounces) {
     paths += double(light.path_count);
     most = std::max(most, brightest_path(light));
   }
-  if (!(most > 0)) return {1.0};
-  if (paths * max_bounces > 0x1p32)
-    throw OptionError("paths: found " + std::to_string(uint64_t(paths)) + ", expected at most " +
-                      std::to_string(uint64_t(0x1p32) / max_bounces) +
-                      " with max_bounces=" + std::to_string(max_bounces) +
-                      ", so that no integer sum can overflow; fewer bounces allow more paths");
-  return {most / 0x1p30};  // leaves one bit for lights that are added later
+  EnergyScale scale;
+  while (scale.digits > 1 && paths > double(scale.most_paths(max_bounces))) --scale.digits;
+  if (most > 0) scale.quantum = std::ldexp(most, -scale.digits);
+  return scale;
 }
 
 int choose_fineness(const Light& light, const EnergyScale& scale) {
   constexpr int kStep = 9;  // so that similar lights share their sums
   const double most = brightest_path(light);
   if (!(most > 0)) return 0;
-  const double digits = 30 - std::log2(most / scale.quantum);
+  const double digits = scale.digits - std::log2(most / scale.quantum);
   constexpr double kSlack = 1e-9;  // the brightest path has no digit to spare, up to rounding
   const double steps = std::floor(std::clamp(digits / kStep + kSlack, -1e3, 1e3));
   return std::clamp(kStep * int(steps), kLeastFineness, kMostFineness);
@@ -135,7 +132,7 @@ int choose_fineness(const Light& light, const EnergyScale& scale) {
 Vec3d birth_quanta(const Light& light, const EnergyScale& scale, double factor) {
   const Vec3d quanta =
       light.power * (factor / double(light.path_count) / scale.of(light.finer));
-  if (!(brightest(quanta) * light.max_weight() <= 0x1p31))
+  if (!(brightest(quanta) * light.max_weight() <= std::ldexp(2.0, scale.digits)))
     throw OptionError(
         "light: a path would carry more than the session's integer scale holds; "
         "start a new session with this light in the scene");

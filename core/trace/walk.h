@@ -33,11 +33,19 @@ struct Interaction {
 };
 
 /// The quantum of power of the brightest paths, in watts (or lumens). A path's initial power takes
-/// at most 31 bits, so that sums over 2^32 crossings fit into 63 bits. Lights whose paths are much
+/// at most 31 bits, so that sums over 2^32 segments fit into 63 bits, and fewer if there may be more
+/// segments. Lights whose paths are much
 /// darker have a finer quantum of their own, since a sun on a wide site would leave a lamp's path
 /// no quantum at all.
 struct EnergyScale {
+  static constexpr int kMostDigits = 30;
   double quantum = 1;
+  int digits = kMostDigits;  ///< binary digits of the power of the brightest path, in quanta
+  /// The number of paths for which no sum can overflow: each of their segments adds at most
+  /// 2^(digits + 1) quanta, since one bit is left for lights that are added later.
+  uint64_t most_paths(uint32_t max_bounces) const {
+    return (uint64_t(1) << (62 - digits)) / max_bounces;
+  }
   /// The quantum of a light of this fineness.
   double of(int finer) const { return std::ldexp(quantum, -finer); }
 };
@@ -55,7 +63,7 @@ class Walk {
   struct Options {
     uint64_t seed = 1;
     uint32_t batches = 8;
-    uint32_t max_bounces = 64;   ///< segments per path
+    uint32_t max_bounces = 1000;  ///< segments per path
     bool second_hit = false;     ///< compute Interaction::extended
     float second_reach = 1e30f;  ///< at most this far beyond the first hit
     bool static_only = false;    ///< ignore movable objects
@@ -90,8 +98,7 @@ class Walk {
   Options options_;
 };
 
-/// Chooses the quantum so that no path's initial power exceeds 31 bits, and no sum of `paths` *
-/// `max_bounces` crossings exceeds 63 bits. Throws OptionError if that is impossible.
+/// Chooses the quantum so that no sum over all segments exceeds 63 bits.
 EnergyScale choose_scale(std::span<const Light> lights, uint32_t max_bounces);
 /// Bounds of the fineness, so that sums of different fineness are comparable in 128 bits.
 inline constexpr int kLeastFineness = -18, kMostFineness = 45;

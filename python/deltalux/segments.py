@@ -16,7 +16,7 @@ from .scene.flatten import flatten
 Progress = Callable[[str, float], Any]
 POWER_BITS = 30  # bits of the strongest segment's quanta
 BATCHES = 8  # independent batches, from which a session computes standard errors
-MAX_BOUNCES = 64
+MAX_BOUNCES = 1000
 
 
 class Segments:
@@ -78,7 +78,7 @@ class Segments:
         if (self.power < 0).any():
             raise OptionError("segments: power: found a negative value, expected none")
         self.path = _numbers(np.arange(count) if path is None else path, "path", np.uint32, count)
-        self.bounce = _numbers(np.zeros(count) if bounce is None else bounce, "bounce", np.uint8, count)
+        self.bounce = _numbers(np.zeros(count) if bounce is None else bounce, "bounce", np.uint16, count)
         self.group = _numbers(np.zeros(count) if group is None else group, "group", np.uint32, count)
         self.primitive: np.ndarray | None = None  # triangle hit; traced segments only
         self.frame = np.zeros(3)  # origin of the core's coordinates
@@ -222,7 +222,7 @@ def check_threads(threads: Any) -> None:
 
 def check_bounces(max_bounces: Any) -> None:
     """Raise OptionError unless `max_bounces` is a valid largest number of segments of a path."""
-    check_integer("max_bounces", max_bounces, 1, 250)
+    check_integer("max_bounces", max_bounces, 1, 10_000)
 
 
 def check_integer(what: str, value: Any, least: int, most: int, remedy: str = "") -> None:

@@ -57,7 +57,7 @@ TEST(Assertion, MarksAgreeWithTheWaitingPathsAlone) {
   light.path_count = 6;
   session::HeldPaths held({3, 6}, 6, 1);
   held.add(light);
-  const std::vector<uint8_t> cut{session::kNotCut, 2, session::kNotCut};
+  const std::vector<uint16_t> cut{session::kNotCut, 2, session::kNotCut};
   const auto agree = [&](std::vector<session::PendingPath> waiting) {
     return session::agree(cut, held, waiting);
   };

@@ -13,7 +13,7 @@ namespace {
 PendingPath segment_of(const State& s, uint32_t path, uint32_t bounce) {
   uint32_t slot = s.held.slot_of(path);
   for (uint32_t b = 0; b < bounce; ++b) slot = s.store.bounces()[b].at(slot).next;
-  return {path, slot, uint8_t(bounce), false, {}};
+  return {path, slot, uint16_t(bounce), false, {}};
 }
 
 uint32_t length_of(const State& s, uint32_t path) {
@@ -96,7 +96,7 @@ void follow_edits(const Variant& variant, bool ordered) {
                        });
     }
     expect_equal(waiting, expected);
-    std::vector<uint8_t> cut(s.held.size(), kNotCut);
+    std::vector<uint16_t> cut(s.held.size(), kNotCut);
     for (const PendingPath& path : expected) cut[s.held.slot_of(path.path)] = path.bounce;
     EXPECT_EQ(s.cut, cut);
     EXPECT_TRUE(agree(s.cut, s.held, waiting));

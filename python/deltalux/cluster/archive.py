@@ -126,7 +126,7 @@ class WholeArchive:
         sizes = [len(level["segments"]) for level in self._levels]
         self._own: dict[str, np.ndarray] = {
             "level_sizes": np.array(sizes, np.uint64),
-            "cut": np.full(paths, _core.NOT_CUT, np.uint8),
+            "cut": np.full(paths, _core.NOT_CUT, np.uint16),
             "pending": np.zeros(0, np.uint32),
         }
         for bounce, level in enumerate(self._levels):
