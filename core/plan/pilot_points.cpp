@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 #include <vector>
 
 #include "base/random.h"
+#include "direct/light_shape.h"
 #include "samples/placement.h"
 #include "trace/scatter.h"
 
@@ -16,7 +18,7 @@ namespace {
 // Independent of the session's seed, so that the result holds for every seed.
 constexpr uint64_t kSeed = 20070129, kLandSeed = 20261127;
 constexpr float kRadius = 0.15f;  // scene metres
-constexpr uint32_t kByArea = 4;   // one of so many points is drawn by area
+constexpr uint32_t kAnywhere = 4;  // one of so many points lies anywhere
 
 void add(Vec3f point, Vec3f normal, float radius, samples::SampleSet& set) {
   set.point.push_back(point);
@@ -49,10 +51,12 @@ samples::SampleSet surface_points(const scene::Scene& scene, const trace::RayCas
   const float radius = kRadius * samples::scene_metre(scene, caster);
   const PathRandom random(kSeed, 0);
   for (uint32_t i = 0; i < count && !corners.empty(); ++i) {
-    const double place = (i + double(random(i, 0))) / count * area;
-    const size_t k = std::min<size_t>(
-        size_t(std::upper_bound(cumulative.begin(), cumulative.end(), place) - cumulative.begin()),
-        corners.size() - 1);
+    const double share = (double(i / 2) + double(random(i, 0))) / (0.5 * (count + 1));
+    const size_t by_area =
+        size_t(std::upper_bound(cumulative.begin(), cumulative.end(), share * area) -
+               cumulative.begin());
+    const size_t k = std::min(i % 2 ? by_area : size_t(share * double(corners.size())),
+                              corners.size() - 1);
     float u = random(i, 1), v = random(i, 2);
     if (u + v > 1) u = 1 - u, v = 1 - v;
     const auto& p = corners[k];
@@ -64,17 +68,19 @@ samples::SampleSet surface_points(const scene::Scene& scene, const trace::RayCas
 
 samples::SampleSet pilot_points(const scene::Scene& scene, const trace::RayCaster& caster,
                                 const samples::SampleSet& samples, uint32_t count) {
-  std::vector<uint32_t> still;
+  std::vector<std::pair<uint64_t, uint32_t>> still;  // in a random order: by a hash of the place
   for (uint32_t i = 0; i < samples.size(); ++i)
-    if (samples.attached[i] == scene::kNone) still.push_back(i);
+    if (samples.attached[i] == scene::kNone)
+      still.emplace_back(direct::place_key(samples.point[i], samples.normal[i]), i);
   if (still.empty()) return surface_points(scene, caster, count);
-  samples::SampleSet set = surface_points(scene, caster, count / kByArea);
+  std::sort(still.begin(), still.end());
+  samples::SampleSet set = surface_points(scene, caster, count / kAnywhere);
   const float radius = kRadius * samples::scene_metre(scene, caster);
   const PathRandom random(kLandSeed, 0);
   for (uint32_t i = 0; set.size() < count && i < count; ++i) {
-    const uint32_t id = still[size_t(uint64_t(i) * still.size() / count)];
+    const uint32_t id = still[i % still.size()].second;
     const Vec3f point = samples.point[id], normal = samples.normal[id];
-    if (i & 1) {
+    if (i < still.size() && (i & 1)) {
       add(point, normal, radius, set);
       continue;
     }

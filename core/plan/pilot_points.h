@@ -10,12 +10,13 @@
 
 namespace deltalux::plan {
 
-/// Points distributed by area over the front sides of the static surfaces, with radii of discs.
+/// Points on the front sides of the static surfaces, with radii of discs: half of them distributed
+/// by area, half evenly over the triangles, since there are many where there is something to see.
 samples::SampleSet surface_points(const scene::Scene& scene, const trace::RayCaster& caster,
                                   uint32_t count);
-/// `count` points: some of the static `samples`, spread evenly over their order; where rays from
+/// At most `count` points: some of the static `samples`, drawn at random; where rays from such
 /// samples land; and some surface_points(), since users may ask elsewhere later (all of them, if no
-/// sample is static). Only static geometry counts.
+/// sample is static). Only static geometry counts, and not the order of the samples.
 samples::SampleSet pilot_points(const scene::Scene& scene, const trace::RayCaster& caster,
                                 const samples::SampleSet& samples, uint32_t count);
 

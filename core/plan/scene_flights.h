@@ -4,6 +4,7 @@
 #pragma once
 #include "base/parallel.h"
 #include "base/progress.h"
+#include "samples/sample_set.h"
 #include "scene/scene.h"
 #include "trace/flight_columns.h"
 #include "trace/walk.h"
@@ -15,8 +16,10 @@ struct SceneFlights {
   double quantum = 0;  ///< of their power
 };
 
-/// The scene is finished. Throws Cancelled, OptionError.
-SceneFlights trace_scene(const scene::Scene& scene, uint64_t paths,
+/// `samples`: where light is wanted, see shares_by_use(). The scene is finished. Throws Cancelled,
+/// OptionError.
+SceneFlights trace_scene(const scene::Scene& scene, const samples::SampleSet& samples,
+                         uint64_t paths,
                          const trace::Walk::Options& options, const Workers& workers,
                          Progress& progress);
 

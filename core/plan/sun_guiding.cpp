@@ -33,7 +33,8 @@ constexpr double kWorth = 1.5;     // smallest reduction of variance for which a
 struct Trial {
   float u, v;
   double square;   ///< square of what its path contributes
-  float size = 1;  ///< of the square that contains it
+  float size = 1;   ///< of the square that contains it
+  float needs = 1;  ///< largest square that may contain it
 };
 
 /// Finds the starts of the paths that lead to points which the sun sees.
@@ -124,38 +125,79 @@ void follow(const LightPilot& pilot, const trace::Light& sun, std::span<const do
 
 struct Square {
   float u, v, size;
-  double square;  ///< mean over trials in it and, with less weight, around it
+  double square;  ///< mean of what starts in it contribute, squared
 };
 
-/// Divides the square recursively; [begin, end) are the trials in it.
-void divide(std::vector<Trial>& trials, size_t begin, size_t end, Square square, int depth,
-            std::vector<Square>& out) {
-  double sum = kPrior * square.square;
-  for (size_t i = begin; i < end; ++i) sum += trials[i].square;
-  square.square = sum / (kPrior + double(end - begin));
-  if (end - begin < kSplit || depth == kDeepest) {
-    for (size_t i = begin; i < end; ++i) trials[i].size = square.size;
-    out.push_back(square);
-    return;
+/// A quadtree over the rectangle, whose leaves hold few trials.
+class Quadtree {
+ public:
+  Quadtree(std::vector<Trial>& trials, size_t split) : split_(split) {
+    nodes_.push_back({0, 0, 1});
+    fill(trials, 0, trials.size(), 0, 0);
   }
-  const float half = 0.5f * square.size;
-  const auto first = trials.begin();
-  const auto part = [&](size_t from, size_t to, auto axis, float at) {
-    return size_t(std::partition(first + long(from), first + long(to),
-                                 [&](const Trial& trial) { return trial.*axis < at; }) -
-                  first);
+  /// The leaves. A leaf counts as if it had some more trials, of the mean of the square around it.
+  std::vector<Square> leaves() const {
+    std::vector<Square> out;
+    collect(0, nodes_.front().mean, out);
+    return out;
+  }
+
+ private:
+  struct Node {
+    float u, v, size;
+    uint32_t child = 0;  ///< first of four; 0: a leaf
+    double sum = 0, trials = 0;
+    /// Over its area, not over its trials, most of which lie where it is bright.
+    double mean = 0;
   };
-  const size_t middle = part(begin, end, &Trial::v, square.v + half);
-  const size_t low = part(begin, middle, &Trial::u, square.u + half);
-  const size_t high = part(middle, end, &Trial::u, square.u + half);
-  const auto child = [&](size_t from, size_t to, float du, float dv) {
-    divide(trials, from, to, {square.u + du, square.v + dv, half, square.square}, depth + 1, out);
-  };
-  child(begin, low, 0, 0);
-  child(low, middle, half, 0);
-  child(middle, high, 0, half);
-  child(high, end, half, half);
-}
+
+  /// Divides the node's square recursively; [begin, end) are the trials in it.
+  void fill(std::vector<Trial>& trials, size_t begin, size_t end, uint32_t index, int depth) {
+    Node own = nodes_[index];
+    float finest = 1;
+    for (size_t i = begin; i < end; ++i) {
+      own.sum += trials[i].square;
+      finest = std::min(finest, trials[i].needs);
+    }
+    own.trials = double(end - begin);
+    if ((end - begin < split_ && own.size <= finest) || depth == kDeepest) {
+      for (size_t i = begin; i < end; ++i) trials[i].size = own.size;
+      own.mean = own.sum / std::max(1.0, own.trials);
+      nodes_[index] = own;
+      return;
+    }
+    const float half = 0.5f * own.size;
+    const auto first = trials.begin();
+    const auto part = [&](size_t from, size_t to, auto axis, float at) {
+      return size_t(std::partition(first + long(from), first + long(to),
+                                   [&](const Trial& trial) { return trial.*axis < at; }) -
+                    first);
+    };
+    const size_t middle = part(begin, end, &Trial::v, own.v + half);
+    const size_t cut[5] = {begin, part(begin, middle, &Trial::u, own.u + half), middle,
+                           part(middle, end, &Trial::u, own.u + half), end};
+    own.child = uint32_t(nodes_.size());
+    for (int k = 0; k < 4; ++k)
+      nodes_.push_back({own.u + (k & 1 ? half : 0), own.v + (k & 2 ? half : 0), half});
+    for (uint32_t k = 0; k < 4; ++k) {
+      fill(trials, cut[k], cut[k + 1], own.child + k, depth + 1);
+      own.mean += 0.25 * nodes_[own.child + k].mean;
+    }
+    nodes_[index] = own;
+  }
+  void collect(uint32_t index, double around, std::vector<Square>& out) const {
+    const Node& own = nodes_[index];
+    if (own.child) {
+      for (uint32_t k = 0; k < 4; ++k) collect(own.child + k, own.mean, out);
+      return;
+    }
+    out.push_back(
+        {own.u, own.v, own.size, (kPrior * around + own.sum) / (kPrior + own.trials)});
+  }
+
+  size_t split_;
+  std::vector<Node> nodes_;
+};
 
 double area(const Square& s) { return double(s.size) * double(s.size); }
 
@@ -177,15 +219,17 @@ void add_surroundings(std::vector<Trial>& trials) {
       for (int du = -1; du <= 1; ++du) {
         const float u = own.u + float(du) * own.size, v = own.v + float(dv) * own.size;
         if ((du || dv) && u >= 0 && u < 1 && v >= 0 && v < 1)
-          trials.push_back({u, v, kBeside * own.square});
+          trials.push_back({u, v, kBeside * own.square, 1, own.size});
       }
   }
 }
 
 std::vector<Square> squares_of(std::vector<Trial>& trials) {
-  const double mean = mean_square(trials);
+  if (!(mean_square(trials) > 0)) return {};
   std::vector<Square> squares;
-  if (mean > 0) divide(trials, 0, trials.size(), {0, 0, 1, mean}, 0, squares);
+  for (size_t split = kSplit; squares.empty() || squares.size() > trace::SunMap::kMaxLeaves;
+       split *= 2)
+    squares = Quadtree(trials, split).leaves();
   return squares;
 }
 

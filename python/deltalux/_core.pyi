@@ -36,7 +36,7 @@ class RayCaster:
 
     def covered(self, origins: Annotated[NDArray[numpy.float32], dict(shape=(None, 3), order='C', device='cpu', writable=False)], normals: Annotated[NDArray[numpy.float32], dict(shape=(None, 3), order='C', device='cpu', writable=False)], contact: float, behind: RayCaster | None = None) -> object: ...
 
-def trace_paths(scene: Scene, paths: int, seed: int, max_bounces: int, batches: int, second_hit: bool, threads: int, progress: object | None) -> dict: ...
+def trace_paths(scene: Scene, points: Annotated[NDArray[numpy.float32], dict(shape=(None, 3), order='C', device='cpu', writable=False)], normals: Annotated[NDArray[numpy.float32], dict(shape=(None, 3), order='C', device='cpu', writable=False)], paths: int, seed: int, max_bounces: int, batches: int, second_hit: bool, threads: int, progress: object | None) -> dict: ...
 
 def contact_lines(points: Annotated[NDArray[numpy.float64], dict(shape=(None, 3), order='C', device='cpu', writable=False)], pieces: Annotated[NDArray[numpy.int64], dict(shape=(None, 3), order='C', device='cpu', writable=False)], face_of: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C', device='cpu', writable=False)], faces: Annotated[NDArray[numpy.int64], dict(shape=(None, 3), order='C', device='cpu', writable=False)], places: Annotated[NDArray[numpy.int64], dict(shape=(None, 3), order='C', device='cpu', writable=False)], gap: float, tolerance: float, threads: int = 0) -> tuple: ...
 
@@ -195,7 +195,7 @@ SEGMENT_NEXT: int = 40
 
 NO_SLOT: int = 4294967295
 
-NOT_CUT: int = 255
+NOT_CUT: int = 65535
 
 class Session:
     def __init__(self, scene: Scene, points: Annotated[NDArray[numpy.float32], dict(shape=(None, 3), order='C', device='cpu', writable=False)], normals: Annotated[NDArray[numpy.float32], dict(shape=(None, 3), order='C', device='cpu', writable=False)], radius: Annotated[NDArray[numpy.float32], dict(shape=(None,), order='C', device='cpu', writable=False)], attached: Annotated[NDArray[numpy.uint32], dict(shape=(None,), order='C', device='cpu', writable=False)], options: dict) -> None: ...

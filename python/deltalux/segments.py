@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -17,6 +17,14 @@ Progress = Callable[[str, float], Any]
 POWER_BITS = 30  # bits of the strongest segment's quanta
 BATCHES = 8  # independent batches, from which a session computes standard errors
 MAX_BOUNCES = 1000
+
+
+class Places(Protocol):
+    """What `trace` reads of a `Samples`."""
+
+    points: np.ndarray
+    normals: np.ndarray
+    attached: np.ndarray
 
 
 class Segments:
@@ -143,6 +151,7 @@ def trace(
     paths: int = 100_000,
     seed: int = 1,
     *,
+    samples: Places | None = None,
     threads: int | None = None,
     max_bounces: int = MAX_BOUNCES,
     progress: Progress | None = None,
@@ -154,6 +163,9 @@ def trace(
     scene : Scene
     paths : number of light paths, shared among the lights by importance
     seed : every random number is a function of (seed, path, bounce, dimension)
+    samples : Samples or None
+        Where light is wanted: lights get paths, and suns are aimed, by what they bring to samples of
+        nothing movable. None: to surfaces everywhere.
 
     Returns
     -------
@@ -165,7 +177,9 @@ def trace(
     check_threads(threads)
     check_bounces(max_bounces)
     flat = flatten(scene)
-    columns = _core.trace_paths(flat.core, paths, seed, max_bounces, BATCHES, True, threads or 0, progress)
+    columns = _core.trace_paths(
+        flat.core, *_wanted(samples, flat.origin), paths, seed, max_bounces, BATCHES, True, threads or 0, progress
+    )
     segments = object.__new__(Segments)
     quantum = columns.pop("quantum")
     segments.quanta = columns.pop("power")
@@ -180,6 +194,17 @@ def trace(
     return segments
 
 
+def _wanted(samples: Places | None, origin: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Points and normals of the samples that nothing movable carries, as the core sees them."""
+    if samples is None:
+        return np.empty((0, 3), np.float32), np.empty((0, 3), np.float32)
+    still = np.array([name is None for name in samples.attached], bool)
+    return (
+        np.ascontiguousarray(samples.points[still] - origin, np.float32),
+        np.ascontiguousarray(samples.normals[still], np.float32),
+    )
+
+
 def landings(scene: Scene, paths: int, seed: int, max_bounces: int) -> tuple[np.ndarray, np.ndarray]:
     """Where the segments that `trace` would return end.
 
@@ -188,7 +213,10 @@ def landings(scene: Scene, paths: int, seed: int, max_bounces: int) -> tuple[np.
     triangle : (n,) uint32, index among all static triangles, NOTHING = no hit
     direction : (n, 3) float32
     """
-    columns = _core.trace_paths(flatten(scene).core, paths, seed, max_bounces, BATCHES, False, 0, None)
+    nowhere = _wanted(None, np.zeros(3))
+    columns = _core.trace_paths(
+        flatten(scene).core, *nowhere, paths, seed, max_bounces, BATCHES, False, 0, None
+    )
     return columns["primitive"], columns["direction"]
 
 

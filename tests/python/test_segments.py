@@ -222,7 +222,7 @@ def equal_lines(a, b):
         {"threads": 0},
         {"threads": -3},
         {"max_bounces": 0},
-        {"max_bounces": 300},
+        {"max_bounces": 10_001},
     ],
     ids=str,
 )

@@ -71,16 +71,30 @@ def test_no_path_carries_more_than_four_times_the_mean():
     assert power.max() > 100 * power.min()
 
 
-def test_what_lies_in_the_open_gets_even_paths():
+def test_a_lawn_gets_even_paths_and_a_stone_on_it_more():
+    """A lawn alone lights nothing; beside a stone it does. Weights make up for the densities."""
     lawn = dl.Mesh(
         "lawn", [(-20, 0, -20), (20, 0, -20), (20, 0, 20), (-20, 0, 20)], [(0, 2, 1), (0, 3, 2)], "g"
     )
     stone = dl.Mesh("stone", *box((1, 1, 1), (2, 0.5, 3)), "g")
-    scene = dl.Scene(
-        [lawn, stone], [dl.Material("g", (0.5,) * 3)], [dl.SunLight("s", DOWN, (SUN,) * 3)], unit="lux"
-    )
-    power, _ = sun_flights(dl.trace(scene, 5000))
-    assert power.min() == power.max()
+
+    def flights(*meshes):
+        scene = dl.Scene(
+            meshes, [dl.Material("g", (0.5,) * 3)], [dl.SunLight("s", DOWN, (SUN,) * 3)], unit="lux"
+        )
+        segments = dl.trace(scene, 5000)
+        first = segments.bounce == 0
+        ends = segments.origin[first] + segments.direction[first] * segments.length[first, None]
+        return segments.power[first, 0] * (segments.primitive[first] != 0xFFFFFFFF), ends
+
+    power, _ = flights(lawn)
+    assert power[power > 0].min() == power.max()
+    power, ends = flights(lawn, stone)
+    assert np.mean(np.hypot(ends[:, 0] - 2, ends[:, 2] - 3) < 3) > 0.4  # evenly: 0.02
+    # Null hypothesis: unbiased. A batch is independent, eight of them: Student's t.
+    arrived = power.reshape(8, -1).sum(axis=1) * 8
+    on_ground = SUN * 1600 * -DOWN[1]
+    assert abs(arrived.mean() - on_ground) < 5 * arrived.std(ddof=1) / np.sqrt(8)
 
 
 @pytest.mark.parametrize("side", [0.06, 0.2])
