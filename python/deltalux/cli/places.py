@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import logging
 import os
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -14,7 +13,8 @@ from urllib.parse import urlsplit
 import typer
 
 import deltalux as dl
-from deltalux.cluster.extra import check_extra
+from deltalux.cluster.extra import CERTIFICATES, check_extra
+from deltalux.cluster.local import local_workers
 from deltalux.errors import Error
 from deltalux.pace import Overall
 from deltalux.server import is_loopback
@@ -32,8 +32,8 @@ WorkersOption = Annotated[
         "--workers",
         min=1,
         metavar="N",
-        help="Share the work among N processes of this machine, which are started and ended by the command. "
-        "Never changes a result.",
+        help="Share the work among N processes of this machine, which are started and ended by the command, "
+        "and which nobody else can talk to. Never changes a result.",
         show_default=False,
     ),
 ]
@@ -100,7 +100,10 @@ def place_of(
     if not is_shared(workers, cluster):
         yield Place()
         return
-    check_extra("--workers" if cluster is None else "--cluster")
+    if cluster is None:
+        check_extra("--workers", CERTIFICATES)
+    else:
+        check_extra("--cluster")
     if progress:
         progress.begin("start workers")
     with ExitStack() as stack:
@@ -115,13 +118,11 @@ def place_of(
 
 def _start(workers: int, threads: int | None, stack: ExitStack) -> Any:
     """A client of workers that end with the stack."""
-    from distributed import Client, LocalCluster
+    from distributed import Client
 
     each = max(1, (threads or os.cpu_count() or 1) // workers)
-    cluster = LocalCluster(
-        n_workers=workers, threads_per_worker=each, dashboard_address=":0", silence_logs=logging.CRITICAL
-    )
-    return stack.enter_context(Client(stack.enter_context(cluster), set_as_default=False))
+    cluster = stack.enter_context(local_workers(workers, each))
+    return stack.enter_context(Client(cluster, set_as_default=False))
 
 
 def _connect(address: str, stack: ExitStack) -> Any:
