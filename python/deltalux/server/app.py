@@ -25,6 +25,7 @@ from .geometry import Geometry
 from .guard import Guard, RateLimit
 from .hub import Hub
 from .page import Page
+from .short_log import keep_loop_short
 
 NEEDS_TOKEN = ("/scene.json", "/geometry.bin", "/textures/", "/files/", "/ws")
 GONE = 410  # status
@@ -55,6 +56,7 @@ def make_app(hub: Hub, exports: Exports, *, run: str, host: str, token: str, pag
 
     @asynccontextmanager
     async def lifespan(_: Starlette) -> AsyncIterator[None]:
+        keep_loop_short(asyncio.get_running_loop())
         hub.open()
         yield
         await asyncio.to_thread(hub.close)

@@ -3,11 +3,11 @@
 
 from __future__ import annotations
 
-import logging
 import os
 import secrets
 import socket
 import threading
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,23 +17,14 @@ from deltalux.errors import Error, OptionError
 from deltalux.session import Session
 
 from .app import make_app
+from .connections import AT_ONCE, Connection, Connections, most_connections
 from .exports import Exports
 from .geometry import geometry_of
 from .hub import Hub
 from .messages import MAX_TEXT
+from .short_log import keep_short
 
 PAGE = Path(__file__).parent.parent / "viewer"
-
-
-# uvicorn logs this as an error after each answer of 403, although the answer was intended.
-REFUSAL_OF_THE_LIBRARY = "ASGI callable returned without completing handshake."
-
-
-def _is_worth_a_line(record: logging.LogRecord) -> bool:
-    """Whether to log a record: not refusals, nor tracebacks of texts that are not UTF-8 (close code 1007)."""
-    if record.getMessage() == REFUSAL_OF_THE_LIBRARY:
-        return False
-    return not (record.exc_info and isinstance(record.exc_info[1], UnicodeDecodeError))
 
 
 class Server:
@@ -83,6 +74,8 @@ class Server:
         self._server = uvicorn.Server(
             uvicorn.Config(
                 app,
+                http=partial(Connection, Connections(most_connections())),  # type: ignore[arg-type]
+                backlog=AT_ONCE,
                 ws="websockets-sansio",
                 ws_per_message_deflate=False,
                 ws_max_size=MAX_TEXT,
@@ -93,7 +86,7 @@ class Server:
                 timeout_graceful_shutdown=2,
             )
         )
-        logging.getLogger("uvicorn.error").addFilter(_is_worth_a_line)  # the same function is added only once
+        keep_short()
         # An event, because Ctrl-C during Thread.join() makes Python 3.11 believe that the thread has ended.
         self._ended = threading.Event()
         threading.Thread(target=self._run, name="deltalux-server", daemon=True).start()
