@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
+from contextlib import suppress
 from typing import NoReturn
 
 CANCELLED = 130
@@ -18,6 +19,7 @@ LOADING = b"loading libraries"
 
 def main() -> NoReturn:
     """Load the command line and run it."""
+    _open_missing_streams()
     # Not where the signal is ignored, as in a script's background.
     listening = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if listening:
@@ -37,7 +39,24 @@ def main() -> NoReturn:
         _leave()
 
 
+def _open_missing_streams() -> None:
+    """Open to nowhere what was closed by whoever started this, as some daemons do.
+
+    Else the first file that the program opens is its standard error.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # gets the lowest number that is free, which is this
+            os.set_inheritable(number, True)
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w"))  # of its own: Python may have opened a file of that number
+
+
 def _leave(*_: object) -> NoReturn:
     """End at once: an exception in the middle of an import could be taken for a broken library."""
-    os.write(2, b"error: cancelled\n")
+    with suppress(OSError):
+        os.write(2, b"error: cancelled\n")
     os._exit(CANCELLED)

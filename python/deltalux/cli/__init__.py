@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Sequence
 from typing import Annotated
@@ -16,6 +15,7 @@ from deltalux.version import __version__
 from . import bake, compare, compare_methods, demo, info, plan, render, serve, study, update, view
 from .console import print_error
 from .failures import EXPECTED, failure_text
+from .streams import flush_output, unheard_streams
 
 EXIT_FAILURE, EXIT_USAGE, EXIT_CANCELLED = 1, 2, 130
 
@@ -63,25 +63,29 @@ def run(arguments: Sequence[str] | None = None) -> int:
     0 good, 1 failure, 2 wrong usage, 130 cancelled. Failures print one line on stderr.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
-    try:
-        code = app(args=words, prog_name="deltalux", standalone_mode=False, obj=words)
-    except typer.TyperException as error:
-        usage = getattr(error, "exit_code", EXIT_FAILURE) == EXIT_USAGE
-        context = getattr(error, "ctx", None)
-        hint = f" (see: {context.command_path} --help)" if usage and context else ""
-        message = error.format_message()
-        if message:  # there is none if help was shown because no command was given
-            print_error(message + hint)
-        return EXIT_USAGE if usage else EXIT_FAILURE
-    except (KeyboardInterrupt, typer.Abort, Cancelled):
-        print_error("cancelled")
-        return EXIT_CANCELLED
-    except BrokenPipeError:  # the reader of a pipe has closed it; discard what is still to be flushed
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
-    except EXPECTED as error:
-        print_error(failure_text(error))
-        return EXIT_FAILURE
-    if code == EXIT_CANCELLED:  # typer has turned Ctrl-C into an exit
-        print_error("cancelled")
-    return code or 0
+    with unheard_streams():
+        try:
+            code = app(args=words, prog_name="deltalux", standalone_mode=False, obj=words)
+            flush_output()
+        except typer.TyperException as error:
+            return _wrong_usage(error)
+        except (KeyboardInterrupt, typer.Abort, Cancelled):
+            print_error("cancelled")
+            return EXIT_CANCELLED
+        except EXPECTED as error:
+            print_error(failure_text(error))
+            return EXIT_FAILURE
+        if code == EXIT_CANCELLED:  # typer has turned Ctrl-C into an exit
+            print_error("cancelled")
+        return code or 0
+
+
+def _wrong_usage(error: typer.TyperException) -> int:
+    """Print what is wrong with a command line, and return the exit code."""
+    usage = getattr(error, "exit_code", EXIT_FAILURE) == EXIT_USAGE
+    context = getattr(error, "ctx", None)
+    hint = f" (see: {context.command_path} --help)" if usage and context else ""
+    message = error.format_message()
+    if message:  # there is none if help was shown because no command was given
+        print_error(message + hint)
+    return EXIT_USAGE if usage else EXIT_FAILURE
