@@ -123,6 +123,8 @@ def _subjects(surfaces: Surfaces) -> np.ndarray:
 
 def _lit_triangles(surfaces: Surfaces, light: np.ndarray) -> np.ndarray:
     mean = light[surfaces.display.triangles].mean(axis=1)
+    if not surfaces.area.any():  # everything was removed
+        return np.zeros(len(mean), dtype=bool)
     typical = np.average(mean, weights=surfaces.area)
     return mean > 0.03 * typical
 

@@ -14,6 +14,7 @@ from deltalux.files import written_aside
 from deltalux.mesh.display_mesh import DisplayMesh, movable_poses
 from deltalux.mesh.surfaces import Surfaces
 from deltalux.scene import Camera, Node
+from deltalux.vectors import normals_by_area, unit
 from deltalux.version import __version__
 
 from .baked import Baked, about_text, display_of, keep_inputs, vertex_irradiance
@@ -28,6 +29,7 @@ from .texture_coordinates import TextureCoordinates, split_at_seams
 
 # display level of the typical luminance: lower than in pictures, because no tone curve follows
 KEY = 0.2
+UP = (0.0, 1.0, 0.0)
 
 
 def write_glb(path: str | os.PathLike[str], baked: Baked) -> None:
@@ -202,8 +204,7 @@ class _Writer:
         else:
             used, texels, corners = split_at_seams(display.triangles[chosen], coordinates)
         points = (display.points[used] - part.offset) @ part.to_node.T
-        normals = display.normals[used] @ np.linalg.inv(part.to_node)
-        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        normals = _directions(display.normals[used] @ np.linalg.inv(part.to_node), points, corners)
         emits = np.zeros(len(used), dtype=bool)
         emits[corners[~display.reversed[chosen]].ravel()] = True
         shown, number = self._material(index, texels is not None)
@@ -237,3 +238,17 @@ class _Writer:
         display = self._display
         own = display.triangles[display.triangle_material == material]
         return self._shown[own.ravel()].mean(axis=0)
+
+
+def _directions(normals: np.ndarray, points: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Unit normals (n, 3) of the vertices (n, 3) of triangles; where there is none, that of a triangle.
+
+    Faces that look in opposite directions leave a vertex between them without one.
+    """
+    normals = unit(normals)
+    if (none := ~normals.any(axis=1)).any():
+        flat = np.zeros_like(normals)
+        flat[corners] = unit(normals_by_area(points[corners]))[:, None]
+        normals[none] = flat[none]
+        normals[~normals.any(axis=1)] = UP  # in a triangle without area
+    return normals
