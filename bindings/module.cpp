@@ -5,7 +5,10 @@
 #include <condition_variable>
 #include <exception>
 #include <mutex>
+#include <string>
+#include <system_error>
 #include <thread>
+#include <utility>
 
 #include "base/cpu.h"
 #include "base/error.h"
@@ -18,6 +21,18 @@ namespace {
 /// Interval between two reports of progress.
 std::atomic<double> report_seconds{0.02};
 
+/// A thread of its own for `work`; the system may have no room for its stack.
+template <class Work>
+std::thread started(Work&& work) {
+  try {
+    return std::thread(std::forward<Work>(work));
+  } catch (const std::system_error& e) {
+    throw Error(std::string("thread: found no room for another one (") + e.what() +
+                "), expected one for each call; free some memory, or raise the limits of memory "
+                "and of processes (ulimit -v, ulimit -u)");
+  }
+}
+
 }  // namespace
 
 void run(nb::object callback, const std::function<void(Progress&)>& work) {
@@ -26,7 +41,7 @@ void run(nb::object callback, const std::function<void(Progress&)>& work) {
   std::condition_variable finished;
   bool done = false;
   std::exception_ptr failure;
-  std::thread worker([&] {
+  std::thread worker = started([&] {
     try {
       work(progress);
     } catch (...) {

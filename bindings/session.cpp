@@ -172,6 +172,7 @@ void bind_session(nb::module_& m) {
           "update",
           [](Session& s, const EditList& list, double budget_ms, nb::object callback) {
             session::Frame frame;
+            s.expect_edits();  // there may be no thread for update()
             run(callback, [&](Progress& p) { frame = s.update(list.edits, budget_ms, p); });
             return to_dict(frame);
           },

@@ -98,6 +98,8 @@ class Session {
   bool baked() const { return baked_; }
   /// Whether the edits of the last update() are in effect: false if it threw before that.
   bool edits_applied() const { return edits_applied_; }
+  /// Before an update() that may not come about.
+  void expect_edits() { edits_applied_ = false; }
   /// The share of the work that remains after the last update(): the largest of the shares of
   /// paths, direct light and gather rays.
   double pending_share() const;

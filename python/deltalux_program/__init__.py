@@ -52,7 +52,8 @@ def _open_missing_streams() -> None:
             os.set_inheritable(number, True)
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
-            setattr(sys, name, open(os.devnull, "w"))  # of its own: Python may have opened a file of that number
+            # of its own, because Python may have opened a file of that number
+            setattr(sys, name, os.fdopen(os.open(os.devnull, os.O_WRONLY), "w"))
 
 
 def _leave(*_: object) -> NoReturn:

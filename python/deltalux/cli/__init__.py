@@ -14,7 +14,7 @@ from deltalux.version import __version__
 
 from . import bake, compare, compare_methods, demo, info, plan, render, serve, study, update, view
 from .console import print_error
-from .failures import EXPECTED, failure_text
+from .failures import failure_text, is_expected
 from .streams import flush_output, unheard_streams
 
 EXIT_FAILURE, EXIT_USAGE, EXIT_CANCELLED = 1, 2, 130
@@ -72,7 +72,9 @@ def run(arguments: Sequence[str] | None = None) -> int:
         except (KeyboardInterrupt, typer.Abort, Cancelled):
             print_error("cancelled")
             return EXIT_CANCELLED
-        except EXPECTED as error:
+        except Exception as error:
+            if not is_expected(error):
+                raise
             print_error(failure_text(error))
             return EXIT_FAILURE
         if code == EXIT_CANCELLED:  # typer has turned Ctrl-C into an exit

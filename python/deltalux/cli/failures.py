@@ -19,15 +19,21 @@ REMEDIES = {
     errno.ENOSPC: "free some space, or choose another disk",
 }
 
+NO_THREAD = "can't start new thread"  # Python's words
 EXPECTED = (OSError, MemoryError, Error)  # failures that commands report; any other exception is a defect
 
 
+def is_expected(error: Exception) -> bool:
+    """Whether an exception is one of `EXPECTED`, or tells that a library has no room for a thread."""
+    return isinstance(error, EXPECTED) or (type(error) is RuntimeError and str(error) == NO_THREAD)
+
+
 def failure_text(error: BaseException) -> str:
-    """The message for one of `EXPECTED`."""
+    """The message for a failure that `is_expected`."""
     if isinstance(error, OSError):
         where = f"{error.filename}: " if error.filename else ""
         remedy = REMEDIES.get(error.errno or 0)
         return f"{where}{error.strerror or error}" + (f"; {remedy}" if remedy else "")
-    if isinstance(error, MemoryError):
+    if isinstance(error, (MemoryError, RuntimeError)):
         return "out of memory: use fewer --paths, a larger --spacing, or set --memory-limit"
     return str(error)

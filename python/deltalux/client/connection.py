@@ -12,6 +12,7 @@ from urllib.parse import urlsplit, urlunsplit
 
 import numpy as np
 
+from deltalux import threads
 from deltalux.errors import Error, OptionError
 from deltalux.server.arrays import read_arrays
 from deltalux.server.extra import check_extra
@@ -68,7 +69,12 @@ class Connection:
         self._ended: str | None = None
         self._ids = 0
         self._socket = _connected(socket_address(address), seconds)
-        threading.Thread(target=self._receive, name="deltalux-client", daemon=True).start()
+        receiver = threading.Thread(target=self._receive, name="deltalux-client", daemon=True)
+        try:
+            threads.start(receiver)
+        except Error:
+            self._socket.close()
+            raise
         self._wait(lambda: self._state is not None, seconds)
 
     @property

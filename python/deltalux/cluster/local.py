@@ -17,9 +17,9 @@ _NO_PAGES = {"distributed.scheduler.http.routes": [], "distributed.worker.http.r
 def local_workers(count: int, threads: int) -> LocalCluster:
     """Processes of this machine that end with the cluster, which is a context manager.
 
-    Whoever reaches a Dask scheduler, a worker or its nanny can run any program there. So all of them listen on
-    the loopback interface only, where other users of the machine are, too; and to talk to them takes the key
-    of a certificate that is made here and kept in memory.
+    Whoever reaches a Dask scheduler, a worker or its nanny can run any program there. So all of them listen
+    on the loopback interface only; and because other users of the machine are there, too, to talk to them
+    takes the key of a certificate that is made here and kept in memory.
 
     Parameters
     ----------

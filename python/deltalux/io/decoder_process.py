@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from deltalux import threads
 from deltalux.errors import FormatError
 
 from .decoder_worker import LENGTH
@@ -71,7 +72,8 @@ class DecoderProcess:
         job["memory"] = BASE_MEMORY + MEMORY_PER_ELEMENT * elements
         worker = self._worker or self._start()
         watch = threading.Timer(BASE_SECONDS + SECONDS_PER_ELEMENT * elements, worker.kill)
-        watch.start()
+        watch.name = "deltalux-decoder"
+        threads.start(watch)
         try:
             return self._ask(worker, json.dumps(job).encode(), bytes(data), job["memory"])
         except (OSError, ValueError) as error:

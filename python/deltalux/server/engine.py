@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from deltalux import threads
 from deltalux.errors import Cancelled, Error, OptionError
 from deltalux.memory import return_free_memory
 from deltalux.pace import Counts, Step, baking, counts_with, loading, recomputing, summing_up
@@ -106,7 +107,7 @@ class Engine:
         """Publish the session's light; bake first if it has none, or that of another build."""
         self._session.progress = None
         self._tasks.append(_Task("bake", self._begin))
-        self._thread.start()
+        threads.start(self._thread)
 
     def stop(self) -> None:
         """Stop the present work and end the thread."""

@@ -7,6 +7,7 @@ import threading
 from collections.abc import Callable, Iterable
 from types import TracebackType
 
+from deltalux import threads
 from deltalux.pace import Overall, Step
 
 from .told import ProgressMessage, TaskName
@@ -36,7 +37,7 @@ class TaskProgress:
         self._thread = threading.Thread(target=self._tell_often, name="deltalux-progress", daemon=True)
 
     def __enter__(self) -> TaskProgress:
-        self._thread.start()
+        threads.start(self._thread)
         return self
 
     def __exit__(

@@ -13,6 +13,7 @@ from typing import Any
 
 import uvicorn
 
+from deltalux import threads
 from deltalux.errors import Error, OptionError
 from deltalux.session import Session
 
@@ -89,7 +90,12 @@ class Server:
         keep_short()
         # An event, because Ctrl-C during Thread.join() makes Python 3.11 believe that the thread has ended.
         self._ended = threading.Event()
-        threading.Thread(target=self._run, name="deltalux-server", daemon=True).start()
+        thread = threading.Thread(target=self._run, name="deltalux-server", daemon=True)
+        try:
+            threads.start(thread)
+        except Error:
+            self._socket.close()
+            raise
 
     def _run(self) -> None:
         try:

@@ -27,9 +27,7 @@ class Seldom:
     clock : seconds from any beginning
     """
 
-    def __init__(
-        self, seconds: float = QUIET_SECONDS, clock: Callable[[], float] = time.monotonic
-    ) -> None:
+    def __init__(self, seconds: float = QUIET_SECONDS, clock: Callable[[], float] = time.monotonic) -> None:
         self._seconds, self._clock = seconds, clock
         self._told: dict[str, tuple[float, int]] = {}  # by text: when it was told, how many were not since
 
