@@ -11,7 +11,10 @@ if TYPE_CHECKING:
 
 LOOPBACK = "127.0.0.1"
 # Of Dask's processes: they tell whoever asks what runs where, and some of them do more.
-_NO_PAGES = {"distributed.scheduler.http.routes": [], "distributed.worker.http.routes": []}
+_NO_PAGES: dict[str, list[str]] = {
+    "distributed.scheduler.http.routes": [],
+    "distributed.worker.http.routes": [],
+}
 
 
 def local_workers(count: int, threads: int) -> LocalCluster:

@@ -30,6 +30,8 @@ MOST_TESTS = 100_000_000
 CHANGE = 0.1  # tolerated error of interpolated light, as a share of the light plus DIM times the mean light
 DIM = 0.5  # share of the mean over lit places; see CHANGE
 
+SHORTEST = 1e-200  # metres; a multiple of less may be beyond float64
+
 Light = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
@@ -195,7 +197,7 @@ class _Refinement:
         count = len(self.points)
         edge = place[..., 0] * count + place[..., 1]
         # Of equally long edges, all triangles choose the same one.
-        lengths = self._lengths(self.triangles) / self.detail
+        lengths = self._lengths(self.triangles) / max(self.detail, SHORTEST)
         longest = (lengths.round(6) + 1e-7 * (edge / edge.max())).argmax(axis=1)
         own = np.arange(len(edge))
         limit = 1.0
@@ -237,7 +239,7 @@ class _Refinement:
         inset[~(inset_a.any(axis=1) & inset_b.any(axis=1))] = 0.0
         length = np.linalg.norm(inset, axis=1, keepdims=True)
         most = INSET_OF_SPACING * self.display.spacing
-        inset *= np.minimum(1.0, most / np.maximum(length, np.finfo(float).tiny))
+        inset *= np.divide(most, length, out=np.ones_like(length), where=length > most)
         return points, points + inset, unit(self.normals[a] + self.normals[b])
 
     def _add(self, new: np.ndarray, count: int, known: dict) -> None:
