@@ -55,7 +55,7 @@ def quick_workers() -> Iterator[Client]:
         multiprocessing.get_context("forkserver").set_forkserver_preload(LOADED)
         with (
             LocalCluster(
-                n_workers=WORKERS, threads_per_worker=1, dashboard_address=":0",
+                n_workers=WORKERS, threads_per_worker=1, dashboard_address="127.0.0.1:0",
                 silence_logs=logging.CRITICAL,
             ) as cluster,
             Client(cluster) as client,

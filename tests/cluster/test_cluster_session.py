@@ -442,7 +442,7 @@ def test_the_extra_is_named_where_it_is_missing(monkeypatch):
 def test_without_workers_it_gives_up_in_time():
     scene = room()
     with (
-        LocalCluster(n_workers=0, dashboard_address=":0") as cluster,
+        LocalCluster(n_workers=0, dashboard_address="127.0.0.1:0") as cluster,
         Client(cluster) as client,
         dl.ClusterSession(
             scene, samples_in(scene), client=client, patience=0.5, paths=PATHS, gather=8

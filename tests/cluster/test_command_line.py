@@ -97,7 +97,11 @@ def test_a_bake_over_an_encrypted_wire(capsys, tmp_path):
     }
     with (
         LocalCluster(
-            n_workers=1, threads_per_worker=1, dashboard_address=":0", protocol="tls", security=security
+            n_workers=1,
+            threads_per_worker=1,
+            dashboard_address="127.0.0.1:0",
+            protocol="tls",
+            security=security,
         ) as cluster,
         dask.config.set(told_to_dask),
     ):

@@ -30,15 +30,7 @@ from distributed import Client
 with Client(sys.argv[1], timeout=5, set_as_default=False) as client:
     print(client.run_on_scheduler(os.getpid), *client.run(os.getpid).values())
 """
-PAGES = (
-    "/",
-    "/status",
-    "/info/main/workers.html",
-    "/json/counts.json",
-    "/health",
-    "/metrics",
-    "/sitemap.json",
-)
+PAGES = ("/", "/status", "/info/main/workers.html", "/json/counts.json", "/health", "/metrics")
 TERMINAL = Terminal(as_json=False, quiet=True)
 SECONDS = 200
 COMMANDS = {
