@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bake a room, move an object, and check that the update equals a bake from scratch."""
+"""Bake a room, move an object, and check that the update equals a recompute from scratch."""
 
 import deltalux as dl
 

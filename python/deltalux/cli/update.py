@@ -112,9 +112,10 @@ def run(
 ) -> None:
     """Edit a saved session: only the light that the edit touches is traced again.
 
-    Every edit can be repeated; all are applied together. The result equals a bake of the edited
-    scene to the last bit. A session of another build or processor, whose bits may differ, is computed
-    again first. The session file itself stays as it is: write a new one with -o.
+    Every edit can be repeated; all are applied together. The result equals a recompute of everything
+    with the choices of the bake (guides, numbers of rays, radii) to the last bit; a new bake of the edited
+    scene chooses anew and differs by its noise. A session of another build or processor, whose bits may
+    differ, is computed again first. The session file itself stays as it is: write a new one with -o.
 
     [bold]Examples[/]
 

@@ -196,7 +196,10 @@ class Session(SessionPlaces):
 
     @long_call
     def bake(self) -> Frame:
-        """Compute everything. If this is cancelled, the session stays as it was."""
+        """Compute everything, with guides and numbers of rays for the present state.
+
+        If this is cancelled, the session stays as it was.
+        """
         return self._bake()
 
     def _bake(self) -> Frame:
@@ -317,7 +320,11 @@ class Session(SessionPlaces):
 
     @long_call
     def recompute(self) -> Frame:
-        """Compute everything again from scratch in the present state; the digest must not change."""
+        """Compute everything again from scratch in the present state; the digest must not change.
+
+        What the bake chose stays: guides, numbers of rays, radii. `bake` chooses anew, so that its light differs
+        by noise.
+        """
         if self.foreign_build is not None:
             return self._bake()
         self._finish()
