@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 
 import deltalux as dl
@@ -173,3 +174,23 @@ def test_a_dark_scene_has_no_detail():
     assert (
         dl.Samples.on_vertices(dl.Scene([FLOOR], [GREY]), spacing=0.5, detail="auto").display.detail is None
     )
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1e-3, 1.0, 30.0, 1e3, 1e6, 1e8])
+@pytest.mark.parametrize("detail", ["auto", 5e-324, 1e-308, 1e-30, 1e10])
+@pytest.mark.parametrize("power", [1e-30, 1.0, 1e30])
+def test_no_size_overflows(scale, detail, power):
+    """NumPy says nothing, and the refinement in other units is the same one."""
+    floor = scale * np.array([(-2, 0, -2), (2, 0, -2), (2, 0, 2), (-2, 0, 2.0)])
+    triangles = [(0, 2, 1), (0, 3, 2)]
+    meshes = [
+        dl.Mesh("floor", floor, triangles, "grey"),
+        dl.Mesh("table", 0.25 * floor + (0, 0.7 * scale, 0), triangles, "grey"),
+    ]
+    lamp = dl.PointLight("lamp", scale * np.array((0.3, 2, 0.1)), (power,) * 3)
+    scene = dl.Scene(meshes, [dl.Material("grey")], [lamp])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        samples = dl.Samples.on_vertices(scene, spacing=0.5 * scale, detail=detail)
+    assert np.isfinite(samples.display.points).all()
+    assert np.isfinite(samples.points).all()

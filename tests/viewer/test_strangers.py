@@ -15,6 +15,7 @@ import time
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
 
+import deltalux as dl
 import pytest
 from deltalux.server import connections, serving, short_log
 from deltalux.server.connections import MOST, Connections, most_connections
@@ -246,6 +247,16 @@ def test_no_log_holds_a_token(caplog, level, text):
         logging.getLogger("uvicorn.error").log(level, text, "se-cret_1")
     (line,) = (record.getMessage() for record in caplog.records)
     assert line == text.replace("%s", "…")
+
+
+@pytest.mark.parametrize(
+    "address",
+    ["127.0.0.1:8000/?token=se-cret_1", "ftp://a/?x=1&token=se-cret_1", "http://[a/?token=se-cret_1"],
+)
+def test_no_error_of_a_client_holds_a_token(address):
+    with pytest.raises(dl.OptionError, match="connect: found .*token=…") as caught:
+        dl.connect(address)
+    assert "se-cret" not in str(caught.value)
 
 
 def test_an_accepted_page_leaves_no_token_in_the_log(session, serve, caplog):

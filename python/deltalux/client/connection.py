@@ -17,9 +17,11 @@ from deltalux.errors import Error, OptionError
 from deltalux.server.arrays import read_arrays
 from deltalux.server.extra import check_extra
 from deltalux.server.messages import MAX_TEXT
+from deltalux.server.short_log import without_tokens
 
 Arrays = dict[str, np.ndarray]
 _SCHEMES = {"http": "ws", "https": "wss", "ws": "ws", "wss": "wss"}
+MOST_SAID = 300  # characters of another server's answer
 _EXAMPLE = "http://127.0.0.1:8000/?token=…"
 
 
@@ -37,8 +39,8 @@ def socket_address(address: str) -> str:
         known = False
     if not known:
         raise OptionError(
-            f"connect: found {address!r:.100}, expected the address that `deltalux serve` printed, such as "
-            f"{_EXAMPLE}"
+            f"connect: found {without_tokens(repr(address)):.100}, expected the address that `deltalux serve` "
+            f"printed, such as {_EXAMPLE}"
         )
     path = parts.path.rstrip("/")
     query = "&".join(filter(None, [parts.query, "frames=0"]))
@@ -175,7 +177,7 @@ def _connected(address: str, seconds: float) -> Any:
         options = {"max_size": None, "compression": None, "proxy": None}
         return connect(address, open_timeout=seconds, **options).__enter__()  # closed by `Connection.close`
     except InvalidStatus as error:
-        said = (error.response.body or b"").decode("utf-8", "replace").strip()
+        said = (error.response.body or b"").decode("utf-8", "replace").strip()[:MOST_SAID]
         if error.response.status_code == 403:
             raise OptionError(f"connect {shown}: {said or '403'}") from None
         raise Error(
@@ -183,7 +185,9 @@ def _connected(address: str, seconds: float) -> Any:
             "one that `deltalux serve` or `deltalux view` started"
         ) from None
     except (InvalidHandshake, InvalidURI) as error:
-        raise Error(f"connect {shown}: found no server of Deltalux there ({error})") from None
+        raise Error(
+            f"connect {shown}: found no server of Deltalux there ({without_tokens(str(error))})"
+        ) from None
     except TimeoutError:
         raise Error(f"connect {shown}: found no answer within {seconds:g} s") from None
     except OSError as error:

@@ -18,6 +18,11 @@ _OF_UVICORN = logging.getLogger("uvicorn.error")
 _TOKEN = re.compile(r"(token=)[^\s&\"']+")
 
 
+def without_tokens(text: str) -> str:
+    """The text, with … for each token in an address."""
+    return _TOKEN.sub(r"\1…", text)
+
+
 class Seldom:
     """Passes each text once in a while, with the number of those that were left out.
 
@@ -79,5 +84,5 @@ def _is_worth_a_line(record: logging.LogRecord) -> bool:
         if line is None:
             return False
         text = line
-    record.msg, record.args = _TOKEN.sub(r"\1…", text), ()
+    record.msg, record.args = without_tokens(text), ()
     return True

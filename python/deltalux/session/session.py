@@ -322,8 +322,8 @@ class Session(SessionPlaces):
     def recompute(self) -> Frame:
         """Compute everything again from scratch in the present state; the digest must not change.
 
-        What the bake chose stays: guides, numbers of rays, radii. `bake` chooses anew, so that its light differs
-        by noise.
+        What the bake chose stays: guides, numbers of rays, radii. `bake` chooses anew, so that its light
+        differs by noise.
         """
         if self.foreign_build is not None:
             return self._bake()
