@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import replace
 
 import deltalux as dl
 import numpy as np
@@ -32,7 +31,7 @@ def scene_of(tables: int, lamp: str, cameras: tuple[dl.Camera, ...] = ()) -> dl.
     if lamp == "mesh":
         meshes.append(dl.Mesh("lamp", 0.1 * SQUARE + (0, 2, 0), DOWN, "glow", movable=True))
     materials = [dl.Material("grey"), dl.Material("glow", emission=(10, 10, 10))]
-    return replace(dl.Scene(meshes, materials, lights), cameras=cameras)
+    return dl.Scene(meshes, materials, lights, cameras=cameras)
 
 
 @pytest.fixture(params=[(1, "bulb", ()), (3, "bulb", ()), (2, "mesh", ()), (1, "bulb", (CAMERA,))], ids=str)

@@ -58,7 +58,7 @@ if {baked}:
     updated = session.digest()
     session.recompute()
     assert session.digest() == updated
-print("and then")
+print("and then", flush=True)
 os._exit(0)
 """
 CALLS = {

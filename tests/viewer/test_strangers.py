@@ -254,7 +254,7 @@ def test_no_log_holds_a_token(caplog, level, text):
     ["127.0.0.1:8000/?token=se-cret_1", "ftp://a/?x=1&token=se-cret_1", "http://[a/?token=se-cret_1"],
 )
 def test_no_error_of_a_client_holds_a_token(address):
-    with pytest.raises(dl.OptionError, match="connect: found .*token=…") as caught:
+    with pytest.raises(dl.OptionError, match=r"connect: found .*token=…") as caught:
         dl.connect(address)
     assert "se-cret" not in str(caught.value)
 

@@ -39,8 +39,8 @@ def socket_address(address: str) -> str:
         known = False
     if not known:
         raise OptionError(
-            f"connect: found {without_tokens(repr(address)):.100}, expected the address that `deltalux serve` "
-            f"printed, such as {_EXAMPLE}"
+            f"connect: found {without_tokens(repr(address)):.100}, expected the address that `deltalux "
+            f"serve` printed, such as {_EXAMPLE}"
         )
     path = parts.path.rstrip("/")
     query = "&".join(filter(None, [parts.query, "frames=0"]))

@@ -18,6 +18,7 @@ ROOM_HEIGHTS = (2.2, 40.0)
 INSIDE_FOV, OUTSIDE_FOV = 1.15, 0.7
 # Elevation and azimuth step in degrees, and the initial score of such a view.
 LEVEL, FROM_ABOVE = (2.0, 90.0, 0.4), (25.0, 30.0, 0.55)  # into an open box; onto objects
+LEAST_DISTANCE = 1e-9  # from what is in one place, as a share of its coordinates
 TRIAL_SIZE = (24, 16)
 ENOUGH, TOO_MUCH = 0.03, 0.3  # shares of the picture that show movables
 
@@ -111,6 +112,7 @@ def _outside(low: np.ndarray, high: np.ndarray, aspect: float) -> Iterator[tuple
             local = (corners - centre) @ pose[:3, :3]
             # Each corner requires a distance; the largest one shows them all.
             distance = 1.04 * (local[:, 2:] + np.abs(local[:, :2]) / across).max()
+            distance = max(distance, LEAST_DISTANCE * np.abs(centre).max()) or 1.0
             pose = look_at(centre + distance * away, centre)
             yield Camera("automatic", pose, OUTSIDE_FOV), prior
 

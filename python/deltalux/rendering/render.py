@@ -37,6 +37,7 @@ EDGE_RAYS = 4  # places in a pixel at an edge, besides its centre
 CONTRAST = 0.1  # relative difference of direct light between neighbours that makes an edge
 # if direct light around a place in an edge pixel varies by less than this share, it is interpolated
 EVEN = 0.05
+NEAREST = 1e-30  # metres; the camera itself may lie on a surface
 NEIGHBOURHOOD = [(down, right) for down in (-1, 0, 1) for right in (-1, 0, 1)]
 
 
@@ -271,7 +272,7 @@ class _Work:
             middle = seen.at(other)
             use = inside & alike(more, middle)
             apart = np.linalg.norm(more.point - middle.point, axis=1)
-            own = use / (apart + 0.1 * more.width)
+            own = use / np.maximum(apart + 0.1 * more.width, NEAREST)
             total += own[:, None] * both[other]
             weight += own
             least = np.where(use, np.minimum(least, bright[other]), least)
