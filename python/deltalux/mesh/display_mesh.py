@@ -384,11 +384,14 @@ def _refined(scene: Scene, base: _Base, spacing: float, max_samples: int) -> Dis
     points, triangles, parent = split_long_edges(base.points, base.triangles, spacing, max_samples)
     static = np.array([not m.movable for m in scene.meshes])[base.mesh]
     cut = cut_at_contacts(points, triangles, parent, base.triangles, static, base.mesh, spacing, max_samples)
-    points, triangles, parent = cut.points, cut.triangles, parent[cut.source]
+    # Cuts through slivers leave pieces whose corners coincide; they have no normal.
+    kept = ~np.asarray(_core.without_area(cut.points, cut.triangles))
+    points, triangles, parent = cut.points, cut.triangles[kept], parent[cut.source[kept]]
+    parted, beside = cut.parted[kept], cut.beside[kept]
     mesh = base.mesh[parent]
     angles = np.array([max(m.smooth_angle, COPLANAR_ANGLE) for m in scene.meshes])
     cosine = np.cos(np.radians(angles))[mesh]
-    vertices = smooth_vertices(points, triangles, cosine, cut.parted, cut.beside, spacing, max_samples)
+    vertices = smooth_vertices(points, triangles, cosine, parted, beside, spacing, max_samples)
     if vertices is None:
         raise TooManyPoints
     vertex_points = points[triangles.ravel()[vertices.corner]]
