@@ -15,6 +15,7 @@ from rich.cells import cell_len
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
+from rich.text import Text
 
 from deltalux.pace import Overall, Step
 
@@ -26,7 +27,12 @@ ProgressCallback = Callable[[str, float], bool]
 def print_error(message: str) -> None:
     """Print a failure on one line of stderr."""
     line = " ".join(message.split())
-    Console(stderr=True).print(f"error: {line}", style="red", markup=False, highlight=False, soft_wrap=True)
+    _console(stderr=True).print(f"error: {line}", style="red", highlight=False, soft_wrap=True)
+
+
+def _console(stderr: bool = False) -> Console:
+    """A console that prints names of files and objects as they are, also with brackets and colons in them."""
+    return Console(stderr=stderr, markup=False, emoji=False)
 
 
 class Terminal:
@@ -40,10 +46,10 @@ class Terminal:
 
     def __init__(self, as_json: bool, quiet: bool) -> None:
         self.as_json, self._quiet = as_json, quiet
-        self._out = Console()
+        self._out = _console()
         if not self._out.is_terminal:  # a pipe or a file has no width
             self._out.width = _WIDEST
-        self._err = Console(stderr=True)
+        self._err = _console(stderr=True)
 
     def warn(self, warnings: Iterable[str]) -> None:
         """Print each warning once, on stderr."""
@@ -51,7 +57,7 @@ class Terminal:
             return
         for text in dict.fromkeys(warnings):
             line = f"warning: {text}"
-            self._err.print(line, style="yellow", markup=False, highlight=False, soft_wrap=True)
+            self._err.print(line, style="yellow", highlight=False, soft_wrap=True)
 
     def result(self, data: dict[str, Any], *renderables: Any) -> None:
         """Print the result: `data` with --json, else the rich `renderables` unless -q."""
@@ -85,7 +91,7 @@ class Terminal:
         if self._quiet or not self._err.is_terminal:
             yield
             return
-        with self._err.status(text):
+        with self._err.status(Text(text)):
             yield
 
     @contextmanager
@@ -107,7 +113,7 @@ class Terminal:
         Ctrl-C reaches it as KeyboardInterrupt.
         """
         bars = Progress(
-            TextColumn("{task.description:<22}"),
+            TextColumn("{task.description:<22}", markup=False),
             BarColumn(),
             TaskProgressColumn(),
             TimeRemainingColumn(elapsed_when_finished=True),
@@ -150,12 +156,12 @@ class OverallBar(Progress):
     def __init__(self, overall: Overall, console: Console, disable: bool) -> None:
         self._overall = overall
         super().__init__(
-            TextColumn("{task.fields[stage]:<20}"),
+            TextColumn("{task.fields[stage]:<20}", markup=False),
             BarColumn(),
             TaskProgressColumn(),
-            TextColumn(
-                "[progress.elapsed]{task.fields[elapsed]}[/] ETA [progress.remaining]{task.fields[left]}[/]"
-            ),
+            TextColumn("{task.fields[elapsed]}", "progress.elapsed"),
+            TextColumn("ETA"),
+            TextColumn("{task.fields[left]}", "progress.remaining"),
             console=console,
             disable=disable,
         )

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 import typer
 from rich.table import Table
+from rich.text import Text
 
 from deltalux.segments import Progress
 from deltalux.studies.experiment import Experiment
@@ -193,7 +194,7 @@ def _verdicts(runs: Sequence[Run]) -> Table:
     for each, record, _ in runs:
         for verdict in record.findings.verdicts:
             colour = COLOURS[verdict.outcome]
-            table.add_row(each.name, f"[{colour}]{verdict.outcome}[/]", verdict.claim)
+            table.add_row(each.name, Text(verdict.outcome, colour), verdict.claim)
     return table
 
 
