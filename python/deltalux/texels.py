@@ -6,6 +6,8 @@ from __future__ import annotations
 import io
 import warnings
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from PIL import Image, UnidentifiedImageError
@@ -15,6 +17,10 @@ from deltalux.errors import FormatError
 FORMATS = ("PNG", "JPEG", "WEBP")
 MAX_PIXELS = 8192 * 8192  # a few kilobytes of PNG can expand to gigabytes
 MAX_FILE_BYTES = 1 << 30
+MOST_SAMPLED = 1024  # blocks along a side of `Texels.sampled`
+SEED = 0x7E8E15  # of the texels that are drawn from large images
+
+T = TypeVar("T")
 
 
 def srgb_to_linear(value: np.ndarray) -> np.ndarray:
@@ -30,13 +36,49 @@ def linear_to_srgb(value: np.ndarray) -> np.ndarray:
 LINEAR_OF_BYTE = srgb_to_linear(np.arange(256) / 255)
 
 
-def mean_linear_texel(data: bytes, where: str) -> np.ndarray:
-    """(3,) mean of an encoded image's texels after sRGB decoding, in [0, 1]; ignores alpha."""
-    # Counts per band, alpha last; a converted copy would take twice the memory of a large image.
-    histogram = _decoded(data, where, lambda image: np.array(image.histogram(), np.float64))
-    bands = histogram.reshape(-1, 256)
-    means = bands @ LINEAR_OF_BYTE / bands.sum(axis=1)
-    return means[:3] if len(means) >= 3 else np.repeat(means[0], 3)
+@dataclass(frozen=True, eq=False)
+class Texels:
+    """The colours of an image, as far as light depends on them.
+
+    Parameters
+    ----------
+    mean : (3,) mean of all texels after sRGB decoding, in [0, 1]; ignores alpha
+    sampled : (h, w, 1 to 4) uint8, grey or sRGB, with alpha if 2 or 4; of a large image one texel of each
+        square block, drawn at random, because means of blocks would mix what lies side by side in an atlas
+    """
+
+    mean: np.ndarray
+    sampled: np.ndarray
+
+
+def read_texels(data: bytes, where: str) -> Texels:
+    """Decode an image once; FormatError if that is impossible."""
+
+    def read(image: Image.Image) -> Texels:
+        # Counts per band, alpha last; a converted copy would take twice the memory of a large image.
+        bands = np.array(image.histogram(), np.float64).reshape(-1, 256)
+        means = bands @ LINEAR_OF_BYTE / bands.sum(axis=1)
+        mean = means[:3] if len(means) >= 3 else np.repeat(means[0], 3)
+        return Texels(mean, _sampled(image))
+
+    return _decoded(data, where, read)
+
+
+def _sampled(image: Image.Image) -> np.ndarray:
+    """One texel of each block, see `Texels`; read by strips, of which a copy takes little memory."""
+    block = -(-max(image.size) // MOST_SAMPLED)
+    width, height = (-(-side // block) for side in image.size)
+    rng = np.random.default_rng(SEED)
+    down, right = rng.integers(0, block, (2, height, width))
+    right = np.minimum(np.arange(width) * block + right, image.width - 1)
+    strips = []
+    for row in range(height):
+        top = row * block
+        strip = np.asarray(image.crop((0, top, image.width, min(top + block, image.height))))
+        strips.append(strip[np.minimum(down[row], len(strip) - 1), right[row]])
+    sampled = np.stack(strips).reshape(height, width, -1)
+    sampled.setflags(write=False)
+    return sampled
 
 
 def linear_texels(data: bytes, where: str, most: int) -> np.ndarray:
@@ -54,7 +96,7 @@ def linear_texels(data: bytes, where: str, most: int) -> np.ndarray:
     return LINEAR_OF_BYTE.astype(np.float32)[_decoded(data, where, read)]
 
 
-def _decoded(data: bytes, where: str, read: Callable[[Image.Image], np.ndarray]) -> np.ndarray:
+def _decoded(data: bytes, where: str, read: Callable[[Image.Image], T]) -> T:
     """What `read` makes of an encoded image of 8 bits per channel."""
     try:
         with warnings.catch_warnings():
@@ -63,7 +105,9 @@ def _decoded(data: bytes, where: str, read: Callable[[Image.Image], np.ndarray])
         if image.width * image.height <= MAX_PIXELS:
             if image.mode.startswith("I"):  # 16-bit grey, which Pillow would clip to 255
                 image = Image.fromarray((np.asarray(image) >> 8).astype(np.uint8))
-            if image.mode not in ("L", "LA", "RGB", "RGBA"):
+            if "transparency" in image.info:  # a palette's or a colour's, without a band of its own
+                image = image.convert("RGBA")
+            elif image.mode not in ("L", "LA", "RGB", "RGBA"):
                 image = image.convert("RGB")
             return read(image)
     except MemoryError:

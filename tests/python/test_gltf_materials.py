@@ -140,14 +140,31 @@ def test_specular_glossiness_counts_with_its_diffuse_part(tmp_path):
     np.testing.assert_allclose(material.reflectance, np.array([0.5, 1, 0]) * linear(128))
 
 
-def test_no_material_is_white_with_a_warning(tmp_path):
+@pytest.mark.parametrize("given", [None, 0.0, 0.35, 1])
+def test_no_material_is_light_grey_with_a_warning_that_names_the_remedy(tmp_path, given):
     builder = GltfBuilder()
     builder.node(mesh=builder.quad())
     builder.node(mesh=builder.quad())
-    scene = load(builder, tmp_path)
+    scene = dl.load(builder.write(tmp_path), **({} if given is None else {"reflectance": given}))
+    value = 0.8 if given is None else given
     assert [m.name for m in scene.materials] == ["default"]
-    np.testing.assert_array_equal(scene.materials[0].reflectance, (1, 1, 1))
-    assert "triangles without a material: glTF's default is white, reflectance 1" in scene.warnings
+    np.testing.assert_array_equal(scene.materials[0].reflectance, (value,) * 3)
+    told = [w for w in scene.warnings if "without a material" in w]
+    assert told == [
+        f"surfaces without a material reflect {value:g}, as light paint does; another reflectance: "
+        "--reflectance R (reflectance=R)"
+    ]
+
+
+def test_a_material_is_never_replaced_by_the_reflectance_of_missing_ones(tmp_path):
+    material = only_material(tmp_path, GltfBuilder(), name="white")
+    np.testing.assert_array_equal(material.reflectance, (1, 1, 1))
+
+
+@pytest.mark.parametrize("given", [-0.1, 1.01, np.nan, np.inf])
+def test_a_reflectance_beyond_0_to_1_is_refused(tmp_path, given):
+    with pytest.raises(dl.OptionError, match="reflectance: found .*, expected a number from 0 to 1"):
+        dl.load(tmp_path / "any.glb", reflectance=given)
 
 
 def test_repeated_and_missing_material_names_are_unique(tmp_path):
@@ -210,43 +227,3 @@ def test_names_lose_what_cannot_be_printed(tmp_path):
     assert (
         mesh.name == "a\N{REPLACEMENT CHARACTER}[31m" + "\N{REPLACEMENT CHARACTER}b\N{REPLACEMENT CHARACTER}"
     )
-
-
-@pytest.mark.parametrize(
-    ("image", "message"),
-    [
-        (b"", "an image that cannot be decoded"),
-        (b"\x89PNG\r\n\x1a\n" + b"\0" * 40, "an image that cannot be decoded"),
-        (png(np.full((32, 32, 3), 7, np.uint8))[:60], "an image that cannot be decoded"),
-    ],
-)
-def test_broken_images_are_refused(tmp_path, image, message):
-    builder = GltfBuilder()
-    texture = builder.texture(image)
-    with pytest.raises(
-        dl.FormatError, match=rf"scene\.glb: images\[0\]: found {message}.*PNG or JPEG or WEBP"
-    ):
-        only_material(tmp_path, builder, pbrMetallicRoughness={"baseColorTexture": {"index": texture}})
-
-
-@pytest.mark.parametrize(
-    ("width", "message"),
-    [(12_000, "12000 x 10000 pixels, expected at most 67108864"), (20_000, "Bomb")],
-)
-def test_decompression_bomb_is_refused(tmp_path, width, message):
-    stream = io.BytesIO()
-    Image.new("1", (width, 10_000)).save(stream, "PNG", optimize=True)
-    assert len(stream.getvalue()) < 100_000
-    builder = GltfBuilder()
-    texture = {"index": builder.texture(stream.getvalue())}
-    with pytest.raises(dl.FormatError, match=message):
-        only_material(tmp_path, builder, pbrMetallicRoughness={"baseColorTexture": texture})
-
-
-def test_texture_of_an_unsupported_kind_is_refused_by_name(tmp_path):
-    builder = GltfBuilder()
-    builder.json["textures"] = [{"extensions": {"KHR_texture_basisu": {"source": 0}}}]
-    with pytest.raises(
-        dl.FormatError, match=r"textures\[0\]: found KHR_texture_basisu, expected an image of PNG"
-    ):
-        only_material(tmp_path, builder, pbrMetallicRoughness={"baseColorTexture": {"index": 0}})

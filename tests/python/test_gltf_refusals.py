@@ -389,15 +389,6 @@ def test_bad_data_uris(tmp_path, uri):
     refuse(external(tmp_path, uri), "buffers[0]")
 
 
-def test_absent_image_is_named(tmp_path):
-    builder = valid()
-    builder.json["images"] = [{"uri": "wood.png"}]
-    builder.json["textures"] = [{"source": 0}]
-    builder.material(pbrMetallicRoughness={"baseColorTexture": {"index": 0}})
-    builder.json["meshes"][0]["primitives"][0]["material"] = 0
-    refuse(builder.write(tmp_path), 'images[0]: found no file "wood.png"')
-
-
 def test_absent_file_and_unknown_suffix(tmp_path):
     refuse(tmp_path / "none.glb", 'file: found no file "none.glb"')
     with pytest.raises(dl.OptionError, match=r'found suffix "\.fbx", expected one of \.gltf, \.glb, \.obj'):

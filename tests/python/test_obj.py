@@ -142,8 +142,15 @@ Kd 0.25
     np.testing.assert_allclose(found["wood"].reflectance, (0.5, 0.4, 0.3))
     np.testing.assert_allclose(found["lamp"].emission, (17, 12, 4))
     np.testing.assert_allclose(found["grey"].reflectance, (0.25,) * 3)
-    np.testing.assert_allclose(found["lost"].reflectance, (0.5,) * 3)
-    assert "materials that no MTL file defines are grey (0.5) (lost)" in scene.warnings
+    np.testing.assert_allclose(found["lost"].reflectance, (0.8,) * 3)
+    told = [w for w in scene.warnings if "without a material" in w]
+    assert len(told) == 1
+    assert "reflect 0.8" in told[0]
+    assert "--reflectance R" in told[0]
+    assert told[0].endswith("(lost)")
+    again = load(tmp_path, "mtllib scene.mtl\n" + SQUARE + faces, mtl, reflectance=0.3)
+    np.testing.assert_allclose(again.material("lost").reflectance, (0.3,) * 3)
+    np.testing.assert_allclose(again.material("grey").reflectance, (0.25,) * 3)
     assert any(w.endswith("windows let no daylight in (wood)") for w in scene.warnings)
     (mesh,) = scene.meshes
     assert [mesh.material[i] for i in mesh.material_index] == ["wood", "lamp", "grey", "lost"]
@@ -176,7 +183,7 @@ def test_what_cannot_be_read_beside_is_a_warning(tmp_path):
     assert 'no file "gone.mtl"' in text
     assert "leads out of the file's folder" in text
     assert "statements that are not honoured (curv)" in text
-    np.testing.assert_array_equal(scene.materials[0].reflectance, (0.5, 0.5, 0.5))
+    np.testing.assert_array_equal(scene.materials[0].reflectance, (0.8, 0.8, 0.8))
 
 
 @pytest.mark.parametrize(
@@ -229,3 +236,41 @@ def test_unit_and_upward_axis(tmp_path):
     np.testing.assert_allclose(scene.mesh("a").vertices, [(1, 3, -2), (2, 3, -2), (1, 3, -3)])
     np.testing.assert_allclose(scene.mesh("b").world_vertices, [(1, 3, -2), (2, 3, -2), (1, 5, -2)])
     np.testing.assert_allclose(scene.mesh("b").pose[:3, 3], (1.5, 4, -2))
+
+
+@pytest.mark.parametrize(
+    ("statement", "read"),
+    [
+        ("a.mtl b.mtl", "ab"),
+        ("b.mtl a.mtl c d.mtl", "abc"),
+        ("c d.mtl", "c"),
+        ("c d.mtl a.mtl", "ac"),
+        ("a.mtl gone.mtl b.mtl", "ab"),
+        ("gone too.mtl a.mtl", "a"),
+        ('"c d.mtl"', "c"),
+        ("sub\\\\e.mtl a.mtl", "ae"),
+        ("plain a.mtl", "ap"),
+        ("../out.mtl a.mtl", "a"),
+    ],
+)
+def test_a_statement_may_name_several_libraries(tmp_path, statement, read):
+    """Names may contain spaces, and need no suffix; what is not there is told."""
+    folder = tmp_path / "folder"
+    (folder / "sub").mkdir(parents=True)
+    names = {"a": "a.mtl", "b": "b.mtl", "c": "c d.mtl", "e": "sub/e.mtl", "p": "plain", "o": "../out.mtl"}
+    for key, name in names.items():
+        (folder / name).write_text(f"newmtl {key}\nKd 0.1 0.2 0.3\n")
+    faces = "".join(f"usemtl {key}\nf 1 2 3\n" for key in names)
+    scene = load(folder, f"mtllib {statement}\n{SQUARE}{faces}")
+    found = {m.name for m in scene.materials if m.reflectance[0] == 0.1}
+    assert found == set(read)
+    told = "\n".join(w for w in scene.warnings if "MTL files that cannot be read" in w)
+    for name in ("gone.mtl", "gone too.mtl", "../out.mtl"):
+        assert (name in told) == (name in statement)
+    assert {str(folder / names[key]) for key in read} <= set(scene.files)
+
+
+@pytest.mark.timeout(20)
+def test_a_statement_of_very_many_names_takes_time_in_proportion(tmp_path):
+    scene = load(tmp_path, f"mtllib {' '.join(f'n{i}' for i in range(20_000))}\n{SQUARE}f 1 2 3\n")
+    assert len(scene.meshes) == 1

@@ -11,7 +11,7 @@ import pytest
 from builders.gltf import png
 from deltalux.outputs.camera import look_at
 from deltalux.outputs.images import render
-from deltalux.outputs.textures import Mipmap, transformed
+from deltalux.outputs.textures import Mipmap
 from deltalux.outputs.tone import encode_srgb, tone_map
 from deltalux.rendering import render_session
 from deltalux.scene.look import Look, Texture
@@ -124,7 +124,7 @@ def test_coordinates_beyond_the_image_wrap(wrap, expected):
 def test_an_image_is_scaled_then_turned_then_shifted():
     """A quarter turn takes (1, 0) to (0, -1): anticlockwise, as v points down."""
     own = texture(offset=(0.5, 0.25), rotation=np.pi / 2, scale=(2.0, 3.0))
-    found = transformed(own, np.array([(0, 0), (1, 0), (0, 1)], float))
+    found = own.transformed(np.array([(0, 0), (1, 0), (0, 1)], float))
     np.testing.assert_allclose(found, [(0.5, 0.25), (0.5, -1.75), (3.5, 0.25)], atol=1e-12)
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import deltalux as dl
+from deltalux.io import MISSING_REFLECTANCE
 from deltalux.solid_places import open_place
 from deltalux.stored.facts import edited_scene
 
@@ -43,6 +44,7 @@ def open_scene(
     up: str = "y",
     groups: str = "auto",
     glass: str = "opaque",
+    reflectance: float = MISSING_REFLECTANCE,
 ) -> dl.Scene:
     """Load a scene file, take that of a session file as it was edited, or build a bundled scene.
 
@@ -51,7 +53,7 @@ def open_scene(
     word : path of a file, or the name of a bundled scene
     movable : names of nodes to make movable, in addition to those that the file marks
     lamp, sun : lights to add
-    light_units, unit, up, groups, glass : see `deltalux.load`; for files only
+    light_units, unit, up, groups, glass, reflectance : see `deltalux.load`; for files only
 
     Raises
     ------
@@ -62,10 +64,11 @@ def open_scene(
     if name in BUNDLED_SCENES:
         scene = _with_movable(getattr(dl.scenes, name)(), movable)
     elif Path(word).suffix.lower() == SESSION:
-        if (light_units, unit, up, groups, glass) != ("spec", None, "y", "auto", "opaque"):
+        given = (light_units, unit, up, groups, glass, reflectance)
+        if given != ("spec", None, "y", "auto", "opaque", MISSING_REFLECTANCE):
             raise dl.OptionError(
                 f"{word}: the scene of a session has been read; leave out --light-units, --unit, --up, "
-                "--groups and --glass"
+                "--groups, --glass and --reflectance"
             )
         scene = _with_movable(edited_scene(word), movable)
     else:
@@ -77,6 +80,7 @@ def open_scene(
             up=up,
             groups=groups,
             glass=glass,
+            reflectance=reflectance,
         )
     for added in lamp or ():
         place = open_place(scene) if added.place is None else added.place

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 
+from deltalux.io import MISSING_REFLECTANCE
 from deltalux.io.space import METRES
 from deltalux.rendering import LARGEST
 from deltalux.session_options import PATHS_OF_DISCS, PATHS_OF_RAYS, rays_in_words
@@ -177,6 +178,15 @@ def parse_positive(text: str) -> float:
     return value
 
 
+def parse_share(text: str) -> float:
+    """Parse a number from 0 to 1."""
+    form = "a number from 0 to 1"
+    (value,) = _numbers(text, (1,), form)
+    if not 0 <= value <= 1:
+        raise typer.BadParameter(f"found '{text}', expected {form}")
+    return value
+
+
 def parse_unit(text: str) -> str | float:
     """Parse the name of a unit of length, or its length in metres."""
     if text in METRES:
@@ -276,6 +286,15 @@ GlassOption = Annotated[
         "--glass",
         help="What lets at least half of the light through counts as its diffuse colour (opaque), or is left "
         "out (clear): windows let the sun in, and glass bulbs let their light out.",
+    ),
+]
+MissingOption = Annotated[
+    float,
+    typer.Option(
+        "--reflectance",
+        parser=parse_share,
+        metavar="R",
+        help="Reflectance of surfaces for which the file gives no material, 0 to 1.",
     ),
 ]
 OutputsOption = Annotated[
@@ -442,5 +461,6 @@ SCENE_OPTIONS: dict[str, tuple[Any, Any]] = {
     "up": (UpOption, "y"),
     "groups": (GroupsOption, "auto"),
     "glass": (GlassOption, "opaque"),
+    "reflectance": (MissingOption, MISSING_REFLECTANCE),
 }
 OF_THE_SCENE = tuple(SCENE_OPTIONS)

@@ -9,6 +9,7 @@ from pathlib import Path
 from deltalux.errors import Error, OptionError
 from deltalux.scene import Scene, replace_scene
 
+from .diagnostics import MISSING_REFLECTANCE
 from .gltf import GROUPINGS, load_gltf
 from .obj import load_obj
 from .space import size_questions, space_matrix
@@ -37,6 +38,7 @@ def load(
     up: str = "y",
     groups: str = "auto",
     glass: str = "opaque",
+    reflectance: float = MISSING_REFLECTANCE,
 ) -> Scene:
     """Read a scene from a file; the suffix (.glb, .gltf, .obj) says how.
 
@@ -61,6 +63,8 @@ def load(
         BLEND with such an alpha in glTF, d or Tr in MTL) and do not glow. "opaque": they count as their
         diffuse colour. "clear": they are left out, so that light passes them unchanged, where a real pane
         takes 10 to 20 %; results and exports lack them.
+    reflectance : of surfaces for which the file gives no material, 0 to 1
+        glTF's own default is a perfect white, between whose walls light never ends.
 
     Returns
     -------
@@ -71,7 +75,8 @@ def load(
     Raises
     ------
     OptionError
-        The suffix, a name in `movable`, `light_units`, `unit`, `up`, `groups` or `glass` is unknown.
+        The suffix, a name in `movable`, `light_units`, `unit`, `up`, `groups` or `glass` is unknown, or
+        `reflectance` is beyond 0 to 1.
     FormatError
         The file is absent, malformed, or needs an unsupported feature.
     SceneError
@@ -90,10 +95,14 @@ def load(
         raise OptionError(f"groups: found {groups!r}, expected one of {', '.join(GROUPINGS)}")
     if glass not in GLASS:
         raise OptionError(f"glass: found {glass!r}, expected one of {', '.join(GLASS)}")
+    if not 0 <= reflectance <= 1:
+        raise OptionError(f"reflectance: found {reflectance!r}, expected a number from 0 to 1")
     names = (movable,) if isinstance(movable, str) else tuple(movable)
     space = space_matrix(unit, up)
     try:
-        scene = loader(path, names, light_units, space, groups, clear_glass=glass == CLEAR)
+        scene = loader(
+            path, names, light_units, space, groups, clear_glass=glass == CLEAR, reflectance=reflectance
+        )
         questions = size_questions(scene) if unit is None else []
         return replace_scene(scene, warnings=[*scene.warnings, *questions]) if questions else scene
     except Error as error:

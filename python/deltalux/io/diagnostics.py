@@ -17,6 +17,13 @@ LEAST_PASSED = 0.5  # least share of the light that glass lets through
 GLASS_REMEDY = '--glass clear (glass="clear") lets light pass what is mostly transparent'
 LEFT_OUT = "glass is left out: light passes it unchanged, and results and exports do not show it"
 
+MISSING_REFLECTANCE = 0.8  # of surfaces without a material: plaster, light paint
+UNREADABLE = "textures that cannot be read: the plain colour counts"
+MISSING = (
+    "surfaces without a material reflect {:g}, as light paint does; another reflectance: --reflectance R "
+    "(reflectance=R)"
+)
+
 T = TypeVar("T")
 
 

@@ -7,6 +7,8 @@ import re
 import stat
 from pathlib import Path
 
+from deltalux.errors import FormatError
+
 from .diagnostics import malformed
 
 SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.\-]*:")  # scheme of a URL, or a drive letter
@@ -27,11 +29,23 @@ def read_regular_file(path: Path, where: str, limit: int | None = None) -> bytes
         raise malformed(where, f'"{path.name}" that cannot be read ({error})', "a readable file") from None
 
 
+def is_beside(folder: Path, relative: str) -> bool:
+    """Whether `read_beside` would find a regular file."""
+    try:
+        return _found_beside(folder, relative, "").is_file()
+    except (FormatError, OSError, ValueError):
+        return False
+
+
 def read_beside(folder: Path, relative: str, where: str, limit: int | None = None) -> bytes:
     """The bytes of `folder`/`relative`.
 
     Refuses "..", absolute paths, addresses and symbolic links that lead out of the folder.
     """
+    return read_regular_file(_found_beside(folder, relative, where), where, limit)
+
+
+def _found_beside(folder: Path, relative: str, where: str) -> Path:
     shown = repr(relative[:80])
     if SCHEME.match(relative) or relative.startswith(("/", "\\")) or not relative.isprintable():
         raise malformed(
@@ -49,4 +63,4 @@ def read_beside(folder: Path, relative: str, where: str, limit: int | None = Non
             "a file inside it",
             "move it there",
         )
-    return read_regular_file(target, where, limit)
+    return target

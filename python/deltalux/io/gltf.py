@@ -14,7 +14,7 @@ from deltalux.scene.adding import NO_LIGHT
 from deltalux.scene.scene import MAX_GROUPS
 
 from .decoder_process import DecoderProcess
-from .diagnostics import element
+from .diagnostics import MISSING_REFLECTANCE, element
 from .gltf_accessors import Accessors
 from .gltf_buffers import Buffers
 from .gltf_cameras import read_cameras
@@ -41,6 +41,7 @@ def load_gltf(
     groups: str = BY_COUNT,
     *,
     clear_glass: bool = False,
+    reflectance: float = MISSING_REFLECTANCE,
 ) -> Scene:
     """Read a glTF file; see `deltalux.load`.
 
@@ -56,8 +57,9 @@ def load_gltf(
         nodes = expand_instances(place_nodes(document, space), accessors)
         ownership = assign_owners(nodes, movable, document.notes)
         assembly = _Assembly(
-            document, nodes, ownership, light_units, buffers, accessors, decoder, clear_glass
-        )
+            document, nodes, ownership, light_units, buffers, accessors, decoder,
+            Materials(document, Textures(document, buffers), clear_glass, reflectance),
+        )  # fmt: skip
         assembly.check_size()
         scene = assembly.scene(groups == BY_NAME)
         if groups == BY_COUNT and len(scene.groups) > MAX_GROUPS:
@@ -91,13 +93,14 @@ class _Assembly:
         buffers: Buffers,
         accessors: Accessors,
         decoder: DecoderProcess,
-        clear_glass: bool,
+        materials: Materials,
     ) -> None:
         self.document = document
         self.nodes = nodes
         self.ownership = ownership
-        self.materials = Materials(document, Textures(document, buffers), clear_glass)
-        self.primitives = Primitives(document, accessors, buffers, decoder, self.materials)
+        self.materials = materials
+        users = {node.source.mesh: node.label for node in reversed(nodes) if node.source.mesh is not None}
+        self.primitives = Primitives(document, accessors, buffers, decoder, self.materials, users)
         self.light_units = light_units
         self._begin(by_name=False)
 

@@ -3,10 +3,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+
+from deltalux.vectors import triangle_areas
 
 from .decoder_process import DecoderProcess
 from .diagnostics import element, malformed
@@ -57,8 +60,11 @@ class Primitives:
         buffers: Buffers,
         decoder: DecoderProcess,
         materials: Materials,
+        users: Mapping[int, str],
     ) -> None:
+        """`users`: for each mesh the name of the first object that it is part of."""
         self._materials = materials
+        self._users = users
         self._document = document
         self._accessors = accessors
         self._draco = DracoPrimitives(accessors, buffers, decoder)
@@ -169,13 +175,11 @@ class Primitives:
             vertices.append(points if used is None else points[used])
             triangles.append(own + offset)
             offset += len(vertices[-1])
-        return Surface(
-            np.concatenate(vertices),
-            np.concatenate(triangles),
-            np.concatenate(materials),
-            joined_coordinates(coordinates, [len(own) for own in triangles[1:]]),
-            bool((np.concatenate(materials) >= len(self._document.gltf.materials)).any()),
-        )
+        points, corners, numbers = map(np.concatenate, (vertices, triangles, materials))
+        joined = joined_coordinates(coordinates, [len(own) for own in triangles[1:]])
+        tinted = bool((numbers >= len(self._document.gltf.materials)).any())
+        numbers = self._materials.on_object(numbers, joined, _areas(points, corners), self._users[mesh])
+        return Surface(points, corners, numbers, joined, tinted)
 
     def _materials_of(
         self, place: str, primitive: Any, triangles: np.ndarray, points: np.ndarray
@@ -189,13 +193,16 @@ class Primitives:
             return np.full(len(triangles), index, np.int64)
         where = f"{place}.attributes.COLOR_0"
         colours = self._accessors.colours(primitive.attributes.COLOR_0, where, len(points))
-        a, b, c = np.moveaxis(points[triangles], 1, 0)
-        with np.errstate(over="ignore", invalid="ignore"):
-            areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-        palette, number = tints(colours[triangles], np.nan_to_num(areas, posinf=0.0))
+        palette, number = tints(colours[triangles], _areas(points, triangles))
         if len(palette) == MOST:
             self._document.notes.add(f"vertex colours: similar ones become one, {MOST} in all", place)
         return self._materials.tinted(index, palette)[number]
+
+
+def _areas(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """(m,) areas, as weights: those beyond float64 are 0."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.nan_to_num(triangle_areas(points[triangles]), posinf=0.0)
 
 
 def joined_coordinates(parts: list[np.ndarray | None], counts: list[int]) -> np.ndarray | None:

@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Textures of a glTF document: encoded images, their mean linear colour, samplers and transforms."""
+"""Textures of a glTF document: encoded images, their colours, samplers and transforms."""
 
 from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from deltalux.scene.look import MAG_FILTERS, MIN_FILTERS, WRAPS, Texture
-from deltalux.texels import FORMATS, MAX_FILE_BYTES, mean_linear_texel
+from deltalux.texels import FORMATS, MAX_FILE_BYTES, Texels, read_texels
 
 from .diagnostics import element, malformed
 from .gltf_buffers import Buffers, read_uri
@@ -18,25 +16,29 @@ TRANSFORM = "KHR_texture_transform"
 
 
 class Textures:
-    """Reads each image once and computes its mean."""
+    """Reads and decodes each image once."""
 
     def __init__(self, document: Document, buffers: Buffers) -> None:
         self._document = document
         self._buffers = buffers
-        self._images: dict[int, tuple[bytes, np.ndarray]] = {}
+        self._images: dict[int, tuple[bytes, Texels]] = {}
+        self._texels: dict[int, Texels] = {}  # by the identity of the encoded image
 
     def texture(self, reference: Any, where: str) -> Texture:
-        """The texture that a material's record `reference` refers to; its mean ignores alpha."""
+        """The texture that a material's record `reference` refers to, with the mean of its whole image.
+
+        Raises FormatError if there is no image that can be decoded.
+        """
         index = reference.index
         texture = element(self._document.gltf.textures, index, f"{where}.index")
-        image, mean = self._image(texture, index)
+        image, texels = self._image(texture, index)
         sampler = None
         if texture.sampler is not None:
             sampler = element(self._document.gltf.samplers, texture.sampler, f"textures[{index}].sampler")
         transform = reference.extensions.get(TRANSFORM, {})
         return Texture(
             image,
-            mean,
+            texels.mean,
             (_known(sampler, "wrapS", WRAPS), _known(sampler, "wrapT", WRAPS)),
             _known(sampler, "magFilter", MAG_FILTERS),
             _known(sampler, "minFilter", MIN_FILTERS),
@@ -45,8 +47,12 @@ class Textures:
             tuple(transform.get("scale", (1.0, 1.0))),
         )
 
-    def _image(self, texture: Any, index: int) -> tuple[bytes, np.ndarray]:
-        """The encoded bytes and their (3,) mean linear texel."""
+    def texels(self, texture: Texture) -> Texels:
+        """The colours of a texture that was read here."""
+        return self._texels[id(texture.image)]
+
+    def _image(self, texture: Any, index: int) -> tuple[bytes, Texels]:
+        """The encoded bytes, and their colours."""
         webp = texture.extensions.get("EXT_texture_webp", {}).get("source")
         source = webp if webp is not None else texture.source
         if source is None:
@@ -63,7 +69,8 @@ class Textures:
                 data = bytes(self._buffers.view(image.bufferView, place))
             else:
                 raise malformed(place, "no data", "a uri or a bufferView")
-            self._images[source] = data, mean_linear_texel(data, place)
+            self._images[source] = data, read_texels(data, place)
+            self._texels[id(data)] = self._images[source][1]
         return self._images[source]
 
 

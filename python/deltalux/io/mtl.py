@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""MTL files of OBJ: Kd and Ke, each with the mean of its texture."""
+"""MTL files of OBJ: Kd and Ke, each with the mean of the texels that an object uses."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +12,18 @@ import numpy as np
 from deltalux.errors import FormatError
 from deltalux.scene import Material
 from deltalux.scene.look import WRAPS, Look, Texture
-from deltalux.texels import MAX_FILE_BYTES, mean_linear_texel
+from deltalux.texels import MAX_FILE_BYTES, Texels, read_texels
 
-from .diagnostics import GLASS_REMEDY, LEAST_PASSED, LEFT_OUT, OPAQUE, Notes, clean_name, malformed
-from .files import read_beside
+from .diagnostics import (
+    GLASS_REMEDY, LEAST_PASSED, LEFT_OUT, MISSING, OPAQUE, UNREADABLE, Notes, UniqueNames, clean_name,
+    malformed,
+)  # fmt: skip
+from .files import is_beside, read_beside
+from .used_texels import SimilarMeans, means_on, opacity_of, with_means
 
 MOST_OPTION = 1e9  # options' numbers of this size or more are ignored
-GREY = 0.5  # reflectance of materials that the MTL files do not define
+MOST_WORDS = 16  # of a file name; more are several names
+ALPHA = opacity_of("BLEND")  # images' own alpha weights their texels
 # Statements that name a texture file.
 TEXTURES = {
     "map_Kd", "map_Ke", "map_Ka", "map_Ks", "map_Ns", "map_d", "map_bump", "map_Bump", "map_Pr", "map_Pm",
@@ -35,11 +41,11 @@ class _Map:
     scale: tuple[float, float] = (1.0, 1.0)
     clamped: bool = False
 
-    def texture(self, image: bytes, mean: np.ndarray) -> Texture:
+    def texture(self, image: bytes, texels: Texels) -> Texture:
         """The texture in glTF's coordinates, whose v points down; OBJ's v points up."""
         return Texture(
             image,
-            mean,
+            texels.mean,
             (WRAPS[1] if self.clamped else WRAPS[0],) * 2,
             offset=(self.offset[0], 1 - self.scale[1] - self.offset[1]),
             scale=self.scale,
@@ -63,24 +69,58 @@ class _Entry:
         return self.passes >= LEAST_PASSED and not self.colours.get("Ke", np.zeros(3)).any()
 
 
-class MaterialLibrary:
-    """Materials by name, from any number of MTL files in or below `folder`; `clear_glass`: is left out."""
+@dataclass
+class _Made:
+    """Materials of one name: by the means of their textures on the objects that have them."""
 
-    def __init__(self, folder: Path, notes: Notes, clear_glass: bool) -> None:
-        self._clear_glass = clear_glass
+    similar: SimilarMeans = field(default_factory=SimilarMeans)
+    materials: list[Material] = field(default_factory=list)
+
+
+class MaterialLibrary:
+    """Materials by name, from any number of MTL files in or below `folder`.
+
+    `clear_glass`: is left out; `missing`: reflectance of materials that no file gives any.
+    """
+
+    def __init__(self, folder: Path, notes: Notes, clear_glass: bool, missing: float) -> None:
+        self._clear_glass, self._missing = clear_glass, missing
         self._folder = folder
         self._notes = notes
         self._files: dict[Path, None] = {}
         self._read: set[str] = set()
-        self._images: dict[str, tuple[bytes, np.ndarray]] = {}  # encoded images and their means, by path
+        self._images: dict[str, tuple[bytes, Texels]] = {}  # encoded images and their colours, by path
+        self._texels: dict[int, Texels] = {}  # by the identity of the encoded image
         self._entries: dict[str, _Entry] = {}
+        self._plain: dict[str, Material] = {}  # with the means of whole images
+        self._made: dict[str, _Made] = {}
+        self._names = UniqueNames()
 
     @property
     def files(self) -> tuple[Path, ...]:
         """The MTL files and all textures that they name, read or not."""
         return tuple(self._files)
 
-    def read(self, filename: str, where: str) -> None:
+    @property
+    def materials(self) -> list[Material]:
+        """Every material made so far."""
+        return [material for made in self._made.values() for material in made.materials]
+
+    def read_all(self, words: Sequence[str], where: str) -> None:
+        """Add the materials of the files that a mtllib statement names; names may contain spaces.
+
+        At each word the longest name counts of which there is a file, else what ends with the next ".mtl".
+        """
+        first = 0
+        while first < len(words):
+            ends = range(min(first + MOST_WORDS, len(words)), first, -1)
+            there = (end for end in ends if is_beside(self._folder, _path(words[first:end])))
+            guessed = (end for end in reversed(ends) if words[end - 1].lower().endswith(".mtl"))
+            end = next(there, next(guessed, len(words)))
+            self._read_file(_path(words[first:end]), where)
+            first = end
+
+    def _read_file(self, filename: str, where: str) -> None:
         """Add the materials of a file, once; an absent file is only a warning: the geometry is valid."""
         place, path = clean_name(filename), self._named(filename)
         if path in self._read:
@@ -138,21 +178,53 @@ class MaterialLibrary:
                 if entry.is_glass:
                     self._notes.add(GLASS_REMEDY, name)
 
-    def material(self, name: str) -> Material:
-        """The material of that name; grey, with a warning, if no MTL file defines it."""
-        entry = self._entries.get(name)
-        if entry is None:
-            self._notes.add(f"materials that no MTL file defines are grey ({GREY})", name)
-            return Material(name, (GREY,) * 3)
-        reflectance = entry.colours.get("Kd", np.full(3, GREY))
+    def material(self, name: str, user: str, coordinates: np.ndarray | None, areas: np.ndarray) -> str:
+        """Name of the material of that name on an object, which uses a part of its textures.
+
+        Parameters
+        ----------
+        name : as the OBJ file has it; `missing`, with a warning, if no MTL file defines it
+        user : the object's name
+        coordinates : (m, 3, 2) of the corners of the object's triangles of that material, or None
+        areas : (m,)
+        """
+        if name not in self._plain:
+            self._plain[name] = self._whole(name)
+        whole, made = self._plain[name], self._made.setdefault(name, _Made())
+        means = means_on(whole.look, ALPHA, self._texels_of, coordinates, areas)
+        number = made.similar.number(means)
+        if number == len(made.materials):
+            own = self._names.take(f"{name} on {user}" if made.materials else name)
+            made.materials.append(self._with_means(replace(whole, name=own), name, means))
+        return made.materials[number].name
+
+    def _texels_of(self, texture: Texture) -> Texels:
+        return self._texels[id(texture.image)]
+
+    def _with_means(self, material: Material, name: str, means: np.ndarray) -> Material:
+        factors = self._factors(name, material.look)
+        return replace(
+            material,
+            reflectance=np.clip(factors["Kd"] * means[:3], 0.0, 1.0),
+            emission=factors["Ke"] * means[3:],
+            look=with_means(material.look, means),
+        )
+
+    def _factors(self, name: str, look: Look) -> dict[str, np.ndarray]:
+        """Kd and Ke; a texture without Kd counts as it is."""
+        given = self._entries[name].colours if name in self._entries else {}
+        missing = self._missing if look.colour is None else 1.0
+        return {"Kd": np.full(3, missing), "Ke": np.zeros(3)} | given
+
+    def _whole(self, name: str) -> Material:
+        """The material without the factors of its textures."""
+        entry = self._entries.get(name, _Entry())
         colour, glow = self._texture(entry, "Kd", name), None
-        if colour is not None:
-            reflectance = reflectance * colour.mean
-        emission = entry.colours.get("Ke", np.zeros(3))
-        if emission.any():
+        if colour is None and "Kd" not in entry.colours:
+            self._notes.add(MISSING.format(self._missing), name)
+        if entry.colours.get("Ke", np.zeros(3)).any():
             glow = self._texture(entry, "Ke", name)
-            emission = emission if glow is None else emission * glow.mean
-        return Material(name, np.clip(reflectance, 0.0, 1.0), emission, look=Look(colour, glow))
+        return Material(name, look=Look(colour, glow))
 
     def _texture(self, entry: _Entry, key: str, name: str) -> Texture | None:
         if key not in entry.textures:
@@ -162,12 +234,18 @@ class MaterialLibrary:
         try:
             if found.path not in self._images:
                 data = read_beside(self._folder, found.path, place, MAX_FILE_BYTES)
-                self._images[found.path] = data, mean_linear_texel(data, place)
+                self._images[found.path] = data, read_texels(data, place)
+                self._texels[id(data)] = self._images[found.path][1]
         except FormatError as error:
-            self._notes.add("textures that cannot be read: the plain colour counts", str(error))
+            self._notes.add(UNREADABLE, str(error))
             return None
         self._notes.add("textures count with their mean colour", name)
         return found.texture(*self._images[found.path])
+
+
+def _path(words: Sequence[str]) -> str:
+    """A file name of these words, with forward slashes; some programs put it in quotes."""
+    return " ".join(words).strip('"').replace("\\", "/")
 
 
 def _options(words: list[str]) -> tuple[tuple[float, float], tuple[float, float], bool]:

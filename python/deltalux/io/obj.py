@@ -7,7 +7,7 @@ import math
 import re
 from array import array
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +18,7 @@ from deltalux.scene.adding import NO_LIGHT
 from deltalux.scene.naming import candidates, chosen
 from deltalux.units import WATTS_PER_SQUARE_METRE
 
-from .diagnostics import ALL_NAMES, Notes, clean_name, malformed
+from .diagnostics import ALL_NAMES, MISSING_REFLECTANCE, Notes, clean_name, malformed
 from .files import read_regular_file
 from .mtl import MaterialLibrary
 from .polygons import cut
@@ -54,6 +54,7 @@ def load_obj(
     groups: str = "auto",
     *,
     clear_glass: bool = False,
+    reflectance: float = MISSING_REFLECTANCE,
 ) -> Scene:
     """Read an OBJ file and its MTL files; see `deltalux.load`.
 
@@ -63,7 +64,7 @@ def load_obj(
     effect; each object with a luminous material is a light group, so `groups` has none either.
     """
     notes = Notes()
-    library = MaterialLibrary(path.parent, notes, clear_glass)
+    library = MaterialLibrary(path.parent, notes, clear_glass, reflectance)
     reading = _read(read_regular_file(path, "file"), library, notes)
     library.note_transparent()
     objects = reading.objects
@@ -77,9 +78,8 @@ def load_obj(
         vertices = vertices @ space[:3, :3].T
     coordinates = np.array(reading.coordinates, np.float32).reshape(-1, 2) * (1, -1) + (0, 1)
     meshes = [_mesh(name, found, vertices, coordinates, name in moving) for name, found in objects.items()]
-    materials = [
-        library.material(name) for name in dict.fromkeys(m for mesh in meshes for m in mesh.material)
-    ]
+    meshes = [replace(mesh, material=_materials(mesh, library)) for mesh in meshes]
+    materials = library.materials
     if not any(material.emissive for material in materials):
         notes.add(NO_LIGHT)
     nodes = [Node(m.name, -1, m.pose, ((m.name, 0, len(m.triangles)),)) for m in meshes]
@@ -125,6 +125,16 @@ def _mesh(name: str, found: _Object, vertices: np.ndarray, coordinates: np.ndarr
         movable,
         coordinates=_coordinates(found, coordinates),
     )
+
+
+def _materials(mesh: Mesh, library: MaterialLibrary) -> tuple[str, ...]:
+    """Names of the mesh's materials, by the texels that it uses of their textures."""
+    areas, names = mesh.triangle_areas(), []
+    for number, name in enumerate(mesh.material):
+        own = mesh.material_index == number
+        coordinates = None if mesh.coordinates is None else mesh.coordinates[own]
+        names.append(library.material(name, mesh.name, coordinates, areas[own]))
+    return tuple(names)
 
 
 def _coordinates(found: _Object, values: np.ndarray) -> np.ndarray | None:
@@ -182,7 +192,7 @@ def _read(data: bytes, library: MaterialLibrary, notes: Notes) -> _Reading:
         elif key == "usemtl":
             material = clean_name(" ".join(rest)) or "default"
         elif key == "mtllib":
-            library.read(" ".join(rest), where)
+            library.read_all(rest, where)
         elif key not in IGNORED:
             notes.add("statements that are not honoured", clean_name(key))
     return reading

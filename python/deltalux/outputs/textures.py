@@ -79,12 +79,6 @@ def _wrapped(number: np.ndarray, size: int, wrap: int) -> np.ndarray:
     return np.where(mirrored < size, mirrored, 2 * size - 1 - mirrored).astype(int)
 
 
-def transformed(texture: Texture, place: np.ndarray) -> np.ndarray:
-    """Coordinates (k, 2) in the image of those of a surface (KHR_texture_transform)."""
-    matrix = texture.matrix
-    return place @ matrix[:, :2].T + matrix[:, 2]
-
-
 class ShownTextures:
     """Factors of the textures of a scene's materials, where rays hit its display mesh."""
 
@@ -130,7 +124,7 @@ class ShownTextures:
         width: np.ndarray,
     ) -> np.ndarray:
         image = self._image(texture)
-        place = transformed(texture, corners.reshape(-1, 2)).reshape(-1, 3, 2)
+        place = texture.transformed(corners.reshape(-1, 2)).reshape(-1, 3, 2)
         ab, ac = place[:, 1] - place[:, 0], place[:, 2] - place[:, 0]
         texels = np.prod(image.levels[0].shape[:2]) * np.abs(ab[:, 0] * ac[:, 1] - ab[:, 1] * ac[:, 0])
         points = self._surfaces.points[self._surfaces.display.triangles[triangle]]

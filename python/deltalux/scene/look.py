@@ -74,6 +74,24 @@ class Texture:
             [[cosine * across, sine * down, self.offset[0]], [-sine * across, cosine * down, self.offset[1]]]
         )
 
+    def transformed(self, coordinates: np.ndarray) -> np.ndarray:
+        """Coordinates (k, 2) in the image of those of a surface (KHR_texture_transform)."""
+        matrix = self.matrix
+        return coordinates @ matrix[:, :2].T + matrix[:, 2]
+
+    def wrapped(self, place: np.ndarray) -> np.ndarray:
+        """Coordinates (k, 2) in the image, brought to 0 to 1 as its edges are wrapped."""
+        repeat, clamp, _ = WRAPS
+        columns = []
+        for axis, wrap in enumerate(self.wrap):
+            if wrap == clamp:
+                columns.append(np.clip(place[:, axis], 0.0, 1.0))
+            elif wrap == repeat:
+                columns.append(place[:, axis] % 1.0)
+            else:
+                columns.append(1.0 - np.abs(place[:, axis] % 2.0 - 1.0))
+        return np.stack(columns, axis=1)
+
 
 @dataclass(frozen=True, eq=False)
 class Look:
