@@ -15,6 +15,7 @@ from rich.text import Text
 import deltalux as dl
 from deltalux.quantities import significant
 from deltalux.scene import Node
+from deltalux.scene.outward_light import inner_shares
 from deltalux.units import LUX, photopic
 from deltalux.vectors import triangle_areas
 
@@ -88,11 +89,16 @@ def _contents(scene: dl.Scene, nodes: Sequence[Node]) -> list[_Content]:
             if count:
                 own.include(_Content(points.min(axis=(0, 1)), points.max(axis=(0, 1)), count))
             areas = triangle_areas(points)
+            inner: np.ndarray | None = None
             for i, material in enumerate(mesh.material):
                 lit = luminous.get(material)
-                area = float(areas[mesh.material_index[these] == i].sum())
+                uses = mesh.material_index[these] == i
+                area = float(areas[uses].sum())
                 if lit is not None and area > 0:
-                    power = np.pi * area * lit.emission * (2 if lit.two_sided else 1)
+                    if lit.two_sided:
+                        inner = inner_shares(mesh.vertices, mesh.triangles)[these] if inner is None else inner
+                        area += float((areas * inner)[uses].sum())
+                    power = np.pi * area * lit.emission
                     own.lights.append({"name": f"{name} ({material})", "power": float(photopic(power))})
         own.lights += [{"name": name, "power": lights[name].power()} for name in node.lights]
         found.append(own)

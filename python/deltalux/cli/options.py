@@ -178,15 +178,6 @@ def parse_positive(text: str) -> float:
     return value
 
 
-def parse_share(text: str) -> float:
-    """Parse a number from 0 to 1."""
-    form = "a number from 0 to 1"
-    (value,) = _numbers(text, (1,), form)
-    if not 0 <= value <= 1:
-        raise typer.BadParameter(f"found '{text}', expected {form}")
-    return value
-
-
 def parse_unit(text: str) -> str | float:
     """Parse the name of a unit of length, or its length in metres."""
     if text in METRES:
@@ -292,7 +283,8 @@ MissingOption = Annotated[
     float,
     typer.Option(
         "--reflectance",
-        parser=parse_share,
+        min=0.0,
+        max=1.0,
         metavar="R",
         help="Reflectance of surfaces for which the file gives no material, 0 to 1.",
     ),

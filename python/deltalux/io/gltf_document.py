@@ -23,7 +23,8 @@ HONOURED = {
     "KHR_materials_emissive_strength",
     "KHR_materials_pbrSpecularGlossiness",  # its diffuse part
     "KHR_mesh_quantization",
-    "KHR_texture_transform",  # the mean texel does not depend on it
+    "KHR_node_visibility",
+    "KHR_texture_transform",
 }
 COMPRESSION = {"EXT_meshopt_compression", "KHR_draco_mesh_compression", "KHR_meshopt_compression"}
 # These affect only appearance; Deltalux treats all surfaces as diffuse, so a file may require them.

@@ -17,6 +17,7 @@ from .diagnostics import (
     GLASS_REMEDY, LEAST_PASSED, LEFT_OUT, MISSING, OPAQUE, UNREADABLE, Notes, UniqueNames, malformed,
 )  # fmt: skip
 from .gltf_document import Document
+from .gltf_schema import LIT_REFLECTANCE
 from .gltf_textures import TRANSFORM, Textures
 from .used_texels import SimilarMeans, means_on, opacity_of, with_means
 
@@ -232,8 +233,11 @@ class Materials:
         mode = source.alphaMode if source.alphaMode in ALPHA_MODES else PLAIN.alpha_mode
         cutoff = PLAIN.alpha_cutoff if source.alphaCutoff is None else max(source.alphaCutoff, 0.0)
         look = Look(colour, glow, mode, float(np.clip(factor[3], 0, 1)), cutoff)
+        colour_factor = np.array(factor[:3])
+        if LIT_REFLECTANCE in source.extras:  # of a lit file, whose base colour may be that of a lamp
+            colour_factor, look = np.array(source.extras[LIT_REFLECTANCE], np.float64), replace(look, colour=None)
         group = source.extras.get("group")
-        return _Read(name, np.array(factor[:3]), emission, group, bool(source.doubleSided), look)
+        return _Read(name, colour_factor, emission, group, bool(source.doubleSided), look)
 
     def _texture(self, reference: Any, place: str, name: str) -> Texture | None:
         if reference is None:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +11,9 @@ import numpy as np
 
 from .diagnostics import UniqueNames, element, malformed
 from .gltf_document import Document
+
+
+VISIBILITY, LIGHT = "KHR_node_visibility", "KHR_lights_punctual"
 
 
 @dataclass(frozen=True)
@@ -44,6 +48,7 @@ def place_nodes(document: Document, space: np.ndarray | None = None) -> list[Pla
     nodes = document.gltf.nodes
     parents = _parents(nodes)
     order = _depth_first(nodes, _roots(document, parents))
+    nodes = _without_hidden(document, parents, order)
     position = {index: k for k, index in enumerate(order)}
     names = [_name(document, index) for index in order]
     labels = unique_labels(names, [nodes[index].mesh is not None for index in order])
@@ -129,6 +134,23 @@ def _depth_first(nodes: list[Any], roots: list[int]) -> list[int]:
         order.append(index)
         stack.extend(reversed(nodes[index].children))
     return order
+
+
+def _without_hidden(document: Document, parents: list[int], order: list[int]) -> list[Any]:
+    """The nodes, of which hidden ones and all below them have neither mesh nor light (KHR_node_visibility).
+
+    Cameras see from hidden nodes, too.
+    """
+    nodes, hidden = list(document.gltf.nodes), set[int]()
+    for index in order:  # parents come first
+        if parents[index] in hidden or not nodes[index].extensions.get(VISIBILITY, {}).get("visible", True):
+            hidden.add(index)
+            found = nodes[index] = copy.copy(nodes[index])
+            if found.mesh is not None or LIGHT in found.extensions:
+                document.notes.add("hidden objects and lamps are left out", _name(document, index))
+            found.mesh = found.skin = None
+            found.extensions = {}
+    return nodes
 
 
 def _name(document: Document, index: int) -> str:

@@ -19,9 +19,14 @@ from .gltf_document import COMPRESSION, Document, compression_remedy
 from .gltf_draco import NAME as DRACO
 from .gltf_draco import DracoPrimitives
 from .gltf_materials import Materials
+from .gltf_schema import LIT_ATTRIBUTE
 from .vertex_colours import MOST, tints
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
+LIT = (
+    "this file was lit by Deltalux: its vertex colours are light, not reflectance, and are left out; surfaces "
+    "that shone are dark (load the scene that it was made from)"
+)
 NO_TRIANGLES = {0: "points", 1: "lines", 2: "lines", 3: "lines"}
 
 
@@ -149,6 +154,11 @@ class Primitives:
         corners = self._accessors.indices(primitive.indices, f"{place}.indices", len(points))
         return points, corners, coordinates
 
+    def _is_lit(self, primitive: Any) -> bool:
+        """Whether vertex colours are light that Deltalux wrote, perhaps changed by another program since."""
+        own = (self._document.gltf.asset.generator or "").startswith("deltalux ")
+        return own or getattr(primitive.attributes, LIT_ATTRIBUTE, None) is not None
+
     def _coordinates_name(self, primitive: Any) -> str | None:
         """Name of the attribute that the material's texture needs; None if none is needed or present."""
         number = None if primitive.material is None else self._materials.coordinate_set(primitive.material)
@@ -187,6 +197,9 @@ class Primitives:
         """Number of each triangle's material, by its vertices' colours where it has any."""
         index = -1 if primitive.material is None else primitive.material
         if primitive.attributes.COLOR_0 is None:
+            return np.full(len(triangles), index, np.int64)
+        if self._is_lit(primitive):
+            self._document.notes.add(LIT)
             return np.full(len(triangles), index, np.int64)
         if self._is_compressed(place, primitive):
             self._document.notes.add("vertex colours that Draco compressed are not honoured", place)

@@ -20,7 +20,9 @@ Check = Callable[[Any, str], Any]
 
 MAX_INTEGER = 2**53
 MAX_NUMBER = 1e30  # beyond it, products of transforms would leave the range of float64
-ATTRIBUTE = re.compile(r"[A-Z][A-Z0-9_]*")
+# What marks a lit file of Deltalux: an attribute beside its COLOR_0, and a key of its materials' extras.
+LIT_ATTRIBUTE, LIT_REFLECTANCE = "_IRRADIANCE", "deltalux_reflectance"
+ATTRIBUTE = re.compile(rf"[A-Z][A-Z0-9_]*|{LIT_ATTRIBUTE}")
 
 
 def integer(value: Any, where: str) -> int:
@@ -106,14 +108,22 @@ def _extensions(known: Mapping[str, Check]) -> Check:
 
 
 def _extras(value: Any, where: str) -> dict[str, Any]:
-    # Extras may be any JSON. Deltalux defines these two keys; values of other types belong to other programs.
+    # Extras may be any JSON. Deltalux defines these keys; values of other types belong to other programs.
     found = value if isinstance(value, dict) else {}
     extras: dict[str, Any] = {}
     if isinstance(found.get("group"), str) and found["group"]:
         extras["group"] = clean_name(found["group"])
     if isinstance(found.get("movable"), bool | int):  # Blender writes a checkbox as 1
         extras["movable"] = bool(found["movable"])
+    if _is_colour(found.get(LIT_REFLECTANCE)):
+        extras[LIT_REFLECTANCE] = found[LIT_REFLECTANCE]
     return extras
+
+
+def _is_colour(value: Any) -> bool:
+    """Whether it is a list of three numbers from 0 to 1."""
+    plain = isinstance(value, list) and len(value) == 3 and not any(isinstance(v, bool) for v in value)
+    return plain and all(isinstance(v, int | float) and 0 <= v <= 1 for v in value)
 
 
 def _named_integers(value: Any, where: str) -> dict[str, int]:
@@ -241,6 +251,7 @@ _NODE = record(
     extensions={
         "EXT_mesh_gpu_instancing": record({"attributes": _named_integers}),
         "KHR_lights_punctual": record({"light": integer}, required=("light",)),
+        "KHR_node_visibility": record({"visible": boolean}),
     },
     make=gl.Node,
 )

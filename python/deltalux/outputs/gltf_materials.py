@@ -13,6 +13,8 @@ from deltalux.scene.look import Texture, media_type
 from .gltf_binary import Binary
 from .shown_looks import Shown
 
+# Key of a material's extras: what it reflects, where the base colour alone does not say it.
+REFLECTANCE = "deltalux_reflectance"
 UNLIT, TRANSFORM, WEBP = "KHR_materials_unlit", "KHR_texture_transform", "EXT_texture_webp"
 
 
@@ -29,6 +31,7 @@ class GltfMaterials:
     def add(self, material: Material, shown: Shown) -> int:
         """Add a material and return its index."""
         look = material.look
+        told = not material.emissive and bool((shown.reflected == 1).all())
         covers = look.alpha_mode == "OPAQUE"
         self._document.materials.append(
             gl.Material(
@@ -40,6 +43,7 @@ class GltfMaterials:
                     roughnessFactor=1.0,
                 ),
                 extensions={UNLIT: {}},
+                extras={} if told else {REFLECTANCE: material.reflectance.tolist()},
                 alphaMode=None if covers else look.alpha_mode,
                 alphaCutoff=look.alpha_cutoff if look.alpha_mode == "MASK" else None,
             )

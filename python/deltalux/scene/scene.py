@@ -21,6 +21,7 @@ from .lights import Light
 from .look import PLAIN, Look, checked_coordinates
 from .naming import candidates, chosen
 from .nodes import Node
+from .outward_light import inner_shares
 from .surfaces import DIFFUSE, Surface
 
 MAX_GROUPS = 8  # up to this many groups, the core keeps sums per group (see "Group" in the glossary)
@@ -280,7 +281,8 @@ class Scene:
         Returns
         -------
         dict with `triangles`, `area`, `emissive_area`, `bounds`, `lights` (name, kind, group,
-        power in watts or lumens, photopic), `movable`, `unit`, `materials`, `warnings`.
+        power in watts or lumens, photopic; of two-sided surfaces what leaves the body that they are part of),
+        `movable`, `unit`, `materials`, `warnings`.
         """
         by_name = {m.name: m for m in self.materials}
         triangles, area, emissive_area = 0, 0.0, 0.0
@@ -290,9 +292,13 @@ class Scene:
             triangles += len(areas)
             area += float(areas.sum())
             for material in self._emissive_materials(mesh):
-                own = float(areas[self._uses(mesh, material.name)].sum())
+                uses = self._uses(mesh, material.name)
+                own = float(areas[uses].sum())
                 emissive_area += own
-                power = np.pi * own * material.emission * (2 if material.two_sided else 1)
+                shining = own
+                if material.two_sided:
+                    shining += float((areas * inner_shares(mesh.vertices, mesh.triangles))[uses].sum())
+                power = np.pi * shining * material.emission
                 lights.append(
                     {
                         "name": mesh.name,
