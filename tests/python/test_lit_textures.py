@@ -246,7 +246,7 @@ def test_a_changed_reflectance_tints_the_texture(tmp_path: Path, reflectance):
         present = baked_of(session, "").scene
     viewer = lit(tmp_path, present, light=200.0)
     seen = viewer.shown("card")
-    mean = srgb_to_linear(PIXELS / 255).mean(axis=(0, 1))
+    mean = present.materials[0].look.colour.mean
     texels = texels_at(PIXELS, (REPEAT, REPEAT), uv_of(seen.points[:, :2]))
     assert_shows(seen, EXPOSURE * seen.light * texels * reflectance / mean)
 
@@ -279,7 +279,7 @@ def test_luminous_materials_show_the_brighter_of_their_textures(tmp_path: Path, 
     viewer = lit(tmp_path, scene, light=light)
     seen = viewer.shown("panel")
     (panel,) = scene.materials
-    mean = srgb_to_linear(pixels / 255).mean(axis=(0, 1))
+    mean = (panel.look.colour if pixels is PIXELS else panel.look.glow).mean
     texels = texels_at(pixels, (REPEAT, REPEAT), uv_of(seen.points[:, :2]))
     # What belongs to the other texture keeps its brightness.
     grey = np.full(3, photopic(mean))

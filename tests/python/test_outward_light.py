@@ -17,7 +17,9 @@ def tube(rings: int, sides: int, profile) -> tuple[np.ndarray, np.ndarray]:
     angle = 2 * np.pi * np.arange(sides) / sides
     radius, height = profile(np.linspace(0, 1, rings + 1))
     x, z = np.cos(angle), np.sin(angle)
-    points = np.stack([np.outer(radius, x), np.repeat(height[:, None], sides, 1), np.outer(radius, z)], axis=-1)
+    points = np.stack(
+        [np.outer(radius, x), np.repeat(height[:, None], sides, 1), np.outer(radius, z)], axis=-1
+    )
     a = np.arange(rings)[:, None] * sides + np.arange(sides)
     b = np.arange(rings)[:, None] * sides + (np.arange(sides) + 1) % sides
     quads = np.stack([a, a + sides, b, b, a + sides, b + sides], axis=-1).reshape(-1, 3)

@@ -37,7 +37,7 @@ class Shown:
         self, material: Material, exposure: float, irradiance: np.ndarray, emits: np.ndarray
     ) -> np.ndarray:
         """(n, 3) vertex colours in [0, 1] for `irradiance` (n, 3); `emits` (n,) on a luminous side."""
-        light = self.reflected * (exposure * irradiance)
+        light = self.reflected * (exposure * irradiance) * (self.base > 0)  # nothing is seen of the others
         if material.emissive:
             glow = np.pi * exposure * material.emission * self.emitted
             light += glow * (emits | material.two_sided)[:, None]

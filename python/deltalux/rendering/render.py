@@ -13,7 +13,7 @@ from deltalux.memory import available_memory
 from deltalux.mesh.display_mesh import refine
 from deltalux.mesh.surfaces import Surfaces
 from deltalux.outputs.camera import automatic_camera, scene_camera
-from deltalux.outputs.of_session import present_scene
+from deltalux.outputs.of_session import present_display, present_scene
 from deltalux.outputs.textures import ShownTextures
 from deltalux.scene import Camera, Scene
 from deltalux.session import Session
@@ -132,7 +132,8 @@ def render_session(
         raise OptionError('render: found a session of gather="off", expected one that gathers')
     light = LightAtPoints(session, rays or min(int(session.options["gather"]), MOST_RAYS), keep)
     scene = present_scene(session)
-    display = session.samples.display or refine(scene, spacing=COARSE)
+    own = session.samples.display
+    display = refine(scene, COARSE) if own is None else present_display(own, session.scene, scene)
     # pixels get their own direct light, so pictures do not depend on this refinement
     display = display.without_detail()
     surfaces = Surfaces(scene, display, session.poses, session.options["threads"] or 0)

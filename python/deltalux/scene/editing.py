@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .lights import Light, SunLight
+from .lights import Light
 from .scene import Material, Mesh, Scene, replace_scene
 
 
@@ -31,40 +31,68 @@ def with_edits(
     factors : of light groups; lights of factor 0 are left out
     reflectances : (3,) by material
     """
-    materials = {
-        m.name: replace(m, reflectance=reflectances[m.name]) if m.name in reflectances else m
-        for m in scene.materials
-    }
+    scene = dimmed(repainted(scene, reflectances), factors)
     meshes = [
-        replace(
-            mesh,
-            pose=poses.get(mesh.name, mesh.pose),
-            material=_dimmed_materials(mesh, materials, factors),
-        )
+        replace(mesh, pose=poses.get(mesh.name, mesh.pose))
         for mesh in scene.meshes
         if mesh.name not in removed
     ]
     lights = [
-        _dimmed(light, factor)
+        light
         for light in scene.lights
-        if (factor := factors.get(light.group or light.name, 1.0)) > 0 and light.attached_to not in removed
+        if factors.get(light.group or light.name, 1.0) > 0 and light.attached_to not in removed
     ]
-    return replace_scene(scene, meshes=meshes, materials=materials.values(), lights=lights, nodes=())
+    return replace_scene(scene, meshes=meshes, lights=lights, nodes=())
+
+
+def repainted(scene: Scene, reflectances: Mapping[str, np.ndarray]) -> Scene:
+    """A copy with these reflectances (3,) of materials, by name."""
+    materials = [
+        replace(m, reflectance=reflectances[m.name]) if m.name in reflectances else m for m in scene.materials
+    ]
+    return replace_scene(scene, materials=materials)
+
+
+def dimmed(scene: Scene, factors: Mapping[str, float]) -> Scene:
+    """A copy with the factors of its light groups in the strengths of lights and the emission of materials.
+
+    The materials that are there keep their numbers. Those whose meshes have several factors are followed by
+    dimmed ones of their own.
+    """
+    if all(factor == 1 for factor in factors.values()):
+        return scene
+    materials = {m.name: m for m in scene.materials}
+    of_mesh = [
+        {n: factors.get(materials[n].group or mesh.name, 1.0) for n in mesh.material if materials[n].emissive}
+        for mesh in scene.meshes
+    ]
+    of_material: dict[str, set[float]] = {}
+    for found in of_mesh:
+        for name, factor in found.items():
+            of_material.setdefault(name, set()).add(factor)
+    shared = {name for name, found in of_material.items() if len(found) > 1}
+    for name in of_material.keys() - shared:
+        (factor,) = of_material[name]
+        materials[name] = replace(materials[name], emission=factor * materials[name].emission)
+    meshes = [
+        replace(mesh, material=_dimmed_materials(mesh, materials, {n: found[n] for n in shared & found.keys()}))
+        for mesh, found in zip(scene.meshes, of_mesh, strict=True)
+    ]
+    lights = [_dimmed(light, factors.get(light.group or light.name, 1.0)) for light in scene.lights]
+    return replace_scene(scene, meshes=meshes, materials=materials.values(), lights=lights)
 
 
 def _dimmed(light: Light, factor: float) -> Light:
-    power = "irradiance" if isinstance(light, SunLight) else "intensity"
-    return light if factor == 1 else replace(light, **{power: factor * getattr(light, power)})
+    return light if factor == 1 else replace(light, **{light.brightness: factor * light.strength})
 
 
 def _dimmed_materials(
     mesh: Mesh, materials: dict[str, Material], factors: Mapping[str, float]
 ) -> tuple[str, ...]:
-    """Names of the mesh's materials; those dimmed by its groups' factors are added to `materials`."""
+    """Names of the mesh's materials; those with `factors` other than 1 are added to `materials`."""
     names = []
     for name in mesh.material:
-        own = materials[name]
-        factor = factors.get(own.group or mesh.name, 1.0) if own.emissive else 1.0
+        own, factor = materials[name], factors.get(name, 1.0)
         if factor != 1:
             own = replace(own, name=f"{name} at {factor:g}", emission=factor * own.emission)
             while own.name in materials:
