@@ -109,3 +109,36 @@ def test_served_geometry_is_the_session_s(session, serve):
 
 def test_a_session_that_is_not_baked_has_no_light_to_wait_for(serve):
     assert json.load(get(serve(make_session()), "/scene.json"))["lit"] is False
+
+
+def panels(groups: str | None) -> dl.Scene:
+    """Two panels of one luminous material, and a floor."""
+    corners = np.array([(0, 0, 0), (1, 0, 0), (1, 0, 1), (0, 0, 1)], float)
+    triangles = [(0, 1, 2), (0, 2, 3)]
+    meshes = [
+        dl.Mesh("floor", 4 * corners, [t[::-1] for t in triangles], "wall"),
+        dl.Mesh("left", corners + (0, 2, 0), triangles, "glow"),
+        dl.Mesh("right", corners + (2, 2, 0), triangles, "glow"),
+    ]
+    materials = [dl.Material("wall"), dl.Material("glow", emission=(9, 9, 9), group=groups)]
+    return dl.Scene(meshes, materials, unit="lux")
+
+
+@pytest.mark.parametrize(
+    ("groups", "expected"),
+    [
+        (None, [("wall", None), ("glow", "left"), ("glow", "right")]),
+        ("all", [("wall", None), ("glow", "all")]),
+    ],
+)
+def test_luminous_materials_are_listed_by_their_light_groups(groups, expected):
+    scene = panels(groups)
+    with dl.Session(scene, dl.Samples.on_vertices(scene, spacing=1), paths=100, gather=8) as session:
+        described = geometry_of(session).description
+    materials = described["materials"]
+    assert [(m["name"], m["group"]) for m in materials] == expected
+    assert {m["group"] for m in materials} - {None} == set(described["groups"])
+    for part in described["parts"]:
+        own, mesh = materials[part["material"]], scene.meshes[part["mesh"]]
+        assert own["name"] == mesh.material[0]
+        assert own["group"] in (None, groups or mesh.name)

@@ -40,7 +40,8 @@ export interface TextureInfo {
 export interface MaterialInfo {
   name: string
   reflectance: Rgb
-  emission: Rgb
+  emission: Rgb // undimmed
+  group: string | null // whose factor dims the emission
   two_sided: boolean
   colour: TextureInfo | null // of the reflectance
   glow: TextureInfo | null // of the emission

@@ -111,6 +111,7 @@ export class ServerFlow {
     for (const [name, value] of Object.entries(state.reflectances)) {
       lit.materials.setReflectance(name, value)
     }
+    lit.materials.setFactors(state.factors)
   }
 
   /** Frames are on the screen: the server may send more. */

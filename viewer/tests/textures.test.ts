@@ -13,7 +13,8 @@ const texture: TextureInfo = {
   min_filter: null,
   matrix: [1, 2, 3, 4, 5, 6],
 }
-const material = { name: 'wall', reflectance: texture.mean, emission: texture.mean, two_sided: false }
+const plain = { name: 'wall', reflectance: texture.mean, emission: texture.mean }
+const material = { ...plain, group: null, two_sided: false }
 
 describe('images', () => {
   it('may be as large as all of them fit', () => {

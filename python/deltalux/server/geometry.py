@@ -16,7 +16,7 @@ from deltalux.mesh.closed_meshes import closed_meshes
 from deltalux.mesh.display_mesh import DisplayMesh
 from deltalux.mesh.surfaces import Surfaces
 from deltalux.outputs.camera import automatic_camera
-from deltalux.scene import Camera, Scene
+from deltalux.scene import Camera, Material, Scene
 from deltalux.scene.look import Texture, images_of
 from deltalux.session import Session
 
@@ -94,11 +94,12 @@ def _constant(session: Session, display: DisplayMesh) -> dict[str, Any]:
                 "name": m.name,
                 "reflectance": m.reflectance.tolist(),
                 "emission": m.emission.tolist(),
+                "group": group,
                 "two_sided": m.two_sided,
                 "colour": _texture(m.look.colour, numbers),
                 "glow": _texture(m.look.glow, numbers),
             }
-            for m in scene.materials
+            for m, group in _drawn_materials(scene)[0]
         ],
         "groups": list(session.dim_factors),
         "cameras": [_camera(c) for c in (*_perspective(scene), _good_view(session, display))],
@@ -129,7 +130,7 @@ def _with_mesh(description: dict[str, Any], number: int, scene: Scene, display: 
         "vertices": len(drawn.at(display.points)),
         "triangles": len(order),
         "arrays": _layout(arrays),
-        "parts": _parts(display, order),
+        "parts": _parts(display, order, _drawn_materials(scene)[1]),
         "meshes": _meshes(scene, display, drawn.at(display.vertex_mesh)),
     }
     data = b"".join(array.tobytes() for array in arrays.values())
@@ -144,14 +145,45 @@ def _layout(arrays: dict[str, np.ndarray]) -> dict[str, dict[str, Any]]:
     }
 
 
-def _parts(display: DisplayMesh, order: np.ndarray) -> list[dict[str, Any]]:
+def _drawn_materials(
+    scene: Scene,
+) -> tuple[list[tuple[Material, str | None]], dict[tuple[int, int], int]]:
+    """The scene's materials, each with its light group, then those that shine in several groups again.
+
+    Returns
+    -------
+    materials with their groups, None of those that do not shine; and the number of what differs from the
+    scene's, by (mesh, number in the scene)
+    """
+    drawn: list[tuple[Material, str | None]] = [(m, None) for m in scene.materials]
+    number = {m.name: i for i, m in enumerate(scene.materials)}
+    known: dict[tuple[int, str], int] = {}
+    others: dict[tuple[int, int], int] = {}
+    for mesh_number, mesh in enumerate(scene.meshes):
+        for name in mesh.material:
+            own = number[name]
+            material, group = scene.materials[own], scene.materials[own].group or mesh.name
+            if not material.emissive:
+                continue
+            if drawn[own][1] is None:
+                drawn[own], known[own, group] = (material, group), own
+            if (own, group) not in known:
+                known[own, group] = len(drawn)
+                drawn.append((material, group))
+            others[mesh_number, own] = known[own, group]
+    return drawn, others
+
+
+def _parts(
+    display: DisplayMesh, order: np.ndarray, drawn: Mapping[tuple[int, int], int]
+) -> list[dict[str, Any]]:
     columns = (display.triangle_mesh, display.triangle_material, display.reversed)
     mesh, material, reverse = (column[order] for column in columns)
     new = np.r_[True, (np.diff(mesh) != 0) | (np.diff(material) != 0) | (reverse[1:] != reverse[:-1])]
     return [
         {
             "mesh": int(mesh[first]),
-            "material": int(material[first]),
+            "material": drawn.get((int(mesh[first]), int(material[first])), int(material[first])),
             "first": first,
             "count": end - first,
             "reversed": bool(reverse[first]),

@@ -108,10 +108,23 @@ export class SurfaceMaterials {
   }
 
   setReflectance(name: string, value: Rgb): void {
-    const index = this.infos.findIndex((info) => info.name === name)
+    this.infos.forEach((info, i) => {
+      if (info.name === name) this.setColour(i, 'reflectance', value)
+    })
+  }
+
+  /** Dims what shines by the factors of its light groups. */
+  setFactors(factors: Record<string, number>): void {
+    this.infos.forEach(({ emission, group }, i) => {
+      const factor = group === null ? undefined : factors[group]
+      if (factor !== undefined) this.setColour(i, 'emission', emission.map((value) => factor * value) as Rgb)
+    })
+  }
+
+  private setColour(material: number, uniform: 'reflectance' | 'emission', value: Rgb): void {
     for (const variant of VARIANTS) {
-      const material = this.materials[SurfaceMaterials.index(index, ...variant)]
-      ;(material?.uniforms.reflectance.value as Color | undefined)?.setRGB(...value)
+      const { uniforms } = this.materials[SurfaceMaterials.index(material, ...variant)]
+      ;(uniforms[uniform].value as Color).setRGB(...value)
     }
   }
 
