@@ -112,10 +112,10 @@ def test_pictures(factors: dict[str, float], per_pixel: bool):
             made = images.render(
                 baked.scene, baked.display, baked.result.irradiance, camera=camera, size=(4, 4), exposure=1e-4
             )
+            unlit = scene_without(baked.scene)
             dark = images.render(
-                scene_without(baked.scene), baked.display, baked.result.irradiance, camera=camera, size=(4, 4),
-                exposure=1e-4,
-            )  # fmt: skip
+                unlit, baked.display, baked.result.irradiance, camera=camera, size=(4, 4), exposure=1e-4
+            )
             brighter = made.pixels.astype(int).sum() > dark.pixels.astype(int).sum()
             assert brighter == bool(glow.any())
 

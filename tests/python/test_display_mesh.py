@@ -350,9 +350,10 @@ def test_refinement_is_deterministic():
 # Three slivers, 2 µm wide and nearly in one plane: a cut along one of them leaves pieces without an area.
 SLIVERS = np.array(
     [
-        [[1.0578112, 1.8849482, 1.9175195], [1.218664, 1.957135, 1.9175193], [1.2178364, 1.8849477, 1.917519]],
-        [[1.2473095, 1.8979932, 1.9462438], [1.180425, 1.8982809, 1.9462443], [1.2473096, 1.897991, 1.9462451]],
-        [[1.2186664, 1.9571353, 1.9175204], [1.2178362, 1.8849477, 1.9175192], [1.2186634, 1.9571344, 1.9175193]],
+        (1.0578112, 1.8849482, 1.9175195), (1.218664, 1.957135, 1.9175193), (1.2178364, 1.8849477, 1.917519),
+        (1.2473095, 1.8979932, 1.9462438), (1.180425, 1.8982809, 1.9462443), (1.2473096, 1.897991, 1.9462451),
+        (1.2186664, 1.9571353, 1.9175204), (1.2178362, 1.8849477, 1.9175192),
+        (1.2186634, 1.9571344, 1.9175193),
     ]
 )  # fmt: skip
 
@@ -360,7 +361,7 @@ SLIVERS = np.array(
 @pytest.mark.parametrize("scale", [1.0, 0.25, 8.0])
 @pytest.mark.parametrize("share", [0.2, 0.3, 0.45])
 def test_slivers_that_are_cut_have_finite_normals(scale, share):
-    slivers = Mesh("slivers", scale * SLIVERS.reshape(-1, 3), np.arange(9).reshape(-1, 3), material="grey")
+    slivers = Mesh("slivers", scale * SLIVERS, np.arange(9).reshape(-1, 3), material="grey")
     corners = scale * np.array([(-4, 0, -9), (-4, 0, 2), (5, 0, 2), (5, 0, -9)])
     mesh = refine(scene_of(quad("floor", *corners), slivers), share * scale)
     for array in (mesh.points, mesh.normals, mesh.sample_points):

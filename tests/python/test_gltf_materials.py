@@ -163,7 +163,7 @@ def test_a_material_is_never_replaced_by_the_reflectance_of_missing_ones(tmp_pat
 
 @pytest.mark.parametrize("given", [-0.1, 1.01, np.nan, np.inf])
 def test_a_reflectance_beyond_0_to_1_is_refused(tmp_path, given):
-    with pytest.raises(dl.OptionError, match="reflectance: found .*, expected a number from 0 to 1"):
+    with pytest.raises(dl.OptionError, match=r"reflectance: found .*, expected a number from 0 to 1"):
         dl.load(tmp_path / "any.glb", reflectance=given)
 
 

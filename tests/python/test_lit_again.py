@@ -67,7 +67,11 @@ def rename_generator(root: dict) -> None:
     root["asset"] = {"version": "2.0", "generator": "another program"}
 
 
-@pytest.mark.parametrize("change", [None, strip_attribute, rename_generator], ids=["as written", "without attribute", "of another program"])
+@pytest.mark.parametrize(
+    "change",
+    [None, strip_attribute, rename_generator],
+    ids=["as written", "without attribute", "of another program"],
+)
 @pytest.mark.parametrize("reflectance", [0.25, 0.75])
 def test_reflectances_are_those_of_the_scene(tmp_path: Path, reflectance: float, change):
     path = lit(tmp_path, room(reflectance))
@@ -125,7 +129,7 @@ def test_extras_of_other_types_mean_nothing(tmp_path: Path, value):
     builder = GltfBuilder()
     material = builder.material(name="paint", colour=(0.5, 0.5, 0.5), extras={"deltalux_reflectance": value})
     builder.node(mesh=builder.quad(material))
-    if value != value or isinstance(value, list) and any(v != v for v in value):
+    if value != value or (isinstance(value, list) and any(v != v for v in value)):
         with pytest.raises(dl.FormatError):
             dl.load(builder.write(tmp_path))
         return

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Textures count with the texels that an object uses; those that cannot be read count as white, with a warning."""
+"""Textures count with the texels that an object uses; those that cannot be read as white, with a warning."""
 
 from __future__ import annotations
 

@@ -117,8 +117,8 @@ def panels(groups: str | None) -> dl.Scene:
     triangles = [(0, 1, 2), (0, 2, 3)]
     meshes = [
         dl.Mesh("floor", 4 * corners, [t[::-1] for t in triangles], "wall"),
-        dl.Mesh("left", corners + (0, 2, 0), triangles, "glow"),
-        dl.Mesh("right", corners + (2, 2, 0), triangles, "glow"),
+        dl.Mesh("left", corners + np.array((0, 2, 0)), triangles, "glow"),
+        dl.Mesh("right", corners + np.array((2, 2, 0)), triangles, "glow"),
     ]
     materials = [dl.Material("wall"), dl.Material("glow", emission=(9, 9, 9), group=groups)]
     return dl.Scene(meshes, materials, unit="lux")

@@ -14,7 +14,15 @@ from deltalux.scene.look import ALPHA_MODES, PLAIN, Look, Texture
 from deltalux.texels import linear_to_srgb
 
 from .diagnostics import (
-    GLASS_REMEDY, LEAST_PASSED, LEFT_OUT, MISSING, OPAQUE, UNREADABLE, Notes, UniqueNames, malformed,
+    GLASS_REMEDY,
+    LEAST_PASSED,
+    LEFT_OUT,
+    MISSING,
+    OPAQUE,
+    UNREADABLE,
+    Notes,
+    UniqueNames,
+    malformed,
 )  # fmt: skip
 from .gltf_document import Document
 from .gltf_schema import LIT_REFLECTANCE
@@ -121,7 +129,9 @@ class Materials:
         """
         plain = (colours == 1).all(axis=1)
         kept = plain if index >= 0 else np.full(len(colours), plain.all())
-        numbers = [index if keep else self._tint(index, colour) for keep, colour in zip(kept, colours, strict=True)]
+        numbers = [
+            index if keep else self._tint(index, colour) for keep, colour in zip(kept, colours, strict=True)
+        ]
         return np.array(numbers, np.int64)
 
     def _tint(self, index: int, colour: np.ndarray) -> int:
@@ -235,7 +245,10 @@ class Materials:
         look = Look(colour, glow, mode, float(np.clip(factor[3], 0, 1)), cutoff)
         colour_factor = np.array(factor[:3])
         if LIT_REFLECTANCE in source.extras:  # of a lit file, whose base colour may be that of a lamp
-            colour_factor, look = np.array(source.extras[LIT_REFLECTANCE], np.float64), replace(look, colour=None)
+            colour_factor, look = (
+                np.array(source.extras[LIT_REFLECTANCE], np.float64),
+                replace(look, colour=None),
+            )
         group = source.extras.get("group")
         return _Read(name, colour_factor, emission, group, bool(source.doubleSided), look)
 
@@ -254,6 +267,7 @@ class Materials:
 def _varied(found: _Read, variant: _Variant) -> _Read:
     if variant.means is not None:
         return replace(found, look=with_means(found.look, variant.means))
+    assert variant.tint is not None
     code = "".join(f"{round(255 * c):02x}" for c in linear_to_srgb(variant.tint))
     return replace(found, name=f"{found.name} #{code}", colour=found.colour * variant.tint)
 

@@ -12,7 +12,6 @@ import numpy as np
 from .diagnostics import UniqueNames, element, malformed
 from .gltf_document import Document
 
-
 VISIBILITY, LIGHT = "KHR_node_visibility", "KHR_lights_punctual"
 
 

@@ -24,8 +24,8 @@ from .vertex_colours import MOST, tints
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
 LIT = (
-    "this file was lit by Deltalux: its vertex colours are light, not reflectance, and are left out; surfaces "
-    "that shone are dark (load the scene that it was made from)"
+    "this file was lit by Deltalux: its vertex colours are light, not reflectance, and are left out; "
+    "surfaces that shone are dark (load the scene that it was made from)"
 )
 NO_TRIANGLES = {0: "points", 1: "lines", 2: "lines", 3: "lines"}
 
@@ -185,7 +185,8 @@ class Primitives:
             vertices.append(points if used is None else points[used])
             triangles.append(own + offset)
             offset += len(vertices[-1])
-        points, corners, numbers = map(np.concatenate, (vertices, triangles, materials))
+        points, corners = np.concatenate(vertices), np.concatenate(triangles)
+        numbers = np.concatenate(materials)
         joined = joined_coordinates(coordinates, [len(own) for own in triangles[1:]])
         tinted = bool((numbers >= len(self._document.gltf.materials)).any())
         numbers = self._materials.on_object(numbers, joined, _areas(points, corners), self._users[mesh])

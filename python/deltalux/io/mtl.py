@@ -15,7 +15,15 @@ from deltalux.scene.look import WRAPS, Look, Texture
 from deltalux.texels import MAX_FILE_BYTES, Texels, read_texels
 
 from .diagnostics import (
-    GLASS_REMEDY, LEAST_PASSED, LEFT_OUT, MISSING, OPAQUE, UNREADABLE, Notes, UniqueNames, clean_name,
+    GLASS_REMEDY,
+    LEAST_PASSED,
+    LEFT_OUT,
+    MISSING,
+    OPAQUE,
+    UNREADABLE,
+    Notes,
+    UniqueNames,
+    clean_name,
     malformed,
 )  # fmt: skip
 from .files import is_beside, read_beside

@@ -82,9 +82,7 @@ def _mean(texels: np.ndarray, weight: np.ndarray, opacity: np.ndarray | None) ->
     return np.clip(np.resize(means, 3), 0.0, 1.0)
 
 
-def _points(
-    corners: np.ndarray, areas: np.ndarray, shape: tuple[int, ...]
-) -> tuple[np.ndarray, np.ndarray]:
+def _points(corners: np.ndarray, areas: np.ndarray, shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Places (k, 2) spread evenly over triangles (m, 3, 2), and the area (k,) that each represents."""
     one, two = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     with np.errstate(over="ignore", invalid="ignore"):

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +18,7 @@ def with_edits(
     poses: Mapping[str, np.ndarray],
     removed: Collection[str],
     factors: Mapping[str, float],
-    reflectances: Mapping[str, np.ndarray],
+    reflectances: Mapping[str, Any],
 ) -> Scene:
     """A copy in which what was moved, removed, dimmed or painted is so from the start.
 
@@ -45,7 +46,7 @@ def with_edits(
     return replace_scene(scene, meshes=meshes, lights=lights, nodes=())
 
 
-def repainted(scene: Scene, reflectances: Mapping[str, np.ndarray]) -> Scene:
+def repainted(scene: Scene, reflectances: Mapping[str, Any]) -> Scene:
     """A copy with these reflectances (3,) of materials, by name."""
     materials = [
         replace(m, reflectance=reflectances[m.name]) if m.name in reflectances else m for m in scene.materials
@@ -75,7 +76,9 @@ def dimmed(scene: Scene, factors: Mapping[str, float]) -> Scene:
         (factor,) = of_material[name]
         materials[name] = replace(materials[name], emission=factor * materials[name].emission)
     meshes = [
-        replace(mesh, material=_dimmed_materials(mesh, materials, {n: found[n] for n in shared & found.keys()}))
+        replace(
+            mesh, material=_dimmed_materials(mesh, materials, {n: found[n] for n in shared & found.keys()})
+        )
         for mesh, found in zip(scene.meshes, of_mesh, strict=True)
     ]
     lights = [_dimmed(light, factors.get(light.group or light.name, 1.0)) for light in scene.lights]
@@ -83,7 +86,8 @@ def dimmed(scene: Scene, factors: Mapping[str, float]) -> Scene:
 
 
 def _dimmed(light: Light, factor: float) -> Light:
-    return light if factor == 1 else replace(light, **{light.brightness: factor * light.strength})
+    changes: dict[str, Any] = {light.brightness: factor * light.strength}
+    return light if factor == 1 else replace(light, **changes)
 
 
 def _dimmed_materials(
