@@ -6,6 +6,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import deltalux as dl
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 from deltalux import snapshot
 from deltalux.stored import archive
+from deltalux.stored.facts import file_facts
 from rooms import box, room, samples_in, translation
 from session_files import rewrite
 
@@ -144,6 +146,110 @@ def test_the_same_session_makes_the_same_file(tmp_path):
         with dl.Session.open(tmp_path / "a.dlx", threads=1) as opened:
             opened.save(tmp_path / "b.dlx")
     assert (tmp_path / "a.dlx").read_bytes() == (tmp_path / "b.dlx").read_bytes()
+
+
+@pytest.mark.parametrize("gather", [32, "off"])
+def test_files_are_compressed_and_older_ones_are_read(tmp_path, gather):
+    """Those that were written before hold their arrays as they are."""
+    scene, path = room(), tmp_path / "a.dlx"
+    with dl.Session(scene, samples_in(scene), paths=5000, gather=gather, threads=1) as session:
+        session.bake()
+        session.save(path)
+        expected = state(session)
+    small = path.stat().st_size
+    with dl.Session.open(path) as opened:
+        assert_same(state(opened), expected)
+    rewrite(path)
+    assert small < 0.5 * path.stat().st_size
+    with dl.Session.open(path) as opened:
+        assert_same(state(opened), expected)
+
+
+def deflated(path, change):
+    """Write the file's entries anew, compressed, after `change` of (name, bytes)."""
+    with zipfile.ZipFile(path) as before:
+        entries = [change(name, before.read(name)) for name in before.namelist()]
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as after:
+        for name, data in entries:
+            after.writestr(name, data)
+
+
+@pytest.fixture
+def small_file(tmp_path):
+    scene, path = room(), tmp_path / "a.dlx"
+    with dl.Session(scene, samples_in(scene), paths=200, gather="off", threads=1) as session:
+        session.bake()
+        session.save(path)
+    return path
+
+
+def test_what_would_grow_beyond_measure_is_refused_before_it_is_read(small_file):
+    zeros = bytes(160 << 20)
+    for name in ("deltalux.json", "core/sums.npy", "core/more.npy"):
+        path = small_file.with_name("bomb.dlx")
+        shutil.copy(small_file, path)
+        deflated(path, lambda entry, data, name=name: (entry, data + zeros if entry == name else data))
+        if name == "core/more.npy":
+            with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as file:
+                file.writestr(name, zeros)
+        assert path.stat().st_size < 1 << 20
+        with pytest.raises(
+            dl.FormatError, match=r"bytes once decompressed, expected at most 100 times the file's"
+        ):
+            dl.Session.open(path)
+        with pytest.raises(dl.FormatError, match="once decompressed"):
+            file_facts(path)
+
+
+def test_what_does_not_fit_into_memory_is_refused(small_file, monkeypatch):
+    monkeypatch.setattr(archive, "available_memory", lambda: 1000)
+    with pytest.raises(dl.FormatError, match="and what fits into memory"):
+        dl.Session.open(small_file)
+
+
+def test_sizes_that_lie_are_found(small_file):
+    """An entry that decompresses to more, or to less, than the directory says."""
+    data = bytearray(small_file.read_bytes())
+    with zipfile.ZipFile(small_file) as whole:
+        names = [n.encode() for n in whole.namelist() if n.startswith("core/")]
+    for name in names[:: max(1, len(names) // 6)]:
+        for lie in (-8, 8, 1 << 20):
+            place = data.rfind(name) - 46 + 24  # of the size in the directory's entry
+            size = int.from_bytes(data[place : place + 4], "little")
+            if not 0 <= size + lie < 1 << 32:
+                continue
+            changed = data.copy()
+            changed[place : place + 4] = (size + lie).to_bytes(4, "little")
+            path = small_file.with_name("lie.dlx")
+            path.write_bytes(changed)
+            with pytest.raises(dl.FormatError):
+                dl.Session.open(path)
+
+
+@pytest.mark.parametrize("method", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_other_compressions_are_refused(small_file, method):
+    with zipfile.ZipFile(small_file) as before:
+        entries = [(name, before.read(name)) for name in before.namelist()]
+    with zipfile.ZipFile(small_file, "w", method) as after:
+        for name, data in entries:
+            after.writestr(name, data)
+    with pytest.raises(dl.FormatError, match="encrypted or compressed otherwise than by DEFLATE"):
+        dl.Session.open(small_file)
+
+
+def test_damage_in_compressed_arrays_is_found(small_file):
+    data = bytearray(small_file.read_bytes())
+    for place in range(200, len(data), len(data) // 40):
+        changed = data.copy()
+        changed[place] ^= 0x55
+        path = small_file.with_name("damaged.dlx")
+        path.write_bytes(changed)
+        try:
+            dl.Session.open(path).close()
+        except dl.FormatError:
+            continue
+        except dl.SceneError:
+            continue
 
 
 def test_a_foreign_mark_stays_until_the_light_is_computed_here(tmp_path):

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Named arrays and a JSON index in one zip, written and read in pieces; every size is checked.
 
-A file may come from an untrusted source. Nothing in it is compressed, so reading it takes no more
-memory than the file's length.
+A file may come from an untrusted source. What it holds once decompressed is checked before anything is
+read: it may be at most `MOST_GAIN` times the file, and must fit into memory. Files of earlier builds are
+not compressed.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from deltalux.errors import FormatError, OptionError
+from deltalux.memory import available_memory
 
 INDEX = "deltalux.json"
 PIECE = 1 << 20  # bytes written or read at a time
@@ -27,13 +29,16 @@ MOST_INDEX = 64 << 20  # bytes; of 100,000 meshes it is half
 _MOST_ENTRIES = 4096
 _MOST_DIRECTORY = PIECE  # bytes of the zip's list of its entries
 _SUFFIX = ".npy"
+LEVEL = 1  # of zlib: a third of the size; higher ones take several times as long for a few per cent
+MOST_GAIN = 100  # of a file; sessions come to 3, DEFLATE itself to 1,032
+ROOM = 16 << 20  # bytes that a file may hold in any case
 
 
 class ArchiveWriter:
     """Writes one archive to `file`, which must be seekable."""
 
     def __init__(self, file: BinaryIO) -> None:
-        self._zip = zipfile.ZipFile(file, "w", zipfile.ZIP_STORED)
+        self._zip = zipfile.ZipFile(file, "w")
 
     def __enter__(self) -> ArchiveWriter:
         return self
@@ -64,7 +69,7 @@ class ArchiveWriter:
                 f"save: the scene's names and nodes take {len(text) >> 20} MiB, expected at most "
                 f"{MOST_INDEX >> 20}; use fewer meshes and nodes"
             )
-        self._zip.writestr(zipfile.ZipInfo(INDEX), text)
+        self._zip.writestr(_entry(INDEX), text, compresslevel=LEVEL)
 
     def add_array(self, name: str, dtype: str, pieces: Sequence[np.ndarray], columns: int = 0) -> None:
         """Write the rows of all `pieces` as one array of `columns` columns; 0: one-dimensional."""
@@ -81,8 +86,7 @@ class ArchiveWriter:
     ) -> None:
         """Write an array whose bytes come in pieces."""
         header = {"descr": np.dtype(dtype).str, "fortran_order": False, "shape": shape}
-        # The entry has no date, so that equal sessions make equal files.
-        with self._zip.open(zipfile.ZipInfo(name + _SUFFIX), "w", force_zip64=True) as file:
+        with self._zip.open(_entry(name + _SUFFIX), "w", force_zip64=True) as file:
             np.lib.format.write_array_header_1_0(file, header)
             for piece in pieces:
                 for begin in range(0, len(piece), PIECE):
@@ -122,13 +126,19 @@ class ArchiveReader:
         total = 0
         for info in self._zip.infolist():
             total += info.file_size
-            if info.compress_type != zipfile.ZIP_STORED or info.flag_bits & 1:
-                raise FormatError(f'"{info.filename}" is compressed or encrypted, expected it as it is')
+            stored = info.compress_type == zipfile.ZIP_STORED
+            if not (stored or info.compress_type == zipfile.ZIP_DEFLATED) or info.flag_bits & 1:
+                raise FormatError(f'"{info.filename}" is encrypted or compressed otherwise than by DEFLATE')
             if info.filename in entries:
                 raise FormatError(f'found "{info.filename}" twice, expected it once')
-            if total > file_size or info.file_size != info.compress_size:
+            if info.compress_size > file_size or (stored and info.file_size != info.compress_size):
                 raise FormatError(f'"{info.filename}" is longer than the file')
             entries[info.filename] = info
+        if total > MOST_GAIN * file_size + ROOM or 0 < available_memory() < total:
+            raise FormatError(
+                f"found {total:,} bytes once decompressed, expected at most {MOST_GAIN} times the file's "
+                f"{file_size:,}, and what fits into memory"
+            )
         if len(entries) > _MOST_ENTRIES:
             raise FormatError(f"found {len(entries)} entries, expected at most {_MOST_ENTRIES}")
         return entries
@@ -151,8 +161,8 @@ class ArchiveReader:
 
     @property
     def sizes(self) -> dict[str, int]:
-        """Bytes of all entries by name, the index among them."""
-        return {name.removesuffix(_SUFFIX): info.file_size for name, info in self._entries.items()}
+        """Bytes of all entries in the file by name, the index among them."""
+        return {name.removesuffix(_SUFFIX): info.compress_size for name, info in self._entries.items()}
 
     def array(self, name: str, dtype: str, rows: int | None = None, columns: int = 0) -> np.ndarray:
         """The whole array (rows, columns), or (rows,) if `columns` is 0; `rows` None: any number."""
@@ -253,6 +263,14 @@ class _Directory(io.FileIO):
         if size is not None and size > _MOST_DIRECTORY:
             raise FormatError(f"found a list of entries of {size} bytes, expected at most {_MOST_DIRECTORY}")
         return super().read(-1 if size is None else size)
+
+
+def _entry(name: str) -> zipfile.ZipInfo:
+    """A compressed entry without a date, so that equal sessions make equal files."""
+    entry = zipfile.ZipInfo(name)
+    entry.compress_type = zipfile.ZIP_DEFLATED
+    entry._compresslevel = LEVEL  # type: ignore[attr-defined]  # public from Python 3.13 on, as compress_level
+    return entry
 
 
 def _bytes_of(array: np.ndarray) -> memoryview:

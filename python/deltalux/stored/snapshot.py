@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import zipfile
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -192,7 +193,7 @@ def reading(path: Path) -> Iterator[ArchiveReader]:
         raise FormatError(f"{path}: no such file") from None
     except FormatError as error:
         raise FormatError(f"{path}: {error}") from None
-    except (zipfile.BadZipFile, NotImplementedError, EOFError, OSError) as error:
+    except (zipfile.BadZipFile, zlib.error, NotImplementedError, EOFError, OSError) as error:
         raise FormatError(
             f"{path}: found a file that is truncated, damaged or no session, "
             f"expected one that Session.save wrote ({error})"
