@@ -6,6 +6,7 @@ Everything is grey: light has one channel. Lengths in metres, +Y up.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -67,6 +68,29 @@ class Truth:
     normals: Array
     dimmed: tuple[str, ...]
     dark: float
+
+    def measured(self, **options: Any) -> Measured:
+        """Bake it with these options of a session, and dim what is dimmed after the bake."""
+        start = time.process_time()
+        with dl.Session(self.scene, dl.Samples(self.points, self.normals), **options) as session:
+            session.bake()
+            seconds = time.process_time() - start
+            for group in self.dimmed:
+                session.dim(group, 0.0)
+            session.update()
+            light, error = session.read()
+            asked = session.at(self.points, self.normals)
+        return Measured(light[:, 1], error[:, 1], asked[:, 1], seconds)
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """(n,) irradiance of samples, its claimed error, `Session.at` of their places; seconds of the bake."""
+
+    light: Array
+    error: Array
+    asked: Array
+    seconds: float
 
 
 @dataclass(eq=False)

@@ -2,10 +2,10 @@
 """Irradiance by a slow, unbiased path tracer in NumPy that shares no code with the core.
 
 At each vertex of a path, E = (light of punctual lights) + integral of L cos. The radiance that needs no
-further bounce (emission, and what punctual lights send by one reflection) is found in two ways that the balance
-heuristic combines (Veach & Guibas 1995): a ray to one of the `hints`, and the ray on which the path goes on,
-distributed by the cosine or through one of the `portals`. Hints and portals are parallelograms that say where
-light may come from; they change the noise, never the mean.
+further bounce (emission, and what punctual lights send by one reflection) is found in two ways that the
+balance heuristic combines (Veach & Guibas 1995): a ray to one of the `hints`, and the ray on which the path
+goes on, distributed by the cosine or through one of the `portals`. Hints and portals are parallelograms that
+say where light may come from; they change the noise, never the mean.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ LIFT = 1e-6  # metres between a surface and the rays that leave it
 TOGETHER = 1 << 16  # paths
 LONGEST = 4000  # bounces: beyond it something is wrong
 THROUGH = (0.5, 0.5, 0.25, 0.25)  # share of paths that go on through portals, at the first vertices
+EVEN = 0.3  # of the rays to targets, whatever their size
+AT_FIRST = 2  # rays to targets at a path's first vertex
 LATER = 0.1  # that share at all others: each time it adds variance
 
 
@@ -76,20 +78,24 @@ class Found:
 
 
 class _Targets:
-    """Directions towards parallelograms, each as likely as any other with a corner above the horizon."""
+    """Directions towards parallelograms that have a corner above the horizon, the larger ones oftener."""
 
     def __init__(self, targets: tuple[Target, ...]) -> None:
         own = primitives(*(np.array([getattr(t, part) for t in targets]) for part in ("corner", "u", "v")))
         self._own, self._frames, self._areas = own, Frames(own), own.areas
         self._corners = own.corner[:, None] + np.stack([0 * own.u, own.u, own.v, own.u + own.v], axis=1)
+        self._centres = self._corners.mean(axis=1)
 
     def shares(self, points: Array, normals: Array) -> Array:
         """(rays, targets) probabilities; all 0 for points from which none can be seen."""
         heights = (
             np.einsum("ri,tci->rtc", normals, self._corners) - (points * normals).sum(axis=1)[:, None, None]
         )
-        up = (heights > 0).any(axis=2).astype(np.float64)
-        return up / np.maximum(up.sum(axis=1, keepdims=True), 1)
+        highest = np.maximum(heights.max(axis=2), 0)
+        away = ((points[:, None] - self._centres) ** 2).sum(axis=2) + self._areas
+        up, solid = (highest > 0).astype(np.float64), highest * self._areas / away**1.5
+        even, large = (w / np.maximum(w.sum(axis=1, keepdims=True), 1e-300) for w in (up, solid))
+        return EVEN * even + (1 - EVEN) * large
 
     def draw(self, points: Array, shares: Array, rng: np.random.Generator) -> Array:
         """Unit directions to a uniform point of one target each."""
@@ -156,7 +162,7 @@ class Tracer:
         total, alive, weight = np.zeros(len(points)), np.arange(len(points)), np.ones(len(points))
         for bounce in range(LONGEST):
             share = 0.0 if self._portals is None else THROUGH[bounce] if bounce < len(THROUGH) else LATER
-            vertex = _Vertex(self, points, normals, share)
+            vertex = _Vertex(self, points, normals, share, 1 if bounce else AT_FIRST)
             total[alive] += weight * vertex.towards_hints(rng)
             step = vertex.onwards(rng)
             total[alive[step.rays]] += weight[step.rays] * step.light
@@ -221,6 +227,7 @@ class _Vertex:
     points: Array
     normals: Array
     share: float  # of rays that go on through portals
+    count: int  # of rays to hints
     _to_hints: Array | None = field(init=False, default=None)
     _to_portals: Array | None = field(init=False, default=None)
 
@@ -231,7 +238,10 @@ class _Vertex:
             self._to_portals = self.tracer._portals.shares(self.points, self.normals)
 
     def towards_hints(self, rng: np.random.Generator) -> Array:
-        """Light that a ray to one of the hints brings."""
+        """Light that rays to hints bring."""
+        return sum((self._towards_hint(rng) for _ in range(self.count)), np.zeros(len(self.points)))
+
+    def _towards_hint(self, rng: np.random.Generator) -> Array:
         light = np.zeros(len(self.points))
         if self._to_hints is None:
             return light
@@ -269,7 +279,7 @@ class _Vertex:
         if self._to_hints is None:
             return np.zeros(len(rays))
         assert self.tracer._hints is not None
-        return self.tracer._hints.density(self.points[rays], directions, self._to_hints[rays])
+        return self.count * self.tracer._hints.density(self.points[rays], directions, self._to_hints[rays])
 
     def _onward_density(self, rays: NDArray[np.int64], directions: Array) -> Array:
         cosine = np.maximum((directions * self.normals[rays]).sum(axis=1), 0) / np.pi

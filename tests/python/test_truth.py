@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The short form of benchmarks/truth_fuzz.py: a random scene of each kind against the path tracer."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from builders.truth_kinds import KINDS, kind_of, truth_scene
+from oracles.truth_verdict import judge, trace_and_judge
+
+SEED, POINTS, SECONDS = 1, 32, 1.0
+# Scenes that bake and trace fast, by kind: numbers of `truth_scene`.
+SCENES = {
+    "site_lamp": 12,  # 10 km of land
+    "site_sun": 1,  # 600 m of land, a window of half a metre
+    "ratio": 14,  # a sky of 1 km, 2e9 times as powerful
+    "opening": 27,  # a gap of 60 cm from a lit room
+    "joined": 16,  # 20 panels
+    "doubled": 5,  # walls
+    "terrain": 18,  # a lamp in a shed
+    "white": 19,  # reflectance 0.9
+    "dome": 20,  # 60 m, a window of 1.1 m
+    "furnished": 21,
+    "hall": 22,  # 15 panels
+    "bulb": 11,  # 8 mm, at the origin
+}
+
+
+@pytest.mark.parametrize("kind", SCENES)
+def test_light_is_true_or_said_to_be_noisy(kind):
+    """Null hypothesis and false-alarm rate: see oracles/truth_verdict.py; 12 scenes of two readings: 0.04."""
+    truth = truth_scene(SEED, SCENES[kind], POINTS)
+    assert truth.kind == kind
+    found = truth.measured()
+    places = (truth.points, truth.normals)
+    verdict, traced = trace_and_judge(
+        truth.world, places, found.light, found.error, seed=2, seconds=SECONDS, dark=truth.dark
+    )
+    asked = judge(found.asked, found.error, traced, truth.dark)
+    for reading, of in ((verdict, "samples"), (asked, "Session.at")):
+        assert not reading.wrong, (
+            f"{kind} {truth.about}, {of}: bias {reading.bias:+.1%}, allowed {reading.allowed:.1%}; "
+            f"{reading.outside:.0%} of the points outside; claimed {reading.claimed:.2%}"
+        )
+
+
+def test_every_kind_has_a_scene():
+    assert list(SCENES) == list(KINDS)
+    assert all(kind_of(number) == kind for kind, number in SCENES.items())
+
+
+@pytest.mark.parametrize("number", range(len(KINDS)))
+def test_scenes_are_functions_of_seed_and_number(number):
+    """Also: the scene has the area of what the path tracer has."""
+    one, same = truth_scene(3, number, 8), truth_scene(3, number, 8)
+    other = truth_scene(4, number, 8)
+    np.testing.assert_array_equal(one.points, same.points)
+    np.testing.assert_array_equal(one.world.surfaces.corner, same.world.surfaces.corner)
+    assert not np.array_equal(one.points, other.points)
+    area = sum(mesh.triangle_areas().sum() for mesh in one.scene.meshes)
+    assert area == pytest.approx(one.world.surfaces.areas.sum(), rel=1e-9)
