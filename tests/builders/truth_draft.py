@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import deltalux as dl
@@ -190,6 +190,10 @@ class Draft:
             ways += [corners - position for position, _ in self.bulbs.values()]
             for way in ways:
                 self.hints += [p for face in faces if (p := _projected(corners, way, face)) is not None]
+
+    def unmeasure(self) -> None:
+        """Draw points on `planes` alone."""
+        self.pieces = [replace(piece, measured=False) for piece in self.pieces]
 
     # ---- results ----------------------------------------------------------------------------------
 

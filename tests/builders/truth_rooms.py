@@ -73,12 +73,13 @@ def build(draft: Draft, room: Room, paint: str, outside: str, thick: float, mesh
             swapped = [(c + thick, d + thick, a + thick, b + thick) for a, b, c, d in holes]
             draft.wall(f"{mesh} hull", outside, Target(f.corner, f.v, f.u), swapped)
             for own in holes:
-                _line(draft, f"{mesh} hull", outside, hole_target(room.faces[side], own), thick)
+                line_hole(draft, f"{mesh} hull", outside, hole_target(room.faces[side], own), thick)
     for opening in room.openings():
         draft.opening(opening)
 
 
-def _line(draft: Draft, mesh: str, paint: str, opening: Target, thick: float) -> None:
+def line_hole(draft: Draft, mesh: str, paint: str, opening: Target, thick: float) -> None:
+    """Close a wall of that thickness around an opening of its inside."""
     normal = np.cross(opening.u, opening.v)
     out = -thick * normal / np.linalg.norm(normal)
     o, u, v = opening.corner, opening.u, opening.v
