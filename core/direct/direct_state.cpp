@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Memory and snapshots of direct light.
 #include <algorithm>
+#include <bit>
 
 #include "base/error.h"
 #include "direct/direct_light.h"
@@ -48,6 +49,20 @@ double DirectLight::estimated_rays(const trace::Light& light, size_t samples) {
   if (!light.is_area()) return double(samples);
   return double(samples) * (kFacingShare * (kCoarseRays + kCorners) + kPartialShare * kFineRays +
                             kRaysPerTriangle * double(light.world.size()));
+}
+
+void DirectLight::each_word(const std::function<void(uint64_t)>& visit) const {
+  for (const int64_t sum : sums_) visit(uint64_t(sum));
+  for (const Column& column : columns_)
+    for (size_t i = 0; i < column.weight.size(); ++i) {
+      const FixedView view = view_of(column, i);
+      visit(uint64_t(column.weight[i]));
+      visit(uint64_t(view.kind));
+      if (view.kind != FixedView::Kind::partial) continue;
+      visit(view.coarse);
+      for (const uint64_t rays : view.fine) visit(rays);
+      visit(std::bit_cast<uint64_t>(view.share));
+    }
 }
 
 void DirectLight::save(ArchiveView& archive) const {

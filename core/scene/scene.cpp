@@ -278,6 +278,14 @@ void Scene::set_world(const Box& world) {
   world_ = world;
 }
 
+uint32_t Scene::groups_up_to(uint32_t object) const {
+  uint32_t last = 0;
+  for (const PunctualLight& light : lights) last = std::max(last, light.group);
+  for (uint32_t i = 0; i <= object; ++i)
+    for (const uint32_t group : objects[i].group) last = std::max(last, group);
+  return last + 1;
+}
+
 double Scene::area() const {
   double sum = 0;
   for (const Object& object : objects)

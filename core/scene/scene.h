@@ -122,6 +122,9 @@ class Scene {
   void set_world(const Box& world);
   /// Bounds of `object` at `pose`, including the positions of lights that it carries.
   Box bounds_at(uint32_t object, const Pose& pose) const;
+  /// Number of light groups of the lights and the objects up to this one: when an object is added,
+  /// that is the number there is then, whatever is added after it.
+  uint32_t groups_up_to(uint32_t object) const;
   /// Total area of all triangles, in square metres.
   double area() const;
 

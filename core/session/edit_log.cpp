@@ -10,13 +10,14 @@
 
 namespace deltalux::session {
 
-std::vector<trace::Light> added_lights(const State& s, const scene::Scene& scene, uint32_t object) {
+std::vector<trace::Light> added_lights(const State& s, const scene::Scene& scene, uint32_t object,
+                                       uint32_t groups) {
   // quanta of a path: half of what the brightest path of the other lights carries
   const double even = std::ldexp(0.5, s.scale.digits);
   std::vector<trace::Light> lights = trace::find_lights(scene, object);
   uint64_t next = s.lights.empty() ? 0 : s.lights.back().first_path + s.lights.back().path_count;
   const double paths = double(s.options.paths), count = double(lights.size());
-  const double floor = trace::kGroupFloor / std::max(2u, s.scene.group_count) * paths / count;
+  const double floor = trace::kGroupFloor / std::max(2u, groups) * paths / count;
   for (trace::Light& light : lights) {
     double wanted = paths / count;  // in a scene without lights: all paths
     if (!s.lights.empty()) {
@@ -100,27 +101,27 @@ void EditLog::place_objects() {
     if (!differs(i)) continue;
     const bool fresh = i >= old_objects_.size();
     if (!fresh) old_structures_.push_back(s_.caster->save_object(i));
-    ObjectChange change{i, fresh ? Box{} : s_.caster->object_bounds(i), {}};
-    s_.caster->update_object(s_.scene, i);
-    change.after = s_.caster->object_bounds(i);
-    changes_.push_back(change);
+    changes_.push_back({i, fresh ? Box{} : s_.caster->object_bounds(i), {}});
   }
+  for (const ObjectChange& change : changes_) s_.caster->update_object(s_.scene, change.object);
+  // All objects must be there before: new ones may widen the bounds of others.
+  for (ObjectChange& change : changes_) change.after = s_.caster->object_bounds(change.object);
 }
 
 void EditLog::add_lights() {
   const bool sampled = s_.samples_added_lights();
   for (uint32_t i = uint32_t(old_objects_.size()); i < s_.scene.objects.size(); ++i) {
     const bool dark = s_.lights.empty();
-    for (trace::Light& light : added_lights(s_, s_.scene, i)) {
+    for (trace::Light& light : added_lights(s_, s_.scene, i, s_.scene.groups_up_to(i))) {
       s_.light_sampled.push_back(sampled);
       s_.lights.push_back(std::move(light));
     }
     if (!dark || s_.lights.empty()) continue;
     s_.scale = trace::choose_scale(s_.lights, s_.options.max_bounces);
-    first_light_ = true;
+    first_lights_ = s_.lights.size();
   }
   if (s_.lights.size() == old_lights_) return;
-  if (first_light_) return s_.group_sums();
+  if (first_lights_) return s_.group_sums();
   const std::span<trace::Light> fresh = std::span(s_.lights).subspan(old_lights_);
   for (trace::Light& light : fresh) light.finer = trace::choose_fineness(light, s_.scale);
   assign_sums(fresh, s_.sum_groups);

@@ -31,9 +31,10 @@ class EditLog {
   bool reflects_more() const { return reflects_more_; }
   /// Number of lights before the edits; new lights follow them.
   size_t old_lights() const { return old_lights_; }
-  /// Whether these edits bring the first lights into a scene without any; the quantum of power is
-  /// then new.
-  bool first_light() const { return first_light_; }
+  /// If these edits bring the first lights into a scene without any: how many the first object with
+  /// lights has, otherwise 0. The quanta of power are then new, and chosen by these lights alone, as
+  /// if others came later.
+  size_t first_lights() const { return first_lights_; }
   /// Whether all paths of this old light must be traced anew from the light.
   bool reborn(size_t light) const;
 
@@ -56,14 +57,15 @@ class EditLog {
   size_t old_sum_groups_;
   std::vector<ObjectChange> changes_;
   std::vector<uint8_t> materials_;
-  bool reflects_more_ = false, first_light_ = false;
+  bool reflects_more_ = false;
+  size_t first_lights_ = 0;
 };
 
 /// The lights of `object` of `scene`, with path counts that suit the lights already in `state`:
 /// their paths carry as much power as those of the brightest existing light divided by two, so that
-/// noise stays even, but a light gets at least the share of paths that every group is granted,
-/// since other lights may be dimmed. Throws SceneError.
+/// noise stays even, but a light gets at least the share of paths that each of `groups` groups is
+/// granted, since other lights may be dimmed. Throws SceneError.
 std::vector<trace::Light> added_lights(const State& state, const scene::Scene& scene,
-                                       uint32_t object);
+                                       uint32_t object, uint32_t groups);
 
 }  // namespace deltalux::session

@@ -494,7 +494,7 @@ class Session {
   /// Throws OptionError, or Error as check_whole() does, unless there is light to read.
   void check_readable() const;
   double bytes_per_segment() const;
-  double choose_irradiance_quantum() const;
+  double choose_irradiance_quantum(std::span<const trace::Light> lights) const;
   std::unique_ptr<direct::DirectLight> make_direct(double irradiance_quantum) const;
   /// Replaces pending paths within the time budget. Returns how many of them remain because the
   /// memory limit does not admit them.

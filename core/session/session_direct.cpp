@@ -20,14 +20,14 @@ constexpr double kWorthRays = 64;
 /// The quantum of direct irradiance: a tiny share of what the brightest light could give at a
 /// distance of one scene metre, so that it does not depend on poses. A spot counts as if it shone
 /// in all directions: the power of a narrow spot says little about the intensity of its beam.
-double Session::choose_irradiance_quantum() const {
+double Session::choose_irradiance_quantum(std::span<const trace::Light> lights) const {
   // 40 bits for that, and fewer where a light much smaller than the metre gives more nearby: as
   // much as there is on its surface, or what a point gives at 1/29,000 of the metre.
   constexpr double kFine = 0x1p-40, kNearby = 0x1p26;
   const State& s = *state_;
   const double metre = samples::scene_metre(s.scene, *s.caster), area = metre * metre;
   double brightest = 0, most = 0;
-  for (const trace::Light& light : s.lights) {
+  for (const trace::Light& light : lights) {
     const bool surface = light.is_area();
     const Vec3d intensity =
         surface ? light.power * (1 / std::numbers::pi) : Vec3d(light.strength());
@@ -100,7 +100,7 @@ void Session::place_receivers(const std::vector<uint8_t>* changed) {
 
 void Session::compute_direct(Progress& progress, bool leave) {
   State& s = *state_;
-  if (!(s.irradiance_quantum > 0)) s.irradiance_quantum = choose_irradiance_quantum();
+  if (!(s.irradiance_quantum > 0)) s.irradiance_quantum = choose_irradiance_quantum(s.lights);
   auto fresh = make_direct(s.irradiance_quantum);
   if (s.evaluates()) {
     place_receivers(nullptr);
@@ -138,7 +138,7 @@ void Session::update_direct(std::span<const ObjectChange> changes, size_t old_li
 void Session::restore_direct(ArchiveSource& archive) {
   const State& s = *state_;
   const auto quantum = archive.read_all<double>("direct.quantum", 1);
-  snapshot::check_quantum("direct.quantum", quantum[0], choose_irradiance_quantum());
+  snapshot::check_quantum("direct.quantum", quantum[0], choose_irradiance_quantum(s.lights));
   state_->irradiance_quantum = quantum[0];
   auto fresh = make_direct(quantum[0]);
   if (s.evaluates()) {

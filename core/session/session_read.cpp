@@ -1,100 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads results: irradiance, standard errors and digests from integer sums.
+// Reads results: irradiance and standard errors from integer sums.
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <optional>
 #include <utility>
 
 #include "base/assertion.h"
-#include "base/direction.h"
-#include "base/error.h"
-#include "base/random.h"
 #include "session/cut_light.h"
 #include "session/session.h"
 #include "session/unreached.h"
 
 namespace deltalux::session {
 namespace {
-
-/// A hash of two independent 64-bit lanes. merge() adds hashes, so that the order of items does not
-/// matter.
-struct Lanes {
-  uint64_t a = 0, b = 0;
-  /// Appends a word, in order.
-  void chain(uint64_t word) {
-    a = combine(a ^ 0x243f6a8885a308d3ull, word);
-    b = combine(b ^ 0x13198a2e03707344ull, ~word);
-  }
-  void merge(const Lanes& o) { a += o.a, b += o.b; }
-};
-
-uint64_t bits(float v) {
-  v += 0.0f;  // -0 becomes +0
-  uint32_t u;
-  std::memcpy(&u, &v, 4);
-  return u;
-}
-uint64_t bits(double v) {
-  v += 0.0;  // -0 becomes +0
-  uint64_t u;
-  std::memcpy(&u, &v, 8);
-  return u;
-}
-
-Lanes of_segment(const State& s, const segments::Segment& g, float extended, uint32_t bounce) {
-  Lanes lanes;
-  lanes.chain(uint64_t(g.path) << 32 | bounce);
-  lanes.chain(bits(g.origin.x) << 32 | bits(g.origin.y));
-  lanes.chain(bits(g.origin.z) << 32 | g.direction);
-  lanes.chain(bits(g.length) << 32 | bits(extended));
-  lanes.chain(uint64_t(g.power[0]) << 32 | g.power[1]);
-  const uint32_t object =
-      g.primitive == scene::kNone ? scene::kNone : s.scene.object_of(g.primitive);
-  const uint32_t local =
-      g.primitive == scene::kNone ? 0 : g.primitive - s.scene.objects[object].first_primitive;
-  lanes.chain(uint64_t(g.power[2]) << 32 | local);
-  lanes.chain(object);
-  return lanes;
-}
-
-void chain_looks(Lanes& lanes, const gather::Looks& looks) {
-  for (size_t sample = 0; sample < looks.samples(); ++sample) {
-    for (float weight : looks.weights(sample)) lanes.chain(bits(weight));
-    for (uint32_t target : looks.targets(sample)) {
-      if (!gather::Looks::is_chain(target)) {
-        lanes.chain(target);
-        continue;
-      }
-      const gather::ChainPool& chains = looks.chains();
-      const uint32_t number = gather::Looks::chain_of(target);
-      lanes.chain(uint64_t(bits(chains.weight(number))) << 32 | chains.end(number));
-      for (const gather::Vertex& vertex : chains.vertices(number)) {
-        lanes.chain(uint64_t(vertex.material) << 32 | vertex.light);
-        for (float value : vertex.direct) lanes.chain(bits(value));
-      }
-    }
-  }
-}
-
-void chain_guiding(Lanes& lanes, const gather::Guiding& guiding) {
-  static_assert(sizeof(gather::Guide) % 4 == 0 && sizeof(gather::BeamGuide) % 4 == 0 &&
-                sizeof(gather::RayShares) % 4 == 0);
-  const auto chain = [&lanes](const void* bytes, size_t size) {
-    uint32_t word;
-    for (size_t at = 0; at < size; at += sizeof word) {
-      std::memcpy(&word, static_cast<const char*>(bytes) + at, sizeof word);
-      lanes.chain(word);
-    }
-  };
-  chain(guiding.guides.data(), guiding.guides.size() * sizeof(gather::Guide));
-  chain(guiding.beams.data(), guiding.beams.size() * sizeof(gather::BeamGuide));
-  chain(guiding.suns.data(), guiding.suns.size() * sizeof(uint32_t));
-  chain(&guiding.need, sizeof guiding.need);
-  for (int8_t own : guiding.doublings) lanes.chain(uint64_t(own));
-  chain(guiding.shares.data(), guiding.shares.size() * sizeof(gather::RayShares));
-}
 
 /// double(x) by operations that AVX2 has: the halves of `x` become mantissas, and only the last
 /// addition rounds. Scalar conversions made reading 1.4 times as slow.
@@ -332,61 +250,6 @@ std::vector<float> Session::as_given(const std::vector<float>& own) const {
   std::vector<float> out(own.size());
   for (size_t i = 0; i < own.size(); ++i) out[state_->given[i]] = own[i];
   return out;
-}
-
-SegmentsHash Session::segments_hash() const {
-  check_whole();
-  const State& s = *state_;
-  Lanes all;
-  uint64_t count = 0;
-  for (uint32_t b = 0; b < s.store.bounces().size(); ++b) {
-    const segments::BounceSegments& stored = s.store.bounces()[b];
-    for (uint32_t slot = 0; slot < stored.size(); ++slot) {
-      if (stored.at(slot).length < 0) continue;
-      all.merge(of_segment(s, stored.at(slot), stored.extended_or_length(slot), b));
-      ++count;
-    }
-  }
-  return {count, all.a, all.b};
-}
-
-std::array<uint64_t, 4> Session::digest(const std::optional<SegmentsHash>& others) const {
-  check_whole();
-  check_added();
-  check_looked();
-  const State& s = *state_;
-  if (s.holds_none() && s.all_paths() && !others)
-    throw OptionError(
-        "digest: the segments are in other sessions; give the sum of their segments_hash");
-  const SegmentsHash own = segments_hash();
-  Lanes all{own.a, own.b};
-  if (others) all.merge({others->a, others->b});
-  Lanes ordered = all;
-  const size_t n = s.samples.size();
-  for (uint32_t g = 0; s.counts_in_discs() && g < s.sum_groups.size(); ++g)
-    for (size_t i = 0; i < 3 * n; ++i) {
-      int64_t sum = 0;
-      for (uint32_t k = 0; k < kBatches; ++k) sum += s.sums[3 * size_t(g * kBatches + k) * n + i];
-      ordered.chain(uint64_t(sum));
-    }
-  for (int64_t value : direct_->sums()) ordered.chain(uint64_t(value));
-  if (s.gather) {
-    for (int64_t value : s.gather->sums.quanta) ordered.chain(uint64_t(value));
-    for (uint16_t covered : s.gather->coverage.covered()) ordered.chain(covered);
-    chain_looks(ordered, s.gather->looks);
-    chain_guiding(ordered, s.guiding);
-  }
-  for (const scene::Object& object : s.scene.objects) {
-    if (!object.movable) continue;
-    ordered.chain(object.present);
-    for (const Vec3d& row : object.pose.row)
-      for (int axis = 0; axis < 3; ++axis) ordered.chain(bits(row[axis]));
-    for (int axis = 0; axis < 3; ++axis) ordered.chain(bits(object.pose.translation[axis]));
-  }
-  for (double factor : s.group_factor) ordered.chain(bits(factor));
-  for (const scene::Material& material : s.scene.materials)
-    for (int c = 0; c < 3; ++c) ordered.chain(bits(material.reflectance[c]));
-  return {all.a, all.b, ordered.a, ordered.b};
 }
 
 std::vector<uint8_t> Session::visible(std::span<const Vec3f> from,

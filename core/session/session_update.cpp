@@ -132,18 +132,22 @@ void Session::check_insert(const scene::Object& object, std::span<const scene::E
   uint64_t more = 0;
   double brightest = 0;
   std::vector<trace::Light> added;
+  size_t first_lights = 0;  // of the first object with any
+  uint32_t so_far = s.scene.group_count;
   const auto count = [&](const scene::Object& own) {
+    so_far = scene::groups_with(own, so_far);
     scene::Scene alone;
     alone.materials = s.scene.materials;
     alone.group_count = groups;
     alone.objects.push_back(own);
     alone.finish();
-    for (const trace::Light& light : added_lights(s, alone, 0)) {
+    for (const trace::Light& light : added_lights(s, alone, 0, so_far)) {
       added.push_back(light);
       more += light.path_count;
       brightest = std::max({brightest, double(light.radiance.x), double(light.radiance.y),
                             double(light.radiance.z)});
     }
+    if (!first_lights) first_lights = added.size();
   };
   for (const scene::Edit& edit : before)
     if (const auto* insert = std::get_if<scene::Insert>(&edit)) count(insert->object);
@@ -156,8 +160,12 @@ void Session::check_insert(const scene::Object& object, std::span<const scene::E
                       std::to_string(most) +
                       " in all so that no integer sum can overflow; "
                       "start a new session with it in the scene");
-  if (sampled && !s.lights.empty() &&
-      std::numbers::pi * brightest > direct::kMaxWeight * direct_->irradiance_quantum())
+  const bool first = s.lights.empty();
+  if (sampled && added.size() > (first ? first_lights : 0) &&
+      std::numbers::pi * brightest >
+          direct::kMaxWeight *
+              (first ? choose_irradiance_quantum(std::span(added).first(first_lights))
+                     : direct_->irradiance_quantum()))
     throw OptionError(what +
                       "its light is brighter than the session's integer scale holds; start a "
                       "new session with it in the scene");
@@ -260,8 +268,9 @@ Affected Session::apply(std::span<const scene::Edit> edits, EditLog& log, double
     if (!log.changes().empty() || !log.materials().empty())
       affected = find_affected(s, log.changes(), log.materials(), progress);
     frame.end_stage("scan", watch);
-    if (log.first_light()) {
-      auto fresh = make_direct(choose_irradiance_quantum());
+    if (log.first_lights()) {
+      auto fresh = make_direct(
+          choose_irradiance_quantum(std::span(s.lights).first(log.first_lights())));
       dark = std::exchange(direct_, std::move(fresh));
     }
     // The last step that can fail; if it does, update_direct() undoes its own changes.

@@ -11,6 +11,13 @@ namespace deltalux::trace {
 
 namespace {
 
+/// The largest slack of `count` primitives.
+float slack_of(const scene::Scene& scene, uint32_t first, size_t count) {
+  float most = 0;
+  for (uint32_t i = first; i < first + count; ++i) most = std::max(most, scene.slack_of(i));
+  return most;
+}
+
 /// The holes of one object, or with kNone of all static ones; none if its surfaces are opaque.
 std::optional<Holes> holes_of(const scene::Scene& scene, uint32_t index) {
   const bool all_static = index == scene::kNone;
@@ -42,36 +49,32 @@ RayCaster::RayCaster(const scene::Scene& scene, Progress& progress) {
       triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
   }
   static_ = EmbreeScene(device_, vertices, triangles, &progress, holes_of(scene, scene::kNone));
-  for (uint32_t i = 0; i < scene.primitives(); ++i) margin_ = std::max(margin_, scene.slack_of(i));
-  margin_ += position_slack({scene.world().reach(), 0, 0});
+  fixed_slack_ = slack_of(scene, 0, scene.static_primitives());
+  position_slack_ = position_slack({scene.world().reach(), 0, 0});
   movables_.resize(scene.objects.size());
   for (uint32_t i = 0; i < scene.objects.size(); ++i)
     if (scene.objects[i].movable) update_object(scene, i);
+  settle();
 }
 
 void RayCaster::update_object(const scene::Scene& scene, uint32_t index) {
   const scene::Object& object = scene.objects[index];
   present_.reserve(scene.objects.size());
-  float margin = margin_;
-  for (uint32_t t = 0; index >= movables_.size() && t < object.triangles.size(); ++t)
-    margin = std::max(margin, scene.slack_of(object.first_primitive + t));
   Movable fresh;
   fresh.first_primitive = object.first_primitive;
   fresh.to_local = object.pose.inverse();
+  fresh.slack = slack_of(scene, object.first_primitive, object.triangles.size());
   if (index < movables_.size()) fresh.solid = movables_[index].solid;
   if (object.closed && !fresh.solid)
     fresh.solid = EmbreeScene(device_, object.vertices, object.triangles, nullptr);
   if (object.present && !object.triangles.empty()) {
     const std::vector<Vec3f> vertices = object.world_vertices();
     fresh.scene = EmbreeScene(device_, vertices, object.triangles, nullptr, holes_of(scene, index));
-    Box box;
-    for (const Vec3f& v : vertices) box.grow(v);
-    fresh.bounds = box.padded(margin);
+    for (const Vec3f& v : vertices) fresh.box.grow(v);
   }
   if (movables_.size() <= index) movables_.resize(index + 1);
   movables_[index] = std::move(fresh);
-  margin_ = margin;
-  list_present();
+  settle();
 }
 
 RayCaster::Saved RayCaster::save_object(uint32_t object) const {
@@ -85,18 +88,23 @@ RayCaster::Saved RayCaster::save_object(uint32_t object) const {
 void RayCaster::put_back(Saved&& saved) noexcept {
   DELTALUX_ASSERT(saved.object_ < movables_.size());
   movables_[saved.object_] = std::move(saved.movable_);
-  list_present();
+  settle();
 }
 
 void RayCaster::drop_objects(size_t count) noexcept {
   if (count < movables_.size()) movables_.erase(movables_.begin() + long(count), movables_.end());
-  list_present();
+  settle();
 }
 
-void RayCaster::list_present() noexcept {
+void RayCaster::settle() noexcept {
+  margin_ = fixed_slack_;
+  for (const Movable& movable : movables_) margin_ = std::max(margin_, movable.slack);
+  margin_ += position_slack_;
   present_.clear();  // capacity was reserved before
-  for (uint32_t i = 0; i < movables_.size(); ++i)
+  for (uint32_t i = 0; i < movables_.size(); ++i) {
+    movables_[i].bounds = movables_[i].box.padded(margin_);
     if (movables_[i].scene) present_.push_back(i);
+  }
 }
 
 bool RayCaster::reaches(const Movable& movable, Vec3f origin, Vec3f direction, float to) const {
@@ -171,7 +179,7 @@ void RayCaster::add_inside(uint32_t object, Vec3f o, Vec3f d, float to,
   const Movable& movable = movables_[object];
   if (!movable.scene || !movable.solid || !reaches(movable, o, d, to)) return;
   // Examine the whole line, from before the object: every entry must have an exit.
-  const float before = length(movable.bounds.extent()) + length(movable.bounds.centre() - o);
+  const float before = movable.box.diagonal() + length(movable.box.centre() - o);
   const Vec3f from = movable.to_local.point(o);
   std::array<Intersection, kMaxIntersections> intersections;
   for (int attempt = 0; attempt < kTries; ++attempt) {

@@ -72,29 +72,35 @@ class RayCaster {
   void add_inside(uint32_t object, Vec3f origin, Vec3f direction, float to,
                   std::vector<Stretch>& out) const;
 
-  /// World bounds of a movable object, padded by margin(); empty while it is removed.
+  /// World bounds of a movable object, padded by margin(); empty while it is removed. Only for
+  /// conservative tests: adding an object may widen the bounds of others.
   const Box& object_bounds(uint32_t object) const { return movables_[object].bounds; }
   /// The present movable objects, ascending.
   std::span<const uint32_t> present() const { return present_; }
   /// Padding of bounds: larger than the rounding error of any ray that starts within the scene's
-  /// world box.
+  /// world box. A function of the scene's geometry, however its objects came into it.
   float margin() const { return margin_; }
 
  private:
   struct Movable {
     EmbreeScene scene;  ///< in world space; empty while the object is removed
     EmbreeScene solid;  ///< of closed objects, in local space: for inside tests
-    Box bounds;
+    Box box;            ///< world bounds; empty while the object is removed
+    Box bounds;         ///< the same, padded by the margin
+    float slack = 0;    ///< the largest Scene::slack_of() of its triangles
     Pose to_local;
     uint32_t first_primitive = 0;
   };
   bool reaches(const Movable& movable, Vec3f origin, Vec3f direction, float to) const;
-  void list_present() noexcept;
+  /// Brings what depends on all objects up to date: the margin, their bounds, and present_.
+  void settle() noexcept;
 
   EmbreeDevice device_;
   EmbreeScene static_;
   std::vector<Movable> movables_;  // by object; empty entries for static ones
   std::vector<uint32_t> present_;  // present movable objects with triangles, ascending
+  float fixed_slack_ = 0;          // the largest Scene::slack_of() of static triangles
+  float position_slack_ = 0;       // the largest position_slack() within the world
   float margin_ = 0;
 };
 

@@ -382,8 +382,9 @@ def _fitting_spacing(scene: Scene, base: _Base, spacing: float, max_samples: int
 
 def _refined(scene: Scene, base: _Base, spacing: float, max_samples: int) -> DisplayMesh:
     points, triangles, parent = split_long_edges(base.points, base.triangles, spacing, max_samples)
-    static = np.array([not m.movable for m in scene.meshes])[base.mesh]
-    cut = cut_at_contacts(points, triangles, parent, base.triangles, static, base.mesh, spacing, max_samples)
+    movable = np.array([m.movable for m in scene.meshes])
+    body = np.where(movable[base.mesh], base.mesh, -1)  # the static meshes are one body
+    cut = cut_at_contacts(points, triangles, parent, base.triangles, body, base.mesh, spacing, max_samples)
     # Cuts through slivers leave pieces whose corners coincide; they have no normal.
     kept = ~np.asarray(_core.without_area(cut.points, cut.triangles))
     points, triangles, parent = cut.points, cut.triangles[kept], parent[cut.source[kept]]
@@ -396,7 +397,6 @@ def _refined(scene: Scene, base: _Base, spacing: float, max_samples: int) -> Dis
         raise TooManyPoints
     vertex_points = points[triangles.ravel()[vertices.corner]]
     vertex_mesh = mesh[vertices.corner // 3]
-    movable = np.array([m.movable for m in scene.meshes])
     arrays = {
         "points": vertex_points,
         "sample_points": vertex_points + vertices.insets,
