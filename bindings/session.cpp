@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bindings of sessions: bake, edit, update, read.
 #include "session/session.h"
+#include "session/reach.h"
 
 #include <cstddef>
 #include <cstdio>
@@ -134,6 +135,15 @@ void bind_session(nb::module_& m) {
   m.attr("SEGMENT_NEXT") = offsetof(Segment, next);
   m.attr("NO_SLOT") = segments::kNoSlot;
   m.attr("NOT_CUT") = session::kNotCut;
+
+  nb::class_<session::Reach>(m, "Reach")
+      .def(
+          "refusal",
+          [](const session::Reach& reach, const std::array<float, 3>& low,
+             const std::array<float, 3>& high) {
+            return reach.refusal({{low[0], low[1], low[2]}, {high[0], high[1], high[2]}});
+          },
+          nb::arg("low"), nb::arg("high"));
 
   nb::class_<Session> bound(m, "Session");
   bind_ranges(bound);
@@ -364,9 +374,10 @@ void bind_session(nb::module_& m) {
              out["threads"] = state.workers.threads();
              return out;
            })
+      .def("reach", [](const Session& s) { return session::Reach(s.state()); })
       .def("world",
            [](const Session& s) {
-             const Box& box = s.state().scene.world();
+             const Box& box = s.state().scene.first_world();
              return std::pair(std::array{box.low.x, box.low.y, box.low.z},
                               std::array{box.high.x, box.high.y, box.high.z});
            })

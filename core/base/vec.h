@@ -108,6 +108,7 @@ struct Box {
     return b.empty() || (low.x <= b.low.x && low.y <= b.low.y && low.z <= b.low.z &&
                          b.high.x <= high.x && b.high.y <= high.y && b.high.z <= high.z);
   }
+  friend bool operator==(const Box&, const Box&) = default;
   bool overlaps(const Box& b) const {
     return low.x <= b.high.x && b.low.x <= high.x && low.y <= b.high.y && b.low.y <= high.y &&
            low.z <= b.high.z && b.low.z <= high.z;

@@ -34,7 +34,7 @@ estimate::DiscIndex disc_index(const scene::Scene& scene, const trace::RayCaster
   std::vector<uint32_t> ids(points.size());
   std::iota(ids.begin(), ids.end(), 0u);
   return {samples::make_discs(points, std::move(ids), samples::DiscArea::whole,
-                              {scene, caster, 0, scene.world()}, workers, part),
+                              {scene, caster, 0, scene.first_world()}, workers, part),
           segments::SegmentEnd::first, workers, &progress};
 }
 

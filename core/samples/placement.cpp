@@ -98,7 +98,7 @@ Surroundings look_around(const scene::Scene& scene, const trace::RayCaster& cast
 
 float scene_metre(const scene::Scene& scene, const trace::RayCaster& caster) {
   constexpr uint32_t kPoints = 256;
-  const float all = 0.1f * scene.world().diagonal();
+  const float all = 0.1f * scene.first_world().diagonal();
   const uint32_t triangles = scene.static_primitives();
   // inner: of points from which all hits are back sides, such as inside a solid
   std::vector<float> metres, inner;
@@ -137,7 +137,7 @@ float scene_metre(const scene::Scene& scene, const trace::RayCaster& caster) {
 void resolve_lengths(const scene::Scene& scene, const trace::RayCaster& caster, uint64_t paths,
                      const Workers& workers, Progress& progress, SampleSet& samples) {
   const float elsewhere = scene_metre(scene, caster);
-  const Ground ground{scene, caster, 0, scene.world()};
+  const Ground ground{scene, caster, 0, scene.first_world()};
   // Noise (variance) falls with 1 / (paths d^2), squared blur grows with d^4.
   const float balance = float(std::pow(1e6 / double(std::max<uint64_t>(1, paths)), 1.0 / 6));
   const float least = 0.1f * balance, most = 0.2f * balance;

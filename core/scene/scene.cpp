@@ -195,7 +195,14 @@ void Scene::finish() {
       throw SceneError("mesh \"" + objects[i].name + "\": its pose leads beyond 1e15 m" +
                        kExpected);
   }
-  world_ = measure_world();
+  world_ = first_world_ = measure_world();
+}
+
+void Scene::hold(const Box& reached) {
+  DELTALUX_ASSERT(reached.empty() || (is_near(reached.low) && is_near(reached.high)));
+  world_ = first_world_;
+  for (float by = 0.5f * first_world_.diagonal(); !world_.contains(reached); by *= 2)
+    world_ = first_world_.padded(by);
 }
 
 uint32_t Scene::add_object(Object object) {
@@ -272,10 +279,7 @@ void Scene::set_world(const Box& world) {
   for (int axis = 0; axis < 3; ++axis)
     if (!(world.low[axis] < world.high[axis]) || !std::isfinite(world.high[axis] - world.low[axis]))
       throw SceneError("scene: its box is not finite");
-  for (uint32_t i = 0; i < objects.size(); ++i)
-    if (!world.contains(bounds_at(i, objects[i].pose)))
-      throw SceneError("mesh \"" + objects[i].name + "\": outside the scene's box");
-  world_ = world;
+  world_ = first_world_ = world;
 }
 
 uint32_t Scene::groups_up_to(uint32_t object) const {

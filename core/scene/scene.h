@@ -111,15 +111,21 @@ class Scene {
     DELTALUX_ASSERT(primitive < primitives_);
     return primitive_[primitive].slack;
   }
-  /// The box that contains all light paths. finish() fixes it from static geometry alone if that
-  /// encloses the movables, so that it does not depend on their poses.
+  /// The box that finish() fixes, from static geometry alone if that encloses the movables. Whatever
+  /// is chosen once by the size of the scene depends on it, and suns' paths start on its outline.
+  const Box& first_world() const { return first_world_; }
+  /// The box that contains all light paths at present: first_world(), or a larger one around it, see
+  /// hold(). A function of that box and of the present places, whatever was held before.
   const Box& world() const { return world_; }
   /// A distance from anything in the world that lies outside of it.
   float beyond() const { return 2 * world_.diagonal(); }
-  /// Extends the world box, so that light paths reach everything in `box`.
-  void extend_world(const Box& box) { world_.grow(box); }
-  /// Sets the world box of a finished scene to which objects were added. Throws SceneError.
+  /// Extends the first world box, before anything was chosen by it.
+  void extend_world(const Box& box) { first_world_.grow(box), world_ = first_world_; }
+  /// Sets the first world box of a finished scene to which objects were added. Throws SceneError.
   void set_world(const Box& world);
+  /// Makes world() hold everything in `reached`, by padding first_world() by half its diagonal, or
+  /// by twice, four times … as much.
+  void hold(const Box& reached);
   /// Bounds of `object` at `pose`, including the positions of lights that it carries.
   Box bounds_at(uint32_t object, const Pose& pose) const;
   /// Number of light groups of the lights and the objects up to this one: when an object is added,
@@ -141,7 +147,7 @@ class Scene {
   };
   std::vector<Primitive> primitive_;
   uint32_t static_primitives_ = 0, primitives_ = 0;
-  Box world_;
+  Box first_world_, world_;
 };
 
 }  // namespace deltalux::scene

@@ -37,6 +37,7 @@ EditLog::EditLog(State& state)
       old_factors_(state.group_factor),
       old_materials_(state.scene.materials),
       old_lights_(state.lights.size()),
+      old_world_(state.scene.world()),
       old_scale_(state.scale),
       old_sum_groups_(state.sum_groups.size()) {
   for (const scene::Object& object : state.scene.objects)
@@ -51,6 +52,7 @@ bool EditLog::differs(uint32_t object) const {
 
 void EditLog::apply(std::span<const scene::Edit> edits) {
   set(edits);
+  fit_world();
   place_lights();
   if (s_.caster) place_objects();
   add_lights();
@@ -83,6 +85,16 @@ void EditLog::set(std::span<const scene::Edit> edits) {
     materials_[m] = 1;
     reflects_more_ |= now.x > before.x || now.y > before.y || now.z > before.z;
   }
+}
+
+void EditLog::fit_world() {
+  const Box& first = s_.scene.first_world();
+  bool inside = old_world_ == first;
+  for (uint32_t i = 0; inside && i < s_.scene.objects.size(); ++i) {
+    const scene::Object& own = s_.scene.objects[i];
+    if (own.present && differs(i)) inside = first.contains(s_.bounds_at(i, own.pose));
+  }
+  if (!inside) s_.hold_objects();
 }
 
 void EditLog::place_lights() {
@@ -150,6 +162,7 @@ void EditLog::undo() noexcept {
   }
   while (s_.scene.objects.size() > old_objects_.size()) s_.scene.drop_last_object();
   s_.scene.group_count = uint32_t(s_.group_factor.size());
+  s_.scene.hold(old_world_);
   if (!s_.caster) return;
   s_.caster->drop_objects(old_objects_.size());
   for (trace::RayCaster::Saved& saved : old_structures_) s_.caster->put_back(std::move(saved));

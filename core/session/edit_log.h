@@ -20,6 +20,8 @@ class EditLog {
   /// Brings scene, dim factors, lights and acceleration structures into the state after `edits`,
   /// which must have passed Session::check(). May fail at any point; then call undo().
   void apply(std::span<const scene::Edit> edits);
+  /// Whether the edits change Scene::world(), so that everything has to be computed again.
+  bool changes_world() const { return !(s_.scene.world() == old_world_); }
   /// Restores the state before apply(). Allocates no memory.
   void undo() noexcept;
 
@@ -40,6 +42,7 @@ class EditLog {
 
  private:
   void set(std::span<const scene::Edit> edits);
+  void fit_world();
   void place_lights();
   void place_objects();
   void add_lights();
@@ -53,6 +56,7 @@ class EditLog {
   std::vector<std::pair<size_t, trace::Light>> old_placed_;
   std::vector<trace::RayCaster::Saved> old_structures_;
   size_t old_lights_;
+  Box old_world_;
   trace::EnergyScale old_scale_;
   size_t old_sum_groups_;
   std::vector<ObjectChange> changes_;

@@ -53,7 +53,7 @@ void check_samples(const scene::Scene& scene, samples::SampleSet& samples) {
 /// light that leaves the scene passes.
 void reach_samples(State& s) {
   // Automatic radii are hardly larger than this.
-  const float radius = 0.02f * s.scene.world().diagonal();
+  const float radius = 0.02f * s.scene.first_world().diagonal();
   s.sample_bounds.assign(s.scene.objects.size(), {});
   const auto disc = [&](size_t i) {
     const float own = std::isnan(s.samples.radius[i]) ? radius : s.samples.radius[i];
@@ -64,12 +64,13 @@ void reach_samples(State& s) {
     const Vec3f p = s.samples.point[i];
     if (object != scene::kNone)
       s.sample_bounds[object].grow(p);
-    else if (!s.scene.world().contains(Box{p, p}))
+    else if (!s.scene.first_world().contains(Box{p, p}))
       s.scene.extend_world(disc(i));
   }
   for (uint32_t i = 0; i < s.scene.objects.size(); ++i) {
     const Box own = s.bounds_at(i, s.scene.objects[i].pose);
-    if (s.scene.objects[i].movable && !s.scene.world().contains(own)) s.scene.extend_world(own);
+    if (s.scene.objects[i].movable && !s.scene.first_world().contains(own))
+      s.scene.extend_world(own);
   }
 }
 

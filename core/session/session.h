@@ -465,6 +465,10 @@ class Session {
   /// Applies `edits` and finds what they affect. If it throws, everything is as before.
   Affected apply(std::span<const scene::Edit> edits, EditLog& log, double budget_ms,
                  Stopwatch& watch, Progress& progress, Frame& frame);
+  /// Recomputes everything after edits that changed Scene::world(): each segment that leaves the
+  /// scene ends on its border, and what finds segments counts in shares of it. If it throws, only
+  /// what the log knows has changed.
+  void renew(const EditLog& log, Progress& progress, Frame& frame);
   /// Brings paths, gather rays and areas up to date with the edits applied. Returns the number of
   /// refused paths, as run_pending() does.
   size_t follow(std::span<const scene::Edit> edits, const EditLog& log, const Affected& affected,

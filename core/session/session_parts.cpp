@@ -50,7 +50,7 @@ void each_ground(const State& s, Progress& progress, const Visit& visit) {
   std::map<uint32_t, std::vector<uint32_t>> by_object;
   for (uint32_t i = 0; i < s.samples.size(); ++i) by_object[s.samples.attached[i]].push_back(i);
   visit(scene::kNone, std::move(by_object[scene::kNone]), s.scene,
-        samples::Ground{s.scene, *s.caster, 0, s.scene.world()});
+        samples::Ground{s.scene, *s.caster, 0, s.scene.first_world()});
   for (auto& [object, ids] : by_object) {
     if (object == scene::kNone) continue;
     const scene::Scene local = local_scene(s.scene, object);

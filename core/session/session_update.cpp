@@ -9,6 +9,7 @@
 #include "session/edit_log.h"
 #include "session/pending.h"
 #include "session/pilot_paths.h"
+#include "session/reach.h"
 #include "session/session.h"
 
 namespace deltalux::session {
@@ -34,11 +35,9 @@ const scene::Object& movable_object(const scene::Scene& scene, std::span<const s
   throw OptionError("edit: no such object");
 }
 
-void check_inside(const scene::Scene& scene, const scene::Object& object, const Box& bounds) {
-  if (!scene.world().contains(bounds))
-    throw OptionError("\"" + object.name +
-                      "\" would leave the box that the session was baked for (the scene's bounds); "
-                      "move it inside, or start a new session with it there");
+void check_place(const State& s, const scene::Object& object, const Box& bounds) {
+  const std::string refusal = Reach(s).refusal(bounds);
+  if (!refusal.empty()) throw OptionError("\"" + object.name + "\" " + refusal);
 }
 
 PendingPath whole_path(const State& s, uint32_t path) {
@@ -78,9 +77,42 @@ double factor_after(const State& s, uint32_t group, std::span<const scene::Edit>
   return factor;
 }
 
+/// The lights of inserted objects.
+struct AddedLights {
+  std::vector<trace::Light> lights;
+  size_t of_first = 0;  ///< how many of them the first object with lights has
+  uint64_t paths = 0;
+  double brightest = 0;  ///< radiance of the brightest channel
+};
+
+AddedLights lights_of_inserts(const State& s, std::span<const scene::Edit> before,
+                              const scene::Object& object) {
+  AddedLights added;
+  uint32_t groups = s.scene.group_count;
+  const auto add = [&](const scene::Object& own) {
+    groups = scene::groups_with(own, groups);
+    scene::Scene alone;
+    alone.materials = s.scene.materials;
+    alone.group_count = groups;
+    alone.objects.push_back(own);
+    alone.finish();
+    for (const trace::Light& light : added_lights(s, alone, 0, groups)) {
+      const Vec3d radiance(light.radiance);
+      added.lights.push_back(light);
+      added.paths += light.path_count;
+      added.brightest = std::max({added.brightest, radiance.x, radiance.y, radiance.z});
+    }
+    if (!added.of_first) added.of_first = added.lights.size();
+  };
+  for (const scene::Edit& edit : before)
+    if (const auto* insert = std::get_if<scene::Insert>(&edit)) add(insert->object);
+  add(object);
+  return added;
+}
+
 /// Bytes of the sums that a session needs in addition for so many light groups in all, and for the
 /// paths of these new lights.
-double bytes_of_groups(const State& s, uint32_t groups, std::span<trace::Light> added) {
+double bytes_of_groups(const State& s, uint32_t groups, std::vector<trace::Light> added) {
   const double fresh = double(groups - s.scene.group_count);
   std::vector<SumGroup> all = s.sum_groups;
   assign_sums(added, all);
@@ -122,36 +154,15 @@ void Session::check_insert(const scene::Object& object, std::span<const scene::E
   const uint32_t known = groups_after(s.scene, before);
   const uint32_t groups = scene::groups_with(object, known);
   s.scene.check(object, groups);
-  check_inside(s.scene, object, bounds_at(object, object.pose));
+  check_place(s, object, bounds_at(object, object.pose));
   constexpr uint32_t kLast = kMaxOwnGroups - 1;
   if (State::merged(kLast, groups) && !State::merged(kLast, known) &&
       factor_after(s, kLast, before) > kMostShared)
     throw OptionError(what + "with its light group, " + kNoRoom +
                       "; give it one of the session's groups, or dim the eighth one first");
   const bool sampled = s.samples_added_lights();
-  uint64_t more = 0;
-  double brightest = 0;
-  std::vector<trace::Light> added;
-  size_t first_lights = 0;  // of the first object with any
-  uint32_t so_far = s.scene.group_count;
-  const auto count = [&](const scene::Object& own) {
-    so_far = scene::groups_with(own, so_far);
-    scene::Scene alone;
-    alone.materials = s.scene.materials;
-    alone.group_count = groups;
-    alone.objects.push_back(own);
-    alone.finish();
-    for (const trace::Light& light : added_lights(s, alone, 0, so_far)) {
-      added.push_back(light);
-      more += light.path_count;
-      brightest = std::max({brightest, double(light.radiance.x), double(light.radiance.y),
-                            double(light.radiance.z)});
-    }
-    if (!first_lights) first_lights = added.size();
-  };
-  for (const scene::Edit& edit : before)
-    if (const auto* insert = std::get_if<scene::Insert>(&edit)) count(insert->object);
-  count(object);
+  AddedLights added = lights_of_inserts(s, before, object);
+  const uint64_t more = added.paths;
   if (!more && groups == s.scene.group_count) return;
   const uint64_t paths = s.all_paths(), most = s.scale.most_paths(s.options.max_bounces);
   if (more > most - std::min(most, paths))
@@ -160,21 +171,22 @@ void Session::check_insert(const scene::Object& object, std::span<const scene::E
                       std::to_string(most) +
                       " in all so that no integer sum can overflow; "
                       "start a new session with it in the scene");
-  const bool first = s.lights.empty();
-  if (sampled && added.size() > (first ? first_lights : 0) &&
-      std::numbers::pi * brightest >
+  // The first lights of a dark scene choose the quantum.
+  const size_t chosen_by = s.lights.empty() ? added.of_first : 0;
+  if (sampled && added.lights.size() > chosen_by &&
+      std::numbers::pi * added.brightest >
           direct::kMaxWeight *
-              (first ? choose_irradiance_quantum(std::span(added).first(first_lights))
-                     : direct_->irradiance_quantum()))
+              (chosen_by ? choose_irradiance_quantum(std::span(added.lights).first(chosen_by))
+                         : direct_->irradiance_quantum()))
     throw OptionError(what +
                       "its light is brighter than the session's integer scale holds; start a "
                       "new session with it in the scene");
   const double per_path =
       paths ? double(s.store.bytes()) / double(paths) : 4.0 * sizeof(segments::Segment);
   const double needed =
-      double(needed_bytes()) + per_path * double(more) + bytes_of_groups(s, groups, added) +
-      double(direct::DirectLight::forecast_bytes(s.samples.size(), 0, added,
-                                                 std::vector<uint8_t>(added.size(), sampled)));
+      double(needed_bytes()) + per_path * double(more) + bytes_of_groups(s, groups, added.lights) +
+      double(direct::DirectLight::forecast_bytes(
+          s.samples.size(), 0, added.lights, std::vector<uint8_t>(added.lights.size(), sampled)));
   if (s.options.memory_limit && needed > double(s.options.memory_limit))
     throw OptionError(what + "memory: with the paths of its light the session would need about " +
                       mebibytes(needed) + ", the limit is " +
@@ -186,9 +198,9 @@ void Session::check(const scene::Edit& edit, std::span<const scene::Edit> before
   const scene::Scene& scene = state_->scene;
   if (const auto* move = std::get_if<scene::Move>(&edit)) {
     const scene::Object& object = movable_object(scene, before, move->object);
-    check_inside(scene, object,
-                 move->object < scene.objects.size() ? state_->bounds_at(move->object, move->pose)
-                                                     : bounds_at(object, move->pose));
+    check_place(*state_, object,
+                move->object < scene.objects.size() ? state_->bounds_at(move->object, move->pose)
+                                                    : bounds_at(object, move->pose));
   } else if (const auto* presence = std::get_if<scene::SetPresent>(&edit)) {
     movable_object(scene, before, presence->object);
   } else if (const auto* insert = std::get_if<scene::Insert>(&edit)) {
@@ -233,6 +245,11 @@ Frame Session::update(std::span<const scene::Edit> edits, double budget_ms, Prog
   if (!baked_) return frame;
   count_edits(edits.size(), complete);
   enter(Step::rest, Step::applied);
+  if (log.changes_world()) {
+    enter(Step::applied, Step::rest);
+    frame.milliseconds.emplace_back("total", watch.milliseconds());
+    return frame;
+  }
   frame.scanned_segments = affected.scanned;
   frame.candidates = affected.candidates;
   size_t refused = 0;
@@ -264,13 +281,17 @@ Affected Session::apply(std::span<const scene::Edit> edits, EditLog& log, double
     grow_sums();
     frame.end_stage("geometry", watch);
     if (log.reflects_more()) refuse_growth(progress);
+    if (log.changes_world()) {
+      renew(log, progress, frame);
+      return affected;
+    }
     for (MovingPart& part : s.moving) place_part(s, part);
     if (!log.changes().empty() || !log.materials().empty())
       affected = find_affected(s, log.changes(), log.materials(), progress);
     frame.end_stage("scan", watch);
     if (log.first_lights()) {
-      auto fresh = make_direct(
-          choose_irradiance_quantum(std::span(s.lights).first(log.first_lights())));
+      auto fresh =
+          make_direct(choose_irradiance_quantum(std::span(s.lights).first(log.first_lights())));
       dark = std::exchange(direct_, std::move(fresh));
     }
     // The last step that can fail; if it does, update_direct() undoes its own changes.
@@ -287,6 +308,23 @@ Affected Session::apply(std::span<const scene::Edit> edits, EditLog& log, double
     throw;
   }
   return affected;
+}
+
+void Session::renew(const EditLog& log, Progress& progress, Frame& frame) {
+  State& s = *state_;
+  const double old_quantum = s.irradiance_quantum;
+  try {
+    if (log.first_lights())
+      s.irradiance_quantum =
+          choose_irradiance_quantum(std::span(s.lights).first(log.first_lights()));
+    Frame again = recompute(progress);
+    again.milliseconds.insert(again.milliseconds.begin(), frame.milliseconds.begin(),
+                              frame.milliseconds.end());
+    frame = std::move(again);
+  } catch (...) {
+    s.irradiance_quantum = old_quantum;
+    throw;
+  }
 }
 
 size_t Session::follow(std::span<const scene::Edit> edits, const EditLog& log,

@@ -98,7 +98,7 @@ void Session::save_scene(ArchiveView& archive) const {
   }
   std::vector<Vec3f> reflectance;
   for (const scene::Material& m : s.scene.materials) reflectance.push_back(m.reflectance);
-  const Box& world = s.scene.world();
+  const Box& world = s.scene.first_world();
   archive.keep("world", std::vector<Vec3f>{world.low, world.high});
   archive.keep("poses", poses);
   archive.keep("present", present);
@@ -232,10 +232,11 @@ void Session::restore_scene(ArchiveSource& archive) {
   // finish() computed a box that also holds meshes added by edits, so it is never smaller than the
   // saved one.
   const auto world = archive.read_all<Vec3f>("world", 2);
-  if (!s.scene.world().contains({world[0], world[1]}))
+  if (!s.scene.first_world().contains({world[0], world[1]}))
     snapshot::refuse("\"world\" is larger than the scene");
   s.scene.set_world({world[0], world[1]});
   snapshot::check_poses(original, s.scene);
+  s.hold_objects();
   const auto reflectance = archive.read_all<float>("reflectance", 3 * s.scene.materials.size());
   snapshot::check_range("reflectance", reflectance, 0, 1);
   for (size_t m = 0; m < s.scene.materials.size(); ++m) {
@@ -247,7 +248,7 @@ void Session::restore_scene(ArchiveSource& archive) {
   for (uint32_t group = 0; group < s.scene.group_count; ++group)
     check(scene::Dim{group, s.group_factor[group]}, {});
   auto radius = archive.read_all<float>("radius", s.samples.size());
-  snapshot::check_radii(radius, s.samples.radius, s.scene.world(),
+  snapshot::check_radii(radius, s.samples.radius, s.scene.first_world(),
                         archive.bytes("level_sizes") && !s.options.gather_rays);
   for (size_t i = 0; i < radius.size(); ++i)
     if (!std::isnan(radius[i]))

@@ -152,8 +152,19 @@ struct State {
   /// Bounds of `object` at `pose`, including its lights and samples.
   Box bounds_at(uint32_t object, const Pose& pose) const {
     Box box = scene.bounds_at(object, pose);
-    if (object < sample_bounds.size()) box.grow(pose.box(sample_bounds[object]));
+    // Turned, the bounds of the samples may reach farther than all of them.
+    if (object >= sample_bounds.size() || box.contains(pose.box(sample_bounds[object]))) return box;
+    for (size_t i = 0; i < samples.size(); ++i)
+      if (samples.attached[i] == object) box.grow(pose.point(samples.point[i]));
     return box;
+  }
+  /// Makes Scene::world() hold all present movables.
+  void hold_objects() {
+    Box reached;
+    for (uint32_t i = 0; i < scene.objects.size(); ++i)
+      if (const scene::Object& own = scene.objects[i]; own.movable && own.present)
+        reached.grow(bounds_at(i, own.pose));
+    scene.hold(reached);
   }
   segments::Extras extras() const {
     return {options.segment_end != segments::SegmentEnd::first, options.gather_rays > 0};

@@ -169,10 +169,10 @@ void place_light(const scene::Scene& scene, Light& light) {
   lights::Punctual& own = light.punctual;
   own.position = pose.point(Vec3f(source.position));
   own.direction = pose.direction(Vec3f(normalize(source.direction)));
-  own.kind->place(own, scene.world());
+  own.kind->place(own, scene.first_world());
   const double extent = own.kind->extent(own);
   light.power = Vec3d(own.intensity) * extent;
-  if (attached) light.max_power = own.kind->max_extent(own, scene.world()) / extent;
+  if (attached) light.max_power = own.kind->max_extent(own, scene.first_world()) / extent;
   if (!light.is_parallel()) light.bounds.grow(own.position);
 }
 

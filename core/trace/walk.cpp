@@ -44,11 +44,13 @@ Flight Walk::birth(const Light& light, uint64_t index, const Emission& e,
   flight.origin = e.origin;
   if (light.is_parallel()) {
     // Start where the ray enters the world box. A ray that misses it keeps its start and ends
-    // there.
-    const float entry = SlabRay(e.origin, decode_direction(flight.direction))
-                            .entry(scene_.world(), std::numeric_limits<float>::max());
-    if (entry < std::numeric_limits<float>::infinity())
-      flight.origin = e.origin + decode_direction(flight.direction) * entry;
+    // there. The light's rectangle is that of the first box: begin outside of a larger one.
+    const Vec3f w = decode_direction(flight.direction);
+    const bool larger = !(scene_.world() == scene_.first_world());
+    const Vec3f from = larger ? e.origin - w * scene_.beyond() : e.origin;
+    const float entry =
+        SlabRay(from, w).entry(scene_.world(), std::numeric_limits<float>::max());
+    if (entry < std::numeric_limits<float>::infinity()) flight.origin = from + w * entry;
   }
   flight.path = uint32_t(light.first_path + index);
   const float random = PathRandom(options_.seed, flight.path)(0, kRoundBirth);

@@ -14,9 +14,10 @@ from .estimate.inputs import check_choice
 from .samples import Samples
 from .scene import Mesh, Scene
 from .scene.flatten import FlatScene
-from .scene.frame import is_lost, place_slack
+from .scene.frame import SLACK, is_lost, place_slack
 from .segments import check_integer
 from .session_options import RAY_COUNTS, core_options
+from .units import FARTHEST
 
 LIGHT_PARTS = ("all", "direct", "indirect")
 AT_REST = 0xFFFFFFFF  # object number of samples that belong to no movable
@@ -65,7 +66,8 @@ def check_insertion(mesh: Mesh, flat: FlatScene) -> None:
     Raises
     ------
     OptionError
-        For a static mesh, a name that is taken, or an unknown material.
+        For a static mesh, a name that is taken, an unknown material, or a place so far away that single
+        precision cannot represent the mesh's shape there.
     """
     if not mesh.movable:
         raise OptionError(f'add "{mesh.name}": found a static mesh, expected movable=True')
@@ -73,25 +75,31 @@ def check_insertion(mesh: Mesh, flat: FlatScene) -> None:
         raise OptionError(f'add "{mesh.name}": the scene has a mesh of that name')
     for name in mesh.material:
         flat.scene.material(name)
+    _check_shape(f'add "{mesh.name}"', mesh, flat, mesh.pose)
 
 
-def core_pose(scene: Scene, flat: FlatScene, box: np.ndarray, name: str, pose: np.ndarray) -> np.ndarray:
+def core_pose(scene: Scene, flat: FlatScene, name: str, pose: np.ndarray) -> np.ndarray:
     """The pose of a movable in the core's coordinates.
 
     Raises
     ------
     OptionError
-        For a pose within `box` (the core refuses poses beyond it) that is so far from the scene's
-        middle that single precision cannot represent the mesh's shape there.
+        For a pose so far from the scene's middle that single precision cannot represent the mesh's shape
+        there.
     """
-    inside = bool(((box[0] <= pose[:3, 3]) & (pose[:3, 3] <= box[1])).all())
-    slack, size = place_slack(scene.mesh(name), pose, flat.origin)
-    if inside and is_lost(slack, size, flat.radius):
+    _check_shape(f'move "{name}"', scene.mesh(name), flat, pose)
+    return np.ascontiguousarray(flat.pose(name, pose))
+
+
+def _check_shape(what: str, mesh: Mesh, flat: FlatScene, pose: np.ndarray) -> None:
+    """Raise OptionError if single precision cannot represent the mesh's shape at `pose`."""
+    slack, size = place_slack(mesh, pose, flat.origin)
+    # beyond FARTHEST, the core raises the error
+    if is_lost(slack, size, flat.radius) and slack / SLACK <= FARTHEST:
         raise OptionError(
-            f'move "{name}": single precision holds places there to {slack:.2g} m, and it is {size:.2g} m '
+            f"{what}: single precision holds places there to {slack:.2g} m, and it is {size:.2g} m "
             "large; move it nearer to the middle of the scene"
         )
-    return np.ascontiguousarray(flat.pose(name, pose))
 
 
 def _core_points(flat: FlatScene, samples: Samples) -> np.ndarray:

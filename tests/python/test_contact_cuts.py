@@ -149,6 +149,68 @@ def test_meshes_side_by_side_are_cut_at_the_same_places():
     )
 
 
+def joined(name: str, *parts: dl.Mesh, **options) -> dl.Mesh:
+    """One mesh of several."""
+    first = np.cumsum([0, *(len(part.vertices) for part in parts)])
+    triangles = [part.triangles + number for part, number in zip(parts, first, strict=False)]
+    vertices = np.concatenate([part.vertices for part in parts])
+    return dl.Mesh(name, vertices, np.concatenate(triangles), material="grey", **options)
+
+
+def cupboard(rim: float, turned: float, **options) -> dl.Mesh:
+    """A body with a door that leaves a rim of its front free, and a knob on the door."""
+    body = box("body", (0, 0, 0), (0.5, 0.7, 0.5))
+    door = box("door", (rim, rim, 0.5), (0.5 - rim, 0.7 - rim, 0.52))
+    knob = box("knob", (0.4, 0.3, 0.515), (0.43, 0.33, 0.55))
+    whole = joined("cupboard", body, door, knob)
+    return dl.Mesh(
+        "cupboard", whole.vertices @ rotation(turned)[:3, :3], whole.triangles, material="grey", **options
+    )
+
+
+@pytest.mark.parametrize("rim", [0.004, 0.006, 0.02, 0.1])
+@pytest.mark.parametrize("turned", [0.0, 0.4])
+def test_a_movable_is_cut_at_its_own_contacts_as_a_static_thing_is(rim: float, turned: float):
+    """Wherever it stands, and whatever else can be moved: a crate whose own coordinates overlap with its."""
+    pose = rotation(2.0)
+    pose[:3, 3] = (3, 0.2, 1)
+    crate = box("crate", (0.2, 0.2, 0.1), (0.9, 0.45, 0.9), movable=True)
+    moving = cupboard(rim, turned, movable=True, pose=pose)
+    mesh, alone = refine(scene_of(FLOOR, crate, moving), 0.1), refine(scene_of(cupboard(rim, turned)), 0.1)
+    assert len(alone.points) > len(refine(scene_of(box("body", (0, 0, 0), (0.5, 0.7, 0.5))), 0.1).points)
+    kept = mesh.triangle_mesh == 2
+    for name in ("points", "sample_points", "normals"):
+        np.testing.assert_array_equal(
+            getattr(mesh, name)[mesh.triangles[kept]], getattr(alone, name)[alone.triangles], err_msg=name
+        )
+    only = refine(scene_of(crate), 0.1)
+    np.testing.assert_array_equal(
+        mesh.points[mesh.triangles[mesh.triangle_mesh == 1]], only.points[only.triangles]
+    )
+
+
+@pytest.mark.parametrize("rim", [0.006, 0.015])
+def test_no_frame_around_a_movable_s_door_is_black(rim: float):
+    """As `Session.at` gives it where the frame is: no less than a fifth of that, as on static things."""
+    pose = np.eye(4)
+    pose[:3, 3] = (1.7, 0, 0.3)
+    room = box("room", (0, 0, 0), (4, 2.7, 3))
+    room = dl.Mesh("room", room.vertices, room.triangles[:, ::-1], material="grey")
+    lights = [dl.PointLight("bulb", (2, 2.4, 2), (80, 80, 80))]
+    scene = dl.Scene([room, cupboard(rim, 0.0, movable=True, pose=pose)], [GREY], lights)
+    with dl.Session(scene, dl.Samples.on_vertices(scene, 0.1), paths=20_000, gather=64) as session:
+        session.bake()
+        display, light = session.samples.display, session.vertex_irradiance[:, 1]
+        points, normals = display.world(scene)
+        x, y, z = (points - pose[:3, 3]).T
+        front = (display.vertex_mesh == 1) & (normals[:, 2] > 0.9) & (np.abs(z - 0.5) < 1e-6) & (y > 0.1)
+        frame = front & ((x < rim + 1e-6) | (x > 0.5 - rim - 1e-6) | (y > 0.7 - rim - 1e-6))
+        middle = pose[:3, 3] + (rim / 2, 0.35, 0.5001)
+        least = session.at([middle], [(0, 0, 1)])[0, 1] / 5
+    assert frame.sum() > 20
+    assert np.mean(light[frame] < least) < 0.02
+
+
 def test_movables_neither_cut_nor_are_cut():
     pose = rotation(0.3)
     pose[:3, 3] = (1, 0, 1)

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping
 from typing import Literal
 
@@ -68,33 +67,27 @@ def pose_matrix(numbers: object) -> np.ndarray:
 
 
 class Reach:
-    """Checks whether objects stay in the box that the session was made for, without using the session.
+    """Checks whether the session can have objects where they are to be moved, without using the session.
 
     The session executes one call at a time, but a pose must be accepted or refused while it works.
     """
 
     def __init__(self, session: Session) -> None:
         self._origin = session.origin
-        self._low, self._high = (session.box - self._origin).astype(np.float32)
+        self._refusal = session.reach()
         self._points = {name: _points_of(session, name) for name in session.poses}
 
     def check(self, name: str, pose: np.ndarray) -> None:
-        """Raise OptionError if `pose` moves the object `name` out of the box."""
-        world = self._points[name] @ pose[:3, :3].T + pose[:3, 3]
-        points = (world - self._origin).astype(np.float32)
-        if (points < self._low).any() or (points > self._high).any():
-            raise OptionError(
-                f'move "{name}": it would leave the box that the session was made for (the scene\'s bounds); '
-                "move it inside, or start a new session with it there"
-            )
+        """Raise OptionError if the session refuses to move the object `name` to `pose`."""
+        points = self._points[name] @ pose[:3, :3].T + pose[:3, 3] - self._origin
+        if len(points) and (refusal := self._refusal(points.min(axis=0), points.max(axis=0))):
+            raise OptionError(f'move "{name}": it {refusal}')
 
 
 def _points_of(session: Session, name: str) -> np.ndarray:
-    """Vertices of a movable, positions of its lights, and corners of its samples' bounding box, local."""
+    """Vertices of a movable, positions of its lights, and its samples, local."""
     lights = [light.position for light in session.scene.lights
               if light.attached_to == name and hasattr(light, "position")]  # fmt: skip
     samples = session.samples.points[session.samples.attached == name]
-    axes = zip(samples.min(axis=0), samples.max(axis=0), strict=True) if len(samples) else []
-    corners = list(itertools.product(*axes)) if len(samples) else []
-    rows = [session.scene.mesh(name).vertices, *(np.reshape(own, (-1, 3)) for own in (lights, corners))]
+    rows = [session.scene.mesh(name).vertices, *(np.reshape(own, (-1, 3)) for own in (lights, samples))]
     return np.concatenate(rows)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -115,8 +116,20 @@ class SessionFacts:
 
     @property
     def box(self) -> np.ndarray:
-        """(2, 3) float64, lowest and highest corner: no move may take a mesh or a light out of this box."""
+        """(2, 3) float64, lowest and highest corner of the scene when the session was made.
+
+        A move that takes a mesh or a light out of this box, or farther out, makes the next update compute
+        everything again; so does one that brings the last one back.
+        """
         return self._box.copy()
+
+    def reach(self) -> Callable[[np.ndarray, np.ndarray], str]:
+        """Make a function that says why no object can have these bounds; it says "" if one can.
+
+        It may be called while the session works. The bounds, lowest and highest corner, count from `origin`.
+        """
+        core = self._core.reach()
+        return lambda low, high: str(core.refusal(tuple(map(float, low)), tuple(map(float, high))))
 
     @property
     def options(self) -> dict[str, Any]:

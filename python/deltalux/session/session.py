@@ -121,12 +121,12 @@ class Session(SessionPlaces):
         Raises
         ------
         OptionError
-            For an unknown or static name, a pose that is not rigid, or one that takes the object
-            out of the box that the session was made for.
+            For an unknown or static name, a pose that is not rigid, or one beyond 1e15 m; also for one
+            outside of `box` if a sun's paths do not pass there, or if other sessions hold paths.
         """
         index = self._object(name)
         matrix = rigid_pose(pose, f'move "{name}": pose')
-        self._queue("move", index, core_session.core_pose(self.scene, self._flat, self._box, name, matrix))
+        self._queue("move", index, core_session.core_pose(self.scene, self._flat, name, matrix))
         self._poses[name] = matrix
 
     @short_call
