@@ -9,6 +9,7 @@ from builders.truth_kinds import KINDS, kind_of, truth_scene
 from oracles.truth_verdict import judge, trace_and_judge
 
 SEED, POINTS, SECONDS = 1, 32, 1.0
+FAST = {"paths": 100_000, "gather": 256}  # claims must be true with few rays, too
 # Scenes that bake and trace fast, by kind: numbers of `truth_scene`.
 SCENES = {
     "site_lamp": 12,  # 10 km of land
@@ -31,7 +32,7 @@ def test_light_is_true_or_said_to_be_noisy(kind):
     """Null hypothesis and false-alarm rate: see oracles/truth_verdict.py; 12 scenes of two readings: 0.04."""
     truth = truth_scene(SEED, SCENES[kind], POINTS)
     assert truth.kind == kind
-    found = truth.measured()
+    found = truth.measured(**FAST)
     places = (truth.points, truth.normals)
     verdict, traced = trace_and_judge(
         truth.world, places, found.light, found.error, seed=2, seconds=SECONDS, dark=truth.dark
