@@ -66,8 +66,8 @@ class DirectLight {
   /// In quanta, without dimming: sums()[(group * samples + sample) * 3 + channel].
   std::span<const int64_t> sums() const { return sums_; }
   double irradiance_quantum() const { return quantum_; }
-  /// Calls visit(word) for each 64-bit word of what all light depends on: the sums, and by light and
-  /// sample its weight and its fixed view.
+  /// Calls visit(word) for each 64-bit word of what all light depends on: the sums, and by light
+  /// and sample its weight and its fixed view.
   void each_word(const std::function<void(uint64_t)>& visit) const;
 
   size_t bytes() const;

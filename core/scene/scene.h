@@ -111,11 +111,12 @@ class Scene {
     DELTALUX_ASSERT(primitive < primitives_);
     return primitive_[primitive].slack;
   }
-  /// The box that finish() fixes, from static geometry alone if that encloses the movables. Whatever
-  /// is chosen once by the size of the scene depends on it, and suns' paths start on its outline.
+  /// The box that finish() fixes, from static geometry alone if that encloses the movables.
+  /// Whatever is chosen once by the size of the scene depends on it, and suns' paths start on its
+  /// outline.
   const Box& first_world() const { return first_world_; }
-  /// The box that contains all light paths at present: first_world(), or a larger one around it, see
-  /// hold(). A function of that box and of the present places, whatever was held before.
+  /// The box that contains all light paths at present: first_world(), or a larger one around it,
+  /// see hold(). A function of that box and of the present places, whatever was held before.
   const Box& world() const { return world_; }
   /// A distance from anything in the world that lies outside of it.
   float beyond() const { return 2 * world_.diagonal(); }

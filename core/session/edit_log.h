@@ -34,8 +34,8 @@ class EditLog {
   /// Number of lights before the edits; new lights follow them.
   size_t old_lights() const { return old_lights_; }
   /// If these edits bring the first lights into a scene without any: how many the first object with
-  /// lights has, otherwise 0. The quanta of power are then new, and chosen by these lights alone, as
-  /// if others came later.
+  /// lights has, otherwise 0. The quanta of power are then new, and chosen by these lights alone,
+  /// as if others came later.
   size_t first_lights() const { return first_lights_; }
   /// Whether all paths of this old light must be traced anew from the light.
   bool reborn(size_t light) const;

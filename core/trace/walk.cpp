@@ -48,8 +48,7 @@ Flight Walk::birth(const Light& light, uint64_t index, const Emission& e,
     const Vec3f w = decode_direction(flight.direction);
     const bool larger = !(scene_.world() == scene_.first_world());
     const Vec3f from = larger ? e.origin - w * scene_.beyond() : e.origin;
-    const float entry =
-        SlabRay(from, w).entry(scene_.world(), std::numeric_limits<float>::max());
+    const float entry = SlabRay(from, w).entry(scene_.world(), std::numeric_limits<float>::max());
     if (entry < std::numeric_limits<float>::infinity()) flight.origin = from + w * entry;
   }
   flight.path = uint32_t(light.first_path + index);
