@@ -19,22 +19,11 @@ namespace {
 using Shapes = std::vector<std::optional<LightShape>>;
 
 /// Shapes of the given lights, by light; the others are empty.
-Shapes make_shapes(const Present& present, std::span<const uint32_t> lights, uint64_t seed) {
+Shapes make_shapes(const Present& present, std::span<const uint32_t> lights, uint64_t seed,
+                   double reference) {
   Shapes shapes(present.lights.size());
-  for (uint32_t i : lights) shapes[i].emplace(present.lights[i], i, seed);
+  for (uint32_t i : lights) shapes[i].emplace(present.lights[i], i, seed, reference);
   return shapes;
-}
-
-/// Irradiance of the light's strongest channel, in quanta.
-int64_t weigh(const Present& present, const LightShape& shape, double quantum, size_t sample,
-              const FixedView& view, std::span<const uint32_t> movables) {
-  const Receiver& receiver = present.receivers[sample];
-  const double share = visible_share(present.caster, shape, receiver, view, movables);
-  DELTALUX_ASSERT(share >= 0 && share <= 1 + 1e-6);
-  if (!(share > 0)) return 0;
-  const double open = shape.open(receiver) * shape.brightest() / quantum;
-  DELTALUX_ASSERT(open >= 0);
-  return std::llround(std::min(open * share, kMaxWeight));
 }
 
 }  // namespace
@@ -42,14 +31,14 @@ int64_t weigh(const Present& present, const LightShape& shape, double quantum, s
 /// One (sample, light) pair that an update changes.
 struct DirectLight::Record {
   uint32_t light, sample;
-  int64_t weight;
+  Weight weight;
   bool renewed;   // whether the fixed view has changed, too
   uint32_t view;  // if so: its code, or an index into Found::partial
 };
 /// The changes found in one block of receivers.
 struct DirectLight::Found {
   std::vector<Record> records;
-  std::vector<PartialView> partial;
+  std::vector<StoredView> partial;
 };
 
 /// The recent changes that each light does not take into account yet.
@@ -91,12 +80,11 @@ class DirectLight::Outstanding {
   std::vector<size_t> first_box_;  // by change
 };
 
-DirectLight::DirectLight(size_t samples, uint32_t group_count, double irradiance_quantum,
-                         uint64_t seed)
-    : samples_(samples), group_count_(group_count), quantum_(irradiance_quantum), seed_(seed) {
-  if (!(irradiance_quantum > 0) || !std::isfinite(irradiance_quantum))
-    throw OptionError("direct light: found irradiance quantum " +
-                      std::to_string(irradiance_quantum) + ", expected a positive number");
+DirectLight::DirectLight(size_t samples, uint32_t group_count, Scales scales, uint64_t seed)
+    : samples_(samples), group_count_(group_count), scales_(scales), seed_(seed) {
+  if (!(scales.quantum > 0) || !std::isfinite(scales.quantum))
+    throw OptionError("direct light: found irradiance quantum " + std::to_string(scales.quantum) +
+                      ", expected a positive number");
   sums_.assign(size_t(group_count) * samples * 3, 0);
 }
 
@@ -137,6 +125,7 @@ std::vector<DirectLight::Column> DirectLight::make_columns(std::span<const trace
     if (!sampled[i]) continue;
     column.weight.assign(samples_, 0);
     column.view.assign(samples_, code_of(FixedView::Kind::empty));
+    if (light.is_area()) column.error.assign(samples_, 0);
   }
   return columns;
 }
@@ -148,26 +137,62 @@ void DirectLight::add(const Column& column, size_t sample, int64_t weight, int s
   DELTALUX_ASSERT(std::min({cell[0], cell[1], cell[2]}) >= 0);
 }
 
+void DirectLight::set(Column& column, size_t sample, Weight weight) {
+  add(column, sample, column.weight[sample], -1);
+  add(column, sample, weight.light, 1);
+  column.weight[sample] = weight.light;
+  if (!column.error.empty()) column.error[sample] = weight.error;
+}
+
+DirectLight::Weight DirectLight::weight_of(const Column& column, size_t sample) const {
+  return {column.weight[sample], column.error.empty() ? uint16_t(0) : column.error[sample]};
+}
+
 FixedView DirectLight::view_of(const Column& column, size_t sample) const {
   const uint32_t code = column.view[sample];
   if (is_kind(code)) return {kind_of(code), 0, {}, 0};
-  const PartialView& partial = partial_[code];
-  return {FixedView::Kind::partial, partial.coarse, partial.fine, partial.share};
+  return partial_[code].view();
+}
+
+DirectLight::Weight DirectLight::weigh(const Present& present, const LightShape& shape,
+                                       size_t sample, double open, const FixedView& view,
+                                       std::span<const uint32_t> movables) const {
+  const Seen seen =
+      visible_share(present.caster, shape, present.receivers[sample], open, view, movables);
+  DELTALUX_ASSERT(seen.share >= 0 && seen.share <= 1 + 1e-6 && open >= 0);
+  const double quanta = open * shape.brightest() / scales_.quantum;
+  return {std::llround(std::min(quanta * seen.share, kMaxWeight)),
+          error_code(float(std::min(quanta * double(seen.error), kMaxWeight)))};
+}
+
+void DirectLight::add_variance(uint32_t group, size_t begin, size_t end, double factor,
+                               double* out) const {
+  for (const Column& column : columns_) {
+    if (column.group != group || column.error.empty()) continue;
+    for (size_t i = begin; i < end; ++i) {
+      if (!column.error[i]) continue;
+      const double error = double(error_of(column.error[i]));
+      for (int c = 0; c < 3; ++c) {
+        const double own = error * column.channel[c];
+        out[3 * (i - begin) + size_t(c)] += factor * own * own;
+      }
+    }
+  }
 }
 
 void DirectLight::compute(const Present& present, const Workers& workers, Progress& progress) {
   check(present);
-  DirectLight fresh(samples_, group_count_, quantum_, seed_);
+  DirectLight fresh(samples_, group_count_, scales_, seed_);
   fresh.columns_ = make_columns(present.lights, present.sampled, 0);
   std::vector<uint32_t> chosen;
   for (uint32_t i = 0; i < present.lights.size(); ++i)
     if (present.sampled[i]) chosen.push_back(i);
-  const Shapes shapes = make_shapes(present, chosen, seed_);
-  std::vector<std::vector<PartialView>> partial(block_count(samples_));
+  const Shapes shapes = make_shapes(present, chosen, seed_, scales_.reference);
+  std::vector<std::vector<StoredView>> partial(block_count(samples_));
   progress.begin("direct light", samples_);
   workers.for_blocks(samples_, kBlock, [&](size_t begin, size_t end) {
     const ReceiverBlock block(present.receivers, begin, end);
-    std::vector<PartialView>& own = partial[begin / kBlock];
+    std::vector<StoredView>& own = partial[begin / kBlock];
     for (size_t light = 0; light < shapes.size(); ++light) {
       if (!shapes[light]) continue;
       Blockers blockers(present.caster, present.lights[light], block);
@@ -175,12 +200,13 @@ void DirectLight::compute(const Present& present, const Workers& workers, Progre
       for (size_t i = begin; i < end; ++i) {
         progress.check();
         const Receiver& receiver = present.receivers[i];
-        const FixedView view = fixed_view(present.caster, *shapes[light], receiver);
-        column.weight[i] = weigh(present, *shapes[light], quantum_, i, view, blockers.of(receiver));
+        const double open = shapes[light]->open(receiver);
+        if (!(open > 0)) continue;
+        const FixedView view = fixed_view(present.caster, *shapes[light], receiver, open);
+        fresh.set(column, i,
+                  weigh(present, *shapes[light], i, open, view, blockers.of(receiver)));
         column.view[i] = code_of(view.kind, own.size());
-        if (view.kind == FixedView::Kind::partial)
-          own.push_back({view.coarse, view.fine, view.share});
-        fresh.add(column, i, column.weight[i], 1);
+        if (view.kind == FixedView::Kind::partial) own.emplace_back(view);
       }
     }
     progress.advance(end - begin);
@@ -264,7 +290,7 @@ double DirectLight::current_share() const {
 void DirectLight::find_changes(const Present& present, const Outstanding& outstanding,
                                std::span<const uint32_t> lights, const Workers& workers,
                                Progress& progress, std::vector<Found>& found) const {
-  const Shapes shapes = make_shapes(present, lights, seed_);
+  const Shapes shapes = make_shapes(present, lights, seed_, scales_.reference);
   std::vector<std::vector<ShadowVolume>> shadows(lights.size());  // of the changed objects' boxes
   for (size_t l = 0; l < lights.size(); ++l)
     for (const Box& box : outstanding.boxes(lights[l]))
@@ -293,19 +319,18 @@ void DirectLight::find_changes(const Present& present, const Outstanding& outsta
         const bool renewed = marks[i - begin] & kRenewed;
         if (!renewed && !(marks[i - begin] & kShadowed)) continue;
         progress.check();
-        const FixedView view =
-            renewed ? fixed_view(present.caster, *shapes[light], present.receivers[i])
-                    : view_of(columns_[light], i);
+        FixedView view = view_of(columns_[light], i);
         if (!renewed && view.kind != FixedView::Kind::open && view.kind != FixedView::Kind::partial)
           continue;
+        const double open = shapes[light]->open(present.receivers[i]);
+        if (renewed) view = fixed_view(present.caster, *shapes[light], present.receivers[i], open);
         if (!blockers) blockers.emplace(present.caster, present.lights[light], block);
-        const int64_t weight =
-            weigh(present, *shapes[light], quantum_, i, view, blockers->of(present.receivers[i]));
-        if (!renewed && weight == columns_[light].weight[i]) continue;
+        const Weight weight = weigh(present, *shapes[light], i, open, view,
+                                    blockers->of(present.receivers[i]));
+        if (!renewed && weight == weight_of(columns_[light], i)) continue;
         own.records.push_back(
             {light, uint32_t(i), weight, renewed, code_of(view.kind, own.partial.size())});
-        if (renewed && view.kind == FixedView::Kind::partial)
-          own.partial.push_back({view.coarse, view.fine, view.share});
+        if (renewed && view.kind == FixedView::Kind::partial) own.partial.emplace_back(view);
       }
     }
     progress.advance(end - begin);
@@ -326,15 +351,13 @@ void DirectLight::commit(const std::vector<Found>& found) {
   for (const Found& block : found)
     for (const Record& record : block.records) {
       Column& column = columns_[record.light];
-      add(column, record.sample, column.weight[record.sample], -1);
-      add(column, record.sample, record.weight, 1);
-      column.weight[record.sample] = record.weight;
+      set(column, record.sample, record.weight);
       if (!record.renewed) continue;
       uint32_t& view = column.view[record.sample];
       if (!is_kind(view)) unused_.push_back(view);
       view = record.view;
       if (is_kind(view)) continue;
-      const PartialView& still = block.partial[record.view];
+      const StoredView& still = block.partial[record.view];
       if (unused_.empty()) {
         view = uint32_t(partial_.size());
         partial_.push_back(still);

@@ -12,6 +12,7 @@
 #include "base/archive.h"
 #include "base/parallel.h"
 #include "base/progress.h"
+#include "direct/view_code.h"
 #include "direct/visibility.h"
 #include "trace/lights.h"
 #include "trace/ray_caster.h"
@@ -39,11 +40,19 @@ struct DirectChange {
 /// The sums of 127 such lights still fit.
 inline constexpr double kMaxWeight = 0x1p56;
 
+/// Units of direct light; fixed at the bake, since the choice of shadow rays depends on them.
+struct Scales {
+  double quantum;  ///< irradiance per unit of the sums
+  /// Irradiance that receivers get from all lights, if nothing hides these; 0: unknown.
+  double reference;
+  Scales(double own, double typical = 0) : quantum(own), reference(typical) {}
+};
+
 /// The direct light of all samples.
 class DirectLight {
  public:
-  /// `irradiance_quantum`: irradiance per unit of the sums. Throws OptionError.
-  DirectLight(size_t samples, uint32_t group_count, double irradiance_quantum, uint64_t seed);
+  /// Throws OptionError.
+  DirectLight(size_t samples, uint32_t group_count, Scales scales, uint64_t seed);
 
   /// Computes everything. Throws Cancelled (within milliseconds) and leaves the object as it was;
   /// so does update().
@@ -65,19 +74,23 @@ class DirectLight {
 
   /// In quanta, without dimming: sums()[(group * samples + sample) * 3 + channel].
   std::span<const int64_t> sums() const { return sums_; }
-  double irradiance_quantum() const { return quantum_; }
+  double irradiance_quantum() const { return scales_.quantum; }
+  const Scales& scales() const { return scales_; }
   /// Calls visit(word) for each 64-bit word of what all light depends on: the sums, and by light
   /// and sample its weight and its fixed view.
   void each_word(const std::function<void(uint64_t)>& visit) const;
+  /// Adds the variance of what the sums of a group mean, in squared quanta, without dimming, to
+  /// out[3 * (sample - begin) + channel] times `factor`, for begin <= sample < end.
+  void add_variance(uint32_t group, size_t begin, size_t end, double factor, double* out) const;
 
   size_t bytes() const;
   /// Predicts bytes().
   static size_t forecast_bytes(size_t samples, uint32_t group_count,
                                std::span<const trace::Light> lights,
                                std::span<const uint8_t> sampled);
-  /// The expected number of shadow rays for `samples` receivers and this light. One ray takes 25 to
-  /// 120 ns on one core (office, atrium).
-  static double estimated_rays(const trace::Light& light, size_t samples);
+  /// The expected number of shadow rays for `samples` receivers and this light, one of `lights`. One
+  /// ray takes 25 to 120 ns on one core (office, atrium).
+  static double estimated_rays(const trace::Light& light, size_t samples, size_t lights);
 
   /// Writes arrays named "direct.…", valid until this object changes.
   void save(ArchiveView& archive) const;
@@ -95,13 +108,14 @@ class DirectLight {
     Vec3d channel{};              ///< colour relative to the strongest channel
     uint64_t taken = 0;           ///< number of changes that are taken into account
     std::vector<int64_t> weight;  ///< by sample: irradiance of the strongest channel in quanta
+    std::vector<uint16_t> error;  ///< of area lights, by sample: standard error, see code_of()
     std::vector<uint32_t> view;   ///< by sample: the FixedView's kind, or an index into partial_
   };
-  /// The data of a FixedView of kind `partial`.
-  struct PartialView {
-    uint64_t coarse;
-    trace::RayBits fine;
-    double share;
+  /// Light and error of one pair.
+  struct Weight {
+    int64_t light = 0;
+    uint16_t error = 0;
+    friend bool operator==(const Weight&, const Weight&) = default;
   };
   struct Record;
   struct Found;
@@ -115,7 +129,13 @@ class DirectLight {
                                    std::span<const uint8_t> sampled, size_t first) const;
   /// Adds (sign 1) or removes (-1) what a light gives to a sample.
   void add(const Column& column, size_t sample, int64_t weight, int sign);
+  /// Replaces what a light gives to a sample.
+  void set(Column& column, size_t sample, Weight weight);
+  Weight weight_of(const Column& column, size_t sample) const;
   FixedView view_of(const Column& column, size_t sample) const;
+  /// Irradiance of the light's strongest channel.
+  Weight weigh(const Present& present, const LightShape& shape, size_t sample, double open,
+               const FixedView& view, std::span<const uint32_t> movables) const;
   /// Whether the light is up to date.
   bool current(const Column& column) const {
     return column.weight.empty() || column.taken == past_ + recent_.size();
@@ -135,11 +155,11 @@ class DirectLight {
 
   size_t samples_;
   uint32_t group_count_;
-  double quantum_;
+  Scales scales_;
   uint64_t seed_;
   std::vector<int64_t> sums_;
   std::vector<Column> columns_;  // by light
-  std::vector<PartialView> partial_;
+  std::vector<StoredView> partial_;
   std::vector<uint32_t> unused_;  // free entries of partial_
   std::deque<DirectChange>
       recent_;         // from the first one that some light does not take into account

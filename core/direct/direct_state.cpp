@@ -14,6 +14,7 @@ namespace {
 // that face each other (0.60 to 0.66), the share of pairs with partial visibility of the light due
 // to static geometry (0.03, 0.14, 0.21), and the cost of a triangle's closed form, in shadow rays.
 constexpr double kFacingShare = 0.6, kPartialShare = 0.15, kRaysPerTriangle = 0.2;
+constexpr size_t kFewLights = 64;  // of more, most are minor to most receivers
 
 [[noreturn]] void refuse(const char* name) {
   throw FormatError("snapshot: array \"" + std::string(name) +
@@ -23,13 +24,14 @@ constexpr double kFacingShare = 0.6, kPartialShare = 0.15, kRaysPerTriangle = 0.
 }  // namespace
 
 size_t DirectLight::bytes() const {
-  size_t sum = sums_.capacity() * sizeof(int64_t) + partial_.capacity() * sizeof(PartialView) +
+  size_t sum = sums_.capacity() * sizeof(int64_t) + partial_.capacity() * sizeof(StoredView) +
                unused_.capacity() * sizeof(uint32_t);
   for (const DirectChange& change : recent_)
     sum += change.boxes.capacity() * sizeof(Box) +
            (change.lights.capacity() + change.samples.capacity()) * sizeof(uint32_t);
   for (const Column& column : columns_)
-    sum += column.weight.capacity() * sizeof(int64_t) + column.view.capacity() * sizeof(uint32_t);
+    sum += column.weight.capacity() * sizeof(int64_t) + column.view.capacity() * sizeof(uint32_t) +
+           column.error.capacity() * sizeof(uint16_t);
   return sum;
 }
 
@@ -40,15 +42,18 @@ size_t DirectLight::forecast_bytes(size_t samples, uint32_t group_count,
   for (size_t i = 0; i < lights.size(); ++i) {
     if (!sampled[i]) continue;
     per_sample += sizeof(int64_t) + sizeof(uint32_t);
-    if (lights[i].is_area()) per_sample += kPartialShare * sizeof(PartialView);
+    if (lights[i].is_area()) per_sample += kPartialShare * sizeof(StoredView) + sizeof(uint16_t);
   }
   return size_t(per_sample * double(samples));
 }
 
-double DirectLight::estimated_rays(const trace::Light& light, size_t samples) {
+double DirectLight::estimated_rays(const trace::Light& light, size_t samples, size_t lights) {
   if (!light.is_area()) return double(samples);
-  return double(samples) * (kFacingShare * (kCoarseRays + kCorners) + kPartialShare * kFineRays +
-                            kRaysPerTriangle * double(light.world.size()));
+  const bool minor = lights > kFewLights;
+  return double(samples) *
+         (kFacingShare * (kCorners + (minor ? kCoarseRays / 3.0 : double(kCoarseRays))) +
+          kPartialShare * (minor ? kCoarseRays : kFineRays) +
+          kRaysPerTriangle * double(light.world.size()));
 }
 
 void DirectLight::each_word(const std::function<void(uint64_t)>& visit) const {
@@ -68,11 +73,13 @@ void DirectLight::each_word(const std::function<void(uint64_t)>& visit) const {
 void DirectLight::save(ArchiveView& archive) const {
   archive.append("direct.weights", std::span<const int64_t>());
   archive.append("direct.views", std::span<const uint32_t>());
+  archive.append("direct.errors", std::span<const uint16_t>());
   // Changes are not saved; lights that are not up to date are recomputed after loading.
   std::vector<uint8_t> behind;
   for (const Column& column : columns_) {
     archive.append("direct.weights", column.weight);
     archive.append("direct.views", column.view);
+    archive.append("direct.errors", column.error);
     behind.push_back(!current(column));
   }
   archive.append("direct.partial", partial_);
@@ -81,20 +88,25 @@ void DirectLight::save(ArchiveView& archive) const {
 
 void DirectLight::clear(std::span<const trace::Light> lights, std::span<const uint8_t> sampled) {
   check(lights, sampled);
-  DirectLight fresh(samples_, group_count_, quantum_, seed_);
+  DirectLight fresh(samples_, group_count_, scales_, seed_);
   fresh.columns_ = make_columns(lights, sampled, 0);
   *this = std::move(fresh);
 }
 
 void DirectLight::restore_samples(size_t first, size_t count, ArchiveSource& archive) {
   size_t pairs = 0;
-  for (const Column& column : columns_) pairs += column.weight.empty() ? 0 : count;
+  size_t errors = 0;
+  for (const Column& column : columns_) {
+    pairs += column.weight.empty() ? 0 : count;
+    errors += column.error.empty() ? 0 : count;
+  }
   archive.expect<int64_t>("direct.weights", pairs);
   archive.expect<uint32_t>("direct.views", pairs);
-  const size_t places = archive.count<PartialView>("direct.partial"), base = partial_.size();
+  archive.expect<uint16_t>("direct.errors", errors);
+  const size_t places = archive.count<StoredView>("direct.partial"), base = partial_.size();
   if (places > pairs) refuse("direct.partial");
-  const auto partial = archive.read_all<PartialView>("direct.partial", places);
-  for (const PartialView& own : partial)
+  const auto partial = archive.read_all<StoredView>("direct.partial", places);
+  for (const StoredView& own : partial)
     if (!(own.share >= 0 && own.share <= 1)) refuse("direct.partial");
   partial_.insert(partial_.end(), partial.begin(), partial.end());
   std::vector<bool> used(places);
@@ -104,6 +116,12 @@ void DirectLight::restore_samples(size_t first, size_t count, ArchiveSource& arc
     const auto view = std::span(column.view).subspan(first, count);
     archive.read("direct.weights", weight);
     archive.read("direct.views", view);
+    if (!column.error.empty()) {
+      const auto error = std::span(column.error).subspan(first, count);
+      archive.read("direct.errors", error);
+      for (const uint16_t code : error)
+        if (code > kMaxErrorCode) refuse("direct.errors");
+    }
     for (size_t i = 0; i < count; ++i) {
       if (weight[i] < 0 || weight[i] > int64_t(kMaxWeight)) refuse("direct.weights");
       if (is_kind(view[i]) ? kind_of(view[i]) > FixedView::Kind::open
@@ -125,7 +143,7 @@ void DirectLight::restore(ArchiveSource& archive, std::span<const trace::Light> 
   const size_t pairs = samples_ * size_t(std::count_if(sampled.begin(), sampled.end(),
                                                        [](uint8_t yes) { return yes != 0; }));
   archive.expect<int64_t>("direct.weights", pairs);  // before memory for them is allocated
-  DirectLight fresh(samples_, group_count_, quantum_, seed_);
+  DirectLight fresh(samples_, group_count_, scales_, seed_);
   fresh.clear(lights, sampled);
   fresh.restore_samples(0, samples_, archive);
   const auto begins = archive.read_all<uint8_t>("direct.behind", lights.size());

@@ -55,13 +55,15 @@ void light_by_need(const Present& present, std::span<const double> dim, uint64_t
         // the choice varies with place and light, so that it has no bias
         std::optional<uint32_t> third;
         if (of_all < kLittle) third = uint32_t((key + k) % 3);
+        const double open = lamp.shape.open(receiver);
         const double share =
             of_all > kMuch
-                ? visible_share(present.caster, lamp.shape, receiver,
-                                fixed_view(present.caster, lamp.shape, receiver), movables)
+                ? visible_share(present.caster, lamp.shape, receiver, open,
+                                fixed_view(present.caster, lamp.shape, receiver, open), movables)
+                      .share
                 : coarse_share(present.caster, lamp.shape, receiver, third, movables);
         if (!(share > 0)) continue;
-        const double factor = share * lamp.shape.open(receiver);
+        const double factor = share * open;
         sum = sum + lamp.radiance * factor;
         found += factor * lamp.brightness;
       }

@@ -19,6 +19,10 @@ constexpr float kSmall = 4e-4f;
 // could be as bright as the rest of the room.
 constexpr float kMaxPerRay = 0.125f, kLarge = 0.3f;
 constexpr float kFlat = 0.999999f;  // cosine: normals of one plane differ by less
+// in radii of the light: at a larger distance, shadows of it have almost no penumbra
+constexpr float kTiny = 16.0f;
+// of the reference, see the constructor
+constexpr double kFaint = 1e-4, kMinor = 1e-2;
 // in radii of the light: at a smaller distance, its points contribute very differently
 constexpr float kClose = 3.0f;
 
@@ -61,6 +65,10 @@ const Grid& grid(Detail detail, uint32_t rows) {
   return fine[std::countr_zero(rows)];
 }
 
+/// How far in front of the light's surface a shadow ray ends that comes `d` along; `slack` is of the
+/// place.
+inline float lift(float slack, Vec3f d) { return std::max(slack, position_slack(d)); }
+
 /// Sums in eight lanes: a fixed order that can be vectorised.
 float sum_of(const float* values, size_t count) {
   float lane[8] = {};
@@ -88,7 +96,8 @@ double Strata::share(const trace::RayBits& seen) const {
   return all > 0 ? sum(seen) / all : 0.0;
 }
 
-LightShape::LightShape(const trace::Light& light, uint32_t number, uint64_t seed)
+LightShape::LightShape(const trace::Light& light, uint32_t number, uint64_t seed,
+                       double reference)
     : punctual_(light.punctual),
       two_sided_(light.two_sided),
       on_(light.on),
@@ -96,6 +105,8 @@ LightShape::LightShape(const trace::Light& light, uint32_t number, uint64_t seed
   const Vec3f power = light.strength();
   brightest_ = std::max({power.x, power.y, power.z});
   if (!is_area()) return;
+  if (brightest_ > 0)
+    faint_ = kFaint * reference / brightest_, minor_ = kMinor * reference / brightest_;
   area_ = float(light.area);
   triangles_.reserve(light.world.size());
   float before = 0;
@@ -117,8 +128,8 @@ LightShape::LightShape(const trace::Light& light, uint32_t number, uint64_t seed
   for (const Triangle& t : triangles_)
     if (!(dot(t.normal, facing_) > kFlat)) facing_ = {};
   find_corners(centre_);
-  rows_[int(Detail::coarse)] = rows_for(triangles_.size(), kCoarseRays, {6, 3, 2});
-  rows_[int(Detail::fine)] = rows_for(triangles_.size(), kFineRays, {16, 8, 4, 2});
+  rows_[0] = rows_for(triangles_.size(), kCoarseRays, {6, 3, 2});
+  rows_[1] = rows_for(triangles_.size(), kFineRays, {16, 8, 4, 2});
 }
 
 void LightShape::find_corners(Vec3f centre) {
@@ -222,6 +233,10 @@ double LightShape::about(const Receiver& receiver) const {
   return double(area_) * double(above) * double(front) / (double(squared) * double(squared));
 }
 
+bool LightShape::is_minor(const Receiver& receiver) const {
+  return minor_ > 0 && about(receiver) < minor_;
+}
+
 bool LightShape::is_small(const Receiver& receiver) const {
   const Vec3f d = centre_ - receiver.point;
   return !is_area() || dot(d, d) > kClose * kClose * radius_ * radius_;
@@ -255,6 +270,7 @@ void LightShape::cast(const Receiver& receiver, Detail detail, Strata& out) cons
 
 void LightShape::cast_single(const Receiver& receiver, Strata& out) const {
   out.fan.count = 1;
+  out.rows = 1;
   out.too_coarse = false;
   out.weight[0] = open_punctual(receiver) > 0;
   out.countable[0] = out.weight[0] > 0;
@@ -274,26 +290,34 @@ const LightShape::Triangle& LightShape::triangle_at(float position) const {
   return triangles_[i];
 }
 
-void LightShape::cast_area(const Receiver& receiver, Detail detail, Strata& out) const {
-  const size_t count = detail == Detail::coarse ? kCoarseRays : kFineRays;
-  const Grid& strata = grid(detail, rows_[int(detail)]);
-  const uint64_t key = combine(key_, place_key(receiver.point, receiver.normal));
-  const uint32_t stream = detail == Detail::coarse ? uint32_t(key) : uint32_t(key >> 32);
+/// Lower corners of strata, ascending within each triangle, and their size.
+struct LightShape::Places {
+  const float *a, *b;
+  size_t count;
+  float wide, high;
+};
+
+void LightShape::cast_places(const Receiver& receiver, const Places& places, uint32_t stream,
+                             Strata& out) const {
   // Keep points away from the borders of their strata: another surface may adjoin the light's
   // border.
   constexpr float kMaxJitter = 0x1ffffp-17f;
   alignas(64) float a[kFineRays], b[kFineRays];
+  const size_t count = places.count;
   for (uint32_t i = 0; i < count; ++i) {
     const uint32_t jitter = mix32(stream + i * 0x9e3779b9u);
-    a[i] = strata.a[i] + (float(int32_t(jitter >> 16)) + 0.5f) * (0x1p-16f * strata.wide);
-    b[i] = strata.b[i] + (float(int32_t(jitter & 0xffffu)) + 0.5f) * (0x1p-16f * strata.high);
+    a[i] = places.a[i] + (float(int32_t(jitter >> 16)) + 0.5f) * (0x1p-16f * places.wide);
+    b[i] = places.b[i] + (float(int32_t(jitter & 0xffffu)) + 0.5f) * (0x1p-16f * places.high);
   }
   // Process strata that lie on one triangle together, which can be vectorised; the others one by
   // one.
   for (size_t i = 0; i < count;) {
-    const Triangle& t = triangle_at(strata.a[i]);
+    const Triangle& t = triangle_at(places.a[i]);
+    const auto on_triangle = [&](float low) {
+      return low >= t.before && low + kMaxJitter * places.wide < t.before + t.share;
+    };
     size_t end = i;
-    while (end < count && strata.a[end] + kMaxJitter * strata.wide < t.before + t.share) ++end;
+    while (end < count && on_triangle(places.a[end])) ++end;
     if (end > i) {
       cast_triangle(receiver, t, a, b, i, end, out);
       i = end;
@@ -309,12 +333,60 @@ void LightShape::cast_area(const Receiver& receiver, Detail detail, Strata& out)
     for (size_t k = 0; k < 4; ++k) bits |= uint64_t(out.weight[i + k] > 0) << k;
     out.countable[i / 64] |= bits << (i % 64);
   }
+}
+
+void LightShape::cast_area(const Receiver& receiver, Detail detail, Strata& out) const {
+  if (detail == Detail::fine && is_minor(receiver)) detail = Detail::middle;
+  const bool few = detail != Detail::fine;
+  const size_t count = few ? kCoarseRays : kFineRays;
+  const uint32_t rows = rows_[few ? 0 : 1];
+  const Grid& strata = grid(few ? Detail::coarse : Detail::fine, rows);
+  const uint64_t key = combine(key_, place_key(receiver.point, receiver.normal));
+  const uint32_t stream = few ? uint32_t(key) : uint32_t(key >> 32);
+  cast_places(receiver, {strata.a.data(), strata.b.data(), count, strata.wide, strata.high}, stream,
+              out);
+  out.rows = rows;
   out.too_coarse = false;
-  if (detail == Detail::fine) return;
+  if (detail != Detail::coarse) return;
   const float all = sum_of(out.weight.data(), count);
   const float largest = *std::max_element(out.weight.begin(), out.weight.begin() + count);
   out.too_coarse = !(largest < kMaxPerRay * all) || all * area_ > kLarge * float(count);
   cast_corners(receiver, out);
+  thin(receiver, out);
+}
+
+void LightShape::thin(const Receiver& receiver, Strata& out) const {
+  const Vec3f d = centre_ - receiver.point;
+  const bool faint = minor_ > 0 && about(receiver) < faint_;
+  if (!is_minor(receiver) && !(dot(d, d) > kTiny * kTiny * radius_ * radius_)) return;
+  uint64_t some = out.countable[0] & (kFewRays | kCornerBits);
+  if (faint) {
+    out.too_coarse = false;
+    // whichever of the rays comes first from a place that depends on the receiver
+    const uint64_t turn = place_key(receiver.point, receiver.normal) % kCoarseRays;
+    const uint64_t rays = out.countable[0] & kCoarseBits, after = rays >> turn << turn;
+    some = after ? after : rays;
+    some &= ~some + 1;
+  }
+  if (some) out.countable[0] = some;
+}
+
+void LightShape::divide(const Receiver& receiver, std::span<const uint32_t> strata,
+                        Strata& out) const {
+  const Grid& fine = grid(Detail::fine, rows_[1]);
+  const float wide = fine.wide / kParts, high = fine.high / kParts;
+  alignas(64) float a[kFineRays], b[kFineRays];
+  size_t count = 0;
+  for (const uint32_t i : strata)
+    for (uint32_t k = 0; k < kParts * kParts; ++k, ++count) {
+      a[count] = fine.a[i] + float(k / kParts) * wide;
+      b[count] = fine.b[i] + float(k % kParts) * high;
+    }
+  out.fan.origin = receiver.point + receiver.normal * receiver.slack();
+  out.countable = {};
+  const uint64_t key = combine(key_, place_key(receiver.point, receiver.normal));
+  const uint32_t stream = uint32_t(combine(key, strata.front()));
+  cast_places(receiver, {a, b, count, wide, high}, stream, out);
 }
 
 void LightShape::cast_corners(const Receiver& receiver, Strata& out) const {
@@ -323,7 +395,7 @@ void LightShape::cast_corners(const Receiver& receiver, Strata& out) const {
     const Vec3f d = corner.point - receiver.point;
     const float facing = -dot(corner.normal, d);
     const Vec3f ray = corner.point - out.fan.origin +
-                      corner.normal * std::copysign(corner.slack, two_sided_ ? facing : 1.0f);
+                      corner.normal * std::copysign(lift(corner.slack, d), two_sided_ ? facing : 1.0f);
     out.weight[i] = 0;
     out.fan.x[i] = ray.x, out.fan.y[i] = ray.y, out.fan.z[i] = ray.z;
     const bool counts = dot(receiver.normal, d) > 0 && (two_sided_ || facing > 0);
@@ -361,10 +433,11 @@ void LightShape::cast_triangle(const Receiver& receiver, Triangle t, const float
     weight[i] = cosines / (squared * squared + std::numeric_limits<float>::min());
     // Offset both ends of the ray along their surfaces' normals, so that a grazing ray does not hit
     // the surfaces themselves.
-    const float lift = std::copysign(slack, facing * behind + (1 - behind));
-    x[i] = lifted.x + px + t.normal.x * lift;
-    y[i] = lifted.y + py + t.normal.y * lift;
-    z[i] = lifted.z + pz + t.normal.z * lift;
+    const float off =
+        std::copysign(lift(slack, {dx, dy, dz}), facing * behind + (1 - behind));
+    x[i] = lifted.x + px + t.normal.x * off;
+    y[i] = lifted.y + py + t.normal.y * off;
+    z[i] = lifted.z + pz + t.normal.z * off;
   }
 }
 

@@ -2,6 +2,7 @@
 // A light as receivers see it: unshadowed irradiance, and shadow rays.
 #pragma once
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "base/vec.h"
@@ -26,12 +27,22 @@ struct Receiver {
 /// affect it.
 uint64_t place_key(Vec3f point, Vec3f normal);
 
-/// How many shadow rays sample a light; a punctual light has one ray in either.
-enum class Detail : uint8_t { coarse, fine };
+/// How many shadow rays sample a light; a punctual light has one ray in any. Middle: the coarse ones
+/// without those to the extremities.
+enum class Detail : uint8_t { coarse, middle, fine };
 inline constexpr uint32_t kCoarseRays = 36, kFineRays = 256;
 /// Additional rays to the extremities of an area light: they only distinguish full from partial
 /// visibility.
 inline constexpr uint32_t kCorners = 4;
+/// A fine stratum that is divided gets kParts x kParts rays.
+inline constexpr uint32_t kParts = 4, kDivided = kFineRays / (kParts * kParts);
+
+/// Bits of the coarse rays, of a third of them (equally many in each row and column of the strata),
+/// and of those to the extremities.
+inline constexpr uint64_t kCoarseBits = (uint64_t(1) << kCoarseRays) - 1;
+inline constexpr uint64_t kFewRays = 0x88c462311;
+inline constexpr uint64_t kCornerBits = ((uint64_t(1) << kCorners) - 1) << kCoarseRays;
+static_assert(kCoarseRays == 36);
 
 /// Shadow rays to a light, and what each represents.
 struct Strata {
@@ -39,6 +50,8 @@ struct Strata {
   alignas(
       64) std::array<float, trace::RayFan::kMaxRays> weight;  ///< unnormalised share of the light
   trace::RayBits countable{};  ///< rays in front of both the receiver and the light
+  /// how many strata lie beside each other across the light's triangles; the next column follows
+  uint32_t rows = 1;
   /// whether the light is close or large, so that fine detail is needed
   bool too_coarse = false;
 
@@ -50,8 +63,9 @@ struct Strata {
 class LightShape {
  public:
   /// `number`: index of the light; with `seed` and the receiver it determines the points in the
-  /// strata.
-  LightShape(const trace::Light& light, uint32_t number, uint64_t seed);
+  /// strata. `reference`: of what receivers get from all lights, to tell lights that matter
+  /// little; 0 if all matter.
+  LightShape(const trace::Light& light, uint32_t number, uint64_t seed, double reference = 0);
 
   /// Unshadowed irradiance, in units of brightest(); exact for area lights.
   double open(const Receiver& receiver) const;
@@ -71,13 +85,20 @@ class LightShape {
   Glance glance(const Receiver& receiver, float u, float v) const;
   /// Radiance, or intensity, of the strongest channel.
   double brightest() const { return brightest_; }
-  /// Makes the shadow rays of a level.
+  /// Whether the light can give the receiver only a small share of what receivers get.
+  bool is_minor(const Receiver& receiver) const;
+  /// Makes the shadow rays of a level. A light that is minor, or very small as seen from the
+  /// receiver, gets a third of the coarse rays; one that gives next to nothing gets a single one. A
+  /// minor light's fine rays are all 36.
   void cast(const Receiver& receiver, Detail detail, Strata& out) const;
+  /// Makes the rays of some fine strata of an area light, divided: kParts * kParts for each.
+  /// `strata`: at most kDivided numbers, ascending.
+  void divide(const Receiver& receiver, std::span<const uint32_t> strata, Strata& out) const;
 
  private:
   struct Triangle {
     Vec3f corner, edge_u, edge_v, normal;
-    float slack;
+    float slack;  // at the place, see lift()
     // cumulative share of the light's area before this triangle, and its own share
     float before, share;
   };
@@ -97,7 +118,13 @@ class LightShape {
   bool is_area() const { return !punctual_.kind; }
   double open_punctual(const Receiver& receiver) const;
   void cast_single(const Receiver& receiver, Strata& out) const;
+  struct Places;
   void cast_area(const Receiver& receiver, Detail detail, Strata& out) const;
+  /// Makes rays to places in the strata with those lower corners, jittered.
+  void cast_places(const Receiver& receiver, const Places& places, uint32_t stream,
+                   Strata& out) const;
+  /// The coarse rays that a small or faint light does without are not countable.
+  void thin(const Receiver& receiver, Strata& out) const;
   void cast_triangle(const Receiver& receiver, Triangle triangle, const float* a, const float* b,
                      size_t begin, size_t end, Strata& out) const;
   void cast_corners(const Receiver& receiver, Strata& out) const;
@@ -115,6 +142,7 @@ class LightShape {
   uint64_t key_;
   float area_ = 0;
   double brightest_;
+  double faint_ = 0, minor_ = 0;  // about() of less than these
   uint32_t rows_[2] = {1,
                        1};  // per detail: strata across a triangle; columns run along the triangles
 };

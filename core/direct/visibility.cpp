@@ -4,16 +4,50 @@
 
 #include <algorithm>
 
+#include "direct/refinement.h"
+#include "direct/view_code.h"
+
 namespace deltalux::direct {
 namespace {
 
 using trace::RayBits;
 
 constexpr RayBits kNoRays{};
-// A third of the coarse rays, equally many in each row and column of the strata.
-constexpr uint64_t kFew = 0x88c462311;
-static_assert(kCoarseRays == 36);
-constexpr uint64_t kCoarse = (uint64_t(1) << kCoarseRays) - 1;
+// Irradiance over radiance (pi for the whole sky). A light that gives more than kNotable where it is
+// visible is not hidden because all rays are blocked, unless one triangle covers it; from kLarge on,
+// rays to four extremities do not tell that.
+constexpr double kNotable = 0.005, kLarge = 0.3;
+// Relative error from which on strata are divided.
+constexpr double kRough = 0.04;
+// Error of a light all of whose rays are blocked: in shares of a ray.
+constexpr float kUnseen = 0.25f;
+
+/// Whether the light may be seen though all coarse rays are blocked.
+bool may_show(const LightShape& light, const Receiver& receiver, double open) {
+  return open > kNotable && !light.is_minor(receiver);
+}
+
+/// Whether one triangle of static geometry or of one of `objects` covers the light's extremities, so
+/// that rays need not search for a gap. `coarse`: the coarse strata.
+bool covered(const trace::RayCaster& caster, const Strata& coarse, double open,
+             std::span<const uint32_t> objects) {
+  if (coarse.fan.count != kCoarseRays + kCorners || open > kLarge) return false;
+  const trace::RayFan& fan = coarse.fan;
+  const auto same = [&](const auto& closest) {
+    uint32_t first = scene::kNone;
+    for (size_t i = kCoarseRays; i < fan.count; ++i) {
+      const trace::Hit hit = closest(Vec3f{fan.x[i], fan.y[i], fan.z[i]});
+      if (!hit.valid() || (i > kCoarseRays && hit.primitive != first)) return false;
+      first = hit.primitive;
+    }
+    return true;
+  };
+  if ((coarse.countable[0] & kCornerBits) != kCornerBits) return false;
+  if (same([&](Vec3f d) { return caster.closest_static(fan.origin, d, 0, fan.to); })) return true;
+  return std::any_of(objects.begin(), objects.end(), [&](uint32_t object) {
+    return same([&](Vec3f d) { return caster.closest_object(object, fan.origin, d, 0, fan.to); });
+  });
+}
 
 RayBits without(const RayBits& a, const RayBits& b) {
   return {a[0] & ~b[0], a[1] & ~b[1], a[2] & ~b[2], a[3] & ~b[3]};
@@ -27,60 +61,104 @@ RayBits pass(const trace::RayCaster& caster, const trace::RayFan& fan, RayBits f
   return free;
 }
 
+/// The share by the fine strata of which `free` are visible, with strata divided where needed.
+/// `divided` tells whether they were.
+Seen resolve(const LightShape& light, const Receiver& receiver, double open, const Strata& fine,
+             const RayBits& free, const FreeRays& free_rays, bool& divided) {
+  const bool none = free == kNoRays, is_fine = fine.fan.count == kFineRays;
+  divided = false;
+  if (none && !(open > kNotable && is_fine)) return {0, kUnseen / float(fine.fan.count)};
+  const Seen seen = by_strata(fine, free);
+  if (!is_fine || (!none && !(seen.error > kRough * seen.share))) return seen;
+  divided = true;
+  Seen found = refine(light, receiver, fine, free, free_rays);
+  if (!(found.share > 0)) found.error = kUnseen / (kFineRays * kParts * kParts);
+  return found;
+}
+
 }  // namespace
 
 FixedView fixed_view(const trace::RayCaster& caster, const LightShape& light,
-                     const Receiver& receiver) {
+                     const Receiver& receiver, double open) {
   using Kind = FixedView::Kind;
-  if (!(light.open(receiver) > 0)) return {};
+  if (!(open > 0)) return {};
   FixedView view;
   Strata strata;
   bool ask_own = receiver.object != scene::kNone, ask_static = true;
-  const auto free_rays = [&] {
-    RayBits free = strata.countable;
-    if (ask_own) free = without(free, caster.occluded_object(receiver.object, strata.fan, free));
-    ask_own = ask_own && free != strata.countable;
+  const auto free_rays = [&](const Strata& rays) {
+    RayBits free = rays.countable;
+    if (ask_own) free = without(free, caster.occluded_object(receiver.object, rays.fan, free));
+    ask_own = ask_own && free != rays.countable;
     if (!ask_static || free == kNoRays) return free;
-    const RayBits blocked = caster.occluded_static(strata.fan, free);
+    const RayBits blocked = caster.occluded_static(rays.fan, free);
     ask_static = blocked != kNoRays;
     return without(free, blocked);
-  };
-  const auto kind = [&](const RayBits& free) {
-    return free == kNoRays ? Kind::hidden : free == strata.countable ? Kind::open : Kind::partial;
   };
   light.cast(receiver, Detail::coarse, strata);
   const bool too_coarse = strata.too_coarse;
   if (!too_coarse) {
-    const RayBits free = free_rays();
-    view.kind = kind(free);
-    if (view.kind != Kind::partial) return view;
+    const RayBits free = free_rays(strata);
+    if (free == strata.countable) return {Kind::open, 0, {}, {}, false};
+    view.kind = Kind::hidden;
+    const auto own = std::span(&receiver.object, receiver.object != scene::kNone);
+    if (free == kNoRays &&
+        (!may_show(light, receiver, open) || covered(caster, strata, open, own)))
+      return view;
     view.coarse = free[0];
   }
+  const bool needs_own = ask_own, needs_static = ask_static;
   light.cast(receiver, Detail::fine, strata);
-  view.fine = free_rays();
-  view.share = strata.share(view.fine);
-  if (too_coarse) view.kind = kind(view.fine);
+  view.fine = free_rays(strata);
+  if (too_coarse && view.fine == strata.countable) return {Kind::open, 0, {}, {}, false};
+  view.seen = resolve(light, receiver, open, strata, view.fine,
+                      [&](const Strata& rays) {
+                        ask_own = needs_own, ask_static = needs_static;
+                        return free_rays(rays);
+                      },
+                      view.divided);
+  view.seen.error = error_of(error_code(view.seen.error));  // as it is stored
+  view.kind = view.seen.share > 0 ? Kind::partial : Kind::hidden;
   return view;
 }
 
-double visible_share(const trace::RayCaster& caster, const LightShape& light,
-                     const Receiver& receiver, const FixedView& fixed,
-                     std::span<const uint32_t> movables) {
+Seen visible_share(const trace::RayCaster& caster, const LightShape& light,
+                   const Receiver& receiver, double open_light, const FixedView& fixed,
+                   std::span<const uint32_t> movables) {
   using Kind = FixedView::Kind;
-  if (fixed.kind == Kind::empty || fixed.kind == Kind::hidden) return 0;
+  if (fixed.kind == Kind::empty) return {};
+  if (fixed.kind == Kind::hidden) return {0, fixed.seen.error};
   const bool open = fixed.kind == Kind::open;
-  const double share = open ? 1 : fixed.share;
-  if (movables.empty()) return share;
+  const Seen as_fixed = open ? Seen{1, 0} : fixed.seen;
+  if (movables.empty()) return as_fixed;
   Strata strata;
   light.cast(receiver, Detail::coarse, strata);
+  bool blocks = strata.too_coarse;
   if (!strata.too_coarse) {
-    const RayBits free = open ? strata.countable : RayBits{fixed.coarse, 0, 0, 0};
+    // Fine rays may get through where all coarse ones are blocked.
+    const RayBits free = open || fixed.divided || !fixed.coarse ? strata.countable
+                                                                : RayBits{fixed.coarse, 0, 0, 0};
     const RayBits seen = pass(caster, strata.fan, free, movables);
-    if (seen == kNoRays) return 0;
-    if (seen == free) return share;
+    if (seen == kNoRays && (!may_show(light, receiver, open_light) ||
+                            covered(caster, strata, open_light, movables)))
+      return {};
+    blocks = seen != free;
   }
+  if (!blocks && !fixed.divided) return as_fixed;
   light.cast(receiver, Detail::fine, strata);
-  return strata.share(pass(caster, strata.fan, open ? strata.countable : fixed.fine, movables));
+  const RayBits asked = open || fixed.divided ? strata.countable : fixed.fine;
+  RayBits seen = pass(caster, strata.fan, asked, movables);
+  if (!blocks && seen == asked) return as_fixed;
+  if (fixed.divided) seen = {seen[0] & fixed.fine[0], seen[1] & fixed.fine[1],
+                             seen[2] & fixed.fine[2], seen[3] & fixed.fine[3]};
+  const auto free_rays = [&](const Strata& rays) {
+    RayBits free = rays.countable;
+    if (receiver.object != scene::kNone)
+      free = without(free, caster.occluded_object(receiver.object, rays.fan, free));
+    if (free != kNoRays) free = without(free, caster.occluded_static(rays.fan, free));
+    return pass(caster, rays.fan, free, movables);
+  };
+  bool divided = false;
+  return resolve(light, receiver, open_light, strata, seen, free_rays, divided);
 }
 
 double coarse_share(const trace::RayCaster& caster, const LightShape& light,
@@ -91,10 +169,10 @@ double coarse_share(const trace::RayCaster& caster, const LightShape& light,
   // The rays to the light's extremities have no weight.
   strata.fan.count = std::min<size_t>(strata.fan.count, kCoarseRays);
   uint64_t& asked = strata.countable[0];
-  asked &= kCoarse;
+  asked &= kCoarseBits;
   if (third) {
     const uint32_t turn = 3 * *third;
-    const uint64_t some = asked & (kFew << turn | kFew >> (kCoarseRays - turn));
+    const uint64_t some = asked & (kFewRays << turn | kFewRays >> (kCoarseRays - turn));
     if (some) asked = some;
   }
   if (!asked) return 0;  // only a sliver of the light is in front of the receiver

@@ -12,11 +12,19 @@
 
 namespace deltalux::direct {
 
+/// The share of a light that reaches a receiver, in [0, 1], and the standard error of that.
+struct Seen {
+  double share = 0;
+  float error = 0;
+};
+
 /// The visibility of a light, considering static geometry and the receiver's own object. It stays
 /// the same until the light or the receiver changes. The rules:
-/// - Cast 36 rays, and 4 to the light's extremities. All free: open. All blocked: hidden. Otherwise
-///   cast 256 rays.
+/// - Cast 36 rays, and 4 to the light's extremities (12 and 4 if it is small as seen from there; one
+///   if it is faint). All free: open. All blocked: hidden, unless the light gives much where it is
+///   not. Otherwise cast 256 rays.
 /// - If the light is close or large, cast the 256 rays at once.
+/// - If these leave the share uncertain, divide strata, see refine().
 /// - Test the receiver's own object first: it causes most occlusion and is cheap.
 /// - An occluder (own object, static geometry, other movables) that blocks none of the 40 rays is
 ///   not tested with the 256.
@@ -26,19 +34,20 @@ struct FixedView {
   Kind kind = Kind::empty;
   uint64_t coarse = 0;    ///< of `partial`: unoccluded coarse rays
   trace::RayBits fine{};  ///< of `partial`: unoccluded fine rays
-  double share = 0;       ///< of `partial`: share of the light, by the fine rays
+  Seen seen{};            ///< of `partial`, and the error of `hidden`
+  bool divided = false;   ///< of `partial`: whether strata were divided
 };
 
-/// Computes the visibility of the light from the receiver.
+/// Computes the visibility of the light from the receiver; `open` is LightShape::open() of both.
 FixedView fixed_view(const trace::RayCaster& caster, const LightShape& light,
-                     const Receiver& receiver);
+                     const Receiver& receiver, double open);
 
-/// The share of the light that reaches the receiver, in [0, 1]: exactly 1 if it is unoccluded,
-/// exactly 0 if no ray gets through. `movables`: the other present objects that may stand in
-/// between, in ascending order.
-double visible_share(const trace::RayCaster& caster, const LightShape& light,
-                     const Receiver& receiver, const FixedView& fixed,
-                     std::span<const uint32_t> movables);
+/// The share of the light that reaches the receiver: exactly 1 if it is unoccluded, exactly 0 if no
+/// ray gets through. `movables`: the other present objects that may stand in between, in ascending
+/// order.
+Seen visible_share(const trace::RayCaster& caster, const LightShape& light,
+                   const Receiver& receiver, double open, const FixedView& fixed,
+                   std::span<const uint32_t> movables);
 
 /// The same by the coarse rays alone, or by twelve of them; `third` (0 to 2) says which twelve.
 double coarse_share(const trace::RayCaster& caster, const LightShape& light,

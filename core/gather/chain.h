@@ -4,13 +4,13 @@
 // path.
 #pragma once
 #include <array>
-#include <functional>
-#include <optional>
 #include <span>
 #include <vector>
 
+#include "base/end_slack.h"
 #include "direct/light_shape.h"
 #include "gather/cells.h"
+#include "gather/one_light.h"
 #include "gather/suns.h"
 #include "gather/turn.h"
 #include "trace/lights.h"
@@ -32,8 +32,12 @@ struct Present {
   /// The receiver where a ray lands, on the side that it hits.
   direct::Receiver landing(Vec3f origin, Vec3f w, const trace::Hit& hit) const {
     const bool fixed = hit.primitive < scene.static_primitives();
-    return {origin + w * hit.t, trace::facing_normal(hit, w),
-            fixed ? scene::kNone : scene.object_of(hit.primitive), scene.slack_of(hit.primitive)};
+    const Vec3f way = w * hit.t, at = origin + way;
+    // Receiver::slack() adds that of the place itself.
+    const float beside = end_slack(at, way) - position_slack(at);
+    return {at, trace::facing_normal(hit, w),
+            fixed ? scene::kNone : scene.object_of(hit.primitive),
+            scene.slack_of(hit.primitive) + beside};
   }
 };
 
@@ -43,28 +47,6 @@ inline constexpr uint32_t kMaxTouched = 16;
 /// direct light of a beam and of a sun at the end.
 inline constexpr uint32_t kMaxVertices = kMaxTouched - 1 + 3;
 inline constexpr uint32_t kDark = kNoCell;  // where a ray meets nothing
-
-/// A surface point of a chain, with the direct light there of one randomly chosen light, which
-/// represents all lights. Light from beyond a point is multiplied by the mean reflectance of its
-/// material, which edits change; how the reflectance at the points compares with these means is a
-/// vertex of its own behind all of them, unless it is the same.
-struct Vertex {
-  /// Flag in `material`: the vertex is the far end of the chain itself.
-  static constexpr uint32_t kEnd = 0x80000000u;
-  /// Value of `material`: this is no point; `direct` holds factors on light from beyond.
-  static constexpr uint32_t kShare = 0x40000000u;
-  /// Bound of such factors, so that sums stay finite; no scene comes near it.
-  static constexpr float kMaxShare = 1e6f;
-  uint32_t material = 0;
-  /// Or kNone: no light illuminates the point, even unshadowed.
-  uint32_t light = scene::kNone;
-  /// Irradiance without dimming, times the weight of the chain up to this vertex, times
-  /// Scene::share_at() of this vertex and (not for those of the end) of all before it.
-  std::array<float, 3> direct{};
-  bool is_of_end() const { return material & kEnd; }
-  bool is_share() const { return material == kShare; }
-  friend bool operator==(const Vertex&, const Vertex&) = default;
-};
 
 /// From the third vertex on, chains continue with the probability kGoesOn. It is fixed, since
 /// reflectances may be edited.
@@ -91,29 +73,6 @@ struct Chain {
   /// to the end, or on one of its points, towards which the last segment goes if it misses it
   bool in_beam = false;
   Passage passage;
-};
-
-/// Two random numbers in [0, 1).
-using Draw = std::array<float, 2>;
-
-/// Estimates direct light at a point by one shadow ray.
-class OneLight {
- public:
-  /// Chooses among the lights for which takes_part(index) holds.
-  OneLight(std::span<const trace::Light> lights, const std::function<bool(uint32_t)>& takes_part,
-           uint32_t groups, uint64_t seed);
-  /// Chooses one light with a probability that is half by its approximate unshadowed share of all
-  /// light, and half by its share within its group (with equal chances for all groups that
-  /// contribute), so that no group is neglected when others are dimmed. Suns hidden by static
-  /// geometry are left out. Writes the light and its irradiance, divided by the probability, to
-  /// `out`.
-  void ask(const trace::RayCaster& caster, const direct::Receiver& receiver, const Draw& draw,
-           Vertex& out) const;
-
- private:
-  std::span<const trace::Light> lights_;
-  std::vector<std::optional<direct::LightShape>> shapes_;
-  uint32_t groups_;
 };
 
 /// Traces chains through the present scene.

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/end_slack.h"
+
 namespace deltalux::lights {
 
 Start Placed::start(const Punctual& light, const std::array<float, 4>& random) const {
@@ -25,7 +27,7 @@ double Placed::irradiance(const Punctual& light, Vec3f point, Vec3f normal, floa
 ShadowRay Placed::shadow_ray(const Punctual& light, Vec3f origin) const {
   const Vec3f d = light.position - origin;
   // Stop short of the light, which may lie on a surface.
-  const float short_of = 2 * position_slack(light.position), distance = length(d);
+  const float short_of = 2 * end_slack(light.position, d), distance = length(d);
   return {d, distance > short_of ? 1 - short_of / distance : 0.0f};
 }
 

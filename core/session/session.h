@@ -499,7 +499,10 @@ class Session {
   void check_readable() const;
   double bytes_per_segment() const;
   double choose_irradiance_quantum(std::span<const trace::Light> lights) const;
-  std::unique_ptr<direct::DirectLight> make_direct(double irradiance_quantum) const;
+  double choose_irradiance_reference() const;
+  std::unique_ptr<direct::DirectLight> make_direct(const direct::Scales& scales) const;
+  /// The receiver of a sample in its object's present pose.
+  direct::Receiver receiver_of(size_t sample) const;
   /// Replaces pending paths within the time budget. Returns how many of them remain because the
   /// memory limit does not admit them.
   size_t run_pending(double budget_ms, Progress& progress, Frame& frame,

@@ -2,9 +2,11 @@
 // The session's side of direct light by shadow rays: which lights use it, where the receivers are,
 // what edits change.
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <numeric>
 
+#include "base/error.h"
 #include "samples/placement.h"
 #include "session/session.h"
 #include "session/snapshot_check.h"
@@ -12,8 +14,9 @@
 namespace deltalux::session {
 namespace {
 
-// A light's shadow rays are worth at least this many gather rays per sample.
-constexpr double kWorthRays = 64;
+// All shadow rays are worth at least this many gather rays per sample, and each of those as many
+// shadow rays: a gather ray takes about a microsecond with its chain, a shadow ray 40 ns.
+constexpr double kWorthRays = 256, kPerGatherRay = 200;
 
 }  // namespace
 
@@ -43,11 +46,32 @@ double Session::choose_irradiance_quantum(std::span<const trace::Light> lights) 
   return brightest > 0 ? std::max(brightest * kFine, most / direct::kMaxWeight) : 1.0;
 }
 
-std::unique_ptr<direct::DirectLight> Session::make_direct(double irradiance_quantum) const {
+/// A third of what well lit samples get from all lights, if nothing hides these. Suns, which may be
+/// hidden everywhere, do not count.
+double Session::choose_irradiance_reference() const {
+  constexpr size_t kAsked = 400, kAbove = 10;
+  const State& s = *state_;
+  std::vector<direct::LightShape> shapes;
+  for (uint32_t i = 0; i < s.lights.size(); ++i)
+    if (!s.lights[i].is_parallel()) shapes.emplace_back(s.lights[i], i, s.options.seed);
+  const size_t n = s.samples.size(), step = std::max<size_t>(1, n / kAsked);
+  std::vector<double> sums;
+  for (size_t i = 0; i < n; i += step) {
+    double sum = 0;
+    const direct::Receiver receiver = receiver_of(i);
+    for (const direct::LightShape& shape : shapes) sum += shape.about(receiver) * shape.brightest();
+    if (sum > 0) sums.push_back(sum);
+  }
+  if (sums.empty()) return 0;
+  const auto high = sums.end() - 1 - long(sums.size() / kAbove);
+  std::nth_element(sums.begin(), high, sums.end());
+  return *high / 3;
+}
+
+std::unique_ptr<direct::DirectLight> Session::make_direct(const direct::Scales& scales) const {
   const State& s = *state_;
   return std::make_unique<direct::DirectLight>(s.evaluates() ? s.samples.size() : 0,
-                                               s.scene.group_count, irradiance_quantum,
-                                               s.options.seed);
+                                               s.scene.group_count, scales, s.options.seed);
 }
 
 void Session::choose_direct() {
@@ -56,16 +80,16 @@ void Session::choose_direct() {
   if (s.options.direct != DirectMode::automatic) return;
   // A shadow ray costs a tenth to a thirtieth of a segment that is traced, stored and deposited.
   // Shadow rays may cost as much as the paths; lights with most power per ray come first. With a
-  // final gather, direct light by discs would dominate the error, so a light's shadow rays are
-  // worth some gather rays.
+  // final gather, direct light by discs would dominate the error, and one light by discs costs the
+  // discs of all; so shadow rays may cost several times what the gather rays do.
   const double gathered =
       s.options.gather_rays ? std::max(kWorthRays, double(s.options.gather_rays)) : 0.0;
-  double budget =
-      std::max(15.0 * double(forecast_.segments), 10.0 * gathered * double(s.samples.size()));
+  double budget = std::max(15.0 * double(forecast_.segments),
+                           kPerGatherRay * gathered * double(s.samples.size()));
   std::vector<size_t> order(s.lights.size());
   std::iota(order.begin(), order.end(), size_t(0));
   const auto rays = [&](size_t i) {
-    return direct::DirectLight::estimated_rays(s.lights[i], s.samples.size());
+    return direct::DirectLight::estimated_rays(s.lights[i], s.samples.size(), s.lights.size());
   };
   const auto worth = [&](size_t i) {
     const Vec3d p = s.lights[i].power * s.lights[i].max_power;
@@ -80,28 +104,36 @@ void Session::choose_direct() {
   }
 }
 
+direct::Receiver Session::receiver_of(size_t sample) const {
+  const State& s = *state_;
+  const uint32_t object = s.samples.attached[sample];
+  const Pose pose = object != scene::kNone ? s.scene.objects[object].pose : Pose{};
+  // Shadow rays start at the samples' points, not at the discs' centres: these are lifted, nearer
+  // to the lights.
+  const Vec3f point = s.samples.point[sample], normal = s.samples.normal[sample];
+  return {pose.point(point), pose.direction(normal), object, s.slack[sample],
+          direct::place_key(point, normal)};
+}
+
 void Session::place_receivers(const std::vector<uint8_t>* changed) {
   const State& s = *state_;
   receivers_.resize(s.samples.size());
-  // Shadow rays start at the samples' points, not at the discs' centres: these are lifted, nearer
-  // to the lights.
   s.workers.for_blocks(receivers_.size(), 4096, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const uint32_t object = s.samples.attached[i];
-      const bool moves = object != scene::kNone;
-      if (changed && !(moves && (*changed)[object])) continue;
-      const Pose pose = moves ? s.scene.objects[object].pose : Pose{};
-      const Vec3f point = s.samples.point[i], normal = s.samples.normal[i];
-      receivers_[i] = {pose.point(point), pose.direction(normal), object, s.slack[i],
-                       direct::place_key(point, normal)};
+      if (changed && !(object != scene::kNone && (*changed)[object])) continue;
+      receivers_[i] = receiver_of(i);
     }
   });
 }
 
 void Session::compute_direct(Progress& progress, bool leave) {
   State& s = *state_;
-  if (!(s.irradiance_quantum > 0)) s.irradiance_quantum = choose_irradiance_quantum(s.lights);
-  auto fresh = make_direct(s.irradiance_quantum);
+  if (!(s.irradiance_quantum > 0)) {
+    s.irradiance_quantum = choose_irradiance_quantum(s.lights);
+    s.irradiance_reference = choose_irradiance_reference();
+  }
+  auto fresh = make_direct({s.irradiance_quantum, s.irradiance_reference});
   if (s.evaluates()) {
     place_receivers(nullptr);
     if (leave)
@@ -137,10 +169,13 @@ void Session::update_direct(std::span<const ObjectChange> changes, size_t old_li
 
 void Session::restore_direct(ArchiveSource& archive) {
   const State& s = *state_;
-  const auto quantum = archive.read_all<double>("direct.quantum", 1);
-  snapshot::check_quantum("direct.quantum", quantum[0], choose_irradiance_quantum(s.lights));
-  state_->irradiance_quantum = quantum[0];
-  auto fresh = make_direct(quantum[0]);
+  const auto scales = archive.read_all<double>("direct.scales", 2);
+  snapshot::check_quantum("direct.scales", scales[0], choose_irradiance_quantum(s.lights));
+  if (!(scales[1] >= 0 && std::isfinite(scales[1])))
+    throw FormatError("snapshot: array \"direct.scales\" holds a value that no session writes; the "
+                      "file is damaged");
+  state_->irradiance_quantum = scales[0], state_->irradiance_reference = scales[1];
+  auto fresh = make_direct({scales[0], scales[1]});
   if (s.evaluates()) {
     fresh->restore(archive, s.lights, s.light_sampled);
     place_receivers(nullptr);

@@ -131,9 +131,12 @@ void Session::read_samples(bool errors, const Gathered& gathered, const Write& w
                        s.sum_unit(g));
       if (unreached) block.add_unreached(*unreached, g, &s.area[begin], end - begin);
     }
-    for (uint32_t g = 0; g < s.scene.group_count; ++g)
-      block.add_direct(&direct[3 * (size_t(g) * n + begin)], values,
-                       s.group_factor[g] * direct_->irradiance_quantum());
+    double of_direct[3 * BlockSums::kSamples] = {};  // variance
+    for (uint32_t g = 0; g < s.scene.group_count; ++g) {
+      const double factor = s.group_factor[g] * direct_->irradiance_quantum();
+      block.add_direct(&direct[3 * (size_t(g) * n + begin)], values, factor);
+      if (errors) direct_->add_variance(g, begin, end, factor * factor, of_direct);
+    }
     const std::vector<gather::Estimate> around =
         now ? gathered_block(*now, gathered, begin, end, errors)
             : std::vector<gather::Estimate>(end - begin);
@@ -147,7 +150,7 @@ void Session::read_samples(bool errors, const Gathered& gathered, const Write& w
         const double by_paths = block.energy[j] * per_area + own.irradiance[c];
         irradiance[c] = by_paths + block.direct[j];
         error[c] = std::sqrt(block.variance[j] * per_area * per_area + own.error[c] * own.error[c] +
-                             by_paths * by_paths * cut[int(c)] * cut[int(c)]);
+                             by_paths * by_paths * cut[int(c)] * cut[int(c)] + of_direct[j]);
         DELTALUX_ASSERT(std::isfinite(irradiance[c]) && std::isfinite(error[c]));
       }
       write(size_t(s.given[i]), irradiance, error);

@@ -14,7 +14,10 @@ namespace deltalux::trace {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr size_t kMaxPieces = 64;  // an object in more pieces than this is one light
+// Of an object in more pieces than kFewPieces, those that lie close together are one light: within
+// kTogether times the diagonal of the largest of them, as the keys of a keyboard do.
+constexpr size_t kFewPieces = 64;
+constexpr float kTogether = 4.0f;
 
 double luminance(Vec3d c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
 
@@ -40,6 +43,54 @@ std::vector<uint32_t> connected_pieces(const scene::Object& object,
   std::vector<uint32_t> piece(triangles.size());
   for (uint32_t i = 0; i < triangles.size(); ++i) piece[i] = root(i);
   return piece;
+}
+
+/// Triangles that emit together, and their bounds.
+struct Piece {
+  std::vector<uint32_t> triangles;
+  Box bounds;
+};
+
+std::vector<Piece> pieces_of(const scene::Object& object, const std::vector<uint32_t>& triangles) {
+  std::map<uint32_t, Piece> pieces;
+  const std::vector<uint32_t> number = connected_pieces(object, triangles);
+  for (uint32_t i = 0; i < triangles.size(); ++i) {
+    Piece& own = pieces[number[i]];
+    own.triangles.push_back(triangles[i]);
+    for (uint32_t v : object.triangles[triangles[i]]) own.bounds.grow(object.vertices[v]);
+  }
+  std::vector<Piece> out;
+  for (auto& [_, own] : pieces) out.push_back(std::move(own));
+  return out;
+}
+
+/// Divides `pieces` at the median along their longest extent until those that remain together lie
+/// close together; appends them to `out` as one each.
+void join_close(std::span<Piece> pieces, std::vector<Piece>& out) {
+  Box all, middles;
+  float largest = 0;
+  for (const Piece& own : pieces) {
+    all.grow(own.bounds), middles.grow(own.bounds.centre());
+    largest = std::max(largest, own.bounds.diagonal());
+  }
+  if (pieces.size() == 1 || all.diagonal() <= kTogether * largest) {
+    Piece joined{{}, all};
+    for (const Piece& own : pieces)
+      joined.triangles.insert(joined.triangles.end(), own.triangles.begin(), own.triangles.end());
+    std::sort(joined.triangles.begin(), joined.triangles.end());
+    out.push_back(std::move(joined));
+    return;
+  }
+  const Vec3f extent = middles.extent();
+  const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
+  const size_t half = pieces.size() / 2;
+  std::nth_element(pieces.begin(), pieces.begin() + long(half), pieces.end(),
+                   [&](const Piece& a, const Piece& b) {
+                     const float p = a.bounds.centre()[axis], q = b.bounds.centre()[axis];
+                     return p != q ? p < q : a.triangles.front() < b.triangles.front();
+                   });
+  join_close(pieces.first(half), out);
+  join_close(pieces.subspan(half), out);
 }
 
 void finish_area_light(const scene::Scene& scene, Light& light) {
@@ -72,16 +123,18 @@ void add_area_lights(const scene::Scene& scene, uint32_t index, std::vector<Ligh
     by_material[{object.material[t], object.group[t]}].push_back(t);
   }
   for (auto& [key, triangles] : by_material) {
-    std::map<uint32_t, std::vector<uint32_t>> pieces;
-    const std::vector<uint32_t> piece = connected_pieces(object, triangles);
-    for (uint32_t i = 0; i < triangles.size(); ++i) pieces[piece[i]].push_back(triangles[i]);
-    if (pieces.size() > kMaxPieces) pieces = {{0u, triangles}};
-    for (auto& [_, members] : pieces) {
+    std::vector<Piece> pieces = pieces_of(object, triangles);
+    if (pieces.size() > kFewPieces) {
+      std::vector<Piece> joined;
+      join_close(pieces, joined);
+      pieces = std::move(joined);
+    }
+    for (Piece& piece : pieces) {
       Light light;
       light.object = index;
       light.material = key.first;
       light.group = key.second;
-      light.triangles = std::move(members);
+      light.triangles = std::move(piece.triangles);
       finish_area_light(scene, light);
       place_light(scene, light);
       lights.push_back(std::move(light));

@@ -22,8 +22,8 @@ struct LightTriangle {
   float slack = 0;  ///< offset at which rays start and end
 };
 
-/// An area light is one connected piece of an object's emissive triangles of one material; a
-/// punctual light is one entry of Scene::lights. All paths of a light start with the same power,
+/// An area light is one connected piece of an object's emissive triangles of one material, or
+/// several that lie close together, of many; a punctual light is one entry of Scene::lights. All paths of a light start with the same power,
 /// except those of a sun with a map.
 struct Light {
   lights::Punctual punctual;  ///< in the present pose; without a kind for an area light

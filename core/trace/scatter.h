@@ -3,6 +3,7 @@
 #pragma once
 #include <algorithm>
 
+#include "base/end_slack.h"
 #include "base/hemisphere.h"
 #include "base/vec.h"
 #include "trace/ray_caster.h"
@@ -15,7 +16,7 @@ inline Vec3f facing_normal(const Hit& hit, Vec3f w) { return facing(hit.normal, 
 /// How far above a surface a path leaves it, so that rounding does not put it below (as in pbrt).
 /// `plane`: Scene::slack_of() of the surface.
 inline float surface_slack(Vec3f origin, Vec3f w, const Hit& hit, float plane) {
-  return std::max(position_slack(origin + w * hit.t), position_slack(w * hit.t)) + plane;
+  return end_slack(origin + w * hit.t, w * hit.t) + plane;
 }
 
 /// The point where a path leaves the surface that it hit, surface_slack() above it. Moves back

@@ -110,10 +110,10 @@ HOSTILE = {
     "a fine quantum": (set_entry("core/quantum", "f8", 0, 1e-150), "integer scale"),
     "a coarse quantum": (set_entry("core/quantum", "f8", 0, 1e132), '"quantum": found 1e\\+132'),
     "a coarse direct quantum": (
-        set_entry("core/direct.quantum", "f8", 0, 1e30),
-        '"direct.quantum": found 1e\\+30 at entry 0, expected 1e-200 to',
+        set_entry("core/direct.scales", "f8", 0, 1e30),
+        '"direct.scales": found 1e\\+30 at entry 0, expected 1e-200 to',
     ),
-    "no direct quantum": (set_entry("core/direct.quantum", "f8", 0, 0.0), '"direct.quantum": found 0'),
+    "no direct quantum": (set_entry("core/direct.scales", "f8", 0, 0.0), '"direct.scales": found 0'),
     "a light without paths": (set_entry("core/light_paths", "u8", 0, 0), '"light_paths": found 0'),
     "more paths": (set_entry("core/light_paths", "u8", 0, 2**32 - 1), "more than fit"),
     "endless paths": (set_entry("core/light_paths", "u8", 0, 2**63), '"light_paths": found'),
@@ -267,7 +267,7 @@ LIMITS = {
 DTYPES = {
     "cut": "u1", "present": "u1", "light_sampled": "u1", "direct.behind": "u1", "sums": "i8",
     "direct.weights": "i8", "light_paths": "u8", "level_sizes": "u8", "quantum": "f8", "poses": "f8",
-    "group_factor": "f8", "direct.quantum": "f8", "area": "f4", "radius": "f4", "openness": "f4",
+    "group_factor": "f8", "direct.scales": "f8", "area": "f4", "radius": "f4", "openness": "f4",
     "world": "f4", "reflectance": "f4",
 }  # fmt: skip
 
