@@ -55,7 +55,7 @@ def test_a_key_at_the_origin_of_coordinates_is_lit():
     def lit(shift):
         key = dl.Mesh("key", *box((0.6, 0.01, 0.6), shift), "white")
         cover = dl.Mesh("cover", *box((0.5, 0.01, 0.5), np.add(shift, (0, 0.4, 0))), "black")
-        lamp = dl.PointLight("lamp", np.add(shift, (6, 5, 0)), intensity=(100, 100, 100))
+        lamp = dl.PointLight("lamp", np.add(shift, (3, 0.25, 0)), intensity=(100, 100, 100))
         scene = dl.Scene([key, cover], [paint("white", 0.8), paint("black", 0.0)], [lamp])
         below = dl.Samples(np.add(shift, [(0, 0.395, 0), (0.1, 0.395, 0.1)]), (0, -1, 0))
         with dl.Session(scene, below, paths=20_000, gather=2048, seed=1) as session:
