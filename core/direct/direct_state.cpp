@@ -62,11 +62,14 @@ void DirectLight::each_word(const std::function<void(uint64_t)>& visit) const {
     for (size_t i = 0; i < column.weight.size(); ++i) {
       const FixedView view = view_of(column, i);
       visit(uint64_t(column.weight[i]));
+      visit(column.error.empty() ? 0 : column.error[i]);
       visit(uint64_t(view.kind));
       if (view.kind != FixedView::Kind::partial) continue;
       visit(view.coarse);
       for (const uint64_t rays : view.fine) visit(rays);
-      visit(std::bit_cast<uint64_t>(view.share));
+      visit(uint64_t(view.divided));
+      visit(std::bit_cast<uint64_t>(view.seen.share));
+      visit(std::bit_cast<uint32_t>(view.seen.error));
     }
 }
 

@@ -268,10 +268,6 @@ void Session::restore_lights(ArchiveSource& archive) {
     paths += light_paths[i];
   }
   restore_maps(archive, s.lights);
-  s.hold_paths();
-  if (brings_paths(s, archive)) archive.expect<uint16_t>("cut", s.held.size());
-  s.light_sampled = archive.read_all<uint8_t>("light_sampled", s.lights.size());
-  snapshot::check_range("light_sampled", s.light_sampled, 0, 1);
   const auto quantum = archive.read_all<double>("quantum", 2);
   snapshot::check_quantum("quantum", quantum[0],
                           trace::choose_scale(s.lights, s.options.max_bounces).quantum);
@@ -280,6 +276,10 @@ void Session::restore_lights(ArchiveSource& archive) {
   s.scale = {quantum[0], int(quantum[1])};
   if (paths > s.scale.most_paths(s.options.max_bounces))
     snapshot::refuse("\"light_paths\": found " + std::to_string(paths) + " paths, more than fit");
+  s.hold_paths();
+  if (brings_paths(s, archive)) archive.expect<uint16_t>("cut", s.held.size());
+  s.light_sampled = archive.read_all<uint8_t>("light_sampled", s.lights.size());
+  snapshot::check_range("light_sampled", s.light_sampled, 0, 1);
   const auto finer = archive.read_all<int32_t>("light_finer", s.lights.size());
   snapshot::check_range("light_finer", finer, trace::kLeastFineness, trace::kMostFineness);
   for (size_t i = 0; i < s.lights.size(); ++i) s.lights[i].finer = finer[i];

@@ -361,12 +361,13 @@ def test_energy_is_counted_to_the_unit():
     lights = [dl.PointLight("bulb", (1.5, 0.7, 0.5), (0.5, 0.7, 0.9)), dl.SunLight("sun", (0.3, -1, 0.2))]
     scene = dl.Scene([walls.mesh("walls", "brick"), panel.mesh("panel", "lamp")], [brick, lamp], lights)
     options = {"paths": 30_000, "seed": 7}
-    session = bake(scene, dl.Samples([[1, 0, 0.5]], [[0, 1, 0]], 0.1), **options)
+    place = dl.Samples([[1, 0, 0.5]], [[0, 1, 0]], 0.1)
+    session = bake(scene, place, **options)
     emitted, absorbed, escaped = (np.array(session.energy[k]) for k in ("emitted", "absorbed", "escaped"))
     assert (emitted == absorbed + escaped).all()
     assert (absorbed > 0).all() and (escaped > 0).all()
 
-    segments = dl.trace(scene, threads=1, **options)
+    segments = dl.trace(scene, samples=place, threads=1, **options)
     assert segments.quantum == session.energy["quantum"]
     quanta = segments.quanta.astype(np.int64)
     order = np.lexsort((segments.bounce, segments.path))

@@ -128,7 +128,7 @@ HOSTILE = {
     ),
     "no levels": (set_array("core/level_sizes", np.zeros(0, "u1")), "bounce 0 has 0 segments"),
     "a pending path beyond": (set_entry("core/pending", "u4", 0, 10**6), '"pending" refers'),
-    "a pending bounce beyond": (set_entry("core/pending", "u4", 2, 256), '"pending" names a bounce'),
+    "a pending bounce beyond": (set_entry("core/pending", "u4", 2, 0xFFFF), '"pending" names a bounce'),
     "a factor of NaN": (set_entry("core/group_factor", "f8", 0, np.nan), "found factor"),
     "reflectance of NaN": (set_entry("core/reflectance", "f4", 0, np.nan), '"reflectance": found nan'),
     "a view beyond": (set_entry("core/direct.views", "u4", 0, 0xFFFFFFEF), '"direct.views" holds'),
