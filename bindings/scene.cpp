@@ -5,6 +5,7 @@
 #include "common.h"
 #include "lights/kinds.h"
 #include "surfaces/kinds.h"
+#include "trace/lights.h"
 
 namespace deltalux::python {
 
@@ -68,6 +69,21 @@ void bind_scene(nb::module_& m) {
              light.attached = attached < 0 ? scene::kNone : uint32_t(attached);
              light.group = group;
              s.lights.push_back(light);
+           })
+      // By object and triangle: the area that emits, where several in one place emit once.
+      .def("emitting_areas",
+           [](Scene s) {
+             s.finish();
+             std::vector<std::vector<double>> areas;
+             for (const scene::Object& object : s.objects) areas.emplace_back(object.triangles.size());
+             for (const trace::Light& light : trace::find_lights(s)) {
+               if (!light.is_area()) continue;
+               for (const trace::LightPart& part : light.parts) {
+                 const Vec3d a(part.corner[0]), b(part.corner[1]), c(part.corner[2]);
+                 areas[light.object][part.triangle] += 0.5 * length(cross(b - a, c - a));
+               }
+             }
+             return areas;
            })
       .def("set_groups", [](Scene& s, uint32_t count) { s.group_count = count; });
 }

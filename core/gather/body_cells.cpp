@@ -10,8 +10,10 @@
 
 namespace deltalux::gather {
 
-BodyCells::BodyCells(std::span<const Triangle> triangles, float edge) : rise_(kRise * edge) {
-  CellBuilder(triangles, edge).build(*this);
+BodyCells::BodyCells(std::span<const Triangle> triangles, float edge,
+                     const scene::CoincidentFaces& coincident)
+    : rise_(kRise * edge) {
+  CellBuilder(triangles, edge, coincident).build(*this);
 }
 
 uint32_t BodyCells::square_at(const Patch& patch, uint32_t column, uint32_t row) const {
@@ -26,7 +28,8 @@ uint32_t BodyCells::square_at(const Patch& patch, uint32_t column, uint32_t row)
 uint32_t BodyCells::find(uint32_t triangle, Vec3f p, Vec3f w, float t, float nudge) const {
   const Face& face = faces_[triangle];
   const uint32_t back = dot(face.normal, w) > 0;
-  if (face.patch == kNoCell) return face.cell == kNoCell ? kNoCell : face.cell + back;
+  if (face.patch == kNoCell)
+    return face.clump == kNoCell ? kNoCell : find_in_clump(face, p, w, t, nudge);
   const Patch& patch = patches_[face.patch];
   const Vec3f d = p - patch.origin;
   const float along = dot(w, patch.u), aside = dot(w, patch.v);
@@ -49,8 +52,22 @@ uint32_t BodyCells::find(uint32_t triangle, Vec3f p, Vec3f w, float t, float nud
     const Line& line = lines_[side.first_line + k];
     part |= uint32_t(line.a * x + line.b * y > line.c) << k;
   }
-  const uint32_t cell = parts_[side.first_part + part];
-  return cell != kNoCell ? cell : side.largest;
+  return cell_of(side, part);
+}
+
+uint32_t BodyCells::find_in_clump(const Face& face, Vec3f p, Vec3f w, float t, float nudge) const {
+  const float height = dot(face.normal, w);
+  const Side& side = clumps_[face.clump].side[height > 0];
+  if (!side.lines) return cell_of(side, 0);
+  const Vec3f along = w - face.normal * height;
+  const float flat = length(along);
+  if (flat > 0) p = p - along * std::min(nudge / flat, 0.5f * t);
+  uint32_t part = 0;
+  for (uint32_t k = 0; k < side.lines; ++k) {
+    const Plane& plane = planes_[side.first_line + k];
+    part |= uint32_t(dot(plane.normal, p) > plane.offset) << k;
+  }
+  return cell_of(side, part);
 }
 
 Vec3f BodyCells::probe(uint32_t cell, uint32_t number) const {
@@ -66,9 +83,12 @@ Vec3f BodyCells::probe(uint32_t cell, uint32_t number) const {
 void BodyCells::sort_small(std::vector<uint32_t>& triangles, std::vector<uint32_t>& begin) const {
   begin.assign(size() + 1, 0);
   const auto each = [&](const auto& visit) {
-    for (uint32_t t = 0; t < faces_.size(); ++t)
-      if (faces_[t].patch == kNoCell && faces_[t].cell != kNoCell)
-        for (uint32_t side = 0; side < 2; ++side) visit(t, faces_[t].cell + side);
+    for (uint32_t t = 0; t < faces_.size(); ++t) {
+      if (faces_[t].patch != kNoCell || faces_[t].clump == kNoCell) continue;
+      for (const Side& side : clumps_[faces_[t].clump].side)
+        if (!side.lines && side.largest != kNoCell) visit(t, side.largest);
+    }
+    for (const auto& [cell, t] : cut_triangles_) visit(t, cell);
   };
   each([&](uint32_t, uint32_t cell) { ++begin[cell + 1]; });
   std::partial_sum(begin.begin(), begin.end(), begin.begin());
@@ -99,7 +119,9 @@ BodyCells::Ball BodyCells::ball(uint32_t cell) const {
 size_t BodyCells::bytes() const {
   return faces_.capacity() * sizeof(Face) + patches_.capacity() * sizeof(Patch) +
          table_.capacity() * sizeof(uint32_t) + keys_.capacity() * sizeof(keys_[0]) +
-         squares_.capacity() * sizeof(Square) + lines_.capacity() * sizeof(Line) +
+         (squares_.capacity() + clumps_.capacity()) * sizeof(Square) +
+         lines_.capacity() * sizeof(Line) + planes_.capacity() * sizeof(Plane) +
+         cut_triangles_.capacity() * sizeof(cut_triangles_[0]) +
          parts_.capacity() * sizeof(uint32_t) + area_.capacity() * sizeof(float) +
          material_.capacity() * sizeof(uint32_t) + spot_.capacity() * sizeof(Spot);
 }

@@ -5,9 +5,11 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "base/vec.h"
+#include "scene/coincident_faces.h"
 
 namespace deltalux::gather {
 
@@ -15,8 +17,10 @@ inline constexpr uint32_t kNoCell = 0xffffffffu;
 
 /// Triangles of one plane and material share a grid of squares, whichever triangle a square lies
 /// on. Where something stands on a square, its plane cuts the square, so that no light leaks under
-/// a wall. Triangles too small for squares are merged into cells by position and direction. Each
-/// side has cells of its own. A pure function of the triangles and of the squares' edge length.
+/// a wall. Triangles too small for squares are merged into clumps by position and direction, and
+/// cut like squares. Each side has cells of its own. Where triangles lie in one place, the area
+/// counts once: in the cell of the one that is seen. A pure function of the triangles, of which
+/// hide others, and of the squares' edge length.
 class BodyCells {
  public:
   struct Triangle {
@@ -26,7 +30,8 @@ class BodyCells {
 
   BodyCells() = default;
   /// `edge`: edge length of a square, in metres.
-  BodyCells(std::span<const Triangle> triangles, float edge);
+  BodyCells(std::span<const Triangle> triangles, float edge,
+            const scene::CoincidentFaces& coincident = {});
 
   size_t size() const { return area_.size(); }
   /// The largest distance of a triangle from the plane of its cell.
@@ -45,7 +50,8 @@ class BodyCells {
   bool has_probes(uint32_t cell) const { return spot_[cell].patch != kNoCell; }
   Vec3f probe(uint32_t cell, uint32_t number) const;
   /// Lists the triangles of each cell of small triangles, cell by cell (each for both sides): those
-  /// of `cell` are triangles[begin[cell]] to triangles[begin[cell + 1] - 1]. Other cells have none.
+  /// of `cell` are triangles[begin[cell]] to triangles[begin[cell + 1] - 1]. Other cells have none,
+  /// nor do very small parts of clumps.
   void sort_small(std::vector<uint32_t>& triangles, std::vector<uint32_t>& begin) const;
   /// Whether a cell of small triangles is their back side.
   bool is_back(uint32_t cell) const { return spot_[cell].back; }
@@ -66,12 +72,16 @@ class BodyCells {
   struct Line {
     float a, b, c;
   };
-  /// A triangle: its plane's patch or its cell.
+  /// A plane that cuts a clump in two: dot(normal, p) > offset.
+  struct Plane {
+    Vec3f normal;
+    float offset;
+  };
+  /// A triangle: its plane's patch, or its clump if it is small; the other one is kNoCell.
   struct Face {
     Vec3f normal;
-    /// kNoCell for a small triangle, which lies in `cell` as a whole; its back is the next cell.
     uint32_t patch;
-    uint32_t cell;
+    uint32_t clump;
   };
   /// The grid of squares of one plane and material.
   struct Patch {
@@ -81,7 +91,7 @@ class BodyCells {
     size_t first;    ///< index of its first entry in table_, or in keys_
     uint32_t count;  ///< number of its entries in keys_; 0 if it uses table_
   };
-  /// One side of a square, divided into parts by lines.
+  /// One side of a square or of a clump, divided into parts by lines or by planes.
   struct Side {
     uint32_t first_line = 0, lines = 0;
     /// Index in parts_ of its 2^lines parts; parts without area are kNoCell.
@@ -102,6 +112,11 @@ class BodyCells {
   };
 
   uint32_t square_at(const Patch& patch, uint32_t column, uint32_t row) const;
+  uint32_t find_in_clump(const Face& face, Vec3f p, Vec3f w, float t, float nudge) const;
+  uint32_t cell_of(const Side& side, uint32_t part) const {
+    const uint32_t cell = parts_[side.first_part + part];
+    return cell != kNoCell ? cell : side.largest;
+  }
 
   /// Index of a square, or kNoCell.
   float rise_ = 0;
@@ -110,8 +125,10 @@ class BodyCells {
   std::vector<uint32_t> table_;  // index of each square in the patch's rectangle
   // sparse variant of table_, for patches that fill little of their rectangle
   std::vector<std::pair<uint64_t, uint32_t>> keys_;
-  std::vector<Square> squares_;
+  std::vector<Square> squares_, clumps_;
   std::vector<Line> lines_;
+  std::vector<Plane> planes_;
+  std::vector<std::pair<uint32_t, uint32_t>> cut_triangles_;  // cell, triangle: of cut clumps
   std::vector<uint32_t> parts_;
   std::vector<float> area_;         // per cell
   std::vector<uint32_t> material_;  // per cell

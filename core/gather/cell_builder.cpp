@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Groups triangles into planes, lays squares over them, and merges the triangles that are too
-// small.
+// Groups triangles into planes, lays squares over them, and divides these into cells.
 #include "gather/cell_builder.h"
 
 #include <algorithm>
@@ -23,6 +22,7 @@ constexpr double kTighter = 0.999;
 constexpr double kFar = std::numeric_limits<double>::infinity();
 // use a table unless it would have this many times more squares than are used
 constexpr double kMaxEmpty = 8;
+constexpr float kLift = 4;  // multiples of position_slack(), see Coverage
 
 uint64_t rounded(double x) { return uint64_t(int64_t(std::llround(x))); }
 
@@ -52,7 +52,7 @@ void CellBuilder::build(BodyCells& out) {
       small.insert(small.end(), flat.triangles.begin(), flat.triangles.end());
   }
   std::sort(small.begin(), small.end());
-  merge_small(out, std::move(small));
+  merge_small(out, small);
   find_cuts(out);
   make_cells(out);
 }
@@ -198,37 +198,16 @@ void CellBuilder::add_squares(const BodyCells::Patch& patch, uint32_t triangle,
       const uint64_t key = uint64_t(row) * patch.columns + column;
       const auto [entry, fresh] = found.try_emplace(key, uint32_t(squares_.size()));
       if (fresh) squares_.push_back({0, triangles_[triangle].material, {x0, y0}, {x1, y1}, {}});
-      squares_[entry->second].pieces.push_back(piece);
+      squares_[entry->second].pieces.push_back({piece, triangle});
     }
-  }
-}
-
-void CellBuilder::merge_small(BodyCells& out, std::vector<uint32_t> triangles) {
-  // Merge by position, dominant direction and material.
-  std::map<std::array<int64_t, 5>, uint32_t> found;
-  for (uint32_t t : triangles) {
-    const Vec3d c = across(t), n = c * (1 / length(c));
-    const Vec3d centre = (corner(t, 0) + corner(t, 1) + corner(t, 2)) * (1.0 / 3);
-    int axis = 0;
-    for (int k = 1; k < 3; ++k)
-      if (std::fabs(n[k]) > std::fabs(n[axis])) axis = k;
-    const auto at = [&](double x) { return int64_t(std::floor(x / edge_)); };
-    const std::array<int64_t, 5> key{at(centre.x), at(centre.y), at(centre.z),
-                                     2 * axis + (n[axis] > 0), int64_t(triangles_[t].material)};
-    const auto [entry, fresh] = found.try_emplace(key, uint32_t(out.area_.size()));
-    const double area = 0.5 * length(c);
-    if (fresh)
-      for (const bool back : {false, true})
-        out.spot_[add_cell(out, 0, triangles_[t].material)].back = back;
-    for (uint32_t side = 0; side < 2; ++side) {
-      out.area_[entry->second + side] += float(area);
-      for (const Vec3f& p : triangles_[t].corner) out.spot_[entry->second + side].box.grow(p);
-    }
-    out.faces_[t] = {Vec3f(n), kNoCell, entry->second};
   }
 }
 
 void CellBuilder::make_cells(BodyCells& out) {
+  out.clumps_.resize(clumps_.size());
+  for (size_t i = 0; i < clumps_.size(); ++i)
+    for (const bool back : {false, true})
+      make_clump_side(out, out.clumps_[i], back, clumps_[i]);
   out.squares_.resize(squares_.size());
   for (size_t i = 0; i < squares_.size(); ++i)
     for (const bool back : {false, true})
@@ -243,11 +222,19 @@ void CellBuilder::make_side(BodyCells& out, BodyCells::Square& own, bool back, c
   side.first_part = uint32_t(out.parts_.size());
   for (const Cut& cut : cuts) out.lines_.push_back({float(cut.a), float(cut.b), float(cut.c)});
   double all = 0, largest = 0;
-  for (const Polygon& piece : square.pieces) all += area_of(piece);
-  for (uint32_t part = 0; part < 1u << side.lines; ++part) {
+  const BodyCells::Patch& patch = out.patches_[square.patch];
+  const Frame2 frame{Vec3d(patch.origin), Vec3d(patch.u), Vec3d(patch.v)};
+  std::vector<Polygon> shape, seen;
+  for (const Piece& piece : square.pieces) {
+    all += area_of(piece.shape);
+    shape.push_back(piece.shape);
+    find_seen(frame, piece, back, seen);
+  }
+  // The parts_ of `whole` on one side of each cut, and their area.
+  const auto cut_out = [&](const std::vector<Polygon>& whole, uint32_t part) {
     parts_.clear();
     double area = 0;
-    for (Polygon piece : square.pieces) {
+    for (Polygon piece : whole) {
       for (uint32_t k = 0; k < side.lines && piece.size() >= 3; ++k) {
         const double sign = part >> k & 1 ? 1 : -1;
         const Cut& cut = cuts[k];
@@ -257,9 +244,17 @@ void CellBuilder::make_side(BodyCells& out, BodyCells::Square& own, bool back, c
       area += area_of(piece);
       if (piece.size() >= 3) parts_.push_back(piece);
     }
+    return area;
+  };
+  for (uint32_t part = 0; part < 1u << side.lines; ++part) {
+    const double area = cut_out(shape, part);
     uint32_t cell = kNoCell;
     if (area > kMinPart * all) {
-      cell = add_cell(out, area, square.material);
+      // What is hidden has a cell without area: paths that hit the very edge of what hides it may
+      // land there.
+      double own = cut_out(seen, part);
+      if (!(own > kMinPart * area)) own = 0, cut_out(shape, part);
+      cell = add_cell(out, own, square.material);
       if (area > largest) largest = area, side.largest = cell;
       BodyCells::Spot& spot = out.spot_[cell];
       spot.patch = square.patch;
@@ -270,6 +265,31 @@ void CellBuilder::make_side(BodyCells& out, BodyCells::Square& own, bool back, c
     }
     out.parts_.push_back(cell);
   }
+}
+
+Polygon CellBuilder::projected(const Frame2& frame, uint32_t triangle) const {
+  Polygon out;
+  for (int k = 0; k < 3; ++k) {
+    const Vec3d d = corner(triangle, k) - frame[0];
+    out.push_back({dot(d, frame[1]), dot(d, frame[2])});
+  }
+  return out;
+}
+
+void CellBuilder::find_seen(const Frame2& frame, const Piece& piece, bool back,
+                            std::vector<Polygon>& out) const {
+  std::vector<Polygon> seen{piece.shape}, rest;
+  for (const auto& hider : coincident_.of(piece.triangle)) {
+    // Probes meet what lies higher.
+    const double lift = double(BodyCells::kRise) * edge_ +
+                        double(kLift * position_slack(triangles_[piece.triangle].corner[0]));
+    if (hider.from_back != back || double(hider.gap) > lift) continue;
+    const Polygon hole = projected(frame, hider.face);
+    rest.clear();
+    for (const Polygon& part : seen) add_outside(part, hole, rest);
+    seen.swap(rest);
+  }
+  out.insert(out.end(), seen.begin(), seen.end());
 }
 
 void CellBuilder::place_probes(BodyCells::Spot& spot, const std::vector<Polygon>& pieces) {

@@ -21,6 +21,7 @@ constexpr double kMinRise = 0.05;
 constexpr double kMinPart = 0.01;  // cuts nearer to the square's border are ignored
 constexpr double kSameLine = 0.01;
 constexpr size_t kMaxCuts = 4;    // of a side
+constexpr double kFar = std::numeric_limits<double>::infinity();
 constexpr double kUpright = 0.2;  // sine of the smallest angle between square and triangle
 
 struct VoxelHash {
@@ -52,7 +53,8 @@ struct Range {
 };
 
 /// Clips a polygon to the rectangle and to at most `height` above or below it.
-Polygon within(Polygon polygon, const double (&low)[2], const double (&high)[2], double height) {
+Polygon within(Polygon polygon, const std::array<double, 2>& low,
+               const std::array<double, 2>& high, double height) {
   polygon = clipped(polygon, [&](const Point& p) { return p.x - low[0]; });
   polygon = clipped(polygon, [&](const Point& p) { return high[0] - p.x; });
   polygon = clipped(polygon, [&](const Point& p) { return p.y - low[1]; });
@@ -75,6 +77,16 @@ Range voxels_of(std::span<const Vec3d> points, double padding, double edge) {
 
 }  // namespace
 
+CellBuilder::Standing CellBuilder::standing_of(const Polygon& above, double up, double a,
+                                               double b) {
+  Standing out{kFar, -kFar, kFar, -kFar};
+  for (const Point& p : above) {
+    const double along = -b * p.x + a * p.y;
+    out.grow({up * p.z, up * p.z, along, along});
+  }
+  return out;
+}
+
 void CellBuilder::find_cuts(const BodyCells& out) {
   cuts_.resize(squares_.size());
   // Use one grid per size of squares (in powers of two), so that large squares, as of a landscape,
@@ -93,12 +105,25 @@ void CellBuilder::find_cuts(const BodyCells& out) {
       by_size[size][voxel].push_back(i);
     });
   }
-  std::vector<uint32_t> seen(squares_.size(), kNoCell);
+  for (uint32_t i = 0; i < clumps_.size(); ++i) {
+    const Vec3d ends[2] = {Vec3d(clumps_[i].box.low), Vec3d(clumps_[i].box.high)};
+    voxels_of(ends, kHeight * edge_, edge_).each([&](const auto& voxel) {
+      by_size[0][voxel].push_back(uint32_t(squares_.size()) + i);
+    });
+  }
+  std::vector<uint32_t> seen(squares_.size() + clumps_.size(), kNoCell);
   for (uint32_t t = 0; t < triangles_.size(); ++t) {
-    if (out.faces_[t].normal == Vec3f{} || longest_edge(t) < kMinTrace * edge_) continue;
+    const bool large = out.faces_[t].patch != kNoCell;
+    if (out.faces_[t].normal == Vec3f{} || (!large && longest_edge(t) < kMinTrace * edge_))
+      continue;
     const auto visit = [&](const std::vector<uint32_t>& near) {
-      for (uint32_t square : near)
-        if (std::exchange(seen[square], t) != t) try_cut(out, t, square);
+      for (uint32_t number : near) {
+        if (std::exchange(seen[number], t) == t) continue;
+        if (number < squares_.size())
+          try_cut(out, t, number);
+        else if (large)
+          try_clump(out, t, number - uint32_t(squares_.size()));
+      }
     };
     const Vec3d corners[3] = {corner(t, 0), corner(t, 1), corner(t, 2)};
     for (const auto& [size, voxels] : by_size) {
@@ -113,6 +138,7 @@ void CellBuilder::find_cuts(const BodyCells& out) {
       }
     }
   }
+  cut_by_planes();
   for (auto& sides : cuts_)
     for (std::vector<Cut>& cuts : sides) {
       std::sort(cuts.begin(), cuts.end(), [](const Cut& p, const Cut& q) {
@@ -145,15 +171,16 @@ void CellBuilder::try_cut(const BodyCells& out, uint32_t triangle, uint32_t numb
       outside(&Point::y, square.low[1], square.high[1]) || outside(&Point::z, -height, height))
     return;
   const Polygon stands =
-      within({corners[0], corners[1], corners[2]}, square.low, square.high, height);
+      within({corners[0], corners[1], corners[2]}, {square.low[0], square.low[1]},
+             {square.high[0], square.high[1]}, height);
   if (stands.size() < 3) return;
   // The line where the triangle's plane meets the square's: a x + b y = c.
   const Vec3d d = corner(triangle, 0) - Vec3d(patch.origin);
   Cut cut{across_u / sine, across_v / sine, dot(normal, d) / sine, 0};
   if (cut.a < 0 || (cut.a == 0 && cut.b < 0)) cut.a = -cut.a, cut.b = -cut.b, cut.c = -cut.c;
   double least = 0, most = 0;
-  for (const Polygon& piece : square.pieces)
-    for (const Point& p : piece) {
+  for (const Piece& piece : square.pieces)
+    for (const Point& p : piece.shape) {
       const double off = cut.a * p.x + cut.b * p.y - cut.c;
       least = std::min(least, off), most = std::max(most, off);
     }
@@ -162,24 +189,103 @@ void CellBuilder::try_cut(const BodyCells& out, uint32_t triangle, uint32_t numb
     const double sign = side ? -1 : 1;
     const Polygon above = clipped(stands, [&](const Point& p) { return sign * p.z; });
     if (above.size() < 3) continue;
-    double low = height, high = 0, from = 1e300, to = -1e300;
-    for (const Point& p : above) {
-      low = std::min(low, sign * p.z), high = std::max(high, sign * p.z);
-      const double along = -cut.b * p.x + cut.a * p.y;
-      from = std::min(from, along), to = std::max(to, along);
+    const Standing standing = standing_of(above, sign, cut.a, cut.b);
+    if (cuts_by_itself(standing, 0)) {
+      cut.weight = standing.area();
+      add_cut(cuts_[number][size_t(side)], cut);
+    } else if (const uint32_t plane = out.faces_[triangle].patch; plane != kNoCell) {
+      const auto [entry, fresh] = stands_.try_emplace({number, uint32_t(side), plane},
+                                                      Stand{standing, cut, {}, 0});
+      if (!fresh) entry->second.standing.grow(standing);
     }
-    if (low > kStandsBelow * edge_ || high - low < kMinRise * edge_ ||
-        to - from < kMinTrace * edge_)
-      continue;
-    cut.weight = (to - from) * (high - low);
-    add_cut(cuts_[number][size_t(side)], cut);
   }
+}
+
+void CellBuilder::try_clump(const BodyCells& out, uint32_t triangle, uint32_t number) {
+  const Clump& clump = clumps_[number];
+  const Vec3d up = normalize(clump.across), normal = normalize(across(triangle));
+  const Vec3d level = normal - up * dot(normal, up);
+  const double sine = length(level);
+  if (sine < kUpright) return;
+  // x runs across the plane, y along the line of contact, z upwards.
+  const Vec3d x = level * (1 / sine), y = cross(up, x), base = corner(clump.triangles[0], 0);
+  const auto local = [&](const Vec3d& p) {
+    return Point{dot(p - base, x), dot(p - base, y), dot(p - base, up)};
+  };
+  Point low{kFar, kFar, kFar}, high{-kFar, -kFar, -kFar};
+  PlaneCut cut{normal, dot(normal, corner(triangle, 0)), 0};
+  if (std::tie(normal.x, normal.y, normal.z) < std::tuple{0.0, 0.0, 0.0})
+    cut = {-cut.normal, -cut.offset, 0};
+  double least = 0, most = 0;
+  for (const uint32_t t : clump.triangles)
+    for (int k = 0; k < 3; ++k) {
+      const Point p = local(corner(t, k));
+      low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+      high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+      const double off = dot(cut.normal, corner(t, k)) - cut.offset;
+      least = std::min(least, off), most = std::max(most, off);
+    }
+  if (least > -kMinPart * edge_ || most < kMinPart * edge_) return;
+  const double height = kHeight * edge_, relief = high.z - low.z;
+  const Polygon whole{local(corner(triangle, 0)), local(corner(triangle, 1)),
+                      local(corner(triangle, 2))};
+  for (uint32_t side = 0; side < 2; ++side) {
+    const double sign = side ? -1 : 1, foot = side ? high.z : low.z;
+    Polygon above;
+    for (Point p : whole) p.z = sign * (p.z - foot), above.push_back(p);
+    above = clipped(above, [&](const Point& p) { return p.z; });
+    above = within(above, {low.x, low.y}, {high.x, high.y}, relief + height);
+    if (above.size() < 3) continue;
+    const auto [entry, fresh] =
+        stands_.try_emplace({uint32_t(squares_.size()) + number, side, out.faces_[triangle].patch},
+                            Stand{standing_of(above, 1, 1, 0), {}, cut, relief});
+    if (!fresh) entry->second.standing.grow(standing_of(above, 1, 1, 0));
+  }
+}
+
+bool CellBuilder::cuts_by_itself(const Standing& standing, double relief) const {
+  return standing.low <= relief + kStandsBelow * edge_ &&
+         standing.high - standing.low >= kMinRise * edge_ &&
+         standing.to - standing.from >= kMinTrace * edge_;
+}
+
+void CellBuilder::cut_by_planes() {
+  for (auto& [key, stand] : stands_) {
+    if (!cuts_by_itself(stand.standing, stand.relief)) continue;
+    const auto [number, side, patch] = key;
+    if (number < squares_.size()) {
+      stand.cut.weight = stand.standing.area();
+      add_cut(cuts_[number][side], stand.cut);
+    } else {
+      stand.plane.weight = stand.standing.area();
+      add_cut(clumps_[number - squares_.size()].cuts[side], stand.plane);
+    }
+  }
+  stands_.clear();
+  for (Clump& clump : clumps_)
+    for (std::vector<PlaneCut>& cuts : clump.cuts) {
+      std::stable_sort(cuts.begin(), cuts.end(), [](const PlaneCut& p, const PlaneCut& q) {
+        return p.weight > q.weight;
+      });
+      if (cuts.size() > kMaxCuts) cuts.resize(kMaxCuts);
+    }
 }
 
 void CellBuilder::add_cut(std::vector<Cut>& cuts, const Cut& cut) const {
   const auto same = std::find_if(cuts.begin(), cuts.end(), [&](const Cut& other) {
     return std::fabs(other.a - cut.a) + std::fabs(other.b - cut.b) < kSameLine &&
            std::fabs(other.c - cut.c) < kSameLine * edge_;
+  });
+  if (same == cuts.end())
+    cuts.push_back(cut);
+  else
+    same->weight += cut.weight;
+}
+
+void CellBuilder::add_cut(std::vector<PlaneCut>& cuts, const PlaneCut& cut) const {
+  const auto same = std::find_if(cuts.begin(), cuts.end(), [&](const PlaneCut& other) {
+    return length(other.normal - cut.normal) < kSameLine &&
+           std::fabs(other.offset - cut.offset) < kSameLine * edge_;
   });
   if (same == cuts.end())
     cuts.push_back(cut);

@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/error.h"
 #include "gather/cell_shares.h"
+#include "gather/exposure.h"
 
 namespace deltalux::gather {
 namespace {
@@ -58,11 +60,11 @@ void Cells::add_object(const scene::Scene& scene, uint32_t index) {
 
 void Cells::add(const scene::Scene& scene, uint32_t object, uint32_t first_primitive,
                 std::span<const BodyCells::Triangle> triangles, float edge) {
-  BodyCells cells(triangles, edge > 0 ? edge : 1.0f);
+  BodyCells cells(triangles, edge > 0 ? edge : 1.0f, scene.coincident(object));
   if (uint64_t(size()) + cells.size() >= kNoCell / 2)
     throw SceneError("gather: more than 2e9 cells; bake with gather=\"off\"");
   // Add the body first: if memory runs out afterwards, drop_objects() knows what to remove.
-  bodies_.push_back({object, uint32_t(size()), first_primitive, std::move(cells)});
+  bodies_.push_back({object, uint32_t(size()), first_primitive, std::move(cells), false});
   const BodyCells& own = bodies_.back().cells;
   for (size_t i = 0; i < own.size(); ++i) {
     area_.push_back(own.areas()[i]);
@@ -72,6 +74,25 @@ void Cells::add(const scene::Scene& scene, uint32_t object, uint32_t first_primi
   if (!share_.empty() || any_varies(scene, triangles)) {
     share_.resize(bodies_.back().first_cell, {1, 1, 1});
     add_cell_shares(scene, first_primitive, triangles, own, edge, share_);
+  }
+}
+
+void Cells::expose(const scene::Scene& scene, const trace::RayCaster& caster,
+                   const Workers& workers) {
+  for (Body& body : bodies_) {
+    if (std::exchange(body.exposed, true)) continue;
+    // In the movable's own space, so that its pose does not matter.
+    const bool moves = body.object != scene::kNone;
+    const trace::EmbreeScene own =
+        moves ? caster.in_own_space(scene, body.object) : trace::EmbreeScene();
+    const std::vector<float> shares = exposed_shares(
+        scene, body.object, body.cells, near_.data() + body.first_cell,
+        [&](Vec3f o, Vec3f w) {
+          return moves ? own.closest(0, o, w, 0, std::numeric_limits<float>::infinity())
+                       : caster.closest_static(o, w);
+        },
+        workers);
+    for (size_t i = 0; i < shares.size(); ++i) area_[body.first_cell + i] *= shares[i];
   }
 }
 

@@ -7,9 +7,11 @@
 #include <span>
 
 #include "base/assertion.h"
+#include "base/parallel.h"
 #include "base/transform.h"
 #include "gather/body_cells.h"
 #include "scene/scene.h"
+#include "trace/ray_caster.h"
 
 namespace deltalux::gather {
 
@@ -19,6 +21,9 @@ class Cells {
   Cells() = default;
   /// `metre`: samples::scene_metre of the scene. Throws SceneError if there are too many cells.
   Cells(const scene::Scene& scene, float metre);
+  /// Reduces the areas of cells by what their triangles hide from each other. To be called again
+  /// after add_object().
+  void expose(const scene::Scene& scene, const trace::RayCaster& caster, const Workers& workers);
   /// Adds the cells of an object that was added to the scene last.
   void add_object(const scene::Scene& scene, uint32_t object);
   /// Removes the cells of objects from index `count` on.
@@ -82,6 +87,7 @@ class Cells {
     uint32_t object;  ///< kNone: the static scene
     uint32_t first_cell, first_primitive;
     BodyCells cells;
+    bool exposed = false;  ///< whether expose() has been called
   };
   void add(const scene::Scene& scene, uint32_t object, uint32_t first_primitive,
            std::span<const BodyCells::Triangle> triangles, float edge);

@@ -12,6 +12,8 @@ namespace {
 
 // In units of a square's edge: anything closer covers the probe.
 constexpr float kContact = 0.05f;
+// In units of position_slack(): less than the leads of two bodies differ by, see RayCaster.
+constexpr float kTie = 0x1p-5f;
 constexpr size_t kGrain = 256;
 constexpr float kFar = std::numeric_limits<float>::infinity();
 
@@ -66,6 +68,17 @@ class Prober {
     }
     if (object == around) return false;
     return !bodies_.bounds(around).padded(contact_).contains(bodies_.bounds(object));
+  }
+  /// Whether a body (kNone: the static scene) lies on the surface at `p` of another one, less than
+  /// `lift` above it. Of two in one plane, it is the one that rays hit.
+  bool lies_on(uint32_t body, uint32_t below, Vec3f p, Vec3f n, float lift) const {
+    const float slack = position_slack(p);
+    const float ahead = trace::RayCaster::lead(below) - trace::RayCaster::lead(body);
+    const float above = (ahead + (ahead != 0 || body > below ? kTie : -kTie)) * slack;
+    const Vec3f from = p + n * above;
+    return (body == scene::kNone ? caster_.closest_static(from, n, 0, lift - above)
+                                 : caster_.closest_object(body, from, n, 0, lift - above))
+        .valid();
   }
   /// Whether a movable object touches or contains the probe.
   bool by_object(uint32_t object, Vec3f o, Vec3f n) const {
@@ -126,27 +139,31 @@ void Coverage::update(const scene::Scene& scene, const trace::RayCaster& caster,
         const auto meets = [&](const Box& box) { return box.overlaps(reach_[cell]); };
         if (!moves && cell < known && std::none_of(boxes.begin(), boxes.end(), meets)) continue;
         const Vec3f n = pose.direction(body.normal(own));
-        Vec3f at[BodyCells::kProbes];
+        Vec3f foot[BodyCells::kProbes], at[BodyCells::kProbes];
         float lift = 0;
         Box reach;
         for (uint32_t k = 0; k < BodyCells::kProbes; ++k) {
-          const Vec3f p = pose.point(body.probe(own, k));
+          const Vec3f p = foot[k] = pose.point(body.probe(own, k));
           at[k] = p + n * (lift = 4 * position_slack(p) + body.rise());
-          reach.grow(at[k]), reach.grow(at[k] + n * prober.contact());
+          reach.grow(p), reach.grow(at[k]), reach.grow(at[k] + n * prober.contact());
         }
         reach_[cell] = reach;
         const bool fresh = (moves && changed[object]) || cell >= known;
         if (fresh) {
           fixed_[cell] = 0;
           for (uint32_t k = 0; k < BodyCells::kProbes; ++k)
-            fixed_[cell] |= uint16_t(uint16_t(prober.by_static(at[k], n, object, lift)) << k);
+            if ((moves && prober.lies_on(scene::kNone, object, foot[k], n, lift)) ||
+                prober.by_static(at[k], n, object, lift))
+              fixed_[cell] |= uint16_t(1u << k);
         }
         if (!fresh && std::none_of(boxes.begin(), boxes.end(), meets)) continue;
         covered_[cell] = fixed_[cell];
         for (uint32_t other : caster.present()) {
           if (!caster.object_bounds(other).overlaps(reach)) continue;
           for (uint32_t k = 0; k < BodyCells::kProbes; ++k)
-            if (!(covered_[cell] >> k & 1) && prober.by_object(other, at[k], n))
+            if (!(covered_[cell] >> k & 1) &&
+                ((other != object && prober.lies_on(other, object, foot[k], n, lift)) ||
+                 prober.by_object(other, at[k], n)))
               covered_[cell] |= uint16_t(1u << k);
         }
       }

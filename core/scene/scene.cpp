@@ -14,6 +14,9 @@ namespace deltalux::scene {
 namespace {
 
 constexpr const char* kExpected = ", expected a scene in metres";
+// Faces that are this share of a body's diagonal apart are examined for overlaps: farther than
+// where the probes of cells start above a surface.
+constexpr float kWithin = 0x1p-12f;
 
 bool is_near(Vec3f p) {
   return std::fabs(p.x) <= kFarthest && std::fabs(p.y) <= kFarthest && std::fabs(p.z) <= kFarthest;
@@ -70,6 +73,13 @@ void check_texture(const Object& object, const std::vector<Material>& materials)
           " without texture coordinates, expected some, which the surface of material \"" +
           material.name + "\" reads");
   }
+}
+
+CoincidentFaces coincident_of(const std::vector<Face>& body) {
+  Box box;
+  for (const Face& face : body)
+    for (const Vec3f& p : face.corner) box.grow(p);
+  return {body, kWithin * box.diagonal()};
 }
 
 }  // namespace
@@ -196,6 +206,10 @@ void Scene::finish() {
                        kExpected);
   }
   world_ = first_world_ = measure_world();
+  coincident_ = coincident_of(faces(kNone));
+  coincident_of_.assign(objects.size(), {});
+  for (uint32_t i = 0; i < objects.size(); ++i)
+    if (objects[i].movable) coincident_of_[i] = coincident_of(faces(i));
 }
 
 void Scene::hold(const Box& reached) {
@@ -205,14 +219,46 @@ void Scene::hold(const Box& reached) {
     world_ = first_world_.padded(by);
 }
 
+Face Scene::face_of(const Object& object, size_t triangle) const {
+  const Material& material = materials[object.material[triangle]];
+  Face face;
+  for (size_t k = 0; k < 3; ++k) {
+    const Vec3f p = object.vertices[object.triangles[triangle][k]];
+    face.corner[k] = object.movable ? p : object.pose.point(p);
+  }
+  face.emits = material.emission != Vec3f{};
+  face.two_sided = face.emits && material.two_sided;
+  face.opaque = material.kind->is_opaque(material);
+  return face;
+}
+
+Face Scene::face(uint32_t movable, uint32_t number) const {
+  if (movable != kNone) return face_of(objects[movable], number);
+  const Object& object = objects[object_of(number)];
+  return face_of(object, number - object.first_primitive);
+}
+
+std::vector<Face> Scene::faces(uint32_t movable) const {
+  std::vector<Face> out;
+  const size_t count =
+      movable == kNone ? static_primitives_ : objects[movable].triangles.size();
+  for (uint32_t i = 0; i < count; ++i) out.push_back(face(movable, i));
+  return out;
+}
+
 uint32_t Scene::add_object(Object object) {
   const uint32_t groups = groups_with(object, group_count);
   check(object, groups);
   object.movable = true;
   object.closed = is_closed(object);
-  objects.reserve(objects.size() + 1);  // nothing may fail after the primitives are numbered
+  std::vector<Face> own;
+  for (size_t t = 0; t < object.triangles.size(); ++t) own.push_back(face_of(object, t));
+  CoincidentFaces coincident = coincident_of(own);
+  // Nothing may fail after the primitives are numbered.
+  objects.reserve(objects.size() + 1), coincident_of_.reserve(objects.size() + 1);
   number(object);
   objects.push_back(std::move(object));
+  coincident_of_.push_back(std::move(coincident));
   group_count = groups;
   return uint32_t(objects.size() - 1);
 }
@@ -221,6 +267,7 @@ void Scene::drop_last_object() {
   primitives_ = objects.back().first_primitive;
   primitive_.resize(primitives_);
   objects.pop_back();
+  coincident_of_.pop_back();
 }
 
 std::array<float, 2> Scene::texture_at(uint32_t primitive, float u, float v) const {

@@ -10,6 +10,7 @@
 #include "base/transform.h"
 #include "base/vec.h"
 #include "lights/kind.h"
+#include "scene/coincident_faces.h"
 #include "surfaces/kind.h"
 
 namespace deltalux::scene {
@@ -111,6 +112,15 @@ class Scene {
     DELTALUX_ASSERT(primitive < primitives_);
     return primitive_[primitive].slack;
   }
+  /// Faces that lie in one place: those of all static objects, by primitive (kNone), or of one
+  /// movable, by triangle.
+  const CoincidentFaces& coincident(uint32_t movable) const {
+    return movable == kNone ? coincident_ : coincident_of_[movable];
+  }
+  /// The triangles of all static objects, in world space (kNone), or of one movable, in its own;
+  /// and one of them.
+  std::vector<Face> faces(uint32_t movable) const;
+  Face face(uint32_t movable, uint32_t number) const;
   /// The box that finish() fixes, from static geometry alone if that encloses the movables.
   /// Whatever is chosen once by the size of the scene depends on it, and suns' paths start on its
   /// outline.
@@ -138,6 +148,7 @@ class Scene {
  private:
   /// Assigns primitive numbers to an object.
   void number(Object& object);
+  Face face_of(const Object& object, size_t triangle) const;
   Box measure_world() const;
   std::array<float, 2> texture_at(uint32_t primitive, float u, float v) const;
 
@@ -148,6 +159,8 @@ class Scene {
   };
   std::vector<Primitive> primitive_;
   uint32_t static_primitives_ = 0, primitives_ = 0;
+  CoincidentFaces coincident_;                  // of static objects
+  std::vector<CoincidentFaces> coincident_of_;  // by object; empty for static ones
   Box first_world_, world_;
 };
 

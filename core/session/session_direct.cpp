@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "base/error.h"
+#include "direct/receivers.h"
 #include "samples/placement.h"
 #include "session/session.h"
 #include "session/snapshot_check.h"
@@ -111,8 +112,10 @@ direct::Receiver Session::receiver_of(size_t sample) const {
   // Shadow rays start at the samples' points, not at the discs' centres: these are lifted, nearer
   // to the lights.
   const Vec3f point = s.samples.point[sample], normal = s.samples.normal[sample];
-  return {pose.point(point), pose.direction(normal), object, s.slack[sample],
-          direct::place_key(point, normal)};
+  direct::Receiver own{pose.point(point), pose.direction(normal), object, s.slack[sample],
+                       direct::place_key(point, normal)};
+  own.point = direct::onto_sheets(*s.caster, object, own.point, own.normal, own.slack());
+  return own;
 }
 
 void Session::place_receivers(const std::vector<uint8_t>* changed) {

@@ -65,6 +65,7 @@ void Session::grow_cell_sums() {
   if (!s.gather) return;
   for (uint32_t i = uint32_t(s.gather->cells.objects()); i < s.scene.objects.size(); ++i)
     s.gather->cells.add_object(s.scene, i);
+  s.gather->cells.expose(s.scene, *s.caster, s.workers);
   lay_out_cell_sums(s);
 }
 

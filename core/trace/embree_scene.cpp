@@ -109,17 +109,77 @@ struct Collector {
   }
 };
 
-/// Rejects hits where rays pass straight through.
-void reject_holes(const RTCFilterFunctionNArguments* arguments) {
+constexpr unsigned kCovered = 1;  // the number of the geometry of covered triangles
+
+/// Rejects hits where surfaces let rays pass. `number`: of a triangle of the geometry.
+template <class Number>
+void reject_holes(const RTCFilterFunctionNArguments* arguments, const Number& number) {
   const Holes& holes = *static_cast<const Holes*>(arguments->geometryUserPtr);
   RTCHitN* hits = arguments->hit;
   for (unsigned i = 0; i < arguments->N; ++i) {
     if (arguments->valid[i] != -1) continue;
-    const uint32_t primitive = holes.first_primitive + RTCHitN_primID(hits, arguments->N, i);
+    const uint32_t primitive = holes.first_primitive + number(RTCHitN_primID(hits, arguments->N, i));
     if (holes.scene->lets_pass(primitive, RTCHitN_u(hits, arguments->N, i),
                                RTCHitN_v(hits, arguments->N, i)))
       arguments->valid[i] = 0;
   }
+}
+
+void reject_holes(const RTCFilterFunctionNArguments* arguments) {
+  reject_holes(arguments, [](uint32_t number) { return number; });
+}
+
+/// The same for triangles that others hide in part. Occlusion needs no other test: those block rays
+/// as well.
+void reject_covered_holes(const RTCFilterFunctionNArguments* arguments) {
+  const Holes& holes = *static_cast<const Holes*>(arguments->geometryUserPtr);
+  reject_holes(arguments, [&](uint32_t number) { return holes.hidden->face(number); });
+}
+
+/// Also rejects hits on what others hide in the same plane.
+void reject_hidden(const RTCFilterFunctionNArguments* arguments) {
+  const Holes& holes = *static_cast<const Holes*>(arguments->geometryUserPtr);
+  if (holes.scene) reject_covered_holes(arguments);
+  const unsigned count = arguments->N;
+  RTCHitN* hits = arguments->hit;
+  RTCRayN* rays = arguments->ray;
+  for (unsigned i = 0; i < count; ++i) {
+    if (arguments->valid[i] != -1) continue;
+    const Vec3f normal{RTCHitN_Ng_x(hits, count, i), RTCHitN_Ng_y(hits, count, i),
+                       RTCHitN_Ng_z(hits, count, i)};
+    const Vec3f w{RTCRayN_dir_x(rays, count, i), RTCRayN_dir_y(rays, count, i),
+                  RTCRayN_dir_z(rays, count, i)};
+    if (holes.hidden->hides(RTCHitN_primID(hits, count, i), RTCHitN_u(hits, count, i),
+                            RTCHitN_v(hits, count, i), dot(normal, w) > 0))
+      arguments->valid[i] = 0;
+  }
+}
+
+/// Adds a geometry. `covered`: whether its triangles are those that others hide in part.
+void add_geometry(RTCDevice device, RTCScene scene, std::span<const Vec3f> vertices,
+                  std::span<const std::array<uint32_t, 3>> triangles, const Holes* holes,
+                  bool covered) {
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  if (!geometry) throw Error("Embree could not make a geometry: out of memory");
+  void* points = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                         sizeof(Vec3f), vertices.size());
+  void* indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12,
+                                          triangles.size());
+  if ((!points && !vertices.empty()) || (!indices && !triangles.empty())) {
+    rtcReleaseGeometry(geometry);
+    throw Error("Embree could not allocate its geometry buffers: out of memory");
+  }
+  if (!vertices.empty()) std::memcpy(points, vertices.data(), vertices.size_bytes());
+  if (!triangles.empty()) std::memcpy(indices, triangles.data(), triangles.size_bytes());
+  if (holes) {
+    rtcSetGeometryUserData(geometry, const_cast<Holes*>(holes));
+    rtcSetGeometryIntersectFilterFunction(geometry, covered ? reject_hidden : reject_holes);
+    if (holes->scene)
+      rtcSetGeometryOccludedFilterFunction(geometry, covered ? reject_covered_holes : reject_holes);
+  }
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometry(scene, geometry);
+  rtcReleaseGeometry(geometry);
 }
 
 }  // namespace
@@ -154,25 +214,20 @@ EmbreeScene::EmbreeScene(const EmbreeDevice& own, std::span<const Vec3f> vertice
   if (!scene) throw Error("Embree could not make a scene: out of memory");
   scene_ = std::shared_ptr<void>(scene,
                                  [](void* gone) { rtcReleaseScene(static_cast<RTCScene>(gone)); });
-  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  if (!geometry) throw Error("Embree could not make a geometry: out of memory");
-  void* points = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                         sizeof(Vec3f), vertices.size());
-  void* indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12,
-                                          triangles.size());
-  if ((!points && !vertices.empty()) || (!indices && !triangles.empty())) {
-    rtcReleaseGeometry(geometry);
-    throw Error("Embree could not allocate its geometry buffers: out of memory");
+  if (holes) holes_ = std::make_shared<Holes>(*holes);
+  if (!holes || !holes->hidden) {
+    add_geometry(device, scene, vertices, triangles, holes_.get(), false);
+  } else {
+    // The first geometry keeps the numbers of all triangles; those of the second are points there.
+    std::vector<std::array<uint32_t, 3>> open(triangles.begin(), triangles.end()), covered;
+    for (uint32_t i = 0; i < holes->hidden->size(); ++i) {
+      std::array<uint32_t, 3>& own = open[holes->hidden->face(i)];
+      covered.push_back(own);
+      own = {own[0], own[0], own[0]};
+    }
+    add_geometry(device, scene, vertices, open, holes->scene ? holes_.get() : nullptr, false);
+    add_geometry(device, scene, vertices, covered, holes_.get(), true);
   }
-  if (!vertices.empty()) std::memcpy(points, vertices.data(), vertices.size_bytes());
-  if (!triangles.empty()) std::memcpy(indices, triangles.data(), triangles.size_bytes());
-  if (holes) {
-    holes_ = std::make_shared<Holes>(*holes);
-    rtcSetGeometryUserData(geometry, const_cast<Holes*>(holes_.get()));
-    rtcSetGeometryIntersectFilterFunction(geometry, reject_holes);
-    rtcSetGeometryOccludedFilterFunction(geometry, reject_holes);
-  }
-  rtcCommitGeometry(geometry);
   rtcSetSceneFlags(scene, kSceneFlags);
   rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
   rtcAttachGeometry(scene, geometry);
@@ -197,8 +252,9 @@ Hit EmbreeScene::closest(uint32_t first_primitive, Vec3f o, Vec3f d, float from,
   set_query(query, o, d, from, to);
   intersect(handle(scene_), query);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
+  const uint32_t own = query.hit.primID;
   return {query.ray.tfar,
-          first_primitive + query.hit.primID,
+          first_primitive + (query.hit.geomID == kCovered ? holes_->hidden->face(own) : own),
           {query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z},
           query.hit.u,
           query.hit.v};

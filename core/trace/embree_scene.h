@@ -7,6 +7,7 @@
 #include <string>
 
 #include "base/progress.h"
+#include "trace/hidden_parts.h"
 #include "trace/ray.h"
 
 namespace deltalux::trace {
@@ -26,8 +27,10 @@ class EmbreeDevice {
 
 /// Tells where rays pass straight through triangles.
 struct Holes {
-  const scene::Scene* scene;
-  uint32_t first_primitive;  ///< of the triangles
+  const scene::Scene* scene;  ///< null if no surface lets rays pass
+  uint32_t first_primitive;   ///< of the triangles
+  /// Triangles in one plane: rays stop at one of them. Null if there are none.
+  std::shared_ptr<const HiddenParts> hidden;
 };
 
 /// An immutable acceleration structure. Queries are thread-safe. A ray that Embree cannot handle

@@ -9,6 +9,7 @@
 
 #include "base/cone.h"
 #include "base/error.h"
+#include "base/polygon.h"
 
 namespace deltalux::trace {
 namespace {
@@ -18,6 +19,8 @@ constexpr double kPi = std::numbers::pi;
 // kTogether times the diagonal of the largest of them, as the keys of a keyboard do.
 constexpr size_t kFewPieces = 64;
 constexpr float kTogether = 4.0f;
+// of a triangle: parts with less area are made by rounding
+constexpr double kNothing = 1e-5;
 
 double luminance(Vec3d c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
 
@@ -93,16 +96,67 @@ void join_close(std::span<Piece> pieces, std::vector<Piece>& out) {
   join_close(pieces.subspan(half), out);
 }
 
+double area_of(const LightPart& part) {
+  const Vec3d a(part.corner[0]), b(part.corner[1]), c(part.corner[2]);
+  return 0.5 * length(cross(b - a, c - a));
+}
+
+/// Whether the light of `hidden` cannot be told from that of `hider`, which is seen in its place.
+bool shines_instead(const scene::Face& hidden, uint32_t number, const scene::Face& other,
+                    const scene::CoincidentFaces::Hider& hider) {
+  if (!other.emits || hider.gap > scene::kSheet) return false;
+  // Of two sheets that shine to both sides, each hides a side of the other.
+  if (hider.gap > 0 && hidden.two_sided && other.two_sided) return hider.face < number;
+  return !hider.from_back;
+}
+
+/// Appends what emits of a triangle: all of it, unless there is another one in its place.
+void add_parts(const scene::Scene& scene, uint32_t index, uint32_t triangle,
+               std::vector<LightPart>& out) {
+  const scene::Object& object = scene.objects[index];
+  const auto& indices = object.triangles[triangle];
+  LightPart whole{triangle, {}};
+  for (size_t k = 0; k < 3; ++k) whole.corner[k] = object.vertices[indices[k]];
+  const uint32_t body = object.movable ? index : scene::kNone;
+  const uint32_t number = object.movable ? triangle : object.first_primitive + triangle;
+  const scene::Face own = scene.face(body, number);
+  const Vec3d origin(own.corner[0]), u(Vec3d(own.corner[1]) - origin),
+      v(Vec3d(own.corner[2]) - origin);
+  const Vec3d across = cross(u, v);
+  const double all = dot(across, across);
+  // In barycentrics, which do not depend on the object's pose.
+  std::vector<Polygon> seen{{{0, 0}, {1, 0}, {0, 1}}}, rest;
+  bool hidden = false;
+  for (const auto& hider : scene.coincident(body).of(number)) {
+    const scene::Face other = scene.face(body, hider.face);
+    if (!shines_instead(own, number, other, hider)) continue;
+    hidden = true;
+    Polygon hole;
+    for (const Vec3f& p : other.corner) {
+      const Vec3d d = Vec3d(p) - origin;
+      hole.push_back({dot(cross(d, v), across) / all, dot(cross(u, d), across) / all});
+    }
+    rest.clear();
+    for (const Polygon& part : seen) add_outside(part, hole, rest);
+    seen.swap(rest);
+  }
+  if (!hidden) return out.push_back(whole);
+  const Vec3d corner(whole.corner[0]), e(Vec3d(whole.corner[1]) - corner),
+      f(Vec3d(whole.corner[2]) - corner);
+  const auto at = [&](const Point& p) { return Vec3f(corner + e * p.x + f * p.y); };
+  for (const Polygon& part : seen) {
+    if (area_of(part) < kNothing) continue;
+    for (size_t i = 2; i < part.size(); ++i) {
+      const LightPart own{triangle, {at(part[0]), at(part[i - 1]), at(part[i])}};
+      if (area_of(own) > 0) out.push_back(own);
+    }
+  }
+}
+
 void finish_area_light(const scene::Scene& scene, Light& light) {
-  const scene::Object& object = scene.objects[light.object];
   const scene::Material& material = scene.materials[light.material];
   std::vector<double> areas;
-  for (uint32_t t : light.triangles) {
-    const auto& corner = object.triangles[t];
-    const Vec3d a(object.vertices[corner[0]]), b(object.vertices[corner[1]]),
-        c(object.vertices[corner[2]]);
-    areas.push_back(0.5 * length(cross(b - a, c - a)));
-  }
+  for (const LightPart& part : light.parts) areas.push_back(area_of(part));
   light.area = std::accumulate(areas.begin(), areas.end(), 0.0);
   double sum = 0;
   for (double a : areas) light.cumulative.push_back(float((sum += a) / light.area));
@@ -134,7 +188,8 @@ void add_area_lights(const scene::Scene& scene, uint32_t index, std::vector<Ligh
       light.object = index;
       light.material = key.first;
       light.group = key.second;
-      light.triangles = std::move(piece.triangles);
+      for (const uint32_t t : piece.triangles) add_parts(scene, index, t, light.parts);
+      if (light.parts.empty()) continue;
       finish_area_light(scene, light);
       place_light(scene, light);
       lights.push_back(std::move(light));
@@ -200,11 +255,10 @@ void place_light(const scene::Scene& scene, Light& light) {
   if (light.is_area()) {
     const scene::Object& object = scene.objects[light.object];
     light.world.clear();
-    for (uint32_t t : light.triangles) {
-      Vec3f local[3];
+    for (const LightPart& part : light.parts) {
+      const Vec3f* local = part.corner;
       float slack = 0;
       for (int k = 0; k < 3; ++k) {
-        local[k] = object.vertices[object.triangles[t][k]];
         const Vec3f p = pose.point(local[k]);
         light.bounds.grow(p);
         slack = std::max(slack, position_slack(p));
@@ -214,7 +268,7 @@ void place_light(const scene::Scene& scene, Light& light) {
       const Vec3d u = Vec3d(local[1]) - Vec3d(local[0]), v = Vec3d(local[2]) - Vec3d(local[0]);
       light.world.push_back({pose.point(local[0]), pose.direction(u), pose.direction(v),
                              pose.direction(normalize(cross(u, v))),
-                             slack + scene.slack_of(object.first_primitive + t)});
+                             slack + scene.slack_of(object.first_primitive + part.triangle)});
     }
     return;
   }

@@ -15,6 +15,13 @@
 
 namespace deltalux::trace {
 
+/// A triangle that emits, local to its object: one of the object's triangles, or a part of it if
+/// others that emit hide the rest.
+struct LightPart {
+  uint32_t triangle;  ///< index within the object
+  Vec3f corner[3];
+};
+
 /// One emissive triangle in world space: a corner and two edges.
 struct LightTriangle {
   Vec3f corner, edge_u, edge_v;
@@ -40,7 +47,7 @@ struct Light {
   uint32_t sums = 0;  ///< which of a session's sums its paths add to, see session::SumGroup
   double area = 0;       ///< area lights: surface area
   Vec3f radiance{};      ///< area lights: per channel
-  std::vector<uint32_t> triangles;   ///< area: triangle indices within the object
+  std::vector<LightPart> parts;      ///< area lights: its triangles
   std::vector<LightTriangle> world;  ///< area lights: its triangles in the present pose
   std::vector<float> cumulative;     ///< area lights: cumulative share of the area, last = 1
   uint32_t source = scene::kNone;    ///< punctual lights: index into Scene::lights

@@ -4,12 +4,17 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "base/assertion.h"
 
 namespace deltalux::trace {
 
 namespace {
+
+constexpr float kSteep = 0.25f;   // cosine: for flatter rays the lead grows no more
+constexpr float kMostLead = 4.0f; // in units of position_slack()
+
 
 /// The largest slack of `count` primitives.
 float slack_of(const scene::Scene& scene, uint32_t first, size_t count) {
@@ -18,21 +23,24 @@ float slack_of(const scene::Scene& scene, uint32_t first, size_t count) {
   return most;
 }
 
-/// The holes of one object, or with kNone of all static ones; none if its surfaces are opaque.
+/// The holes of one object, or with kNone of all static ones; none if rays stop at all surfaces.
 std::optional<Holes> holes_of(const scene::Scene& scene, uint32_t index) {
-  const bool all_static = index == scene::kNone;
   const auto has_holes = [&](const scene::Object& object) {
     return std::any_of(object.material.begin(), object.material.end(), [&](uint32_t m) {
       return !scene.materials[m].kind->is_opaque(scene.materials[m]);
     });
   };
-  if (!all_static) {
-    const scene::Object& object = scene.objects[index];
-    return has_holes(object) ? std::optional(Holes{&scene, object.first_primitive}) : std::nullopt;
+  const bool all_static = index == scene::kNone;
+  Holes holes{nullptr, all_static ? 0 : scene.objects[index].first_primitive, nullptr};
+  for (uint32_t i = 0; i < scene.objects.size(); ++i)
+    if (all_static ? !scene.objects[i].movable : i == index)
+      if (has_holes(scene.objects[i])) holes.scene = &scene;
+  if (!scene.coincident(index).empty()) {
+    auto hidden =
+        std::make_shared<const HiddenParts>(scene.faces(index), scene.coincident(index));
+    if (hidden->size()) holes.hidden = std::move(hidden);
   }
-  for (const scene::Object& object : scene.objects)
-    if (!object.movable && has_holes(object)) return Holes{&scene, 0};
-  return std::nullopt;
+  return holes.scene || holes.hidden ? std::optional(holes) : std::nullopt;
 }
 
 }  // namespace
@@ -51,6 +59,7 @@ RayCaster::RayCaster(const scene::Scene& scene, Progress& progress) {
   static_ = EmbreeScene(device_, vertices, triangles, &progress, holes_of(scene, scene::kNone));
   fixed_slack_ = slack_of(scene, 0, scene.static_primitives());
   position_slack_ = position_slack({scene.world().reach(), 0, 0});
+  first_movable_ = scene.static_primitives();
   movables_.resize(scene.objects.size());
   for (uint32_t i = 0; i < scene.objects.size(); ++i)
     if (scene.objects[i].movable) update_object(scene, i);
@@ -71,10 +80,18 @@ void RayCaster::update_object(const scene::Scene& scene, uint32_t index) {
     const std::vector<Vec3f> vertices = object.world_vertices();
     fresh.scene = EmbreeScene(device_, vertices, object.triangles, nullptr, holes_of(scene, index));
     for (const Vec3f& v : vertices) fresh.box.grow(v);
+    for (const auto& t : object.triangles)
+      fresh.normal.push_back(
+          normalize(cross(vertices[t[1]] - vertices[t[0]], vertices[t[2]] - vertices[t[0]])));
   }
   if (movables_.size() <= index) movables_.resize(index + 1);
   movables_[index] = std::move(fresh);
   settle();
+}
+
+EmbreeScene RayCaster::in_own_space(const scene::Scene& scene, uint32_t index) const {
+  const scene::Object& object = scene.objects[index];
+  return EmbreeScene(device_, object.vertices, object.triangles, nullptr, holes_of(scene, index));
 }
 
 RayCaster::Saved RayCaster::save_object(uint32_t object) const {
@@ -123,17 +140,39 @@ Hit RayCaster::closest_object(uint32_t object, Vec3f o, Vec3f d, float from, flo
   return movable.scene.closest(movable.first_primitive, o, d, from, to);
 }
 
+uint32_t RayCaster::object_of(uint32_t primitive) const {
+  const auto behind =
+      std::upper_bound(present_.begin(), present_.end(), primitive, [&](uint32_t p, uint32_t i) {
+        return p < movables_[i].first_primitive;
+      });
+  return *(behind - 1);
+}
+
+float RayCaster::lead(uint32_t object, uint32_t primitive, Vec3f o, Vec3f d, float t) const {
+  const Movable& movable = movables_[object];
+  const float cosine = std::fabs(dot(movable.normal[primitive - movable.first_primitive], d));
+  // The normal of a triangle without area is not a number.
+  return lead(object) * position_slack(o + d * t) / (cosine > kSteep ? cosine : kSteep);
+}
+
 Hit RayCaster::closer(const Hit& best, uint32_t object, Vec3f o, Vec3f d, float from,
                       float to) const {
   DELTALUX_ASSERT(object < movables_.size());
   const Movable& movable = movables_[object];
+  // No lead is larger.
+  const float most = best.valid() ? kMostLead * position_slack(o + d * best.t) : 0.0f;
   // Skipping an object by its padded box is safe: if the box is beyond `best`, its triangles are
   // strictly beyond.
-  if (!movable.scene || !reaches(movable, o, d, std::min(best.t, to))) return best;
+  if (!movable.scene || !reaches(movable, o, d, std::min(best.t + most, to))) return best;
   const Hit hit = closest_object(object, o, d, from, to);
   if (!hit.valid()) return best;
-  if (hit.t < best.t || !best.valid()) return hit;
-  return hit.t == best.t && hit.primitive < best.primitive ? hit : best;
+  if (!best.valid() || hit.t < best.t - most) return hit;
+  if (hit.t > best.t + most) return best;
+  const float own = hit.t - lead(object, hit.primitive, o, d, hit.t);
+  const bool moves = best.primitive >= first_movable_;
+  const float other =
+      moves ? best.t - lead(object_of(best.primitive), best.primitive, o, d, best.t) : best.t;
+  return own < other || (own == other && hit.primitive < best.primitive) ? hit : best;
 }
 
 Hit RayCaster::closest(Vec3f o, Vec3f d, float from, float to) const {

@@ -21,10 +21,12 @@ struct Stretch {
   float begin, end;
 };
 
-/// The closest hit is the smallest (t, rank) over the static geometry (rank 0) and all present
-/// movable objects (rank 1 + object). Each has its own acceleration structure, which is queried
-/// over the whole ray. So a hit is a pure function of the ray and of the objects' poses, and what
-/// happens to one object never changes the bits of another object's hit.
+/// The closest hit is the smallest (t - lead, rank) over the static geometry (rank 0) and all
+/// present movable objects (rank 1 + object). Each has its own acceleration structure, which is
+/// queried over the whole ray. So a hit is a pure function of the ray and of the objects' poses, and
+/// what happens to one object never changes the bits of another object's hit. The lead decides,
+/// instead of rounding, which of two surfaces in one plane is hit: that of a movable rather than a
+/// static one.
 class RayCaster {
  public:
   /// If surfaces of the scene have holes, the scene must outlive the caster.
@@ -54,6 +56,15 @@ class RayCaster {
   /// The closer one of `best` and the hit on `object`, by the rule above.
   Hit closer(const Hit& best, uint32_t object, Vec3f origin, Vec3f direction, float from = 0.0f,
              float to = std::numeric_limits<float>::infinity()) const;
+
+  /// A new structure of one movable in its own space.
+  EmbreeScene in_own_space(const scene::Scene& scene, uint32_t object) const;
+
+  /// The lead of a body (kNone: the static geometry), measured at right angles to the surface, in
+  /// units of position_slack(). Paths leave surfaces from higher above.
+  static float lead(uint32_t body) {
+    return body == scene::kNone ? 0.0f : 0.25f + 0.125f * float(body % 4);
+  }
 
   /// Whether static geometry, one object, or anything blocks the ray before `to`.
   bool occluded_static(Vec3f origin, Vec3f direction, float to) const;
@@ -90,7 +101,12 @@ class RayCaster {
     float slack = 0;    ///< the largest Scene::slack_of() of its triangles
     Pose to_local;
     uint32_t first_primitive = 0;
+    std::vector<Vec3f> normal;  ///< by triangle: unit, in world space
   };
+  /// The lead of a hit, along the ray.
+  float lead(uint32_t object, uint32_t primitive, Vec3f o, Vec3f d, float t) const;
+  /// The object of a movable primitive.
+  uint32_t object_of(uint32_t primitive) const;
   bool reaches(const Movable& movable, Vec3f origin, Vec3f direction, float to) const;
   /// Brings what depends on all objects up to date: the margin, their bounds, and present_.
   void settle() noexcept;
@@ -101,6 +117,7 @@ class RayCaster {
   std::vector<uint32_t> present_;  // present movable objects with triangles, ascending
   float fixed_slack_ = 0;          // the largest Scene::slack_of() of static triangles
   float position_slack_ = 0;       // the largest position_slack() within the world
+  uint32_t first_movable_ = 0;     // the first primitive that is not static
   float margin_ = 0;
 };
 

@@ -16,6 +16,7 @@ from deltalux.vectors import triangle_areas
 
 from .arrays import frozen_array
 from .cameras import Camera
+from .emitting_areas import emitting_areas
 from .frame import SceneFrame, coarse_places, scene_frame
 from .lights import Light
 from .look import PLAIN, Look, checked_coordinates
@@ -287,10 +288,12 @@ class Scene:
         by_name = {m.name: m for m in self.materials}
         triangles, area, emissive_area = 0, 0.0, 0.0
         lights: list[dict[str, Any]] = []
+        emitting = emitting_areas(self, [mesh for mesh in self.meshes if self._emissive_materials(mesh)])
         for mesh in self.meshes:
             areas = mesh.triangle_areas()
             triangles += len(areas)
             area += float(areas.sum())
+            areas = emitting.get(mesh.name, areas)
             for material in self._emissive_materials(mesh):
                 uses = self._uses(mesh, material.name)
                 own = float(areas[uses].sum())

@@ -6,10 +6,11 @@
 #include <cmath>
 #include <cstddef>
 #include <initializer_list>
+#include <vector>
 
-namespace deltalux::gather {
+namespace deltalux {
 
-/// In the coordinates of a patch; z is the height above it, where it is used.
+/// In the coordinates of a plane; z is the height above it, where it is used.
 struct Point {
   double x, y, z = 0;
 };
@@ -69,4 +70,41 @@ inline double area_of(const Polygon& polygon) {
   return 0.5 * std::fabs(twice);
 }
 
-}  // namespace deltalux::gather
+/// Adds the parts of `whole` outside of the convex polygon `hole` to `out`.
+inline void add_outside(const Polygon& whole, const Polygon& hole, std::vector<Polygon>& out) {
+  constexpr double kNothing = 1e-7;  // of the area: parts that rounding makes
+  constexpr size_t kMany = 9;        // a polygon with more corners is divided, to keep its capacity
+  double twice = 0;
+  for (size_t i = 2; i < hole.size(); ++i)
+    twice += (hole[i - 1].x - hole[0].x) * (hole[i].y - hole[0].y) -
+             (hole[i].x - hole[0].x) * (hole[i - 1].y - hole[0].y);
+  const double turn = twice < 0 ? -1 : 1;
+  const auto inside = [&](size_t k, const Point& p) {
+    const Point &a = hole[k], &b = hole[(k + 1) % hole.size()];
+    return turn * ((b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x));
+  };
+  bool apart = hole.size() < 3 || twice == 0;
+  for (size_t k = 0; k < hole.size(); ++k)
+    apart |= std::none_of(whole.begin(), whole.end(), [&](auto& p) { return inside(k, p) > 0; });
+  if (apart) return out.push_back(whole);
+  const double least = kNothing * area_of(whole);
+  Polygon rest = whole;
+  for (size_t k = 0; k < hole.size() && rest.size() >= 3; ++k) {
+    const Polygon part = clipped(rest, [&](const Point& p) { return -inside(k, p); });
+    rest = clipped(rest, [&](const Point& p) { return inside(k, p); });
+    if (!(area_of(part) > least)) continue;
+    if (part.size() <= kMany) {
+      out.push_back(part);
+      continue;
+    }
+    Polygon halves[2];
+    const size_t middle = part.size() / 2;
+    for (size_t i = 0; i < part.size(); ++i) {
+      if (i <= middle) halves[0].push_back(part[i]);
+      if (i >= middle || i == 0) halves[1].push_back(part[i]);
+    }
+    out.insert(out.end(), {halves[0], halves[1]});
+  }
+}
+
+}  // namespace deltalux
