@@ -113,7 +113,7 @@ constexpr unsigned kCovered = 1;  // the number of the geometry of covered trian
 
 /// Rejects hits where surfaces let rays pass. `number`: of a triangle of the geometry.
 template <class Number>
-void reject_holes(const RTCFilterFunctionNArguments* arguments, const Number& number) {
+void reject_passing(const RTCFilterFunctionNArguments* arguments, const Number& number) {
   const Holes& holes = *static_cast<const Holes*>(arguments->geometryUserPtr);
   RTCHitN* hits = arguments->hit;
   for (unsigned i = 0; i < arguments->N; ++i) {
@@ -126,14 +126,14 @@ void reject_holes(const RTCFilterFunctionNArguments* arguments, const Number& nu
 }
 
 void reject_holes(const RTCFilterFunctionNArguments* arguments) {
-  reject_holes(arguments, [](uint32_t number) { return number; });
+  reject_passing(arguments, [](uint32_t number) { return number; });
 }
 
 /// The same for triangles that others hide in part. Occlusion needs no other test: those block rays
 /// as well.
 void reject_covered_holes(const RTCFilterFunctionNArguments* arguments) {
   const Holes& holes = *static_cast<const Holes*>(arguments->geometryUserPtr);
-  reject_holes(arguments, [&](uint32_t number) { return holes.hidden->face(number); });
+  reject_passing(arguments, [&](uint32_t number) { return holes.hidden->face(number); });
 }
 
 /// Also rejects hits on what others hide in the same plane.
@@ -230,8 +230,6 @@ EmbreeScene::EmbreeScene(const EmbreeDevice& own, std::span<const Vec3f> vertice
   }
   rtcSetSceneFlags(scene, kSceneFlags);
   rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
-  rtcAttachGeometry(scene, geometry);
-  rtcReleaseGeometry(geometry);
   if (progress)
     rtcSetSceneProgressMonitorFunction(
         scene, [](void* p, double) { return !static_cast<Progress*>(p)->cancelled(); }, progress);

@@ -12,8 +12,13 @@ namespace deltalux::trace {
 
 namespace {
 
-constexpr float kSteep = 0.25f;   // cosine: for flatter rays the lead grows no more
-constexpr float kMostLead = 4.0f; // in units of position_slack()
+constexpr float kFlat = 1.0f / 16;  // cosine: for flatter rays the lead grows no more
+constexpr float kMostLead = 16;     // in units of slack_at()
+
+/// Of a hit, as in surface_slack().
+float slack_at(Vec3f o, Vec3f d, float t) {
+  return std::max(position_slack(o + d * t), position_slack(d * t));
+}
 
 
 /// The largest slack of `count` primitives.
@@ -152,7 +157,7 @@ float RayCaster::lead(uint32_t object, uint32_t primitive, Vec3f o, Vec3f d, flo
   const Movable& movable = movables_[object];
   const float cosine = std::fabs(dot(movable.normal[primitive - movable.first_primitive], d));
   // The normal of a triangle without area is not a number.
-  return lead(object) * position_slack(o + d * t) / (cosine > kSteep ? cosine : kSteep);
+  return lead(object) * slack_at(o, d, t) / (cosine > kFlat ? cosine : kFlat);
 }
 
 Hit RayCaster::closer(const Hit& best, uint32_t object, Vec3f o, Vec3f d, float from,
@@ -160,7 +165,7 @@ Hit RayCaster::closer(const Hit& best, uint32_t object, Vec3f o, Vec3f d, float 
   DELTALUX_ASSERT(object < movables_.size());
   const Movable& movable = movables_[object];
   // No lead is larger.
-  const float most = best.valid() ? kMostLead * position_slack(o + d * best.t) : 0.0f;
+  const float most = best.valid() ? kMostLead * slack_at(o, d, best.t) : 0.0f;
   // Skipping an object by its padded box is safe: if the box is beyond `best`, its triangles are
   // strictly beyond.
   if (!movable.scene || !reaches(movable, o, d, std::min(best.t + most, to))) return best;

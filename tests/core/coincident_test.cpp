@@ -134,7 +134,7 @@ TEST(Cells, OfFacesInOnePlaneHaveTheAreaOfOne) {
   double area = 0;
   for (uint32_t cell = 0; cell < cells.size(); ++cell) {
     area += double(cells.area(cell));
-    EXPECT_EQ(cells.material(cell), 0u);
+    EXPECT_TRUE(cells.area(cell) == 0 || cells.material(cell) == 0);
   }
   EXPECT_NEAR(area, 18, 1e-3);
 }
