@@ -372,20 +372,20 @@ void LightShape::thin(const Receiver& receiver, Strata& out) const {
 }
 
 void LightShape::divide(const Receiver& receiver, std::span<const uint32_t> strata,
-                        uint32_t parts, Strata& out) const {
+                        Strata& out) const {
   const Grid& fine = grid(Detail::fine, rows_[1]);
-  const float wide = fine.wide / float(parts), high = fine.high / float(parts);
+  const float wide = fine.wide / kParts, high = fine.high / kParts;
   alignas(64) float a[kFineRays], b[kFineRays];
   size_t count = 0;
   for (const uint32_t i : strata)
-    for (uint32_t k = 0; k < parts * parts; ++k, ++count) {
-      a[count] = fine.a[i] + float(k / parts) * wide;
-      b[count] = fine.b[i] + float(k % parts) * high;
+    for (uint32_t k = 0; k < kParts * kParts; ++k, ++count) {
+      a[count] = fine.a[i] + float(k / kParts) * wide;
+      b[count] = fine.b[i] + float(k % kParts) * high;
     }
   out.fan.origin = receiver.point + receiver.normal * receiver.slack();
   out.countable = {};
   const uint64_t key = combine(key_, place_key(receiver.point, receiver.normal));
-  const uint32_t stream = uint32_t(combine(key, parts * kFineRays + strata.front()));
+  const uint32_t stream = uint32_t(combine(key, strata.front()));
   cast_places(receiver, {a, b, count, wide, high}, stream, out);
 }
 

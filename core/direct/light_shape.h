@@ -34,9 +34,8 @@ inline constexpr uint32_t kCoarseRays = 36, kFineRays = 256;
 /// Additional rays to the extremities of an area light: they only distinguish full from partial
 /// visibility.
 inline constexpr uint32_t kCorners = 4;
-/// A fine stratum that is divided gets kParts x kParts rays; one that is divided further,
-/// kMoreParts x kMoreParts.
-inline constexpr uint32_t kParts = 4, kMoreParts = 16;
+/// A fine stratum that is divided gets kParts x kParts rays.
+inline constexpr uint32_t kParts = 4, kDivided = kFineRays / (kParts * kParts);
 
 /// Bits of the coarse rays, of a third of them (equally many in each row and column of the strata),
 /// and of those to the extremities.
@@ -92,10 +91,9 @@ class LightShape {
   /// receiver, gets a third of the coarse rays; one that gives next to nothing gets a single one. A
   /// minor light's fine rays are all 36.
   void cast(const Receiver& receiver, Detail detail, Strata& out) const;
-  /// Makes the rays of some fine strata of an area light, divided: parts * parts for each.
-  /// `strata`: ascending numbers, as many as make no more than kFineRays rays.
-  void divide(const Receiver& receiver, std::span<const uint32_t> strata, uint32_t parts,
-              Strata& out) const;
+  /// Makes the rays of some fine strata of an area light, divided: kParts * kParts for each.
+  /// `strata`: at most kDivided numbers, ascending.
+  void divide(const Receiver& receiver, std::span<const uint32_t> strata, Strata& out) const;
 
  private:
   struct Triangle {

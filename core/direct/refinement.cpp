@@ -17,7 +17,6 @@ constexpr double kEdgeVariance = 0.75 * 0.5;
 
 // A smaller share than this may have parts without a ray.
 constexpr double kSliver = 1.0 / 16;
-constexpr size_t kMostMixed = 64;  // of the strata, are divided further
 
 bool has(const RayBits& bits, size_t i) { return bits[i / 64] >> (i % 64) & 1; }
 
@@ -70,10 +69,10 @@ class Survey {
       lit_[i] = has(free, i) ? fine.weight[i] : 0.0f;
     }
   }
-  /// The strata that are to be divided next, as many as fit a fan; marks them as divided.
+  /// The strata that are to be divided next, at most kDivided; marks them as divided.
   std::vector<uint32_t> next(bool every) {
     std::vector<uint32_t> out;
-    for (uint32_t i = 0; i < kFineRays && out.size() < kFineRays / (kParts * kParts); ++i) {
+    for (uint32_t i = 0; i < kFineRays && out.size() < kDivided; ++i) {
       if (divided_[i] || !(all_[i] > 0)) continue;
       bool edge = every;
       each_around(i, rows_, kFineRays,
@@ -83,35 +82,23 @@ class Survey {
     for (const uint32_t i : out) divided_[i] = true;
     return out;
   }
-  /// The strata that an edge passes, or that lie beside such.
-  std::vector<uint32_t> mixed() const {
-    std::vector<uint32_t> out;
-    for (uint32_t i = 0; i < kFineRays; ++i) {
-      bool edge = is_mixed(i);
-      each_around(i, rows_, kFineRays, [&](size_t j) { edge |= is_mixed(j); });
-      if (edge && all_[i] > 0) out.push_back(i);
-    }
-    return out;
-  }
-  void divide(std::span<const uint32_t> strata, uint32_t parts, const Strata& rays,
-              const RayBits& free) {
-    const size_t count = size_t(parts) * parts;
+  void divide(const std::vector<uint32_t>& strata, const Strata& rays, const RayBits& free) {
+    constexpr size_t kRays = kParts * kParts;
     for (size_t k = 0; k < strata.size(); ++k) {
       float all = 0, lit = 0;
-      for (size_t i = k * count; i < (k + 1) * count; ++i) {
+      for (size_t i = k * kRays; i < (k + 1) * kRays; ++i) {
         if (has(rays.countable, i)) all += rays.weight[i];
         if (has(free, i)) lit += rays.weight[i];
       }
-      all_[strata[k]] = all / float(count), lit_[strata[k]] = lit / float(count);
-      edge_[strata[k]] = edges(rays, free, k * count, count, parts) / double(count * count);
+      all_[strata[k]] = all / kRays, lit_[strata[k]] = lit / kRays;
+      edges_ += edges(rays, free, k * kRays, kRays, kParts) / (kRays * kRays);
     }
   }
   Seen seen() const {
     double all = 0, lit = 0;
-    double edges = 0;
-    for (size_t i = 0; i < kFineRays; ++i) all += all_[i], lit += lit_[i], edges += edge_[i];
+    for (size_t i = 0; i < kFineRays; ++i) all += all_[i], lit += lit_[i];
     if (!(all > 0)) return {};
-    return {std::min(lit / all, 1.0), float(std::sqrt(edges * kEdgeVariance) / all)};
+    return {std::min(lit / all, 1.0), float(std::sqrt(edges_ * kEdgeVariance) / all)};
   }
 
  private:
@@ -119,7 +106,7 @@ class Survey {
   bool is_mixed(size_t i) const { return lit_[i] > 0 && lit_[i] < all_[i]; }
 
   size_t rows_;
-  std::array<double, kFineRays> edge_{};        // of divided strata: edges()
+  double edges_ = 0;
   std::array<float, kFineRays> all_{}, lit_{};  // weight of the stratum and of what is visible
   std::array<bool, kFineRays> divided_{};
 };
@@ -142,16 +129,8 @@ Seen refine(const LightShape& light, const Receiver& receiver, const Strata& fin
   Strata rays;
   for (std::vector<uint32_t> strata = survey.next(every); !strata.empty();
        strata = survey.next(every)) {
-    light.divide(receiver, strata, kParts, rays);
-    survey.divide(strata, kParts, rays, free_rays(rays));
-  }
-  const Seen seen = survey.seen();
-  if (!(seen.error > kRough * seen.share)) return seen;
-  const std::vector<uint32_t> mixed = survey.mixed();
-  if (mixed.size() > kMostMixed) return seen;
-  for (const uint32_t& stratum : mixed) {
-    light.divide(receiver, std::span(&stratum, 1), kMoreParts, rays);
-    survey.divide(std::span(&stratum, 1), kMoreParts, rays, free_rays(rays));
+    light.divide(receiver, strata, rays);
+    survey.divide(strata, rays, free_rays(rays));
   }
   return survey.seen();
 }

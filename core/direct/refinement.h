@@ -8,9 +8,6 @@
 
 namespace deltalux::direct {
 
-/// Relative error from which on strata are divided.
-inline constexpr double kRough = 0.04;
-
 /// Of some rays, those that nothing blocks.
 using FreeRays = std::function<trace::RayBits(const Strata&)>;
 
@@ -21,7 +18,7 @@ Seen by_strata(const Strata& fine, const trace::RayBits& free);
 
 /// Divides the strata beside which visibility changes, then those beside what has turned out to be
 /// partly visible, and so on: up to kFineRays * kParts * kParts rays. If little is visible,
-/// divides all strata. If that is too rough, divides those further that an edge passes.
+/// divides all strata.
 Seen refine(const LightShape& light, const Receiver& receiver, const Strata& fine,
             const trace::RayBits& free, const FreeRays& free_rays);
 

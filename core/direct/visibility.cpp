@@ -17,6 +17,8 @@ constexpr RayBits kNoRays{};
 // visible is not hidden because all rays are blocked, unless one triangle covers it; from kLarge on,
 // rays to four extremities do not tell that.
 constexpr double kNotable = 0.005, kLarge = 0.3;
+// Relative error from which on strata are divided.
+constexpr double kRough = 0.04;
 // Error of a light all of whose rays are blocked: in shares of a ray.
 constexpr float kUnseen = 0.25f;
 
