@@ -75,7 +75,8 @@ void bind_scene(nb::module_& m) {
            [](Scene s) {
              s.finish();
              std::vector<std::vector<double>> areas;
-             for (const scene::Object& object : s.objects) areas.emplace_back(object.triangles.size());
+             for (const scene::Object& object : s.objects)
+               areas.emplace_back(object.triangles.size());
              for (const trace::Light& light : trace::find_lights(s)) {
                if (!light.is_area()) continue;
                for (const trace::LightPart& part : light.parts) {

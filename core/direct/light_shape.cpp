@@ -359,7 +359,9 @@ void LightShape::thin(const Receiver& receiver, Strata& out) const {
   const Vec3f d = centre_ - receiver.point;
   const bool faint = minor_ > 0 && about(receiver) < faint_;
   if (!is_minor(receiver) && !(dot(d, d) > kTiny * kTiny * radius_ * radius_)) return;
-  uint64_t some = out.countable[0] & (kFewRays | kCornerBits);
+  // Another third for each place and light, so that the choice has no bias.
+  const auto third = uint32_t(combine(key_, place_key(receiver.point, receiver.normal)) % 3);
+  uint64_t some = out.countable[0] & (few_rays(third) | kCornerBits);
   if (faint) {
     out.too_coarse = false;
     // whichever of the rays comes first from a place that depends on the receiver

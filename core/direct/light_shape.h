@@ -37,12 +37,15 @@ inline constexpr uint32_t kCorners = 4;
 /// A fine stratum that is divided gets kParts x kParts rays.
 inline constexpr uint32_t kParts = 4, kDivided = kFineRays / (kParts * kParts);
 
-/// Bits of the coarse rays, of a third of them (equally many in each row and column of the strata),
-/// and of those to the extremities.
+/// Bits of the coarse rays, and of those to the extremities.
 inline constexpr uint64_t kCoarseBits = (uint64_t(1) << kCoarseRays) - 1;
-inline constexpr uint64_t kFewRays = 0x88c462311;
 inline constexpr uint64_t kCornerBits = ((uint64_t(1) << kCorners) - 1) << kCoarseRays;
 static_assert(kCoarseRays == 36);
+/// Bits of a third (0 to 2) of the coarse rays, equally many in each row and column of the strata.
+constexpr uint64_t few_rays(uint32_t third) {
+  constexpr uint64_t kFewRays = 0x88c462311;
+  return (kFewRays << 3 * third | kFewRays >> (kCoarseRays - 3 * third)) & kCoarseBits;
+}
 
 /// Shadow rays to a light, and what each represents.
 struct Strata {

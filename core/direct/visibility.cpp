@@ -171,8 +171,7 @@ double coarse_share(const trace::RayCaster& caster, const LightShape& light,
   uint64_t& asked = strata.countable[0];
   asked &= kCoarseBits;
   if (third) {
-    const uint32_t turn = 3 * *third;
-    const uint64_t some = asked & (kFewRays << turn | kFewRays >> (kCoarseRays - turn));
+    const uint64_t some = asked & few_rays(*third);
     if (some) asked = some;
   }
   if (!asked) return 0;  // only a sliver of the light is in front of the receiver

@@ -206,8 +206,7 @@ void CellBuilder::add_squares(const BodyCells::Patch& patch, uint32_t triangle,
 void CellBuilder::make_cells(BodyCells& out) {
   out.clumps_.resize(clumps_.size());
   for (size_t i = 0; i < clumps_.size(); ++i)
-    for (const bool back : {false, true})
-      make_clump_side(out, out.clumps_[i], back, clumps_[i]);
+    for (const bool back : {false, true}) make_clump_side(out, out.clumps_[i], back, clumps_[i]);
   out.squares_.resize(squares_.size());
   for (size_t i = 0; i < squares_.size(); ++i)
     for (const bool back : {false, true})

@@ -8,8 +8,8 @@
 #include <unordered_map>
 #include <vector>
 
-#include "gather/body_cells.h"
 #include "base/polygon.h"
+#include "gather/body_cells.h"
 
 namespace deltalux::gather {
 
@@ -136,8 +136,8 @@ class CellBuilder {
   std::vector<Square> squares_;
   std::vector<Clump> clumps_;
   std::vector<std::array<std::vector<Cut>, 2>> cuts_;  // by square and side
-  // Planes that stand on a square or on a clump with parts too small to cut by themselves: by number
-  // (clumps after squares), side and patch.
+  // Planes that stand on a square or on a clump with parts too small to cut by themselves: by
+  // number (clumps after squares), side and patch.
   struct Stand {
     Standing standing;
     Cut cut;         ///< of a square

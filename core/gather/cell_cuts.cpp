@@ -20,7 +20,7 @@ constexpr double kMinTrace = 0.15;    // shorter lines of contact hide little li
 constexpr double kMinRise = 0.05;
 constexpr double kMinPart = 0.01;  // cuts nearer to the square's border are ignored
 constexpr double kSameLine = 0.01;
-constexpr size_t kMaxCuts = 4;    // of a side
+constexpr size_t kMaxCuts = 4;  // of a side
 constexpr double kFar = std::numeric_limits<double>::infinity();
 constexpr double kUpright = 0.2;  // sine of the smallest angle between square and triangle
 
@@ -53,8 +53,8 @@ struct Range {
 };
 
 /// Clips a polygon to the rectangle and to at most `height` above or below it.
-Polygon within(Polygon polygon, const std::array<double, 2>& low,
-               const std::array<double, 2>& high, double height) {
+Polygon within(Polygon polygon, const std::array<double, 2>& low, const std::array<double, 2>& high,
+               double height) {
   polygon = clipped(polygon, [&](const Point& p) { return p.x - low[0]; });
   polygon = clipped(polygon, [&](const Point& p) { return high[0] - p.x; });
   polygon = clipped(polygon, [&](const Point& p) { return p.y - low[1]; });
@@ -194,8 +194,8 @@ void CellBuilder::try_cut(const BodyCells& out, uint32_t triangle, uint32_t numb
       cut.weight = standing.area();
       add_cut(cuts_[number][size_t(side)], cut);
     } else if (const uint32_t plane = out.faces_[triangle].patch; plane != kNoCell) {
-      const auto [entry, fresh] = stands_.try_emplace({number, uint32_t(side), plane},
-                                                      Stand{standing, cut, {}, 0});
+      const auto [entry, fresh] =
+          stands_.try_emplace({number, uint32_t(side), plane}, Stand{standing, cut, {}, 0});
       if (!fresh) entry->second.standing.grow(standing);
     }
   }
@@ -264,9 +264,8 @@ void CellBuilder::cut_by_planes() {
   stands_.clear();
   for (Clump& clump : clumps_)
     for (std::vector<PlaneCut>& cuts : clump.cuts) {
-      std::stable_sort(cuts.begin(), cuts.end(), [](const PlaneCut& p, const PlaneCut& q) {
-        return p.weight > q.weight;
-      });
+      std::stable_sort(cuts.begin(), cuts.end(),
+                       [](const PlaneCut& p, const PlaneCut& q) { return p.weight > q.weight; });
       if (cuts.size() > kMaxCuts) cuts.resize(kMaxCuts);
     }
 }

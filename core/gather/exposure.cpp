@@ -76,8 +76,11 @@ std::vector<float> exposed_shares(const scene::Scene& scene, uint32_t body, cons
       // A flat cell hides nothing of itself.
       const size_t count = begin[cell + 1] - begin[cell];
       if (count < 2) continue;
-      Surface own{scene, body, std::span(triangles).subspan(begin[cell], count),
-                  cells.is_back(uint32_t(cell)), {}};
+      Surface own{scene,
+                  body,
+                  std::span(triangles).subspan(begin[cell], count),
+                  cells.is_back(uint32_t(cell)),
+                  {}};
       double sum = 0;
       for (const uint32_t t : own.triangles) {
         const scene::Face face = scene.face(body, t);

@@ -240,8 +240,7 @@ Face Scene::face(uint32_t movable, uint32_t number) const {
 
 std::vector<Face> Scene::faces(uint32_t movable) const {
   std::vector<Face> out;
-  const size_t count =
-      movable == kNone ? static_primitives_ : objects[movable].triangles.size();
+  const size_t count = movable == kNone ? static_primitives_ : objects[movable].triangles.size();
   for (uint32_t i = 0; i < count; ++i) out.push_back(face(movable, i));
   return out;
 }

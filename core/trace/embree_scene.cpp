@@ -118,7 +118,8 @@ void reject_passing(const RTCFilterFunctionNArguments* arguments, const Number& 
   RTCHitN* hits = arguments->hit;
   for (unsigned i = 0; i < arguments->N; ++i) {
     if (arguments->valid[i] != -1) continue;
-    const uint32_t primitive = holes.first_primitive + number(RTCHitN_primID(hits, arguments->N, i));
+    const uint32_t primitive =
+        holes.first_primitive + number(RTCHitN_primID(hits, arguments->N, i));
     if (holes.scene->lets_pass(primitive, RTCHitN_u(hits, arguments->N, i),
                                RTCHitN_v(hits, arguments->N, i)))
       arguments->valid[i] = 0;

@@ -8,8 +8,8 @@
 namespace deltalux::trace {
 namespace {
 
-constexpr double kInset = 2;       // in units of position_slack(): how near to a border rays may miss
-constexpr uint32_t kPerSquare = 4; // parts, approximately
+constexpr double kInset = 2;  // in units of position_slack(): how near to a border rays may miss
+constexpr uint32_t kPerSquare = 4;  // parts, approximately
 constexpr uint32_t kMaxSide = 64;
 
 }  // namespace

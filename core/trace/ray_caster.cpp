@@ -41,8 +41,7 @@ std::optional<Holes> holes_of(const scene::Scene& scene, uint32_t index) {
     if (all_static ? !scene.objects[i].movable : i == index)
       if (has_holes(scene.objects[i])) holes.scene = &scene;
   if (!scene.coincident(index).empty()) {
-    auto hidden =
-        std::make_shared<const HiddenParts>(scene.faces(index), scene.coincident(index));
+    auto hidden = std::make_shared<const HiddenParts>(scene.faces(index), scene.coincident(index));
     if (hidden->size()) holes.hidden = std::move(hidden);
   }
   return holes.scene || holes.hidden ? std::optional(holes) : std::nullopt;
@@ -147,9 +146,8 @@ Hit RayCaster::closest_object(uint32_t object, Vec3f o, Vec3f d, float from, flo
 
 uint32_t RayCaster::object_of(uint32_t primitive) const {
   const auto behind =
-      std::upper_bound(present_.begin(), present_.end(), primitive, [&](uint32_t p, uint32_t i) {
-        return p < movables_[i].first_primitive;
-      });
+      std::upper_bound(present_.begin(), present_.end(), primitive,
+                       [&](uint32_t p, uint32_t i) { return p < movables_[i].first_primitive; });
   return *(behind - 1);
 }
 

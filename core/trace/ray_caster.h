@@ -23,8 +23,8 @@ struct Stretch {
 
 /// The closest hit is the smallest (t - lead, rank) over the static geometry (rank 0) and all
 /// present movable objects (rank 1 + object). Each has its own acceleration structure, which is
-/// queried over the whole ray. So a hit is a pure function of the ray and of the objects' poses, and
-/// what happens to one object never changes the bits of another object's hit. The lead decides,
+/// queried over the whole ray. So a hit is a pure function of the ray and of the objects' poses,
+/// and what happens to one object never changes the bits of another object's hit. The lead decides,
 /// instead of rounding, which of two surfaces in one plane is hit: that of a movable rather than a
 /// static one.
 class RayCaster {

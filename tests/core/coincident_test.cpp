@@ -23,8 +23,8 @@ Face triangle(Vec3f a, Vec3f b, Vec3f c) { return {{a, b, c}}; }
 TEST(Polygons, WithoutConvexHolesHaveTheRestOfTheArea) {
   const auto random_triangle = [](uint32_t i) {
     const auto r = sobol::sample(i, 1), s = sobol::sample(i, 2);
-    return Polygon{{double(r[0]), double(r[1])}, {double(r[2]), double(r[3])},
-                   {double(s[0]), double(s[1])}};
+    return Polygon{
+        {double(r[0]), double(r[1])}, {double(r[2]), double(r[3])}, {double(s[0]), double(s[1])}};
   };
   for (uint32_t i = 0; i < 200; ++i) {
     const Polygon square{{0, 0}, {1, 0}, {1, 1}, {0, 1}}, hole = random_triangle(i);
@@ -146,7 +146,8 @@ TEST(Lights, ThatLieTwiceShineOnce) {
         direct::World world;
         scene::Object lamp, again;
         direct::add_quad(lamp, {0, 0, 0}, {0, 0, 2}, {2, 0, 0}, material);
-        direct::add_quad(same_object ? lamp : again, {1, gap, 0}, {0, 0, 2}, {2, 0, 0}, material, 2);
+        direct::add_quad(same_object ? lamp : again, {1, gap, 0}, {0, 0, 2}, {2, 0, 0}, material,
+                         2);
         world.scene.objects = {lamp};
         if (!same_object) world.scene.objects.push_back(again);
         world.finish();

@@ -75,7 +75,7 @@ TEST(Direct, SmallPanelsAndPanelsInPiecesAreExactToo) {
     World world;
     world.scene.objects = {ceiling_panel(half, float(height), 1, pieces)};
     world.finish();
-    EXPECT_EQ(world.lights.size(), 1u);
+    EXPECT_EQ(world.lights.size() == 1, pieces == 1);
     world.receivers = {{{half, 0, half}, {0, 1, 0}}};
     const double expected = 10 * kPi * parallel_corner(2 * half, 2 * half, height);
     return std::fabs(world.irradiance(world.compute(), 0) / expected - 1);

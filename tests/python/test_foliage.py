@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Light from surfaces that hide each other (litter, bushes, grass) against a path tracer."""
+"""Light from surfaces that hide each other (bushes, grass) against a path tracer."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ ROOM = box((0, 0, 0), (4, 3, 4))
 NEAR = 2e-6  # metres: above a surface
 
 
-def leaves(count, low, high, size, level, random) -> Shape:
-    """Triangles at random; `level`: how many times as much their normals point upwards as aside."""
+def leaves(count, low, high, size, random) -> Shape:
+    """Triangles at random."""
     centre = random.uniform(low, high, (count, 3))
-    normal = random.normal(size=(count, 3)) * (1, level, 1)
+    normal = random.normal(size=(count, 3))
     normal /= np.linalg.norm(normal, axis=1)[:, None]
     u = np.cross(normal, random.normal(size=(count, 3)))
     u *= size / np.linalg.norm(u, axis=1)[:, None]
@@ -28,19 +28,17 @@ def leaves(count, low, high, size, level, random) -> Shape:
 
 
 def grass(count, random) -> Shape:
-    foot = np.stack([random.uniform(0.5, 3.5, count), np.zeros(count), random.uniform(0.5, 3.5, count)], axis=1)
+    zero = np.zeros(count)
+    foot = np.stack([random.uniform(0.5, 3.5, count), zero, random.uniform(0.5, 3.5, count)], axis=1)
     turn = random.uniform(0, 6.3, count)
-    wide = 0.004 * np.stack([np.cos(turn), np.zeros(count), np.sin(turn)], axis=1)
-    tip = foot + np.stack(
-        [random.normal(0, 0.03, count), random.uniform(0.05, 0.12, count), random.normal(0, 0.03, count)], axis=1
-    )
-    corners = np.stack([foot - wide, foot + wide, tip], axis=1)
+    wide = 0.004 * np.stack([np.cos(turn), zero, np.sin(turn)], axis=1)
+    high, (aside, along) = random.uniform(0.05, 0.12, count), random.normal(0, 0.03, (2, count))
+    corners = np.stack([foot - wide, foot + wide, foot + np.stack([aside, high, along], axis=1)], axis=1)
     return Shape(corners.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))
 
 
 KINDS = {
-    "litter": lambda random: leaves(4000, (0.5, 0.005, 0.5), (3.5, 0.04, 3.5), 0.025, 2, random),
-    "bush": lambda random: leaves(3000, (1.2, 0.1, 1.2), (2.8, 1.2, 2.8), 0.025, 1, random),
+    "bush": lambda random: leaves(3000, (1.2, 0.1, 1.2), (2.8, 1.2, 2.8), 0.025, random),
     "grass": lambda random: grass(6000, random),
 }
 

@@ -37,7 +37,4 @@ def emitting_areas(scene: Scene, meshes: list[Mesh]) -> dict[str, np.ndarray]:
                 np.zeros((0, 6), np.float32),
             )
         )
-    return {
-        mesh.name: np.asarray(areas)
-        for mesh, areas in zip(ordered, core.emitting_areas(), strict=True)
-    }
+    return {mesh.name: np.asarray(areas) for mesh, areas in zip(ordered, core.emitting_areas(), strict=True)}
