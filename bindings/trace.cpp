@@ -82,8 +82,9 @@ class ArrayCaster {
 
 /// Traces all paths of a scene; returns their segments as columns.
 nb::dict trace_paths(scene::Scene scene, const Rows<float, 3>& points,
-                     const Rows<float, 3>& normals, uint64_t paths, uint64_t seed, uint32_t max_bounces,
-                     uint32_t batches, bool second_hit, int threads, nb::object callback) {
+                     const Rows<float, 3>& normals, uint64_t paths, uint64_t seed,
+                     uint32_t max_bounces, uint32_t batches, bool second_hit, int threads,
+                     nb::object callback) {
   plan::SceneFlights found;
   samples::SampleSet samples;
   for (size_t i = 0; i < points.shape(0); ++i) {
@@ -123,9 +124,9 @@ void bind_trace(nb::module_& m) {
       .def("intersect", &ArrayCaster::intersect, nb::arg("origins"), nb::arg("directions"))
       .def("covered", &ArrayCaster::covered, nb::arg("origins"), nb::arg("normals"),
            nb::arg("contact"), nb::arg("behind").none() = nb::none());
-  m.def("trace_paths", &trace_paths, nb::arg("scene"), nb::arg("points"), nb::arg("normals"), nb::arg("paths"), nb::arg("seed"),
-        nb::arg("max_bounces"), nb::arg("batches"), nb::arg("second_hit"), nb::arg("threads"),
-        nb::arg("progress").none());
+  m.def("trace_paths", &trace_paths, nb::arg("scene"), nb::arg("points"), nb::arg("normals"),
+        nb::arg("paths"), nb::arg("seed"), nb::arg("max_bounces"), nb::arg("batches"),
+        nb::arg("second_hit"), nb::arg("threads"), nb::arg("progress").none());
 }
 
 }  // namespace deltalux::python

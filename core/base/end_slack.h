@@ -7,8 +7,10 @@
 
 namespace deltalux {
 
-/// position_slack() of the end of a ray at `p` that comes `way` along: rounding errors grow with the
-/// distance, too, so that the slack does not vanish near the origin of coordinates.
-inline float end_slack(Vec3f p, Vec3f way) { return std::max(position_slack(p), position_slack(way)); }
+/// position_slack() of the end of a ray at `p` that comes `way` along: rounding errors grow with
+/// the distance, too, so that the slack does not vanish near the origin of coordinates.
+inline float end_slack(Vec3f p, Vec3f way) {
+  return std::max(position_slack(p), position_slack(way));
+}
 
 }  // namespace deltalux

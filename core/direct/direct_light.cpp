@@ -203,8 +203,7 @@ void DirectLight::compute(const Present& present, const Workers& workers, Progre
         const double open = shapes[light]->open(receiver);
         if (!(open > 0)) continue;
         const FixedView view = fixed_view(present.caster, *shapes[light], receiver, open);
-        fresh.set(column, i,
-                  weigh(present, *shapes[light], i, open, view, blockers.of(receiver)));
+        fresh.set(column, i, weigh(present, *shapes[light], i, open, view, blockers.of(receiver)));
         column.view[i] = code_of(view.kind, own.size());
         if (view.kind == FixedView::Kind::partial) own.emplace_back(view);
       }
@@ -325,8 +324,8 @@ void DirectLight::find_changes(const Present& present, const Outstanding& outsta
         const double open = shapes[light]->open(present.receivers[i]);
         if (renewed) view = fixed_view(present.caster, *shapes[light], present.receivers[i], open);
         if (!blockers) blockers.emplace(present.caster, present.lights[light], block);
-        const Weight weight = weigh(present, *shapes[light], i, open, view,
-                                    blockers->of(present.receivers[i]));
+        const Weight weight =
+            weigh(present, *shapes[light], i, open, view, blockers->of(present.receivers[i]));
         if (!renewed && weight == weight_of(columns_[light], i)) continue;
         own.records.push_back(
             {light, uint32_t(i), weight, renewed, code_of(view.kind, own.partial.size())});

@@ -88,8 +88,8 @@ class DirectLight {
   static size_t forecast_bytes(size_t samples, uint32_t group_count,
                                std::span<const trace::Light> lights,
                                std::span<const uint8_t> sampled);
-  /// The expected number of shadow rays for `samples` receivers and this light, one of `lights`. One
-  /// ray takes 25 to 120 ns on one core (office, atrium).
+  /// The expected number of shadow rays for `samples` receivers and this light, one of `lights`.
+  /// One ray takes 25 to 120 ns on one core (office, atrium).
   static double estimated_rays(const trace::Light& light, size_t samples, size_t lights);
 
   /// Writes arrays named "direct.…", valid until this object changes.

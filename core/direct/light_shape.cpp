@@ -65,8 +65,8 @@ const Grid& grid(Detail detail, uint32_t rows) {
   return fine[std::countr_zero(rows)];
 }
 
-/// How far in front of the light's surface a shadow ray ends that comes `d` along; `slack` is of the
-/// place.
+/// How far in front of the light's surface a shadow ray ends that comes `d` along; `slack` is of
+/// the place.
 inline float lift(float slack, Vec3f d) { return std::max(slack, position_slack(d)); }
 
 /// Sums in eight lanes: a fixed order that can be vectorised.
@@ -96,8 +96,7 @@ double Strata::share(const trace::RayBits& seen) const {
   return all > 0 ? sum(seen) / all : 0.0;
 }
 
-LightShape::LightShape(const trace::Light& light, uint32_t number, uint64_t seed,
-                       double reference)
+LightShape::LightShape(const trace::Light& light, uint32_t number, uint64_t seed, double reference)
     : punctual_(light.punctual),
       two_sided_(light.two_sided),
       on_(light.on),
@@ -396,8 +395,9 @@ void LightShape::cast_corners(const Receiver& receiver, Strata& out) const {
     const size_t i = out.fan.count++;
     const Vec3f d = corner.point - receiver.point;
     const float facing = -dot(corner.normal, d);
-    const Vec3f ray = corner.point - out.fan.origin +
-                      corner.normal * std::copysign(lift(corner.slack, d), two_sided_ ? facing : 1.0f);
+    const Vec3f ray =
+        corner.point - out.fan.origin +
+        corner.normal * std::copysign(lift(corner.slack, d), two_sided_ ? facing : 1.0f);
     out.weight[i] = 0;
     out.fan.x[i] = ray.x, out.fan.y[i] = ray.y, out.fan.z[i] = ray.z;
     const bool counts = dot(receiver.normal, d) > 0 && (two_sided_ || facing > 0);
@@ -435,8 +435,7 @@ void LightShape::cast_triangle(const Receiver& receiver, Triangle t, const float
     weight[i] = cosines / (squared * squared + std::numeric_limits<float>::min());
     // Offset both ends of the ray along their surfaces' normals, so that a grazing ray does not hit
     // the surfaces themselves.
-    const float off =
-        std::copysign(lift(slack, {dx, dy, dz}), facing * behind + (1 - behind));
+    const float off = std::copysign(lift(slack, {dx, dy, dz}), facing * behind + (1 - behind));
     x[i] = lifted.x + px + t.normal.x * off;
     y[i] = lifted.y + py + t.normal.y * off;
     z[i] = lifted.z + pz + t.normal.z * off;

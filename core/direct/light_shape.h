@@ -27,8 +27,8 @@ struct Receiver {
 /// affect it.
 uint64_t place_key(Vec3f point, Vec3f normal);
 
-/// How many shadow rays sample a light; a punctual light has one ray in any. Middle: the coarse ones
-/// without those to the extremities.
+/// How many shadow rays sample a light; a punctual light has one ray in any. Middle: the coarse
+/// ones without those to the extremities.
 enum class Detail : uint8_t { coarse, middle, fine };
 inline constexpr uint32_t kCoarseRays = 36, kFineRays = 256;
 /// Additional rays to the extremities of an area light: they only distinguish full from partial

@@ -11,8 +11,9 @@ namespace {
 
 using trace::RayBits;
 
-// The variance of one ray in a stratum is half the mean squared difference from its neighbours where
-// visibility is random from stratum to stratum, and half of that where a straight edge passes.
+// The variance of one ray in a stratum is half the mean squared difference from its neighbours
+// where visibility is random from stratum to stratum, and half of that where a straight edge
+// passes.
 constexpr double kEdgeVariance = 0.75 * 0.5;
 
 // A smaller share than this may have parts without a ray.
@@ -75,8 +76,9 @@ class Survey {
     for (uint32_t i = 0; i < kFineRays && out.size() < kDivided; ++i) {
       if (divided_[i] || !(all_[i] > 0)) continue;
       bool edge = every;
-      each_around(i, rows_, kFineRays,
-                  [&](size_t j) { edge |= all_[j] > 0 && (is_mixed(j) || is_lit(j) != is_lit(i)); });
+      each_around(i, rows_, kFineRays, [&](size_t j) {
+        edge |= all_[j] > 0 && (is_mixed(j) || is_lit(j) != is_lit(i));
+      });
       if (edge) out.push_back(i);
     }
     for (const uint32_t i : out) divided_[i] = true;

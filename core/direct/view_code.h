@@ -39,7 +39,10 @@ struct StoredView {
         share(view.seen.share) {}
   FixedView view() const {
     constexpr uint64_t kRays = kCoarseBits | kCornerBits;
-    return {FixedView::Kind::partial, bits & kRays, fine, {share, error_of(uint16_t(bits >> 48))},
+    return {FixedView::Kind::partial,
+            bits & kRays,
+            fine,
+            {share, error_of(uint16_t(bits >> 48))},
             bool(bits >> 47 & 1)};
   }
 };

@@ -13,9 +13,9 @@ namespace {
 using trace::RayBits;
 
 constexpr RayBits kNoRays{};
-// Irradiance over radiance (pi for the whole sky). A light that gives more than kNotable where it is
-// visible is not hidden because all rays are blocked, unless one triangle covers it; from kLarge on,
-// rays to four extremities do not tell that.
+// Irradiance over radiance (pi for the whole sky). A light that gives more than kNotable where it
+// is visible is not hidden because all rays are blocked, unless one triangle covers it; from kLarge
+// on, rays to four extremities do not tell that.
 constexpr double kNotable = 0.005, kLarge = 0.3;
 // Relative error from which on strata are divided.
 constexpr double kRough = 0.04;
@@ -27,8 +27,8 @@ bool may_show(const LightShape& light, const Receiver& receiver, double open) {
   return open > kNotable && !light.is_minor(receiver);
 }
 
-/// Whether one triangle of static geometry or of one of `objects` covers the light's extremities, so
-/// that rays need not search for a gap. `coarse`: the coarse strata.
+/// Whether one triangle of static geometry or of one of `objects` covers the light's extremities,
+/// so that rays need not search for a gap. `coarse`: the coarse strata.
 bool covered(const trace::RayCaster& caster, const Strata& coarse, double open,
              std::span<const uint32_t> objects) {
   if (coarse.fan.count != kCoarseRays + kCorners || open > kLarge) return false;
@@ -101,8 +101,7 @@ FixedView fixed_view(const trace::RayCaster& caster, const LightShape& light,
     if (free == strata.countable) return {Kind::open, 0, {}, {}, false};
     view.kind = Kind::hidden;
     const auto own = std::span(&receiver.object, receiver.object != scene::kNone);
-    if (free == kNoRays &&
-        (!may_show(light, receiver, open) || covered(caster, strata, open, own)))
+    if (free == kNoRays && (!may_show(light, receiver, open) || covered(caster, strata, open, own)))
       return view;
     view.coarse = free[0];
   }
@@ -110,12 +109,13 @@ FixedView fixed_view(const trace::RayCaster& caster, const LightShape& light,
   light.cast(receiver, Detail::fine, strata);
   view.fine = free_rays(strata);
   if (too_coarse && view.fine == strata.countable) return {Kind::open, 0, {}, {}, false};
-  view.seen = resolve(light, receiver, open, strata, view.fine,
-                      [&](const Strata& rays) {
-                        ask_own = needs_own, ask_static = needs_static;
-                        return free_rays(rays);
-                      },
-                      view.divided);
+  view.seen = resolve(
+      light, receiver, open, strata, view.fine,
+      [&](const Strata& rays) {
+        ask_own = needs_own, ask_static = needs_static;
+        return free_rays(rays);
+      },
+      view.divided);
   view.seen.error = error_of(error_code(view.seen.error));  // as it is stored
   view.kind = view.seen.share > 0 ? Kind::partial : Kind::hidden;
   return view;
@@ -135,11 +135,11 @@ Seen visible_share(const trace::RayCaster& caster, const LightShape& light,
   bool blocks = strata.too_coarse;
   if (!strata.too_coarse) {
     // Fine rays may get through where all coarse ones are blocked.
-    const RayBits free = open || fixed.divided || !fixed.coarse ? strata.countable
-                                                                : RayBits{fixed.coarse, 0, 0, 0};
+    const RayBits free =
+        open || fixed.divided || !fixed.coarse ? strata.countable : RayBits{fixed.coarse, 0, 0, 0};
     const RayBits seen = pass(caster, strata.fan, free, movables);
-    if (seen == kNoRays && (!may_show(light, receiver, open_light) ||
-                            covered(caster, strata, open_light, movables)))
+    if (seen == kNoRays &&
+        (!may_show(light, receiver, open_light) || covered(caster, strata, open_light, movables)))
       return {};
     blocks = seen != free;
   }
@@ -148,8 +148,9 @@ Seen visible_share(const trace::RayCaster& caster, const LightShape& light,
   const RayBits asked = open || fixed.divided ? strata.countable : fixed.fine;
   RayBits seen = pass(caster, strata.fan, asked, movables);
   if (!blocks && seen == asked) return as_fixed;
-  if (fixed.divided) seen = {seen[0] & fixed.fine[0], seen[1] & fixed.fine[1],
-                             seen[2] & fixed.fine[2], seen[3] & fixed.fine[3]};
+  if (fixed.divided)
+    seen = {seen[0] & fixed.fine[0], seen[1] & fixed.fine[1], seen[2] & fixed.fine[2],
+            seen[3] & fixed.fine[3]};
   const auto free_rays = [&](const Strata& rays) {
     RayBits free = rays.countable;
     if (receiver.object != scene::kNone)

@@ -15,8 +15,7 @@ constexpr double kSteps = 65535;
 double landed(const CellState& state, uint32_t cell, uint32_t batch, size_t channel) {
   double sum = 0;
   for (uint32_t g = 0; g < state.sums.groups; ++g)
-    sum += state.units[g] *
-           double(state.sums.quanta[state.sums.at(cell, g, batch) + channel]);
+    sum += state.units[g] * double(state.sums.quanta[state.sums.at(cell, g, batch) + channel]);
   return sum;
 }
 

@@ -35,8 +35,7 @@ struct Present {
     const Vec3f way = w * hit.t, at = origin + way;
     // Receiver::slack() adds that of the place itself.
     const float beside = end_slack(at, way) - position_slack(at);
-    return {at, trace::facing_normal(hit, w),
-            fixed ? scene::kNone : scene.object_of(hit.primitive),
+    return {at, trace::facing_normal(hit, w), fixed ? scene::kNone : scene.object_of(hit.primitive),
             scene.slack_of(hit.primitive) + beside};
   }
 };

@@ -31,9 +31,9 @@ class LightTree {
   struct Node {
     Vec3f centre;
     float radius;
-    double strength;         // sum of intensities
-    uint32_t right = 0;      // the left child follows its parent
-    uint32_t light = ~0u;    // of a leaf
+    double strength;       // sum of intensities
+    uint32_t right = 0;    // the left child follows its parent
+    uint32_t light = ~0u;  // of a leaf
   };
   void build(std::span<const trace::Light> lights, std::span<uint32_t> members);
   double about(const Node& node, const direct::Receiver& receiver) const;

@@ -102,8 +102,8 @@ void OneLight::ask(const trace::RayCaster& caster, const direct::Receiver& recei
 void OneLight::shine(const trace::RayCaster& caster, const direct::Receiver& receiver,
                      uint32_t light, double chance, float u, float v, Vertex& out) const {
   const direct::LightShape& shape = *shapes_[light];
-  const direct::LightShape::Glance ray = shape.is_small(receiver) ? shape.glance(receiver, u, v)
-                                                                  : close_glance(shape, receiver, u);
+  const direct::LightShape::Glance ray =
+      shape.is_small(receiver) ? shape.glance(receiver, u, v) : close_glance(shape, receiver, u);
   if (!(ray.irradiance > 0) || caster.occluded(ray.origin, ray.direction, ray.to)) return;
   const Vec3f power = lights_[light].strength();
   const double factor = ray.irradiance / chance;

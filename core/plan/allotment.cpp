@@ -43,19 +43,41 @@ double dim_irradiance(const std::vector<double>& all) {
   return *at;
 }
 
+/// The shares that `use` of each light (negative: not measured) and its power suggest.
+std::vector<double> shares_of(std::span<const double> power, std::span<const double> use) {
+  std::vector<double> wanted(power.size(), -1);
+  double measured = 0, measured_power = 0, total_power = 0;
+  for (size_t l = 0; l < power.size(); ++l) {
+    total_power += power[l];
+    if (use[l] < 0) continue;
+    wanted[l] = std::sqrt(power[l] * use[l]);
+    measured += wanted[l];
+    measured_power += power[l];
+  }
+  if (!(measured > 0)) return {power.begin(), power.end()};
+  double total = 0;
+  for (size_t l = 0; l < power.size(); ++l) {
+    if (wanted[l] < 0) wanted[l] = power[l] * measured / measured_power;
+    total += wanted[l];
+  }
+  for (size_t l = 0; l < power.size(); ++l)
+    wanted[l] = std::max(wanted[l] / total, kMinShare * power[l] / total_power);
+  return wanted;
+}
+
 }  // namespace
 
 std::vector<double> shares_by_use(const scene::Scene& scene, std::span<const Vec3f> reflectance,
-                                  const trace::RayCaster& caster,
-                                  const samples::SampleSet& samples, std::span<trace::Light> lights,
-                                  const Workers& workers, Progress& progress) {
+                                  const trace::RayCaster& caster, const samples::SampleSet& samples,
+                                  std::span<trace::Light> lights, const Workers& workers,
+                                  Progress& progress) {
   const std::vector<double> power = trace::shares_by_power(lights);
   const auto may_be_guided = [&](const trace::Light& light) {
     return light.is_parallel() && !moves(scene, light);
   };
   if (std::none_of(lights.begin(), lights.end(), may_be_guided) && lights.size() < 2) return power;
-  const LightPilot pilot(scene, reflectance, caster,
-                         pilot_points(scene, caster, samples, kPoints), workers, progress);
+  const LightPilot pilot(scene, reflectance, caster, pilot_points(scene, caster, samples, kPoints),
+                         workers, progress);
   const size_t n = pilot.points();
   if (n == 0) return power;
 
@@ -90,26 +112,13 @@ std::vector<double> shares_by_use(const scene::Scene& scene, std::span<const Vec
   }
 
   const std::vector<double> weight = weights(all, mean);
-  std::vector<double> wanted(lights.size(), -1);
-  double measured = 0, measured_power = 0, total_power = 0;
+  std::vector<double> use(lights.size(), -1);
   for (size_t l = 0; l < lights.size(); ++l) {
-    total_power += power[l];
     if (given[l].all.empty()) continue;
-    double use = 0;
-    for (size_t i = 0; i < n; ++i) use += given[l].indirect[i] * weight[i] * weight[i];
-    wanted[l] = std::sqrt(power[l] * use);
-    measured += wanted[l];
-    measured_power += power[l];
+    use[l] = 0;
+    for (size_t i = 0; i < n; ++i) use[l] += given[l].indirect[i] * weight[i] * weight[i];
   }
-  if (!(measured > 0)) return power;
-  double total = 0;
-  for (size_t l = 0; l < lights.size(); ++l) {
-    if (wanted[l] < 0) wanted[l] = power[l] * measured / measured_power;
-    total += wanted[l];
-  }
-  for (size_t l = 0; l < lights.size(); ++l)
-    wanted[l] = std::max(wanted[l] / total, kMinShare * power[l] / total_power);
-  return wanted;
+  return shares_of(power, use);
 }
 
 }  // namespace deltalux::plan

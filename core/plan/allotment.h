@@ -22,8 +22,8 @@ namespace deltalux::plan {
 /// and `reflectance` (per material), since shares must not depend on the poses of movables; lights
 /// that move count as average ones of their power. Throws Cancelled.
 std::vector<double> shares_by_use(const scene::Scene& scene, std::span<const Vec3f> reflectance,
-                                  const trace::RayCaster& caster,
-                                  const samples::SampleSet& samples, std::span<trace::Light> lights,
-                                  const Workers& workers, Progress& progress);
+                                  const trace::RayCaster& caster, const samples::SampleSet& samples,
+                                  std::span<trace::Light> lights, const Workers& workers,
+                                  Progress& progress);
 
 }  // namespace deltalux::plan

@@ -17,15 +17,8 @@ namespace {
 
 // Independent of the session's seed, so that the result holds for every seed.
 constexpr uint64_t kSeed = 20070129, kLandSeed = 20261127;
-constexpr float kRadius = 0.15f;  // scene metres
+constexpr float kRadius = 0.15f;   // scene metres
 constexpr uint32_t kAnywhere = 4;  // one of so many points lies anywhere
-
-void add(Vec3f point, Vec3f normal, float radius, samples::SampleSet& set) {
-  set.point.push_back(point);
-  set.normal.push_back(normal);
-  set.radius.push_back(radius);
-  set.attached.push_back(scene::kNone);
-}
 
 }  // namespace
 
@@ -48,21 +41,21 @@ samples::SampleSet surface_points(const scene::Scene& scene, const trace::RayCas
     }
   }
   samples::SampleSet set;
-  const float radius = kRadius * samples::scene_metre(scene, caster);
   const PathRandom random(kSeed, 0);
   for (uint32_t i = 0; i < count && !corners.empty(); ++i) {
     const double share = (double(i / 2) + double(random(i, 0))) / (0.5 * (count + 1));
-    const size_t by_area =
-        size_t(std::upper_bound(cumulative.begin(), cumulative.end(), share * area) -
-               cumulative.begin());
-    const size_t k = std::min(i % 2 ? by_area : size_t(share * double(corners.size())),
-                              corners.size() - 1);
+    const size_t by_area = size_t(
+        std::upper_bound(cumulative.begin(), cumulative.end(), share * area) - cumulative.begin());
+    const size_t k =
+        std::min(i % 2 ? by_area : size_t(share * double(corners.size())), corners.size() - 1);
     float u = random(i, 1), v = random(i, 2);
     if (u + v > 1) u = 1 - u, v = 1 - v;
     const auto& p = corners[k];
-    add(p[0] + (p[1] - p[0]) * u + (p[2] - p[0]) * v,
-        Vec3f(normalize(cross(Vec3d(p[1] - p[0]), Vec3d(p[2] - p[0])))), radius, set);
+    set.point.push_back(p[0] + (p[1] - p[0]) * u + (p[2] - p[0]) * v);
+    set.normal.push_back(Vec3f(normalize(cross(Vec3d(p[1] - p[0]), Vec3d(p[2] - p[0])))));
   }
+  set.radius.assign(set.size(), kRadius * samples::scene_metre(scene, caster));
+  set.attached.assign(set.size(), scene::kNone);
   return set;
 }
 
@@ -81,14 +74,17 @@ samples::SampleSet pilot_points(const scene::Scene& scene, const trace::RayCaste
     const uint32_t id = still[i % still.size()].second;
     const Vec3f point = samples.point[id], normal = samples.normal[id];
     if (i < still.size() && (i & 1)) {
-      add(point, normal, radius, set);
+      set.point.push_back(point), set.normal.push_back(normal);
       continue;
     }
     const Vec3f origin = point + normal * (0.01f * radius);
     const Vec3f w = cosine_direction(normal, random(i, 0), random(i, 1));
     const trace::Hit hit = caster.closest_static(origin, w);
-    if (hit.valid()) add(origin + w * hit.t, trace::facing_normal(hit, w), radius, set);
+    if (!hit.valid()) continue;
+    set.point.push_back(origin + w * hit.t), set.normal.push_back(trace::facing_normal(hit, w));
   }
+  set.radius.assign(set.size(), radius);
+  set.attached.assign(set.size(), scene::kNone);
   return set;
 }
 

@@ -19,8 +19,7 @@ struct SceneFlights {
 /// `samples`: where light is wanted, see shares_by_use(). The scene is finished. Throws Cancelled,
 /// OptionError.
 SceneFlights trace_scene(const scene::Scene& scene, const samples::SampleSet& samples,
-                         uint64_t paths,
-                         const trace::Walk::Options& options, const Workers& workers,
-                         Progress& progress);
+                         uint64_t paths, const trace::Walk::Options& options,
+                         const Workers& workers, Progress& progress);
 
 }  // namespace deltalux::plan

@@ -32,7 +32,7 @@ constexpr double kWorth = 1.5;     // smallest reduction of variance for which a
 /// A pilot path of a sun.
 struct Trial {
   float u, v;
-  double square;   ///< square of what its path contributes
+  double square;    ///< square of what its path contributes
   float size = 1;   ///< of the square that contains it
   float needs = 1;  ///< largest square that may contain it
 };
@@ -42,7 +42,9 @@ class Starts {
  public:
   using Start = std::array<float, 2>;
   Starts(const LightPilot& pilot, const lights::Punctual& sun)
-      : pilot_(pilot), sun_(sun), size_u_(dot(sun.frame_u, sun.frame_u)),
+      : pilot_(pilot),
+        sun_(sun),
+        size_u_(dot(sun.frame_u, sun.frame_u)),
         size_v_(dot(sun.frame_v, sun.frame_v)) {}
 
   /// Appends the start for a point just above a surface, if the sun sees it.
@@ -191,8 +193,7 @@ class Quadtree {
       for (uint32_t k = 0; k < 4; ++k) collect(own.child + k, own.mean, out);
       return;
     }
-    out.push_back(
-        {own.u, own.v, own.size, (kPrior * around + own.sum) / (kPrior + own.trials)});
+    out.push_back({own.u, own.v, own.size, (kPrior * around + own.sum) / (kPrior + own.trials)});
   }
 
   size_t split_;
@@ -265,8 +266,8 @@ trace::SunMap map_of(const std::vector<Square>& squares) {
   trace::SunMap map;
   uint32_t below = 0;
   for (size_t i = 0; i < squares.size(); ++i) {
-    map.leaves.push_back({squares[i].u, squares[i].v, squares[i].size,
-                          float(below) / float(trace::SunMap::kSteps)});
+    map.leaves.push_back(
+        {squares[i].u, squares[i].v, squares[i].size, float(below) / float(trace::SunMap::kSteps)});
     below += steps[i];
   }
   return map;

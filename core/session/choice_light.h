@@ -10,7 +10,8 @@
 namespace deltalux::session {
 
 /// Dim factors by light group for these choices: the present ones, but a dimmed group is raised,
-/// at most to its full light, until it brings a quarter of the present light. Needs the cells' sums.
+/// at most to its full light, until it brings a quarter of the present light. Needs the cells'
+/// sums.
 std::vector<double> choice_factors(const State& state);
 
 /// Puts other dim factors into the state for as long as this lives.

@@ -532,13 +532,13 @@ class Session {
   std::unique_ptr<Told> told_;
   /// In a session without paths, between begin_look() and the last take_looks().
   struct Looking {
-    bool lit = false;            ///< whether anything is
+    bool lit = false;               ///< whether anything is
     std::vector<double> factors{};  ///< see choice_factors()
-    gather::Looks looks{{}, 0};  ///< of no samples before take_numbers()
+    gather::Looks looks{{}, 0};     ///< of no samples before take_numbers()
     Awaited awaited;
   };
   std::unique_ptr<Looking> looking_;
-  std::vector<double> joined_factors_;  // those of the look that join_look() joined
+  std::vector<double> joined_factors_;       // those of the look that join_look() joined
   std::unique_ptr<Awaited> awaited_direct_;  // null: direct light is there
   /// Frees what a cancelled call leaves behind, possibly gigabytes, without making the caller wait.
   template <class T>

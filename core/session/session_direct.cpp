@@ -48,7 +48,8 @@ double Session::choose_irradiance_quantum(std::span<const trace::Light> lights) 
 }
 
 /// A third of what well lit samples get from all lights, if nothing hides these. Suns, which may be
-/// hidden everywhere, do not count.
+/// hidden everywhere, do not count, nor do samples that move, so that it does not depend on their
+/// poses.
 double Session::choose_irradiance_reference() const {
   constexpr size_t kAsked = 400, kAbove = 10;
   const State& s = *state_;
@@ -58,6 +59,7 @@ double Session::choose_irradiance_reference() const {
   const size_t n = s.samples.size(), step = std::max<size_t>(1, n / kAsked);
   std::vector<double> sums;
   for (size_t i = 0; i < n; i += step) {
+    if (s.samples.attached[i] != scene::kNone) continue;
     double sum = 0;
     const direct::Receiver receiver = receiver_of(i);
     for (const direct::LightShape& shape : shapes) sum += shape.about(receiver) * shape.brightest();
@@ -175,8 +177,9 @@ void Session::restore_direct(ArchiveSource& archive) {
   const auto scales = archive.read_all<double>("direct.scales", 2);
   snapshot::check_quantum("direct.scales", scales[0], choose_irradiance_quantum(s.lights));
   if (!(scales[1] >= 0 && std::isfinite(scales[1])))
-    throw FormatError("snapshot: array \"direct.scales\" holds a value that no session writes; the "
-                      "file is damaged");
+    throw FormatError(
+        "snapshot: array \"direct.scales\" holds a value that no session writes; the "
+        "file is damaged");
   state_->irradiance_quantum = scales[0], state_->irradiance_reference = scales[1];
   auto fresh = make_direct({scales[0], scales[1]});
   if (s.evaluates()) {

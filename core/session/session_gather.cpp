@@ -305,8 +305,8 @@ std::unique_ptr<direct::DirectLight> Session::direct_at(std::span<const direct::
                                                         std::span<const uint8_t> lights) const {
   const State& s = *state_;
   Progress part;
-  auto direct = std::make_unique<direct::DirectLight>(
-      receivers.size(), s.scene.group_count, direct_->scales(), s.options.seed);
+  auto direct = std::make_unique<direct::DirectLight>(receivers.size(), s.scene.group_count,
+                                                      direct_->scales(), s.options.seed);
   direct->compute({*s.caster, s.lights, lights, receivers}, s.workers, part);
   return direct;
 }

@@ -185,8 +185,7 @@ void Session::read_gradient(double* gradient, Progress& progress, const SlopeSum
     frames[id] = {pose.direction(frame.u), pose.direction(frame.v)};
   });
   add_slopes_of_paths(s, slopes, frames, gradient);
-  direct::DirectLight direct(4 * n, s.scene.group_count, direct_->scales(),
-                             s.options.seed);
+  direct::DirectLight direct(4 * n, s.scene.group_count, direct_->scales(), s.options.seed);
   direct.compute({*s.caster, s.lights, s.light_sampled, around}, s.workers, progress);
   const auto light = direct.sums();
   for (uint32_t g = 0; g < s.scene.group_count; ++g)

@@ -143,10 +143,10 @@ void Session::make_estimators(Parts& parts, Progress& progress) {
 
 void Session::allot_paths(Progress& progress) {
   State& s = *state_;
-  trace::allot_paths(
-      s.lights,
-      plan::shares_by_use(s.scene, s.loaded_reflectance, *s.caster, s.samples, s.lights, s.workers, progress),
-      s.options.paths, kBatches);
+  trace::allot_paths(s.lights,
+                     plan::shares_by_use(s.scene, s.loaded_reflectance, *s.caster, s.samples,
+                                         s.lights, s.workers, progress),
+                     s.options.paths, kBatches);
   s.hold_paths();
   s.scale = trace::choose_scale(s.lights, s.options.max_bounces);
   s.group_sums();

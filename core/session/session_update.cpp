@@ -290,9 +290,9 @@ Affected Session::apply(std::span<const scene::Edit> edits, EditLog& log, double
       affected = find_affected(s, log.changes(), log.materials(), progress);
     frame.end_stage("scan", watch);
     if (log.first_lights()) {
-      auto fresh = make_direct(
-          {choose_irradiance_quantum(std::span(s.lights).first(log.first_lights())),
-           s.irradiance_reference});
+      auto fresh =
+          make_direct({choose_irradiance_quantum(std::span(s.lights).first(log.first_lights())),
+                       s.irradiance_reference});
       dark = std::exchange(direct_, std::move(fresh));
     }
     // The last step that can fail; if it does, update_direct() undoes its own changes.

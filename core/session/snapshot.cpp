@@ -125,8 +125,8 @@ void Session::save_bake(ArchiveView& archive) const {
   for (const segments::BounceSegments& stored : s.store.bounces())
     level_sizes.push_back(stored.size());
   archive.keep("level_sizes", level_sizes);
-  archive.keep("direct.scales", std::vector<double>{direct_->scales().quantum,
-                                                    direct_->scales().reference});
+  archive.keep("direct.scales",
+               std::vector<double>{direct_->scales().quantum, direct_->scales().reference});
 }
 
 ArchiveView Session::save(bool shared) const {

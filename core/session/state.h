@@ -121,8 +121,8 @@ struct State {
   std::vector<Vec3f> loaded_reflectance;  // by material, before any edit
   trace::EnergyScale scale;
   std::vector<SumGroup> sum_groups{1};  // of the lights, in the order of these
-  double irradiance_quantum = 0;    // quantum of direct light by shadow rays; fixed at the bake
-  double irradiance_reference = 0;  // direct::Scales::reference; fixed at the bake
+  double irradiance_quantum = 0;        // quantum of direct light by shadow rays; fixed at the bake
+  double irradiance_reference = 0;      // direct::Scales::reference; fixed at the bake
   float largest_radius = 0;
 
   std::unique_ptr<estimate::SignedEstimator> static_index;

@@ -27,8 +27,7 @@ UnreachedError::UnreachedError(const State& s) : groups_(s.sum_groups.size()) {
     const trace::Light& light = s.lights[l];
     if (!light.on) continue;
     const uint32_t g = light.sums;
-    const double factor =
-        s.birth_factor(light) * s.sum_unit(g) / s.scale.of(s.sum_groups[g].finer);
+    const double factor = s.birth_factor(light) * s.sum_unit(g) / s.scale.of(s.sum_groups[g].finer);
     for (int c = 0; c < 3; ++c)
       groups_[g].one[c] += factor * light.power[c] * (s.light_sampled[l] ? scattered[c] : 1.0);
     paths[g] += double(light.path_count);

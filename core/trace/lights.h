@@ -30,8 +30,8 @@ struct LightTriangle {
 };
 
 /// An area light is one connected piece of an object's emissive triangles of one material, or
-/// several that lie close together, of many; a punctual light is one entry of Scene::lights. All paths of a light start with the same power,
-/// except those of a sun with a map.
+/// several that lie close together, of many; a punctual light is one entry of Scene::lights. All
+/// paths of a light start with the same power, except those of a sun with a map.
 struct Light {
   lights::Punctual punctual;  ///< in the present pose; without a kind for an area light
   uint32_t group = 0;
@@ -45,8 +45,8 @@ struct Light {
   /// negative: coarser. See choose_fineness().
   int finer = 0;
   uint32_t sums = 0;  ///< which of a session's sums its paths add to, see session::SumGroup
-  double area = 0;       ///< area lights: surface area
-  Vec3f radiance{};      ///< area lights: per channel
+  double area = 0;    ///< area lights: surface area
+  Vec3f radiance{};   ///< area lights: per channel
   std::vector<LightPart> parts;      ///< area lights: its triangles
   std::vector<LightTriangle> world;  ///< area lights: its triangles in the present pose
   std::vector<float> cumulative;     ///< area lights: cumulative share of the area, last = 1

@@ -20,7 +20,6 @@ float slack_at(Vec3f o, Vec3f d, float t) {
   return std::max(position_slack(o + d * t), position_slack(d * t));
 }
 
-
 /// The largest slack of `count` primitives.
 float slack_of(const scene::Scene& scene, uint32_t first, size_t count) {
   float most = 0;

@@ -18,7 +18,7 @@ struct SunMap {
     float u, v;
     float weight;  ///< of the path's power: density of uniform starts over the density here
   };
-  static constexpr float kMinDensity = 0.25f;    ///< relative to the uniform density
+  static constexpr float kMinDensity = 0.25f;  ///< relative to the uniform density
   /// Random numbers are multiples of one over this, and so are the leaves' chances.
   static constexpr uint32_t kSteps = 1 << 24;
   static constexpr size_t kMaxLeaves = 1 << 16;  ///< leaves

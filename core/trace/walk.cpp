@@ -53,8 +53,7 @@ Flight Walk::birth(const Light& light, uint64_t index, const Emission& e,
   }
   flight.path = uint32_t(light.first_path + index);
   const float random = PathRandom(options_.seed, flight.path)(0, kRoundBirth);
-  for (int c = 0; c < 3; ++c)
-    flight.power[c] = whole_quanta(quanta[c] * double(e.weight), random);
+  for (int c = 0; c < 3; ++c) flight.power[c] = whole_quanta(quanta[c] * double(e.weight), random);
   DELTALUX_ASSERT(is_unit(e.direction) && is_finite(flight.origin));
   DELTALUX_ASSERT(*std::max_element(flight.power, flight.power + 3) <= 1u << 31);
   return flight;
@@ -131,8 +130,7 @@ int choose_fineness(const Light& light, const EnergyScale& scale) {
 }
 
 Vec3d birth_quanta(const Light& light, const EnergyScale& scale, double factor) {
-  const Vec3d quanta =
-      light.power * (factor / double(light.path_count) / scale.of(light.finer));
+  const Vec3d quanta = light.power * (factor / double(light.path_count) / scale.of(light.finer));
   if (!(brightest(quanta) * light.max_weight() <= std::ldexp(2.0, scale.digits)))
     throw OptionError(
         "light: a path would carry more than the session's integer scale holds; "

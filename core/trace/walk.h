@@ -33,10 +33,9 @@ struct Interaction {
 };
 
 /// The quantum of power of the brightest paths, in watts (or lumens). A path's initial power takes
-/// at most 31 bits, so that sums over 2^32 segments fit into 63 bits, and fewer if there may be more
-/// segments. Lights whose paths are much
-/// darker have a finer quantum of their own, since a sun on a wide site would leave a lamp's path
-/// no quantum at all.
+/// at most 31 bits, so that sums over 2^32 segments fit into 63 bits, and fewer if there may be
+/// more segments. Lights whose paths are much darker have a finer quantum of their own, since a sun
+/// on a wide site would leave a lamp's path no quantum at all.
 struct EnergyScale {
   static constexpr int kMostDigits = 30;
   double quantum = 1;
@@ -64,9 +63,9 @@ class Walk {
     uint64_t seed = 1;
     uint32_t batches = 8;
     uint32_t max_bounces = 1000;  ///< segments per path
-    bool second_hit = false;     ///< compute Interaction::extended
-    float second_reach = 1e30f;  ///< at most this far beyond the first hit
-    bool static_only = false;    ///< ignore movable objects
+    bool second_hit = false;      ///< compute Interaction::extended
+    float second_reach = 1e30f;   ///< at most this far beyond the first hit
+    bool static_only = false;     ///< ignore movable objects
   };
 
   Walk(const scene::Scene& scene, const RayCaster& caster, const Options& options)

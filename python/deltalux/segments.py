@@ -178,7 +178,15 @@ def trace(
     check_bounces(max_bounces)
     flat = flatten(scene)
     columns = _core.trace_paths(
-        flat.core, *_wanted(samples, flat.origin), paths, seed, max_bounces, BATCHES, True, threads or 0, progress
+        flat.core,
+        *_wanted(samples, flat.origin),
+        paths,
+        seed,
+        max_bounces,
+        BATCHES,
+        True,
+        threads or 0,
+        progress,
     )
     segments = object.__new__(Segments)
     quantum = columns.pop("quantum")
@@ -197,7 +205,7 @@ def trace(
 def _wanted(samples: Places | None, origin: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Points and normals of the samples that nothing movable carries, as the core sees them."""
     if samples is None:
-        return np.empty((0, 3), np.float32), np.empty((0, 3), np.float32)
+        return np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32)
     still = np.array([name is None for name in samples.attached], bool)
     return (
         np.ascontiguousarray(samples.points[still] - origin, np.float32),

@@ -77,7 +77,7 @@ def test_a_session_tells_the_commands_that_made_it(
 def test_the_tables_show_it(cli: Cli, edited: Path) -> None:
     out = cli("info", edited, "--nodes").out
     for text in ("deltalux update", "20,000, seed 1", "moved by 1, 0.5, 0 m, turned by 90°", "dimmed to 0.25",
-                 "reflects 0.5, 0.25, 0.125", "size by part", "gather", "MiB", "MOVE_panel"):  # fmt: skip
+                 "reflects 0.5, 0.25, 0.125", "size by part", "gather", "iB", "MOVE_panel"):  # fmt: skip
         assert text in out
 
 

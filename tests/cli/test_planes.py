@@ -26,7 +26,9 @@ def hall(tmp_path_factory: pytest.TempPathFactory) -> Path:
     lines += ["o box", "usemtl grey", "f 9 12 11 10", "f 13 14 15 16"]
     lines += [f"f {9 + i} {9 + (i + 1) % 4} {13 + (i + 1) % 4} {13 + i}" for i in range(4)]
     folder = tmp_path_factory.mktemp("hall")
-    (folder / "hall.mtl").write_text("newmtl grey\nKd 0.5 0.5 0.5\nnewmtl glow\nKe 10 10 10\n")
+    (folder / "hall.mtl").write_text(
+        "newmtl grey\nKd 0.5 0.5 0.5\nnewmtl glow\nKd 0.5 0.5 0.5\nKe 10 10 10\n"
+    )
     (folder / "hall.obj").write_text("\n".join(lines) + "\n")
     return folder / "hall.obj"
 

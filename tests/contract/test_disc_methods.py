@@ -245,7 +245,7 @@ GOOD = {"origin": [(0.0, 1, 0)], "direction": [(0.0, -1, 0)], "length": [2.0], "
         ({"bounce": [[0]]}, "bounce: found shape"),
         ({"path": [-1]}, "path: found -1"),
         ({"bounce": [0.5]}, "bounce: found 0.5"),
-        ({"bounce": [256]}, "bounce: found 256"),
+        ({"bounce": [65536]}, "bounce: found 65536"),
         ({"group": [np.nan]}, "group: found nan"),
     ],
 )

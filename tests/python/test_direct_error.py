@@ -40,19 +40,17 @@ def brute_force(points, openings) -> np.ndarray:
         dy, dz = y[:, None] - py, z[None, :] - pz
         factor = np.maximum(dy, 0) * px / (px * px + dy * dy + dz * dz) ** 2
         qy, qz = py + t * dy[:, 0], pz + t * dz[0]
-        seen = sum(
-            np.outer((qy > y0) & (qy < y1), (qz > z0) & (qz < z1)) for (y0, z0), (y1, z1) in openings
-        )
+        seen = sum(np.outer((qy > y0) & (qy < y1), (qz > z0) & (qz < z1)) for (y0, z0), (y1, z1) in openings)
         light.append((factor * seen).mean() * 4)
     return np.array(light)
 
 
 @pytest.mark.parametrize("name", OPENINGS)
 def test_light_through_openings(name):
-    """Mean within 5 %; no error of 0 where light is wrong; 90 % of errors within 1.25 times the normal's quantile.
+    """Mean within 5 %; no error of 0 where light is wrong; 90 % of errors within 1.25 normal quantiles.
 
-    With 120 points, more than a tenth of them beyond 2.06 claimed errors, where 4 % are expected, has a chance below
-    0.3 % for one opening; seeds are fixed.
+    With 120 points, more than a tenth of them beyond 2.06 claimed errors, where 4 % are expected, has a
+    chance below 0.3 % for one opening; seeds are fixed.
     """
     openings = OPENINGS[name]
     rng = np.random.default_rng(7)

@@ -24,8 +24,6 @@ def lamp_of(kind: str, size: float, at) -> tuple[list[dl.Mesh], list[dl.PointLig
     return [dl.Mesh("lamp", vertices + at, triangles, "glow")], []
 
 
-
-
 def light(kind: str, size: float, shift, **options) -> np.ndarray:
     """Irradiance on the floor of a room with a lamp 2 m above, everything moved by `shift`."""
     meshes, points = lamp_of(kind, size, np.add(shift, (0, 2, 0)))

@@ -65,7 +65,7 @@ def test_what_outgrows_it_unforeseen_waits_and_can_be_taken_back():
                 "shade", *box((0.4, 0.4, 0.4), inward=True), "black", pose=translation(0, 1, 0), movable=True
             ),
         ],
-        [dl.Material("wall", (0.98,) * 3), dl.Material("black", (0, 0, 0))],
+        [dl.Material("wall", (0.95,) * 3), dl.Material("black", (0, 0, 0))],
         [dl.PointLight("bulb", (0, 1, 0), (1, 1, 1))],
     )
     samples = dl.Samples([(1, 0, 1)], [(0, 1, 0)], radius=0.2)

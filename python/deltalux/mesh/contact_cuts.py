@@ -72,8 +72,8 @@ def cut_at_contacts(
         count += len(added)
         parts.append(replace(cut, points=added, triangles=numbers[cut.triangles], source=rows[cut.source]))
     order = np.argsort(np.concatenate([part.source for part in parts]), kind="stable")
-    rows = ("triangles", "source", "parted", "beside")
-    joined = {name: np.concatenate([getattr(part, name) for part in parts])[order] for name in rows}
+    names = ("triangles", "source", "parted", "beside")
+    joined = {name: np.concatenate([getattr(part, name) for part in parts])[order] for name in names}
     return CutMesh(np.concatenate([points, *(part.points for part in parts)]), **joined)
 
 

@@ -3,18 +3,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from deltalux import _core
 
-if TYPE_CHECKING:
-    from .scene import Mesh, Scene
 
-
-def emitting_areas(scene: Scene, meshes: list[Mesh]) -> dict[str, np.ndarray]:
-    """What emits of each triangle of `meshes`, in square metres; by name of the mesh, each (m,)."""
+def emitting_areas(scene: Any, meshes: Sequence[Any]) -> dict[str, np.ndarray]:
+    """What emits of each triangle of `meshes` of a Scene, in m²; by name of the mesh, each (m,)."""
     core = _core.Scene()
     numbers = {}
     for number, material in enumerate(scene.materials):

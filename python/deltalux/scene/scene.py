@@ -293,7 +293,9 @@ class Scene:
             areas = mesh.triangle_areas()
             triangles += len(areas)
             area += float(areas.sum())
-            areas = emitting.get(mesh.name, areas)
+            seen = emitting.get(mesh.name, areas)
+            # The core reckons in single precision; where nothing hides a triangle, its area is known better.
+            areas = np.where(np.isclose(seen, areas, rtol=1e-3, atol=0), areas, seen)
             for material in self._emissive_materials(mesh):
                 uses = self._uses(mesh, material.name)
                 own = float(areas[uses].sum())
