@@ -103,7 +103,7 @@ def test_a_cancelled_way_out_changes_nothing():
         session.bake()
         first, home = session.digest(), session.pose("lamp")
         stages: list[str] = []
-        session.progress = lambda stage, _: stages.append(stage) or stages[0] == stage or "trace paths" not in stages
+        session.progress = lambda stage, _: stages.append(stage) or "trace paths" not in stages
         session.move("lamp", translation(0, 30, 0))
         session.add(dl.Mesh("added", *box((0.3,) * 3), "own glow", pose=translation(0, 20, 0), movable=True))
         with pytest.raises(dl.Cancelled):
