@@ -61,23 +61,21 @@ Polygon clipped(const Polygon& polygon, const Height& height) {
   return out;
 }
 
-/// Area of the polygon's projection on the plane z = 0.
-inline double area_of(const Polygon& polygon) {
+/// Twice the area of the polygon's projection on the plane z = 0; negative if it turns clockwise.
+inline double twice_area(const Polygon& polygon) {
   double twice = 0;
   for (size_t i = 2; i < polygon.size(); ++i)
     twice += (polygon[i - 1].x - polygon[0].x) * (polygon[i].y - polygon[0].y) -
              (polygon[i].x - polygon[0].x) * (polygon[i - 1].y - polygon[0].y);
-  return 0.5 * std::fabs(twice);
+  return twice;
 }
+inline double area_of(const Polygon& polygon) { return 0.5 * std::fabs(twice_area(polygon)); }
 
 /// Adds the parts of `whole` outside of the convex polygon `hole` to `out`.
 inline void add_outside(const Polygon& whole, const Polygon& hole, std::vector<Polygon>& out) {
   constexpr double kNothing = 1e-7;  // of the area: parts that rounding makes
   constexpr size_t kMany = 9;        // a polygon with more corners is divided, to keep its capacity
-  double twice = 0;
-  for (size_t i = 2; i < hole.size(); ++i)
-    twice += (hole[i - 1].x - hole[0].x) * (hole[i].y - hole[0].y) -
-             (hole[i].x - hole[0].x) * (hole[i - 1].y - hole[0].y);
+  const double twice = twice_area(hole);
   const double turn = twice < 0 ? -1 : 1;
   const auto inside = [&](size_t k, const Point& p) {
     const Point &a = hole[k], &b = hole[(k + 1) % hole.size()];

@@ -61,6 +61,14 @@ RayBits pass(const trace::RayCaster& caster, const trace::RayFan& fan, RayBits f
   return free;
 }
 
+/// The countable rays that neither the receiver's own object nor static geometry blocks.
+RayBits pass_fixed(const trace::RayCaster& caster, const Receiver& receiver, const Strata& rays) {
+  RayBits free = rays.countable;
+  if (receiver.object != scene::kNone)
+    free = without(free, caster.occluded_object(receiver.object, rays.fan, free));
+  return free == kNoRays ? free : without(free, caster.occluded_static(rays.fan, free));
+}
+
 /// The share by the fine strata of which `free` are visible, with strata divided where needed.
 /// `divided` tells whether they were.
 Seen resolve(const LightShape& light, const Receiver& receiver, double open, const Strata& fine,
@@ -152,11 +160,7 @@ Seen visible_share(const trace::RayCaster& caster, const LightShape& light,
     seen = {seen[0] & fixed.fine[0], seen[1] & fixed.fine[1], seen[2] & fixed.fine[2],
             seen[3] & fixed.fine[3]};
   const auto free_rays = [&](const Strata& rays) {
-    RayBits free = rays.countable;
-    if (receiver.object != scene::kNone)
-      free = without(free, caster.occluded_object(receiver.object, rays.fan, free));
-    if (free != kNoRays) free = without(free, caster.occluded_static(rays.fan, free));
-    return pass(caster, rays.fan, free, movables);
+    return pass(caster, rays.fan, pass_fixed(caster, receiver, rays), movables);
   };
   bool divided = false;
   return resolve(light, receiver, open_light, strata, seen, free_rays, divided);
@@ -176,10 +180,7 @@ double coarse_share(const trace::RayCaster& caster, const LightShape& light,
     if (some) asked = some;
   }
   if (!asked) return 0;  // only a sliver of the light is in front of the receiver
-  RayBits free = strata.countable;
-  if (receiver.object != scene::kNone)
-    free = without(free, caster.occluded_object(receiver.object, strata.fan, free));
-  if (free != kNoRays) free = without(free, caster.occluded_static(strata.fan, free));
+  const RayBits free = pass_fixed(caster, receiver, strata);
   return strata.share(pass(caster, strata.fan, free, movables));
 }
 

@@ -20,10 +20,9 @@ struct Seen {
 
 /// The visibility of a light, considering static geometry and the receiver's own object. It stays
 /// the same until the light or the receiver changes. The rules:
-/// - Cast 36 rays, and 4 to the light's extremities (12 and 4 if it is small as seen from there;
-/// one
-///   if it is faint). All free: open. All blocked: hidden, unless the light gives much where it is
-///   not. Otherwise cast 256 rays.
+/// - Cast 36 rays, and 4 to the light's extremities (12 and 4 if it is small as seen from there; a
+///   single one if it is faint). All free: open. All blocked: hidden, unless the light gives much
+///   where it is not. Otherwise cast 256 rays.
 /// - If the light is close or large, cast the 256 rays at once.
 /// - If these leave the share uncertain, divide strata, see refine().
 /// - Test the receiver's own object first: it causes most occlusion and is cheap.

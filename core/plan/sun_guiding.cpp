@@ -110,6 +110,7 @@ std::vector<Trial> first_starts(const LightPilot& pilot, const lights::Punctual&
   return trials;
 }
 
+/// Traces the trials from index `from` on.
 void follow(const LightPilot& pilot, const trace::Light& sun, std::span<const double> weight,
             size_t from, std::vector<Trial>& trials, const Workers& workers, Progress& progress) {
   workers.for_blocks(trials.size() - from, LightPilot::kChunk, [&](size_t begin, size_t end) {

@@ -3,7 +3,6 @@
 #include "session/cut_light.h"
 
 #include <algorithm>
-#include <array>
 
 namespace deltalux::session {
 namespace {
@@ -40,8 +39,7 @@ Vec3d cut_share(const State& s) {
   const auto& bounces = s.store.bounces();
   const uint32_t last = s.options.max_bounces - 1;
   if (bounces.size() <= last || bounces[last].live() == 0) return {};
-  std::vector<double> units;
-  for (size_t g = 0; g < s.sum_groups.size(); ++g) units.push_back(s.sum_unit(g));
+  const std::vector<double> units = s.sum_units();
   Vec3d all{};
   for (uint32_t b = 0; b < last; ++b) all = all + landed(s, b, units).power;
   const Landed end = landed(s, last, units);

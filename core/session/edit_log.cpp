@@ -28,6 +28,8 @@ std::vector<trace::Light> added_lights(const State& s, const scene::Scene& scene
     light.first_path = next;
     light.path_count = kBatches * uint64_t(std::clamp(wanted / kBatches, 1.0, 0x1p40));
     next += light.path_count;
+    // The first lights of a dark scene have no scale yet, see State::group_sums().
+    if (!s.lights.empty()) light.finer = trace::choose_fineness(light, s.scale);
   }
   return lights;
 }
@@ -134,9 +136,7 @@ void EditLog::add_lights() {
   }
   if (s_.lights.size() == old_lights_) return;
   if (first_lights_) return s_.group_sums();
-  const std::span<trace::Light> fresh = std::span(s_.lights).subspan(old_lights_);
-  for (trace::Light& light : fresh) light.finer = trace::choose_fineness(light, s_.scale);
-  assign_sums(fresh, s_.sum_groups);
+  assign_sums(std::span(s_.lights).subspan(old_lights_), s_.sum_groups);
 }
 
 bool EditLog::reborn(size_t l) const {

@@ -334,8 +334,7 @@ gather::Present Session::present(std::span<const direct::Receiver> receivers,
 std::optional<gather::Evaluation> Session::evaluation(bool errors) const {
   const State& s = *state_;
   if (!s.gather) return std::nullopt;
-  std::vector<double> units;
-  for (size_t g = 0; g < s.sum_groups.size(); ++g) units.push_back(s.sum_unit(g));
+  const std::vector<double> units = s.sum_units();
   Gather& own = *s.gather;
   const gather::CellState state{s.scene, own.cells, own.coverage, own.sums, units};
   gather::Paint paint;

@@ -283,9 +283,7 @@ void Session::restore_lights(ArchiveSource& archive) {
   const auto finer = archive.read_all<int32_t>("light_finer", s.lights.size());
   snapshot::check_range("light_finer", finer, trace::kLeastFineness, trace::kMostFineness);
   for (size_t i = 0; i < s.lights.size(); ++i) s.lights[i].finer = finer[i];
-  s.sum_groups.clear();
-  assign_sums(s.lights, s.sum_groups);
-  if (s.sum_groups.empty()) s.sum_groups.emplace_back();
+  s.share_sums();
   lay_out_cell_sums(s);
   for (const trace::Light& light : s.lights)
     // throws if the quantum is too fine

@@ -225,9 +225,19 @@ struct State {
     const SumGroup& own = sum_groups[index];
     return scale.of(own.finer) * (merged(own.group) ? 1.0 : group_factor[own.group]);
   }
+  /// sum_unit() of all `sum_groups`.
+  std::vector<double> sum_units() const {
+    std::vector<double> out;
+    for (size_t g = 0; g < sum_groups.size(); ++g) out.push_back(sum_unit(g));
+    return out;
+  }
   /// Chooses, for the present scale, the quantum of each light and the sums that its paths add to.
   void group_sums() {
     for (trace::Light& light : lights) light.finer = trace::choose_fineness(light, scale);
+    share_sums();
+  }
+  /// The same for lights whose quanta are known.
+  void share_sums() {
     sum_groups.clear();
     assign_sums(lights, sum_groups);
     if (sum_groups.empty()) sum_groups.emplace_back();

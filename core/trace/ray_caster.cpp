@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "base/assertion.h"
+#include "base/end_slack.h"
 
 namespace deltalux::trace {
 
@@ -15,10 +16,8 @@ namespace {
 constexpr float kFlat = 1.0f / 16;  // cosine: for flatter rays the lead grows no more
 constexpr float kMostLead = 16;     // in units of slack_at()
 
-/// Of a hit, as in surface_slack().
-float slack_at(Vec3f o, Vec3f d, float t) {
-  return std::max(position_slack(o + d * t), position_slack(d * t));
-}
+/// Of the hit at distance `t` of a ray, as in surface_slack().
+float slack_at(Vec3f o, Vec3f d, float t) { return end_slack(o + d * t, d * t); }
 
 /// The largest slack of `count` primitives.
 float slack_of(const scene::Scene& scene, uint32_t first, size_t count) {
