@@ -203,7 +203,8 @@ class Session {
   /// until the session changes.
   ArchiveView save_look() const;
   void join_look(ArchiveSource& archive);
-  /// Direct light of samples [first, last), by which their numbers of rays are chosen.
+  /// Direct light of samples [first, last), by which their numbers of rays are chosen: that of the
+  /// factors of begin_look().
   std::vector<Vec3d> direct_of_samples(size_t first, size_t last) const;
   /// The numbers of rays of the samples from `first` on that have this direct light.
   RayNumbers number_rays(size_t first, std::span<const Vec3d> direct, Progress& progress) const;
@@ -395,9 +396,10 @@ class Session {
   /// Direct light by shadow rays at receivers. `lights`: 1 for each light to include.
   std::unique_ptr<direct::DirectLight> direct_at(std::span<const direct::Receiver> receivers,
                                                  std::span<const uint8_t> lights) const;
-  /// Irradiance of receivers [first, first + count), in the scene's unit, with dimming.
-  std::vector<Vec3d> irradiance_of(const direct::DirectLight& direct, size_t first,
-                                   size_t count) const;
+  /// Irradiance of receivers [first, first + count), in the scene's unit; `factors` by light group.
+  static std::vector<Vec3d> irradiance_of(const direct::DirectLight& direct,
+                                          std::span<const double> factors, size_t first,
+                                          size_t count);
   /// Places beams and suns in the present scene.
   void place_asked();
   /// The suns that are worth a shadow ray at every gather hit. `hits`: see Votes.

@@ -236,7 +236,7 @@ std::vector<Vec3d> Session::direct_of(std::span<const direct::Receiver> receiver
     direct::light_by_need({*s.caster, s.lights, all, others}, dim_of_lights(), s.options.seed,
                           s.workers, progress, found);
   else
-    found = irradiance_of(*direct_at(others, all), 0, others.size());
+    found = irradiance_of(*direct_at(others, all), state_->group_factor, 0, others.size());
   for (size_t k = 0; k < numbers.size(); ++k) light[numbers[k]] = found[k];
   if (kept) kept->keep_direct(others, by_need, found);
   return light;

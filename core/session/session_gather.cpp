@@ -207,7 +207,7 @@ bool Session::choose_need(const gather::Evaluation& now) {
   if (places.empty()) return false;
   const uint32_t rays = s.options.gather_rays;
   const std::vector<Vec3d> direct =
-      irradiance_of(*direct_at(places, s.light_sampled), 0, places.size());
+      irradiance_of(*direct_at(places, s.light_sampled), s.group_factor, 0, places.size());
   Progress part;
   const std::vector<gather::SeenGuides> around = guides_at(places, rays, part);
   s.guiding.need = gather::RayNeed(pilots_of({places, around, direct}, rays, now), rays);
@@ -225,7 +225,7 @@ void Session::choose_rays(const gather::Evaluation& now, std::span<const gather:
   for (size_t first = 0; first < receivers_.size(); first += together) {
     const size_t count = std::min(together, receivers_.size() - first);
     if (needs_pilots()) {
-      const std::vector<Vec3d> straight = irradiance_of(*direct_, first, count);
+      const std::vector<Vec3d> straight = irradiance_of(*direct_, s.group_factor, first, count);
       const std::vector<int8_t> own =
           piloted({std::span(receivers_).subspan(first, count),
                    s.guiding.empty() ? seen : seen.subspan(first, count), straight},
@@ -311,16 +311,16 @@ std::unique_ptr<direct::DirectLight> Session::direct_at(std::span<const direct::
   return direct;
 }
 
-std::vector<Vec3d> Session::irradiance_of(const direct::DirectLight& direct, size_t first,
-                                          size_t count) const {
-  const State& s = *state_;
-  const size_t all = direct.sums().size() / (3 * size_t(s.scene.group_count));
+std::vector<Vec3d> Session::irradiance_of(const direct::DirectLight& direct,
+                                          std::span<const double> factors, size_t first,
+                                          size_t count) {
+  const size_t all = direct.sums().size() / (3 * factors.size());
   std::vector<Vec3d> irradiance(count);
   for (size_t i = 0; i < count; ++i)
-    for (uint32_t g = 0; g < s.scene.group_count; ++g)
+    for (size_t g = 0; g < factors.size(); ++g)
       for (int c = 0; c < 3; ++c)
-        irradiance[i][c] += s.group_factor[g] * direct.irradiance_quantum() *
-                            double(direct.sums()[3 * (size_t(g) * all + first + i) + size_t(c)]);
+        irradiance[i][c] += factors[g] * direct.irradiance_quantum() *
+                            double(direct.sums()[3 * (g * all + first + i) + size_t(c)]);
   return irradiance;
 }
 

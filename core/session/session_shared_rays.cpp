@@ -125,9 +125,9 @@ void Session::check_joined(size_t first, size_t last) const {
 }
 
 std::vector<Vec3d> Session::direct_of_samples(size_t first, size_t last) const {
-  looking(false);
+  const std::vector<double>& factors = looking(false).factors;
   Awaited::check(first, last, receivers_.size());
-  return irradiance_of(*direct_, first, last - first);
+  return irradiance_of(*direct_, factors, first, last - first);
 }
 
 RayNumbers Session::number_rays(size_t first, std::span<const Vec3d> direct,

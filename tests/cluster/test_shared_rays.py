@@ -113,6 +113,20 @@ def test_defaults_and_random_edits(client):
         equal(many, one)
 
 
+@pytest.mark.parametrize("factor", [0.0, 0.1, 0.9])
+def test_lamps_that_are_dim_at_the_bake(client, factor):
+    scene = room()
+    samples = samples_in(scene)
+    with (
+        dl.Session(scene, samples, paths=1600) as one,
+        dl.ClusterSession(scene, samples, client=client, paths=1600) as many,
+    ):
+        for each in (one, many):
+            each.dim("desk", factor)
+            each.bake()
+        equal(many, one)
+
+
 @pytest.mark.parametrize("stage", STAGES)
 def test_a_worker_that_is_killed_while_it_casts_rays(client, stage):
     with sessions(client, 4) as (one, many):
