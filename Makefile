@@ -18,10 +18,10 @@ SOURCES := $(shell find core bindings python -type f \
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help setup build demo test lint format docs viewer viewer-check sanitize portable fuzz soak bench bench-peers clean FORCE
+.PHONY: help setup build demo test test-thorough lint format docs viewer viewer-check sanitize portable fuzz soak bench bench-peers clean FORCE
 
 help: ## Show this list
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 setup: $(VENV)/setup.stamp ## Install system packages (apt, only what is missing) and make .venv
 
@@ -36,6 +36,9 @@ test: build $(VENV)/test.stamp ## Run the C++ and the Python tests
 	cmake --build $(BUILD) -j $(JOBS)
 	ctest --test-dir $(BUILD) --output-on-failure --no-tests=ignore -j $(JOBS)
 	$(BIN)/pytest -n $(JOBS)
+
+test-thorough: export DELTALUX_THOROUGHNESS = 1
+test-thorough: test ## The same with all cases of the tests that draw theirs: three times as long
 
 lint: build $(VENV)/test.stamp $(VENV)/lint.stamp ## Check formatting, linting, typing and the layer rules
 	@failed=; check() { echo "== $$1"; name=$$1; shift; "$$@" || failed="$$failed $$name,"; }; \

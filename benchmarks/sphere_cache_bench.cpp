@@ -124,8 +124,8 @@ int main(int argc, char** argv) {
   add("widest", [](SphereCacheOptions&) {});
   add("nested", [](SphereCacheOptions& o) { o.containment = Containment::nested; });
   add("literal (lossy)", [](SphereCacheOptions& o) { o.containment = Containment::literal; });
-  add("Lebesgue order", [](SphereCacheOptions& o) { o.order = samples::Curve::lebesgue; });
-  add("no order", [](SphereCacheOptions& o) { o.order = samples::Curve::none; });
+  add("Lebesgue order", [](SphereCacheOptions& o) { o.order = Curve::lebesgue; });
+  add("no order", [](SphereCacheOptions& o) { o.order = Curve::none; });
   add("ratio 0.5", [](SphereCacheOptions& o) { o.ratio = 0.5; });
   add("ratio 0.6", [](SphereCacheOptions& o) { o.ratio = 0.6; });
   add("ratio 0.9", [](SphereCacheOptions& o) { o.ratio = 0.9; });

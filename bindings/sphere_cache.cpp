@@ -9,7 +9,6 @@ namespace deltalux::python {
 namespace {
 
 using estimate::Containment;
-using samples::Curve;
 
 Curve to_curve(const std::string& name) {
   return name == "none" ? Curve::none : name == "lebesgue" ? Curve::lebesgue : Curve::hilbert;

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <optional>
 
 #include "base/assertion.h"
@@ -80,28 +79,17 @@ class DirectLight::Outstanding {
   std::vector<size_t> first_box_;  // by change
 };
 
-DirectLight::DirectLight(size_t samples, uint32_t group_count, Scales scales, uint64_t seed)
-    : samples_(samples), group_count_(group_count), scales_(scales), seed_(seed) {
+DirectLight::DirectLight(size_t samples, const Scales& scales, uint64_t seed)
+    : samples_(samples), scales_(scales), seed_(seed) {
   if (!(scales.quantum > 0) || !std::isfinite(scales.quantum))
     throw OptionError("direct light: found irradiance quantum " + std::to_string(scales.quantum) +
                       ", expected a positive number");
-  sums_.assign(size_t(group_count) * samples * 3, 0);
 }
 
-void DirectLight::set_groups(uint32_t count) {
-  sums_.resize(size_t(count) * samples_ * 3, 0);
-  group_count_ = count;
-}
-
-void DirectLight::check(std::span<const trace::Light> lights,
-                        std::span<const uint8_t> sampled) const {
+void DirectLight::check(std::span<const trace::Light> lights, std::span<const uint8_t> sampled) {
   if (sampled.size() != lights.size())
     throw OptionError("direct light: found choices for " + std::to_string(sampled.size()) +
                       " lights, expected " + std::to_string(lights.size()));
-  for (const trace::Light& light : lights)
-    if (light.group >= group_count_)
-      throw OptionError("direct light: found light group " + std::to_string(light.group) +
-                        ", expected below " + std::to_string(group_count_));
 }
 
 void DirectLight::check(const Present& present) const {
@@ -111,27 +99,35 @@ void DirectLight::check(const Present& present) const {
                       " receivers, expected " + std::to_string(samples_));
 }
 
-std::vector<DirectLight::Column> DirectLight::make_columns(std::span<const trace::Light> lights,
-                                                           std::span<const uint8_t> sampled,
-                                                           size_t first) const {
-  std::vector<Column> columns;
-  for (size_t i = first; i < lights.size(); ++i) {
+void DirectLight::append_columns(std::span<const trace::Light> lights,
+                                 std::span<const uint8_t> sampled) {
+  for (size_t i = columns_.size(); i < lights.size(); ++i) {
     const trace::Light& light = lights[i];
-    Column& column = columns.emplace_back();
-    column.group = light.group;
+    Column& column = columns_.emplace_back();
     const Vec3d power(light.strength());
     const double brightest = std::max({power.x, power.y, power.z});
     if (brightest > 0) column.channel = power * (1 / brightest);
     if (!sampled[i]) continue;
+    column.quantum = quantum_of(light, scales_);
+    const Part part{light.group, column.quantum};
+    const auto found = std::find(parts_.begin(), parts_.end(), part);
+    column.part = uint32_t(found - parts_.begin());
+    if (found == parts_.end()) parts_.push_back(part);
     column.weight.assign(samples_, 0);
     column.view.assign(samples_, code_of(FixedView::Kind::empty));
     if (light.is_area()) column.error.assign(samples_, 0);
   }
-  return columns;
+  sums_.resize(parts_.size() * samples_ * 3, 0);
+}
+
+void DirectLight::shrink(size_t columns, size_t parts) {
+  columns_.resize(columns);
+  parts_.resize(parts);
+  sums_.resize(std::min(sums_.size(), parts * samples_ * 3));
 }
 
 void DirectLight::add(const Column& column, size_t sample, int64_t weight, int sign) {
-  int64_t* cell = &sums_[(size_t(column.group) * samples_ + sample) * 3];
+  int64_t* cell = &sums_[(size_t(column.part) * samples_ + sample) * 3];
   for (int c = 0; c < 3; ++c)
     cell[c] += sign * int64_t(std::llround(double(weight) * column.channel[c]));
   DELTALUX_ASSERT(std::min({cell[0], cell[1], cell[2]}) >= 0);
@@ -155,20 +151,20 @@ FixedView DirectLight::view_of(const Column& column, size_t sample) const {
 }
 
 DirectLight::Weight DirectLight::weigh(const Present& present, const LightShape& shape,
-                                       size_t sample, double open, const FixedView& view,
-                                       std::span<const uint32_t> movables) const {
+                                       const Column& column, size_t sample, double open,
+                                       const FixedView& view, std::span<const uint32_t> movables) {
   const Seen seen =
       visible_share(present.caster, shape, present.receivers[sample], open, view, movables);
   DELTALUX_ASSERT(seen.share >= 0 && seen.share <= 1 + 1e-6 && open >= 0);
-  const double quanta = open * shape.brightest() / scales_.quantum;
+  const double quanta = open * shape.brightest() / column.quantum;
   return {std::llround(std::min(quanta * seen.share, kMaxWeight)),
           error_code(float(std::min(quanta * double(seen.error), kMaxWeight)))};
 }
 
-void DirectLight::add_variance(uint32_t group, size_t begin, size_t end, double factor,
+void DirectLight::add_variance(uint32_t part, size_t begin, size_t end, double factor,
                                double* out) const {
   for (const Column& column : columns_) {
-    if (column.group != group || column.error.empty()) continue;
+    if (column.part != part || column.error.empty()) continue;
     for (size_t i = begin; i < end; ++i) {
       if (!column.error[i]) continue;
       const double error = double(error_of(column.error[i]));
@@ -182,8 +178,8 @@ void DirectLight::add_variance(uint32_t group, size_t begin, size_t end, double 
 
 void DirectLight::compute(const Present& present, const Workers& workers, Progress& progress) {
   check(present);
-  DirectLight fresh(samples_, group_count_, scales_, seed_);
-  fresh.columns_ = make_columns(present.lights, present.sampled, 0);
+  DirectLight fresh(samples_, scales_, seed_);
+  fresh.append_columns(present.lights, present.sampled);
   std::vector<uint32_t> chosen;
   for (uint32_t i = 0; i < present.lights.size(); ++i)
     if (present.sampled[i]) chosen.push_back(i);
@@ -203,7 +199,8 @@ void DirectLight::compute(const Present& present, const Workers& workers, Progre
         const double open = shapes[light]->open(receiver);
         if (!(open > 0)) continue;
         const FixedView view = fixed_view(present.caster, *shapes[light], receiver, open);
-        fresh.set(column, i, weigh(present, *shapes[light], i, open, view, blockers.of(receiver)));
+        fresh.set(column, i,
+                  weigh(present, *shapes[light], column, i, open, view, blockers.of(receiver)));
         column.view[i] = code_of(view.kind, own.size());
         if (view.kind == FixedView::Kind::partial) own.emplace_back(view);
       }
@@ -225,20 +222,18 @@ void DirectLight::update(const Present& present, const DirectChange& change, con
                          Progress& progress, double budget_ms) {
   check(present);
   const Stopwatch watch;
-  const size_t old_columns = columns_.size();
+  const size_t old_columns = columns_.size(), old_parts = parts_.size();
   const uint64_t before = past_ + recent_.size();
-  std::vector<Column> added = make_columns(present.lights, present.sampled, old_columns);
   DirectChange latest = change;
-  for (uint32_t i = 0; i < added.size(); ++i) {
-    added[i].taken = before;
-    latest.lights.push_back(uint32_t(old_columns) + i);
-  }
-  columns_.insert(columns_.end(), std::make_move_iterator(added.begin()),
-                  std::make_move_iterator(added.end()));
   std::vector<Found> found(block_count(samples_));
   std::vector<uint32_t> lights;
   size_t done = 0;
   try {
+    append_columns(present.lights, present.sampled);
+    for (size_t i = old_columns; i < columns_.size(); ++i) {
+      columns_[i].taken = before;
+      latest.lights.push_back(uint32_t(i));
+    }
     if (!latest.boxes.empty() || !latest.lights.empty() || !latest.samples.empty())
       recent_.push_back(std::move(latest));
     lights = waiting();
@@ -252,7 +247,7 @@ void DirectLight::update(const Present& present, const DirectChange& change, con
     make_room(found);
   } catch (...) {
     while (past_ + recent_.size() > before) recent_.pop_back();
-    columns_.resize(old_columns);
+    shrink(old_columns, old_parts);
     throw;
   }
   // Nothing throws below this line.
@@ -324,8 +319,8 @@ void DirectLight::find_changes(const Present& present, const Outstanding& outsta
         const double open = shapes[light]->open(present.receivers[i]);
         if (renewed) view = fixed_view(present.caster, *shapes[light], present.receivers[i], open);
         if (!blockers) blockers.emplace(present.caster, present.lights[light], block);
-        const Weight weight =
-            weigh(present, *shapes[light], i, open, view, blockers->of(present.receivers[i]));
+        const Weight weight = weigh(present, *shapes[light], columns_[light], i, open, view,
+                                    blockers->of(present.receivers[i]));
         if (!renewed && weight == weight_of(columns_[light], i)) continue;
         own.records.push_back(
             {light, uint32_t(i), weight, renewed, code_of(view.kind, own.partial.size())});

@@ -12,6 +12,7 @@
 #include "base/archive.h"
 #include "base/parallel.h"
 #include "base/progress.h"
+#include "direct/scales.h"
 #include "direct/view_code.h"
 #include "direct/visibility.h"
 #include "trace/lights.h"
@@ -36,30 +37,22 @@ struct DirectChange {
   std::vector<uint32_t> samples;  ///< receivers that were moved or removed
 };
 
-/// Upper bound of what one light adds to one sample, in quanta; only reached close to point lights.
-/// The sums of 127 such lights still fit.
-inline constexpr double kMaxWeight = 0x1p56;
-
-/// Units of direct light; fixed at the bake, since the choice of shadow rays depends on them.
-struct Scales {
-  double quantum;  ///< irradiance per unit of the sums
-  /// Irradiance that receivers get from all lights, if nothing hides these; 0: unknown.
-  double reference;
-  Scales(double own, double typical = 0) : quantum(own), reference(typical) {}
+/// Lights whose light is added in one integer sum by sample and channel.
+struct Part {
+  uint32_t group;  ///< of lights
+  double quantum;  ///< irradiance per unit, see quantum_of()
+  friend bool operator==(const Part&, const Part&) = default;
 };
 
 /// The direct light of all samples.
 class DirectLight {
  public:
   /// Throws OptionError.
-  DirectLight(size_t samples, uint32_t group_count, Scales scales, uint64_t seed);
+  DirectLight(size_t samples, const Scales& scales, uint64_t seed);
 
   /// Computes everything. Throws Cancelled (within milliseconds) and leaves the object as it was;
   /// so does update().
   void compute(const Present& present, const Workers& workers, Progress& progress);
-  /// Changes the number of light groups. New ones have no light yet; those that are dropped must
-  /// have none. Allocates no memory where the number does not grow.
-  void set_groups(uint32_t count);
   /// Forgets all light: samples are dark until restore_samples() brings theirs.
   void clear(std::span<const trace::Light> lights, std::span<const uint8_t> sampled);
   /// Applies this change and any that lights still lag behind on. A receiver's visibility of a
@@ -72,16 +65,17 @@ class DirectLight {
   /// The share of the lights that are up to date, from 0 to 1.
   double current_share() const;
 
-  /// In quanta, without dimming: sums()[(group * samples + sample) * 3 + channel].
+  /// In the order of the lights; new lights append those that are missing.
+  std::span<const Part> parts() const { return parts_; }
+  /// In quanta of the part, without dimming: sums()[(part * samples + sample) * 3 + channel].
   std::span<const int64_t> sums() const { return sums_; }
-  double irradiance_quantum() const { return scales_.quantum; }
   const Scales& scales() const { return scales_; }
   /// Calls visit(word) for each 64-bit word of what all light depends on: the sums, and by light
   /// and sample its weight and its fixed view.
   void each_word(const std::function<void(uint64_t)>& visit) const;
-  /// Adds the variance of what the sums of a group mean, in squared quanta, without dimming, to
+  /// Adds the variance of what the sums of a part mean, in squared quanta, without dimming, to
   /// out[3 * (sample - begin) + channel] times `factor`, for begin <= sample < end.
-  void add_variance(uint32_t group, size_t begin, size_t end, double factor, double* out) const;
+  void add_variance(uint32_t part, size_t begin, size_t end, double factor, double* out) const;
 
   size_t bytes() const;
   /// Predicts bytes().
@@ -104,7 +98,8 @@ class DirectLight {
  private:
   /// What one light gives to each sample. Empty for lights that are not computed here.
   struct Column {
-    uint32_t group = 0;
+    uint32_t part = 0;
+    double quantum = 1;           ///< irradiance per unit of `weight`
     Vec3d channel{};              ///< colour relative to the strongest channel
     uint64_t taken = 0;           ///< number of changes that are taken into account
     std::vector<int64_t> weight;  ///< by sample: irradiance of the strongest channel in quanta
@@ -121,12 +116,13 @@ class DirectLight {
   struct Found;
   class Outstanding;
 
-  /// Throws OptionError if sizes or light groups do not fit.
-  void check(std::span<const trace::Light> lights, std::span<const uint8_t> sampled) const;
+  /// Throws OptionError if sizes do not fit.
+  static void check(std::span<const trace::Light> lights, std::span<const uint8_t> sampled);
   void check(const Present& present) const;
-  /// Empty columns of the lights from index `first` on.
-  std::vector<Column> make_columns(std::span<const trace::Light> lights,
-                                   std::span<const uint8_t> sampled, size_t first) const;
+  /// Appends empty columns of the lights that have none, and the sums that these need.
+  void append_columns(std::span<const trace::Light> lights, std::span<const uint8_t> sampled);
+  /// Drops the last columns and parts.
+  void shrink(size_t columns, size_t parts);
   /// Adds (sign 1) or removes (-1) what a light gives to a sample.
   void add(const Column& column, size_t sample, int64_t weight, int sign);
   /// Replaces what a light gives to a sample.
@@ -134,8 +130,9 @@ class DirectLight {
   Weight weight_of(const Column& column, size_t sample) const;
   FixedView view_of(const Column& column, size_t sample) const;
   /// Irradiance of the light's strongest channel.
-  Weight weigh(const Present& present, const LightShape& shape, size_t sample, double open,
-               const FixedView& view, std::span<const uint32_t> movables) const;
+  static Weight weigh(const Present& present, const LightShape& shape, const Column& column,
+                      size_t sample, double open, const FixedView& view,
+                      std::span<const uint32_t> movables);
   /// Whether the light is up to date.
   bool current(const Column& column) const {
     return column.weight.empty() || column.taken == past_ + recent_.size();
@@ -154,9 +151,9 @@ class DirectLight {
   void forget();
 
   size_t samples_;
-  uint32_t group_count_;
   Scales scales_;
   uint64_t seed_;
+  std::vector<Part> parts_;
   std::vector<int64_t> sums_;
   std::vector<Column> columns_;  // by light
   std::vector<StoredView> partial_;

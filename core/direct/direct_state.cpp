@@ -38,7 +38,7 @@ size_t DirectLight::bytes() const {
 size_t DirectLight::forecast_bytes(size_t samples, uint32_t group_count,
                                    std::span<const trace::Light> lights,
                                    std::span<const uint8_t> sampled) {
-  double per_sample = 3.0 * sizeof(int64_t) * group_count;
+  double per_sample = 3.0 * sizeof(int64_t) * group_count;  // as if a group had one quantum
   for (size_t i = 0; i < lights.size(); ++i) {
     if (!sampled[i]) continue;
     per_sample += sizeof(int64_t) + sizeof(uint32_t);
@@ -91,8 +91,8 @@ void DirectLight::save(ArchiveView& archive) const {
 
 void DirectLight::clear(std::span<const trace::Light> lights, std::span<const uint8_t> sampled) {
   check(lights, sampled);
-  DirectLight fresh(samples_, group_count_, scales_, seed_);
-  fresh.columns_ = make_columns(lights, sampled, 0);
+  DirectLight fresh(samples_, scales_, seed_);
+  fresh.append_columns(lights, sampled);
   *this = std::move(fresh);
 }
 
@@ -146,7 +146,7 @@ void DirectLight::restore(ArchiveSource& archive, std::span<const trace::Light> 
   const size_t pairs = samples_ * size_t(std::count_if(sampled.begin(), sampled.end(),
                                                        [](uint8_t yes) { return yes != 0; }));
   archive.expect<int64_t>("direct.weights", pairs);  // before memory for them is allocated
-  DirectLight fresh(samples_, group_count_, scales_, seed_);
+  DirectLight fresh(samples_, scales_, seed_);
   fresh.clear(lights, sampled);
   fresh.restore_samples(0, samples_, archive);
   const auto begins = archive.read_all<uint8_t>("direct.behind", lights.size());

@@ -18,11 +18,14 @@ constexpr float kSmall = 4e-4f;
 // light is large (irradiance over radiance; pi for the whole sky): light through a gap between rays
 // could be as bright as the rest of the room.
 constexpr float kMaxPerRay = 0.125f, kLarge = 0.3f;
+// Keep points away from the borders of their strata, in their widths: another surface may adjoin
+// the light's border.
+constexpr float kMaxJitter = 0x1ffffp-17f;
 constexpr float kFlat = 0.999999f;  // cosine: normals of one plane differ by less
 // in radii of the light: at a larger distance, shadows of it have almost no penumbra
 constexpr float kTiny = 16.0f;
 // of the reference, see the constructor
-constexpr double kFaint = 1e-4, kMinor = 1e-2;
+constexpr double kFaint = 1e-4, kMinor = 1e-2, kMajor = 0.2;
 // in radii of the light: at a smaller distance, its points contribute very differently
 constexpr float kClose = 3.0f;
 
@@ -105,7 +108,8 @@ LightShape::LightShape(const trace::Light& light, uint32_t number, uint64_t seed
   brightest_ = std::max({power.x, power.y, power.z});
   if (!is_area()) return;
   if (brightest_ > 0)
-    faint_ = kFaint * reference / brightest_, minor_ = kMinor * reference / brightest_;
+    faint_ = kFaint * reference / brightest_, minor_ = kMinor * reference / brightest_,
+    major_ = kMajor * reference / brightest_;
   area_ = float(light.area);
   triangles_.reserve(light.world.size());
   float before = 0;
@@ -296,18 +300,9 @@ struct LightShape::Places {
   float wide, high;
 };
 
-void LightShape::cast_places(const Receiver& receiver, const Places& places, uint32_t stream,
-                             Strata& out) const {
-  // Keep points away from the borders of their strata: another surface may adjoin the light's
-  // border.
-  constexpr float kMaxJitter = 0x1ffffp-17f;
-  alignas(64) float a[kFineRays], b[kFineRays];
+void LightShape::cast_points(const Receiver& receiver, const Places& places, const float* a,
+                             const float* b, Strata& out) const {
   const size_t count = places.count;
-  for (uint32_t i = 0; i < count; ++i) {
-    const uint32_t jitter = mix32(stream + i * 0x9e3779b9u);
-    a[i] = places.a[i] + (float(int32_t(jitter >> 16)) + 0.5f) * (0x1p-16f * places.wide);
-    b[i] = places.b[i] + (float(int32_t(jitter & 0xffffu)) + 0.5f) * (0x1p-16f * places.high);
-  }
   // Process strata that lie on one triangle together, which can be vectorised; the others one by
   // one.
   for (size_t i = 0; i < count;) {
@@ -325,13 +320,49 @@ void LightShape::cast_places(const Receiver& receiver, const Places& places, uin
       ++i;
     }
   }
+}
+
+void LightShape::cast_places(const Receiver& receiver, const Places& places, uint32_t stream,
+                             Strata& out) const {
+  alignas(64) float a[kFineRays], b[kFineRays];
+  const size_t count = places.count;
+  for (uint32_t i = 0; i < count; ++i) {
+    const uint32_t jitter = mix32(stream + i * 0x9e3779b9u);
+    a[i] = places.a[i] + (float(int32_t(jitter >> 16)) + 0.5f) * (0x1p-16f * places.wide);
+    b[i] = places.b[i] + (float(int32_t(jitter & 0xffffu)) + 0.5f) * (0x1p-16f * places.high);
+  }
+  cast_points(receiver, places, a, b, out);
   out.fan.count = count;
   out.fan.to = 1;
+  std::fill(out.weight.begin() + count, out.weight.begin() + (count + 3) / 4 * 4, 0.0f);
   for (size_t i = 0; i < count; i += 4) {
     uint64_t bits = 0;
     for (size_t k = 0; k < 4; ++k) bits |= uint64_t(out.weight[i + k] > 0) << k;
     out.countable[i / 64] |= bits << (i % 64);
   }
+}
+
+void LightShape::smooth(const Receiver& receiver, const Places& places, Strata& out) const {
+  constexpr size_t kPoints = 4;
+  alignas(64) float a[kFineRays] = {}, b[kFineRays] = {}, sum[kFineRays] = {};
+  Strata other;
+  other.fan.origin = out.fan.origin;
+  trace::RayBits whole = out.countable, &some = out.nearly = out.countable;
+  for (size_t point = 0; point < kPoints; ++point) {
+    for (size_t i = 0; i < places.count; ++i) {
+      a[i] = places.a[i] + places.wide * (point & 1 ? 0.75f : 0.25f);
+      b[i] = places.b[i] + places.high * (point & 2 ? 0.75f : 0.25f);
+    }
+    cast_points(receiver, places, a, b, other);
+    for (size_t i = 0; i < places.count; ++i) {
+      const uint64_t counts = other.weight[i] > 0, place = i % 64;
+      sum[i] += other.weight[i];
+      whole[i / 64] &= ~(uint64_t(1) << place) | counts << place;
+      some[i / 64] |= counts << place;
+    }
+  }
+  for (size_t i = 0; i < places.count; ++i)
+    if (whole[i / 64] >> (i % 64) & 1) out.weight[i] = sum[i] / kPoints;
 }
 
 void LightShape::cast_area(const Receiver& receiver, Detail detail, Strata& out) const {
@@ -340,8 +371,8 @@ void LightShape::cast_area(const Receiver& receiver, Detail detail, Strata& out)
   const size_t count = few ? kCoarseRays : kFineRays;
   const uint32_t rows = rows_[few ? 0 : 1];
   const Grid& strata = grid(few ? Detail::coarse : Detail::fine, rows);
-  const uint64_t key = combine(key_, place_key(receiver.point, receiver.normal));
-  const uint32_t stream = few ? uint32_t(key) : uint32_t(key >> 32);
+  const uint64_t bits = key(receiver);
+  const uint32_t stream = few ? uint32_t(bits) : uint32_t(bits >> 32);
   cast_places(receiver, {strata.a.data(), strata.b.data(), count, strata.wide, strata.high}, stream,
               out);
   out.rows = rows;
@@ -359,7 +390,7 @@ void LightShape::thin(const Receiver& receiver, Strata& out) const {
   const bool faint = minor_ > 0 && about(receiver) < faint_;
   if (!is_minor(receiver) && !(dot(d, d) > kTiny * kTiny * radius_ * radius_)) return;
   // Another third for each place and light, so that the choice has no bias.
-  const auto third = uint32_t(combine(key_, place_key(receiver.point, receiver.normal)) % 3);
+  const auto third = uint32_t(key(receiver) % 3);
   uint64_t some = out.countable[0] & (few_rays(third) | kCornerBits);
   if (faint) {
     out.too_coarse = false;
@@ -372,22 +403,27 @@ void LightShape::thin(const Receiver& receiver, Strata& out) const {
   if (some) out.countable[0] = some;
 }
 
-void LightShape::divide(const Receiver& receiver, std::span<const uint32_t> strata,
-                        Strata& out) const {
-  const Grid& fine = grid(Detail::fine, rows_[1]);
-  const float wide = fine.wide / kParts, high = fine.high / kParts;
+void LightShape::divide(const Receiver& receiver, const Cells& cells, Strata& out) const {
+  const uint32_t finer = cells.depth ? kParts : 1, rows = rows_[1] * finer;
+  const float cell_high = 1.0f / float(rows);
+  const float cell_wide = float(rows) / float(kFineRays * finer * finer);
+  const float wide = cell_wide / float(cells.parts), high = cell_high / float(cells.parts);
   alignas(64) float a[kFineRays], b[kFineRays];
   size_t count = 0;
-  for (const uint32_t i : strata)
-    for (uint32_t k = 0; k < kParts * kParts; ++k, ++count) {
-      a[count] = fine.a[i] + float(k / kParts) * wide;
-      b[count] = fine.b[i] + float(k % kParts) * high;
+  for (const uint32_t cell : cells.numbers) {
+    const float left = float(cell / rows) * cell_wide, low = float(cell % rows) * cell_high;
+    for (uint32_t k = 0; k < cells.parts * cells.parts; ++k, ++count) {
+      a[count] = left + float(k / cells.parts) * wide;
+      b[count] = low + float(k % cells.parts) * high;
     }
+  }
   out.fan.origin = receiver.point + receiver.normal * receiver.slack();
   out.countable = {};
-  const uint64_t key = combine(key_, place_key(receiver.point, receiver.normal));
-  const uint32_t stream = uint32_t(combine(key, strata.front()));
-  cast_places(receiver, {a, b, count, wide, high}, stream, out);
+  const uint64_t kind = uint64_t(cells.depth * kParts + cells.parts) << 32;
+  const auto stream = uint32_t(combine(key(receiver), kind | cells.numbers.front()));
+  const Places places{a, b, count, wide, high};
+  cast_places(receiver, places, stream, out);
+  smooth(receiver, places, out);
 }
 
 void LightShape::cast_corners(const Receiver& receiver, Strata& out) const {

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "base/random.h"
 #include "base/vec.h"
 #include "trace/lights.h"
 #include "trace/ray_caster.h"
@@ -53,6 +54,7 @@ struct Strata {
   alignas(
       64) std::array<float, trace::RayFan::kMaxRays> weight;  ///< unnormalised share of the light
   trace::RayBits countable{};  ///< rays in front of both the receiver and the light
+  trace::RayBits nearly{};     ///< of divide(): rays in whose strata some points are
   /// how many strata lie beside each other across the light's triangles; the next column follows
   uint32_t rows = 1;
   /// whether the light is close or large, so that fine detail is needed
@@ -90,13 +92,30 @@ class LightShape {
   double brightest() const { return brightest_; }
   /// Whether the light can give the receiver only a small share of what receivers get.
   bool is_minor(const Receiver& receiver) const;
+  /// Whether a light that gives so much where nothing hides it is one of few that matter.
+  bool is_major(double open) const { return !(open < major_); }
   /// Makes the shadow rays of a level. A light that is minor, or very small as seen from the
   /// receiver, gets a third of the coarse rays; one that gives next to nothing gets a single one. A
   /// minor light's fine rays are all 36.
   void cast(const Receiver& receiver, Detail detail, Strata& out) const;
-  /// Makes the rays of some fine strata of an area light, divided: kParts * kParts for each.
-  /// `strata`: at most kDivided numbers, ascending.
-  void divide(const Receiver& receiver, std::span<const uint32_t> strata, Strata& out) const;
+  /// The squared distance of neighbours among so many cells of equal area; 0 for a light of few
+  /// triangles, whose grid of cells tells it.
+  float near(size_t cells) const {
+    constexpr float kSides = 1.6f;  // of square cells
+    return triangles_.size() > 2 ? kSides * kSides * area_ / float(cells) : 0.0f;
+  }
+  /// Of random numbers for this light and receiver.
+  uint64_t key(const Receiver& receiver) const {
+    return combine(key_, place_key(receiver.point, receiver.normal));
+  }
+  /// Makes rays to cells of an area light: to parts x parts places in each. Cells at depth 0 are
+  /// the fine strata, at depth 1 their parts: a grid of kParts times as many rows and columns. Both
+  /// are numbered column by column. Together at most kFineRays rays.
+  struct Cells {
+    std::span<const uint32_t> numbers;  ///< ascending
+    uint32_t depth, parts;
+  };
+  void divide(const Receiver& receiver, const Cells& cells, Strata& out) const;
 
  private:
   struct Triangle {
@@ -126,6 +145,12 @@ class LightShape {
   /// Makes rays to places in the strata with those lower corners, jittered.
   void cast_places(const Receiver& receiver, const Places& places, uint32_t stream,
                    Strata& out) const;
+  /// Makes rays to the points (a, b) in these strata.
+  void cast_points(const Receiver& receiver, const Places& places, const float* a, const float* b,
+                   Strata& out) const;
+  /// Gives rays the mean weight of their strata, since that of one point would be an error where a
+  /// whole stratum is visible; not where a part of the stratum does not count.
+  void smooth(const Receiver& receiver, const Places& places, Strata& out) const;
   /// The coarse rays that a small or faint light does without are not countable.
   void thin(const Receiver& receiver, Strata& out) const;
   void cast_triangle(const Receiver& receiver, Triangle triangle, const float* a, const float* b,
@@ -146,6 +171,7 @@ class LightShape {
   float area_ = 0;
   double brightest_;
   double faint_ = 0, minor_ = 0;  // about() of less than these
+  double major_ = 0;              // open() of at least this
   uint32_t rows_[2] = {1,
                        1};  // per detail: strata across a triangle; columns run along the triangles
 };

@@ -17,8 +17,6 @@ constexpr RayBits kNoRays{};
 // is visible is not hidden because all rays are blocked, unless one triangle covers it; from kLarge
 // on, rays to four extremities do not tell that.
 constexpr double kNotable = 0.005, kLarge = 0.3;
-// Relative error from which on strata are divided.
-constexpr double kRough = 0.04;
 // Error of a light all of whose rays are blocked: in shares of a ray.
 constexpr float kUnseen = 0.25f;
 
@@ -75,9 +73,10 @@ Seen resolve(const LightShape& light, const Receiver& receiver, double open, con
              const RayBits& free, const FreeRays& free_rays, bool& divided) {
   const bool none = free == kNoRays, is_fine = fine.fan.count == kFineRays;
   divided = false;
-  if (none && !(open > kNotable && is_fine)) return {0, kUnseen / float(fine.fan.count)};
+  const bool divides = is_fine && open > kNotable && light.is_major(open);
+  if (none && !divides) return {0, kUnseen / float(fine.fan.count)};
   const Seen seen = by_strata(fine, free);
-  if (!is_fine || (!none && !(seen.error > kRough * seen.share))) return seen;
+  if (!divides || (!none && !is_rough(seen))) return seen;
   divided = true;
   Seen found = refine(light, receiver, fine, free, free_rays);
   if (!(found.share > 0)) found.error = kUnseen / (kFineRays * kParts * kParts);

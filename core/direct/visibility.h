@@ -24,7 +24,7 @@ struct Seen {
 ///   single one if it is faint). All free: open. All blocked: hidden, unless the light gives much
 ///   where it is not. Otherwise cast 256 rays.
 /// - If the light is close or large, cast the 256 rays at once.
-/// - If these leave the share uncertain, divide strata, see refine().
+/// - If these leave the share uncertain, divide strata, and their parts in turn, see refine().
 /// - Test the receiver's own object first: it causes most occlusion and is cheap.
 /// - An occluder (own object, static geometry, other movables) that blocks none of the 40 rays is
 ///   not tested with the 256.

@@ -61,7 +61,7 @@ samples::DiscSet volume(size_t count) {
 
 /// Sorts discs so that neighbours in space are neighbours in memory, as in a session.
 samples::DiscSet in_order(samples::DiscSet discs) {
-  const auto order = samples::curve_order(discs.centre, samples::Curve::hilbert);
+  const auto order = curve_order(discs.centre, Curve::hilbert);
   samples::DiscSet ordered = discs;
   for (size_t i = 0; i < order.size(); ++i) {
     ordered.centre[i] = discs.centre[order[i]];

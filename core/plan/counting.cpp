@@ -6,9 +6,9 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/curve_order.h"
 #include "estimate/brute_force.h"
 #include "estimate/ray_map/discs.h"
-#include "samples/curve_order.h"
 
 namespace deltalux::plan {
 namespace {
@@ -66,7 +66,7 @@ SegmentSample SegmentSample::thinned(size_t wanted) const {
     const float half = at(6) <= kFarthest ? 0.5f * at(6) : 0.0f;
     middle[i] = Vec3f{at(0), at(1), at(2)} + Vec3f{at(3), at(4), at(5)} * half;
   }
-  const std::vector<uint32_t> order = samples::curve_order(middle, samples::Curve::hilbert);
+  const std::vector<uint32_t> order = curve_order(middle, Curve::hilbert);
   std::vector<uint32_t> taken(wanted);
   for (size_t i = 0; i < wanted; ++i)  // the middle of the i-th of `wanted` equal parts
     taken[i] = order[(2 * i + 1) * count() / (2 * wanted)];

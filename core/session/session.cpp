@@ -10,8 +10,8 @@
 
 #include "base/assertion.h"
 #include "base/cpu.h"
+#include "base/curve_order.h"
 #include "base/error.h"
-#include "samples/curve_order.h"
 #include "session/pilot_paths.h"
 #include "session/session_parts.h"
 
@@ -80,7 +80,7 @@ std::vector<uint32_t> places_in_order(const samples::SampleSet& samples) {
   std::vector<uint64_t> ties(samples.size());
   for (size_t i = 0; i < ties.size(); ++i)
     ties[i] = direct::place_key(samples.point[i], samples.normal[i]);
-  return samples::curve_order(samples.point, samples::Curve::hilbert, nullptr, ties);
+  return curve_order(samples.point, Curve::hilbert, nullptr, ties);
 }
 
 }  // namespace

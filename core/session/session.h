@@ -470,7 +470,7 @@ class Session {
   /// Recomputes everything after edits that changed Scene::world(): each segment that leaves the
   /// scene ends on its border, and what finds segments counts in shares of it. If it throws, only
   /// what the log knows has changed.
-  void renew(const EditLog& log, Progress& progress, Frame& frame);
+  void renew(Progress& progress, Frame& frame);
   /// Brings paths, gather rays and areas up to date with the edits applied. Returns the number of
   /// refused paths, as run_pending() does.
   size_t follow(std::span<const scene::Edit> edits, const EditLog& log, const Affected& affected,
@@ -500,8 +500,7 @@ class Session {
   /// Throws OptionError, or Error as check_whole() does, unless there is light to read.
   void check_readable() const;
   double bytes_per_segment() const;
-  double choose_irradiance_quantum(std::span<const trace::Light> lights) const;
-  double choose_irradiance_reference() const;
+  double choose_direct_reference() const;
   std::unique_ptr<direct::DirectLight> make_direct(const direct::Scales& scales) const;
   /// The receiver of a sample in its object's present pose.
   direct::Receiver receiver_of(size_t sample) const;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Digests: hashes of everything that values depend on, in the present and after any further edit.
+#include <array>
 #include <cstring>
 #include <optional>
 #include <span>
@@ -162,7 +163,9 @@ void chain_lights(Lanes& lanes, const State& s) {
   }
   lanes.chain_all(s.light_sampled);
   lanes.chain(bits(s.scale.quantum));
-  lanes.chain(bits(s.irradiance_quantum));
+  lanes.chain(uint64_t(s.scale.digits));
+  if (s.direct_scales)
+    lanes.chain_all(std::array{s.direct_scales->quantum, s.direct_scales->reference});
   lanes.chain_all(s.slack);
 }
 

@@ -3,7 +3,6 @@
 // what edits change.
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 
 #include "base/error.h"
@@ -21,36 +20,10 @@ constexpr double kWorthRays = 256, kPerGatherRay = 200;
 
 }  // namespace
 
-/// The quantum of direct irradiance: a tiny share of what the brightest light could give at a
-/// distance of one scene metre, so that it does not depend on poses. A spot counts as if it shone
-/// in all directions: the power of a narrow spot says little about the intensity of its beam.
-double Session::choose_irradiance_quantum(std::span<const trace::Light> lights) const {
-  // 40 bits for that, and fewer where a light much smaller than the metre gives more nearby: as
-  // much as there is on its surface, or what a point gives at 1/29,000 of the metre.
-  constexpr double kFine = 0x1p-40, kNearby = 0x1p26;
-  const State& s = *state_;
-  const double metre = samples::scene_metre(s.scene, *s.caster), area = metre * metre;
-  double brightest = 0, most = 0;
-  for (const trace::Light& light : lights) {
-    const bool surface = light.is_area();
-    const Vec3d intensity =
-        surface ? light.power * (1 / std::numbers::pi) : Vec3d(light.strength());
-    Vec3d given = intensity * (4 * std::numbers::pi / area), nearby = given * kNearby;
-    if (surface) {
-      given = light.power * (1 / area);
-      nearby = min(nearby, Vec3d(light.radiance) * std::numbers::pi);
-    }
-    if (light.is_parallel()) given = nearby = intensity;
-    brightest = std::max({brightest, given.x, given.y, given.z});
-    most = std::max({most, nearby.x, nearby.y, nearby.z});
-  }
-  return brightest > 0 ? std::max(brightest * kFine, most / direct::kMaxWeight) : 1.0;
-}
-
 /// A third of what well lit samples get from all lights, if nothing hides these. Suns, which may be
 /// hidden everywhere, do not count, nor do samples that move, so that it does not depend on their
 /// poses.
-double Session::choose_irradiance_reference() const {
+double Session::choose_direct_reference() const {
   constexpr size_t kAsked = 400, kAbove = 10;
   const State& s = *state_;
   std::vector<direct::LightShape> shapes;
@@ -73,8 +46,8 @@ double Session::choose_irradiance_reference() const {
 
 std::unique_ptr<direct::DirectLight> Session::make_direct(const direct::Scales& scales) const {
   const State& s = *state_;
-  return std::make_unique<direct::DirectLight>(s.evaluates() ? s.samples.size() : 0,
-                                               s.scene.group_count, scales, s.options.seed);
+  return std::make_unique<direct::DirectLight>(s.evaluates() ? s.samples.size() : 0, scales,
+                                               s.options.seed);
 }
 
 void Session::choose_direct() {
@@ -134,11 +107,13 @@ void Session::place_receivers(const std::vector<uint8_t>* changed) {
 
 void Session::compute_direct(Progress& progress, bool leave) {
   State& s = *state_;
-  if (!(s.irradiance_quantum > 0)) {
-    s.irradiance_quantum = choose_irradiance_quantum(s.lights);
-    s.irradiance_reference = choose_irradiance_reference();
+  if (!s.direct_scales) {
+    direct::Scales fixed =
+        direct::choose_scales(s.lights, double(samples::scene_metre(s.scene, *s.caster)));
+    fixed.reference = choose_direct_reference();
+    s.direct_scales = fixed;
   }
-  auto fresh = make_direct({s.irradiance_quantum, s.irradiance_reference});
+  auto fresh = make_direct(*s.direct_scales);
   if (s.evaluates()) {
     place_receivers(nullptr);
     if (leave)
@@ -175,13 +150,16 @@ void Session::update_direct(std::span<const ObjectChange> changes, size_t old_li
 void Session::restore_direct(ArchiveSource& archive) {
   const State& s = *state_;
   const auto scales = archive.read_all<double>("direct.scales", 2);
-  snapshot::check_quantum("direct.scales", scales[0], choose_irradiance_quantum(s.lights));
+  direct::Scales fixed =
+      direct::choose_scales(s.lights, double(samples::scene_metre(s.scene, *s.caster)));
+  snapshot::check_quantum("direct.scales", scales[0], fixed.quantum);
   if (!(scales[1] >= 0 && std::isfinite(scales[1])))
     throw FormatError(
         "snapshot: array \"direct.scales\" holds a value that no session writes; the "
         "file is damaged");
-  state_->irradiance_quantum = scales[0], state_->irradiance_reference = scales[1];
-  auto fresh = make_direct({scales[0], scales[1]});
+  fixed.quantum = scales[0], fixed.reference = scales[1];
+  state_->direct_scales = fixed;
+  auto fresh = make_direct(fixed);
   if (s.evaluates()) {
     fresh->restore(archive, s.lights, s.light_sampled);
     place_receivers(nullptr);

@@ -87,7 +87,6 @@ void Session::lay_out_sums() {
   if (told_) told_->set_groups(uint32_t(s.sum_groups.size()));
   s.sums.resize(s.sum_count(), 0);
   if (!s.sum_marks.empty()) s.sum_marks.resize(s.mark_count(), 0);
-  direct_->set_groups(s.scene.group_count);
 }
 
 gather::LitCells Session::lit_cells(const gather::Evaluation& now) const {
@@ -305,8 +304,8 @@ std::unique_ptr<direct::DirectLight> Session::direct_at(std::span<const direct::
                                                         std::span<const uint8_t> lights) const {
   const State& s = *state_;
   Progress part;
-  auto direct = std::make_unique<direct::DirectLight>(receivers.size(), s.scene.group_count,
-                                                      direct_->scales(), s.options.seed);
+  auto direct =
+      std::make_unique<direct::DirectLight>(receivers.size(), direct_->scales(), s.options.seed);
   direct->compute({*s.caster, s.lights, lights, receivers}, s.workers, part);
   return direct;
 }
@@ -314,13 +313,14 @@ std::unique_ptr<direct::DirectLight> Session::direct_at(std::span<const direct::
 std::vector<Vec3d> Session::irradiance_of(const direct::DirectLight& direct,
                                           std::span<const double> factors, size_t first,
                                           size_t count) {
-  const size_t all = direct.sums().size() / (3 * factors.size());
+  const std::span parts = direct.parts();
+  const size_t all = parts.empty() ? 0 : direct.sums().size() / (3 * parts.size());
   std::vector<Vec3d> irradiance(count);
   for (size_t i = 0; i < count; ++i)
-    for (size_t g = 0; g < factors.size(); ++g)
+    for (size_t part = 0; part < parts.size(); ++part)
       for (int c = 0; c < 3; ++c)
-        irradiance[i][c] += factors[g] * direct.irradiance_quantum() *
-                            double(direct.sums()[3 * (g * all + first + i) + size_t(c)]);
+        irradiance[i][c] += factors[parts[part].group] * parts[part].quantum *
+                            double(direct.sums()[3 * (part * all + first + i) + size_t(c)]);
   return irradiance;
 }
 

@@ -185,15 +185,16 @@ void Session::read_gradient(double* gradient, Progress& progress, const SlopeSum
     frames[id] = {pose.direction(frame.u), pose.direction(frame.v)};
   });
   add_slopes_of_paths(s, slopes, frames, gradient);
-  direct::DirectLight direct(4 * n, s.scene.group_count, direct_->scales(), s.options.seed);
+  direct::DirectLight direct(4 * n, direct_->scales(), s.options.seed);
   direct.compute({*s.caster, s.lights, s.light_sampled, around}, s.workers, progress);
   const auto light = direct.sums();
-  for (uint32_t g = 0; g < s.scene.group_count; ++g)
+  for (size_t part = 0; part < direct.parts().size(); ++part)
     for (size_t id = 0; id < n; ++id) {
-      const double per_metre = s.group_factor[g] * direct.irradiance_quantum() /
-                               (2 * kDifferenceStep * double(s.samples.radius[id]));
+      const auto& [group, quantum] = direct.parts()[part];
+      const double per_metre =
+          s.group_factor[group] * quantum / (2 * kDifferenceStep * double(s.samples.radius[id]));
       for (int c = 0; c < 3; ++c) {
-        const int64_t* e = light.data() + 3 * (size_t(g) * 4 * n + 4 * id) + c;
+        const int64_t* e = light.data() + 3 * (part * 4 * n + 4 * id) + size_t(c);
         frames[id].add(double(e[3] - e[0]) * per_metre, double(e[9] - e[6]) * per_metre,
                        gradient + 9 * size_t(s.given[id]) + 3 * c);
       }

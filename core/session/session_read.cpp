@@ -132,10 +132,11 @@ void Session::read_samples(bool errors, const Gathered& gathered, const Write& w
       if (unreached) block.add_unreached(*unreached, g, &s.area[begin], end - begin);
     }
     double of_direct[3 * BlockSums::kSamples] = {};  // variance
-    for (uint32_t g = 0; g < s.scene.group_count; ++g) {
-      const double factor = s.group_factor[g] * direct_->irradiance_quantum();
-      block.add_direct(&direct[3 * (size_t(g) * n + begin)], values, factor);
-      if (errors) direct_->add_variance(g, begin, end, factor * factor, of_direct);
+    for (uint32_t part = 0; part < direct_->parts().size(); ++part) {
+      const auto& [group, quantum] = direct_->parts()[part];
+      const double factor = s.group_factor[group] * quantum;
+      block.add_direct(&direct[3 * (size_t(part) * n + begin)], values, factor);
+      if (errors) direct_->add_variance(part, begin, end, factor * factor, of_direct);
     }
     const std::vector<gather::Estimate> around =
         now ? gathered_block(*now, gathered, begin, end, errors)

@@ -77,7 +77,7 @@ void Session::place_samples() {
 direct::DirectLight Session::cast_direct(size_t first, size_t last, Progress& progress) const {
   const State& s = *state_;
   check_joined(first, last);
-  direct::DirectLight direct(last - first, s.scene.group_count, direct_->scales(), s.options.seed);
+  direct::DirectLight direct(last - first, direct_->scales(), s.options.seed);
   direct.compute(
       {*s.caster, s.lights, s.light_sampled, std::span(receivers_).subspan(first, last - first)},
       s.workers, progress);

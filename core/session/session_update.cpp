@@ -80,9 +80,7 @@ double factor_after(const State& s, uint32_t group, std::span<const scene::Edit>
 /// The lights of inserted objects.
 struct AddedLights {
   std::vector<trace::Light> lights;
-  size_t of_first = 0;  ///< how many of them the first object with lights has
   uint64_t paths = 0;
-  double brightest = 0;  ///< radiance of the brightest channel
 };
 
 AddedLights lights_of_inserts(const State& s, std::span<const scene::Edit> before,
@@ -97,12 +95,9 @@ AddedLights lights_of_inserts(const State& s, std::span<const scene::Edit> befor
     alone.objects.push_back(own);
     alone.finish();
     for (const trace::Light& light : added_lights(s, alone, 0, groups)) {
-      const Vec3d radiance(light.radiance);
       added.lights.push_back(light);
       added.paths += light.path_count;
-      added.brightest = std::max({added.brightest, radiance.x, radiance.y, radiance.z});
     }
-    if (!added.of_first) added.of_first = added.lights.size();
   };
   for (const scene::Edit& edit : before)
     if (const auto* insert = std::get_if<scene::Insert>(&edit)) add(insert->object);
@@ -171,16 +166,6 @@ void Session::check_insert(const scene::Object& object, std::span<const scene::E
                       std::to_string(most) +
                       " in all so that no integer sum can overflow; "
                       "start a new session with it in the scene");
-  // The first lights of a dark scene choose the quantum.
-  const size_t chosen_by = s.lights.empty() ? added.of_first : 0;
-  if (sampled && added.lights.size() > chosen_by &&
-      std::numbers::pi * added.brightest >
-          direct::kMaxWeight *
-              (chosen_by ? choose_irradiance_quantum(std::span(added.lights).first(chosen_by))
-                         : direct_->irradiance_quantum()))
-    throw OptionError(what +
-                      "its light is brighter than the session's integer scale holds; start a "
-                      "new session with it in the scene");
   const double per_path =
       paths ? double(s.store.bytes()) / double(paths) : 4.0 * sizeof(segments::Segment);
   const double needed =
@@ -274,7 +259,6 @@ Affected Session::apply(std::span<const scene::Edit> edits, EditLog& log, double
                         Stopwatch& watch, Progress& progress, Frame& frame) {
   State& s = *state_;
   Affected affected;
-  std::unique_ptr<direct::DirectLight> dark;  // the sums that those of the first light replace
   try {
     log.apply(edits);
     if (!baked_) return affected;
@@ -282,25 +266,17 @@ Affected Session::apply(std::span<const scene::Edit> edits, EditLog& log, double
     frame.end_stage("geometry", watch);
     if (log.reflects_more()) refuse_growth(progress);
     if (log.changes_world()) {
-      renew(log, progress, frame);
+      renew(progress, frame);
       return affected;
     }
     for (MovingPart& part : s.moving) place_part(s, part);
     if (!log.changes().empty() || !log.materials().empty())
       affected = find_affected(s, log.changes(), log.materials(), progress);
     frame.end_stage("scan", watch);
-    if (log.first_lights()) {
-      auto fresh =
-          make_direct({choose_irradiance_quantum(std::span(s.lights).first(log.first_lights())),
-                       s.irradiance_reference});
-      dark = std::exchange(direct_, std::move(fresh));
-    }
     // The last step that can fail; if it does, update_direct() undoes its own changes.
     update_direct(log.changes(), log.old_lights(), kDirectShare * budget_ms, progress);
-    s.irradiance_quantum = direct_->irradiance_quantum();
   } catch (...) {
     log.undo();
-    if (dark) direct_ = std::move(dark);
     if (baked_) {
       shrink_sums();
       for (MovingPart& part : s.moving) place_part(s, part);
@@ -311,21 +287,11 @@ Affected Session::apply(std::span<const scene::Edit> edits, EditLog& log, double
   return affected;
 }
 
-void Session::renew(const EditLog& log, Progress& progress, Frame& frame) {
-  State& s = *state_;
-  const double old_quantum = s.irradiance_quantum;
-  try {
-    if (log.first_lights())
-      s.irradiance_quantum =
-          choose_irradiance_quantum(std::span(s.lights).first(log.first_lights()));
-    Frame again = recompute(progress);
-    again.milliseconds.insert(again.milliseconds.begin(), frame.milliseconds.begin(),
-                              frame.milliseconds.end());
-    frame = std::move(again);
-  } catch (...) {
-    s.irradiance_quantum = old_quantum;
-    throw;
-  }
+void Session::renew(Progress& progress, Frame& frame) {
+  Frame again = recompute(progress);
+  again.milliseconds.insert(again.milliseconds.begin(), frame.milliseconds.begin(),
+                            frame.milliseconds.end());
+  frame = std::move(again);
 }
 
 size_t Session::follow(std::span<const scene::Edit> edits, const EditLog& log,

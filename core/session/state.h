@@ -10,6 +10,7 @@
 
 #include "base/assertion.h"
 #include "base/parallel.h"
+#include "direct/scales.h"
 #include "gather/evaluate.h"
 #include "plan/planner.h"
 #include "samples/disc_area.h"
@@ -120,9 +121,8 @@ struct State {
   std::vector<double> group_factor;       // dim factors, per group
   std::vector<Vec3f> loaded_reflectance;  // by material, before any edit
   trace::EnergyScale scale;
-  std::vector<SumGroup> sum_groups{1};  // of the lights, in the order of these
-  double irradiance_quantum = 0;        // quantum of direct light by shadow rays; fixed at the bake
-  double irradiance_reference = 0;      // direct::Scales::reference; fixed at the bake
+  std::vector<SumGroup> sum_groups{1};          // of the lights, in the order of these
+  std::optional<direct::Scales> direct_scales;  // fixed at the bake
   float largest_radius = 0;
 
   std::unique_ptr<estimate::SignedEstimator> static_index;

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "base/cone.h"
+#include "base/curve_order.h"
 #include "base/error.h"
 #include "base/polygon.h"
 
@@ -166,6 +167,21 @@ void finish_area_light(const scene::Scene& scene, Light& light) {
   light.power = Vec3d(material.emission) * (kPi * light.area * (light.two_sided ? 2 : 1));
 }
 
+/// Orders triangles along a curve, so that strata of a light, each of which holds some in sequence,
+/// are compact.
+void make_compact(const scene::Object& object, std::vector<uint32_t>& triangles) {
+  constexpr size_t kFew = 8;
+  if (triangles.size() <= kFew) return;
+  std::vector<Vec3f> middles;
+  for (const uint32_t t : triangles) {
+    const auto& [a, b, c] = object.triangles[t];
+    middles.push_back((object.vertices[a] + object.vertices[b] + object.vertices[c]) * (1.0f / 3));
+  }
+  std::vector<uint32_t> ordered;
+  for (const uint32_t i : curve_order(middles, Curve::hilbert)) ordered.push_back(triangles[i]);
+  triangles = std::move(ordered);
+}
+
 void add_area_lights(const scene::Scene& scene, uint32_t index, std::vector<Light>& lights) {
   const scene::Object& object = scene.objects[index];
   std::map<std::pair<uint32_t, uint32_t>, std::vector<uint32_t>> by_material;
@@ -184,6 +200,7 @@ void add_area_lights(const scene::Scene& scene, uint32_t index, std::vector<Ligh
       pieces = std::move(joined);
     }
     for (Piece& piece : pieces) {
+      make_compact(object, piece.triangles);
       Light light;
       light.object = index;
       light.material = key.first;

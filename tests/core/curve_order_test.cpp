@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Curves: the Hilbert curve steps from cell to neighbouring cell, the Lebesgue curve is z-order.
-#include "samples/curve_order.h"
+#include "base/curve_order.h"
 
 #include <gtest/gtest.h>
 

@@ -58,12 +58,18 @@ struct World {
   }
   Present present() const { return {*caster, lights, sampled, receivers}; }
   DirectLight compute(int threads = 1, uint64_t seed = 1) {
-    DirectLight direct(receivers.size(), scene.group_count, kQuantum, seed);
+    DirectLight direct(receivers.size(), {kQuantum}, seed);
     direct.compute(present(), Workers(threads), progress);
     return direct;
   }
+  /// Of light group 0.
   double irradiance(const DirectLight& direct, size_t sample, int channel = 0) const {
-    return double(direct.sums()[3 * sample + size_t(channel)]) * kQuantum;
+    const size_t samples = receivers.size();
+    double sum = 0;
+    for (size_t part = 0; part < direct.parts().size(); ++part)
+      if (const auto& [group, quantum] = direct.parts()[part]; group == 0)
+        sum += quantum * double(direct.sums()[3 * (part * samples + sample) + size_t(channel)]);
+    return sum;
   }
 };
 

@@ -17,7 +17,7 @@ SphereCacheOptions options_of(uint64_t seed, SegmentEnd rule) {
   options.rule = rule;
   options.ratio = seed % 5 == 0 ? 0.9 : 2.0 / 3;
   options.min_rays = 1 + seed % 7;
-  options.order = seed % 4 == 0 ? samples::Curve::lebesgue : samples::Curve::hilbert;
+  options.order = seed % 4 == 0 ? Curve::lebesgue : Curve::hilbert;
   options.containment = seed % 3 == 0 ? Containment::nested : Containment::all;
   options.lanes = seed % 3 == 1 ? Lanes::one : seed % 3 == 2 ? Lanes::eight : Lanes::widest;
   return options;

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracles import world
 from rooms import box, translation
+from thoroughness import examples
 
 PLACES = st.tuples(st.floats(-2.1, 2.1), st.floats(0.26, 2.2), st.floats(-1.7, 1.7))
 MOVES = st.tuples(st.sampled_from(["block", "plate"]), PLACES, st.sampled_from([None, None, 0.01]))
@@ -54,7 +55,7 @@ def baked():
         yield session
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(moves=st.lists(MOVES, min_size=1, max_size=4))
 def test_updates_equal_recomputes(baked, moves):
     for name, place, budget in moves:

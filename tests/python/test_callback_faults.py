@@ -11,7 +11,7 @@ import pytest
 from deltalux import _core
 from rooms import box, room, samples_in, translation
 
-OPTIONS = {"paths": 20_000, "gather": 64, "threads": 1} | dict.fromkeys(
+OPTIONS = {"paths": 8_000, "gather": 24, "threads": 1} | dict.fromkeys(
     ("static_method", "moving_method"), "disc_index"
 )
 FIRST = translation(0.7, 0.31, 0.4)  # of the block

@@ -14,6 +14,7 @@ from deltalux.samples.shared_samples import shared
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_display_mesh import GREY, areas, box, edge_lengths, open_edges, quad, rotation, scene_of
+from thoroughness import examples
 
 LAMP = dl.Material("lamp", reflectance=(0, 0, 0), emission=(20, 20, 20))
 WIDTH, HEIGHT, DEPTH = 4.0, 2.6, 3.0
@@ -116,7 +117,7 @@ def test_a_sheet_covers_neither_of_its_sides_whichever_way_its_triangles_are_lis
     np.testing.assert_array_equal(cover.covers(points, normals), [True, False])
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(st.integers(0, 2**32 - 1))
 def test_boxes_at_random_stay_closed(seed: int):
     random = np.random.default_rng(seed)

@@ -10,6 +10,7 @@ from deltalux.mesh.display_mesh import refine
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scenes_for_tests import furnace
+from thoroughness import examples
 
 
 def grid(cells, jitter=0.0, seed=0):
@@ -48,7 +49,7 @@ def interpolated(points, triangles, values, at):
     return np.array(found)
 
 
-@settings(max_examples=40)
+@settings(max_examples=examples(40))
 @given(
     seed=st.integers(0, 1000),
     jitter=st.sampled_from([0.0, 0.2]),

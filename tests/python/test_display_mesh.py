@@ -13,6 +13,7 @@ from deltalux.mesh.display_mesh import BACK, BOTH, FRONT, DisplayMesh, refine
 from deltalux.scene import Material, Mesh, Scene
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from thoroughness import examples
 
 GREY = Material("grey", reflectance=(0.5, 0.5, 0.5))
 RED = Material("red", reflectance=(0.5, 0.1, 0.1))
@@ -87,7 +88,7 @@ def test_box_is_refined_to_the_spacing_without_cracks():
     assert mesh.spacing == 0.3
 
 
-@settings(max_examples=60)
+@settings(max_examples=examples(60))
 @given(st.integers(0, 2**32 - 1), st.floats(0.1, 3))
 def test_random_closed_surface_stays_closed(seed: int, spacing: float):
     random = np.random.default_rng(seed)

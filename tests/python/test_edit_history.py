@@ -11,6 +11,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from rooms import box, room, samples_in, translation
 from test_values_after_edits import POINTS, SEQUENCES, UP, apply, values_of
+from thoroughness import examples
 
 
 def lamp(number: int, material: str, size: float = 0.1) -> dl.Mesh:
@@ -47,7 +48,7 @@ def test_lamps_added_together_or_one_by_one(make, options):
     for materials in itertools.permutations(glows) if make is dark_room else [glows]:
         found = set()
         for together in itertools.product((False, True), repeat=2):
-            with dl.Session(make(), points, paths=800, threads=1, **options) as session:
+            with dl.Session(make(), points, paths=100, threads=1, **options) as session:
                 session.bake()
                 for number, material in enumerate(materials):
                     session.add(lamp(number, material))
@@ -61,7 +62,7 @@ def test_lamps_added_together_or_one_by_one(make, options):
 
 
 @pytest.mark.parametrize("options", [{"gather": "off"}, {"gather": 16}], ids=["discs", "gather"])
-@settings(max_examples=30, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(30), suppress_health_check=[HealthCheck.too_slow])
 @given(sequence=SEQUENCES)
 def test_edits_in_any_number_of_updates(options, sequence):
     scene, found = room(), []

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from rooms import box, room, samples_in, translation, turn
+from thoroughness import examples
 
 
 def poses(draw_float, clearance=0.45):
@@ -94,7 +95,7 @@ OPTIONS = [
 
 
 @pytest.mark.parametrize("options", OPTIONS, ids=lambda o: "-".join(map(str, o.values())))
-@settings(max_examples=45, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(45), suppress_health_check=[HealthCheck.too_slow])
 @given(sequence=SEQUENCES)
 def test_update_equals_recompute(options, sequence):
     """45 sequences for each set of options, a check after every update."""
@@ -108,7 +109,7 @@ def test_update_equals_recompute(options, sequence):
             equals_recompute(session)
 
 
-@settings(max_examples=30)
+@settings(max_examples=examples(30))
 @given(sequence=SEQUENCES, direct=st.sampled_from(["paths", "sampled"]))
 def test_what_is_kept_between_readings_is_right(sequence, direct):
     """Readings renew what changed since the last one; only the last one is checked here."""
@@ -126,7 +127,7 @@ def test_what_is_kept_between_readings_is_right(sequence, direct):
 
 
 @pytest.mark.parametrize("groups", [7, 8, 11])
-@settings(max_examples=10)
+@settings(max_examples=examples(10))
 @given(sequence=SEQUENCES)
 def test_more_groups_than_sums(groups, sequence):
     """Groups from the eighth on share sums if there are more; an edit may bring the eighth or the ninth."""
@@ -141,7 +142,7 @@ def test_more_groups_than_sums(groups, sequence):
             equals_recompute(session)
 
 
-@settings(max_examples=30)
+@settings(max_examples=examples(30))
 @given(edit=EDIT, direct=st.sampled_from(["paths", "sampled"]))
 def test_edit_and_inverse_restore_every_bit(edit, direct):
     if edit[0] == "insert":

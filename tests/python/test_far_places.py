@@ -10,6 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from rooms import box, room, samples_in, translation, turn
 from test_values_after_edits import values_of
+from thoroughness import examples
 
 FAR = st.floats(-12, 12)
 FAR_PLACES = st.builds(
@@ -56,7 +57,7 @@ def digest_of(session: dl.Session) -> str:
 
 
 @pytest.mark.parametrize("options", OPTIONS, ids=lambda o: "-".join(map(str, o.values())))
-@settings(max_examples=25, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(25), suppress_health_check=[HealthCheck.too_slow])
 @given(sequence=SEQUENCES)
 def test_updates_equal_recomputes_and_ways_back_restore(options, sequence):
     scene, gathers = open_room(), options["gather"] != "off"

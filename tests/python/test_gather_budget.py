@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rooms import room, translation, turn
+from thoroughness import examples
 
 
 @pytest.fixture(scope="module")
@@ -121,7 +122,7 @@ EDITS = st.one_of(
 )
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=examples(15), deadline=None)
 @given(edits=st.lists(st.tuples(EDITS, st.sampled_from([None, 1e-3, 2.0])), min_size=1, max_size=6))
 def test_edits_on_top_of_waiting_rays_are_exact(baked, edits):
     for (name, *values), budget in edits:

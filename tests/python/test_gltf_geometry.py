@@ -8,6 +8,7 @@ from builders.gltf import QUAD, QUAD_TRIANGLES, GltfBuilder
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
+from thoroughness import examples
 
 UP = np.array([0, 0, 1], np.float32)
 
@@ -358,7 +359,7 @@ transforms = st.fixed_dictionaries(
 )
 
 
-@settings(max_examples=60)
+@settings(max_examples=examples(60))
 @given(chain=st.lists(transforms, min_size=1, max_size=4), movable_at=st.integers(0, 4))
 def test_random_hierarchies(tmp_path_factory, chain, movable_at):
     """World triangles, their fronts and the node records agree with an independent composition."""

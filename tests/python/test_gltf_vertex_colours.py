@@ -12,6 +12,7 @@ from builders.gltf import QUAD, QUAD_TRIANGLES, GltfBuilder
 from deltalux.io.vertex_colours import MOST, tints
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from thoroughness import examples
 
 RED, GREEN = (1.0, 0.25, 0.0), (0.0, 0.5, 0.25)
 
@@ -146,7 +147,7 @@ def test_light_reflected_is_that_of_the_colour(tmp_path):
     assert digests[0] == digests[1]
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(st.integers(1, 1500), st.integers(1, 1500), st.booleans(), st.integers(0, 2**31))
 def test_palettes_are_small_and_keep_the_sum_of_what_is_reflected(triangles, different, flat, seed):
     rng = np.random.default_rng(seed)

@@ -20,6 +20,7 @@ from test_light_pools import pools_and_sconce
 from test_suns_asked_for import EDITS as SUN_EDITS
 from test_suns_asked_for import edit as edit_sun
 from test_suns_asked_for import sunny_room
+from thoroughness import examples
 
 RAYS = 48
 
@@ -77,13 +78,13 @@ def taken(session: dl.Session) -> int:
     return session.statistics["gather"]["kept_taken"]
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(edits=st.lists(SUN_EDITS, min_size=1, max_size=5), every=st.integers(1, 3))
 def test_light_of_kept_places_is_that_of_others_in_the_sun(sunny, edits, every):
     assert_right_throughout(*sunny, edit_sun, edits, every)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(edits=st.lists(POOL_EDITS, min_size=1, max_size=5), every=st.integers(1, 3))
 def test_light_of_kept_places_is_that_of_others_in_pools_of_spots(spots, edits, every):
     assert_right_throughout(*spots, edit_pools, edits, every)

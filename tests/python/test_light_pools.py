@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from oracles import world
 from rooms import box, translation
 from session_files import rewrite
+from thoroughness import examples
 
 
 def spot(name, position, direction, angle, candela, **fields):
@@ -135,7 +136,7 @@ def edit(session: dl.Session, kind: str, *values) -> None:
         session.move(kind, translation(*values))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(edits=st.lists(EDITS, min_size=1, max_size=5))
 def test_updates_equal_recomputes(baked, edits):
     for one in edits:

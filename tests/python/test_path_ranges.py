@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 from rooms import room, samples_in, translation
 from test_exactness import SEQUENCES, apply
 from test_suns_asked_for import sunny_room
+from thoroughness import examples
 
 PATHS = 640
 OPTIONS = [
@@ -123,7 +124,7 @@ RANGES = st.one_of(
 
 
 @pytest.mark.parametrize("options", OPTIONS, ids=lambda o: "-".join(map(str, o.values())))
-@settings(max_examples=12, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(12), suppress_health_check=[HealthCheck.too_slow])
 @given(cuts=RANGES, sequence=SEQUENCES)
 def test_ranges_add_up_after_bake_and_edits(options, cuts, sequence):
     scene = room()

@@ -78,7 +78,9 @@ def test_a_lamp_in_a_closed_room_on_a_sunny_site(half, lumens, sun):
             assert session.digest() == before
 
 
-@pytest.mark.parametrize(("gather", "ratio"), [("off", 1e6), ("off", 1e12), (64, 1e6)])
+@pytest.mark.parametrize(
+    ("gather", "ratio"), [("off", 1e6), ("off", 1e12), (64, 1e6), (64, 1e12), (64, 1e-9)]
+)
 def test_two_rooms_whose_lamps_differ_by_far(gather, ratio):
     """Each room has the light of its own lamp, by discs and by a gather; energy adds up exactly."""
     shift = np.array((SIZE[0] + 1, 0, 0))
@@ -105,6 +107,36 @@ def test_two_rooms_whose_lamps_differ_by_far(gather, ratio):
     ):
         assert emitted == absorbed + escaped
         assert emitted * energy["quantum"] == pytest.approx(4 * np.pi * (1 + ratio), rel=1e-6)
+
+
+@pytest.mark.parametrize("lumens", [1e-6, 5.0, 1e10])
+@pytest.mark.parametrize("kind", ["bright", "dark"])
+def test_lamps_that_are_added_have_quanta_of_their_own(kind, lumens):
+    """Far fainter or brighter than all others, or the first in the dark: right alone once these are dim."""
+    scene = closed_room_on(300 if kind == "bright" else 0, 700, 1e5)
+    side, half = 0.2, np.array((0.0, 0.1, 0.0))
+    corners = [(-side, 0, -side), (side, 0, -side), (side, 0, side), (-side, 0, side)]
+    radiance = lumens / (np.pi * 4 * side * side)
+    materials = [*scene.materials, dl.Material("glow", emission=(radiance,) * 3, group="added")]
+    lights = scene.lights if kind == "bright" else []
+    scene = dl.Scene(scene.meshes, materials, lights, unit="lux")
+    with dl.Session(scene, faces(200), paths=20_000, gather=64) as session:
+        session.bake()
+        pose = np.eye(4)
+        pose[:3, 3] = HIGH * (0.1, 1, 0.1) - half
+        session.add(dl.Mesh("plate", corners, [(0, 1, 2), (0, 2, 3)], "glow", pose=pose, movable=True))
+        for name in session.dim_factors:
+            if name != "added":
+                session.dim(name, 0)
+        session.update()
+        found = session.irradiance
+        # The plate is black, so that it takes what light falls on it: on both faces.
+        lit = AREA * (1 - 0.6) + 2 * 4 * side * side
+        assert found[:, 1].mean() == pytest.approx(lumens / lit, rel=0.03)
+        before = session.digest()
+        session.recompute()
+        assert session.digest() == before
+        np.testing.assert_array_equal(session.irradiance, found)
 
 
 def house(half: float) -> dl.Scene:

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from rooms import room, samples_in, translation
 from test_exactness import SEQUENCES, apply
+from thoroughness import examples
 
 PAIRS = [  # static, moving
     ("disc_index", "disc_index"),
@@ -21,7 +22,7 @@ PAIRS = [  # static, moving
 
 
 @pytest.mark.parametrize("options", [{"direct": "paths"}, {"direct": "sampled", "segment_end": "bounded"}])
-@settings(max_examples=8)
+@settings(max_examples=examples(8))
 @given(sequence=SEQUENCES)
 def test_all_methods_give_one_digest(options, sequence):
     """After every update, with one thread and with two; the last state equals a recompute too."""

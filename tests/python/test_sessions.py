@@ -19,6 +19,7 @@ from hypothesis import strategies as st
 from processes import listen_to_interrupts
 from rooms import box, room, samples_in, translation, turn
 from session_files import read_parts, write_parts
+from thoroughness import examples
 
 
 @pytest.fixture
@@ -212,7 +213,7 @@ class Stopper:
         return False
 
 
-@settings(max_examples=5)
+@settings(max_examples=examples(5))
 @given(calls=st.integers(0, 12))
 def test_cancelled_bake_leaves_the_session_as_before(calls):
     scene = dl.scenes.office()
@@ -236,7 +237,7 @@ def test_cancelled_bake_leaves_the_session_as_before(calls):
             assert session.digest() == reference
 
 
-@settings(max_examples=10)
+@settings(max_examples=examples(10))
 @given(calls=st.integers(0, 10), direct=st.sampled_from(["paths", "sampled"]))
 def test_cancelled_update_is_finished_by_the_next(calls, direct):
     scene = room()

@@ -13,6 +13,7 @@ from rooms import box, translation, turn
 from session_files import read_parts, write_parts
 from test_sun_guiding import DOWN as SUN_DOWN
 from test_sun_guiding import room
+from thoroughness import examples
 
 DOWN = (-0.5, -1.0, -0.2)
 
@@ -125,7 +126,7 @@ def edit(session: dl.Session, kind: str, *values) -> None:
         session.update(budget_ms=1e-3)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(edits=st.lists(EDITS, min_size=1, max_size=5))
 def test_updates_equal_recomputes(baked, edits):
     for one in edits:

@@ -15,6 +15,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from rooms import box, room, samples_in, translation, turn
+from thoroughness import examples
 
 POINTS = np.random.default_rng(3).uniform((-1.9, 0, -1.4), (1.9, 0, 1.4), (40, 3))
 UP = np.broadcast_to((0.0, 1.0, 0.0), POINTS.shape)
@@ -125,7 +126,7 @@ OPTIONS = {
 
 
 @pytest.mark.parametrize("options", OPTIONS.values(), ids=OPTIONS)
-@settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(40), suppress_health_check=[HealthCheck.too_slow])
 @given(sequence=SEQUENCES)
 def test_values_are_those_of_a_recompute(options, sequence):
     """Those that are kept between readings, too: they are read before the last update."""

@@ -82,7 +82,7 @@ class FailingFile(io.FileIO):
 def baked():
     scene = room()
     samples = dl.Samples.on_vertices(scene, spacing=1.5, radius=0.15)
-    with dl.Session(scene, samples, paths=100, threads=1, **METHODS) as session:
+    with dl.Session(scene, samples, paths=100, threads=1, gather=16, **METHODS) as session:
         session.bake()
         yield session
 

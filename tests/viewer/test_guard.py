@@ -15,6 +15,7 @@ from deltalux.server.hosts import is_loopback
 from deltalux.server.messages import MAX_TEXT
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from thoroughness import examples
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from viewer.page_client import TIMEOUT, PageClient, get
@@ -182,7 +183,7 @@ def test_malformed_messages_get_an_error_and_change_nothing(expected, server):
         page.rest()
         before = page.state
 
-        @settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow])
+        @settings(max_examples=examples(40), suppress_health_check=[HealthCheck.too_slow])
         @given(JSON)
         def refused(data):
             page.connection.send(json.dumps(data))

@@ -30,7 +30,7 @@ SphereCache::SphereCache(samples::DiscSet discs, const SphereCacheOptions& optio
           "sphere_cache: disc " + std::to_string(k) +
           ": found a position, normal or radius that is not finite, expected numbers");
   }
-  order_ = samples::curve_order(discs_.centre, options_.order, progress);
+  order_ = curve_order(discs_.centre, options_.order, progress);
 }
 
 size_t SphereCache::best_span() const {

@@ -4,10 +4,10 @@
 #pragma once
 #include <vector>
 
+#include "base/curve_order.h"
 #include "estimate/estimator.h"
 #include "estimate/sphere_cache/chain.h"
 #include "estimate/sphere_cache/list.h"
-#include "samples/curve_order.h"
 
 namespace deltalux::estimate {
 
@@ -17,7 +17,7 @@ struct SphereCacheOptions {
   segments::SegmentEnd rule = segments::SegmentEnd::bounded;
   double ratio = 2.0 / 3;   ///< Q: ratio of the radii of consecutive spheres
   uint64_t min_rays = 100;  ///< lists with fewer segments are not subdivided
-  samples::Curve order = samples::Curve::hilbert;
+  Curve order = Curve::hilbert;
   Containment containment = Containment::all;
   double outer_radius = 0;  ///< of S_0; 0 = enclose all segments of a call
   uint32_t max_levels = 0;  ///< number of spheres below S_0; 0 = down to the size of the discs

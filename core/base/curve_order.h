@@ -9,7 +9,7 @@
 #include "base/progress.h"
 #include "base/vec.h"
 
-namespace deltalux::samples {
+namespace deltalux {
 
 enum class Curve : uint8_t {
   none,      ///< in the given order
@@ -24,4 +24,4 @@ std::vector<uint32_t> curve_order(std::span<const Vec3f> points, Curve curve,
                                   const Progress* progress = nullptr,
                                   std::span<const uint64_t> ties = {});
 
-}  // namespace deltalux::samples
+}  // namespace deltalux

@@ -2,13 +2,13 @@
 // Sorts points by their cells' 63-bit positions on the curve. Hilbert after Skilling, "Programming
 // the Hilbert curve" (AIP Conference Proceedings 707, 2004): transforms the cell's coordinates into
 // the transpose of the position.
-#include "samples/curve_order.h"
+#include "base/curve_order.h"
 
 #include <algorithm>
 #include <compare>
 #include <numeric>
 
-namespace deltalux::samples {
+namespace deltalux {
 namespace {
 
 constexpr int kBits = 21;  // per axis
@@ -75,4 +75,4 @@ std::vector<uint32_t> curve_order(std::span<const Vec3f> points, Curve curve,
   return order;
 }
 
-}  // namespace deltalux::samples
+}  // namespace deltalux
