@@ -296,13 +296,17 @@ class Scene:
             seen = emitting.get(mesh.name, areas)
             # The core reckons in single precision; where nothing hides a triangle, its area is known better.
             areas = np.where(np.isclose(seen, areas, rtol=1e-3, atol=0), areas, seen)
-            for material in self._emissive_materials(mesh):
+            emissive = self._emissive_materials(mesh)
+            backs = np.zeros_like(areas)
+            if any(material.two_sided for material in emissive):
+                backs = areas * inner_shares(mesh.vertices, mesh.triangles)
+            for material in emissive:
                 uses = self._uses(mesh, material.name)
                 own = float(areas[uses].sum())
                 emissive_area += own
                 shining = own
                 if material.two_sided:
-                    shining += float((areas * inner_shares(mesh.vertices, mesh.triangles))[uses].sum())
+                    shining += float(backs[uses].sum())
                 power = np.pi * shining * material.emission
                 lights.append(
                     {
