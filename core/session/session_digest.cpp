@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Digests: hashes of everything that values depend on, in the present and after any further edit.
-#include <array>
 #include <cstring>
 #include <optional>
 #include <span>
@@ -164,8 +163,7 @@ void chain_lights(Lanes& lanes, const State& s) {
   lanes.chain_all(s.light_sampled);
   lanes.chain(bits(s.scale.quantum));
   lanes.chain(uint64_t(s.scale.digits));
-  if (s.direct_scales)
-    lanes.chain_all(std::array{s.direct_scales->quantum, s.direct_scales->reference});
+  if (s.direct_scales) lanes.chain(bits(s.direct_scales->quantum));
   lanes.chain_all(s.slack);
 }
 

@@ -165,7 +165,8 @@ def test_very_small_surfaces():
     """
     plate = dl.Samples([(0, 0, 0)], [(0, 1, 0)], radius=0.1)
     values = {"map": [], "surface": [], "disc": [], "linear": []}
-    for seed in range(RUNS):
+    runs = 2 * RUNS  # local-linear fits vary by two thirds
+    for seed in range(runs):
         segments = dl.trace(with_plate(), paths=20_000, seed=seed, threads=1)
         values["map"].append(dl.estimate.photon_map(segments, plate, k=50))
         values["surface"].append(
@@ -176,7 +177,7 @@ def test_very_small_surfaces():
         values["linear"].append(dl.estimate.local_linear(segments, plate, with_plate()))
     ratio = {name: np.array([e.irradiance[0, 0] for e in found]) / EXACT for name, found in values.items()}
     mean = {name: found.mean() for name, found in ratio.items()}
-    error = {name: found.std(ddof=1) / np.sqrt(RUNS) for name, found in ratio.items()}
+    error = {name: found.std(ddof=1) / np.sqrt(runs) for name, found in ratio.items()}
     assert mean["map"] + 4 * error["map"] < 0.1
     for name in ("surface", "disc", "linear"):
         assert error[name] < 0.15
