@@ -96,7 +96,7 @@ def test_direct_light_of_an_added_lamp_has_no_noise(session):
 
 
 def test_a_lamp_that_is_far_brighter_leaves_what_was_there(session):
-    """It has quanta of its own; without it, light and digest are those of a session that never had it on."""
+    """It has quanta of its own: without it, light has the bits of before; with it, those of a recompute."""
     blinding = dl.Material("blinding", (0, 0, 0), emission=(1e11, 1e11, 1e11), group="desk")
     scene = dl.scene.replace_scene(session.scene, materials=[*session.scene.materials, blinding])
     with dl.Session(scene, samples_in(scene), **OPTIONS) as own:
