@@ -233,7 +233,8 @@ class Parts {
   }
   /// Cells were divided where one ray told a difference, so what the others told is no longer right
   /// on average: an opening smaller than a cell is resolved if a ray passed, and dark if none did.
-  /// What another ray tells of them is right.
+  /// What another ray tells of them is right. (Where no ray passed at all, nothing is divided, and
+  /// none is asked: that bias stays.)
   template <size_t kCount>
   void ask_again(Survey<kCount>& survey, uint32_t depth) {
     std::vector<uint32_t> whole;
