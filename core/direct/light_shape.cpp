@@ -131,6 +131,7 @@ LightShape::LightShape(const trace::Light& light, uint32_t number, uint64_t seed
   for (const Triangle& t : triangles_)
     if (!(dot(t.normal, facing_) > kFlat)) facing_ = {};
   find_corners(centre_);
+  find_outline(light.bounds);
   rows_[0] = rows_for(triangles_.size(), kCoarseRays, {6, 3, 2});
   rows_[1] = rows_for(triangles_.size(), kFineRays, {16, 8, 4, 2});
 }
@@ -157,6 +158,18 @@ void LightShape::find_corners(Vec3f centre) {
       distance[i] = &corner == corners_.data() ? d : std::min(distance[i], d);
     }
   }
+}
+
+void LightShape::find_outline(const Box& bounds) {
+  constexpr size_t kFew = 4;
+  if (triangles_.size() <= kFew) {
+    for (const Triangle& t : triangles_)
+      outline_.insert(outline_.end(), {t.corner, t.corner + t.edge_u, t.corner + t.edge_v});
+    return;
+  }
+  for (int k = 0; k < 8; ++k)
+    outline_.push_back({k & 1 ? bounds.low.x : bounds.high.x, k & 2 ? bounds.low.y : bounds.high.y,
+                        k & 4 ? bounds.low.z : bounds.high.z});
 }
 
 double LightShape::open(const Receiver& receiver) const {

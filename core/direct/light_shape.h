@@ -90,6 +90,8 @@ class LightShape {
   Glance glance(const Receiver& receiver, float u, float v) const;
   /// Radiance, or intensity, of the strongest channel.
   double brightest() const { return brightest_; }
+  /// Points whose convex hull contains an area light: the corners of few triangles, or of a box.
+  std::span<const Vec3f> outline() const { return outline_; }
   /// Whether the light can give the receiver only a small share of what receivers get.
   bool is_minor(const Receiver& receiver) const;
   /// Whether a light that gives so much where nothing hides it is one of few that matter.
@@ -136,6 +138,7 @@ class LightShape {
     float slack;
   };
   void find_corners(Vec3f centre);
+  void find_outline(const Box& bounds);
   double open_area(const Receiver& receiver) const;
   bool is_area() const { return !punctual_.kind; }
   double open_punctual(const Receiver& receiver) const;
@@ -166,6 +169,7 @@ class LightShape {
   Columns columns_;
   std::vector<uint32_t> nearby_;  // by n-th of the area, n triangles: where to begin a search
   std::array<Corner, kCorners> corners_;
+  std::vector<Vec3f> outline_;
   bool two_sided_, on_;
   uint64_t key_;
   float area_ = 0;

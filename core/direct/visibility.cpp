@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "direct/cover.h"
 #include "direct/refinement.h"
 #include "direct/view_code.h"
 
@@ -13,38 +14,15 @@ namespace {
 using trace::RayBits;
 
 constexpr RayBits kNoRays{};
-// Irradiance over radiance (pi for the whole sky). A light that gives more than kNotable where it
-// is visible is not hidden because all rays are blocked, unless one triangle covers it; from kLarge
-// on, rays to four extremities do not tell that.
-constexpr double kNotable = 0.005, kLarge = 0.3;
+// Irradiance over radiance (pi for the whole sky). A light that gives more than this where it is
+// visible is not hidden because all rays are blocked, unless surfaces are known to cover it.
+constexpr double kNotable = 0.005;
 // Error of a light all of whose rays are blocked: in shares of a ray.
 constexpr float kUnseen = 0.25f;
 
 /// Whether the light may be seen though all coarse rays are blocked.
 bool may_show(const LightShape& light, const Receiver& receiver, double open) {
   return open > kNotable && !light.is_minor(receiver);
-}
-
-/// Whether one triangle of static geometry or of one of `objects` covers the light's extremities,
-/// so that rays need not search for a gap. `coarse`: the coarse strata.
-bool covered(const trace::RayCaster& caster, const Strata& coarse, double open,
-             std::span<const uint32_t> objects) {
-  if (coarse.fan.count != kCoarseRays + kCorners || open > kLarge) return false;
-  const trace::RayFan& fan = coarse.fan;
-  const auto same = [&](const auto& closest) {
-    uint32_t first = scene::kNone;
-    for (size_t i = kCoarseRays; i < fan.count; ++i) {
-      const trace::Hit hit = closest(Vec3f{fan.x[i], fan.y[i], fan.z[i]});
-      if (!hit.valid() || (i > kCoarseRays && hit.primitive != first)) return false;
-      first = hit.primitive;
-    }
-    return true;
-  };
-  if ((coarse.countable[0] & kCornerBits) != kCornerBits) return false;
-  if (same([&](Vec3f d) { return caster.closest_static(fan.origin, d, 0, fan.to); })) return true;
-  return std::any_of(objects.begin(), objects.end(), [&](uint32_t object) {
-    return same([&](Vec3f d) { return caster.closest_object(object, fan.origin, d, 0, fan.to); });
-  });
 }
 
 RayBits without(const RayBits& a, const RayBits& b) {
@@ -107,8 +85,8 @@ FixedView fixed_view(const trace::RayCaster& caster, const LightShape& light,
     const RayBits free = free_rays(strata);
     if (free == strata.countable) return {Kind::open, 0, {}, {}, false};
     view.kind = Kind::hidden;
-    const auto own = std::span(&receiver.object, receiver.object != scene::kNone);
-    if (free == kNoRays && (!may_show(light, receiver, open) || covered(caster, strata, open, own)))
+    if (free == kNoRays &&
+        (!may_show(light, receiver, open) || is_covered(caster, light, receiver, {})))
       return view;
     view.coarse = free[0];
   }
@@ -116,6 +94,8 @@ FixedView fixed_view(const trace::RayCaster& caster, const LightShape& light,
   light.cast(receiver, Detail::fine, strata);
   view.fine = free_rays(strata);
   if (too_coarse && view.fine == strata.countable) return {Kind::open, 0, {}, {}, false};
+  if (too_coarse && view.fine == kNoRays && is_covered(caster, light, receiver, {}))
+    return {Kind::hidden, 0, {}, {}, false};
   view.seen = resolve(
       light, receiver, open, strata, view.fine,
       [&](const Strata& rays) {
@@ -146,7 +126,7 @@ Seen visible_share(const trace::RayCaster& caster, const LightShape& light,
         open || fixed.divided || !fixed.coarse ? strata.countable : RayBits{fixed.coarse, 0, 0, 0};
     const RayBits seen = pass(caster, strata.fan, free, movables);
     if (seen == kNoRays &&
-        (!may_show(light, receiver, open_light) || covered(caster, strata, open_light, movables)))
+        (!may_show(light, receiver, open_light) || is_covered(caster, light, receiver, movables)))
       return {};
     blocks = seen != free;
   }

@@ -259,6 +259,27 @@ Hit EmbreeScene::closest(uint32_t first_primitive, Vec3f o, Vec3f d, float from,
           query.hit.v};
 }
 
+std::optional<Corners> EmbreeScene::blocker(Vec3f o, Vec3f d, float to) const {
+  if (!can_be_traced(o, d) || !(to >= 0)) return {};
+  RTCRayHit query;
+  set_query(query, o, d, 0, to);
+  intersect(handle(scene_), query);
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
+  const uint32_t own = query.hit.primID;
+  if (holes_ && holes_->scene) {
+    const uint32_t face = query.hit.geomID == kCovered ? holes_->hidden->face(own) : own;
+    const scene::Material& surface = holes_->scene->material_of(holes_->first_primitive + face);
+    if (!surface.kind->is_opaque(surface)) return {};
+  }
+  const RTCGeometry geometry = rtcGetGeometry(handle(scene_), query.hit.geomID);
+  const auto* points =
+      static_cast<const Vec3f*>(rtcGetGeometryBufferData(geometry, RTC_BUFFER_TYPE_VERTEX, 0));
+  const auto* indices = static_cast<const std::array<uint32_t, 3>*>(
+      rtcGetGeometryBufferData(geometry, RTC_BUFFER_TYPE_INDEX, 0));
+  const auto& [a, b, c] = indices[own];
+  return Corners{points[a], points[b], points[c]};
+}
+
 bool EmbreeScene::occluded(Vec3f o, Vec3f d, float to) const {
   if (!can_be_traced(o, d) || !(to >= 0)) return false;
   RTCRay ray;

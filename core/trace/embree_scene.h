@@ -47,6 +47,9 @@ class EmbreeScene {
   explicit operator bool() const { return scene_ != nullptr; }
   Hit closest(uint32_t first_primitive, Vec3f o, Vec3f d, float from, float to) const;
   bool occluded(Vec3f o, Vec3f d, float to) const;
+  /// A triangle that blocks the ray, and all others that meet it: none of its points lets rays
+  /// pass. Null if the ray is free, or meets another triangle first.
+  std::optional<Corners> blocker(Vec3f o, Vec3f d, float to) const;
   /// Which of the rays in `wanted` are blocked.
   RayBits occluded(const RayFan& fan, const RayBits& wanted) const;
   /// All intersections of the ray, holes aside, one per triangle, in no order; as many as `out` has

@@ -19,6 +19,9 @@ struct Hit {
   bool valid() const { return primitive != scene::kNone; }
 };
 
+/// Corners of a triangle, in world space.
+using Corners = std::array<Vec3f, 3>;
+
 /// Shadow rays from one point: origin + t * (x, y, z)[i] for 0 < t <= to.
 struct RayFan {
   static constexpr size_t kMaxRays = 256;

@@ -199,6 +199,14 @@ bool RayCaster::occluded(Vec3f o, Vec3f d, float to) const {
   return false;
 }
 
+std::optional<Corners> RayCaster::blocker(uint32_t body, Vec3f o, Vec3f d, float to) const {
+  if (body == scene::kNone) return static_.blocker(o, d, to);
+  DELTALUX_ASSERT(body < movables_.size());
+  const Movable& movable = movables_[body];
+  if (!movable.scene || !reaches(movable, o, d, to)) return {};
+  return movable.scene.blocker(o, d, to);
+}
+
 RayBits RayCaster::occluded_static(const RayFan& fan, const RayBits& wanted) const {
   return static_.occluded(fan, wanted);
 }

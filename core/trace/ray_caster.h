@@ -70,6 +70,8 @@ class RayCaster {
   bool occluded_static(Vec3f origin, Vec3f direction, float to) const;
   bool occluded_object(uint32_t object, Vec3f origin, Vec3f direction, float to) const;
   bool occluded(Vec3f origin, Vec3f direction, float to) const;
+  /// EmbreeScene::blocker() of static geometry (kNone) or of one object.
+  std::optional<Corners> blocker(uint32_t body, Vec3f origin, Vec3f direction, float to) const;
   /// Which of the rays in `wanted` static geometry (or an object) blocks; three times as fast as
   /// single rays. Results depend on the set of rays in a call: for rays that start on a triangle,
   /// lie in its plane or pass through its edge (3e-5 of all, no others), the result may differ when
