@@ -18,8 +18,9 @@ constexpr size_t kMostPieces = 48;
 constexpr double kNothing = 2e-5;
 // Cosine, of the outline's points about its middle: beyond, projections are too large.
 constexpr double kWidest = 0.05;
-// Where surfaces before the receiver begin, in distances of the light.
-constexpr double kNear = 1e-6;
+// Where surfaces between receiver and light begin and end, in distances of the light: it is a
+// surface itself.
+constexpr double kNear = 1e-6, kFar = 0.999;
 
 /// Convex hull of points (Andrew 1979), counter-clockwise.
 Polygon hull_of(std::vector<Point> points) {
@@ -63,6 +64,7 @@ class View {
       depth_ = std::min(depth_, z);
       seen.push_back(projected(d));
     }
+    depth_ *= kFar;
     const Vec3d n(receiver.normal);
     outline_ = clipped(hull_of(std::move(seen)), [&](const Point& p) { return dot(n, ray(p)); });
   }
@@ -93,7 +95,7 @@ class View {
 
   Vec3f from_;
   Vec3d axis_, u_, v_;
-  double depth_ = 0;  // least distance of the light along the axis
+  double depth_ = 0;  // a little less than the least distance of the light along the axis
   Polygon outline_;
 };
 

@@ -21,18 +21,26 @@ constexpr uint32_t kEven = 16384;                   // uniform starts
 constexpr uint32_t kPoints = 8192;                  // points of surfaces that may see the sun
 constexpr uint32_t kWalks = 4;                      // from each place of the pilot
 constexpr uint32_t kBack = 3;                       // flights of such a walk
+constexpr uint32_t kTries = 16;                     // paths of a start that such a walk finds
 constexpr size_t kSplit = 16;                       // squares with this many starts are divided
-constexpr int kDeepest = 18;       // levels: ten kilometres become four centimetres
-constexpr double kPrior = 2;       // weight of the parent square's value, in starts
+constexpr int kDeepest = 18;  // levels: ten kilometres become four centimetres
+// Weight of what is known of the square around, in useful paths, and the most in paths: land far
+// away from all windows takes nothing over from their squares.
+constexpr double kPrior = 2, kMostPrior = 64;
+// Share of useful paths. Where fewer are, the square of what they bring would draw most paths to
+// land that is far away, and brings hardly any light.
+constexpr double kRare = 1.0 / 64;
 constexpr double kBeside = 0.2;    // relative to a trial's value: what the squares around it get
 constexpr int kRounds = 3;         // of further starts, drawn by what earlier ones have found
 constexpr uint32_t kAgain = 8192;  // starts per round
 constexpr double kWorth = 1.5;     // smallest reduction of variance for which a map is used
 
-/// A pilot path of a sun.
+/// Pilot paths of a sun from one start.
 struct Trial {
   float u, v;
-  double square;    ///< square of what its path contributes
+  double square = 0;    ///< sum of the squares of what they contribute
+  uint32_t useful = 0;  ///< those that contribute
+  uint32_t paths = 1;
   float size = 1;   ///< of the square that contains it
   float needs = 1;  ///< largest square that may contain it
 };
@@ -83,9 +91,9 @@ class Starts {
 };
 
 /// Uniform starts, then starts of paths that end on what the sun sees: on surfaces anywhere, and
-/// where light for the pilot's places comes from.
+/// where light for the pilot's places comes from. `found`: index of the first of the last kind.
 std::vector<Trial> first_starts(const LightPilot& pilot, const lights::Punctual& light,
-                                const Workers& workers, const Progress& progress) {
+                                const Workers& workers, const Progress& progress, size_t& found) {
   const samples::SampleSet anywhere = surface_points(pilot.scene(), pilot.caster(), kPoints);
   const Starts starts(pilot, light);
   std::vector<std::vector<Starts::Start>> seen(anywhere.size() + pilot.points());
@@ -103,25 +111,35 @@ std::vector<Trial> first_starts(const LightPilot& pilot, const lights::Punctual&
   std::vector<Trial> trials;
   for (uint32_t i = 0; i < kEven; ++i) {
     const auto r = sobol::sample(i, kSeed);
-    trials.push_back({r[0], r[1], 0});
+    trials.push_back({r[0], r[1]});
   }
-  for (const std::vector<Starts::Start>& of_point : seen)
-    for (const auto& [u, v] : of_point) trials.push_back({u, v, 0});
+  for (size_t i = 0; i < seen.size(); ++i) {
+    if (i == anywhere.size()) found = trials.size();
+    for (const auto& [u, v] : seen[i]) trials.push_back({u, v});
+  }
   return trials;
 }
 
-/// Traces the trials from index `from` on.
+/// Traces `tries` paths of each of the trials from index `from` to `to`.
 void follow(const LightPilot& pilot, const trace::Light& sun, std::span<const double> weight,
-            size_t from, std::vector<Trial>& trials, const Workers& workers, Progress& progress) {
-  workers.for_blocks(trials.size() - from, LightPilot::kChunk, [&](size_t begin, size_t end) {
+            size_t from, size_t to, uint32_t tries, std::vector<Trial>& trials,
+            const Workers& workers, Progress& progress) {
+  static_assert(LightPilot::kChunk % kTries == 0);
+  const size_t together = LightPilot::kChunk / tries;
+  workers.for_blocks(to - from, together, [&](size_t begin, size_t end) {
     progress.check();
     std::vector<trace::Emission> starts;
     for (size_t i = from + begin; i < from + end; ++i)
-      starts.push_back(trace::emit_from(sun.punctual, {trials[i].u, trials[i].v, 0, 0}));
+      starts.insert(starts.end(), tries,
+                    trace::emit_from(sun.punctual, {trials[i].u, trials[i].v, 0, 0}));
     double brought[LightPilot::kChunk];
-    pilot.brought(sun, starts, kFirstPath + from + begin, weight, brought);
-    for (size_t i = begin; i < end; ++i)
-      trials[from + i].square = brought[i - begin] * brought[i - begin];
+    pilot.brought(sun, starts, kFirstPath + kTries * (from + begin), weight, brought);
+    for (size_t k = 0; k < starts.size(); ++k) {
+      Trial& own = trials[from + begin + k / tries];
+      own.paths = tries;
+      own.square += brought[k] * brought[k];
+      own.useful += brought[k] > 0;
+    }
   });
   progress.advance(1);
 }
@@ -138,7 +156,9 @@ class Quadtree {
     nodes_.push_back({0, 0, 1});
     fill(trials, 0, trials.size(), 0, 0);
   }
-  /// The leaves. A leaf counts as if it had some more trials, of the mean of the square around it.
+  /// The leaves. What is found in a square adds to what is known of the square around it. That a
+  /// few paths are useless says nothing where few are useful: of those that land before a window,
+  /// one in a hundred enters it.
   std::vector<Square> leaves() const {
     std::vector<Square> out;
     collect(0, nodes_.front().mean, out);
@@ -146,12 +166,16 @@ class Quadtree {
   }
 
  private:
+  /// Of a path. Means are over the area, not over paths, most of which start where it is bright.
+  struct Yield {
+    double square = 0;
+    double useful = 0;  ///< share of the paths
+  };
   struct Node {
     float u, v, size;
     uint32_t child = 0;  ///< first of four; 0: a leaf
-    double sum = 0, trials = 0;
-    /// Over its area, not over its trials, most of which lie where it is bright.
-    double mean = 0;
+    double paths = 0;
+    Yield mean;
   };
 
   /// Divides the node's square recursively; [begin, end) are the trials in it.
@@ -159,16 +183,17 @@ class Quadtree {
     Node own = nodes_[index];
     float finest = 1;
     for (size_t i = begin; i < end; ++i) {
-      own.sum += trials[i].square;
+      own.paths += trials[i].paths;
+      own.mean.square += trials[i].square, own.mean.useful += trials[i].useful;
       finest = std::min(finest, trials[i].needs);
     }
-    own.trials = double(end - begin);
     if ((end - begin < split_ && own.size <= finest) || depth == kDeepest) {
       for (size_t i = begin; i < end; ++i) trials[i].size = own.size;
-      own.mean = own.sum / std::max(1.0, own.trials);
+      own.mean.square /= std::max(1.0, own.paths), own.mean.useful /= std::max(1.0, own.paths);
       nodes_[index] = own;
       return;
     }
+    own.mean = {};
     const float half = 0.5f * own.size;
     const auto first = trials.begin();
     const auto part = [&](size_t from, size_t to, auto axis, float at) {
@@ -184,17 +209,23 @@ class Quadtree {
       nodes_.push_back({own.u + (k & 1 ? half : 0), own.v + (k & 2 ? half : 0), half});
     for (uint32_t k = 0; k < 4; ++k) {
       fill(trials, cut[k], cut[k + 1], own.child + k, depth + 1);
-      own.mean += 0.25 * nodes_[own.child + k].mean;
+      const Yield& part = nodes_[own.child + k].mean;
+      own.mean.square += 0.25 * part.square, own.mean.useful += 0.25 * part.useful;
     }
     nodes_[index] = own;
   }
-  void collect(uint32_t index, double around, std::vector<Square>& out) const {
+  void collect(uint32_t index, const Yield& around, std::vector<Square>& out) const {
     const Node& own = nodes_[index];
-    if (own.child) {
-      for (uint32_t k = 0; k < 4; ++k) collect(own.child + k, own.mean, out);
-      return;
-    }
-    out.push_back({own.u, own.v, own.size, (kPrior * around + own.sum) / (kPrior + own.trials)});
+    // As many paths around as have kPrior useful ones among them.
+    const double others = around.useful > 0 ? std::min(kMostPrior, kPrior / around.useful) : 0;
+    const auto both = [&](double of_others, double mean) {
+      const double all = others + own.paths;
+      return all > 0 ? (others * of_others + own.paths * mean) / all : 0;
+    };
+    const Yield known{both(around.square, own.mean.square), both(around.useful, own.mean.useful)};
+    const double often = std::min(1.0, known.useful / kRare);
+    if (!own.child) return out.push_back({own.u, own.v, own.size, known.square * often});
+    for (uint32_t k = 0; k < 4; ++k) collect(own.child + k, known, out);
   }
 
   size_t split_;
@@ -204,9 +235,9 @@ class Quadtree {
 double area(const Square& s) { return double(s.size) * double(s.size); }
 
 double mean_square(const std::vector<Trial>& trials) {
-  double sum = 0;
-  for (const Trial& trial : trials) sum += trial.square;
-  return sum / double(trials.size());
+  double sum = 0, paths = 0;
+  for (const Trial& trial : trials) sum += trial.square, paths += trial.paths;
+  return sum / paths;
 }
 
 /// Adds trials around bright ones. Parts of a window may extend into squares where no trial hit it;
@@ -216,12 +247,13 @@ void add_surroundings(std::vector<Trial>& trials) {
   const size_t count = trials.size();
   for (size_t i = 0; i < count; ++i) {
     const Trial own = trials[i];
-    if (!(own.square > mean)) continue;
+    const double square = own.square / own.paths;
+    if (!(square > mean)) continue;
     for (int dv = -1; dv <= 1; ++dv)
       for (int du = -1; du <= 1; ++du) {
         const float u = own.u + float(du) * own.size, v = own.v + float(dv) * own.size;
         if ((du || dv) && u >= 0 && u < 1 && v >= 0 && v < 1)
-          trials.push_back({u, v, kBeside * own.square, 1, own.size});
+          trials.push_back({u, v, kBeside * square, 1, 1, 1, own.size});
       }
   }
 }
@@ -282,9 +314,12 @@ std::shared_ptr<const trace::SunMap> guide_sun(const LightPilot& pilot, const tr
   trace::Light sun = light;
   sun.map = nullptr;
   sun.path_count = 1;
-  progress.begin("find windows", 1 + kRounds);
-  std::vector<Trial> trials = first_starts(pilot, sun.punctual, workers, progress);
-  follow(pilot, sun, weight, 0, trials, workers, progress);
+  progress.begin("find windows", 2 + kRounds);
+  size_t found = 0;
+  std::vector<Trial> trials = first_starts(pilot, sun.punctual, workers, progress, found);
+  follow(pilot, sun, weight, 0, found, 1, trials, workers, progress);
+  // Few of the paths that land before a window enter it, but these bring much.
+  follow(pilot, sun, weight, found, trials.size(), kTries, trials, workers, progress);
   std::vector<Square> squares = squares_of(trials);
   for (int round = 1; round <= kRounds && !squares.empty(); ++round) {
     const trace::SunMap map = map_of(squares);
@@ -293,9 +328,9 @@ std::shared_ptr<const trace::SunMap> guide_sun(const LightPilot& pilot, const tr
     for (uint32_t i = 0; i < kAgain; ++i) {
       const auto r = sobol::sample(i, kSeed + uint64_t(round));
       const trace::SunMap::Start start = map.start(r[0], r[1]);
-      trials.push_back({start.u, start.v, 0});
+      trials.push_back({start.u, start.v});
     }
-    follow(pilot, sun, weight, before, trials, workers, progress);
+    follow(pilot, sun, weight, before, trials.size(), 1, trials, workers, progress);
     squares = squares_of(trials);
   }
   if (squares.empty()) return nullptr;

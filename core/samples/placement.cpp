@@ -21,6 +21,9 @@ constexpr float kTail = 0.05f;
 constexpr int kRays = 16;        // rays from a sample
 constexpr int kWalks = 8;        // how many of those rays continue
 constexpr int kBounces = 3;      // how many times they continue
+constexpr int kEnclosed = 12;    // so many of those rays from a point in a room end on its surfaces
+constexpr size_t kRoom = 8;      // least number of such points
+constexpr float kSite = 3;       // multiple of a room's size from which on others are a site
 constexpr int kMinFlights = 10;  // segments, of 40, that must hit something to determine a size
 
 /// Directions around +z: uniform over the hemisphere for rays, cosine-distributed for bounces.
@@ -48,6 +51,8 @@ struct Surroundings {
   std::array<Vec3f, kRays + kWalks * kBounces> ends;
   /// Number of segments that hit something, and of those that hit a back side.
   int ended = 0, on_backs = 0;
+  /// Number of the rays from the point itself that end on what reflects light.
+  int enclosed = 0;
 
   /// A share of the diagonal of the box that contains most hit points.
   std::optional<float> metre() const {
@@ -71,6 +76,10 @@ Surroundings look_around(const scene::Scene& scene, const trace::RayCaster& cast
                          Vec3f normal) {
   static const Directions directions;
   Surroundings found;
+  const auto reflects = [&](const trace::Hit& hit) {
+    const Vec3f share = scene.material_of(hit.primitive).reflectance;
+    return std::max({share.x, share.y, share.z}) > 0;
+  };
   const auto fly = [&](Vec3f at, Vec3f w) {
     const trace::Hit hit = caster.closest_static(at, w);
     if (hit.valid()) {
@@ -82,6 +91,7 @@ Surroundings look_around(const scene::Scene& scene, const trace::RayCaster& cast
   for (int k = 0; k < kRays; ++k) {
     Vec3f at = origin, w = turned(directions.ray[k], normal);
     trace::Hit hit = fly(at, w);
+    found.enclosed += hit.valid() && reflects(hit);
     if (hit.valid()) found.inverse_sum += 1 / std::max(hit.t, std::numeric_limits<float>::min());
     // Continue every other ray: rays are ordered by height.
     for (int b = 0; k % (kRays / kWalks) == 0 && b < kBounces && hit.valid(); ++b) {
@@ -100,8 +110,9 @@ float scene_metre(const scene::Scene& scene, const trace::RayCaster& caster) {
   constexpr uint32_t kPoints = 256;
   const float all = 0.1f * scene.first_world().diagonal();
   const uint32_t triangles = scene.static_primitives();
-  // inner: of points from which all hits are back sides, such as inside a solid
-  std::vector<float> metres, inner;
+  // inner: of points from which all hits are back sides, such as inside a solid; enclosed: of
+  // points in rooms, which see little of the sky or of nothing
+  std::vector<float> metres, inner, enclosed;
   uint32_t object = 0;
   for (uint32_t i = 0; i < kPoints && triangles; ++i) {
     const uint32_t primitive = uint32_t(uint64_t(i) * triangles / kPoints);
@@ -121,17 +132,26 @@ float scene_metre(const scene::Scene& scene, const trace::RayCaster& caster) {
     for (const float side : {1.0f, -1.0f}) {
       const Vec3f n = Vec3f(normalize(across)) * side;
       const Surroundings around = look_around(scene, caster, at + n * slack, n);
-      if (const auto metre = around.metre())
-        (around.on_backs == around.ended ? inner : metres).push_back(*metre);
+      const auto metre = around.metre();
+      if (!metre) continue;
+      (around.on_backs == around.ended ? inner : metres).push_back(*metre);
+      if (around.enclosed >= kEnclosed) enclosed.push_back(*metre);
     }
   }
   if (metres.empty()) metres = std::move(inner);  // a bare room whose triangles are wound outwards
   if (metres.empty()) return all;
   // A high quantile: niches and shelves have many triangles, outer walls that see the ground have
   // few.
-  const auto quantile = metres.begin() + long(0.75 * double(metres.size()));
-  std::nth_element(metres.begin(), quantile, metres.end());
-  return *quantile;
+  const auto typical = [](std::vector<float>& of) {
+    const auto quantile = of.begin() + long(0.75 * double(of.size()));
+    std::nth_element(of.begin(), quantile, of.end());
+    return *quantile;
+  };
+  const float everywhere = typical(metres);
+  // Of a site with a house, most triangles may be those of the sky and of outer walls.
+  if (enclosed.size() < kRoom) return everywhere;
+  const float inside = typical(enclosed);
+  return kSite * inside < everywhere ? inside : everywhere;
 }
 
 void resolve_lengths(const scene::Scene& scene, const trace::RayCaster& caster, uint64_t paths,
