@@ -7,6 +7,8 @@
 #include <limits>
 #include <optional>
 
+#include "gather/radiosity.h"
+
 namespace deltalux::gather {
 namespace {
 
@@ -20,8 +22,6 @@ constexpr float kFlat = 0.3f;
 constexpr float kFalloff = 0.3f;  // radiosities within this factor of each other count as equal
 constexpr int kMaxTried = 1024;   // places
 constexpr int kMaxLayers = 4;     // surfaces, one behind the other
-// of a texel, relative to the mean: it may have light that its cell does not show
-constexpr double kMinChance = 0.05;
 
 /// The distance from the first vote within which most bright votes beside it lie, plus a margin.
 template <class Beside>
@@ -85,25 +85,6 @@ std::optional<Guide> take_place(std::vector<Vote>& votes, float reach, float mar
   return guide;
 }
 
-/// Radiosity at a ray's hit due to suns whose light no cell counts.
-float sunlight(const Present& present, const Evaluation& evaluation, Vec3f origin, Vec3f w,
-               const trace::Hit& hit) {
-  const direct::Receiver at = present.landing(origin, w, hit);
-  const Vec3f reflectance =
-      present.scene.material_of(hit.primitive)
-          .reflectance_at(present.scene.point_on(hit.primitive, hit.u, hit.v));
-  float sum = 0;
-  for (const uint32_t number : present.suns.lights()) {
-    const lights::Punctual& sun = present.lights[number].punctual;
-    const auto share = float(sun.kind->irradiance(sun, at.point, at.normal, at.slack()));
-    const Vec3f from = at.point + at.normal * at.slack();
-    const auto [direction, to] = sun.kind->shadow_ray(sun, from);
-    if (share > 0 && !present.caster.occluded(from, direction, to))
-      sum += evaluation.dim(number) * share * dot(sun.intensity, reflectance);
-  }
-  return sum;
-}
-
 /// The brightest of the surfaces near a point of the guide, seen along the guide's normal, each by
 /// itself: a bulb is close in front of its socket.
 float brightest_layer(const Guide& guide, Vec3f at, const Present& present,
@@ -116,8 +97,8 @@ float brightest_layer(const Guide& guide, Vec3f at, const Present& present,
     if (!hit.valid()) break;
     const uint32_t cell = finder.find(hit.primitive, above, -guide.normal, hit.t);
     if (cell != kNoCell)
-      brightest = std::max(brightest, evaluation.brightness(cell) +
-                                          sunlight(present, evaluation, above, -guide.normal, hit));
+      brightest =
+          std::max(brightest, radiosity_at(present, evaluation, above, -guide.normal, hit, cell));
     from = hit.t + position_slack(above) + present.scene.slack_of(hit.primitive);
   }
   return brightest;
@@ -127,39 +108,13 @@ float brightest_layer(const Guide& guide, Vec3f at, const Present& present,
 void paint(Guide& guide, const Present& present, const Evaluation& evaluation,
            const CellFinder& finder) {
   constexpr size_t kSide = Guide::kSide;
-  std::array<std::array<float, kSide>, kSide> texel{};
-  double sum = 0, squares = 0;
+  Guide::Texels texel{};
   for (size_t k = 0; k < kSide; ++k)
     for (size_t i = 0; i < kSide; ++i) {
       const Vec3f at = guide.point((float(i) + 0.5f) / kSide, (float(k) + 0.5f) / kSide);
       texel[k][i] = brightest_layer(guide, at, present, evaluation, finder);
-      sum += double(texel[k][i]), squares += double(texel[k][i]) * double(texel[k][i]);
     }
-  constexpr double kTexels = double(kSide * kSide);
-  guide.radiosity = float(sum / kTexels), guide.brightest = float(std::sqrt(squares / kTexels));
-  // Take the maximum over neighbours: a texel across the border of two cells may be as bright as
-  // the brighter one.
-  const auto brightest = [&](size_t k, size_t i) {
-    float most = float(kMinChance * sum / kTexels);
-    for (size_t y = k > 0 ? k - 1 : 0; y < std::min(k + 2, kSide); ++y)
-      for (size_t x = i > 0 ? i - 1 : 0; x < std::min(i + 2, kSide); ++x)
-        most = std::max(most, texel[y][x]);
-    return most;
-  };
-  auto chance = texel;
-  double all = 0;
-  for (size_t k = 0; k < kSide; ++k)
-    for (size_t i = 0; i < kSide; ++i) all += double(chance[k][i] = brightest(k, i));
-  double rows = 0;
-  for (size_t k = 0; k < kSide; ++k) {
-    double line = 0, before = 0;
-    for (float value : chance[k]) line += double(value);
-    guide.row[k] = float(rows / all), rows += line;
-    for (size_t i = 0; i < kSide; ++i)
-      guide.column[k][i] = float(before / line), before += double(chance[k][i]);
-    guide.column[k][kSide] = 1;
-  }
-  guide.row[kSide] = 1;
+  guide.set_texels(texel);
 }
 
 }  // namespace

@@ -38,6 +38,39 @@ Vec3f Guide::point(float u, float v) const {
   return centre + turned({half * (2 * u - 1), half * (2 * v - 1), 0}, normal);
 }
 
+void Guide::set_texels(const Texels& texel) {
+  // of a texel, relative to the mean: it may have light that its cell does not show
+  constexpr double kMinChance = 0.05;
+  constexpr double kTexels = double(kSide * kSide);
+  double sum = 0, squares = 0;
+  for (const auto& line : texel)
+    for (const float value : line) sum += double(value), squares += double(value) * double(value);
+  radiosity = float(sum / kTexels), brightest = float(std::sqrt(squares / kTexels));
+  // Take the maximum over neighbours: a texel across the border of two cells may be as bright as
+  // the brighter one.
+  const auto most_around = [&](size_t k, size_t i) {
+    float most = float(kMinChance * sum / kTexels);
+    for (size_t y = k > 0 ? k - 1 : 0; y < std::min(k + 2, kSide); ++y)
+      for (size_t x = i > 0 ? i - 1 : 0; x < std::min(i + 2, kSide); ++x)
+        most = std::max(most, texel[y][x]);
+    return most;
+  };
+  Texels chance;
+  double all = 0;
+  for (size_t k = 0; k < kSide; ++k)
+    for (size_t i = 0; i < kSide; ++i) all += double(chance[k][i] = most_around(k, i));
+  double rows = 0;
+  for (size_t k = 0; k < kSide; ++k) {
+    double line = 0, before = 0;
+    for (float value : chance[k]) line += double(value);
+    row[k] = float(rows / all), rows += line;
+    for (size_t i = 0; i < kSide; ++i)
+      column[k][i] = float(before / line), before += double(chance[k][i]);
+    column[k][kSide] = 1;
+  }
+  row[kSide] = 1;
+}
+
 const char* Guide::flaw() const {
   constexpr float kMinHalf = 1e-12f;  // its square is not 0 in single precision
   // sums of shares stay finite, whatever other guides there are

@@ -25,6 +25,10 @@ struct Guide {
   std::array<float, kSide + 1> row;
   std::array<std::array<float, kSide + 1>, kSide> column;
 
+  using Texels = std::array<std::array<float, kSide>, kSide>;
+  /// Sets the probabilities and the brightness by the radiosity seen at each texel.
+  void set_texels(const Texels& radiosity_at);
+
   /// The point at (u, v) in [0, 1]²; its axes follow from the normal.
   Vec3f point(float u, float v) const;
   /// Why these data are invalid; null if they are valid.

@@ -8,6 +8,7 @@
 #include "direct/receivers.h"
 #include "gather/find_beams.h"
 #include "gather/find_guides.h"
+#include "gather/find_portals.h"
 #include "samples/placement.h"
 #include "session/choice_light.h"
 #include "session/landings.h"
@@ -127,7 +128,12 @@ gather::Evaluation Session::choose_guides(const FirstFlights& others, Progress& 
   // The votes still include what suns light.
   std::vector<uint32_t> suns = find_suns(found.hits, others);
   if (!suns.empty()) now = choose([&] { s.guiding.suns = std::move(suns); });
-  s.guiding.guides = gather::find_guides(present(receivers_, s.guiding), now, found, progress);
+  std::vector<gather::Guide>& guides = s.guiding.guides;
+  guides = gather::find_guides(present(receivers_, s.guiding), now, found, progress);
+  const std::vector<gather::Guide> portals = gather::find_portals(
+      present(receivers_, s.guiding), now, guides, s.options.seed, s.workers, progress);
+  guides.resize(std::min(guides.size(), gather::kMaxGuides - portals.size()));
+  guides.insert(guides.end(), portals.begin(), portals.end());
   return now;
 }
 

@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: Apache-2.0
+// Casts rays from samples, and looks for the narrowest place that bright ones pass.
+#include "gather/find_portals.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "base/random.h"
+#include "gather/cells.h"
+#include "gather/directions.h"
+#include "gather/radiosity.h"
+#include "gather/votes.h"
+
+namespace deltalux::gather {
+namespace {
+
+constexpr size_t kPlaces = 1024;       // samples that are asked
+constexpr size_t kRaysInAll = 262144;  // of all of them together
+constexpr uint32_t kLeastRays = 256, kMostRays = 4096;
+// Times the mean radiosity that a place's rays hit: one such ray in 256 brings 6 % of the light.
+constexpr float kBright = 16;
+constexpr size_t kMostLines = 512, kMostPairs = 128;
+constexpr size_t kLeastLines = 4;
+constexpr double kMinShare = 0.01;  // of all places' variance, for an opening to be worth a guide
+constexpr float kNarrow = 0.15f;    // largest radius of an opening, in distances of those who look
+constexpr float kEnds = 0.05f;      // share of a line at its start that is no opening
+constexpr float kApart = 8;         // radii: lines of an opening start farther apart
+constexpr double kFramed = 0.5, kFlat = 0.5;  // share of looks beside it that a wall stops nearby
+constexpr float kOblique = 4;  // largest radius in the plane of the wall, in radii of the waist
+constexpr size_t kMostPortals = 16;
+constexpr int kTries = 32;
+constexpr float kSpare = 1.2f;  // times the radius within which the lines pass: the guide's half
+
+/// A ray from a sample to a place that is much brighter than what its other rays meet.
+struct SightLine {
+  Vec3f from, w;
+  float length;
+  float around;   ///< mean radiosity that the sample's rays meet
+  double weight;  ///< share of the sample's variance
+
+  /// The parameter, within the line's middle part, of the point closest to `p`.
+  float closest(Vec3f p) const { return std::clamp(dot(p - from, w), kEnds * length, length); }
+  Vec3f at(float t) const { return from + w * t; }
+  float distance(Vec3f p) const { return deltalux::length(at(closest(p)) - p); }
+};
+
+struct Look {
+  std::vector<SightLine> bright;
+  double variance = 0;
+};
+
+/// Whether the ray ends on the place of a guide.
+bool is_known(std::span<const Guide> known, Vec3f from, Vec3f w, float t) {
+  return std::any_of(known.begin(), known.end(), [&](const Guide& guide) {
+    const float beyond = dot(from + w * t - guide.centre, guide.normal);
+    return std::fabs(beyond) <= guide.rise && Target(guide, from).density(w) > 0;
+  });
+}
+
+/// What the rays of one sample meet.
+Look look(const Present& present, const Evaluation& evaluation, const CellFinder& finder,
+          std::span<const Guide> known, const Directions& directions, uint32_t rays,
+          const direct::Receiver& receiver) {
+  struct Met {
+    Vec3f w;
+    float t, radiosity;
+  };
+  std::vector<Met> met;
+  const Vec3f origin = receiver.point + receiver.normal * receiver.slack();
+  double all = 0;
+  for (uint32_t ray = 0; ray < rays; ++ray) {
+    const Vec3f w = directions(receiver.key, ray, receiver.normal);
+    const trace::Hit hit = present.caster.closest(origin, w);
+    if (!hit.valid()) continue;
+    const uint32_t cell = finder.find(hit.primitive, origin, w, hit.t);
+    if (cell == kNoCell || hit.t < present.cells.near(cell)) continue;
+    const float radiosity = radiosity_at(present, evaluation, origin, w, hit, cell);
+    if (!std::isfinite(radiosity)) continue;
+    all += double(radiosity);
+    met.push_back({w, hit.t, radiosity});
+  }
+  Look out;
+  if (!(all > 0)) return out;
+  const auto around = float(all / rays);
+  for (const Met& own : met) {
+    const double share = double(own.radiosity) / all;
+    out.variance += share * share;
+    if (own.radiosity > kBright * around && !is_known(known, origin, own.w, own.t))
+      out.bright.push_back({origin, own.w, own.t, around, share * share});
+  }
+  return out;
+}
+
+/// The midpoint of the shortest connection of two lines; none if they are parallel.
+std::optional<Vec3f> crossing(const SightLine& a, const SightLine& b) {
+  const float cosine = dot(a.w, b.w), sine_squared = 1 - cosine * cosine;
+  if (!(sine_squared > 1e-6f)) return std::nullopt;
+  const Vec3f d = b.from - a.from;
+  const float t = (dot(d, a.w) - cosine * dot(d, b.w)) / sine_squared;
+  const float s = (cosine * dot(d, a.w) - dot(d, b.w)) / sine_squared;
+  if (!(t > kEnds * a.length && t <= a.length && s > kEnds * b.length && s <= b.length))
+    return std::nullopt;
+  return (a.at(t) + b.at(s)) * 0.5f;
+}
+
+/// A place that many lines pass.
+struct Waist {
+  Vec3f centre;
+  float radius = 0;
+  double score = 0;
+  std::vector<uint32_t> lines;  ///< those that pass
+};
+
+/// The lines that pass closest by, as many as make the best of this centre.
+Waist waist_at(std::span<const SightLine> lines, Vec3f centre) {
+  std::vector<std::pair<float, uint32_t>> by_distance;
+  for (uint32_t i = 0; i < lines.size(); ++i)
+    by_distance.emplace_back(lines[i].distance(centre), i);
+  std::sort(by_distance.begin(), by_distance.end());
+  const float away = length(lines.front().from - centre);
+  Waist out;
+  out.centre = centre;
+  size_t best = 0;
+  double weight = 0;
+  for (size_t k = 0; k < by_distance.size(); ++k) {
+    const auto [distance, line] = by_distance[k];
+    if (distance > kNarrow * away) break;
+    weight += lines[line].weight;
+    if (k + 1 < kLeastLines) continue;
+    // Within an opening, the number of lines grows with the square of the distance.
+    const double score = weight / double(distance + 2e-3f * away);
+    if (score > out.score) out.score = score, out.radius = distance, best = k + 1;
+  }
+  for (size_t k = 0; k < best; ++k) out.lines.push_back(by_distance[k].second);
+  return out;
+}
+
+/// The narrowest place that the first line passes together with others.
+Waist narrowest(std::span<const SightLine> lines) {
+  Waist best;
+  for (size_t j = 1; j < std::min(lines.size(), kMostPairs); ++j)
+    if (const auto centre = crossing(lines[0], lines[j])) {
+      Waist own = waist_at(lines, *centre);
+      if (own.score > best.score) best = std::move(own);
+    }
+  return best;
+}
+
+/// Places the guide's square into the plane of what surrounds the opening. Returns false if the
+/// waist is none: its lines start in one place, or nothing beside it stops those who look there.
+bool place(const Present& present, std::span<const SightLine> lines, const Waist& waist,
+           Guide& guide) {
+  constexpr int kAround = 8;
+  constexpr float kAlike = 0.98f;
+  struct Side {
+    Vec3f normal, at;
+  };
+  std::vector<Side> sides;
+  Box starts;
+  for (const uint32_t i : waist.lines) {
+    const SightLine& line = lines[i];
+    starts.grow(line.from);
+    Vec3f u, v;
+    tangent_frame(line.w, u, v);
+    for (int k = 0; k < kAround; ++k) {
+      const float turn = 2 * std::numbers::pi_v<float> * float(k) / kAround;
+      const Vec3f q = waist.centre + (u * std::cos(turn) + v * std::sin(turn)) *
+                                         (2 * waist.radius + 1e-3f * line.length);
+      const Vec3f d = q - line.from, w = normalize(d);
+      const trace::Hit hit = present.caster.closest(line.from, w);
+      if (!hit.valid()) continue;
+      const Vec3f at = line.from + w * hit.t;
+      if (length(at - waist.centre) < 8 * waist.radius + 4e-3f * line.length)
+        sides.push_back({trace::facing_normal(hit, w), at});
+    }
+  }
+  if (!(starts.diagonal() > kApart * waist.radius)) return false;
+  if (sides.size() < kFramed * kAround * waist.lines.size()) return false;
+  size_t most = 0;
+  for (const Side& side : sides) {
+    const auto alike = [&](const Side& other) { return dot(side.normal, other.normal) > kAlike; };
+    const auto count = size_t(std::count_if(sides.begin(), sides.end(), alike));
+    if (count <= most || !is_unit(side.normal)) continue;
+    most = count;
+    std::vector<float> heights;
+    for (const Side& other : sides)
+      if (alike(other)) heights.push_back(dot(other.at - waist.centre, side.normal));
+    guide.normal = side.normal;
+    std::nth_element(heights.begin(), heights.begin() + long(heights.size() / 2), heights.end());
+    guide.centre = waist.centre + side.normal * heights[heights.size() / 2];
+  }
+  if (most < kFlat * sides.size()) return false;
+  Box box;
+  std::vector<Vec3f> through;
+  for (const uint32_t i : waist.lines) {
+    const float along = dot(lines[i].w, guide.normal);
+    const float t = dot(guide.centre - lines[i].from, guide.normal) / along;
+    if (!(std::fabs(along) > 0.05f) || !(t > 0)) continue;
+    through.push_back(lines[i].at(t)), box.grow(through.back());
+  }
+  if (through.size() < kLeastLines) return false;
+  guide.centre = box.centre();
+  float radius = waist.radius;
+  for (const Vec3f& p : through) radius = std::max(radius, length(p - guide.centre));
+  guide.half = kSpare * radius;
+  return radius <= kOblique * waist.radius;
+}
+
+/// The light that is seen through the guide's texels from where the lines start.
+void paint(const Present& present, const Evaluation& evaluation, const CellFinder& finder,
+           std::span<const SightLine> lines, const Waist& waist, Guide& guide) {
+  constexpr size_t kSide = Guide::kSide, kLooks = 3;
+  Guide::Texels texel{};
+  for (size_t k = 0; k < kSide; ++k)
+    for (size_t i = 0; i < kSide; ++i) {
+      const Vec3f at = guide.point((float(i) + 0.5f) / kSide, (float(k) + 0.5f) / kSide);
+      for (size_t n = 0; n < kLooks; ++n) {
+        const size_t which = (k * kSide + i) * kLooks + n;
+        const Vec3f from = lines[waist.lines[which % waist.lines.size()]].from;
+        const Vec3f d = at - from;
+        const float distance = length(d);
+        const Vec3f w = d * (1 / distance);
+        const trace::Hit hit = present.caster.closest(from, w);
+        if (!hit.valid() || hit.t < distance - guide.rise) continue;
+        const uint32_t cell = finder.find(hit.primitive, from, w, hit.t);
+        if (cell != kNoCell)
+          texel[k][i] += radiosity_at(present, evaluation, from, w, hit, cell) / kLooks;
+      }
+    }
+  guide.set_texels(texel);
+}
+
+}  // namespace
+
+std::vector<Guide> find_portals(const Present& present, const Evaluation& evaluation,
+                                std::span<const Guide> known, uint64_t seed, const Workers& workers,
+                                Progress& progress) {
+  std::vector<uint32_t> asked;
+  for (uint32_t i = 0; i < present.receivers.size(); ++i)
+    if (!(present.receivers[i].normal == Vec3f{})) asked.push_back(i);
+  if (asked.empty()) return {};
+  std::sort(asked.begin(), asked.end(), [&](uint32_t a, uint32_t b) {  // at random, by a hash
+    const uint64_t p = present.receivers[a].key, q = present.receivers[b].key;
+    return p != q ? p < q : a < b;
+  });
+  if (asked.size() > kPlaces) asked.resize(kPlaces);
+  const auto rays = uint32_t(
+      std::clamp<size_t>(kRaysInAll / asked.size(), size_t(kLeastRays), size_t(kMostRays)));
+  const Directions directions(rays, seed ^ 0x706f7274616c2121ull);
+  const CellFinder finder(present.scene, present.cells);
+  std::vector<Look> found(asked.size());
+  progress.begin("find openings", found.size());
+  workers.for_blocks(found.size(), 16, [&](size_t begin, size_t end) {
+    progress.check();
+    for (size_t i = begin; i < end; ++i)
+      found[i] =
+          look(present, evaluation, finder, known, directions, rays, present.receivers[asked[i]]);
+    progress.advance(end - begin);
+  });
+  double variance = 0;
+  std::vector<SightLine> lines;
+  for (const Look& own : found) {
+    variance += own.variance;
+    lines.insert(lines.end(), own.bright.begin(), own.bright.end());
+  }
+  std::stable_sort(lines.begin(), lines.end(),
+                   [](const SightLine& a, const SightLine& b) { return a.weight > b.weight; });
+  if (lines.size() > kMostLines) lines.resize(kMostLines);
+
+  std::vector<Guide> portals;
+  for (int t = 0; t < kTries && portals.size() < kMostPortals; ++t) {
+    if (lines.size() < kLeastLines) break;
+    progress.check();
+    const Waist waist = narrowest(lines);
+    double weight = 0;
+    std::vector<float> around;
+    for (const uint32_t i : waist.lines)
+      weight += lines[i].weight, around.push_back(lines[i].around);
+    if (weight < kMinShare * variance) {
+      lines.erase(lines.begin());
+      continue;
+    }
+    Guide guide{};
+    guide.around = quantile(around, 0.5);
+    if (place(present, lines, waist, guide)) {
+      guide.rise = 0.1f * guide.half;
+      paint(present, evaluation, finder, lines, waist, guide);
+      if (!guide.flaw()) portals.push_back(guide);
+    }
+    std::vector<SightLine> left;
+    for (const SightLine& line : lines)
+      if (line.distance(waist.centre) > 2 * waist.radius) left.push_back(line);
+    lines.swap(left);
+  }
+  return portals;
+}
+
+}  // namespace deltalux::gather
