@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "plan/light_guiding.h"
 #include "plan/light_pilot.h"
 #include "plan/pilot_points.h"
 #include "plan/sun_guiding.h"
+#include "samples/placement.h"
 
 namespace deltalux::plan {
 namespace {
@@ -75,7 +77,13 @@ std::vector<double> shares_by_use(const scene::Scene& scene, std::span<const Vec
   const auto may_be_guided = [&](const trace::Light& light) {
     return light.is_parallel() && !moves(scene, light);
   };
-  if (std::none_of(lights.begin(), lights.end(), may_be_guided) && lights.size() < 2) return power;
+  const float metre = samples::scene_metre(scene, caster);
+  const auto may_aim = [&](const trace::Light& light) {
+    return may_be_aimed(light, metre) && !moves(scene, light);
+  };
+  if (lights.size() < 2 && std::none_of(lights.begin(), lights.end(), may_be_guided) &&
+      std::none_of(lights.begin(), lights.end(), may_aim))
+    return power;
   const LightPilot pilot(scene, reflectance, caster, pilot_points(scene, caster, samples, kPoints),
                          workers, progress);
   const size_t n = pilot.points();
@@ -94,7 +102,7 @@ std::vector<double> shares_by_use(const scene::Scene& scene, std::span<const Vec
   std::vector<LightPilot::Given> given(lights.size());
   workers.for_blocks(lights.size(), 1, [&](size_t l, size_t) {
     progress.check();
-    lights[l].map = nullptr;
+    lights[l].map = nullptr, lights[l].aims = nullptr;
     if (!moves(scene, lights[l])) given[l] = pilot.given(few(l));
     progress.advance(1);
   });
@@ -106,9 +114,11 @@ std::vector<double> shares_by_use(const scene::Scene& scene, std::span<const Vec
   if (!(mean > 0)) return power;
   const std::vector<double> inside = weights(all, dim_irradiance(all));
   for (size_t l = 0; l < lights.size(); ++l) {
-    if (!may_be_guided(lights[l])) continue;
-    lights[l].map = guide_sun(pilot, few(l), inside, workers, progress);
-    if (lights[l].map) given[l] = pilot.given(few(l));
+    if (may_be_guided(lights[l]))
+      lights[l].map = guide_sun(pilot, few(l), inside, workers, progress);
+    else if (may_aim(lights[l]))
+      lights[l].aims = aim_light(pilot, few(l), inside, workers, progress);
+    if (lights[l].map || lights[l].aims) given[l] = pilot.given(few(l));
   }
 
   const std::vector<double> weight = weights(all, mean);

@@ -156,9 +156,13 @@ void chain_lights(Lanes& lanes, const State& s) {
     lanes.chain(light.first_path), lanes.chain(light.path_count);
     lanes.chain(uint64_t(light.on) << 32 | light.group), lanes.chain(uint64_t(light.finer));
     for (int c = 0; c < 3; ++c) lanes.chain(bits(light.power[c]));
-    if (!light.map) continue;
-    for (const trace::SunMap::Leaf& leaf : light.map->leaves)
-      lanes.chain(Vec3f{leaf.u, leaf.v, leaf.size}), lanes.chain(bits(leaf.below));
+    if (light.map)
+      for (const trace::SunMap::Leaf& leaf : light.map->leaves)
+        lanes.chain(Vec3f{leaf.u, leaf.v, leaf.size}), lanes.chain(bits(leaf.below));
+    if (!light.aims) continue;
+    for (const trace::AimMap::Target& target : light.aims->targets)
+      lanes.chain(target.centre), lanes.chain(bits(target.radius));
+    for (const float below : light.aims->below) lanes.chain(bits(below));
   }
   lanes.chain_all(s.light_sampled);
   lanes.chain(bits(s.scale.quantum));

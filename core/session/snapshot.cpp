@@ -57,6 +57,46 @@ void save_maps(std::span<const trace::Light> lights, ArchiveView& archive) {
   archive.keep("sun_map_leaves", leaves);
 }
 
+static_assert(sizeof(trace::AimMap::Target) == 16);
+
+void save_aim_maps(std::span<const trace::Light> lights, ArchiveView& archive) {
+  std::vector<uint32_t> targets;
+  archive.append("aim_targets", std::span<const trace::AimMap::Target>());
+  archive.append("aim_chances", std::span<const float>());
+  for (const trace::Light& light : lights) {
+    targets.push_back(light.aims ? uint32_t(light.aims->targets.size()) : 0);
+    if (!light.aims) continue;
+    archive.append("aim_targets", light.aims->targets);
+    archive.append("aim_chances", light.aims->below);
+  }
+  archive.keep("aims", targets);
+}
+
+void restore_aim_maps(ArchiveSource& archive, std::span<trace::Light> lights) {
+  const auto targets = archive.read_all<uint32_t>("aims", lights.size());
+  size_t all = 0;
+  for (size_t i = 0; i < lights.size(); ++i) {
+    if (targets[i] && !lights[i].is_area())
+      snapshot::refuse("\"aims\": found targets of a light without area");
+    if (targets[i] > trace::AimMap::kMostTargets)
+      snapshot::refuse("\"aims\": found more targets than any light has");
+    all += targets[i];
+  }
+  archive.expect<trace::AimMap::Target>("aim_targets", all);
+  archive.expect<float>("aim_chances", all * trace::AimMap::kParts);
+  for (size_t i = 0; i < lights.size(); ++i) {
+    lights[i].aims = nullptr;
+    if (!targets[i]) continue;
+    auto aims = std::make_shared<trace::AimMap>();
+    aims->targets.resize(targets[i]);
+    aims->below.resize(targets[i] * trace::AimMap::kParts);
+    archive.read("aim_targets", std::span(aims->targets));
+    archive.read("aim_chances", std::span(aims->below));
+    if (const char* flaw = aims->flaw()) snapshot::refuse("\"aims\": found " + std::string(flaw));
+    lights[i].aims = std::move(aims);
+  }
+}
+
 void restore_maps(ArchiveSource& archive, std::span<trace::Light> lights) {
   const auto leaves = archive.read_all<uint32_t>("sun_map_leaves", lights.size());
   size_t all = 0;
@@ -119,6 +159,7 @@ void Session::save_bake(ArchiveView& archive) const {
   archive.keep("light_paths", light_paths);
   archive.keep("light_finer", finer);
   save_maps(s.lights, archive);
+  save_aim_maps(s.lights, archive);
   archive.append("light_sampled", s.light_sampled);
   archive.keep("quantum", std::vector<double>{s.scale.quantum, double(s.scale.digits)});
   if (s.counts_in_discs()) archive.append("area", s.area);
@@ -268,6 +309,7 @@ void Session::restore_lights(ArchiveSource& archive) {
     paths += light_paths[i];
   }
   restore_maps(archive, s.lights);
+  restore_aim_maps(archive, s.lights);
   const auto quantum = archive.read_all<double>("quantum", 2);
   snapshot::check_quantum("quantum", quantum[0],
                           trace::choose_scale(s.lights, s.options.max_bounces).quantum);

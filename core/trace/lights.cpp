@@ -214,8 +214,13 @@ void add_area_lights(const scene::Scene& scene, uint32_t index, std::vector<Ligh
   }
 }
 
-Emission emit_from_area(const Light& light, const std::array<float, 4>& r) {
-  float a = r[0], b = r[1], side = r[2];
+/// A place on an area light: `a` is the share of the area before it, `b` lies across.
+struct Place {
+  Vec3f point, normal;
+  float slack;
+  Vec3f origin(Vec3f n) const { return point + n * slack; }
+};
+Place place_on(const Light& light, float a, float b) {
   const auto entry = std::upper_bound(light.cumulative.begin(), light.cumulative.end() - 1, a);
   const size_t i = size_t(entry - light.cumulative.begin());
   const float below = i ? light.cumulative[i - 1] : 0.0f;
@@ -230,7 +235,12 @@ Emission emit_from_area(const Light& light, const std::array<float, 4>& r) {
     a -= b;
   }
   const LightTriangle& t = light.world[i];
-  Vec3f n = t.normal;
+  return {t.corner + t.edge_u * a + t.edge_v * b, t.normal, t.slack};
+}
+
+/// A cosine-distributed start; `side` and `turn`: random.
+Emission emit_evenly(const Light& light, const Place& place, float side, float turn) {
+  Vec3f n = place.normal;
   if (light.two_sided) {
     side *= 2;
     if (side >= 1) {
@@ -238,9 +248,45 @@ Emission emit_from_area(const Light& light, const std::array<float, 4>& r) {
       n = -n;
     }
   }
-  const Vec3f p = t.corner + t.edge_u * a + t.edge_v * b;
   const float cosine = std::sqrt(1.0f - side);
-  return {p + n * t.slack, on_cone(n, cosine, sine_of(cosine), r[3])};
+  return {place.origin(n), on_cone(n, cosine, sine_of(cosine), turn)};
+}
+
+/// A start towards a target, or one of those that are not aimed. Weights make both together
+/// unbiased (balance heuristic, Veach & Guibas 1995).
+Emission emit_aimed(const Light& light, const AimMap& aims, const std::array<float, 4>& r) {
+  constexpr float kAimed = AimMap::kAimed;
+  const bool aimed = r[0] < kAimed;
+  AimMap::Choice choice{};
+  if (aimed)
+    choice = aims.choose(r[0] / kAimed);
+  else
+    choice.place = std::min((r[0] - kAimed) / (1 - kAimed), 0x1.fffffep-1f);
+  const Place place = place_on(light, choice.place, r[1]);
+  const AimMap::Target* target = aimed ? &aims.targets[choice.target] : nullptr;
+  const float cosine = target ? AimMap::cosine_of(*target, place.point) : -2.0f;
+  Emission out;
+  if (cosine < -1) {
+    out = emit_evenly(light, place, r[2], r[3]);
+  } else {
+    const Vec3f axis = normalize(target->centre - place.point);
+    const float own = 1 - r[2] * (1 - cosine);
+    out.direction = on_cone(axis, own, sine_of(own), r[3]);
+    const bool behind = light.two_sided && dot(out.direction, place.normal) < 0;
+    out.origin = place.origin(behind ? -place.normal : place.normal);
+  }
+  const double above = double(dot(out.direction, place.normal));
+  const double even = (light.two_sided ? 0.5 * std::fabs(above) : std::max(0.0, above)) / kPi;
+  const double density =
+      double(kAimed) * aims.density(choice.place, place.point, out.direction, even) +
+      double(1 - kAimed) * even;
+  out.weight = density > 0 ? float(even / density) : 0.0f;
+  return out;
+}
+
+Emission emit_from_area(const Light& light, const std::array<float, 4>& r) {
+  if (light.aims) return emit_aimed(light, *light.aims, r);
+  return emit_evenly(light, place_on(light, r[0], r[1]), r[2], r[3]);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "base/vec.h"
 #include "lights/kind.h"
 #include "scene/scene.h"
+#include "trace/aim_map.h"
 #include "trace/sun_map.h"
 
 namespace deltalux::trace {
@@ -31,7 +32,7 @@ struct LightTriangle {
 
 /// An area light is one connected piece of an object's emissive triangles of one material, or
 /// several that lie close together, of many; a punctual light is one entry of Scene::lights. All
-/// paths of a light start with the same power, except those of a sun with a map.
+/// paths of a light start with the same power, except those of lights with a map.
 struct Light {
   lights::Punctual punctual;  ///< in the present pose; without a kind for an area light
   uint32_t group = 0;
@@ -53,6 +54,9 @@ struct Light {
   uint32_t source = scene::kNone;    ///< punctual lights: index into Scene::lights
   /// For parallel lights: distribution of path starts over the light's rectangle; null: uniform.
   std::shared_ptr<const SunMap> map;
+  /// For area lights: places that half of the paths go to; null: all directions are
+  /// cosine-distributed.
+  std::shared_ptr<const AimMap> aims;
   Box bounds;  ///< of the light's geometry; empty for a parallel light
 
   uint64_t first_path = 0, path_count = 0;  ///< range of its path numbers
@@ -62,7 +66,9 @@ struct Light {
   /// Radiance of an area light; otherwise the maximum intensity.
   Vec3f strength() const { return is_area() ? radiance : punctual.intensity; }
   /// The largest power of a path, relative to the mean.
-  double max_weight() const { return map ? double(map->max_weight()) : 1.0; }
+  double max_weight() const {
+    return map ? double(map->max_weight()) : aims ? double(AimMap::max_weight()) : 1.0;
+  }
 };
 
 /// Finds the lights of a scene (kNone: of all objects; otherwise of one object). Punctual lights
