@@ -60,6 +60,9 @@ constexpr Vec3<T> max(Vec3<T> a, Vec3<T> b) {
   return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
 }
 
+/// The photopic share of linear RGB (Rec. 709).
+constexpr double photopic(Vec3d c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
+
 /// Two unit vectors that complete `n` to a right-handed frame (Duff et al. 2017, JCGT 6(1)).
 template <class T>
 void tangent_frame(Vec3<T> n, Vec3<T>& u, Vec3<T>& v) {

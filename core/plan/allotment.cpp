@@ -99,11 +99,12 @@ std::vector<double> shares_by_use(const scene::Scene& scene, std::span<const Vec
     light.first_path = uint64_t(l) * kPathsPerLight;
     return light;
   };
+  const auto is_wide = [&](size_t l) { return lights[l].is_parallel() || may_aim(lights[l]); };
   std::vector<LightPilot::Given> given(lights.size());
   workers.for_blocks(lights.size(), 1, [&](size_t l, size_t) {
     progress.check();
     lights[l].map = nullptr, lights[l].aims = nullptr;
-    if (!moves(scene, lights[l])) given[l] = pilot.given(few(l));
+    if (!moves(scene, lights[l])) given[l] = pilot.given(few(l), is_wide(l));
     progress.advance(1);
   });
   std::vector<double> all(n);
@@ -118,7 +119,7 @@ std::vector<double> shares_by_use(const scene::Scene& scene, std::span<const Vec
       lights[l].map = guide_sun(pilot, few(l), inside, workers, progress);
     else if (may_aim(lights[l]))
       lights[l].aims = aim_light(pilot, few(l), inside, workers, progress);
-    if (lights[l].map || lights[l].aims) given[l] = pilot.given(few(l));
+    if (lights[l].map || lights[l].aims) given[l] = pilot.given(few(l), is_wide(l));
   }
 
   const std::vector<double> weight = weights(all, mean);

@@ -37,10 +37,6 @@ struct Landing {
   double use;     ///< light that it brings to the pilot's places, relative to what they have
 };
 
-double photopic(Vec3f c) {
-  return 0.2126 * double(c.x) + 0.7152 * double(c.y) + 0.0722 * double(c.z);
-}
-
 /// Follows light paths backwards from a place, and asks for the light at each vertex.
 void add_landings(const LightPilot& pilot, const direct::LightShape& shape, double strength,
                   size_t place, double weight, std::vector<Landing>& out) {
@@ -57,7 +53,7 @@ void add_landings(const LightPilot& pilot, const direct::LightShape& shape, doub
       if (!hit.valid()) break;
       normal = trace::facing_normal(hit, w);
       at = trace::leave_surface(at, w, hit, normal, pilot.scene().slack_of(hit.primitive));
-      share *= photopic(pilot.scene().material_of(hit.primitive).reflectance);
+      share *= photopic(Vec3d(pilot.scene().material_of(hit.primitive).reflectance));
       const direct::Receiver receiver{at, normal};
       for (uint32_t k = 0; k < kGlances; ++k) {
         const float u = random(flight, 2 + 2 * k), v = random(flight, 3 + 2 * k);
@@ -202,7 +198,7 @@ std::shared_ptr<const trace::AimMap> aim_light(const LightPilot& pilot, const tr
   progress.begin("find what large lights light", 1);
   if (suffices(pilot, light, weight, workers, progress)) return nullptr;
   const direct::LightShape shape(light, 0, kSeed);
-  const double strength = photopic(light.radiance);
+  const double strength = photopic(Vec3d(light.radiance));
   std::vector<std::vector<Landing>> found(pilot.points());
   workers.for_blocks(found.size(), 64, [&](size_t begin, size_t end) {
     progress.check();

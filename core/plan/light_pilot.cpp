@@ -17,8 +17,9 @@ namespace {
 // Independent of the session's seed, so that the result holds for every seed.
 constexpr uint64_t kSeed = 20070129;
 
+/// Of three sums.
 double photopic(const int64_t* e) {
-  return 0.2126 * double(e[0]) + 0.7152 * double(e[1]) + 0.0722 * double(e[2]);
+  return deltalux::photopic({double(e[0]), double(e[1]), double(e[2])});
 }
 
 scene::Scene painted(scene::Scene scene, std::span<const Vec3f> reflectance) {
@@ -68,7 +69,7 @@ trace::Walk LightPilot::walk(uint32_t batches) const {
   return {scene_, caster_, {kSeed, batches, kBounces, false, 0, true}};
 }
 
-LightPilot::Given LightPilot::given(const trace::Light& light) const {
+LightPilot::Given LightPilot::given(const trace::Light& light, bool wide) const {
   const trace::EnergyScale scale = trace::choose_scale({&light, 1}, kBounces);
   const auto quanta = trace::birth_quanta(light, scale, 1.0);
   const trace::Walk paths = walk(1);
@@ -78,7 +79,7 @@ LightPilot::Given LightPilot::given(const trace::Light& light) const {
     const trace::Emission start = trace::emit(light, kSeed, i, 1);
     const auto add = [&](trace::Flight flight, const trace::Interaction& end, uint32_t bounce) {
       if (end.primitive == scene::kNone) return;
-      if (bounce > 0 || !light.is_parallel()) all.add(flight, end.length, 0);
+      if (bounce > 0 || !wide) all.add(flight, end.length, 0);
       if (bounce == 0) return;
       // The scale admits no more power: divide by the largest weight, and multiply after
       // summing.
@@ -97,22 +98,26 @@ LightPilot::Given LightPilot::given(const trace::Light& light) const {
     return out;
   };
   Given out{read(all, scale.quantum), read(weighed, scale.quantum * most)};
-  // On wide land, hardly any of these few paths of a sun meets a disc straight away.
-  for (size_t i = 0; light.is_parallel() && i < points(); ++i) out.all[i] += shines(light, i);
+  if (!wide) return out;
+  const direct::LightShape shape(light, 0, kSeed);
+  for (size_t i = 0; i < points(); ++i) out.all[i] += shines(shape, light.strength(), i);
   return out;
 }
 
-double LightPilot::shines(const trace::Light& light, size_t place) const {
-  const lights::Punctual& sun = light.punctual;
+double LightPilot::shines(const direct::LightShape& shape, Vec3f strength, size_t place) const {
+  constexpr uint32_t kRays = 4;
   const Vec3f n = places_.normal[place];
-  const Vec3f above = places_.point[place] + n * (places_.radius[place] * 0.01f);
-  const double share = sun.kind->irradiance(sun, above, n, 0);
-  const auto [direction, to] = sun.kind->shadow_ray(sun, above);
-  if (!(share > 0) || caster_.occluded_static(above, direction, to)) return 0;
-  const double radius = double(places_.radius[place]);
-  return std::numbers::pi * radius * radius * share *
-         (0.2126 * double(sun.intensity.x) + 0.7152 * double(sun.intensity.y) +
-          0.0722 * double(sun.intensity.z));
+  const float radius = places_.radius[place];
+  const direct::Receiver above{places_.point[place] + n * (radius * 0.01f), n};
+  double sum = 0;
+  for (uint32_t k = 0; k < kRays; ++k) {
+    const auto r = sobol::sample(k, combine(kSeed, place));
+    const direct::LightShape::Glance ray = shape.glance(above, r[0], r[1]);
+    if (ray.irradiance > 0 && !caster_.occluded_static(ray.origin, ray.direction, ray.to))
+      sum += ray.irradiance / kRays;
+  }
+  return std::numbers::pi * double(radius) * double(radius) * sum *
+         deltalux::photopic(Vec3d(strength));
 }
 
 void LightPilot::brought(const trace::Light& light, std::span<const trace::Emission> starts,

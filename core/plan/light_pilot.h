@@ -8,6 +8,7 @@
 
 #include "base/parallel.h"
 #include "base/progress.h"
+#include "direct/light_shape.h"
 #include "estimate/disc_index/disc_index.h"
 #include "samples/sample_set.h"
 #include "scene/scene.h"
@@ -39,8 +40,10 @@ class LightPilot {
     /// each path times its weight, that is, mean squares, for the noise
     std::vector<double> indirect;
   };
-  /// Traces light.path_count paths of the light, with path numbers from light.first_path.
-  Given given(const trace::Light& light) const;
+  /// Traces light.path_count paths of the light, with path numbers from light.first_path. `wide`:
+  /// whether hardly any of these reach a place straight away, so that its direct light comes from
+  /// shadow rays instead.
+  Given given(const trace::Light& light, bool wide) const;
   /// For each of at most kChunk paths with the given starts: its indirect light, weighted by point
   /// and summed over points.
   void brought(const trace::Light& light, std::span<const trace::Emission> starts, uint64_t first,
@@ -49,8 +52,8 @@ class LightPilot {
  private:
   struct Flights;
   trace::Walk walk(uint32_t batches) const;
-  /// Unscattered power of a parallel light on the disc of a place.
-  double shines(const trace::Light& light, size_t place) const;
+  /// Unscattered power of a light on the disc of a place, by a few shadow rays.
+  double shines(const direct::LightShape& shape, Vec3f strength, size_t place) const;
 
   scene::Scene scene_;
   const trace::RayCaster& caster_;

@@ -175,7 +175,7 @@ class Quadtree {
     float u, v, size;
     uint32_t child = 0;  ///< first of four; 0: a leaf
     double paths = 0;
-    Yield mean;
+    Yield mean{};
   };
 
   /// Divides the node's square recursively; [begin, end) are the trials in it.

@@ -23,8 +23,6 @@ constexpr float kTogether = 4.0f;
 // of a triangle: parts with less area are made by rounding
 constexpr double kNothing = 1e-5;
 
-double luminance(Vec3d c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
-
 /// Union-find over triangles that share a vertex position; returns a piece number per triangle.
 std::vector<uint32_t> connected_pieces(const scene::Object& object,
                                        const std::vector<uint32_t>& triangles) {
@@ -303,7 +301,7 @@ std::vector<Light> find_lights(const scene::Scene& scene, uint32_t only_object) 
     light.object = source.attached;
     light.source = i;
     place_light(scene, light);
-    if (luminance(light.power) > 0) lights.push_back(std::move(light));
+    if (photopic(light.power) > 0) lights.push_back(std::move(light));
   }
   for (uint32_t i = 0; i < scene.objects.size(); ++i)
     if (only_object == scene::kNone || only_object == i) add_area_lights(scene, i, lights);
@@ -348,7 +346,7 @@ void place_light(const scene::Scene& scene, Light& light) {
 
 std::vector<double> shares_by_power(std::span<const Light> lights) {
   std::vector<double> shares;
-  for (const Light& light : lights) shares.push_back(light.max_power * luminance(light.power));
+  for (const Light& light : lights) shares.push_back(light.max_power * photopic(light.power));
   return shares;
 }
 
