@@ -233,8 +233,7 @@ class Parts {
   }
   /// Cells were divided where one ray told a difference, so what the others told is no longer right
   /// on average: an opening smaller than a cell is resolved if a ray passed, and dark if none did.
-  /// What another ray tells of them is right. (Where no ray passed at all, nothing is divided, and
-  /// none is asked: that bias stays.)
+  /// What another ray tells of them is right.
   template <size_t kCount>
   void ask_again(Survey<kCount>& survey, uint32_t depth) {
     std::vector<uint32_t> whole;
@@ -278,7 +277,7 @@ Seen refine(const LightShape& light, const Receiver& receiver, const Strata& fin
             const RayBits& free, const FreeRays& free_rays) {
   Parts parts(light, receiver, free_rays, fine.rows);
   const Seen seen = parts.divide_strata(fine, free);
-  if (!is_rough(seen)) return seen;
+  if (seen.share > 0 && !is_rough(seen)) return seen;
   return parts.divide_parts().value_or(seen);
 }
 

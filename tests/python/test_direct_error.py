@@ -84,20 +84,16 @@ SKIES = {
 }
 
 
-@pytest.mark.parametrize("size", [(1.9, 1.4), (1.1, 0.7), (0.55, 0.5)])
-@pytest.mark.parametrize("kind", SKIES)
-def test_sky_through_a_window(kind, size):
-    """A sky of one mesh fills the window of a black room, so that its light is Lambert's formula.
-
-    Means within 2 %, errors as claimed: with 160 points, more than a tenth beyond 2.06 claimed errors, where
-    4 % are expected, has a chance below 0.1 %; seeds are fixed. Hardly any is claimed to have none.
-    """
+def sky_through(kind, size, places):
+    """Light of a sky of one mesh that fills the window of a black room: as found, claimed error, Lambert's."""
     width, height = size
     y0, z0 = 1.2, -0.2
     rng = np.random.default_rng(11)
-    points = np.stack([rng.uniform(-3, 0.6, 160), np.full(160, 0.6), rng.uniform(-1.8, 1.8, 160)], axis=1)
+    points = np.stack(
+        [rng.uniform(-3, 0.6, places), np.full(places, 0.6), rng.uniform(-1.8, 1.8, places)], axis=1
+    )
     window = [(1, y0, z0), (1, y0, z0 + width), (1, y0 + height, z0 + width), (1, y0 + height, z0)]
-    right = np.pi * polygon_factor(points, np.tile(UP, (160, 1)), window)
+    right = np.pi * polygon_factor(points, np.tile(UP, (places, 1)), window)
     assert (right > 0).all()
     y1, z1 = y0 + height, z0 + width
     pieces = [((0, -2), (y0, 2)), ((y1, -2), (3, 2)), ((y0, -2), (y1, z0)), ((y0, z1), (y1, 2))]
@@ -114,8 +110,34 @@ def test_sky_through_a_window(kind, size):
     ) as session:
         session.bake()
         light, claimed = session.irradiance[:, 1], session.standard_error[:, 1]
+    return light, claimed, right
+
+
+@pytest.mark.parametrize("size", [(1.9, 1.4), (1.1, 0.7), (0.55, 0.5)])
+@pytest.mark.parametrize("kind", SKIES)
+def test_sky_through_a_window(kind, size):
+    """Means within 2 %, errors as claimed: with 160 points, more than a tenth beyond 2.06 claimed errors, where
+    4 % are expected, has a chance below 0.1 %; seeds are fixed. Hardly any is claimed to have none.
+    """
+    light, claimed, right = sky_through(kind, size, 160)
     off = np.abs(light - right)
     assert light.mean() == pytest.approx(right.mean(), rel=0.02)
     assert np.sqrt(np.mean(off**2)) < 0.05 * right.mean()
     assert np.mean(claimed < 0.002 * right) < 0.02
     assert np.quantile(off / np.maximum(claimed, 1e-9), 0.9) < 1.25 * 1.645
+
+
+def test_windows_that_rays_may_miss_bring_all_of_their_light():
+    """Of 0.05 square metres, which many of the 4,096 parts of a sky's strata miss.
+
+    Null hypothesis: unbiased; the mean of 4,800 places has an error of 0.5 %. Found: -0.1 %; if no place is
+    asked again where none of its rays passed, -3.6 %.
+    """
+    found = [
+        sky_through(kind, size, 800)
+        for kind in ("octahedron", "coarse", "fine")
+        for size in ((0.22, 0.22), (0.3, 0.15))
+    ]
+    assert np.mean([light.mean() / right.mean() - 1 for light, _, right in found]) == pytest.approx(
+        0, abs=0.015
+    )
