@@ -85,7 +85,7 @@ SKIES = {
 
 
 def sky_through(kind, size, places):
-    """Light of a sky of one mesh that fills the window of a black room: as found, claimed error, Lambert's."""
+    """Light of a sky of one mesh that fills a black room's window: as found, claimed error, Lambert's."""
     width, height = size
     y0, z0 = 1.2, -0.2
     rng = np.random.default_rng(11)
@@ -116,8 +116,10 @@ def sky_through(kind, size, places):
 @pytest.mark.parametrize("size", [(1.9, 1.4), (1.1, 0.7), (0.55, 0.5)])
 @pytest.mark.parametrize("kind", SKIES)
 def test_sky_through_a_window(kind, size):
-    """Means within 2 %, errors as claimed: with 160 points, more than a tenth beyond 2.06 claimed errors, where
-    4 % are expected, has a chance below 0.1 %; seeds are fixed. Hardly any is claimed to have none.
+    """Means within 2 %, errors as claimed.
+
+    With 160 points, more than a tenth beyond 2.06 claimed errors, where 4 % are expected, has a chance below
+    0.1 %; seeds are fixed. Hardly any is claimed to have none.
     """
     light, claimed, right = sky_through(kind, size, 160)
     off = np.abs(light - right)

@@ -35,9 +35,7 @@ def under_sky(half: float) -> dl.Scene:
     """The room within a hull, within a luminous black sky: most triangles see the sky."""
     scene = room()
     hull = dl.Mesh("hull", *box((4.2, 2.2, 3.2), (0, 1, 0)), "wall")
-    houses = [
-        dl.Mesh(f"house {i}", *box((8, 6, 8), (x, 2, 30)), "wall") for i, x in enumerate((-20, 0, 20))
-    ]
+    houses = [dl.Mesh(f"house {i}", *box((8, 6, 8), (x, 2, 30)), "wall") for i, x in enumerate((-20, 0, 20))]
     sky = dl.Mesh("sky", *box((2 * half, 2 * half, 2 * half), inward=True), "sky")
     glow = dl.Material("sky", (0, 0, 0), (1e-3, 1e-3, 1e-3))
     return dl.Scene([*scene.meshes, hull, *houses, sky], [*scene.materials, glow], scene.lights)
