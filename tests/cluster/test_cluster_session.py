@@ -13,6 +13,7 @@ from pathlib import Path
 import deltalux as dl
 import numpy as np
 import pytest
+from builders.truth_kinds import truth_scene
 from deltalux.cluster import extra, session
 from deltalux.cluster.shard import Blueprint
 from deltalux.cluster.shards import Shards, _Job
@@ -238,6 +239,20 @@ def test_suns(client):
         for each in (one, many):
             each.move("block", translation(0.8, 0.6, 0.2))
             each.update()
+        equal(many, one)
+
+
+@pytest.mark.parametrize("number", [39, 92], ids=["a hole to a lit room", "a window below a sky"])
+def test_what_is_chosen_by_all_samples(client, number):
+    """Openings that gather rays go through, and what the paths of a sky are aimed at."""
+    truth = truth_scene(2, number, 48)
+    samples, options = dl.Samples(truth.points, truth.normals), {"paths": 20_000, "gather": 64}
+    with (
+        dl.Session(truth.scene, samples, **options) as one,
+        dl.ClusterSession(truth.scene, samples, client=client, shards=3, **options) as many,
+    ):
+        one.bake()
+        many.bake()
         equal(many, one)
 
 
