@@ -87,9 +87,8 @@ void Cells::expose(const scene::Scene& scene, const trace::RayCaster& caster,
         moves ? caster.in_own_space(scene, body.object) : trace::EmbreeScene();
     const std::vector<float> shares = exposed_shares(
         scene, body.object, body.cells, near_.data() + body.first_cell,
-        [&](Vec3f o, Vec3f w) {
-          return moves ? own.closest(0, o, w, 0, std::numeric_limits<float>::infinity())
-                       : caster.closest_static(o, w);
+        [&](Vec3f o, Vec3f w, float to) {
+          return moves ? own.closest(0, o, w, 0, to) : caster.closest_static(o, w, 0, to);
         },
         workers);
     for (size_t i = 0; i < shares.size(); ++i) area_[body.first_cell + i] *= shares[i];

@@ -46,7 +46,7 @@ std::array<uint32_t, kPoints> free_rays(const Surface& own, uint64_t key, float 
     for (uint32_t i = 0; i < kRays; ++i) {
       const auto r = sobol::sample(k * kRays + i, key);
       const Vec3f w = cosine_direction(n, r[0], r[1]);
-      free[k] += !(closest(from, w).t < near);
+      free[k] += !(closest(from, w, near).t < near);
     }
   }
   return free;

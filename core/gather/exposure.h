@@ -11,8 +11,8 @@
 
 namespace deltalux::gather {
 
-/// The first hit of a ray with the body's own geometry.
-using Closest = std::function<trace::Hit(Vec3f origin, Vec3f direction)>;
+/// The first hit of a ray with the body's own geometry, up to a distance.
+using Closest = std::function<trace::Hit(Vec3f origin, Vec3f direction, float to)>;
 
 /// By cell of a body (kNone: the static geometry): the share of its area that counts; 1 but for
 /// clumps. Light from afar lands where a clump is exposed, and just there rays from afar hit it. So
