@@ -94,10 +94,9 @@ def test_a_luminous_ceiling_of_the_room_itself_is_not_aimed():
 @pytest.fixture(scope="module")
 def session():
     scene = room(block=True)
-    samples = dl.Samples.on_vertices(scene, spacing=0.8)
-    inside = (np.abs(samples.points) < 3).all(axis=1)
-    attached = [a for a, yes in zip(samples.attached, inside, strict=True) if yes]
-    samples = dl.Samples(samples.points[inside], samples.normals[inside], None, attached)
+    without_sky = [mesh for mesh in scene.meshes if mesh.name != "sky"]
+    vertices = dl.Samples.on_vertices(dl.Scene(without_sky, scene.materials), spacing=0.8)
+    samples = dl.Samples(vertices.points, vertices.normals, None, vertices.attached)
     with dl.Session(scene, samples, paths=4000, gather=16, threads=2) as session:
         session.bake()
         yield session

@@ -8,6 +8,7 @@ import deltalux as dl
 import numpy as np
 import pytest
 from deltalux.scene import make_movable
+from rooms import box, room
 
 
 @pytest.mark.parametrize("radius", [0.0, -1.0, 1e16, 1e300, np.inf, np.nan, [0.1, 1e300], [np.nan, -1.0]])
@@ -42,3 +43,17 @@ def test_a_scene_without_triangles_is_refused_whatever_the_samples():
     scene = dl.Scene([empty], [dl.Material("w")], [dl.PointLight("lamp", (0, 1, 0), (1, 1, 1))])
     with pytest.raises(dl.SceneError, match="found no triangles, expected at least one mesh"):
         dl.Session(scene, dl.Samples([(0, 0, 0)], [(0, 1, 0)])).bake()
+
+
+def test_samples_of_the_vertices_of_another_scene_are_refused():
+    """A session of them could be saved, but not opened again."""
+    scene = room()
+    static = [mesh for mesh in scene.meshes if not mesh.movable]
+    extra = dl.Mesh("first", *box((0.1, 0.1, 0.1), (0, 0.5, 0)), "wall")
+    other = dl.Scene([extra, *scene.meshes], scene.materials, scene.lights)
+    for made_for, used_in in ((scene, other), (scene, dl.Scene(static, scene.materials))):
+        samples = dl.Samples.on_vertices(made_for, spacing=1.0)
+        with pytest.raises(dl.OptionError, match=r"another scene.*on_vertices"):
+            dl.Session(used_in, samples)
+    alone = dl.Samples(samples.points, samples.normals, None, samples.attached)
+    dl.Session(other, alone, paths=1000).close()

@@ -99,6 +99,31 @@ class DisplayMesh:
     sharing: Sharing | None = None
     refinement: Refinement | None = None
 
+    def misfit(self, scene: Scene) -> str | None:
+        """What tells that this is no mesh of the scene's triangles; None if it may be."""
+        sizes = np.array([len(mesh.triangles) for mesh in scene.meshes])
+        moving = np.array([*(mesh.movable for mesh in scene.meshes), True])  # -1: attached to no movable
+
+        def beyond(name: str, least: int, end: Any) -> str | None:
+            values = getattr(self, name)
+            bad = np.flatnonzero(~((values >= least) & (values < end)))
+            if not len(bad):
+                return None
+            return f'"display/{name}": found {values.flat[bad[0]]} at entry {bad[0]}, beyond what there is'
+
+        misfit = (
+            beyond("triangles", 0, len(self.points))
+            or beyond("triangle_material", 0, len(scene.materials))
+            or beyond("triangle_mesh", 0, len(sizes))
+            or beyond("vertex_mesh", 0, len(sizes))
+            or beyond("attached", -1, len(sizes))
+        )
+        if misfit := misfit or beyond("source_triangle", 0, sizes[self.triangle_mesh]):
+            return misfit
+        if not moving[self.attached].all():
+            return '"display/attached": found a static mesh, expected movable ones'
+        return None
+
     @property
     def detail(self) -> np.ndarray | None:
         """(d,) int64: vertices added at edges of shadows; samples give them indirect light only."""

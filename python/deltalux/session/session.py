@@ -55,6 +55,11 @@ class Session(SessionPlaces):
         **options: Unpack[SessionOptions],
     ) -> None:
         own = Samples.on_vertices(scene) if samples is None else samples
+        if own.display is not None and (misfit := own.display.misfit(scene)):
+            raise OptionError(
+                f"samples: found those of the vertices of another scene ({misfit}); make them with "
+                "Samples.on_vertices(scene) of this one, or give points, normals and attachments alone"
+            )
         self._options = checked_options(options, len(own))
         self.scene = scene
         self.samples = own

@@ -165,18 +165,10 @@ def _read_display(
             arrays[name] = archive.array(f"display/{name}", dtype, len(triangles), columns)
     for name, most in (("points", FARTHEST), ("sample_points", FARTHEST), ("normals", LONGEST_NORMAL)):
         _check_range(f"display/{name}", arrays[name], -most, most)
-    meshes = scene.meshes
-    _check_range("display/triangles", triangles, 0, count - 1)
-    _check_range("display/triangle_material", arrays["triangle_material"], 0, len(scene.materials) - 1)
-    _check_range("display/triangle_mesh", arrays["triangle_mesh"], 0, len(meshes) - 1)
-    _check_range("display/vertex_mesh", arrays["vertex_mesh"], 0, len(meshes) - 1)
-    sizes = np.array([len(mesh.triangles) for mesh in meshes])
-    _check_range("display/source_triangle", arrays["source_triangle"], 0, sizes[arrays["triangle_mesh"]] - 1)
-    moving = np.array([*(mesh.movable for mesh in meshes), True])  # -1: attached to no movable
-    _check_range("display/attached", arrays["attached"], -1, len(meshes) - 1)
-    if not moving[arrays["attached"]].all():
-        raise FormatError('"display/attached": found a static mesh, expected movable ones')
-    return DisplayMesh(**arrays, spacing=spacing, sharing=sharing)
+    display = DisplayMesh(**arrays, spacing=spacing, sharing=sharing)
+    if misfit := display.misfit(scene):
+        raise FormatError(misfit)
+    return display
 
 
 def _check_range(name: str, values: np.ndarray, least: float, most: Any) -> None:
