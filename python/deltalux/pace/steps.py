@@ -135,6 +135,7 @@ def baking(counts: Counts, calibrated: bool = True) -> list[Step]:
         Step("index triangles", 0.01 + 8e-7 * c.triangles),
         Step("pilot", 0.05, "once"),
         Step("find windows", 0.4 * c.suns, "once"),
+        Step("find what large lights light", 0.0, "once"),  # of skies: some tenths of a second
         *_discs(c, 9 * _ray(c)),
     ]
     if not c.rays and not c.workers:
@@ -148,6 +149,7 @@ def baking(counts: Counts, calibrated: bool = True) -> list[Step]:
         shared += [
             Step("cover cells", 0.05 + 2e-6 * c.triangles, "rays"),
             Step("find bright places", 0.025 * c.depth, "rays"),
+            Step("find openings", 8e4 * _ray(c), "rays"),
             Step("share rays", 0.0 if c.workers else 1e-5 * c.samples, "once"),  # workers share as they find
             Step("find noisy places", 1.2 * PILOT_RAYS * _ray(c) * c.samples * c.rays, "rays"),
             Step("look around", _ray(c) * c.all_rays, "rays"),
