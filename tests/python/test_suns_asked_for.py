@@ -192,6 +192,6 @@ def test_outdoors_cells_count_the_sun():
     lawn = dl.Mesh("lawn", *sheets([(-5, 0, -5), (-5, 0, 5), (5, 0, 5), (5, 0, -5)]), "g")
     block = dl.Mesh("block", *box((1, 2, 1), (0, 1, 0)), "g")
     scene = dl.Scene([lawn, block], [dl.Material("g", (0.5,) * 3)], [dl.SunLight("s", DOWN, (100,) * 3)])
-    with dl.Session(scene, dl.Samples.on_vertices(scene, spacing=1), paths=4000, gather=16) as session:
+    with dl.Session(scene, dl.Samples.on_vertices(scene, spacing=1), paths=40_000, gather=16) as session:
         session.bake()
         assert session.statistics["gather"]["suns"] == 0
