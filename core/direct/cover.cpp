@@ -58,11 +58,10 @@ class View {
     depth_ = std::numeric_limits<double>::max();
     std::vector<Point> seen;
     for (const Vec3f& p : points) {
-      const Vec3d d = Vec3d(p) - Vec3d(from_);
-      const double z = dot(d, axis_);
-      if (!(z > kWidest * length(d))) return;
-      depth_ = std::min(depth_, z);
-      seen.push_back(projected(d));
+      const Point solid = in_frame(p);
+      if (!(solid.z > kWidest * length(Vec3d(p) - Vec3d(from_)))) return;
+      depth_ = std::min(depth_, solid.z);
+      seen.push_back({solid.x / solid.z, solid.y / solid.z});
     }
     depth_ *= kFar;
     const Vec3d n(receiver.normal);
@@ -74,12 +73,9 @@ class View {
   /// The ray towards a point of the projection, which ends before any point of the light.
   Vec3d ray(const Point& p) const { return (u_ * p.x + v_ * p.y + axis_) * depth_; }
   /// What a triangle hides.
-  Polygon shadow(const std::array<Vec3f, 3>& triangle) const {
-    Polygon solid;  // the frame's coordinates
-    for (const Vec3f& p : triangle) {
-      const Vec3d d = Vec3d(p) - Vec3d(from_);
-      solid.push_back({dot(d, u_), dot(d, v_), dot(d, axis_)});
-    }
+  Polygon shadow(const trace::Corners& triangle) const {
+    Polygon solid;
+    for (const Vec3f& p : triangle) solid.push_back(in_frame(p));
     solid = clipped(solid, [&](const Point& p) { return p.z - kNear * depth_; });
     solid = clipped(solid, [&](const Point& p) { return depth_ - p.z; });
     Polygon out;
@@ -88,9 +84,9 @@ class View {
   }
 
  private:
-  Point projected(Vec3d d) const {
-    const double z = dot(d, axis_);
-    return {dot(d, u_) / z, dot(d, v_) / z};
+  Point in_frame(Vec3f p) const {
+    const Vec3d d = Vec3d(p) - Vec3d(from_);
+    return {dot(d, u_), dot(d, v_), dot(d, axis_)};
   }
 
   Vec3f from_;

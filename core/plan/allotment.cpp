@@ -84,8 +84,8 @@ std::vector<double> shares_by_use(const scene::Scene& scene, std::span<const Vec
   if (lights.size() < 2 && std::none_of(lights.begin(), lights.end(), may_be_guided) &&
       std::none_of(lights.begin(), lights.end(), may_aim))
     return power;
-  const LightPilot pilot(scene, reflectance, caster, pilot_points(scene, caster, samples, kPoints),
-                         workers, progress);
+  const LightPilot pilot(scene, reflectance, caster,
+                         pilot_points(scene, caster, samples, metre, kPoints), workers, progress);
   const size_t n = pilot.points();
   if (n == 0) return power;
 

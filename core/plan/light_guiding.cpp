@@ -4,12 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <vector>
 
 #include "base/random.h"
 #include "direct/light_shape.h"
-#include "trace/scatter.h"
 
 namespace deltalux::plan {
 namespace {
@@ -19,9 +17,8 @@ constexpr uint64_t kFirstPath = uint64_t(1) << 25;  // different from those of s
 constexpr float kLarge = 8;                         // least diagonal of the light, in scene metres
 constexpr uint32_t kEven = 2048;                    // paths that are not aimed
 constexpr uint32_t kUseful = 8;    // if one in so many of them reaches a place, that is enough
-constexpr uint32_t kWalks = 4;     // from each place of the pilot
-constexpr uint32_t kBack = 3;      // flights of such a walk
-constexpr uint32_t kGlances = 2;   // shadow rays from each of its vertices
+constexpr uint32_t kGlances = 8;   // shadow rays from each vertex of a path followed backwards
+constexpr double kWhole = 0.0625;  // what a landing counts in the ball of all, relative to its own
 constexpr size_t kLeast = 64;      // landings for a map
 constexpr float kMargin = 0.5f;    // radii of a disc: how much balls exceed the landings
 constexpr uint32_t kAgain = 8192;  // paths that try the map
@@ -40,32 +37,23 @@ struct Landing {
 /// Follows light paths backwards from a place, and asks for the light at each vertex.
 void add_landings(const LightPilot& pilot, const direct::LightShape& shape, double strength,
                   size_t place, double weight, std::vector<Landing>& out) {
-  const samples::SampleSet& places = pilot.places();
-  const Vec3f n = places.normal[place];
-  const Vec3f above = places.point[place] + n * (places.radius[place] * 0.01f);
-  for (uint32_t walk = 0; walk < kWalks; ++walk) {
-    const PathRandom random(kSeed + walk, place);
-    Vec3f at = above, normal = n;
-    double share = weight * strength;
-    for (uint32_t flight = 0; flight < kBack && share > 0; ++flight) {
-      const Vec3f w = cosine_direction(normal, random(flight, 0), random(flight, 1));
-      const trace::Hit hit = pilot.caster().closest_static(at, w);
-      if (!hit.valid()) break;
-      normal = trace::facing_normal(hit, w);
-      at = trace::leave_surface(at, w, hit, normal, pilot.scene().slack_of(hit.primitive));
-      share *= photopic(Vec3d(pilot.scene().material_of(hit.primitive).reflectance));
-      const direct::Receiver receiver{at, normal};
-      for (uint32_t k = 0; k < kGlances; ++k) {
-        const float u = random(flight, 2 + 2 * k), v = random(flight, 3 + 2 * k);
-        const direct::LightShape::Glance ray = shape.glance(receiver, u, v);
-        if (!(ray.irradiance > 0) ||
-            pilot.caster().occluded_static(ray.origin, ray.direction, ray.to))
-          continue;
-        const auto part = std::min(uint32_t(u * trace::AimMap::kParts), trace::AimMap::kParts - 1);
-        out.push_back({at, part, share * ray.irradiance / kGlances});
-      }
-    }
-  }
+  double share = 0;
+  pilot.follow_back(
+      place, kSeed,
+      [&](Vec3f at, Vec3f normal, uint32_t primitive, uint32_t flight, const PathRandom& random) {
+        if (flight == 0) share = weight * strength;
+        share *= photopic(Vec3d(pilot.scene().material_of(primitive).reflectance));
+        for (uint32_t k = 0; k < kGlances && share > 0; ++k) {
+          const float u = random(flight, 2 + 2 * k), v = random(flight, 3 + 2 * k);
+          const direct::LightShape::Glance ray = shape.glance({at, normal}, u, v);
+          if (!(ray.irradiance > 0) ||
+              pilot.caster().occluded_static(ray.origin, ray.direction, ray.to))
+            continue;
+          const auto part =
+              std::min(uint32_t(u * trace::AimMap::kParts), trace::AimMap::kParts - 1);
+          out.push_back({at, part, share * ray.irradiance / kGlances});
+        }
+      });
 }
 
 /// A ball around some of the landings.
@@ -84,15 +72,18 @@ Ball ball_of(std::span<const Landing> landings, size_t begin, size_t end, float 
   out.target.centre = box.centre();
   for (size_t i = begin; i < end; ++i)
     out.target.radius = std::max(out.target.radius, length(landings[i].at - out.target.centre));
+  // The fewer landings are known, the farther from them others may be.
+  out.target.radius *= 1 + 1 / std::sqrt(float(end - begin));
   out.target.radius += margin;
   return out;
 }
 
 /// Encloses the landings in balls: divides the one that gains most at the middle of its longest
-/// extent.
+/// extent. The last ball holds all: what lies between the others is aimed at, too.
 std::vector<Ball> balls_of(std::vector<Landing>& landings, float margin) {
-  std::vector<Ball> balls{ball_of(landings, 0, landings.size(), margin)};
-  while (balls.size() < trace::AimMap::kMostTargets) {
+  const Ball whole = ball_of(landings, 0, landings.size(), margin);
+  std::vector<Ball> balls{whole};
+  while (balls.size() < trace::AimMap::kMostTargets - 1) {
     const auto widest =
         std::max_element(balls.begin(), balls.end(),
                          [](const Ball& a, const Ball& b) { return a.wide() < b.wide(); });
@@ -112,6 +103,7 @@ std::vector<Ball> balls_of(std::vector<Landing>& landings, float margin) {
     *widest = ball_of(landings, widest->begin, cut, margin);
     balls.push_back(other);
   }
+  balls.push_back(whole);
   return balls;
 }
 
@@ -123,10 +115,11 @@ trace::AimMap map_of(std::vector<Landing>& landings, float margin) {
   double all = 0;
   for (size_t k = 0; k < balls.size(); ++k) {
     map.targets.push_back(balls[k].target);
+    const double counts = k + 1 < balls.size() ? 1 : kWhole;
     for (size_t i = balls[k].begin; i < balls[k].end; ++i) {
-      const Landing& own = landings[i];
-      joint[own.part * balls.size() + k] += own.use;
-      part[own.part] += own.use, target[k] += own.use, all += own.use;
+      const double use = landings[i].use * counts;
+      joint[landings[i].part * balls.size() + k] += use;
+      part[landings[i].part] += use, target[k] += use, all += use;
     }
   }
   double sum = 0;
@@ -141,46 +134,26 @@ trace::AimMap map_of(std::vector<Landing>& landings, float margin) {
   return map;
 }
 
-/// Mean squares of what one path brings, if its light were aimed, and if it were not.
-struct Variance {
-  double aimed = 0, even = 0;
+/// What one path of the light brings to the pilot's places, and its weight.
+struct Trial {
+  double brought;
+  float weight;
 };
 
-Variance variance_of(const LightPilot& pilot, const trace::Light& light,
-                     std::span<const double> weight, const Workers& workers,
-                     const Progress& progress) {
-  std::vector<Variance> found((kAgain + LightPilot::kChunk - 1) / LightPilot::kChunk);
-  workers.for_blocks(kAgain, LightPilot::kChunk, [&](size_t begin, size_t end) {
+/// Traces `count` paths with numbers from `first` on.
+std::vector<Trial> trials_of(const LightPilot& pilot, const trace::Light& light, uint32_t count,
+                             uint64_t first, std::span<const double> weight, const Workers& workers,
+                             const Progress& progress) {
+  std::vector<Trial> trials(count);
+  workers.for_blocks(count, LightPilot::kChunk, [&](size_t begin, size_t end) {
     progress.check();
     std::vector<trace::Emission> starts;
     for (size_t i = begin; i < end; ++i) starts.push_back(trace::emit(light, kSeed, i, 1));
     double brought[LightPilot::kChunk];
-    pilot.brought(light, starts, kFirstPath + begin, weight, brought);
-    Variance& own = found[begin / LightPilot::kChunk];
-    for (size_t k = 0; k < starts.size(); ++k) {
-      const double square = brought[k] * brought[k];
-      own.aimed += square;
-      if (starts[k].weight > 0) own.even += square / double(starts[k].weight);
-    }
+    pilot.brought(light, starts, first + begin, weight, brought);
+    for (size_t i = begin; i < end; ++i) trials[i] = {brought[i - begin], starts[i - begin].weight};
   });
-  Variance sum;
-  for (const Variance& own : found) sum.aimed += own.aimed, sum.even += own.even;
-  return sum;
-}
-
-/// Whether many paths that are not aimed are useful.
-bool suffices(const LightPilot& pilot, const trace::Light& light, std::span<const double> weight,
-              const Workers& workers, const Progress& progress) {
-  std::vector<uint32_t> useful(kEven / LightPilot::kChunk);
-  workers.for_blocks(kEven, LightPilot::kChunk, [&](size_t begin, size_t end) {
-    progress.check();
-    std::vector<trace::Emission> starts;
-    for (size_t i = begin; i < end; ++i) starts.push_back(trace::emit(light, kSeed, i, 1));
-    double brought[LightPilot::kChunk];
-    pilot.brought(light, starts, kFirstPath + kAgain + begin, weight, brought);
-    for (size_t k = 0; k < starts.size(); ++k) useful[begin / LightPilot::kChunk] += brought[k] > 0;
-  });
-  return std::accumulate(useful.begin(), useful.end(), 0u) * kUseful >= kEven;
+  return trials;
 }
 
 }  // namespace
@@ -196,7 +169,13 @@ std::shared_ptr<const trace::AimMap> aim_light(const LightPilot& pilot, const tr
   light.aims = nullptr;
   light.path_count = kAgain;
   progress.begin("find what large lights light", 1);
-  if (suffices(pilot, light, weight, workers, progress)) return nullptr;
+  const auto tried = [&](uint32_t count, uint64_t first) {
+    return trials_of(pilot, light, count, first, weight, workers, progress);
+  };
+  const std::vector<Trial> evenly = tried(kEven, kFirstPath + kAgain);
+  const auto useful =
+      std::count_if(evenly.begin(), evenly.end(), [](const Trial& own) { return own.brought > 0; });
+  if (uint64_t(useful) * kUseful >= kEven) return nullptr;
   const direct::LightShape shape(light, 0, kSeed);
   const double strength = photopic(Vec3d(light.radiance));
   std::vector<std::vector<Landing>> found(pilot.points());
@@ -212,9 +191,15 @@ std::shared_ptr<const trace::AimMap> aim_light(const LightPilot& pilot, const tr
   auto map = std::make_shared<trace::AimMap>(map_of(landings, margin));
   if (map->flaw()) return nullptr;
   light.aims = map;
-  const Variance variance = variance_of(pilot, light, weight, workers, progress);
+  // Mean squares of what a path brings: if the light is aimed, and if it were not.
+  double aimed = 0, even = 0;
+  for (const Trial& own : tried(kAgain, kFirstPath)) {
+    const double square = own.brought * own.brought;
+    aimed += square;
+    if (own.weight > 0) even += square / double(own.weight);
+  }
   progress.advance(1);
-  return variance.even > kWorth * variance.aimed ? map : nullptr;
+  return even > kWorth * aimed ? map : nullptr;
 }
 
 }  // namespace deltalux::plan

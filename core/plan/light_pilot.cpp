@@ -106,18 +106,16 @@ LightPilot::Given LightPilot::given(const trace::Light& light, bool wide) const 
 
 double LightPilot::shines(const direct::LightShape& shape, Vec3f strength, size_t place) const {
   constexpr uint32_t kRays = 4;
-  const Vec3f n = places_.normal[place];
-  const float radius = places_.radius[place];
-  const direct::Receiver above{places_.point[place] + n * (radius * 0.01f), n};
+  const double radius = double(places_.radius[place]);
+  const direct::Receiver receiver{above(place), places_.normal[place]};
   double sum = 0;
   for (uint32_t k = 0; k < kRays; ++k) {
     const auto r = sobol::sample(k, combine(kSeed, place));
-    const direct::LightShape::Glance ray = shape.glance(above, r[0], r[1]);
+    const direct::LightShape::Glance ray = shape.glance(receiver, r[0], r[1]);
     if (ray.irradiance > 0 && !caster_.occluded_static(ray.origin, ray.direction, ray.to))
       sum += ray.irradiance / kRays;
   }
-  return std::numbers::pi * double(radius) * double(radius) * sum *
-         deltalux::photopic(Vec3d(strength));
+  return std::numbers::pi * radius * radius * sum * deltalux::photopic(Vec3d(strength));
 }
 
 void LightPilot::brought(const trace::Light& light, std::span<const trace::Emission> starts,

@@ -8,12 +8,14 @@
 
 #include "base/parallel.h"
 #include "base/progress.h"
+#include "base/random.h"
 #include "direct/light_shape.h"
 #include "estimate/disc_index/disc_index.h"
 #include "samples/sample_set.h"
 #include "scene/scene.h"
 #include "trace/lights.h"
 #include "trace/ray_caster.h"
+#include "trace/scatter.h"
 #include "trace/walk.h"
 
 namespace deltalux::plan {
@@ -33,6 +35,31 @@ class LightPilot {
   const samples::SampleSet& places() const { return places_; }
   const scene::Scene& scene() const { return scene_; }
   const trace::RayCaster& caster() const { return caster_; }
+
+  /// A point just above the surface at a place.
+  Vec3f above(size_t place) const {
+    return places_.point[place] + places_.normal[place] * (places_.radius[place] * 0.01f);
+  }
+  static constexpr uint32_t kWalks = 4;  ///< from each place, see follow_back()
+  static constexpr uint32_t kBack = 3;   ///< flights of such a walk
+  /// Follows a few light paths backwards from a place: light there comes from where these go. Calls
+  /// visit(at, normal, primitive, flight, random) at each vertex; `flight` counts from 0 in each
+  /// walk, and dimensions of `random` from 2 on are free.
+  template <class Visit>
+  void follow_back(size_t place, uint64_t seed, const Visit& visit) const {
+    for (uint32_t walk = 0; walk < kWalks; ++walk) {
+      const PathRandom random(seed + walk, place);
+      Vec3f at = above(place), normal = places_.normal[place];
+      for (uint32_t flight = 0; flight < kBack; ++flight) {
+        const Vec3f w = cosine_direction(normal, random(flight, 0), random(flight, 1));
+        const trace::Hit hit = caster_.closest_static(at, w);
+        if (!hit.valid()) break;
+        normal = trace::facing_normal(hit, w);
+        at = trace::leave_surface(at, w, hit, normal, scene_.slack_of(hit.primitive));
+        visit(at, normal, hit.primitive, flight, random);
+      }
+    }
+  }
 
   /// Photopic power on the points' discs, which all have the same area.
   struct Given {

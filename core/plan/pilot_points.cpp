@@ -9,7 +9,6 @@
 
 #include "base/random.h"
 #include "direct/light_shape.h"
-#include "samples/placement.h"
 #include "trace/scatter.h"
 
 namespace deltalux::plan {
@@ -22,8 +21,7 @@ constexpr uint32_t kAnywhere = 4;  // one of so many points lies anywhere
 
 }  // namespace
 
-samples::SampleSet surface_points(const scene::Scene& scene, const trace::RayCaster& caster,
-                                  uint32_t count) {
+samples::SampleSet surface_points(const scene::Scene& scene, float radius, uint32_t count) {
   std::vector<double> cumulative;
   std::vector<std::array<Vec3f, 3>> corners;
   cumulative.reserve(scene.static_primitives());
@@ -54,21 +52,21 @@ samples::SampleSet surface_points(const scene::Scene& scene, const trace::RayCas
     set.point.push_back(p[0] + (p[1] - p[0]) * u + (p[2] - p[0]) * v);
     set.normal.push_back(Vec3f(normalize(cross(Vec3d(p[1] - p[0]), Vec3d(p[2] - p[0])))));
   }
-  set.radius.assign(set.size(), kRadius * samples::scene_metre(scene, caster));
+  set.radius.assign(set.size(), radius);
   set.attached.assign(set.size(), scene::kNone);
   return set;
 }
 
 samples::SampleSet pilot_points(const scene::Scene& scene, const trace::RayCaster& caster,
-                                const samples::SampleSet& samples, uint32_t count) {
+                                const samples::SampleSet& samples, float metre, uint32_t count) {
+  const float radius = kRadius * metre;
   std::vector<std::pair<uint64_t, uint32_t>> still;  // in a random order: by a hash of the place
   for (uint32_t i = 0; i < samples.size(); ++i)
     if (samples.attached[i] == scene::kNone)
       still.emplace_back(direct::place_key(samples.point[i], samples.normal[i]), i);
-  if (still.empty()) return surface_points(scene, caster, count);
+  if (still.empty()) return surface_points(scene, radius, count);
   std::sort(still.begin(), still.end());
-  samples::SampleSet set = surface_points(scene, caster, count / kAnywhere);
-  const float radius = kRadius * samples::scene_metre(scene, caster);
+  samples::SampleSet set = surface_points(scene, radius, count / kAnywhere);
   const PathRandom random(kLandSeed, 0);
   for (uint32_t i = 0; set.size() < count && i < count; ++i) {
     const uint32_t id = still[i % still.size()].second;

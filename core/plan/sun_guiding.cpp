@@ -10,7 +10,6 @@
 
 #include "base/random.h"
 #include "plan/pilot_points.h"
-#include "trace/scatter.h"
 
 namespace deltalux::plan {
 namespace {
@@ -19,8 +18,6 @@ constexpr uint64_t kSeed = 20261124;
 constexpr uint64_t kFirstPath = uint64_t(1) << 24;  // different from those of LightPilot::given()
 constexpr uint32_t kEven = 16384;                   // uniform starts
 constexpr uint32_t kPoints = 8192;                  // points of surfaces that may see the sun
-constexpr uint32_t kWalks = 4;                      // from each place of the pilot
-constexpr uint32_t kBack = 3;                       // flights of such a walk
 constexpr uint32_t kTries = 16;                     // paths of a start that such a walk finds
 constexpr size_t kSplit = 16;                       // squares with this many starts are divided
 constexpr int kDeepest = 18;  // levels: ten kilometres become four centimetres
@@ -66,22 +63,10 @@ class Starts {
   /// The same for all vertices of a few light paths that are followed backwards from a place of the
   /// pilot: light there comes from where these go.
   void add_around(size_t place, std::vector<Start>& out) const {
-    const samples::SampleSet& places = pilot_.places();
-    const Vec3f p = places.point[place], n = places.normal[place];
-    const Vec3f above = p + n * (places.radius[place] * 0.01f);
-    if (dot(n, sun_.direction) < 0) add(above, out);
-    for (uint32_t walk = 0; walk < kWalks; ++walk) {
-      const PathRandom random(kSeed + walk, place);
-      Vec3f at = above, normal = n;
-      for (uint32_t flight = 0; flight < kBack; ++flight) {
-        const Vec3f w = cosine_direction(normal, random(flight, 0), random(flight, 1));
-        const trace::Hit hit = pilot_.caster().closest_static(at, w);
-        if (!hit.valid()) break;
-        normal = trace::facing_normal(hit, w);
-        at = trace::leave_surface(at, w, hit, normal, pilot_.scene().slack_of(hit.primitive));
-        if (dot(normal, sun_.direction) < 0) add(at, out);
-      }
-    }
+    if (dot(pilot_.places().normal[place], sun_.direction) < 0) add(pilot_.above(place), out);
+    pilot_.follow_back(place, kSeed, [&](Vec3f at, Vec3f normal, auto&&...) {
+      if (dot(normal, sun_.direction) < 0) add(at, out);
+    });
   }
 
  private:
@@ -90,43 +75,44 @@ class Starts {
   float size_u_, size_v_;
 };
 
-/// Uniform starts, then starts of paths that end on what the sun sees: on surfaces anywhere, and
-/// where light for the pilot's places comes from. `found`: index of the first of the last kind.
-std::vector<Trial> first_starts(const LightPilot& pilot, const lights::Punctual& light,
-                                const Workers& workers, const Progress& progress, size_t& found) {
-  const samples::SampleSet anywhere = surface_points(pilot.scene(), pilot.caster(), kPoints);
-  const Starts starts(pilot, light);
-  std::vector<std::vector<Starts::Start>> seen(anywhere.size() + pilot.points());
-  workers.for_blocks(seen.size(), 256, [&](size_t begin, size_t end) {
+/// Appends the starts that add(point, starts) finds for `count` points.
+template <class Add>
+void append(size_t count, const Add& add, const Workers& workers, const Progress& progress,
+            std::vector<Trial>& trials) {
+  std::vector<std::vector<Starts::Start>> seen(count);
+  workers.for_blocks(count, 256, [&](size_t begin, size_t end) {
     progress.check();
-    for (size_t i = begin; i < end; ++i) {
-      if (i >= anywhere.size()) {
-        starts.add_around(i - anywhere.size(), seen[i]);
-        continue;
-      }
-      const Vec3f n = anywhere.normal[i] * (dot(anywhere.normal[i], light.direction) < 0 ? 1 : -1);
-      starts.add(anywhere.point[i] + n * (anywhere.radius[i] * 0.01f), seen[i]);
-    }
+    for (size_t i = begin; i < end; ++i) add(i, seen[i]);
   });
+  for (const auto& of_point : seen)
+    for (const auto& [u, v] : of_point) trials.push_back({u, v});
+}
+
+/// Uniform starts, and starts of paths that end on surfaces anywhere that the sun sees.
+std::vector<Trial> first_starts(const LightPilot& pilot, const Starts& starts, Vec3f direction,
+                                const Workers& workers, const Progress& progress) {
   std::vector<Trial> trials;
   for (uint32_t i = 0; i < kEven; ++i) {
     const auto r = sobol::sample(i, kSeed);
     trials.push_back({r[0], r[1]});
   }
-  for (size_t i = 0; i < seen.size(); ++i) {
-    if (i == anywhere.size()) found = trials.size();
-    for (const auto& [u, v] : seen[i]) trials.push_back({u, v});
-  }
+  const samples::SampleSet anywhere =
+      surface_points(pilot.scene(), pilot.places().radius.front(), kPoints);
+  const auto add = [&](size_t i, std::vector<Starts::Start>& out) {
+    const Vec3f n = anywhere.normal[i] * (dot(anywhere.normal[i], direction) < 0 ? 1 : -1);
+    starts.add(anywhere.point[i] + n * (anywhere.radius[i] * 0.01f), out);
+  };
+  append(anywhere.size(), add, workers, progress, trials);
   return trials;
 }
 
-/// Traces `tries` paths of each of the trials from index `from` to `to`.
+/// Traces `tries` paths of each of the trials from index `from` on.
 void follow(const LightPilot& pilot, const trace::Light& sun, std::span<const double> weight,
-            size_t from, size_t to, uint32_t tries, std::vector<Trial>& trials,
-            const Workers& workers, Progress& progress) {
+            size_t from, uint32_t tries, std::vector<Trial>& trials, const Workers& workers,
+            Progress& progress) {
   static_assert(LightPilot::kChunk % kTries == 0);
   const size_t together = LightPilot::kChunk / tries;
-  workers.for_blocks(to - from, together, [&](size_t begin, size_t end) {
+  workers.for_blocks(trials.size() - from, together, [&](size_t begin, size_t end) {
     progress.check();
     std::vector<trace::Emission> starts;
     for (size_t i = from + begin; i < from + end; ++i)
@@ -315,11 +301,17 @@ std::shared_ptr<const trace::SunMap> guide_sun(const LightPilot& pilot, const tr
   sun.map = nullptr;
   sun.path_count = 1;
   progress.begin("find windows", 2 + kRounds);
-  size_t found = 0;
-  std::vector<Trial> trials = first_starts(pilot, sun.punctual, workers, progress, found);
-  follow(pilot, sun, weight, 0, found, 1, trials, workers, progress);
-  // Few of the paths that land before a window enter it, but these bring much.
-  follow(pilot, sun, weight, found, trials.size(), kTries, trials, workers, progress);
+  const Starts starts(pilot, sun.punctual);
+  std::vector<Trial> trials =
+      first_starts(pilot, starts, sun.punctual.direction, workers, progress);
+  follow(pilot, sun, weight, 0, 1, trials, workers, progress);
+  // Where light for the pilot's places comes from. Few of the paths that land before a window enter
+  // it, but these bring much.
+  const size_t found = trials.size();
+  append(
+      pilot.points(), [&](size_t i, std::vector<Starts::Start>& out) { starts.add_around(i, out); },
+      workers, progress, trials);
+  follow(pilot, sun, weight, found, kTries, trials, workers, progress);
   std::vector<Square> squares = squares_of(trials);
   for (int round = 1; round <= kRounds && !squares.empty(); ++round) {
     const trace::SunMap map = map_of(squares);
@@ -330,7 +322,7 @@ std::shared_ptr<const trace::SunMap> guide_sun(const LightPilot& pilot, const tr
       const trace::SunMap::Start start = map.start(r[0], r[1]);
       trials.push_back({start.u, start.v});
     }
-    follow(pilot, sun, weight, before, trials.size(), 1, trials, workers, progress);
+    follow(pilot, sun, weight, before, 1, trials, workers, progress);
     squares = squares_of(trials);
   }
   if (squares.empty()) return nullptr;

@@ -9,8 +9,7 @@
 namespace deltalux::trace {
 namespace {
 
-constexpr float kClose = 1.02f;  // radii of a ball: from within, it is not aimed at
-constexpr float kInside = -2;
+constexpr double kClose = 1.02;  // radii of a ball: from within, it is not aimed at
 
 }  // namespace
 
@@ -22,26 +21,31 @@ AimMap::Choice AimMap::choose(float r) const {
   return {(float(pair / targets.size()) + within) / float(kParts), uint32_t(pair % targets.size())};
 }
 
-float AimMap::cosine_of(const Target& target, Vec3f from) {
-  const Vec3f d = target.centre - from;
-  const float squared = dot(d, d), radius = target.radius;
+double AimMap::versine_of(const Target& target, Vec3f from) {
+  const Vec3d d(target.centre - from);
+  const double squared = dot(d, d), radius = double(target.radius);
   if (!(squared > kClose * kClose * radius * radius)) return kInside;
-  return std::sqrt(1 - radius * radius / squared);
+  const double sine_squared = radius * radius / squared;
+  return sine_squared / (1 + std::sqrt(1 - sine_squared));
 }
 
-double AimMap::density(float place, Vec3f from, Vec3f w, double cosine_density) const {
+double AimMap::density(float place, Vec3f from, Vec3f w, const Target* own,
+                       double cosine_density) const {
   const size_t first = size_t(place * float(kParts)) * targets.size();
   double sum = 0;
   for (size_t k = 0; k < targets.size(); ++k) {
     const double share = double(chance(first + k)) * kParts;
     if (!(share > 0)) continue;
-    const float cosine = cosine_of(targets[k], from);
-    if (cosine == kInside) {
+    const Target& target = targets[k];
+    const double versine = versine_of(target, from);
+    if (versine == kInside) {
       sum += share * cosine_density;
       continue;
     }
-    const Vec3f d = targets[k].centre - from;
-    if (dot(d, w) >= cosine * length(d)) sum += share / (2 * std::numbers::pi * double(1 - cosine));
+    const Vec3d d(target.centre - from), along(w), aside = cross(d, along);
+    const double radius = double(target.radius);
+    if (&target == own || (dot(d, along) > 0 && dot(aside, aside) <= radius * radius))
+      sum += share / (2 * std::numbers::pi * versine);
   }
   return sum;
 }

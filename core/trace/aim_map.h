@@ -19,8 +19,9 @@ struct AimMap {
   };
   static constexpr uint32_t kParts = 64;
   static constexpr size_t kMostTargets = 32;
-  static constexpr float kAimed =
-      0.5f;  ///< share of the paths; no other starts with twice its power
+  static constexpr double kInside = -1;  ///< instead of a versine
+  /// Share of the paths that are aimed. So no path has more than twice the mean power.
+  static constexpr float kAimed = 0.5f;
   /// Random numbers are multiples of one over this, and so are the chances of pairs.
   static constexpr uint32_t kSteps = 1 << 22;
 
@@ -32,12 +33,14 @@ struct AimMap {
   /// `r`: random, in [0, 1). Preserves stratification.
   Choice choose(float r) const;
   /// Of aimed paths that start at `from`, which is at this place: the density over that of uniform
-  /// starts, per solid angle in direction `w`. `cosine_density`: that of a path that is not aimed,
-  /// and of those that start within a target.
-  double density(float place, Vec3f from, Vec3f w, double cosine_density) const;
+  /// starts, per solid angle in direction `w`. `own`: the target that was drawn, or null: its cone
+  /// contains `w` whatever is rounded. `cosine_density`: that of a path that is not aimed, and of
+  /// those that start within a target.
+  double density(float place, Vec3f from, Vec3f w, const Target* own, double cosine_density) const;
   static float max_weight() { return 1 / (1 - kAimed); }
-  /// The cosine of the cone around a target; below -1 within or close to it.
-  static float cosine_of(const Target& target, Vec3f from);
+  /// One minus the cosine of the cone around a target: narrow cones need all digits. kInside within
+  /// the ball or close to it.
+  static double versine_of(const Target& target, Vec3f from);
   /// Why these data are invalid; null if they are valid.
   const char* flaw() const;
 

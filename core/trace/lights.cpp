@@ -262,21 +262,21 @@ Emission emit_aimed(const Light& light, const AimMap& aims, const std::array<flo
     choice.place = std::min((r[0] - kAimed) / (1 - kAimed), 0x1.fffffep-1f);
   const Place place = place_on(light, choice.place, r[1]);
   const AimMap::Target* target = aimed ? &aims.targets[choice.target] : nullptr;
-  const float cosine = target ? AimMap::cosine_of(*target, place.point) : -2.0f;
+  const double versine = target ? AimMap::versine_of(*target, place.point) : AimMap::kInside;
   Emission out;
-  if (cosine < -1) {
+  if (versine == AimMap::kInside) {
     out = emit_evenly(light, place, r[2], r[3]);
   } else {
     const Vec3f axis = normalize(target->centre - place.point);
-    const float own = 1 - r[2] * (1 - cosine);
-    out.direction = on_cone(axis, own, sine_of(own), r[3]);
+    const double own = double(r[2]) * versine;
+    out.direction = on_cone(axis, float(1 - own), float(std::sqrt(own * (2 - own))), r[3]);
     const bool behind = light.two_sided && dot(out.direction, place.normal) < 0;
     out.origin = place.origin(behind ? -place.normal : place.normal);
   }
   const double above = double(dot(out.direction, place.normal));
   const double even = (light.two_sided ? 0.5 * std::fabs(above) : std::max(0.0, above)) / kPi;
   const double density =
-      double(kAimed) * aims.density(choice.place, place.point, out.direction, even) +
+      double(kAimed) * aims.density(choice.place, place.point, out.direction, target, even) +
       double(1 - kAimed) * even;
   out.weight = density > 0 ? float(even / density) : 0.0f;
   return out;

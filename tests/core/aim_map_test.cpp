@@ -66,6 +66,7 @@ TEST(AimMap, WeightsMakeUpForWhereTheyGo) {
     compare(some_map({-2, 0, 1}, 0.5f), material);       // below the panel
     compare(some_map({0.5f, 2, 0.5f}, 0.7f), material);  // around a part of it
     compare(some_map({0, 2.5f, 0}, 0.4f), material);     // above: from one side, nothing goes there
+    compare(some_map({-900, -800, 300}, 0.3f), material);  // narrower than cosines can tell
   }
 }
 

@@ -7,7 +7,7 @@ import deltalux as dl
 import numpy as np
 import pytest
 from rooms import box, translation
-from session_files import read_parts, write_parts
+from session_files import assert_refused, assert_threads_and_files_make_no_difference, number
 
 SKY = 1000.0  # radiance
 HALF = 100.0  # of the sky's box
@@ -69,7 +69,7 @@ def test_many_paths_enter_and_their_power_is_that_of_the_window():
     expected = np.pi * SKY * np.prod(WINDOW)
     error = np.std(power, ddof=1) / np.sqrt(len(power))
     assert share.min() > 2e-3  # of paths that are not aimed: 2e-6
-    assert error < 0.1 * expected
+    assert error < 0.03 * expected
     assert abs(power.mean() - expected) < 3 * error
 
 
@@ -121,27 +121,9 @@ def test_updates_equal_recomputes(session: dl.Session):
 
 
 def test_threads_and_files_make_no_difference(session: dl.Session, tmp_path):
-    file = tmp_path / "a.dlx"
-    session.save(file)
-    with (
-        dl.Session(session.scene, session.samples, paths=4000, gather=16, threads=1) as one,
-        dl.Session.open(file) as opened,
-    ):
-        one.bake()
-        assert one.digest() == session.digest() == opened.digest()
-        np.testing.assert_array_equal(moved(one, -0.4), moved(opened, -0.4))
-        opened.recompute()
-        assert opened.digest() == one.digest()
-
-
-def number(name: str, index: int, value: float, kind: str = "<f4"):
-    def change(arrays):
-        values = arrays[f"core/{name}"].reshape(-1).view(np.uint8).copy().view(kind)
-        assert len(values)
-        values[index] = value
-        arrays[f"core/{name}"] = values.view(np.uint8)
-
-    return change
+    assert_threads_and_files_make_no_difference(
+        session, tmp_path / "a.dlx", lambda own: moved(own, -0.4), paths=4000, gather=16
+    )
 
 
 @pytest.mark.parametrize(
@@ -157,10 +139,4 @@ def number(name: str, index: int, value: float, kind: str = "<f4"):
     ],
 )
 def test_maps_that_no_bake_made_are_refused(session: dl.Session, tmp_path, change, said: str):
-    file = tmp_path / "a.dlx"
-    session.save(file)
-    index, arrays = read_parts(file)
-    change(arrays)
-    write_parts(file, index, arrays)
-    with pytest.raises(dl.FormatError, match=said):
-        dl.Session.open(file)
+    assert_refused(session, tmp_path / "a.dlx", change, said)

@@ -7,7 +7,7 @@ import deltalux as dl
 import numpy as np
 import pytest
 from rooms import box, translation
-from session_files import read_parts, write_parts
+from session_files import assert_refused, assert_threads_and_files_make_no_difference, number
 
 SUN = 1e5  # lux
 DOWN = np.array([-0.5, -1.0, -0.2]) / np.linalg.norm((-0.5, -1.0, -0.2))
@@ -153,35 +153,17 @@ def test_updates_equal_recomputes(session: dl.Session):
 
 
 def test_threads_and_files_make_no_difference(session: dl.Session, tmp_path):
-    file = tmp_path / "a.dlx"
-    session.save(file)
-    with (
-        dl.Session(session.scene, session.samples, paths=4000, gather=16, threads=1) as one,
-        dl.Session.open(file) as opened,
-    ):
-        one.bake()
-        assert one.digest() == session.digest() == opened.digest()
-        assert moved(one, -0.4) == moved(opened, -0.4)
-        opened.recompute()
-        assert opened.digest() == one.digest()
+    assert_threads_and_files_make_no_difference(
+        session, tmp_path / "a.dlx", lambda own: moved(own, -0.4), paths=4000, gather=16
+    )
 
 
 def leaves(index: int, field: int, value: float):
-    def change(arrays):
-        values = arrays["core/sun_maps"].reshape(-1).view(np.uint8).copy().view("<f4").reshape(-1, 4)
-        values[index, field] = value
-        arrays["core/sun_maps"] = values.reshape(-1).view(np.uint8)
-
-    return change
+    return number("sun_maps", 4 * index + field, value)
 
 
 def count(light: int, value: int):
-    def change(arrays):
-        values = arrays["core/sun_map_leaves"].reshape(-1).view(np.uint8).copy().view("<u4")
-        values[light] = value
-        arrays["core/sun_map_leaves"] = values.view(np.uint8)
-
-    return change
+    return number("sun_map_leaves", light, value, "<u4")
 
 
 @pytest.mark.parametrize(
@@ -199,10 +181,4 @@ def count(light: int, value: int):
     ],
 )
 def test_maps_that_no_bake_made_are_refused(session: dl.Session, tmp_path, change, said: str):
-    file = tmp_path / "a.dlx"
-    session.save(file)
-    index, arrays = read_parts(file)
-    change(arrays)
-    write_parts(file, index, arrays)
-    with pytest.raises(dl.FormatError, match=said):
-        dl.Session.open(file)
+    assert_refused(session, tmp_path / "a.dlx", change, said)
