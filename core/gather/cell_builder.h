@@ -101,7 +101,9 @@ class CellBuilder {
   void try_clump(const BodyCells& out, uint32_t triangle, uint32_t clump);
   /// The extent of a polygon along the line a x + b y = c, and of its height.
   static Standing standing_of(const Polygon& above, double up, double a, double b);
-  bool cuts_by_itself(const Standing& standing, double relief) const;
+  /// The length of a cut's line within a square.
+  static double chord_of(const Square& square, const Cut& cut);
+  bool cuts_by_itself(const Standing& standing, double relief, double chord) const;
   /// Cuts squares and clumps by planes of several triangles.
   void cut_by_planes();
   /// Adds a cut, or merges it with one along the same line.

@@ -16,7 +16,8 @@ namespace {
 // All lengths in units of the edge.
 constexpr double kHeight = 0.25;      // height above the square within which triangles are examined
 constexpr double kStandsBelow = 0.1;  // triangles that begin higher let light through below
-constexpr double kMinTrace = 0.15;    // shorter lines of contact hide little light
+constexpr double kMinTrace = 0.15;    // shorter lines of contact hide little light,
+constexpr double kMinShare = 0.05;    // unless they cross so much of the square: its corner
 constexpr double kMinRise = 0.05;
 constexpr double kMinPart = 0.01;  // cuts nearer to the square's border are ignored
 constexpr double kSameLine = 0.01;
@@ -190,7 +191,7 @@ void CellBuilder::try_cut(const BodyCells& out, uint32_t triangle, uint32_t numb
     const Polygon above = clipped(stands, [&](const Point& p) { return sign * p.z; });
     if (above.size() < 3) continue;
     const Standing standing = standing_of(above, sign, cut.a, cut.b);
-    if (cuts_by_itself(standing, 0)) {
+    if (cuts_by_itself(standing, 0, chord_of(square, cut))) {
       cut.weight = standing.area();
       add_cut(cuts_[number][size_t(side)], cut);
     } else if (const uint32_t plane = out.faces_[triangle].patch; plane != kNoCell) {
@@ -243,17 +244,32 @@ void CellBuilder::try_clump(const BodyCells& out, uint32_t triangle, uint32_t nu
   }
 }
 
-bool CellBuilder::cuts_by_itself(const Standing& standing, double relief) const {
+double CellBuilder::chord_of(const Square& square, const Cut& cut) {
+  // Points of the line: c (a, b) + t (-b, a).
+  const double along[2] = {-cut.b, cut.a}, base[2] = {cut.c * cut.a, cut.c * cut.b};
+  double from = -kFar, to = kFar;
+  for (int k = 0; k < 2; ++k) {
+    if (along[k] == 0) continue;
+    const double t[2] = {(square.low[k] - base[k]) / along[k],
+                         (square.high[k] - base[k]) / along[k]};
+    from = std::max(from, std::min(t[0], t[1])), to = std::min(to, std::max(t[0], t[1]));
+  }
+  return to - from;
+}
+
+bool CellBuilder::cuts_by_itself(const Standing& standing, double relief, double chord) const {
   return standing.low <= relief + kStandsBelow * edge_ &&
          standing.high - standing.low >= kMinRise * edge_ &&
-         standing.to - standing.from >= kMinTrace * edge_;
+         standing.to - standing.from >= std::min(kMinTrace * edge_, kMinShare * chord);
 }
 
 void CellBuilder::cut_by_planes() {
   for (auto& [key, stand] : stands_) {
-    if (!cuts_by_itself(stand.standing, stand.relief)) continue;
     const auto [number, side, patch] = key;
-    if (number < squares_.size()) {
+    const bool flat = number < squares_.size();
+    const double chord = flat ? chord_of(squares_[number], stand.cut) : kFar;
+    if (!cuts_by_itself(stand.standing, stand.relief, chord)) continue;
+    if (flat) {
       stand.cut.weight = stand.standing.area();
       add_cut(cuts_[number][side], stand.cut);
     } else {

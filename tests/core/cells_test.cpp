@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <set>
 #include <vector>
 
 #include "base/random.h"
@@ -125,6 +126,31 @@ TEST(Cells, ArePartedByAWallThatStandsOnThem) {
   // Below, where nothing stands, they are whole.
   EXPECT_EQ(cells.find(0, {1.92f, 0, -1}, {0, 1, 0}), cells.find(0, {1.94f, 0, -1}, {0, 1, 0}));
   expect_areas(triangles, 0.2f);
+}
+
+TEST(Cells, ArePartedAtTheCornerOfARoom) {
+  // Walls that end at a corner, on a floor whose squares lie aslant: few centimetres of a wall may
+  // cross a square's corner.
+  for (uint32_t k = 0; k < 40; ++k) {
+    const auto shift = sobol::sample(k, 5);
+    const float x = 0.3f * shift[0], z = 0.3f * shift[1];
+    scene::Object object;
+    direct::add_quad(object, {0, 0, -4}, {4, 0, 4}, {-4, 0, 4});
+    direct::add_quad(object, {x, 0, z}, {0, 0, -2}, {0, 2, 0});
+    direct::add_quad(object, {x, 0, z}, {-2, 0, 0}, {0, 2, 0});
+    const BodyCells cells(triangles_of(object), 0.16f);
+    std::set<uint32_t> inside, outside;
+    for (uint32_t i = 0; i < 4000; ++i) {
+      const auto r = sobol::sample(i, 3);
+      const Vec3f p{x - 0.3f + 0.6f * r[0], 0, z - 0.3f + 0.6f * r[1]};
+      const float margin = 0.002f;  // cuts nearer to a square's border are ignored
+      if (std::fabs(p.x - x) < margin || std::fabs(p.z - z) < margin) continue;
+      // The quad's triangles are those of x > 0 and x < 0.
+      const uint32_t triangle = p.x > 0 ? 0 : 1;
+      (p.x < x && p.z < z ? inside : outside).insert(cells.find(triangle, p, {0, -1, 0}));
+    }
+    for (const uint32_t cell : inside) EXPECT_FALSE(outside.contains(cell)) << k;
+  }
 }
 
 TEST(Cells, OfSmallTrianglesAreFewAndParted) {
