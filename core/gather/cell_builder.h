@@ -145,6 +145,7 @@ class CellBuilder {
     Cut cut;         ///< of a square
     PlaneCut plane;  ///< of a clump
     double relief;
+    double chord;  ///< length of the line of contact across the whole square or clump
   };
   std::map<std::array<uint32_t, 3>, Stand> stands_;
   std::vector<Polygon> parts_, seen_;  // shape of the cell being made; of a piece

@@ -186,17 +186,18 @@ void CellBuilder::try_cut(const BodyCells& out, uint32_t triangle, uint32_t numb
       least = std::min(least, off), most = std::max(most, off);
     }
   if (least > -kMinPart * edge_ || most < kMinPart * edge_) return;
+  const double chord = chord_of(square, cut);
   for (int side = 0; side < 2; ++side) {
     const double sign = side ? -1 : 1;
     const Polygon above = clipped(stands, [&](const Point& p) { return sign * p.z; });
     if (above.size() < 3) continue;
     const Standing standing = standing_of(above, sign, cut.a, cut.b);
-    if (cuts_by_itself(standing, 0, chord_of(square, cut))) {
+    if (cuts_by_itself(standing, 0, chord)) {
       cut.weight = standing.area();
       add_cut(cuts_[number][size_t(side)], cut);
     } else if (const uint32_t plane = out.faces_[triangle].patch; plane != kNoCell) {
       const auto [entry, fresh] =
-          stands_.try_emplace({number, uint32_t(side), plane}, Stand{standing, cut, {}, 0});
+          stands_.try_emplace({number, uint32_t(side), plane}, Stand{standing, cut, {}, 0, chord});
       if (!fresh) entry->second.standing.grow(standing);
     }
   }
@@ -217,15 +218,24 @@ void CellBuilder::try_clump(const BodyCells& out, uint32_t triangle, uint32_t nu
   PlaneCut cut{normal, dot(normal, corner(triangle, 0)), 0};
   if (std::tie(normal.x, normal.y, normal.z) < std::tuple{0.0, 0.0, 0.0})
     cut = {-cut.normal, -cut.offset, 0};
-  double least = 0, most = 0;
-  for (const uint32_t t : clump.triangles)
+  double least = 0, most = 0, from = kFar, to = -kFar;  // the clump meets the plane from y to y
+  for (const uint32_t t : clump.triangles) {
+    Point p[3];
+    double off[3];
     for (int k = 0; k < 3; ++k) {
-      const Point p = local(corner(t, k));
-      low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-      high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-      const double off = dot(cut.normal, corner(t, k)) - cut.offset;
-      least = std::min(least, off), most = std::max(most, off);
+      p[k] = local(corner(t, k));
+      low = {std::min(low.x, p[k].x), std::min(low.y, p[k].y), std::min(low.z, p[k].z)};
+      high = {std::max(high.x, p[k].x), std::max(high.y, p[k].y), std::max(high.z, p[k].z)};
+      off[k] = dot(cut.normal, corner(t, k)) - cut.offset;
+      least = std::min(least, off[k]), most = std::max(most, off[k]);
     }
+    for (int k = 0; k < 3; ++k) {
+      const int next = (k + 1) % 3;
+      if ((off[k] > 0) == (off[next] > 0)) continue;
+      const double at = p[k].y + (p[next].y - p[k].y) * off[k] / (off[k] - off[next]);
+      from = std::min(from, at), to = std::max(to, at);
+    }
+  }
   if (least > -kMinPart * edge_ || most < kMinPart * edge_) return;
   const double height = kHeight * edge_, relief = high.z - low.z;
   const Polygon whole{local(corner(triangle, 0)), local(corner(triangle, 1)),
@@ -239,7 +249,7 @@ void CellBuilder::try_clump(const BodyCells& out, uint32_t triangle, uint32_t nu
     if (above.size() < 3) continue;
     const auto [entry, fresh] =
         stands_.try_emplace({uint32_t(squares_.size()) + number, side, out.faces_[triangle].patch},
-                            Stand{standing_of(above, 1, 1, 0), {}, cut, relief});
+                            Stand{standing_of(above, 1, 1, 0), {}, cut, relief, to - from});
     if (!fresh) entry->second.standing.grow(standing_of(above, 1, 1, 0));
   }
 }
@@ -265,11 +275,9 @@ bool CellBuilder::cuts_by_itself(const Standing& standing, double relief, double
 
 void CellBuilder::cut_by_planes() {
   for (auto& [key, stand] : stands_) {
+    if (!cuts_by_itself(stand.standing, stand.relief, stand.chord)) continue;
     const auto [number, side, patch] = key;
-    const bool flat = number < squares_.size();
-    const double chord = flat ? chord_of(squares_[number], stand.cut) : kFar;
-    if (!cuts_by_itself(stand.standing, stand.relief, chord)) continue;
-    if (flat) {
+    if (number < squares_.size()) {
       stand.cut.weight = stand.standing.area();
       add_cut(cuts_[number][side], stand.cut);
     } else {

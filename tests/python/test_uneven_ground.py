@@ -39,10 +39,12 @@ def turned(shape: Shape, angle: float) -> Shape:
     return Shape(shape.vertices @ matrix.T, shape.triangles)
 
 
-def brightest_inside(soil: Shape, thick: float, angle: float, times: int) -> float:
-    walls = [box(LOW, HIGH, SIDES)]
+def brightest_inside(
+    soil: Shape, thick: float, angle: float, times: int, low: np.ndarray = LOW, high: np.ndarray = HIGH
+) -> float:
+    walls = [box(low, high, SIDES)]
     if thick:
-        walls.append(box(LOW - (thick, 0, thick), HIGH + thick, SIDES).flipped())
+        walls.append(box(low - (thick, 0, thick), high + thick, SIDES).flipped())
     shed = turned(divided(joined(*walls), times), angle)
     x, z = (a.ravel() for a in np.meshgrid(np.linspace(-2.2, 2.2, 8), np.linspace(-1.7, 1.7, 8)))
     above = Shape(np.c_[x, np.full(64, 1.0), z], np.zeros((0, 3), int))
@@ -69,3 +71,13 @@ def brightest_inside(soil: Shape, thick: float, angle: float, times: int) -> flo
 def test_no_sun_leaks_into_a_shed(step, bumps, thick, angle, times):
     """Walls of triangles down to 6 cm; 1e-5 of the sun is allowed, for paths that hit a wall's very edge."""
     assert brightest_inside(ground(6, step, bumps, seed=1), thick, angle, times) <= 1.0
+
+
+@pytest.mark.parametrize(("step", "bumps"), [(0.2, 0.0), (0.1, 0.1)])
+def test_corners_of_sheds_may_lie_anywhere(step, bumps):
+    """A wall that ends at a corner may cross little of a cell there; some of ten sheds would be lit."""
+    soil = ground(6, step, bumps, seed=1)
+    random = np.random.default_rng(46)
+    for _ in range(10):
+        low, high = (corner + random.uniform(-0.1, 0.1, 3) * (1, 0, 1) for corner in (LOW, HIGH))
+        assert brightest_inside(soil, 0.0, 0.0, 0, low, high) <= 1.0
