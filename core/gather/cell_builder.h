@@ -101,8 +101,7 @@ class CellBuilder {
   void try_clump(const BodyCells& out, uint32_t triangle, uint32_t clump);
   /// The extent of a polygon along the line a x + b y = c, and of its height.
   static Standing standing_of(const Polygon& above, double up, double a, double b);
-  /// The length of a cut's line within a square.
-  static double chord_of(const Square& square, const Cut& cut);
+  /// `chord`: length of the line of contact across the whole square or clump.
   bool cuts_by_itself(const Standing& standing, double relief, double chord) const;
   /// Cuts squares and clumps by planes of several triangles.
   void cut_by_planes();
@@ -145,7 +144,7 @@ class CellBuilder {
     Cut cut;         ///< of a square
     PlaneCut plane;  ///< of a clump
     double relief;
-    double chord;  ///< length of the line of contact across the whole square or clump
+    double chord;  ///< see cuts_by_itself()
   };
   std::map<std::array<uint32_t, 3>, Stand> stands_;
   std::vector<Polygon> parts_, seen_;  // shape of the cell being made; of a piece

@@ -16,13 +16,15 @@ namespace {
 // All lengths in units of the edge.
 constexpr double kHeight = 0.25;      // height above the square within which triangles are examined
 constexpr double kStandsBelow = 0.1;  // triangles that begin higher let light through below
-constexpr double kMinTrace = 0.15;    // shorter lines of contact hide little light,
-constexpr double kMinShare = 0.05;    // unless they cross so much of the square: its corner
+constexpr double kMinTrace = 0.15;    // shorter lines of contact hide little light
 constexpr double kMinRise = 0.05;
 constexpr double kMinPart = 0.01;  // cuts nearer to the square's border are ignored
 constexpr double kSameLine = 0.01;
 constexpr size_t kMaxCuts = 4;  // of a side
 constexpr double kFar = std::numeric_limits<double>::infinity();
+// A shorter one, too, is a cut if it is this share of the line across the square or clump: at a
+// corner, where that is short, or where a wall ends.
+constexpr double kMinShare = 0.05;
 constexpr double kUpright = 0.2;  // sine of the smallest angle between square and triangle
 
 struct VoxelHash {
@@ -63,6 +65,25 @@ Polygon within(Polygon polygon, const std::array<double, 2>& low, const std::arr
   polygon = clipped(polygon, [&](const Point& p) { return height - p.z; });
   return clipped(polygon, [&](const Point& p) { return height + p.z; });
 }
+
+/// The extent of the line where a plane cuts convex shapes.
+struct Chord {
+  /// A corner of a shape: its distance from the plane, and its coordinate along the line.
+  struct Corner {
+    double off, along;
+  };
+  double from = kFar, to = -kFar;
+  template <size_t N>
+  void grow(const std::array<Corner, N>& shape) {
+    for (size_t i = 0; i < N; ++i) {
+      const Corner &p = shape[i], &q = shape[(i + 1) % N];
+      if ((p.off > 0) == (q.off > 0)) continue;
+      const double at = p.along + (q.along - p.along) * p.off / (p.off - q.off);
+      from = std::min(from, at), to = std::max(to, at);
+    }
+  }
+  double length() const { return to - from; }
+};
 
 /// The voxels that the bounding box of `points` overlaps.
 Range voxels_of(std::span<const Vec3d> points, double padding, double edge) {
@@ -179,25 +200,29 @@ void CellBuilder::try_cut(const BodyCells& out, uint32_t triangle, uint32_t numb
   const Vec3d d = corner(triangle, 0) - Vec3d(patch.origin);
   Cut cut{across_u / sine, across_v / sine, dot(normal, d) / sine, 0};
   if (cut.a < 0 || (cut.a == 0 && cut.b < 0)) cut.a = -cut.a, cut.b = -cut.b, cut.c = -cut.c;
+  const auto off = [&](const Point& p) { return cut.a * p.x + cut.b * p.y - cut.c; };
   double least = 0, most = 0;
   for (const Piece& piece : square.pieces)
-    for (const Point& p : piece.shape) {
-      const double off = cut.a * p.x + cut.b * p.y - cut.c;
-      least = std::min(least, off), most = std::max(most, off);
-    }
+    for (const Point& p : piece.shape)
+      least = std::min(least, off(p)), most = std::max(most, off(p));
   if (least > -kMinPart * edge_ || most < kMinPart * edge_) return;
-  const double chord = chord_of(square, cut);
+  const auto at = [&](size_t i, size_t k) {
+    const Point p{i ? square.high[0] : square.low[0], k ? square.high[1] : square.low[1]};
+    return Chord::Corner{off(p), cut.a * p.y - cut.b * p.x};
+  };
+  Chord chord;
+  chord.grow<4>({at(0, 0), at(1, 0), at(1, 1), at(0, 1)});
   for (int side = 0; side < 2; ++side) {
     const double sign = side ? -1 : 1;
     const Polygon above = clipped(stands, [&](const Point& p) { return sign * p.z; });
     if (above.size() < 3) continue;
     const Standing standing = standing_of(above, sign, cut.a, cut.b);
-    if (cuts_by_itself(standing, 0, chord)) {
+    if (cuts_by_itself(standing, 0, chord.length())) {
       cut.weight = standing.area();
       add_cut(cuts_[number][size_t(side)], cut);
     } else if (const uint32_t plane = out.faces_[triangle].patch; plane != kNoCell) {
-      const auto [entry, fresh] =
-          stands_.try_emplace({number, uint32_t(side), plane}, Stand{standing, cut, {}, 0, chord});
+      const auto [entry, fresh] = stands_.try_emplace({number, uint32_t(side), plane},
+                                                      Stand{standing, cut, {}, 0, chord.length()});
       if (!fresh) entry->second.standing.grow(standing);
     }
   }
@@ -218,23 +243,19 @@ void CellBuilder::try_clump(const BodyCells& out, uint32_t triangle, uint32_t nu
   PlaneCut cut{normal, dot(normal, corner(triangle, 0)), 0};
   if (std::tie(normal.x, normal.y, normal.z) < std::tuple{0.0, 0.0, 0.0})
     cut = {-cut.normal, -cut.offset, 0};
-  double least = 0, most = 0, from = kFar, to = -kFar;  // the clump meets the plane from y to y
+  double least = 0, most = 0;
+  Chord chord;
   for (const uint32_t t : clump.triangles) {
-    Point p[3];
-    double off[3];
+    std::array<Chord::Corner, 3> corners;
     for (int k = 0; k < 3; ++k) {
-      p[k] = local(corner(t, k));
-      low = {std::min(low.x, p[k].x), std::min(low.y, p[k].y), std::min(low.z, p[k].z)};
-      high = {std::max(high.x, p[k].x), std::max(high.y, p[k].y), std::max(high.z, p[k].z)};
-      off[k] = dot(cut.normal, corner(t, k)) - cut.offset;
-      least = std::min(least, off[k]), most = std::max(most, off[k]);
+      const Point p = local(corner(t, k));
+      low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+      high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+      const double off = dot(cut.normal, corner(t, k)) - cut.offset;
+      least = std::min(least, off), most = std::max(most, off);
+      corners[size_t(k)] = {off, p.y};
     }
-    for (int k = 0; k < 3; ++k) {
-      const int next = (k + 1) % 3;
-      if ((off[k] > 0) == (off[next] > 0)) continue;
-      const double at = p[k].y + (p[next].y - p[k].y) * off[k] / (off[k] - off[next]);
-      from = std::min(from, at), to = std::max(to, at);
-    }
+    chord.grow(corners);
   }
   if (least > -kMinPart * edge_ || most < kMinPart * edge_) return;
   const double height = kHeight * edge_, relief = high.z - low.z;
@@ -249,22 +270,9 @@ void CellBuilder::try_clump(const BodyCells& out, uint32_t triangle, uint32_t nu
     if (above.size() < 3) continue;
     const auto [entry, fresh] =
         stands_.try_emplace({uint32_t(squares_.size()) + number, side, out.faces_[triangle].patch},
-                            Stand{standing_of(above, 1, 1, 0), {}, cut, relief, to - from});
+                            Stand{standing_of(above, 1, 1, 0), {}, cut, relief, chord.length()});
     if (!fresh) entry->second.standing.grow(standing_of(above, 1, 1, 0));
   }
-}
-
-double CellBuilder::chord_of(const Square& square, const Cut& cut) {
-  // Points of the line: c (a, b) + t (-b, a).
-  const double along[2] = {-cut.b, cut.a}, base[2] = {cut.c * cut.a, cut.c * cut.b};
-  double from = -kFar, to = kFar;
-  for (int k = 0; k < 2; ++k) {
-    if (along[k] == 0) continue;
-    const double t[2] = {(square.low[k] - base[k]) / along[k],
-                         (square.high[k] - base[k]) / along[k]};
-    from = std::max(from, std::min(t[0], t[1])), to = std::min(to, std::max(t[0], t[1]));
-  }
-  return to - from;
 }
 
 bool CellBuilder::cuts_by_itself(const Standing& standing, double relief, double chord) const {

@@ -25,16 +25,20 @@ AimMap some_map(Vec3f one, float radius) {
   return map;
 }
 
-/// Power by octant of the direction and quarter of the panel, over that of paths that are not
-/// aimed; and its standard error.
-void compare(const AimMap& map, uint32_t material) {
+Light panel_light(uint32_t material) {
   direct::World world;
   scene::Object panel;
   panel.name = "panel";
   direct::add_quad(panel, {-1, 2, -1}, {2, 0, 0}, {0, 0, 2}, material);
   world.scene.objects = {panel};
   world.finish();
-  Light light = world.lights.front();
+  return world.lights.front();
+}
+
+/// Power by octant of the direction and quarter of the panel, over that of paths that are not
+/// aimed; and its standard error.
+void compare(const AimMap& map, uint32_t material) {
+  Light light = panel_light(material);
   ASSERT_EQ(map.flaw(), nullptr);
   light.path_count = 1 << 18;
   constexpr int kBins = 32;
@@ -67,6 +71,34 @@ TEST(AimMap, WeightsMakeUpForWhereTheyGo) {
     compare(some_map({0.5f, 2, 0.5f}, 0.7f), material);  // around a part of it
     compare(some_map({0, 2.5f, 0}, 0.4f), material);     // above: from one side, nothing goes there
     compare(some_map({-900, -800, 300}, 0.3f), material);  // narrower than cosines can tell
+  }
+}
+
+TEST(AimMap, AFarTargetGetsThePowerThatFallsOnIt) {
+  for (const float radius : {10.0f, 0.3f, 0.02f}) {
+    const Vec3f centre{-900, -800, 300};
+    Light light = panel_light(1);
+    AimMap map;  // all parts aim at it
+    map.targets = {{centre, radius}};
+    for (uint32_t i = 0; i < AimMap::kParts; ++i)
+      map.below.push_back(float(i) / float(AimMap::kParts));
+    light.aims = std::make_shared<AimMap>(map);
+    light.path_count = 1 << 16;
+    double power = 0, squares = 0;
+    for (uint64_t i = 0; i < light.path_count; ++i) {
+      const Emission start = emit(light, 7, i, 1);
+      const Vec3d d = Vec3d(centre) - Vec3d(start.origin), w(start.direction);
+      // A direction's last digit is some 1e-7 of a distance of 1,240 m.
+      if (dot(d, w) < 0 || length(cross(d, w)) > 1.02 * double(radius) + 2e-4) continue;
+      power += double(start.weight);
+      squares += double(start.weight) * double(start.weight);
+    }
+    const Vec3d d = Vec3d(centre) - Vec3d{0, 2, 0};
+    const double squared = dot(d, d), sine = double(radius) / std::sqrt(squared);
+    const double expected = double(light.path_count) * -d.y / std::sqrt(squared) * sine * sine;
+    // Four standard errors, and half a percent for the panel's extent.
+    EXPECT_NEAR(power, expected, 4 * std::sqrt(squares) + 0.005 * expected) << radius;
+    EXPECT_LT(std::sqrt(squares), 0.02 * expected) << radius;
   }
 }
 

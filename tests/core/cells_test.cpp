@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <set>
+#include <tuple>
 #include <vector>
 
 #include "base/random.h"
@@ -128,28 +129,83 @@ TEST(Cells, ArePartedByAWallThatStandsOnThem) {
   expect_areas(triangles, 0.2f);
 }
 
+/// Adds the walls of a room that end at its corner, which is at (x, 0, z).
+void add_corner(scene::Object& object, float x, float z) {
+  direct::add_quad(object, {x, -0.5f, z}, {0, 0, -2}, {0, 2, 0});
+  direct::add_quad(object, {x, -0.5f, z}, {-2, 0, 0}, {0, 2, 0});
+}
+
+/// Expects that no cell of the floor lies on both sides of the walls of add_corner().
+/// `margin`: how near to the walls that is allowed. `triangle_at`: the triangle of the floor at a
+/// point; `height_at`: its height there.
+template <class Find, class Height>
+void expect_parted(const scene::Object& object, float x, float z, float margin,
+                   const Find& triangle_at, const Height& height_at) {
+  const BodyCells cells(triangles_of(object), 0.16f);
+  std::set<uint32_t> inside, outside;
+  for (uint32_t i = 0; i < 4000; ++i) {
+    const auto r = sobol::sample(i, 3);
+    Vec3f p{x - 0.3f + 0.6f * r[0], 0, z - 0.3f + 0.6f * r[1]};
+    if (std::fabs(p.x - x) < margin || std::fabs(p.z - z) < margin) continue;
+    p.y = height_at(p);
+    (p.x < x && p.z < z ? inside : outside).insert(cells.find(triangle_at(p), p, {0, -1, 0}));
+  }
+  for (const uint32_t cell : inside) EXPECT_FALSE(outside.contains(cell)) << x << ", " << z;
+}
+
 TEST(Cells, ArePartedAtTheCornerOfARoom) {
-  // Walls that end at a corner, on a floor whose squares lie aslant: few centimetres of a wall may
-  // cross a square's corner.
+  // The floor's squares lie aslant: few centimetres of a wall may cross a square's corner.
   for (uint32_t k = 0; k < 40; ++k) {
     const auto shift = sobol::sample(k, 5);
     const float x = 0.3f * shift[0], z = 0.3f * shift[1];
     scene::Object object;
     direct::add_quad(object, {0, 0, -4}, {4, 0, 4}, {-4, 0, 4});
-    direct::add_quad(object, {x, 0, z}, {0, 0, -2}, {0, 2, 0});
-    direct::add_quad(object, {x, 0, z}, {-2, 0, 0}, {0, 2, 0});
-    const BodyCells cells(triangles_of(object), 0.16f);
-    std::set<uint32_t> inside, outside;
-    for (uint32_t i = 0; i < 4000; ++i) {
-      const auto r = sobol::sample(i, 3);
-      const Vec3f p{x - 0.3f + 0.6f * r[0], 0, z - 0.3f + 0.6f * r[1]};
-      const float margin = 0.002f;  // cuts nearer to a square's border are ignored
-      if (std::fabs(p.x - x) < margin || std::fabs(p.z - z) < margin) continue;
-      // The quad's triangles are those of x > 0 and x < 0.
-      const uint32_t triangle = p.x > 0 ? 0 : 1;
-      (p.x < x && p.z < z ? inside : outside).insert(cells.find(triangle, p, {0, -1, 0}));
-    }
-    for (const uint32_t cell : inside) EXPECT_FALSE(outside.contains(cell)) << k;
+    add_corner(object, x, z);
+    // The quad's triangles are those of x > 0 and x < 0. Cuts at a square's border are ignored.
+    expect_parted(
+        object, x, z, 0.002f, [](Vec3f p) { return p.x > 0 ? 0u : 1u; },
+        [](Vec3f) { return 0.0f; });
+  }
+}
+
+TEST(Cells, OfSmallTrianglesArePartedAtTheCornerOfARoom) {
+  constexpr int kSide = 32;
+  constexpr float kStep = 0.05f, kFirst = -0.6f;
+  const auto height = [](int i, int j) { return 0.01f * std::sin(float(7 * i + 3 * j)); };
+  const auto node = [&](int i, int j) {
+    return Vec3f{kFirst + kStep * float(i), height(i, j), kFirst + kStep * float(j)};
+  };
+  for (uint32_t k = 0; k < 40; ++k) {
+    const auto shift = sobol::sample(k, 5);
+    const float x = 0.3f * shift[0], z = 0.3f * shift[1];
+    scene::Object object;
+    for (int i = 0; i < kSide; ++i)
+      for (int j = 0; j < kSide; ++j) {
+        const uint32_t base = uint32_t(object.vertices.size());
+        object.vertices.insert(object.vertices.end(),
+                               {node(i, j), node(i, j + 1), node(i + 1, j + 1), node(i + 1, j)});
+        object.triangles.insert(object.triangles.end(),
+                                {{base, base + 1, base + 2}, {base, base + 2, base + 3}});
+        object.material.insert(object.material.end(), 2, 0);
+      }
+    add_corner(object, x, z);
+    const auto place = [&](Vec3f p) {
+      const float u = (p.x - kFirst) / kStep, v = (p.z - kFirst) / kStep;
+      return std::tuple{int(u), int(v), u - std::floor(u), v - std::floor(v)};
+    };
+    // Walls that cross less than a twentieth of a clump do not cut it.
+    expect_parted(
+        object, x, z, 0.012f,
+        [&](Vec3f p) {
+          const auto [i, j, u, v] = place(p);
+          return uint32_t(2 * (i * kSide + j) + (v > u ? 0 : 1));
+        },
+        [&](Vec3f p) {
+          const auto [i, j, u, v] = place(p);
+          const float from = height(i, j), to = height(i + 1, j + 1);
+          return v > u ? from + (height(i, j + 1) - from) * (v - u) + (to - from) * u
+                       : from + (height(i + 1, j) - from) * (u - v) + (to - from) * v;
+        });
   }
 }
 

@@ -8,6 +8,7 @@
 #include "direct_world.h"
 #include "lights/kinds.h"
 #include "plan/allotment.h"
+#include "window_room.h"
 
 namespace deltalux::trace {
 namespace {
@@ -123,16 +124,7 @@ TEST(SunMap, FindsTheLandThatLightsARoomThroughItsWindow) {
   house.name = "house";
   constexpr float kSite = 600;
   direct::add_quad(house, {-kSite / 2, -0.1f, -kSite / 2}, {0, 0, kSite}, {kSite, 0, 0}, 1);
-  direct::add_quad(house, {0, 0, 0}, {0, 0, 4}, {4, 0, 0});
-  direct::add_quad(house, {0, 3, 0}, {4, 0, 0}, {0, 0, 4});
-  direct::add_quad(house, {0, 0, 0}, {4, 0, 0}, {0, 3, 0});
-  direct::add_quad(house, {0, 0, 0}, {0, 3, 0}, {0, 0, 4});
-  direct::add_quad(house, {4, 0, 0}, {0, 0, 4}, {0, 3, 0});
-  const float x[4] = {0, 1.3f, 2.7f, 4}, y[4] = {0, 1, 2, 3};
-  for (int i = 0; i < 3; ++i)
-    for (int k = 0; k < 3; ++k)
-      if (i != 1 || k != 1)
-        direct::add_quad(house, {x[i], y[k], 4}, {x[i + 1] - x[i], 0, 0}, {0, y[k + 1] - y[k], 0});
+  plan::add_window_room(house);
   scene.objects = {house};
   scene::PunctualLight sun{};
   sun.kind = &lights::kind_named("sun");
@@ -140,14 +132,7 @@ TEST(SunMap, FindsTheLandThatLightsARoomThroughItsWindow) {
   sun.intensity = {1000, 1000, 1000};
   scene.lights = {sun};
   scene.finish();
-  samples::SampleSet samples;
-  for (int i = 0; i < 400; ++i) {
-    const float u = 0.1f + 0.2f * float(i % 20), v = 0.1f + 0.2f * float(i / 20);
-    samples.point.insert(samples.point.end(), {{u, 0, v}, {u, 3, v}, {u, 0.75f * v, 0}});
-    samples.normal.insert(samples.normal.end(), {{0, 1, 0}, {0, -1, 0}, {0, 0, 1}});
-  }
-  samples.radius.assign(samples.size(), 0.1f);
-  samples.attached.assign(samples.size(), scene::kNone);
+  const samples::SampleSet samples = plan::samples_in_window_room();
   Progress progress;
   const RayCaster caster(scene, progress);
   const std::vector<Vec3f> reflectance{scene.materials[0].reflectance,
@@ -164,7 +149,8 @@ TEST(SunMap, FindsTheLandThatLightsARoomThroughItsWindow) {
     const Vec3f pane = at((4 - start.origin.z) / start.direction.z);
     if (land.x > 0.5f && land.x < 3.5f && land.z > 4.5f && land.z < 7.5f)
       ++before, ++patch[int((land.x - 0.5f) * 2)][int((land.z - 4.5f) * 2)];
-    through += pane.x > x[1] && pane.x < x[2] && pane.y > y[1] && pane.y < y[2];
+    through += pane.x > plan::kWindow[0].x && pane.x < plan::kWindow[1].x &&
+               pane.y > plan::kWindow[0].y && pane.y < plan::kWindow[1].y;
   }
   // 9 and 1.4 of 360,000 square metres: evenly, 1.6 and 0.3 of the paths
   EXPECT_GT(before, 2000);

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// Targets of a luminous sky: what lies behind a window is aimed at, all of it.
+#include "plan/light_guiding.h"
+
+#include <gtest/gtest.h>
+
+#include "base/cone.h"
+#include "base/random.h"
+#include "plan/allotment.h"
+#include "window_room.h"
+
+namespace deltalux::plan {
+namespace {
+
+/// The map of a black, luminous box of `side` metres around the room.
+std::shared_ptr<const trace::AimMap> map_of_sky(float side) {
+  scene::Scene scene;
+  scene.materials = {{{0.5f, 0.5f, 0.5f}, {}, false}, {{}, {1000, 1000, 1000}, true}};
+  scene::Object room, sky;
+  room.name = "room", sky.name = "sky";
+  add_window_room(room);
+  direct::add_box(sky, Vec3f{2, 1.5f, 2} - Vec3f{1, 1, 1} * (side / 2),
+                  Vec3f{2, 1.5f, 2} + Vec3f{1, 1, 1} * (side / 2));
+  for (uint32_t& material : sky.material) material = 1;
+  scene.objects = {room, sky};
+  scene.finish();
+  Progress progress;
+  const trace::RayCaster caster(scene, progress);
+  std::vector<trace::Light> lights = trace::find_lights(scene);
+  shares_by_use(scene, std::vector{scene.materials[0].reflectance, Vec3f{}}, caster,
+                samples_in_window_room(), lights, Workers(2), progress);
+  return lights.at(0).aims;
+}
+
+TEST(LightGuiding, NoPathThroughAWindowPassesBesideAllTargets) {
+  // Such a path is not aimed, and brings many times the light of the window when it comes.
+  for (const float side : {60.0f, 200.0f, 1500.0f}) {
+    const auto aims = map_of_sky(side);
+    ASSERT_TRUE(aims) << side;
+    size_t missed = 0;
+    for (uint32_t i = 0; i < 1 << 15; ++i) {
+      const auto r = sobol::sample(i, 9);
+      const Vec3f p{kWindow[0].x + (kWindow[1].x - kWindow[0].x) * r[0],
+                    kWindow[0].y + (kWindow[1].y - kWindow[0].y) * r[1], kWindow[0].z};
+      const Vec3f w = cosine_direction({0, 0, -1}, r[2], r[3]);
+      const float place = (float(i % trace::AimMap::kParts) + 0.5f) / float(trace::AimMap::kParts);
+      missed += !(aims->density(place, p - w * (side / 2), w, nullptr, 0) > 0);
+    }
+    EXPECT_EQ(missed, 0u) << side;
+  }
+}
+
+}  // namespace
+}  // namespace deltalux::plan
