@@ -11,9 +11,9 @@
 namespace deltalux::gather {
 
 BodyCells::BodyCells(std::span<const Triangle> triangles, float edge,
-                     const scene::CoincidentFaces& coincident)
+                     const scene::CoincidentFaces& coincident, const Distance& distance)
     : rise_(kRise * edge) {
-  CellBuilder(triangles, edge, coincident).build(*this);
+  CellBuilder(triangles, edge, coincident, distance).build(*this);
 }
 
 uint32_t BodyCells::square_at(const Patch& patch, uint32_t column, uint32_t row) const {

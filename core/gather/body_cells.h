@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/vec.h"
+#include "gather/square_edges.h"
 #include "scene/coincident_faces.h"
 
 namespace deltalux::gather {
@@ -29,9 +30,10 @@ class BodyCells {
   };
 
   BodyCells() = default;
-  /// `edge`: edge length of a square, in metres.
+  /// `edge`: edge length of a square, in metres; larger if there would be too many squares, see
+  /// square_edges().
   BodyCells(std::span<const Triangle> triangles, float edge,
-            const scene::CoincidentFaces& coincident = {});
+            const scene::CoincidentFaces& coincident = {}, const Distance& distance = {});
 
   size_t size() const { return area_.size(); }
   /// The largest distance of a triangle from the plane of its cell.

@@ -14,7 +14,6 @@ constexpr double kFlatAngle = 0x1p-10;  // of components: normals of one plane d
 // offsets of planes are compared in units of this share of the edge
 constexpr double kFlatOffset = 0x1p-6;
 constexpr double kMinFlat = 0.5;         // of a square: smaller planes are merged with others
-constexpr double kMaxSquares = 1 << 14;  // of one plane; beyond, squares are larger
 constexpr double kMinPart = 1e-5;        // of a square: parts with less area are dropped
 constexpr size_t kMaxFrames = 32;        // tried for a plane
 // a later edge's frame must be smaller by this factor; otherwise the longest edge's is kept
@@ -45,12 +44,17 @@ double CellBuilder::longest_edge(uint32_t triangle) const {
 void CellBuilder::build(BodyCells& out) {
   out.faces_.assign(triangles_.size(), {{}, kNoCell, kNoCell});
   std::vector<uint32_t> small;
-  for (const Flat& flat : find_flats()) {
+  std::vector<Flat> large;
+  std::vector<PlaneSize> sizes;
+  for (Flat& flat : find_flats()) {
     if (flat.longest > edge_ || flat.area > kMinFlat * edge_ * edge_)
-      make_patch(out, flat);
+      large.push_back(std::move(flat));
     else
       small.insert(small.end(), flat.triangles.begin(), flat.triangles.end());
   }
+  for (const Flat& flat : large) sizes.push_back({flat.triangles, flat.area});
+  const std::vector<double> edges = square_edges(sizes, edge_, distance_);
+  for (size_t i = 0; i < large.size(); ++i) make_patch(out, large[i], edges[i]);
   std::sort(small.begin(), small.end());
   merge_small(out, small);
   find_cuts(out);
@@ -127,11 +131,10 @@ CellBuilder::Frame CellBuilder::tightest_frame(const Flat& flat) const {
   return best;
 }
 
-void CellBuilder::make_patch(BodyCells& out, const Flat& flat) {
+void CellBuilder::make_patch(BodyCells& out, const Flat& flat, double edge) {
   const Frame frame = tightest_frame(flat);
   const Vec3d u = frame.u, v = frame.v, base = frame.base;
   const double *low = frame.low, *high = frame.high;
-  const double edge = std::max(edge_, std::sqrt(flat.area / kMaxSquares));
   const auto divisions = [&](int axis) {
     return uint32_t(std::clamp(std::ceil((high[axis] - low[axis]) / edge - 0.25), 1.0, 1e6));
   };

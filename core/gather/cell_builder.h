@@ -16,8 +16,8 @@ namespace deltalux::gather {
 class CellBuilder {
  public:
   CellBuilder(std::span<const BodyCells::Triangle> triangles, float edge,
-              const scene::CoincidentFaces& coincident)
-      : triangles_(triangles), edge_(edge), coincident_(coincident) {}
+              const scene::CoincidentFaces& coincident, const Distance& distance)
+      : triangles_(triangles), edge_(edge), coincident_(coincident), distance_(distance) {}
   void build(BodyCells& out);
 
  private:
@@ -85,8 +85,8 @@ class CellBuilder {
   Frame frame_along(const Flat& flat, Vec3d along) const;
   /// The smallest of the rectangles along the triangles' edges.
   Frame tightest_frame(const Flat& flat) const;
-  /// Lays squares over a plane.
-  void make_patch(BodyCells& out, const Flat& flat);
+  /// Lays squares with about the given edge length over a plane.
+  void make_patch(BodyCells& out, const Flat& flat, double edge);
   /// Adds the squares that a triangle meets. `found`: index of each square of the patch.
   void add_squares(const BodyCells::Patch& patch, uint32_t triangle,
                    std::map<uint64_t, uint32_t>& found);
@@ -134,6 +134,7 @@ class CellBuilder {
   std::span<const BodyCells::Triangle> triangles_;
   double edge_;
   const scene::CoincidentFaces& coincident_;
+  const Distance& distance_;
   std::vector<Square> squares_;
   std::vector<Clump> clumps_;
   std::vector<std::array<std::vector<Cut>, 2>> cuts_;  // by square and side

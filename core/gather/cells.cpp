@@ -35,14 +35,15 @@ std::vector<BodyCells::Triangle> triangles_of(const scene::Object& object, bool 
 
 }  // namespace
 
-Cells::Cells(const scene::Scene& scene, float metre) : metre_(metre) {
+Cells::Cells(const scene::Scene& scene, const trace::RayCaster& caster, float metre)
+    : metre_(metre) {
   std::vector<BodyCells::Triangle> fixed;
   for (const scene::Object& object : scene.objects) {
     if (object.movable) continue;
     const auto own = triangles_of(object, true);
     fixed.insert(fixed.end(), own.begin(), own.end());
   }
-  add(scene, scene::kNone, 0, fixed, kStaticEdge * metre);
+  add(scene, scene::kNone, 0, fixed, kStaticEdge * metre, distance_to_surroundings(scene, caster));
   body_of_.assign(scene.objects.size(), 0);
   for (uint32_t i = 0; i < scene.objects.size(); ++i)
     if (scene.objects[i].movable) add_object(scene, i);
@@ -59,8 +60,9 @@ void Cells::add_object(const scene::Scene& scene, uint32_t index) {
 }
 
 void Cells::add(const scene::Scene& scene, uint32_t object, uint32_t first_primitive,
-                std::span<const BodyCells::Triangle> triangles, float edge) {
-  BodyCells cells(triangles, edge > 0 ? edge : 1.0f, scene.coincident(object));
+                std::span<const BodyCells::Triangle> triangles, float edge,
+                const Distance& distance) {
+  BodyCells cells(triangles, edge > 0 ? edge : 1.0f, scene.coincident(object), distance);
   if (uint64_t(size()) + cells.size() >= kNoCell / 2)
     throw SceneError("gather: more than 2e9 cells; bake with gather=\"off\"");
   // Add the body first: if memory runs out afterwards, drop_objects() knows what to remove.

@@ -20,7 +20,7 @@ class Cells {
  public:
   Cells() = default;
   /// `metre`: samples::scene_metre of the scene. Throws SceneError if there are too many cells.
-  Cells(const scene::Scene& scene, float metre);
+  Cells(const scene::Scene& scene, const trace::RayCaster& caster, float metre);
   /// Reduces the areas of cells by what their triangles hide from each other. To be called again
   /// after add_object().
   void expose(const scene::Scene& scene, const trace::RayCaster& caster, const Workers& workers);
@@ -90,7 +90,8 @@ class Cells {
     bool exposed = false;  ///< whether expose() has been called
   };
   void add(const scene::Scene& scene, uint32_t object, uint32_t first_primitive,
-           std::span<const BodyCells::Triangle> triangles, float edge);
+           std::span<const BodyCells::Triangle> triangles, float edge,
+           const Distance& distance = {});
 
   float metre_ = 1;
   std::deque<Body> bodies_;

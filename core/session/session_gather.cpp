@@ -52,7 +52,7 @@ void Session::make_cells() {
   kept_.reset();
   if (!s.options.gather_rays) return;
   s.gather = std::make_unique<Gather>(
-      Gather{gather::Cells(s.scene, samples::scene_metre(s.scene, *s.caster)),
+      Gather{gather::Cells(s.scene, *s.caster, samples::scene_metre(s.scene, *s.caster)),
              {},
              {},
              {},

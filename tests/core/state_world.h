@@ -88,8 +88,8 @@ class StateWorld {
     s.group_sums();
     make_discs(variant);
     if (variant.gathers) {
-      s.gather = std::make_unique<Gather>(
-          Gather{gather::Cells(s.scene, 1), {}, {}, {}, gather::Looks({}, s.options.seed), {}});
+      s.gather = std::make_unique<Gather>(Gather{
+          gather::Cells(s.scene, *s.caster, 1), {}, {}, {}, gather::Looks({}, s.options.seed), {}});
       gather::CellSums& sums = s.gather->sums;
       sums.groups = uint32_t(s.sum_groups.size()), sums.batches = kBatches;
       sums.quanta.resize(sums.at(s.gather->cells.size(), 0, 0));
