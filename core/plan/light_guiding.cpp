@@ -16,13 +16,14 @@ constexpr uint64_t kSeed = 20261128;
 constexpr uint64_t kFirstPath = uint64_t(1) << 25;  // different from those of suns
 constexpr float kLarge = 8;                         // least diagonal of the light, in scene metres
 constexpr uint32_t kEven = 2048;                    // paths that are not aimed
-constexpr uint32_t kUseful = 8;    // if one in so many of them reaches a place, that is enough
-constexpr uint32_t kGlances = 8;   // shadow rays from each vertex of a path followed backwards
-constexpr double kWhole = 0.0625;  // what a landing counts in the ball of all, relative to its own
-constexpr size_t kLeast = 64;      // landings for a map
-constexpr float kMargin = 0.5f;    // radii of a disc: how much balls exceed the landings
-constexpr uint32_t kAgain = 8192;  // paths that try the map
-constexpr double kWorth = 1.5;     // smallest reduction of variance for which a map is used
+constexpr uint32_t kUseful = 8;        // if one in so many of them reaches a place, that is enough
+constexpr uint32_t kGlances = 8;       // shadow rays from each vertex of a path followed backwards
+constexpr double kDivided = 1.0 / 32;  // what a landing counts in balls that are divided
+constexpr size_t kLeast = 64;          // landings for a map
+constexpr size_t kFewest = 32;         // of a ball: each landing would deserve one of its own
+constexpr float kMargin = 0.5f;        // radii of a disc: how much balls exceed the landings
+constexpr uint32_t kAgain = 8192;      // paths that try the map
+constexpr double kWorth = 1.5;         // smallest reduction of variance for which a map is used
 // Shares of the chances: of pairs as they were found; of parts and targets each by itself; and of
 // targets with any part.
 constexpr double kJoint = 0.5, kApart = 0.25;
@@ -56,54 +57,100 @@ void add_landings(const LightPilot& pilot, const direct::LightShape& shape, doub
       });
 }
 
-/// A ball around some of the landings.
+/// Some of the landings: where they lie, and what they bring.
+struct Cluster {
+  Box box;
+  size_t count = 0;
+  double use = 0;
+
+  void add(const Landing& own) { box.grow(own.at), ++count, use += own.use; }
+  /// The fewer landings are known, the farther from them others may be.
+  float widened(float radius, float margin) const {
+    return radius * (1 + 1 / std::sqrt(float(count))) + margin;
+  }
+  /// Log-likelihood of the landings, times their use, if they are spread evenly over a surface of
+  /// the size of their box, or of their ball.
+  struct Likelihood {
+    double of_box, of_ball;
+  };
+  Likelihood likelihood(float margin) const {
+    if (!(use > 0)) return {0, 0};
+    const Vec3f half = box.extent() * 0.5f;
+    const double x = double(widened(half.x, margin)), y = double(widened(half.y, margin)),
+                 z = double(widened(half.z, margin)), r = double(widened(length(half), margin));
+    return {use * std::log(use / (x * y + y * z + z * x)), use * std::log(use / (r * r))};
+  }
+};
+
+/// A ball around landings, and where to divide it.
 struct Ball {
   size_t begin, end;  ///< of the landings
   trace::AimMap::Target target;
-  double use;
-  /// How much it gains from being divided.
-  double wide() const { return use * double(target.radius) * double(target.radius); }
+  /// The plane that divides it best, and how much likelier that makes the landings.
+  int axis = 0;
+  float at = 0;
+  double gain = 0;
+  bool divided = false;
 };
 
+/// Finds the plane across an axis that divides landings best. A small cluster in a wide field gains
+/// much by a box of its own, long boxes gain by two balls in place of one, and an even field gains
+/// nothing, however wide it is.
+void find_division(std::vector<Landing> own, const Cluster& all, float margin, int axis,
+                   Ball& ball) {
+  std::stable_sort(own.begin(), own.end(),
+                   [&](const Landing& p, const Landing& q) { return p.at[axis] < q.at[axis]; });
+  std::vector<Cluster::Likelihood> above(own.size());  // of each landing and those behind it
+  Cluster part;
+  for (size_t i = own.size(); i-- > kFewest;) {
+    part.add(own[i]);
+    above[i] = part.likelihood(margin);
+  }
+  part = {};
+  const Cluster::Likelihood whole = all.likelihood(margin);
+  for (size_t i = 0; i + kFewest <= own.size(); ++i) {
+    if (i >= kFewest && own[i - 1].at[axis] < own[i].at[axis]) {
+      const Cluster::Likelihood below = part.likelihood(margin);
+      const double gain = std::max(below.of_box + above[i].of_box - whole.of_box,
+                                   below.of_ball + above[i].of_ball - whole.of_ball);
+      if (gain > ball.gain) ball.axis = axis, ball.at = own[i].at[axis], ball.gain = gain;
+    }
+    part.add(own[i]);
+  }
+}
+
 Ball ball_of(std::span<const Landing> landings, size_t begin, size_t end, float margin) {
-  Box box;
-  Ball out{begin, end, {}, 0};
-  for (size_t i = begin; i < end; ++i) box.grow(landings[i].at), out.use += landings[i].use;
-  out.target.centre = box.centre();
+  Cluster all;
+  for (size_t i = begin; i < end; ++i) all.add(landings[i]);
+  Ball out{begin, end, {all.box.centre(), 0}};
   for (size_t i = begin; i < end; ++i)
     out.target.radius = std::max(out.target.radius, length(landings[i].at - out.target.centre));
-  // The fewer landings are known, the farther from them others may be.
-  out.target.radius *= 1 + 1 / std::sqrt(float(end - begin));
-  out.target.radius += margin;
+  out.target.radius = all.widened(out.target.radius, margin);
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto own = landings.subspan(begin, end - begin);
+    find_division({own.begin(), own.end()}, all, margin, axis, out);
+  }
   return out;
 }
 
-/// Encloses the landings in balls: divides the one that gains most at the middle of its longest
-/// extent. The last ball holds all: what lies between the others is aimed at, too.
+/// Encloses the landings in balls: divides the one that gains most, and so on. Those that were
+/// divided stay, too: what lies between their parts is aimed at, though less.
 std::vector<Ball> balls_of(std::vector<Landing>& landings, float margin) {
-  const Ball whole = ball_of(landings, 0, landings.size(), margin);
-  std::vector<Ball> balls{whole};
-  while (balls.size() < trace::AimMap::kMostTargets - 1) {
-    const auto widest =
-        std::max_element(balls.begin(), balls.end(),
-                         [](const Ball& a, const Ball& b) { return a.wide() < b.wide(); });
-    Box box;
-    for (size_t i = widest->begin; i < widest->end; ++i) box.grow(landings[i].at);
-    const Vec3f extent = box.extent(), middle = box.centre();
-    const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0
-                     : extent.y >= extent.z                       ? 1
-                                                                  : 2;
+  std::vector<Ball> balls{ball_of(landings, 0, landings.size(), margin)};
+  while (balls.size() + 2 <= trace::AimMap::kMostTargets) {
+    const auto best = std::max_element(
+        balls.begin(), balls.end(), [](const Ball& a, const Ball& b) { return a.gain < b.gain; });
+    if (!(best->gain > 0)) break;
     const auto first = landings.begin();
     const auto cut = size_t(
-        std::stable_partition(first + long(widest->begin), first + long(widest->end),
-                              [&](const Landing& own) { return own.at[axis] < middle[axis]; }) -
+        std::stable_partition(first + long(best->begin), first + long(best->end),
+                              [&](const Landing& own) { return own.at[best->axis] < best->at; }) -
         first);
-    if (cut == widest->begin || cut == widest->end) break;
-    const Ball other = ball_of(landings, cut, widest->end, margin);
-    *widest = ball_of(landings, widest->begin, cut, margin);
-    balls.push_back(other);
+    best->gain = 0, best->divided = true;
+    const size_t begin = best->begin, end = best->end;
+    balls.push_back(ball_of(landings, begin, cut, margin));
+    balls.push_back(ball_of(landings, cut, end, margin));
   }
-  balls.push_back(whole);
   return balls;
 }
 
@@ -115,7 +162,7 @@ trace::AimMap map_of(std::vector<Landing>& landings, float margin) {
   double all = 0;
   for (size_t k = 0; k < balls.size(); ++k) {
     map.targets.push_back(balls[k].target);
-    const double counts = k + 1 < balls.size() ? 1 : kWhole;
+    const double counts = balls[k].divided ? kDivided : 1;
     for (size_t i = balls[k].begin; i < balls[k].end; ++i) {
       const double use = landings[i].use * counts;
       joint[landings[i].part * balls.size() + k] += use;

@@ -18,7 +18,7 @@ struct AimMap {
     float radius;
   };
   static constexpr uint32_t kParts = 64;
-  static constexpr size_t kMostTargets = 32;
+  static constexpr size_t kMostTargets = 63;
   static constexpr double kInside = -1;  ///< instead of a versine
   /// Share of the paths that are aimed. So no path has more than twice the mean power.
   static constexpr float kAimed = 0.5f;

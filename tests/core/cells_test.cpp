@@ -264,7 +264,7 @@ struct Floor : direct::World {
 
 TEST(Cells, FollowTheirBody) {
   Floor floor;
-  const Cells cells(floor.scene, 1);
+  const Cells cells(floor.scene, *floor.caster, 1);
   const auto top = [&](Vec3f local) {
     const Pose& pose = floor.scene.objects[1].pose;
     const CellFinder finder(floor.scene, cells);
@@ -289,7 +289,7 @@ TEST(Cells, FollowTheirBody) {
 
 TEST(Coverage, IsTheAreaUnderWhatStandsThere) {
   Floor floor;
-  const Cells cells(floor.scene, 1);
+  const Cells cells(floor.scene, *floor.caster, 1);
   const auto covered = [&](const Coverage& coverage) {
     double sum = 0;
     for (uint32_t cell = 0; cell < cells.of_object(1).first; ++cell)

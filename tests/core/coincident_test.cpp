@@ -130,7 +130,7 @@ TEST(RayCaster, HitsTheFirstOfFacesInOnePlane) {
 
 TEST(Cells, OfFacesInOnePlaneHaveTheAreaOfOne) {
   const Floors floors;
-  const gather::Cells cells(floors.scene, 1);
+  const gather::Cells cells(floors.scene, *floors.caster, 1);
   double area = 0;
   for (uint32_t cell = 0; cell < cells.size(); ++cell) {
     area += double(cells.area(cell));
@@ -198,7 +198,7 @@ TEST(RayCaster, HitsAMovableBeforeTheStaticSurfaceInWhosePlaneItLies) {
 
 TEST(Coverage, IsTheAreaUnderASheetInThePlane) {
   Sheet world;
-  const gather::Cells cells(world.scene, 1);
+  const gather::Cells cells(world.scene, *world.caster, 1);
   for (const double height : {0.0, 2e-5, 1e-4, 2e-3, -1e-4}) {
     world.scene.objects[1].pose.translation = {0.21, height, -0.13};
     world.caster->update_object(world.scene, 1);

@@ -263,7 +263,8 @@ TEST(Faults, AFirstGradientThatFailsLeavesNoDiscsBehind) {
 #ifdef DELTALUX_FAULTY_NEW
 TEST(Faults, CellsOfAnObjectAreTakenBackWhole) {
   scene::Scene scene = room();
-  gather::Cells cells(scene, 1);
+  Progress progress;
+  gather::Cells cells(scene, trace::RayCaster(scene, progress), 1);
   const uint32_t size = cells.size();
   scene.objects.push_back(scene.objects[1]);
   scene.finish();

@@ -180,7 +180,8 @@ TEST(Surfaces, CellsReflectTheMeanOfTheirPoints) {
     // Dark for x + z from 0.5 to 1, and from 1.5.
     add_texture(scene.objects[0], 1);
     scene.finish();
-    const gather::Cells cells(scene, 1);
+    Progress progress;
+    const gather::Cells cells(scene, trace::RayCaster(scene, progress), 1);
     double sum = 0, area = 0;
     for (uint32_t cell = 0; cell < cells.size(); ++cell) {
       EXPECT_GE(cells.share(cell).x, Striped::kDark.x - 1e-6f);
@@ -207,7 +208,8 @@ TEST(Surfaces, OfConstantReflectanceNeedNoShares) {
   scene::Scene scene = floor({{0.5f, 0.5f, 0.5f}});
   scene.finish();
   EXPECT_EQ(scene.share_at(0, 0.3f, 0.3f), (Vec3f{1, 1, 1}));
-  const gather::Cells cells(scene, 1);
+  Progress progress;
+  const gather::Cells cells(scene, trace::RayCaster(scene, progress), 1);
   for (uint32_t cell = 0; cell < cells.size(); ++cell)
     EXPECT_EQ(cells.share(cell), (Vec3f{1, 1, 1}));
 }
