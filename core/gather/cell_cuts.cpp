@@ -34,24 +34,30 @@ struct VoxelHash {
 };
 using Voxels = std::unordered_map<std::array<int64_t, 3>, std::vector<uint32_t>, VoxelHash>;
 
+/// A box in space.
+struct Box3 {
+  Vec3d low{kFar, kFar, kFar}, high{-kFar, -kFar, -kFar};
+  Box3(std::span<const Vec3d> points, double padding) {
+    for (int k = 0; k < 3; ++k) {
+      for (const Vec3d& p : points)
+        low[k] = std::min(low[k], p[k]), high[k] = std::max(high[k], p[k]);
+      low[k] -= padding, high[k] += padding;
+    }
+  }
+  double longest() const {
+    const Vec3d e = high - low;
+    return std::max({e.x, e.y, e.z});
+  }
+};
+
 /// A box of voxels.
 struct Range {
   int64_t low[3], high[3];
-  double count() const {
-    double product = 1;
-    for (int k = 0; k < 3; ++k) product *= double(high[k] - low[k] + 1);
-    return product;
-  }
   template <class Visit>
   void each(const Visit& visit) const {
     for (int64_t x = low[0]; x <= high[0]; ++x)
       for (int64_t y = low[1]; y <= high[1]; ++y)
         for (int64_t z = low[2]; z <= high[2]; ++z) visit(std::array{x, y, z});
-  }
-  bool holds(const std::array<int64_t, 3>& v) const {
-    for (size_t k = 0; k < 3; ++k)
-      if (v[k] < low[k] || v[k] > high[k]) return false;
-    return true;
   }
 };
 
@@ -85,17 +91,42 @@ struct Chord {
   double length() const { return to - from; }
 };
 
-/// The voxels that the bounding box of `points` overlaps.
-Range voxels_of(std::span<const Vec3d> points, double padding, double edge) {
-  Range out;
-  for (int k = 0; k < 3; ++k) {
-    double low = points[0][k], high = low;
-    for (const Vec3d& p : points) low = std::min(low, p[k]), high = std::max(high, p[k]);
-    out.low[k] = int64_t(std::floor((low - padding) / edge));
-    out.high[k] = int64_t(std::floor((high + padding) / edge));
+/// Things in space: one grid per size (in powers of two), so that large ones, as of a landscape,
+/// occupy few voxels, too.
+class Grids {
+ public:
+  explicit Grids(double edge) : edge_(edge) {}
+  int size_of(double longest) const { return std::max(0, std::ilogb(longest / edge_)); }
+  void add(uint32_t thing, int size, const Box3& box) {
+    range(box, size).each([&](const auto& voxel) { by_size_[size][voxel].push_back(thing); });
   }
-  return out;
-}
+  /// Calls visit(thing) for the things of at least the size `least` near a box; several times for
+  /// some.
+  template <class Visit>
+  void each_near(const Box3& box, int least, const Visit& visit) const {
+    for (auto own = by_size_.lower_bound(least); own != by_size_.end(); ++own)
+      range(box, own->first).each([&](const auto& voxel) {
+        const auto found = own->second.find(voxel);
+        if (found == own->second.end()) return;
+        for (const uint32_t thing : found->second) visit(thing);
+      });
+  }
+
+ private:
+  /// The voxels that the box overlaps.
+  Range range(const Box3& box, int size) const {
+    const double edge = std::ldexp(edge_, size);
+    Range out;
+    for (int k = 0; k < 3; ++k) {
+      out.low[k] = int64_t(std::floor(box.low[k] / edge));
+      out.high[k] = int64_t(std::floor(box.high[k] / edge));
+    }
+    return out;
+  }
+
+  double edge_;
+  std::map<int, Voxels> by_size_;
+};
 
 }  // namespace
 
@@ -111,54 +142,57 @@ CellBuilder::Standing CellBuilder::standing_of(const Polygon& above, double up, 
 
 void CellBuilder::find_cuts(const BodyCells& out) {
   cuts_.resize(squares_.size());
-  // Use one grid per size of squares (in powers of two), so that large squares, as of a landscape,
-  // occupy few voxels, too.
-  std::map<int, Voxels> by_size;
-  for (uint32_t i = 0; i < squares_.size(); ++i) {
-    const Square& square = squares_[i];
+  const uint32_t count = uint32_t(squares_.size() + clumps_.size());
+  const auto box_of = [&](uint32_t number) {
+    const double padding = kHeight * edge_;
+    if (number >= squares_.size()) {
+      const Box& box = clumps_[number - squares_.size()].box;
+      return Box3(std::array{Vec3d(box.low), Vec3d(box.high)}, padding);
+    }
+    const Square& square = squares_[number];
     const BodyCells::Patch& patch = out.patches_[square.patch];
-    Vec3d corners[4];
-    for (int k = 0; k < 4; ++k)
+    std::array<Vec3d, 4> corners;
+    for (size_t k = 0; k < 4; ++k)
       corners[k] = Vec3d(patch.origin) + Vec3d(patch.u) * (k & 1 ? square.high[0] : square.low[0]) +
                    Vec3d(patch.v) * (k & 2 ? square.high[1] : square.low[1]);
-    const double longest = std::max(square.high[0] - square.low[0], square.high[1] - square.low[1]);
-    const int size = std::max(0, std::ilogb(longest / edge_));
-    voxels_of(corners, kHeight * edge_, std::ldexp(edge_, size)).each([&](const auto& voxel) {
-      by_size[size][voxel].push_back(i);
-    });
-  }
-  for (uint32_t i = 0; i < clumps_.size(); ++i) {
-    const Vec3d ends[2] = {Vec3d(clumps_[i].box.low), Vec3d(clumps_[i].box.high)};
-    voxels_of(ends, kHeight * edge_, edge_).each([&](const auto& voxel) {
-      by_size[0][voxel].push_back(uint32_t(squares_.size()) + i);
-    });
-  }
-  std::vector<uint32_t> seen(squares_.size() + clumps_.size(), kNoCell);
+    return Box3(corners, padding);
+  };
+  const auto box_of_triangle = [&](uint32_t t) {
+    return Box3(std::array{corner(t, 0), corner(t, 1), corner(t, 2)}, 0);
+  };
+  const auto is_small = [&](uint32_t t) { return out.faces_[t].patch == kNoCell; };
+  const auto may_cut = [&](uint32_t t) {
+    return out.faces_[t].normal != Vec3f{} &&
+           (!is_small(t) || longest_edge(t) >= kMinTrace * edge_);
+  };
+  // Triangles look for squares and clumps of their size or larger, and these for triangles that are
+  // larger than they are.
+  Grids wide(edge_), triangles(edge_);
   for (uint32_t t = 0; t < triangles_.size(); ++t) {
-    const bool large = out.faces_[t].patch != kNoCell;
-    if (out.faces_[t].normal == Vec3f{} || (!large && longest_edge(t) < kMinTrace * edge_))
-      continue;
-    const auto visit = [&](const std::vector<uint32_t>& near) {
-      for (uint32_t number : near) {
-        if (std::exchange(seen[number], t) == t) continue;
-        if (number < squares_.size())
-          try_cut(out, t, number);
-        else if (large)
-          try_clump(out, t, number - uint32_t(squares_.size()));
-      }
+    if (!may_cut(t)) continue;
+    const Box3 box = box_of_triangle(t);
+    if (const int size = triangles.size_of(box.longest())) triangles.add(t, size, box);
+  }
+  std::vector<std::vector<uint32_t>> below(triangles_.size());  // squares and clumps, by triangle
+  for (uint32_t i = 0; i < count; ++i) {
+    const Box3 box = box_of(i);
+    const int size = wide.size_of(box.longest());
+    wide.add(i, size, box);
+    triangles.each_near(box, size + 1, [&](uint32_t t) { below[t].push_back(i); });
+  }
+  std::vector<uint32_t> seen(count, kNoCell);
+  for (uint32_t t = 0; t < triangles_.size(); ++t) {
+    if (!may_cut(t)) continue;
+    const auto visit = [&](uint32_t number) {
+      if (std::exchange(seen[number], t) == t) return;
+      if (number < squares_.size())
+        try_cut(out, t, number);
+      else if (!is_small(t))
+        try_clump(out, t, number - uint32_t(squares_.size()));
     };
-    const Vec3d corners[3] = {corner(t, 0), corner(t, 1), corner(t, 2)};
-    for (const auto& [size, voxels] : by_size) {
-      const Range range = voxels_of(corners, 0, std::ldexp(edge_, size));
-      if (range.count() > double(voxels.size())) {
-        for (const auto& [voxel, near] : voxels)
-          if (range.holds(voxel)) visit(near);
-      } else {
-        range.each([&](const auto& voxel) {
-          if (const auto found = voxels.find(voxel); found != voxels.end()) visit(found->second);
-        });
-      }
-    }
+    for (const uint32_t number : std::exchange(below[t], {})) visit(number);
+    const Box3 box = box_of_triangle(t);
+    wide.each_near(box, wide.size_of(box.longest()), visit);
   }
   cut_by_planes();
   for (auto& sides : cuts_)
