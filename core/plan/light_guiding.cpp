@@ -3,6 +3,7 @@
 #include "plan/light_guiding.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -21,9 +22,11 @@ constexpr uint32_t kGlances = 8;       // shadow rays from each vertex of a path
 constexpr double kDivided = 1.0 / 32;  // what a landing counts in balls that are divided
 constexpr size_t kLeast = 64;          // landings for a map
 constexpr size_t kFewest = 32;         // of a ball: each landing would deserve one of its own
-constexpr float kMargin = 0.5f;        // radii of a disc: how much balls exceed the landings
-constexpr uint32_t kAgain = 8192;      // paths that try the map
-constexpr double kWorth = 1.5;         // smallest reduction of variance for which a map is used
+// What each part of the light seems to gain by a division that happens by chance, per landing.
+constexpr double kChance = 0.5;
+constexpr float kMargin = 0.5f;    // radii of a disc: how much balls exceed the landings
+constexpr uint32_t kAgain = 8192;  // paths that try the map
+constexpr double kWorth = 1.5;     // smallest reduction of variance for which a map is used
 // Shares of the chances: of pairs as they were found; of parts and targets each by itself; and of
 // targets with any part.
 constexpr double kJoint = 0.5, kApart = 0.25;
@@ -59,26 +62,34 @@ void add_landings(const LightPilot& pilot, const direct::LightShape& shape, doub
 
 /// Some of the landings: where they lie, and what they bring.
 struct Cluster {
+  /// Of the light's parts: fewer than in a map, so that few landings tell them apart.
+  static constexpr size_t kParts = 16;
   Box box;
   size_t count = 0;
-  double use = 0;
+  std::array<double, kParts> use{};  ///< by part
 
-  void add(const Landing& own) { box.grow(own.at), ++count, use += own.use; }
+  void add(const Landing& own) {
+    box.grow(own.at), ++count;
+    use[own.part * kParts / trace::AimMap::kParts] += own.use;
+  }
   /// The fewer landings are known, the farther from them others may be.
   float widened(float radius, float margin) const {
     return radius * (1 + 1 / std::sqrt(float(count))) + margin;
   }
-  /// Log-likelihood of the landings, times their use, if they are spread evenly over a surface of
-  /// the size of their box, or of their ball.
+  /// Log-likelihood of the landings, times their use, if those of each part are spread evenly over
+  /// a surface of the size of their box, or of their ball.
   struct Likelihood {
     double of_box, of_ball;
   };
   Likelihood likelihood(float margin) const {
-    if (!(use > 0)) return {0, 0};
     const Vec3f half = box.extent() * 0.5f;
     const double x = double(widened(half.x, margin)), y = double(widened(half.y, margin)),
                  z = double(widened(half.z, margin)), r = double(widened(length(half), margin));
-    return {use * std::log(use / (x * y + y * z + z * x)), use * std::log(use / (r * r))};
+    double sum = 0, parts = 0;
+    for (const double own : use)
+      if (own > 0) sum += own, parts += own * std::log(own);
+    parts -= kChance * sum * (kParts - 1) / double(count);
+    return {parts - sum * std::log(x * y + y * z + z * x), parts - sum * std::log(r * r)};
   }
 };
 
