@@ -24,9 +24,10 @@ double finest_quantum(const trace::Light& light, double metre) {
   if (light.is_parallel()) {
     given = nearby = strongest(strength);
   } else if (light.is_area()) {
-    given = strongest(light.power) / area;
-    nearby = std::min(strongest(light.power) * (4 / area) * kNearby,
-                      strongest(strength) * std::numbers::pi);
+    // No place gets more than where the light fills the hemisphere.
+    const double most = strongest(strength) * std::numbers::pi;
+    given = std::min(strongest(light.power) / area, most);
+    nearby = std::min(strongest(light.power) * (4 / area) * kNearby, most);
   } else {
     given = strongest(strength) * (4 * std::numbers::pi / area);
     nearby = given * kNearby;

@@ -51,7 +51,7 @@ struct Surroundings {
   std::array<Vec3f, kRays + kWalks * kBounces> ends;
   /// Number of segments that hit something, and of those that hit a back side.
   int ended = 0, on_backs = 0;
-  /// Number of the rays from the point itself that end on what reflects light.
+  /// Number of the rays from the point itself that end on other things than a luminous sky.
   int enclosed = 0;
 
   /// A share of the diagonal of the box that contains most hit points.
@@ -76,9 +76,9 @@ Surroundings look_around(const scene::Scene& scene, const trace::RayCaster& cast
                          Vec3f normal) {
   static const Directions directions;
   Surroundings found;
-  const auto reflects = [&](const trace::Hit& hit) {
-    const Vec3f share = scene.material_of(hit.primitive).reflectance;
-    return std::max({share.x, share.y, share.z}) > 0;
+  const auto is_sky = [&](const trace::Hit& hit) {
+    const scene::Material& own = scene.material_of(hit.primitive);
+    return own.reflectance == Vec3f{} && own.emission != Vec3f{};
   };
   const auto fly = [&](Vec3f at, Vec3f w) {
     const trace::Hit hit = caster.closest_static(at, w);
@@ -91,7 +91,7 @@ Surroundings look_around(const scene::Scene& scene, const trace::RayCaster& cast
   for (int k = 0; k < kRays; ++k) {
     Vec3f at = origin, w = turned(directions.ray[k], normal);
     trace::Hit hit = fly(at, w);
-    found.enclosed += hit.valid() && reflects(hit);
+    found.enclosed += hit.valid() && !is_sky(hit);
     if (hit.valid()) found.inverse_sum += 1 / std::max(hit.t, std::numeric_limits<float>::min());
     // Continue every other ray: rays are ordered by height.
     for (int b = 0; k % (kRays / kWalks) == 0 && b < kBounces && hit.valid(); ++b) {
