@@ -118,8 +118,9 @@ void Evaluation::read(const Looks& looks, size_t sample, double* irradiance, dou
     const double variance = evenness * (own.rows - own.rest) + own.columns;
     const double least = 0.25 * std::max(evenness * own.rows, own.columns);
     // In darkness, as if one more ray had met a surface of mean radiosity.
-    error[c] =
+    const double by_rays =
         irradiance[c] > 0 ? std::sqrt(std::max(variance, least)) : mean_radiosity_[c] / double(n);
+    error[c] = std::hypot(by_rays, one_path_[int(c)]);
   }
 }
 

@@ -16,6 +16,8 @@ class Evaluation {
   /// takes half of the time.
   Evaluation(const CellState& state, const CellLight& light, Paint paint, bool errors,
              const Workers& workers);
+  /// Adds to all errors what one more path would bring, per channel.
+  void allow_for(Vec3d one_path) { one_path_ = one_path; }
   /// Sum of a cell's radiosity in all channels.
   float brightness(uint32_t cell) const;
   /// Factor for the light's power.
@@ -55,6 +57,7 @@ class Evaluation {
   const CellLight* light_;
   Paint paint_;
   std::array<double, 3> mean_radiosity_{};  // weighted by area, for errors
+  Vec3d one_path_{};
   // by class: variance of all rays over that estimated from parts
   std::array<double, kKinds> evenness_{1, 1, 1};
   std::vector<CellBatches> batches_;  // by cell; empty without errors

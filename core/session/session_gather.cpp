@@ -14,6 +14,7 @@
 #include "session/landings.h"
 #include "session/session.h"
 #include "session/session_parts.h"
+#include "session/unreached.h"
 
 namespace deltalux::session {
 namespace {
@@ -351,7 +352,9 @@ std::optional<gather::Evaluation> Session::evaluation(bool errors) const {
   paint.dim.push_back(0);
   if (s.evaluates()) own.light.renew(state, s.workers);  // parts are told it, see join_look()
   own.looks.paint(paint, s.workers);
-  return gather::Evaluation(state, own.light, std::move(paint), errors, s.workers);
+  gather::Evaluation out(state, own.light, std::move(paint), errors, s.workers);
+  if (errors) out.allow_for(irradiance_of_one_path(s));
+  return out;
 }
 
 std::vector<direct::Receiver> Session::receivers_at(std::span<const Vec3f> points,

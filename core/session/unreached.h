@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The standard error of samples that no path of a light group has reached. All their batches are 0,
-// so the spread of batches says nothing.
+// The standard error of samples that no path of a light group has reached, or hardly any. The spread
+// of their batches says nothing.
 #pragma once
 #include <vector>
 
@@ -30,5 +30,10 @@ class UnreachedError {
   };
   std::vector<Group> groups_;
 };
+
+/// What one more path would bring to a room of usual size, per channel: irradiance, of the light
+/// whose paths carry most. Where a few weak paths came through an opening, one that keeps its power
+/// may be missing. Paths that are guided are as many as they need be. A pure function of the state.
+Vec3d irradiance_of_one_path(const State& state);
 
 }  // namespace deltalux::session
