@@ -12,7 +12,11 @@ namespace {
 
 // Number of samples from which learn_spread() learns.
 constexpr size_t kPupils = 2048;
-constexpr size_t kMinPupils = 64;      // of a kind; fewer tell nothing
+constexpr size_t kMinPupils = 64;  // of a kind; fewer tell nothing
+// Of fewer batches with light, each may have had it from one path: others, which keep more of their
+// power, may be missing.
+constexpr size_t kFewBatches = 4;
+constexpr double kMostReflected = 0.95;
 constexpr double kMaxRelative = 0.04;  // variance: beyond, the noise may stem from a single ray
 
 /// Variances of the mean of a matrix whose rows and columns are drawn at random (two-way analysis
@@ -48,7 +52,7 @@ Variances crossed_variances(const double (&x)[N][N]) {
 
 Evaluation::Evaluation(const CellState& state, const CellLight& light, Paint paint, bool errors,
                        const Workers& workers)
-    : light_(&light), paint_(std::move(paint)) {
+    : cells_(&state.cells), light_(&light), paint_(std::move(paint)) {
   if (state.sums.batches != kParts) throw Error("gather: batches and parts of rays differ");
   if (!errors) return;
   batches_ = batches_of(state, workers);
@@ -120,8 +124,32 @@ void Evaluation::read(const Looks& looks, size_t sample, double* irradiance, dou
     // In darkness, as if one more ray had met a surface of mean radiosity.
     const double by_rays =
         irradiance[c] > 0 ? std::sqrt(std::max(variance, least)) : mean_radiosity_[c] / double(n);
-    error[c] = std::hypot(by_rays, one_path_[int(c)]);
+    size_t reached = 0;  // batches
+    for (size_t k = 0; k < kParts; ++k) {
+      double sum = 0;
+      for (size_t part = 0; part < kParts; ++part) sum += means[part][k];
+      reached += sum > 0;
+    }
+    const bool few = reached > 0 && reached < kFewBatches;
+    error[c] = few ? std::hypot(by_rays, unseen(looks, sample)[int(c)]) : by_rays;
   }
+}
+
+Vec3d Evaluation::unseen(const Looks& looks, size_t sample) const {
+  const std::span<const uint32_t> targets = looks.targets(sample);
+  Vec3d sum{};
+  for (const uint32_t target : targets) {
+    const uint32_t cell =
+        Looks::is_chain(target) ? looks.chains().sent(Looks::chain_of(target)).end : target;
+    if (cell == kDark) continue;
+    sum = sum +
+          Vec3d(surfaces::product(paint_.reflectance[cells_->material(cell)], cells_->share(cell)));
+  }
+  for (int c = 0; c < 3; ++c) {
+    const double mean = std::min(sum[c] / double(targets.size()), kMostReflected);
+    sum[c] = one_path_[c] * mean / (1 - mean);
+  }
+  return sum;
 }
 
 PilotLook Evaluation::pilot(const Looks& looks, size_t sample) const {

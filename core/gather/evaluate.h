@@ -16,7 +16,8 @@ class Evaluation {
   /// takes half of the time.
   Evaluation(const CellState& state, const CellLight& light, Paint paint, bool errors,
              const Workers& workers);
-  /// Adds to all errors what one more path would bring, per channel.
+  /// Power per square metre of a room that one more path would bring to it, per channel: where few
+  /// batches brought light, errors allow for that.
   void allow_for(Vec3d one_path) { one_path_ = one_path; }
   /// Sum of a cell's radiosity in all channels.
   float brightness(uint32_t cell) const;
@@ -54,6 +55,11 @@ class Evaluation {
   static constexpr size_t kKinds = 3;
   static size_t kind_of(const Table& table, size_t rays);
 
+  /// What all reflections of one more path bring to a room whose surfaces are like those that a
+  /// sample's rays meet.
+  Vec3d unseen(const Looks& looks, size_t sample) const;
+
+  const Cells* cells_;
   const CellLight* light_;
   Paint paint_;
   std::array<double, 3> mean_radiosity_{};  // weighted by area, for errors

@@ -353,7 +353,7 @@ std::optional<gather::Evaluation> Session::evaluation(bool errors) const {
   if (s.evaluates()) own.light.renew(state, s.workers);  // parts are told it, see join_look()
   own.looks.paint(paint, s.workers);
   gather::Evaluation out(state, own.light, std::move(paint), errors, s.workers);
-  if (errors) out.allow_for(irradiance_of_one_path(s));
+  if (errors) out.allow_for(power_of_one_path(s));
   return out;
 }
 

@@ -10,7 +10,7 @@ namespace {
 
 constexpr size_t kAsked = 1024;  // samples examined at most, evenly spaced
 constexpr double kRoom = 140;    // surface of a cube whose diagonal is that of a room, in square
-                               // metres of the scene
+                                 // metres of the scene
 
 /// Per channel, the largest share of a path's power that one reflection can leave.
 Vec3d scattered_share(const scene::Scene& scene) {
@@ -56,17 +56,15 @@ UnreachedError::UnreachedError(const State& s) : groups_(s.sum_groups.size()) {
   }
 }
 
-Vec3d irradiance_of_one_path(const State& s) {
+Vec3d power_of_one_path(const State& s) {
   Vec3d most{};
   for (const trace::Light& light : s.lights) {
     if (!light.on || light.path_count == 0 || light.map || light.aims) continue;
     const double factor = s.group_factor[light.group] / double(light.path_count);
     for (int c = 0; c < 3; ++c) most[c] = std::max(most[c], factor * light.power[c]);
   }
-  const Vec3d scattered = scattered_share(s.scene);
   const double metre = double(s.gather->cells.metre());
-  for (int c = 0; c < 3; ++c) most[c] *= scattered[c] / (kRoom * metre * metre);
-  return most;
+  return most * (1 / (kRoom * metre * metre));
 }
 
 Vec3d UnreachedError::at(uint32_t sum_group, double area) const {

@@ -31,9 +31,9 @@ class UnreachedError {
   std::vector<Group> groups_;
 };
 
-/// What one more path would bring to a room of usual size, per channel: irradiance, of the light
+/// The power of one more path over the surface of a room of usual size, per channel: of the light
 /// whose paths carry most. Where a few weak paths came through an opening, one that keeps its power
-/// may be missing. Paths that are guided are as many as they need be. A pure function of the state.
-Vec3d irradiance_of_one_path(const State& state);
+/// may be missing. Guided paths are as many as they need be. A pure function of the state.
+Vec3d power_of_one_path(const State& state);
 
 }  // namespace deltalux::session
