@@ -7,9 +7,11 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "base/random.h"
 #include "plan/pilot_points.h"
+#include "plan/sun_openings.h"
 
 namespace deltalux::plan {
 namespace {
@@ -30,7 +32,10 @@ constexpr double kRare = 1.0 / 64;
 constexpr double kBeside = 0.2;    // relative to a trial's value: what the squares around it get
 constexpr int kRounds = 3;         // of further starts, drawn by what earlier ones have found
 constexpr uint32_t kAgain = 8192;  // starts per round
-constexpr double kWorth = 1.5;     // smallest reduction of variance for which a map is used
+constexpr size_t kBeams = 24;      // tried for openings around them
+constexpr uint32_t kReflectors = 512;  // of an opening
+constexpr double kReflected = 0.5;  // share of the paths that land there, if all openings are small
+constexpr double kWorth = 1.5;      // smallest reduction of variance for which a map is used
 
 /// Pilot paths of a sun from one start.
 struct Trial {
@@ -38,6 +43,8 @@ struct Trial {
   double square = 0;    ///< sum of the squares of what they contribute
   uint32_t useful = 0;  ///< those that contribute
   uint32_t paths = 1;
+  /// Instead of paths: proportional to the mean square of what comes from there into an opening.
+  double reflected = 0;
   float size = 1;   ///< of the square that contains it
   float needs = 1;  ///< largest square that may contain it
 };
@@ -133,6 +140,7 @@ void follow(const LightPilot& pilot, const trace::Light& sun, std::span<const do
 struct Square {
   float u, v, size;
   double square;  ///< mean of what starts in it contribute, squared
+  double reflected;
 };
 
 /// A quadtree over the rectangle, whose leaves hold few trials.
@@ -156,11 +164,12 @@ class Quadtree {
   struct Yield {
     double square = 0;
     double useful = 0;  ///< share of the paths
+    double reflected = 0;
   };
   struct Node {
     float u, v, size;
     uint32_t child = 0;  ///< first of four; 0: a leaf
-    double paths = 0;
+    double paths = 0, reflectors = 0;
     Yield mean{};
   };
 
@@ -171,11 +180,13 @@ class Quadtree {
     for (size_t i = begin; i < end; ++i) {
       own.paths += trials[i].paths;
       own.mean.square += trials[i].square, own.mean.useful += trials[i].useful;
+      own.mean.reflected += trials[i].reflected, own.reflectors += trials[i].paths == 0;
       finest = std::min(finest, trials[i].needs);
     }
     if ((end - begin < split_ && own.size <= finest) || depth == kDeepest) {
       for (size_t i = begin; i < end; ++i) trials[i].size = own.size;
       own.mean.square /= std::max(1.0, own.paths), own.mean.useful /= std::max(1.0, own.paths);
+      own.mean.reflected /= std::max(1.0, own.reflectors);
       nodes_[index] = own;
       return;
     }
@@ -197,6 +208,7 @@ class Quadtree {
       fill(trials, cut[k], cut[k + 1], own.child + k, depth + 1);
       const Yield& part = nodes_[own.child + k].mean;
       own.mean.square += 0.25 * part.square, own.mean.useful += 0.25 * part.useful;
+      own.mean.reflected += 0.25 * part.reflected;
     }
     nodes_[index] = own;
   }
@@ -210,7 +222,8 @@ class Quadtree {
     };
     const Yield known{both(around.square, own.mean.square), both(around.useful, own.mean.useful)};
     const double often = std::min(1.0, known.useful / kRare);
-    if (!own.child) return out.push_back({own.u, own.v, own.size, known.square * often});
+    if (!own.child)
+      return out.push_back({own.u, own.v, own.size, known.square * often, own.mean.reflected});
     for (uint32_t k = 0; k < 4; ++k) collect(own.child + k, known, out);
   }
 
@@ -233,15 +246,58 @@ void add_surroundings(std::vector<Trial>& trials) {
   const size_t count = trials.size();
   for (size_t i = 0; i < count; ++i) {
     const Trial own = trials[i];
+    if (own.paths == 0) continue;
     const double square = own.square / own.paths;
     if (!(square > mean)) continue;
     for (int dv = -1; dv <= 1; ++dv)
       for (int du = -1; du <= 1; ++du) {
         const float u = own.u + float(du) * own.size, v = own.v + float(dv) * own.size;
         if ((du || dv) && u >= 0 && u < 1 && v >= 0 && v < 1)
-          trials.push_back({u, v, kBeside * square, 1, 1, 1, own.size});
+          trials.push_back({u, v, kBeside * square, 1, 1, 0, 1, own.size});
       }
   }
+}
+
+/// The opening that lets in the beam of a path; nullopt if there is none.
+std::optional<Opening> opening_of(const LightPilot& pilot, const lights::Punctual& sun,
+                                  const Trial& beam) {
+  const trace::Emission start = trace::emit_from(sun, {beam.u, beam.v, 0, 0});
+  const trace::Hit hit = pilot.caster().closest_static(start.origin, start.direction);
+  if (!hit.valid()) return std::nullopt;
+  const Vec3f n = trace::facing_normal(hit, start.direction);
+  const Vec3f at = trace::leave_surface(start.origin, start.direction, hit, n,
+                                        pilot.scene().slack_of(hit.primitive));
+  return find_opening(pilot.caster(), at, -start.direction);
+}
+
+/// Adds places from which light is reflected into small openings that let in the sun. Returns the
+/// share of these among the openings that beams pass.
+double add_reflectors(const LightPilot& pilot, const lights::Punctual& sun, const Starts& starts,
+                      std::vector<Trial>& trials) {
+  std::vector<size_t> beams;
+  for (size_t i = 0; i < trials.size(); ++i)
+    if (trials[i].useful && 2 * trials[i].useful >= trials[i].paths) beams.push_back(i);
+  const size_t count = std::min(kBeams, beams.size());
+  double all = 0, small = 0;
+  std::vector<Starts::Start> at;
+  for (size_t k = 0; k < count; ++k) {
+    const auto opening = opening_of(pilot, sun, trials[beams[k * beams.size() / count]]);
+    if (!opening) continue;
+    ++all;
+    if (opening->radius > pilot.places().radius.front()) continue;  // paths find it
+    ++small;
+    for (const Reflector& r :
+         reflectors_of(pilot.scene(), pilot.caster(), *opening, kReflectors, kSeed + k)) {
+      if (dot(r.normal, sun.direction) >= 0) continue;
+      at.clear();
+      starts.add(r.at, at);
+      const double share = photopic(Vec3d(pilot.scene().material_of(r.primitive).reflectance));
+      // Light from far away is little, but would draw as many paths as what is near.
+      const double reflected = share * share * r.chance * r.chance;
+      for (const auto& [u, v] : at) trials.push_back({u, v, 0, 0, 0, reflected});
+    }
+  }
+  return all > 0 ? small / all : 0;
 }
 
 std::vector<Square> squares_of(std::vector<Trial>& trials) {
@@ -278,6 +334,21 @@ std::vector<uint32_t> chances_of(const std::vector<Square>& squares) {
   }
   steps[order.front()] += uint32_t(std::max<int64_t>(0, left));
   return steps;
+}
+
+/// Gives a share of the paths to what is reflected into small openings. Hardly any of them comes
+/// in, so that pilot paths do not tell; but together they may bring as much as the beam, and each
+/// would outshine it if few started there.
+void share_with_reflectors(std::vector<Square>& squares, double share) {
+  double others = 0, reflected = 0;
+  for (const Square& s : squares)
+    others += area(s) * std::sqrt(s.square), reflected += area(s) * std::sqrt(s.reflected);
+  if (!(reflected > 0)) return;
+  const double factor = share / (1 - share) * others / reflected;
+  for (Square& s : squares) {
+    const double both = std::sqrt(s.square) + factor * std::sqrt(s.reflected);
+    s.square = both * both;
+  }
 }
 
 trace::SunMap map_of(const std::vector<Square>& squares) {
@@ -326,8 +397,10 @@ std::shared_ptr<const trace::SunMap> guide_sun(const LightPilot& pilot, const tr
     squares = squares_of(trials);
   }
   if (squares.empty()) return nullptr;
+  const double small = add_reflectors(pilot, sun.punctual, starts, trials);
   add_surroundings(trials);
   squares = squares_of(trials);
+  share_with_reflectors(squares, kReflected * small);
   double even = 0, guided = 0;
   for (const Square& s : squares)
     even += area(s) * s.square, guided += area(s) * std::sqrt(s.square);
