@@ -33,7 +33,7 @@ constexpr double kBeside = 0.2;    // relative to a trial's value: what the squa
 constexpr int kRounds = 3;         // of further starts, drawn by what earlier ones have found
 constexpr uint32_t kAgain = 8192;  // starts per round
 constexpr size_t kBeams = 24;      // tried for openings around them
-constexpr uint32_t kReflectors = 512;  // of an opening
+constexpr uint32_t kReflectors = 1024;  // of an opening
 constexpr double kReflected = 0.5;  // share of the paths that land there, if all openings are small
 constexpr double kWorth = 1.5;      // smallest reduction of variance for which a map is used
 
@@ -43,8 +43,9 @@ struct Trial {
   double square = 0;    ///< sum of the squares of what they contribute
   uint32_t useful = 0;  ///< those that contribute
   uint32_t paths = 1;
-  /// Instead of paths: proportional to the mean square of what comes from there into an opening.
-  double reflected = 0;
+  /// Instead of paths: in proportion to the mean square of what comes from there into an opening,
+  /// per `spread`, the area that it stands for.
+  double reflected = 0, spread = 0;
   float size = 1;   ///< of the square that contains it
   float needs = 1;  ///< largest square that may contain it
 };
@@ -169,7 +170,7 @@ class Quadtree {
   struct Node {
     float u, v, size;
     uint32_t child = 0;  ///< first of four; 0: a leaf
-    double paths = 0, reflectors = 0;
+    double paths = 0, spread = 0;
     Yield mean{};
   };
 
@@ -180,13 +181,13 @@ class Quadtree {
     for (size_t i = begin; i < end; ++i) {
       own.paths += trials[i].paths;
       own.mean.square += trials[i].square, own.mean.useful += trials[i].useful;
-      own.mean.reflected += trials[i].reflected, own.reflectors += trials[i].paths == 0;
+      own.mean.reflected += trials[i].reflected, own.spread += trials[i].spread;
       finest = std::min(finest, trials[i].needs);
     }
     if ((end - begin < split_ && own.size <= finest) || depth == kDeepest) {
       for (size_t i = begin; i < end; ++i) trials[i].size = own.size;
       own.mean.square /= std::max(1.0, own.paths), own.mean.useful /= std::max(1.0, own.paths);
-      own.mean.reflected /= std::max(1.0, own.reflectors);
+      if (own.spread > 0) own.mean.reflected /= own.spread;
       nodes_[index] = own;
       return;
     }
@@ -253,7 +254,7 @@ void add_surroundings(std::vector<Trial>& trials) {
       for (int du = -1; du <= 1; ++du) {
         const float u = own.u + float(du) * own.size, v = own.v + float(dv) * own.size;
         if ((du || dv) && u >= 0 && u < 1 && v >= 0 && v < 1)
-          trials.push_back({u, v, kBeside * square, 1, 1, 0, 1, own.size});
+          trials.push_back({u, v, kBeside * square, 1, 1, 0, 0, 1, own.size});
       }
   }
 }
@@ -288,13 +289,13 @@ double add_reflectors(const LightPilot& pilot, const lights::Punctual& sun, cons
     ++small;
     for (const Reflector& r :
          reflectors_of(pilot.scene(), pilot.caster(), *opening, kReflectors, kSeed + k)) {
-      if (dot(r.normal, sun.direction) >= 0) continue;
+      if (!(r.chance > 0) || dot(r.normal, sun.direction) >= 0) continue;
       at.clear();
       starts.add(r.at, at);
       const double share = photopic(Vec3d(pilot.scene().material_of(r.primitive).reflectance));
-      // Light from far away is little, but would draw as many paths as what is near.
-      const double reflected = share * share * r.chance * r.chance;
-      for (const auto& [u, v] : at) trials.push_back({u, v, 0, 0, 0, reflected});
+      // Squared again: light from far away is little, but would draw as many paths as what is near.
+      const double reflected = share * share * r.chance;
+      for (const auto& [u, v] : at) trials.push_back({u, v, 0, 0, 0, reflected, 1 / r.chance});
     }
   }
   return all > 0 ? small / all : 0;

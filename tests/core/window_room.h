@@ -9,14 +9,15 @@ namespace deltalux::plan {
 /// Opposite corners of the window.
 inline constexpr Vec3f kWindow[2] = {{1.3f, 1, 4}, {2.7f, 2, 4}};
 
-/// 4 x 3 x 4 m from the origin on, of material 0; the window is in the wall z = 4.
-inline void add_window_room(scene::Object& room) {
+/// 4 x 3 x 4 m from the origin on, of material 0; the window (opposite corners) is in the wall z
+/// = 4.
+inline void add_window_room(scene::Object& room, const Vec3f (&window)[2] = kWindow) {
   direct::add_quad(room, {0, 0, 0}, {0, 0, 4}, {4, 0, 0});
   direct::add_quad(room, {0, 3, 0}, {4, 0, 0}, {0, 0, 4});
   direct::add_quad(room, {0, 0, 0}, {4, 0, 0}, {0, 3, 0});
   direct::add_quad(room, {0, 0, 0}, {0, 3, 0}, {0, 0, 4});
   direct::add_quad(room, {4, 0, 0}, {0, 0, 4}, {0, 3, 0});
-  const float x[4] = {0, kWindow[0].x, kWindow[1].x, 4}, y[4] = {0, kWindow[0].y, kWindow[1].y, 3};
+  const float x[4] = {0, window[0].x, window[1].x, 4}, y[4] = {0, window[0].y, window[1].y, 3};
   for (int i = 0; i < 3; ++i)
     for (int k = 0; k < 3; ++k)
       if (i != 1 || k != 1)

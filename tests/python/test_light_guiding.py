@@ -133,7 +133,7 @@ def test_threads_and_files_make_no_difference(session: dl.Session, tmp_path):
         (number("aim_targets", 3, -1), "without size"),
         (number("aim_chances", 5, np.nan), "do not grow"),
         (number("aim_chances", 0, 0.5), "do not grow"),
-        (number("aims", 0, 33, "<u4"), "more targets"),
+        (number("aims", 0, 64, "<u4"), "more targets"),
         (number("aims", 0, 1, "<u4"), "aim_targets"),
         (number("aims", 0, 0, "<u4"), "aim_targets"),
     ],
