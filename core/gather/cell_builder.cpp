@@ -13,9 +13,9 @@ namespace {
 constexpr double kFlatAngle = 0x1p-10;  // of components: normals of one plane differ by less
 // offsets of planes are compared in units of this share of the edge
 constexpr double kFlatOffset = 0x1p-6;
-constexpr double kMinFlat = 0.5;         // of a square: smaller planes are merged with others
-constexpr double kMinPart = 1e-5;        // of a square: parts with less area are dropped
-constexpr size_t kMaxFrames = 32;        // tried for a plane
+constexpr double kMinFlat = 0.5;   // of a square: smaller planes are merged with others
+constexpr double kMinPart = 1e-5;  // of a square: parts with less area are dropped
+constexpr size_t kMaxFrames = 32;  // tried for a plane
 // a later edge's frame must be smaller by this factor; otherwise the longest edge's is kept
 constexpr double kTighter = 0.999;
 constexpr double kFar = std::numeric_limits<double>::infinity();

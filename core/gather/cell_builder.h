@@ -92,6 +92,8 @@ class CellBuilder {
                    std::map<uint64_t, uint32_t>& found);
   /// Merges small triangles into clumps.
   void merge_small(BodyCells& out, const std::vector<uint32_t>& triangles);
+  /// Points whose bounding box is that of a square or, with a number behind those, of a clump.
+  std::array<Vec3d, 4> corners_of(const BodyCells& out, uint32_t number) const;
   /// Finds the lines along which objects that stand on squares cut them.
   void find_cuts(const BodyCells& out);
   /// Cuts a square by the plane of a triangle, if that stands on it. What is too small to cut by

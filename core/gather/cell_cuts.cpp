@@ -140,23 +140,23 @@ CellBuilder::Standing CellBuilder::standing_of(const Polygon& above, double up, 
   return out;
 }
 
+std::array<Vec3d, 4> CellBuilder::corners_of(const BodyCells& out, uint32_t number) const {
+  if (number >= squares_.size()) {
+    const Box& box = clumps_[number - squares_.size()].box;
+    return {Vec3d(box.low), Vec3d(box.low), Vec3d(box.high), Vec3d(box.high)};
+  }
+  const Square& square = squares_[number];
+  const BodyCells::Patch& patch = out.patches_[square.patch];
+  std::array<Vec3d, 4> corners;
+  for (size_t k = 0; k < 4; ++k)
+    corners[k] = Vec3d(patch.origin) + Vec3d(patch.u) * (k & 1 ? square.high[0] : square.low[0]) +
+                 Vec3d(patch.v) * (k & 2 ? square.high[1] : square.low[1]);
+  return corners;
+}
+
 void CellBuilder::find_cuts(const BodyCells& out) {
   cuts_.resize(squares_.size());
   const uint32_t count = uint32_t(squares_.size() + clumps_.size());
-  const auto box_of = [&](uint32_t number) {
-    const double padding = kHeight * edge_;
-    if (number >= squares_.size()) {
-      const Box& box = clumps_[number - squares_.size()].box;
-      return Box3(std::array{Vec3d(box.low), Vec3d(box.high)}, padding);
-    }
-    const Square& square = squares_[number];
-    const BodyCells::Patch& patch = out.patches_[square.patch];
-    std::array<Vec3d, 4> corners;
-    for (size_t k = 0; k < 4; ++k)
-      corners[k] = Vec3d(patch.origin) + Vec3d(patch.u) * (k & 1 ? square.high[0] : square.low[0]) +
-                   Vec3d(patch.v) * (k & 2 ? square.high[1] : square.low[1]);
-    return Box3(corners, padding);
-  };
   const auto box_of_triangle = [&](uint32_t t) {
     return Box3(std::array{corner(t, 0), corner(t, 1), corner(t, 2)}, 0);
   };
@@ -175,7 +175,7 @@ void CellBuilder::find_cuts(const BodyCells& out) {
   }
   std::vector<std::vector<uint32_t>> below(triangles_.size());  // squares and clumps, by triangle
   for (uint32_t i = 0; i < count; ++i) {
-    const Box3 box = box_of(i);
+    const Box3 box(corners_of(out, i), kHeight * edge_);
     const int size = wide.size_of(box.longest());
     wide.add(i, size, box);
     triangles.each_near(box, size + 1, [&](uint32_t t) { below[t].push_back(i); });

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The standard error of samples that no path of a light group has reached, or hardly any. The spread
-// of their batches says nothing.
+// The standard error of samples that no path of a light group has reached, or hardly any: the
+// spread of their batches says nothing.
 #pragma once
 #include <vector>
 
