@@ -73,9 +73,8 @@ TEST(LightGuiding, AWideSiteTakesNoPathsFromTheRoom) {
     for (uint32_t i = 0; i < kPaths; ++i) {
       const Through path(i);
       const double solid = double(kArea * -path.w.z) / std::pow(side / 2, 2);
-      share +=
-          solid / kPaths *
-          aims->density(path.place, path.p - path.w * (side / 2), path.w, nullptr, 0);
+      share += solid / kPaths *
+               aims->density(path.place, path.p - path.w * (side / 2), path.w, nullptr, 0);
     }
     EXPECT_GT(share, 0.015) << side;
   }
