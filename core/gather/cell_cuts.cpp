@@ -178,7 +178,9 @@ void CellBuilder::find_cuts(const BodyCells& out) {
     const Box3 box(corners_of(out, i), kHeight * edge_);
     const int size = wide.size_of(box.longest());
     wide.add(i, size, box);
-    triangles.each_near(box, size + 1, [&](uint32_t t) { below[t].push_back(i); });
+    triangles.each_near(box, size + 1, [&](uint32_t t) {
+      if (below[t].empty() || below[t].back() != i) below[t].push_back(i);
+    });
   }
   std::vector<uint32_t> seen(count, kNoCell);
   for (uint32_t t = 0; t < triangles_.size(); ++t) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "base/error.h"
 
@@ -16,8 +17,8 @@ constexpr size_t kMinPupils = 64;  // of a kind; fewer tell nothing
 // Of fewer batches with light, each may have had it from one path: others, which keep more of their
 // power, may be missing.
 constexpr size_t kFewBatches = 4;
-constexpr double kMostReflected = 0.95;
-constexpr double kMaxRelative = 0.04;  // variance: beyond, the noise may stem from a single ray
+constexpr double kMostReflected = 0.95;  // of what a room's surfaces reflect, in that allowance
+constexpr double kMaxRelative = 0.04;    // variance: beyond, the noise may stem from a single ray
 
 /// Variances of the mean of a matrix whose rows and columns are drawn at random (two-way analysis
 /// of variance): `rows` and `columns` are the variances between row means and between column means,
@@ -115,6 +116,7 @@ void Evaluation::read(const Looks& looks, size_t sample, double* irradiance, dou
   for (size_t c = 0; c < 3; ++c) irradiance[c] = table.whole[c] / double(n);
   if (batches_.empty()) return;
   const double evenness = evenness_[kind_of(table, n)];
+  std::optional<Vec3d> of_one_path;
   for (size_t c = 0; c < 3; ++c) {
     double means[kParts][kParts];
     table.means(c, means);
@@ -130,8 +132,10 @@ void Evaluation::read(const Looks& looks, size_t sample, double* irradiance, dou
       for (size_t part = 0; part < kParts; ++part) sum += means[part][k];
       reached += sum > 0;
     }
-    const bool few = reached > 0 && reached < kFewBatches;
-    error[c] = few ? std::hypot(by_rays, unseen(looks, sample)[int(c)]) : by_rays;
+    error[c] = by_rays;
+    if (reached == 0 || reached >= kFewBatches) continue;
+    if (!of_one_path) of_one_path = unseen(looks, sample);
+    error[c] = std::hypot(by_rays, (*of_one_path)[int(c)]);
   }
 }
 

@@ -140,8 +140,8 @@ void follow(const LightPilot& pilot, const trace::Light& sun, std::span<const do
 
 struct Square {
   float u, v, size;
-  double square;  ///< mean of what starts in it contribute, squared
-  double reflected;
+  double square;     ///< mean of what starts in it contribute, squared
+  double reflected;  ///< see Trial: per area
 };
 
 /// A quadtree over the rectangle, whose leaves hold few trials.
@@ -165,29 +165,30 @@ class Quadtree {
   struct Yield {
     double square = 0;
     double useful = 0;  ///< share of the paths
-    double reflected = 0;
   };
   struct Node {
     float u, v, size;
     uint32_t child = 0;  ///< first of four; 0: a leaf
-    double paths = 0, spread = 0;
+    double paths = 0;
     Yield mean{};
+    double reflected = 0;  ///< of a leaf
   };
 
   /// Divides the node's square recursively; [begin, end) are the trials in it.
   void fill(std::vector<Trial>& trials, size_t begin, size_t end, uint32_t index, int depth) {
     Node own = nodes_[index];
     float finest = 1;
+    double spread = 0;
     for (size_t i = begin; i < end; ++i) {
       own.paths += trials[i].paths;
       own.mean.square += trials[i].square, own.mean.useful += trials[i].useful;
-      own.mean.reflected += trials[i].reflected, own.spread += trials[i].spread;
+      own.reflected += trials[i].reflected, spread += trials[i].spread;
       finest = std::min(finest, trials[i].needs);
     }
     if ((end - begin < split_ && own.size <= finest) || depth == kDeepest) {
       for (size_t i = begin; i < end; ++i) trials[i].size = own.size;
       own.mean.square /= std::max(1.0, own.paths), own.mean.useful /= std::max(1.0, own.paths);
-      if (own.spread > 0) own.mean.reflected /= own.spread;
+      if (spread > 0) own.reflected /= spread;
       nodes_[index] = own;
       return;
     }
@@ -209,7 +210,6 @@ class Quadtree {
       fill(trials, cut[k], cut[k + 1], own.child + k, depth + 1);
       const Yield& part = nodes_[own.child + k].mean;
       own.mean.square += 0.25 * part.square, own.mean.useful += 0.25 * part.useful;
-      own.mean.reflected += 0.25 * part.reflected;
     }
     nodes_[index] = own;
   }
@@ -224,7 +224,7 @@ class Quadtree {
     const Yield known{both(around.square, own.mean.square), both(around.useful, own.mean.useful)};
     const double often = std::min(1.0, known.useful / kRare);
     if (!own.child)
-      return out.push_back({own.u, own.v, own.size, known.square * often, own.mean.reflected});
+      return out.push_back({own.u, own.v, own.size, known.square * often, own.reflected});
     for (uint32_t k = 0; k < 4; ++k) collect(own.child + k, known, out);
   }
 

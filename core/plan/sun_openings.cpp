@@ -4,7 +4,6 @@
 #include "plan/sun_openings.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small openings through which a sun's beams enter, and where around them it lands so that
-// reflected light enters, too. Hardly any path that lands there comes in, so that pilot paths do
-// not tell.
+// Small openings through which beams of a sun enter, and the places before them that reflect its
+// light into them. Hardly any path that lands there comes in, so that pilot paths do not tell.
 #pragma once
 #include <optional>
 #include <vector>
@@ -21,7 +20,7 @@ struct Opening {
 /// vector. nullopt if nothing surrounds the beam.
 std::optional<Opening> find_opening(const trace::RayCaster& caster, Vec3f landing, Vec3f to_sun);
 
-/// A place outside of an opening, as its light sees it.
+/// A place that an opening sees.
 struct Reflector {
   Vec3f at;  ///< just above the surface
   Vec3f normal;
@@ -29,8 +28,8 @@ struct Reflector {
   double chance;  ///< of a diffuse reflection there to enter
 };
 
-/// What rays from an opening meet: distributed as the light that enters from there, if all is
-/// equally bright.
+/// Places that cosine-distributed rays from an opening meet: if all were equally bright, each would
+/// send the same power in.
 std::vector<Reflector> reflectors_of(const scene::Scene& scene, const trace::RayCaster& caster,
                                      const Opening& opening, uint32_t count, uint64_t seed);
 

@@ -9,8 +9,9 @@ namespace deltalux::session {
 namespace {
 
 constexpr size_t kAsked = 1024;  // samples examined at most, evenly spaced
-constexpr double kRoom = 140;    // surface of a cube whose diagonal is that of a room, in square
-                                 // metres of the scene
+// Surface of a cube, 2 / 0.12^2 square scene metres, if a metre is 0.12 of its diagonal, see
+// samples/placement.h.
+constexpr double kRoom = 140;
 
 /// Per channel, the largest share of a path's power that one reflection can leave.
 Vec3d scattered_share(const scene::Scene& scene) {

@@ -18,8 +18,8 @@ struct AimMap {
     float radius;
   };
   static constexpr uint32_t kParts = 64;
-  static constexpr size_t kMostTargets = 63;
-  static constexpr double kInside = -1;  ///< instead of a versine
+  static constexpr size_t kMostTargets = 63;  ///< a ball that is divided 31 times, and its parts
+  static constexpr double kInside = -1;       ///< instead of a versine
   /// Share of the paths that are aimed. So no path has more than twice the mean power.
   static constexpr float kAimed = 0.5f;
   /// Random numbers are multiples of one over this, and so are the chances of pairs.

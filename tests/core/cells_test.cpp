@@ -30,6 +30,20 @@ std::vector<Triangle> triangles_of(const scene::Object& object) {
   return out;
 }
 
+/// Two triangles of material 0 for each mesh of a grid whose nodes are at(i, j).
+template <class At>
+void add_grid(scene::Object& object, int rows, int columns, const At& at) {
+  for (int i = 0; i < rows; ++i)
+    for (int j = 0; j < columns; ++j) {
+      const uint32_t base = uint32_t(object.vertices.size());
+      object.vertices.insert(object.vertices.end(),
+                             {at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)});
+      object.triangles.insert(object.triangles.end(),
+                              {{base, base + 1, base + 2}, {base, base + 2, base + 3}});
+      object.material.insert(object.material.end(), 2, 0);
+    }
+}
+
 double area_of(const Triangle& t) {
   return 0.5 * length(cross(Vec3d(t.corner[1] - t.corner[0]), Vec3d(t.corner[2] - t.corner[0])));
 }
@@ -179,15 +193,7 @@ TEST(Cells, OfSmallTrianglesArePartedAtTheCornerOfARoom) {
     const auto shift = sobol::sample(k, 5);
     const float x = 0.3f * shift[0], z = 0.3f * shift[1];
     scene::Object object;
-    for (int i = 0; i < kSide; ++i)
-      for (int j = 0; j < kSide; ++j) {
-        const uint32_t base = uint32_t(object.vertices.size());
-        object.vertices.insert(object.vertices.end(),
-                               {node(i, j), node(i, j + 1), node(i + 1, j + 1), node(i + 1, j)});
-        object.triangles.insert(object.triangles.end(),
-                                {{base, base + 1, base + 2}, {base, base + 2, base + 3}});
-        object.material.insert(object.material.end(), 2, 0);
-      }
+    add_grid(object, kSide, kSide, node);
     add_corner(object, x, z);
     const auto place = [&](Vec3f p) {
       const float u = (p.x - kFirst) / kStep, v = (p.z - kFirst) / kStep;
@@ -219,15 +225,7 @@ TEST(Cells, OfSmallTrianglesAreFewAndParted) {
         Vec3d{std::sin(theta) * std::cos(phi), std::cos(theta), std::sin(theta) * std::sin(phi)} *
         0.05);
   };
-  for (int i = 0; i < kRings; ++i)
-    for (int j = 0; j < kSpokes; ++j) {
-      const uint32_t base = uint32_t(ball.vertices.size());
-      ball.vertices.insert(ball.vertices.end(),
-                           {at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)});
-      ball.triangles.insert(ball.triangles.end(),
-                            {{base, base + 1, base + 2}, {base, base + 2, base + 3}});
-      ball.material.insert(ball.material.end(), 2, 0);
-    }
+  add_grid(ball, kRings, kSpokes, at);
   const BodyCells cells(triangles_of(ball), 0.2f);
   EXPECT_LE(cells.size(), 2u * 6 * 8);
   EXPECT_GE(cells.size(), 2u * 6);
