@@ -61,6 +61,22 @@ TEST(LightGuiding, NoPathThroughAWindowPassesBesideAllTargets) {
   }
 }
 
+TEST(LightGuiding, WhatLiesBetweenTheBallsIsAimedAt) {
+  // Land around the house reflects light in, and a path there that is not aimed outshines the room.
+  constexpr float kSide = 400;
+  const auto aims = map_of_sky(kSide, 0.9f * kSide);
+  ASSERT_TRUE(aims);
+  size_t missed = 0;
+  for (uint32_t i = 0; i < 1 << 15; ++i) {
+    const auto r = sobol::sample(i, 10);
+    const Vec3f p{-18 + 40 * r[0], -0.1f, -18 + 40 * r[1]};
+    const Vec3f w = cosine_direction({0, -1, 0}, r[2], r[3]);
+    const float place = (float(i % trace::AimMap::kParts) + 0.5f) / float(trace::AimMap::kParts);
+    missed += !(aims->density(place, p - w * (kSide / 2), w, nullptr, 0) > 0);
+  }
+  EXPECT_EQ(missed, 0u);
+}
+
 TEST(LightGuiding, AWideSiteTakesNoPathsFromTheRoom) {
   // A quarter of the pilot's places lies on the land or beyond, and much light lands there.
   for (const float side : {60.0f, 400.0f, 3000.0f}) {
