@@ -11,9 +11,10 @@
 namespace deltalux::gather {
 
 BodyCells::BodyCells(std::span<const Triangle> triangles, float edge,
-                     const scene::CoincidentFaces& coincident, const Distance& distance)
+                     const scene::CoincidentFaces& coincident, const Distance& distance,
+                     const Progress& progress)
     : rise_(kRise * edge) {
-  CellBuilder(triangles, edge, coincident, distance).build(*this);
+  CellBuilder(triangles, edge, coincident, distance, progress).build(*this);
 }
 
 uint32_t BodyCells::square_at(const Patch& patch, uint32_t column, uint32_t row) const {

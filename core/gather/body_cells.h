@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/progress.h"
 #include "base/vec.h"
 #include "gather/square_edges.h"
 #include "scene/coincident_faces.h"
@@ -31,9 +32,10 @@ class BodyCells {
 
   BodyCells() = default;
   /// `edge`: edge length of a square, in metres; larger if there would be too many squares, see
-  /// square_edges().
+  /// square_edges(). Throws Cancelled.
   BodyCells(std::span<const Triangle> triangles, float edge,
-            const scene::CoincidentFaces& coincident = {}, const Distance& distance = {});
+            const scene::CoincidentFaces& coincident = {}, const Distance& distance = {},
+            const Progress& progress = {});
 
   size_t size() const { return area_.size(); }
   /// The largest distance of a triangle from the plane of its cell.

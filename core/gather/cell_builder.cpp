@@ -65,6 +65,7 @@ std::vector<CellBuilder::Flat> CellBuilder::find_flats() {
   std::vector<Flat> flats;
   std::unordered_map<uint64_t, std::vector<std::pair<std::array<uint64_t, 5>, uint32_t>>> by_hash;
   for (uint32_t t = 0; t < triangles_.size(); ++t) {
+    step();
     const Vec3d c = across(t);
     const double twice = length(c);
     if (!(twice > 0) || !std::isfinite(1 / twice)) continue;
@@ -209,11 +210,16 @@ void CellBuilder::add_squares(const BodyCells::Patch& patch, uint32_t triangle,
 void CellBuilder::make_cells(BodyCells& out) {
   out.clumps_.resize(clumps_.size());
   for (size_t i = 0; i < clumps_.size(); ++i)
-    for (const bool back : {false, true}) make_clump_side(out, out.clumps_[i], back, clumps_[i]);
+    for (const bool back : {false, true}) {
+      step();
+      make_clump_side(out, out.clumps_[i], back, clumps_[i]);
+    }
   out.squares_.resize(squares_.size());
   for (size_t i = 0; i < squares_.size(); ++i)
-    for (const bool back : {false, true})
+    for (const bool back : {false, true}) {
+      step();
       make_side(out, out.squares_[i], back, squares_[i], cuts_[i][size_t(back)]);
+    }
 }
 
 void CellBuilder::make_side(BodyCells& out, BodyCells::Square& own, bool back, const Square& square,

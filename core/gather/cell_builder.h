@@ -16,8 +16,13 @@ namespace deltalux::gather {
 class CellBuilder {
  public:
   CellBuilder(std::span<const BodyCells::Triangle> triangles, float edge,
-              const scene::CoincidentFaces& coincident, const Distance& distance)
-      : triangles_(triangles), edge_(edge), coincident_(coincident), distance_(distance) {}
+              const scene::CoincidentFaces& coincident, const Distance& distance,
+              const Progress& progress)
+      : triangles_(triangles),
+        edge_(edge),
+        coincident_(coincident),
+        distance_(distance),
+        progress_(progress) {}
   void build(BodyCells& out);
 
  private:
@@ -64,6 +69,7 @@ class CellBuilder {
   struct Cut {
     double a, b, c, weight;
   };
+  static constexpr uint32_t kSteps = 1024;
   using Frame2 = std::array<Vec3d, 3>;  ///< origin, two unit vectors of a plane
   /// A triangle of a cell's shape.
   struct Fan {
@@ -77,6 +83,10 @@ class CellBuilder {
     double low[2], high[2];
   };
 
+  /// Checks for cancellation now and then. To be called for each piece of work of some microseconds.
+  void step() {
+    if (++steps_ % kSteps == 0) progress_.check();
+  }
   /// Groups triangles by plane and material.
   std::vector<Flat> find_flats();
   /// Whether the triangle lies in the plane, within the tolerance kRise.
@@ -137,6 +147,8 @@ class CellBuilder {
   double edge_;
   const scene::CoincidentFaces& coincident_;
   const Distance& distance_;
+  const Progress& progress_;
+  uint32_t steps_ = 0;
   std::vector<Square> squares_;
   std::vector<Clump> clumps_;
   std::vector<std::array<std::vector<Cut>, 2>> cuts_;  // by square and side

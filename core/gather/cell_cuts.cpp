@@ -175,6 +175,7 @@ void CellBuilder::find_cuts(const BodyCells& out) {
   }
   std::vector<std::vector<uint32_t>> below(triangles_.size());  // squares and clumps, by triangle
   for (uint32_t i = 0; i < count; ++i) {
+    step();
     const Box3 box(corners_of(out, i), kHeight * edge_);
     const int size = wide.size_of(box.longest());
     wide.add(i, size, box);
@@ -187,6 +188,7 @@ void CellBuilder::find_cuts(const BodyCells& out) {
     if (!may_cut(t)) continue;
     const auto visit = [&](uint32_t number) {
       if (std::exchange(seen[number], t) == t) return;
+      step();
       if (number < squares_.size())
         try_cut(out, t, number);
       else if (!is_small(t))

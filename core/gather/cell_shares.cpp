@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kPerSquare = 256;                      // points on the area of a square
 constexpr double kMinPoints = 4, kMaxPoints = 1 << 20;  // points on a triangle
+constexpr uint64_t kCheck = 1 << 14;                    // points between checks for cancellation
 
 bool varies(const scene::Scene& scene, const BodyCells::Triangle& triangle) {
   return scene.materials[triangle.material].kind->reads() != surfaces::Reads::nothing;
@@ -26,9 +27,10 @@ bool any_varies(const scene::Scene& scene, std::span<const BodyCells::Triangle> 
 
 void add_cell_shares(const scene::Scene& scene, uint32_t first_primitive,
                      std::span<const BodyCells::Triangle> triangles, const BodyCells& cells,
-                     float edge, std::vector<Vec3f>& out) {
+                     float edge, const Progress& progress, std::vector<Vec3f>& out) {
   std::vector<Vec3d> sum(cells.size());
   std::vector<double> area(cells.size());
+  uint64_t points = 0;
   for (uint32_t t = 0; t < triangles.size(); ++t) {
     if (!varies(scene, triangles[t])) continue;
     const Vec3f* corner = triangles[t].corner;
@@ -39,6 +41,7 @@ void add_cell_shares(const scene::Scene& scene, uint32_t first_primitive,
     const auto count = uint32_t(std::clamp(wanted, kMinPoints, kMaxPoints));
     const double each = own / count;
     for (uint32_t i = 0; i < count; ++i) {
+      if (++points % kCheck == 0) progress.check();
       float u = unit_float32(sobol::point(i, 0)), v = unit_float32(sobol::point(i, 1));
       if (u + v > 1) u = 1 - u, v = 1 - v;  // folds the square into the triangle
       const Vec3d share(scene.share_at(first_primitive + t, u, v));

@@ -14,9 +14,9 @@ bool any_varies(const scene::Scene& scene, std::span<const BodyCells::Triangle> 
 
 /// Appends the mean of Scene::share_at() over each cell of a body, from points spread evenly over
 /// its triangles. `first_primitive`: that of the body; `edge`: edge length of its squares. A pure
-/// function of the triangles and their surfaces.
+/// function of the triangles and their surfaces. Throws Cancelled.
 void add_cell_shares(const scene::Scene& scene, uint32_t first_primitive,
                      std::span<const BodyCells::Triangle> triangles, const BodyCells& cells,
-                     float edge, std::vector<Vec3f>& out);
+                     float edge, const Progress& progress, std::vector<Vec3f>& out);
 
 }  // namespace deltalux::gather

@@ -35,7 +35,8 @@ std::vector<BodyCells::Triangle> triangles_of(const scene::Object& object, bool 
 
 }  // namespace
 
-Cells::Cells(const scene::Scene& scene, const trace::RayCaster& caster, float metre)
+Cells::Cells(const scene::Scene& scene, const trace::RayCaster& caster, float metre,
+             const Progress& progress)
     : metre_(metre) {
   std::vector<BodyCells::Triangle> fixed;
   for (const scene::Object& object : scene.objects) {
@@ -43,26 +44,26 @@ Cells::Cells(const scene::Scene& scene, const trace::RayCaster& caster, float me
     const auto own = triangles_of(object, true);
     fixed.insert(fixed.end(), own.begin(), own.end());
   }
-  add(scene, scene::kNone, 0, fixed, kStaticEdge * metre, distance_to_surroundings(scene, caster));
+  add(scene, scene::kNone, 0, fixed, kStaticEdge * metre, distance_to_surroundings(scene, caster), progress);
   body_of_.assign(scene.objects.size(), 0);
   for (uint32_t i = 0; i < scene.objects.size(); ++i)
-    if (scene.objects[i].movable) add_object(scene, i);
+    if (scene.objects[i].movable) add_object(scene, i, progress);
 }
 
-void Cells::add_object(const scene::Scene& scene, uint32_t index) {
+void Cells::add_object(const scene::Scene& scene, uint32_t index, const Progress& progress) {
   const scene::Object& object = scene.objects[index];
   body_of_.resize(std::max<size_t>(body_of_.size(), index + 1));
   body_of_[index] = uint32_t(bodies_.size());
   Box box;
   for (const Vec3f& v : object.vertices) box.grow(v);
   const float edge = std::min(kMovableEdge * metre_, kShareOfMovable * box.diagonal());
-  add(scene, index, object.first_primitive, triangles_of(object, false), edge);
+  add(scene, index, object.first_primitive, triangles_of(object, false), edge, {}, progress);
 }
 
 void Cells::add(const scene::Scene& scene, uint32_t object, uint32_t first_primitive,
                 std::span<const BodyCells::Triangle> triangles, float edge,
-                const Distance& distance) {
-  BodyCells cells(triangles, edge > 0 ? edge : 1.0f, scene.coincident(object), distance);
+                const Distance& distance, const Progress& progress) {
+  BodyCells cells(triangles, edge > 0 ? edge : 1.0f, scene.coincident(object), distance, progress);
   if (uint64_t(size()) + cells.size() >= kNoCell / 2)
     throw SceneError("gather: more than 2e9 cells; bake with gather=\"off\"");
   // Add the body first: if memory runs out afterwards, drop_objects() knows what to remove.
@@ -75,12 +76,12 @@ void Cells::add(const scene::Scene& scene, uint32_t object, uint32_t first_primi
   }
   if (!share_.empty() || any_varies(scene, triangles)) {
     share_.resize(bodies_.back().first_cell, {1, 1, 1});
-    add_cell_shares(scene, first_primitive, triangles, own, edge, share_);
+    add_cell_shares(scene, first_primitive, triangles, own, edge, progress, share_);
   }
 }
 
 void Cells::expose(const scene::Scene& scene, const trace::RayCaster& caster,
-                   const Workers& workers) {
+                   const Workers& workers, const Progress& progress) {
   for (Body& body : bodies_) {
     if (std::exchange(body.exposed, true)) continue;
     // In the movable's own space, so that its pose does not matter.
@@ -92,7 +93,7 @@ void Cells::expose(const scene::Scene& scene, const trace::RayCaster& caster,
         [&](Vec3f o, Vec3f w, float to) {
           return moves ? own.closest(0, o, w, 0, to) : caster.closest_static(o, w, 0, to);
         },
-        workers);
+        workers, progress);
     for (size_t i = 0; i < shares.size(); ++i) area_[body.first_cell + i] *= shares[i];
   }
 }

@@ -19,13 +19,16 @@ namespace deltalux::gather {
 class Cells {
  public:
   Cells() = default;
-  /// `metre`: samples::scene_metre of the scene. Throws SceneError if there are too many cells.
-  Cells(const scene::Scene& scene, const trace::RayCaster& caster, float metre);
+  /// `metre`: samples::scene_metre of the scene. Throws SceneError if there are too many cells, and
+  /// Cancelled.
+  Cells(const scene::Scene& scene, const trace::RayCaster& caster, float metre,
+        const Progress& progress = {});
   /// Reduces the areas of cells by what their triangles hide from each other. To be called again
-  /// after add_object().
-  void expose(const scene::Scene& scene, const trace::RayCaster& caster, const Workers& workers);
-  /// Adds the cells of an object that was added to the scene last.
-  void add_object(const scene::Scene& scene, uint32_t object);
+  /// after add_object(). Throws Cancelled: new objects have to be dropped then.
+  void expose(const scene::Scene& scene, const trace::RayCaster& caster, const Workers& workers,
+              const Progress& progress);
+  /// Adds the cells of an object that was added to the scene last. Throws Cancelled, too.
+  void add_object(const scene::Scene& scene, uint32_t object, const Progress& progress = {});
   /// Removes the cells of objects from index `count` on.
   void drop_objects(size_t count);
 
@@ -90,8 +93,8 @@ class Cells {
     bool exposed = false;  ///< whether expose() has been called
   };
   void add(const scene::Scene& scene, uint32_t object, uint32_t first_primitive,
-           std::span<const BodyCells::Triangle> triangles, float edge,
-           const Distance& distance = {});
+           std::span<const BodyCells::Triangle> triangles, float edge, const Distance& distance,
+           const Progress& progress);
 
   float metre_ = 1;
   std::deque<Body> bodies_;

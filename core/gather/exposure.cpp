@@ -67,7 +67,7 @@ float share_of(const std::array<uint32_t, kPoints>& free) {
 
 std::vector<float> exposed_shares(const scene::Scene& scene, uint32_t body, const BodyCells& cells,
                                   const float* near, const Closest& closest,
-                                  const Workers& workers) {
+                                  const Workers& workers, const Progress& progress) {
   std::vector<float> shares(cells.size(), 1);
   std::vector<uint32_t> triangles, begin;
   cells.sort_small(triangles, begin);
@@ -76,6 +76,7 @@ std::vector<float> exposed_shares(const scene::Scene& scene, uint32_t body, cons
       // A flat cell hides nothing of itself.
       const size_t count = begin[cell + 1] - begin[cell];
       if (count < 2) continue;
+      progress.check();
       Surface own{scene,
                   body,
                   std::span(triangles).subspan(begin[cell], count),

@@ -18,9 +18,9 @@ using Closest = std::function<trace::Hit(Vec3f origin, Vec3f direction, float to
 /// clumps. Light from afar lands where a clump is exposed, and just there rays from afar hit it. So
 /// they see more light than is there on average: if light is in proportion to the exposure e, by a
 /// factor of mean(e^2) / mean(e)^2. `near`: by cell, see Cells::near(). A pure function of the
-/// body's geometry.
+/// body's geometry. Throws Cancelled.
 std::vector<float> exposed_shares(const scene::Scene& scene, uint32_t body, const BodyCells& cells,
                                   const float* near, const Closest& closest,
-                                  const Workers& workers);
+                                  const Workers& workers, const Progress& progress);
 
 }  // namespace deltalux::gather

@@ -206,7 +206,7 @@ Frame Session::bake(Progress& progress, bool leave_direct) {
     Frame frame;
     Stopwatch watch;
     index_triangles(progress);
-    make_cells();
+    make_cells(progress);
     allot_paths(progress);
     const PilotPaths paths = walk_pilot_paths(*state_, progress);
     forecast_memory(paths);
@@ -227,7 +227,8 @@ Frame Session::bake(Progress& progress, bool leave_direct) {
     compute_direct(progress, leave_direct);
     if (leave_direct) awaited_direct_ = std::make_unique<Awaited>(state_->samples.size());
     frame.end_stage("direct", watch);
-    if (state_->holds_all()) look_around(progress, true);
+    if (state_->holds_all())
+      look_around(progress, true, {}, [&] { frame.end_stage("guides", watch); });
     frame.end_stage("gather", watch);
     refresh_areas(nullptr);
     spare_discs_.reset();
@@ -267,7 +268,7 @@ Frame Session::recompute(Progress& progress) {
     Frame frame;
     progress.begin("index triangles", 1);
     s.caster = std::make_unique<trace::RayCaster>(s.scene, progress);
-    make_cells();
+    make_cells(progress);
     trace_all(progress, frame);
     Stopwatch watch;
     compute_direct(progress);

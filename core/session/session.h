@@ -290,11 +290,11 @@ class Session {
                      Progress& progress);
   /// Divides the surface into cells, which hold no light yet. In sessions without a final gather
   /// this and the next functions do nothing.
-  void make_cells();
+  void make_cells(Progress& progress);
   /// Adds cells for objects, and cells' sums for light groups, that edits added.
-  void grow_cell_sums();
+  void grow_cell_sums(const Progress& progress);
   /// Adds all sums for objects and light groups that edits added.
-  void grow_sums();
+  void grow_sums(const Progress& progress);
   /// Removes the sums for objects and light groups that a failed edit had added.
   void shrink_sums() noexcept;
   /// Lays out the sums on discs and of direct light for the present light groups.
@@ -302,8 +302,10 @@ class Session {
   void cover_cells(Progress& progress);
   /// Casts the gather rays of all samples. `new_guides`: choose guides and ray counts, as a bake
   /// does; otherwise keep those of the bake. `others`: first flights of paths that other sessions
-  /// hold. In a session with a part of the paths this does nothing.
-  void look_around(Progress& progress, bool new_guides = false, const FirstFlights& others = {});
+  /// hold; `chosen` is called once guides are chosen. In a session with a part of the paths this does
+  /// nothing.
+  void look_around(Progress& progress, bool new_guides = false, const FirstFlights& others = {},
+                   const std::function<void()>& chosen = {});
   /// Subtracts from sums of the cells what `flights` brought from this light.
   void leave_out(uint32_t light, const FirstFlights& flights, std::vector<int64_t>& quanta) const;
   /// The same for the present sums.

@@ -47,32 +47,33 @@ void lay_out_cell_sums(State& s) {
   sums.touched.resize(s.gather->cells.size(), 1);
 }
 
-void Session::make_cells() {
+void Session::make_cells(Progress& progress) {
   State& s = *state_;
   s.gather.reset();
   kept_.reset();
   if (!s.options.gather_rays) return;
+  progress.begin("divide surfaces", 1);
   s.gather = std::make_unique<Gather>(
-      Gather{gather::Cells(s.scene, *s.caster, samples::scene_metre(s.scene, *s.caster)),
+      Gather{gather::Cells(s.scene, *s.caster, samples::scene_metre(s.scene, *s.caster), progress),
              {},
              {},
              {},
              gather::Looks({}, s.options.seed),
              {}});
-  grow_cell_sums();
+  grow_cell_sums(progress);
 }
 
-void Session::grow_cell_sums() {
+void Session::grow_cell_sums(const Progress& progress) {
   State& s = *state_;
   if (!s.gather) return;
   for (uint32_t i = uint32_t(s.gather->cells.objects()); i < s.scene.objects.size(); ++i)
-    s.gather->cells.add_object(s.scene, i);
-  s.gather->cells.expose(s.scene, *s.caster, s.workers);
+    s.gather->cells.add_object(s.scene, i, progress);
+  s.gather->cells.expose(s.scene, *s.caster, s.workers, progress);
   lay_out_cell_sums(s);
 }
 
-void Session::grow_sums() {
-  grow_cell_sums();
+void Session::grow_sums(const Progress& progress) {
+  grow_cell_sums(progress);
   lay_out_sums();
 }
 
@@ -192,13 +193,16 @@ void Session::cover_cells(Progress& progress) {
   s.gather->coverage.compute(s.scene, *s.caster, s.gather->cells, s.workers);
 }
 
-void Session::look_around(Progress& progress, bool new_guides, const FirstFlights& others) {
+void Session::look_around(Progress& progress, bool new_guides, const FirstFlights& others,
+                          const std::function<void()>& chosen) {
   State& s = *state_;
   if (!s.gather || !s.evaluates()) return;
   cover_cells(progress);
   if (new_guides) {
     const ChoiceLight choice(s, choice_factors(s));
-    aim(choose_guides(others, progress), progress);
+    const gather::Evaluation now = choose_guides(others, progress);
+    if (chosen) chosen();
+    aim(now, progress);
   } else {
     place_asked();
     aim({}, progress);

@@ -262,7 +262,7 @@ Affected Session::apply(std::span<const scene::Edit> edits, EditLog& log, double
   try {
     log.apply(edits);
     if (!baked_) return affected;
-    grow_sums();
+    grow_sums(progress);
     frame.end_stage("geometry", watch);
     if (log.reflects_more()) refuse_growth(progress);
     if (log.changes_world()) {
@@ -325,7 +325,7 @@ void Session::rebuild(Progress& progress) {
   Progress unstoppable;
   pending_.clear();
   progress.announce("compute again", 1);
-  make_cells();
+  make_cells(unstoppable);
   trace_all(unstoppable, frame);
   compute_direct(unstoppable);
   look_around(unstoppable);

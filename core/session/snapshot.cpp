@@ -220,7 +220,7 @@ void Session::restore(ArchiveSource& archive, Progress& progress) {
   if (discs) parts = restore_discs(archive, progress);
   plan_parts(parts, discs ? walk_pilot_paths(s, progress) : PilotPaths{}, false, progress);
   make_estimators(parts, progress);
-  make_cells();
+  make_cells(progress);
   if (traced) {
     restore_segments(archive, progress);
     if (discs) s.sums = archive.read_all<int64_t>("sums", s.sum_count());

@@ -119,6 +119,7 @@ def opening(stored: Stored, calibrated: bool = True) -> list[Step]:
         *_discs(c, 1e-7),
         Step("pilot", 0.0 if c.rays else 0.05, "once"),
         _planning(),
+        _dividing(c),
         Step("restore segments", 5e-9 * (stored.size - stored.ray_bytes), "disk"),
         Step("cover cells", 0.05 + 2e-6 * c.triangles),
         Step("restore rays", 2.5e-9 * stored.ray_bytes, "disk"),
@@ -133,6 +134,7 @@ def baking(counts: Counts, calibrated: bool = True) -> list[Step]:
         Step("make session", 0.01 + 6e-7 * (c.triangles + c.samples)),
         _calibrating(calibrated or bool(c.rays)),
         Step("index triangles", 0.01 + 8e-7 * c.triangles),
+        _dividing(c),
         Step("pilot", 0.05, "once"),
         Step("find windows", 0.4 * c.suns, "once"),
         Step("find what large lights light", 0.0, "once"),  # of skies: some tenths of a second
@@ -182,6 +184,11 @@ def _calibrating(calibrated: bool) -> Step:
     return Step("calibrate", 0.0 if calibrated else 0.9, "once", PILOTS)
 
 
+def _dividing(c: Counts) -> Step:
+    """Step that divides surfaces into the cells that gather rays read."""
+    return Step("divide surfaces", 0.05 + 6e-6 * c.triangles if c.rays else 0.0)
+
+
 def _planning() -> Step:
     return Step("plan", 0.05, "once", PILOTS)
 
@@ -200,7 +207,8 @@ def updating(counts: Counts) -> list[Step]:
 
 def recomputing(counts: Counts) -> list[Step]:
     """Steps that recompute an open session."""
-    again = ("index triangles", "trace paths", "direct light", "cover cells", "share rays", "look around")
+    again = ("index triangles", "divide surfaces", "trace paths", "direct light")
+    again += ("cover cells", "share rays", "look around")
     return [step for step in baking(counts) if step.name in again]
 
 

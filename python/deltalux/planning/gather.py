@@ -22,7 +22,8 @@ from .parts import GatherPlan
 PILOTS = (128, 1024)  # numbers of samples; costs that do not grow with the samples are in both
 PILOT_PATHS = 50_000  # with far fewer paths, other samples would look noisy, and cast more rays
 NUDGE = 1e-3  # as a share of a movable's size: as in a drag, every ray that hits it is cast again
-BAKE, BYTES = "\0bake", "\0bytes"  # keys beside the names of movables
+RAYS, FIXED, BYTES = "\0rays", "\0fixed", "\0bytes"  # keys beside the names of movables
+STAGES = {RAYS: ("gather",), FIXED: ("prepare", "guides")}  # of a bake
 
 
 @dataclass(frozen=True)
@@ -33,11 +34,15 @@ class _Costs:
     of: dict[str, float]
 
     def grown(self, few: _Costs, samples: int) -> dict[str, float]:
-        """Extrapolate along the line through both pilots, but not below this one, the larger."""
+        """Extrapolate along the line through both pilots, but not below this one, the larger.
+
+        What a bake prepares and chooses does not grow: in large scenes, it varies by more than rays cost.
+        """
         if samples <= self.samples or few.samples == self.samples:
             return self.of
         ahead = (samples - self.samples) / (self.samples - few.samples)
-        return {what: own + ahead * max(0.0, own - few.of[what]) for what, own in self.of.items()}
+        more = {what: max(0.0, own - few.of[what]) for what, own in self.of.items() if what != FIXED}
+        return self.of | {what: self.of[what] + ahead * each for what, each in more.items()}
 
 
 def plan_gather(
@@ -54,7 +59,7 @@ def plan_gather(
     few, more = (_pilot(scene, flat, samples, options, count, progress) for count in PILOTS)
     costs = more.grown(few, len(samples))
     frames = {mesh.name: costs[mesh.name] for mesh in scene.meshes if mesh.movable}
-    return GatherPlan(int(options["gather"]), costs[BAKE], frames, int(costs[BYTES]))
+    return GatherPlan(int(options["gather"]), costs[RAYS] + costs[FIXED], frames, int(costs[BYTES]))
 
 
 def _pilot(
@@ -68,7 +73,7 @@ def _pilot(
     some = _spread(samples, count)
     own = {**options, "threads": 1, "paths": min(options["paths"], PILOT_PATHS)}
     core = make_core_session(scene, flat, some, own)
-    costs = {BAKE: _seconds(lambda: core.bake(progress), ("prepare", "gather"))}
+    costs = _seconds(lambda: core.bake(progress), STAGES)
     costs[BYTES] = core.statistics()["gather"]["ray_bytes_in_use"]
     for mesh in scene.meshes:
         if mesh.movable:
@@ -76,13 +81,14 @@ def _pilot(
     return _Costs(len(some), costs)
 
 
-def _seconds(work: Callable[[], Any], stages: tuple[str, ...]) -> float:
-    """Processor seconds of some of the stages of `work`."""
+def _seconds(work: Callable[[], Any], parts: Mapping[str, tuple[str, ...]]) -> dict[str, float]:
+    """Processor seconds of parts of `work`, each some of its stages."""
     start = time.process_time()
     milliseconds = work()["milliseconds"]
     seconds = time.process_time() - start
     whole = sum(value for stage, value in milliseconds.items() if stage != "total")
-    return seconds * sum(milliseconds[stage] for stage in stages) / whole if whole > 0 else 0.0
+    each = seconds / whole if whole > 0 else 0.0
+    return {part: each * sum(milliseconds[stage] for stage in stages) for part, stages in parts.items()}
 
 
 def _frame(core: Any, flat: FlatScene, mesh: Mesh, progress: Progress | None) -> float:
@@ -92,7 +98,7 @@ def _frame(core: Any, flat: FlatScene, mesh: Mesh, progress: Progress | None) ->
     pose[0, 3] += np.copysign(NUDGE * float(np.ptp(mesh.vertices, axis=0).max(initial=0.0)), inwards)
     edits = _core.EditList()
     edits.move(flat.objects[mesh.name], flat.pose(mesh.name, pose))
-    seconds = _seconds(lambda: core.update(edits, 0.0, progress), ("gather",))
+    seconds = _seconds(lambda: core.update(edits, 0.0, progress), {RAYS: STAGES[RAYS]})[RAYS]
     start = time.process_time()
     core.read_irradiance()
     return seconds + time.process_time() - start
