@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A progress callback that raises or says no, at each of its calls: the state is that before or after."""
+"""A progress callback that raises or says no, at one of its calls after another: the state is that before or after."""
 
 from __future__ import annotations
 
 import functools
-import itertools
 
 import deltalux as dl
 import pytest
 from deltalux import _core
 from rooms import box, room, samples_in, translation
+from thoroughness import calls
 
 OPTIONS = {"paths": 8_000, "gather": 24, "threads": 1} | dict.fromkeys(
     ("static_method", "moving_method"), "disc_index"
@@ -136,7 +136,7 @@ def undo(session, kind, before):
 def test_an_update(file, kind, raises):
     before, after, following = digests_of(file, kind)
     session = dl.Session.open(file, threads=1)
-    for k in itertools.count(1):
+    for k in calls():
         EDITS[kind][0](session)
         session.progress = failing = Failing(k, raises)
         fails(session.update, failing)
@@ -193,7 +193,7 @@ def test_a_bake(raises):
         baked = session.digest()
         session.move("block", NEXT)
         following = session.digest()
-    for k in itertools.count(1):
+    for k in calls():
         with make_session() as session:
             session.progress = failing = Failing(k, raises)
             fails(session.bake, failing)
@@ -228,7 +228,7 @@ def test_a_bake_over_a_bake_and_a_recompute(file, raises):
         session.move("block", NEXT)
         following = session.digest()
         for work in (session.bake, session.recompute):
-            for k in itertools.count(1):
+            for k in calls():
                 session.move("block", FIRST)
                 session.update()
                 session.progress = failing = Failing(k, raises)
@@ -243,7 +243,7 @@ def test_a_save(file, tmp_path, raises):
     """What is queued is worked off first."""
     _, after, _ = digests_of(file, "reflectance")
     path = tmp_path / "a.dlx"
-    for k in itertools.count(1):
+    for k in calls():
         path.write_bytes(b"old")
         with dl.Session.open(file, threads=1) as session:
             EDITS["reflectance"][0](session)
@@ -262,7 +262,7 @@ def test_a_save(file, tmp_path, raises):
 @pytest.mark.parametrize("raises", [True, False])
 def test_an_open(file, raises):
     before, after, _ = digests_of(file, "reflectance")
-    for k in itertools.count(1):
+    for k in calls():
         failing = Failing(k, raises)
         fails(lambda failing=failing: dl.Session.open(file, threads=1, progress=failing).close(), failing)
         if not failing.failed:

@@ -306,7 +306,7 @@ def test_memory_does_not_grow_with_the_number_of_edits(gather):
         session.bake()
         rng = np.random.default_rng(2)
         sizes = []
-        for step in range(600):
+        for step in range(200):
             session.move("block", translation(*rng.uniform((-1.5, 0.5, -1), (1.5, 1.5, 1))) @ turn(step))
             session.move("lamp", translation(*rng.uniform((-1.5, 0.5, -1), (1.5, 1.5, 1))))
             session.update()
@@ -314,7 +314,7 @@ def test_memory_does_not_grow_with_the_number_of_edits(gather):
         # Each update replaces about 1000 segments of 60 bytes; storage comes in pieces of 123 kB. That of
         # chains doubles at a time.
         doubled = 0 if gather == "off" else session.statistics["gather"]["ray_bytes"] / 2
-        assert max(sizes[300:]) <= max(sizes[:300]) + 4 * 123_000 + doubled
+        assert max(sizes[100:]) <= max(sizes[:100]) + 4 * 123_000 + doubled
         equals_recompute(session)
 
 
