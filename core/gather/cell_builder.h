@@ -83,7 +83,8 @@ class CellBuilder {
     double low[2], high[2];
   };
 
-  /// Checks for cancellation now and then. To be called for each piece of work of some microseconds.
+  /// Checks for cancellation now and then. To be called for each piece of work of some
+  /// microseconds.
   void step() {
     if (++steps_ % kSteps == 0) progress_.check();
   }

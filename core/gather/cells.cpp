@@ -44,7 +44,8 @@ Cells::Cells(const scene::Scene& scene, const trace::RayCaster& caster, float me
     const auto own = triangles_of(object, true);
     fixed.insert(fixed.end(), own.begin(), own.end());
   }
-  add(scene, scene::kNone, 0, fixed, kStaticEdge * metre, distance_to_surroundings(scene, caster), progress);
+  add(scene, scene::kNone, 0, fixed, kStaticEdge * metre, distance_to_surroundings(scene, caster),
+      progress);
   body_of_.assign(scene.objects.size(), 0);
   for (uint32_t i = 0; i < scene.objects.size(); ++i)
     if (scene.objects[i].movable) add_object(scene, i, progress);

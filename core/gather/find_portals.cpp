@@ -8,9 +8,8 @@
 #include <optional>
 
 #include "base/random.h"
-#include "gather/cells.h"
-#include "gather/directions.h"
-#include "gather/radiosity.h"
+#include "gather/find_gaps.h"
+#include "gather/sight_lines.h"
 #include "gather/votes.h"
 
 namespace deltalux::gather {
@@ -19,79 +18,18 @@ namespace {
 constexpr size_t kPlaces = 1024;       // samples that are asked
 constexpr size_t kRaysInAll = 262144;  // of all of them together
 constexpr uint32_t kLeastRays = 256, kMostRays = 4096;
-// Times the mean radiosity that a place's rays hit: one such ray in 256 brings 6 % of the light.
-constexpr float kBright = 16;
+constexpr uint32_t kPastCorners = 4;  // one of so many rays passes a corner
 constexpr size_t kMostLines = 512, kMostPairs = 128;
 constexpr size_t kLeastLines = 4;
 constexpr double kMinShare = 0.01;  // of all places' variance, for an opening to be worth a guide
 constexpr float kNarrow = 0.15f;    // largest radius of an opening, in distances of those who look
-constexpr float kEnds = 0.05f;      // share of a line at its start that is no opening
 constexpr float kApart = 8;         // radii: lines of an opening start farther apart
 constexpr double kFramed = 0.5, kFlat = 0.5;  // share of looks beside it that a wall stops nearby
 constexpr float kOblique = 4;  // largest radius in the plane of the wall, in radii of the waist
-constexpr size_t kMostPortals = 16;
+constexpr size_t kMostPortals = 16, kMostGaps = 12;
+constexpr uint32_t kLooks = 3;  // of a texel
 constexpr int kTries = 32;
 constexpr float kSpare = 1.2f;  // times the radius within which the lines pass: the guide's half
-
-/// A ray from a sample to a place that is much brighter than what its other rays meet.
-struct SightLine {
-  Vec3f from, w;
-  float length;
-  float around;   ///< mean radiosity that the sample's rays meet
-  double weight;  ///< share of the sample's variance
-
-  /// The parameter, within the line's middle part, of the point closest to `p`.
-  float closest(Vec3f p) const { return std::clamp(dot(p - from, w), kEnds * length, length); }
-  Vec3f at(float t) const { return from + w * t; }
-  float distance(Vec3f p) const { return deltalux::length(at(closest(p)) - p); }
-};
-
-struct Look {
-  std::vector<SightLine> bright;
-  double variance = 0;
-};
-
-/// Whether the ray ends on the place of a guide.
-bool is_known(std::span<const Guide> known, Vec3f from, Vec3f w, float t) {
-  return std::any_of(known.begin(), known.end(), [&](const Guide& guide) {
-    const float beyond = dot(from + w * t - guide.centre, guide.normal);
-    return std::fabs(beyond) <= guide.rise && Target(guide, from).density(w) > 0;
-  });
-}
-
-/// What the rays of one sample meet.
-Look look(const Present& present, const Evaluation& evaluation, const CellFinder& finder,
-          std::span<const Guide> known, const Directions& directions, uint32_t rays,
-          const direct::Receiver& receiver) {
-  struct Met {
-    Vec3f w;
-    float t, radiosity;
-  };
-  std::vector<Met> met;
-  const Vec3f origin = receiver.point + receiver.normal * receiver.slack();
-  double all = 0;
-  for (uint32_t ray = 0; ray < rays; ++ray) {
-    const Vec3f w = directions(receiver.key, ray, receiver.normal);
-    const trace::Hit hit = present.caster.closest(origin, w);
-    if (!hit.valid()) continue;
-    const uint32_t cell = finder.find(hit.primitive, origin, w, hit.t);
-    if (cell == kNoCell || hit.t < present.cells.near(cell)) continue;
-    const float radiosity = radiosity_at(present, evaluation, origin, w, hit, cell);
-    if (!std::isfinite(radiosity)) continue;
-    all += double(radiosity);
-    met.push_back({w, hit.t, radiosity});
-  }
-  Look out;
-  if (!(all > 0)) return out;
-  const auto around = float(all / rays);
-  for (const Met& own : met) {
-    const double share = double(own.radiosity) / all;
-    out.variance += share * share;
-    if (own.radiosity > kBright * around && !is_known(known, origin, own.w, own.t))
-      out.bright.push_back({origin, own.w, own.t, around, share * share});
-  }
-  return out;
-}
 
 /// The midpoint of the shortest connection of two lines; none if they are parallel.
 std::optional<Vec3f> crossing(const SightLine& a, const SightLine& b) {
@@ -100,7 +38,8 @@ std::optional<Vec3f> crossing(const SightLine& a, const SightLine& b) {
   const Vec3f d = b.from - a.from;
   const float t = (dot(d, a.w) - cosine * dot(d, b.w)) / sine_squared;
   const float s = (cosine * dot(d, a.w) - dot(d, b.w)) / sine_squared;
-  if (!(t > kEnds * a.length && t <= a.length && s > kEnds * b.length && s <= b.length))
+  if (!(t > SightLine::kEnds * a.length && t <= a.length && s > SightLine::kEnds * b.length &&
+        s <= b.length))
     return std::nullopt;
   return (a.at(t) + b.at(s)) * 0.5f;
 }
@@ -208,30 +147,6 @@ bool place(const Present& present, std::span<const SightLine> lines, const Waist
   return radius <= kOblique * waist.radius;
 }
 
-/// The light that is seen through the guide's texels from where the lines start.
-void paint(const Present& present, const Evaluation& evaluation, const CellFinder& finder,
-           std::span<const SightLine> lines, const Waist& waist, Guide& guide) {
-  constexpr size_t kSide = Guide::kSide, kLooks = 3;
-  Guide::Texels texel{};
-  for (size_t k = 0; k < kSide; ++k)
-    for (size_t i = 0; i < kSide; ++i) {
-      const Vec3f at = guide.point((float(i) + 0.5f) / kSide, (float(k) + 0.5f) / kSide);
-      for (size_t n = 0; n < kLooks; ++n) {
-        const size_t which = (k * kSide + i) * kLooks + n;
-        const Vec3f from = lines[waist.lines[which % waist.lines.size()]].from;
-        const Vec3f d = at - from;
-        const float distance = length(d);
-        const Vec3f w = d * (1 / distance);
-        const trace::Hit hit = present.caster.closest(from, w);
-        if (!hit.valid() || hit.t < distance - guide.rise) continue;
-        const uint32_t cell = finder.find(hit.primitive, from, w, hit.t);
-        if (cell != kNoCell)
-          texel[k][i] += radiosity_at(present, evaluation, from, w, hit, cell) / kLooks;
-      }
-    }
-  guide.set_texels(texel);
-}
-
 }  // namespace
 
 std::vector<Guide> find_portals(const Present& present, const Evaluation& evaluation,
@@ -248,28 +163,32 @@ std::vector<Guide> find_portals(const Present& present, const Evaluation& evalua
   if (asked.size() > kPlaces) asked.resize(kPlaces);
   const auto rays = uint32_t(
       std::clamp<size_t>(kRaysInAll / asked.size(), size_t(kLeastRays), size_t(kMostRays)));
+  const uint32_t past_corners = rays / kPastCorners;
   const Directions directions(rays, seed ^ 0x706f7274616c2121ull);
   const CellFinder finder(present.scene, present.cells);
+  const Eyes eyes{present,    evaluation,          finder,       known,
+                  directions, rays - past_corners, past_corners, seed};
+  std::vector<const direct::Receiver*> receivers;
+  for (const uint32_t i : asked) receivers.push_back(&present.receivers[i]);
   std::vector<Look> found(asked.size());
   progress.begin("find openings", found.size());
   workers.for_blocks(found.size(), 16, [&](size_t begin, size_t end) {
     progress.check();
-    for (size_t i = begin; i < end; ++i)
-      found[i] =
-          look(present, evaluation, finder, known, directions, rays, present.receivers[asked[i]]);
+    for (size_t i = begin; i < end; ++i) found[i] = eyes.look(*receivers[i]);
     progress.advance(end - begin);
   });
+  std::vector<Guide> portals = find_gaps(eyes, receivers, found, kMostGaps, progress);
   double variance = 0;
   std::vector<SightLine> lines;
   for (const Look& own : found) {
     variance += own.variance;
-    lines.insert(lines.end(), own.bright.begin(), own.bright.end());
+    for (const SightLine& line : own.bright)
+      if (!passes(portals, line.from, line.w)) lines.push_back(line);
   }
   std::stable_sort(lines.begin(), lines.end(),
                    [](const SightLine& a, const SightLine& b) { return a.weight > b.weight; });
   if (lines.size() > kMostLines) lines.resize(kMostLines);
 
-  std::vector<Guide> portals;
   for (int t = 0; t < kTries && portals.size() < kMostPortals; ++t) {
     if (lines.size() < kLeastLines) break;
     progress.check();
@@ -286,7 +205,9 @@ std::vector<Guide> find_portals(const Present& present, const Evaluation& evalua
     guide.around = quantile(around, 0.5);
     if (place(present, lines, waist, guide)) {
       guide.rise = 0.1f * guide.half;
-      paint(present, evaluation, finder, lines, waist, guide);
+      std::vector<Vec3f> from;
+      for (const uint32_t i : waist.lines) from.push_back(lines[i].from);
+      paint(eyes, from, kLooks, guide);
       if (!guide.flaw()) portals.push_back(guide);
     }
     std::vector<SightLine> left;

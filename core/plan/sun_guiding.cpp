@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <optional>
 
@@ -20,7 +21,9 @@ constexpr uint64_t kSeed = 20261124;
 constexpr uint64_t kFirstPath = uint64_t(1) << 24;  // different from those of LightPilot::given()
 constexpr uint32_t kEven = 16384;                   // uniform starts
 constexpr uint32_t kPoints = 8192;                  // points of surfaces that may see the sun
+constexpr uint32_t kCorners = 8192;                 // starts beside corners of triangles
 constexpr uint32_t kTries = 16;                     // paths of a start that such a walk finds
+constexpr float kNearest = 0.005f, kRange = 400;    // of a start beside a corner, in radii; factor
 constexpr size_t kSplit = 16;                       // squares with this many starts are divided
 constexpr int kDeepest = 18;  // levels: ten kilometres become four centimetres
 // Weight of what is known of the square around, in useful paths, and the most in paths: land far
@@ -64,9 +67,19 @@ class Starts {
   void add(Vec3f p, std::vector<Start>& out) const {
     if (pilot_.caster().occluded_static(p, -sun_.direction, std::numeric_limits<float>::max()))
       return;
-    const Vec3f d = p - sun_.corner;
-    const Start start{dot(d, sun_.frame_u) / size_u_, dot(d, sun_.frame_v) / size_v_};
-    if (start[0] >= 0 && start[0] < 1 && start[1] >= 0 && start[1] < 1) out.push_back(start);
+    add_towards(p, out);
+  }
+  /// Appends a start of paths that pass beside a corner of a triangle: there openings end that are
+  /// too small to be found by chance.
+  void add_beside(size_t i, std::vector<Start>& out) const {
+    const scene::Scene& scene = pilot_.scene();
+    const size_t triangle = i * scene.static_primitives() / kCorners;
+    const auto r = sobol::sample(uint32_t(i), kSeed);
+    const scene::Face face = scene.face(scene::kNone, uint32_t(triangle));
+    const float away = pilot_.places().radius.front() * kNearest * std::pow(kRange, r[0]);
+    const float turn = 2 * std::numbers::pi_v<float> * r[1];
+    const Vec3f u = normalize(sun_.frame_u), v = normalize(sun_.frame_v);
+    add_towards(face.corner[i % 3] + (u * std::cos(turn) + v * std::sin(turn)) * away, out);
   }
   /// The same for all vertices of a few light paths that are followed backwards from a place of the
   /// pilot: light there comes from where these go.
@@ -78,6 +91,12 @@ class Starts {
   }
 
  private:
+  void add_towards(Vec3f p, std::vector<Start>& out) const {
+    const Vec3f d = p - sun_.corner;
+    const Start start{dot(d, sun_.frame_u) / size_u_, dot(d, sun_.frame_v) / size_v_};
+    if (start[0] >= 0 && start[0] < 1 && start[1] >= 0 && start[1] < 1) out.push_back(start);
+  }
+
   const LightPilot& pilot_;
   const lights::Punctual& sun_;
   float size_u_, size_v_;
@@ -96,7 +115,8 @@ void append(size_t count, const Add& add, const Workers& workers, const Progress
     for (const auto& [u, v] : of_point) trials.push_back({u, v});
 }
 
-/// Uniform starts, and starts of paths that end on surfaces anywhere that the sun sees.
+/// Uniform starts, starts of paths that end on surfaces anywhere that the sun sees, and of paths
+/// that pass beside corners.
 std::vector<Trial> first_starts(const LightPilot& pilot, const Starts& starts, Vec3f direction,
                                 const Workers& workers, const Progress& progress) {
   std::vector<Trial> trials;
@@ -111,6 +131,10 @@ std::vector<Trial> first_starts(const LightPilot& pilot, const Starts& starts, V
     starts.add(anywhere.point[i] + n * (anywhere.radius[i] * 0.01f), out);
   };
   append(anywhere.size(), add, workers, progress, trials);
+  if (pilot.scene().static_primitives())
+    append(
+        kCorners, [&](size_t i, std::vector<Starts::Start>& out) { starts.add_beside(i, out); },
+        workers, progress, trials);
   return trials;
 }
 

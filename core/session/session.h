@@ -302,8 +302,8 @@ class Session {
   void cover_cells(Progress& progress);
   /// Casts the gather rays of all samples. `new_guides`: choose guides and ray counts, as a bake
   /// does; otherwise keep those of the bake. `others`: first flights of paths that other sessions
-  /// hold; `chosen` is called once guides are chosen. In a session with a part of the paths this does
-  /// nothing.
+  /// hold; `chosen` is called once guides are chosen. In a session with a part of the paths this
+  /// does nothing.
   void look_around(Progress& progress, bool new_guides = false, const FirstFlights& others = {},
                    const std::function<void()>& chosen = {});
   /// Subtracts from sums of the cells what `flights` brought from this light.

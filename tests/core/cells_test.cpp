@@ -8,6 +8,7 @@
 #include <tuple>
 #include <vector>
 
+#include "base/fault.h"
 #include "base/random.h"
 #include "direct_world.h"
 #include "gather/cells.h"
@@ -104,6 +105,23 @@ TEST(Cells, HaveTheAreaThatFallsToThem) {
   expect_areas(triangles_of(pieces), 0.2f);
   expect_areas({{{{0, 0, 0}, {8, 0, 0}, {0, 0, -0.01f}}, 0}}, 0.2f);
   expect_areas({{{{0, 0, 0}, {2, 0.1f, 0}, {0.7f, 0.4f, 1.9f}}, 0}}, 0.2f);
+}
+
+TEST(Cells, AreDividedUntilCancelled) {
+  scene::Object plane;
+  direct::add_quad(plane, {0, 0, 0}, {3, 0, 0}, {0, 0, -3}, 0, 41);
+  const auto triangles = triangles_of(plane);
+  int checks = 0;
+  for (bool done = false; !done; ++checks) {
+    fault::arm(fault::Kind::cancel, checks + 1);
+    try {
+      const BodyCells cells(triangles, 0.05f);
+      done = true;
+    } catch (const Cancelled&) {
+    }
+  }
+  fault::arm(fault::Kind::cancel, 0);
+  EXPECT_GT(checks, 10);
 }
 
 TEST(Cells, OfOneSquareBelongToBothTrianglesOfAQuad) {
