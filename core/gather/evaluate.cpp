@@ -15,7 +15,7 @@ namespace {
 constexpr size_t kPupils = 2048;
 constexpr size_t kMinPupils = 64;  // of a kind; fewer tell nothing
 // Of fewer batches with light, each may have had it from one path: others, which keep more of their
-// power, may be missing.
+// power, may be missing. So they may where most rays end in darkness.
 constexpr size_t kFewBatches = 4;
 constexpr double kMostReflected = 0.95;  // of what a room's surfaces reflect, in that allowance
 constexpr double kMaxRelative = 0.04;    // variance: beyond, the noise may stem from a single ray
@@ -133,7 +133,9 @@ void Evaluation::read(const Looks& looks, size_t sample, double* irradiance, dou
       reached += sum > 0;
     }
     error[c] = by_rays;
-    if (reached == 0 || reached >= kFewBatches) continue;
+    // What is seen through an opening says nothing of a room whose own surfaces are not lit.
+    const bool hardly = reached < kFewBatches || 2 * table.unlit > n;
+    if (reached == 0 || !hardly) continue;
     if (!of_one_path) of_one_path = unseen(looks, sample);
     error[c] = std::hypot(by_rays, (*of_one_path)[int(c)]);
   }
@@ -200,6 +202,7 @@ void Evaluation::add(const Looks& looks, size_t sample, Table& table) const {
         if (cell == kDark) continue;
       }
       const CellLight::Radiosity& radiosity = (*light_)[cell];
+      table.unlit += !(radiosity[0] + radiosity[1] + radiosity[2] > 0);
       for (size_t c = 0; c < 3; ++c) {
         of_part[c] += through[c] * radiosity[c];
         if (!kErrors) continue;

@@ -17,7 +17,7 @@ class Evaluation {
   Evaluation(const CellState& state, const CellLight& light, Paint paint, bool errors,
              const Workers& workers);
   /// Power per square metre of a room that one more path would bring to it, per channel: where few
-  /// batches brought light, errors allow for that.
+  /// batches brought light, or most cells have none, errors allow for that.
   void allow_for(Vec3d one_path) { one_path_ = one_path; }
   /// Sum of a cell's radiosity in all channels.
   float brightness(uint32_t cell) const;
@@ -45,6 +45,7 @@ class Evaluation {
     double whole[3] = {};
     size_t rays[kParts];
     size_t chains = 0;
+    size_t unlit = 0;  ///< rays that end on cells without light
     /// Means of a channel, by part and batch.
     void means(size_t channel, double (&out)[kParts][kParts]) const;
   };

@@ -3,10 +3,12 @@
 #include "gather/find_guides.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
 
+#include "base/random.h"
 #include "gather/radiosity.h"
 
 namespace deltalux::gather {
@@ -22,6 +24,8 @@ constexpr float kFlat = 0.3f;
 constexpr float kFalloff = 0.3f;  // radiosities within this factor of each other count as equal
 constexpr int kMaxTried = 1024;   // places
 constexpr int kMaxLayers = 4;     // surfaces, one behind the other
+constexpr float kLittle = 0.25f;  // share of a guide
+constexpr uint32_t kPoints = 16;  // of a texel then
 
 /// The distance from the first vote within which most bright votes beside it lie, plus a margin.
 template <class Beside>
@@ -104,17 +108,34 @@ float brightest_layer(const Guide& guide, Vec3f at, const Present& present,
   return brightest;
 }
 
-/// Sets the probabilities of the guide's texels by the light of what is there.
+/// Sets the probabilities of the guide's texels by the mean light of what is at these points of a
+/// texel.
 void paint(Guide& guide, const Present& present, const Evaluation& evaluation,
-           const CellFinder& finder) {
+           const CellFinder& finder, std::span<const std::array<float, 4>> points) {
   constexpr size_t kSide = Guide::kSide;
   Guide::Texels texel{};
   for (size_t k = 0; k < kSide; ++k)
     for (size_t i = 0; i < kSide; ++i) {
-      const Vec3f at = guide.point((float(i) + 0.5f) / kSide, (float(k) + 0.5f) / kSide);
-      texel[k][i] = brightest_layer(guide, at, present, evaluation, finder);
+      for (const auto& [u, v, _u, _v] : points) {
+        const Vec3f at = guide.point((float(i) + u) / kSide, (float(k) + v) / kSide);
+        texel[k][i] += brightest_layer(guide, at, present, evaluation, finder);
+      }
+      texel[k][i] /= float(points.size());
     }
   guide.set_texels(texel);
+}
+
+/// The same from the middle of the texels; where a sun shines on little of the guide, from more
+/// points: a strip of it may pass between those.
+void paint(Guide& guide, const Present& present, const Evaluation& evaluation,
+           const CellFinder& finder) {
+  const std::array<float, 4> middle{0.5f, 0.5f, 0, 0};
+  paint(guide, present, evaluation, finder, std::span(&middle, 1));
+  const float even = guide.radiosity / guide.brightest;
+  if (present.suns.lights().empty() || even * even >= kLittle) return;
+  std::array<std::array<float, 4>, kPoints> points;
+  for (uint32_t i = 0; i < kPoints; ++i) points[i] = sobol::sample(i, kPoints);
+  paint(guide, present, evaluation, finder, points);
 }
 
 }  // namespace
