@@ -66,8 +66,8 @@ float share_of(const std::array<uint32_t, kPoints>& free) {
 }  // namespace
 
 std::vector<float> exposed_shares(const scene::Scene& scene, uint32_t body, const BodyCells& cells,
-                                  const float* near, const Closest& closest,
-                                  const Workers& workers, const Progress& progress) {
+                                  const float* near, const Closest& closest, const Workers& workers,
+                                  const Progress& progress) {
   std::vector<float> shares(cells.size(), 1);
   std::vector<uint32_t> triangles, begin;
   cells.sort_small(triangles, begin);

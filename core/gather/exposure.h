@@ -20,7 +20,7 @@ using Closest = std::function<trace::Hit(Vec3f origin, Vec3f direction, float to
 /// factor of mean(e^2) / mean(e)^2. `near`: by cell, see Cells::near(). A pure function of the
 /// body's geometry. Throws Cancelled.
 std::vector<float> exposed_shares(const scene::Scene& scene, uint32_t body, const BodyCells& cells,
-                                  const float* near, const Closest& closest,
-                                  const Workers& workers, const Progress& progress);
+                                  const float* near, const Closest& closest, const Workers& workers,
+                                  const Progress& progress);
 
 }  // namespace deltalux::gather
