@@ -122,7 +122,7 @@ void paint(Guide& guide, const Present& present, const Evaluation& evaluation,
       }
       texel[k][i] /= float(points.size());
     }
-  guide.set_texels(texel);
+  guide.set_texels(texel, points.size() > 1);
 }
 
 /// The same from the middle of the texels; where a sun shines on little of the guide, from more

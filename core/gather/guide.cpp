@@ -38,7 +38,7 @@ Vec3f Guide::point(float u, float v) const {
   return centre + turned({half * (2 * u - 1), half * (2 * v - 1), 0}, normal);
 }
 
-void Guide::set_texels(const Texels& texel) {
+void Guide::set_texels(const Texels& texel, bool known) {
   // of a texel, relative to the mean: it may have light that its cell does not show
   constexpr double kMinChance = 0.05;
   constexpr double kTexels = double(kSide * kSide);
@@ -49,7 +49,8 @@ void Guide::set_texels(const Texels& texel) {
   // Take the maximum over neighbours: a texel across the border of two cells may be as bright as
   // the brighter one.
   const auto most_around = [&](size_t k, size_t i) {
-    float most = float(kMinChance * sum / kTexels);
+    float most = std::max(texel[k][i], float(kMinChance * sum / kTexels));
+    if (known) return most;
     for (size_t y = k > 0 ? k - 1 : 0; y < std::min(k + 2, kSide); ++y)
       for (size_t x = i > 0 ? i - 1 : 0; x < std::min(i + 2, kSide); ++x)
         most = std::max(most, texel[y][x]);

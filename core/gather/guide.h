@@ -26,8 +26,9 @@ struct Guide {
   std::array<std::array<float, kSide + 1>, kSide> column;
 
   using Texels = std::array<std::array<float, kSide>, kSide>;
-  /// Sets the probabilities and the brightness by the radiosity seen at each texel.
-  void set_texels(const Texels& radiosity_at);
+  /// Sets the probabilities and the brightness by the radiosity seen at each texel. `known`: from
+  /// many points of it. Otherwise its neighbours may be as bright.
+  void set_texels(const Texels& radiosity_at, bool known = false);
 
   /// The point at (u, v) in [0, 1]²; its axes follow from the normal.
   Vec3f point(float u, float v) const;

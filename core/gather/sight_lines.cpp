@@ -19,6 +19,7 @@ namespace {
 // smallest.
 constexpr float kNearest = 5e-4f, kRange = 400;
 constexpr float kOblique = 0.05f;  // sine of the smallest angle between a ray and that triangle
+constexpr uint32_t kMany = 16;     // looks of a texel that tell how bright it is
 constexpr float kBehind = 1.001f;  // distances: a ray that ends farther away has passed
 
 /// Whether the ray ends on the place of a guide.
@@ -117,7 +118,7 @@ double paint(const Eyes& eyes, std::span<const Vec3f> from, uint32_t looks, Guid
         texel[k][i] += seen / float(looks);
         squares += double(seen) * double(seen);
       }
-  guide.set_texels(texel);
+  guide.set_texels(texel, looks >= kMany);
   return squares / (double(kSide) * kSide * looks);
 }
 
