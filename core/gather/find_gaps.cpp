@@ -20,7 +20,9 @@ constexpr int kHalvings = 6;
 constexpr float kWide = 0.5f;      // largest half side, in distances of those who look
 constexpr float kAround = 0.15f;   // radius, in these distances, of a disc around the opening
 constexpr uint32_t kTests = 32;    // rays in that disc
-constexpr uint32_t kMostOpen = 6;  // so many of which may pass
+constexpr uint32_t kStopped = 24;  // so many of which a wall stops
+constexpr float kThick = 0.02f;    // of it, at most, in these distances
+constexpr double kFilled = 0.3;    // share of a larger square that is more than a slit
 constexpr float kLeast = 1e-3f;    // smallest half side, in these distances
 constexpr float kSpare = 1.2f;     // times the half of what was found
 constexpr uint32_t kLooks = 32;    // of a texel, most of which the opening fills in part
@@ -32,19 +34,25 @@ class Gap {
   Gap(const Eyes& eyes, const Passing& passing)
       : eyes_(eyes), passing_(passing), distance_(length(passing.at - passing.from)) {}
 
-  /// Whether what is around stops most rays.
-  bool is_narrow() const {
+  /// Whether a wall around it, in its plane, stops most rays. Out of a niche, something small and
+  /// bright is seen past corners, too.
+  bool is_in_wall() const {
     Vec3f u, v;
     tangent_frame(passing_.normal, u, v);
-    uint32_t open = 0;
+    uint32_t stopped = 0;
     for (uint32_t k = 0; k < kTests; ++k) {
       const auto r = sobol::sample(k, eyes_.seed);
       const float away = kAround * distance_ * std::sqrt(r[0]);
       const float turn = 2 * std::numbers::pi_v<float> * r[1];
-      open += shows(passing_.at + (u * std::cos(turn) + v * std::sin(turn)) * away);
+      const Vec3f p = passing_.at + (u * std::cos(turn) + v * std::sin(turn)) * away;
+      const Vec3f w = normalize(p - passing_.from);
+      const trace::Hit hit = eyes_.present.caster.closest(passing_.from, w);
+      const float beyond = dot(passing_.from + w * hit.t - passing_.at, passing_.normal);
+      stopped += hit.valid() && std::fabs(beyond) < kThick * distance_;
     }
-    return open <= kMostOpen;
+    return stopped >= kStopped;
   }
+  float distance() const { return distance_; }
   /// A square around it; half: 0 if it is too large.
   Guide square() const {
     const scene::Face face = eyes_.present.scene.face(scene::kNone, passing_.primitive);
@@ -88,6 +96,28 @@ class Gap {
   float distance_;
 };
 
+/// What rays that pass an opening by chance add to the variance of the places that look, from one
+/// ray each.
+double variance_of(const Eyes& eyes, const Guide& guide,
+                   std::span<const direct::Receiver* const> receivers,
+                   std::span<const Look> looks) {
+  double sum = 0;
+  for (size_t i = 0; i < looks.size(); ++i) {
+    const double around = double(looks[i].around);
+    const Vec3f from = Eyes::origin(*receivers[i]), n = receivers[i]->normal;
+    if (!(around > 0) || !(share_of_view(guide, from, n) > 0)) continue;
+    const Target target(guide, from);
+    const auto r = sobol::sample(uint32_t(i), eyes.seed);
+    const Vec3f w = target.direction(r[0], r[1]);
+    const float cosine = dot(w, n), density = target.density(w);
+    if (!(cosine > 0) || !(density > 0)) continue;
+    const float to_plane = dot(guide.centre - from, guide.normal) / dot(w, guide.normal);
+    const double share = double(eyes.radiosity(from, w, to_plane + guide.rise)) / around;
+    sum += share * share * double(cosine / density) / eyes.rays;
+  }
+  return sum;
+}
+
 }  // namespace
 
 bool passes(std::span<const Guide> guides, Vec3f from, Vec3f w) {
@@ -110,7 +140,7 @@ std::vector<Guide> find_gaps(const Eyes& eyes, std::span<const direct::Receiver*
     const Passing& own = *passings[k * passings.size() / count];
     if (passes(gaps, own.from, own.at - own.from)) continue;
     const Gap gap(eyes, own);
-    if (!gap.is_narrow()) continue;
+    if (!gap.is_in_wall()) continue;
     Guide guide = gap.square();
     if (!(guide.half > 0)) continue;
     std::vector<Vec3f> from;
@@ -124,13 +154,12 @@ std::vector<Guide> find_gaps(const Eyes& eyes, std::span<const direct::Receiver*
     guide.around = quantile(around, 0.5);
     const double square = paint(eyes, from, kLooks, guide);
     if (guide.flaw()) continue;
-    // What the rays that pass it by chance would add to the variance.
-    double brought = 0;
-    for (size_t i = 0; i < looks.size(); ++i)
-      if (const double light = double(looks[i].around); light > 0)
-        brought += double(share_of_view(guide, receivers[i]->point, receivers[i]->normal)) *
-                   square / (light * light * eyes.rays);
-    if (brought > Votes::kMinShare * variance) gaps.push_back(guide);
+    // Where much of a large square is bright, it is no slit.
+    const float light = guide.radiosity;
+    if (guide.half > kAround * gap.distance() && double(light) * double(light) > kFilled * square)
+      continue;
+    if (variance_of(eyes, guide, receivers, looks) > Votes::kMinShare * variance)
+      gaps.push_back(guide);
   }
   return gaps;
 }

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A progress callback that raises or says no, at one of its calls after another: the state is that before or after."""
+"""A progress callback that raises or says no, one call after another: the state is that before or after."""
 
 from __future__ import annotations
 
