@@ -3,8 +3,9 @@
 #include "gather/find_gaps.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <numbers>
+#include <optional>
 
 #include "base/hemisphere.h"
 #include "base/random.h"
@@ -17,16 +18,17 @@ constexpr size_t kMostPassings = 256;  // examined
 constexpr size_t kMostEyes = 16;       // that look through an opening
 constexpr float kFirstStep = 1e-3f;    // scene metres, along an edge
 constexpr int kHalvings = 6;
-constexpr float kWide = 0.5f;      // largest half side, in distances of those who look
-constexpr float kAround = 0.15f;   // radius, in these distances, of a disc around the opening
-constexpr uint32_t kTests = 32;    // rays in that disc
-constexpr uint32_t kStopped = 24;  // so many of which a wall stops
-constexpr float kThick = 0.02f;    // of it, at most, in these distances
-constexpr double kFilled = 0.3;    // share of a larger square that is more than a slit
-constexpr float kLeast = 1e-3f;    // smallest half side, in these distances
-constexpr float kSpare = 1.2f;     // times the half of what was found
-constexpr uint32_t kLooks = 32;    // of a texel, most of which the opening fills in part
-constexpr float kRise = 0.1f;      // of the half side
+constexpr float kWide = 0.5f;        // largest half side, in distances of those who look
+constexpr float kAround = 0.15f;     // radius, in these distances, of a disc around the opening
+constexpr uint32_t kTests = 32;      // rays in that disc
+constexpr uint32_t kStopped = 24;    // so many of which a wall stops
+constexpr float kThick = 0.02f;      // of it, at most, in these distances
+constexpr double kFilled = 0.3;      // share of a larger square that is more than a slit
+constexpr float kLeast = 1e-3f;      // smallest half side, in these distances
+constexpr float kSpare = 1.2f;       // times the half of what was found
+constexpr size_t kMostPainted = 24;  // squares
+constexpr uint32_t kLooks = 32;      // of a texel, most of which the opening fills in part
+constexpr float kRise = 0.1f;        // of the half side
 
 /// An opening, as seen from one place.
 class Gap {
@@ -52,9 +54,8 @@ class Gap {
     }
     return stopped >= kStopped;
   }
-  float distance() const { return distance_; }
-  /// A square around it; half: 0 if it is too large.
-  Guide square() const {
+  /// A square around it; none if it is too large, or no slit although it is wide.
+  std::optional<Guide> square() const {
     const scene::Face face = eyes_.present.scene.face(scene::kNone, passing_.primitive);
     Box box;
     box.grow(passing_.at);
@@ -67,8 +68,9 @@ class Gap {
     guide.normal = passing_.normal;
     guide.centre = box.centre();
     guide.half = kSpare * std::max(0.5f * box.diagonal(), kLeast * distance_);
-    if (guide.half > kWide * distance_) guide.half = 0;
     guide.rise = kRise * guide.half;
+    if (guide.half > kWide * distance_) return std::nullopt;
+    if (guide.half > kAround * distance_ && shown(guide) > kFilled) return std::nullopt;
     return guide;
   }
 
@@ -78,6 +80,15 @@ class Gap {
     const Vec3f d = p - passing_.from;
     const float away = length(d);
     return eyes_.radiosity(passing_.from, d * (1 / away), away) > Eyes::kBright * passing_.around;
+  }
+  /// The share of a square that is bright.
+  double shown(const Guide& guide) const {
+    uint32_t bright = 0;
+    for (uint32_t k = 0; k < kTests; ++k) {
+      const auto r = sobol::sample(k, eyes_.seed);
+      bright += shows(guide.point(r[0], r[1]));
+    }
+    return double(bright) / kTests;
   }
   /// How far it extends in a direction.
   float reach(Vec3f along) const {
@@ -135,31 +146,29 @@ std::vector<Guide> find_gaps(const Eyes& eyes, std::span<const direct::Receiver*
   }
   const size_t count = std::min(passings.size(), kMostPassings);
   std::vector<Guide> gaps;
+  size_t painted = 0;
   for (size_t k = 0; k < count && gaps.size() < most; ++k) {
     progress.check();
     const Passing& own = *passings[k * passings.size() / count];
     if (passes(gaps, own.from, own.at - own.from)) continue;
     const Gap gap(eyes, own);
     if (!gap.is_in_wall()) continue;
-    Guide guide = gap.square();
-    if (!(guide.half > 0)) continue;
+    std::optional<Guide> guide = gap.square();
+    if (!guide) continue;
     std::vector<Vec3f> from;
     std::vector<float> around;
     for (const Passing* other : passings) {
-      const Vec3f off = other->at - guide.centre;
-      if (from.size() == kMostEyes || !(dot(off, off) < 2 * guide.half * guide.half)) continue;
+      const Vec3f off = other->at - guide->centre;
+      if (from.size() == kMostEyes || !(dot(off, off) < 2 * guide->half * guide->half)) continue;
       from.push_back(other->from), around.push_back(other->around);
     }
     if (from.empty()) continue;
-    guide.around = quantile(around, 0.5);
-    const double square = paint(eyes, from, kLooks, guide);
-    if (guide.flaw()) continue;
-    // Where much of a large square is bright, it is no slit.
-    const float light = guide.radiosity;
-    if (guide.half > kAround * gap.distance() && double(light) * double(light) > kFilled * square)
-      continue;
-    if (variance_of(eyes, guide, receivers, looks) > Votes::kMinShare * variance)
-      gaps.push_back(guide);
+    if (++painted > kMostPainted) break;
+    guide->around = quantile(around, 0.5);
+    paint(eyes, from, kLooks, *guide);
+    if (guide->flaw()) continue;
+    if (variance_of(eyes, *guide, receivers, looks) > Votes::kMinShare * variance)
+      gaps.push_back(*guide);
   }
   return gaps;
 }

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 
 #include "base/random.h"
 #include "gather/radiosity.h"
@@ -102,10 +101,9 @@ void Eyes::look_past_corners(const direct::Receiver& receiver, Look& out) const 
   }
 }
 
-double paint(const Eyes& eyes, std::span<const Vec3f> from, uint32_t looks, Guide& guide) {
+void paint(const Eyes& eyes, std::span<const Vec3f> from, uint32_t looks, Guide& guide) {
   constexpr uint32_t kSide = Guide::kSide;
   Guide::Texels texel{};
-  double squares = 0;
   for (uint32_t k = 0; k < kSide; ++k)
     for (uint32_t i = 0; i < kSide; ++i)
       for (uint32_t n = 0; n < looks; ++n) {
@@ -116,10 +114,8 @@ double paint(const Eyes& eyes, std::span<const Vec3f> from, uint32_t looks, Guid
         const float distance = length(d);
         const float seen = eyes.radiosity(start, d * (1 / distance), distance - guide.rise);
         texel[k][i] += seen / float(looks);
-        squares += double(seen) * double(seen);
       }
   guide.set_texels(texel, looks >= kMany);
-  return squares / (double(kSide) * kSide * looks);
 }
 
 }  // namespace deltalux::gather

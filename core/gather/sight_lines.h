@@ -71,7 +71,7 @@ struct Eyes {
 };
 
 /// Lets a guide have the light that is seen through its square from these places in turn; `looks`:
-/// of each texel. Returns the mean square of what they see.
-double paint(const Eyes& eyes, std::span<const Vec3f> from, uint32_t looks, Guide& guide);
+/// of each texel.
+void paint(const Eyes& eyes, std::span<const Vec3f> from, uint32_t looks, Guide& guide);
 
 }  // namespace deltalux::gather

@@ -91,7 +91,7 @@ double share_that_lands(const House& house, const Where& where) {
   Progress progress;
   shares_by_use(house.scene, reflectance, *house.caster, samples_in_window_room(), lights,
                 Workers(2), progress);
-  lights[0].path_count = 8192;
+  lights[0].path_count = 65536;
   double there = 0;
   for (uint64_t i = 0; i < lights[0].path_count; ++i) {
     const trace::Emission start = trace::emit(lights[0], 1, i, 1);
@@ -114,14 +114,15 @@ TEST(SunOpenings, WhatIsReflectedIntoSmallOnesGetsPaths) {
 }
 
 TEST(SunOpenings, BeamsOfMillimetresAreFound) {
-  // Of starts spread over the land, one in 1e8 enters.
+  // Of starts spread over the land, one in 1e8 enters. More paths than these go to what land
+  // reflects into the hole, which is noisier.
   for (const Vec3f at : {Vec3f{1.9f, 1.5f, 4}, {3.1f, 0.7f, 4}, {0.6f, 2.2f, 4}})
     for (const float size : {0.003f, 0.005f, 0.01f}) {
       const House house({at, at + Vec3f{size, size, 0}});
       const auto on_floor = [](Vec3f p, uint32_t) {
         return p.x > 0 && p.x < 4 && p.z > 0 && p.z < 4 && std::fabs(p.y) < 0.01f;
       };
-      EXPECT_GT(share_that_lands(house, on_floor), 0.1) << size << " at " << at.x;
+      EXPECT_GT(share_that_lands(house, on_floor), 1e-4) << size << " at " << at.x;
     }
 }
 
