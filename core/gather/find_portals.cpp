@@ -147,20 +147,28 @@ bool place(const Present& present, std::span<const SightLine> lines, const Waist
   return radius <= kOblique * waist.radius;
 }
 
+/// Some of the receivers, at random by a hash.
+std::vector<const direct::Receiver*> chosen_of(std::span<const direct::Receiver> receivers) {
+  std::vector<uint32_t> asked;
+  for (uint32_t i = 0; i < receivers.size(); ++i)
+    if (!(receivers[i].normal == Vec3f{})) asked.push_back(i);
+  std::sort(asked.begin(), asked.end(), [&](uint32_t a, uint32_t b) {
+    const uint64_t p = receivers[a].key, q = receivers[b].key;
+    return p != q ? p < q : a < b;
+  });
+  if (asked.size() > kPlaces) asked.resize(kPlaces);
+  std::vector<const direct::Receiver*> chosen;
+  for (const uint32_t i : asked) chosen.push_back(&receivers[i]);
+  return chosen;
+}
+
 }  // namespace
 
 std::vector<Guide> find_portals(const Present& present, const Evaluation& evaluation,
                                 std::span<const Guide> known, uint64_t seed, const Workers& workers,
                                 Progress& progress) {
-  std::vector<uint32_t> asked;
-  for (uint32_t i = 0; i < present.receivers.size(); ++i)
-    if (!(present.receivers[i].normal == Vec3f{})) asked.push_back(i);
+  const std::vector<const direct::Receiver*> asked = chosen_of(present.receivers);
   if (asked.empty()) return {};
-  std::sort(asked.begin(), asked.end(), [&](uint32_t a, uint32_t b) {  // at random, by a hash
-    const uint64_t p = present.receivers[a].key, q = present.receivers[b].key;
-    return p != q ? p < q : a < b;
-  });
-  if (asked.size() > kPlaces) asked.resize(kPlaces);
   const auto rays = uint32_t(
       std::clamp<size_t>(kRaysInAll / asked.size(), size_t(kLeastRays), size_t(kMostRays)));
   const uint32_t past_corners = rays / kPastCorners;
@@ -168,16 +176,14 @@ std::vector<Guide> find_portals(const Present& present, const Evaluation& evalua
   const CellFinder finder(present.scene, present.cells);
   const Eyes eyes{present,    evaluation,          finder,       known,
                   directions, rays - past_corners, past_corners, seed};
-  std::vector<const direct::Receiver*> receivers;
-  for (const uint32_t i : asked) receivers.push_back(&present.receivers[i]);
   std::vector<Look> found(asked.size());
   progress.begin("find openings", found.size());
   workers.for_blocks(found.size(), 16, [&](size_t begin, size_t end) {
     progress.check();
-    for (size_t i = begin; i < end; ++i) found[i] = eyes.look(*receivers[i]);
+    for (size_t i = begin; i < end; ++i) found[i] = eyes.look(*asked[i]);
     progress.advance(end - begin);
   });
-  std::vector<Guide> portals = find_gaps(eyes, receivers, found, kMostGaps, progress);
+  std::vector<Guide> portals = find_gaps(eyes, asked, found, kMostGaps, progress);
   double variance = 0;
   std::vector<SightLine> lines;
   for (const Look& own : found) {

@@ -207,8 +207,8 @@ def updating(counts: Counts) -> list[Step]:
 
 def recomputing(counts: Counts) -> list[Step]:
     """Steps that recompute an open session."""
-    again = ("index triangles", "divide surfaces", "trace paths", "direct light")
-    again += ("cover cells", "share rays", "look around")
+    prepared = ("index triangles", "divide surfaces", "trace paths", "direct light")
+    again = (*prepared, "cover cells", "share rays", "look around")
     return [step for step in baking(counts) if step.name in again]
 
 
