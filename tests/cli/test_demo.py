@@ -16,6 +16,13 @@ from .conftest import Cli
 FILES = {f"{name}.png" for name in demo.PICTURES} | {"atrium_lit.glb", "report.html"}
 
 
+class FewRays(dl.Session):
+    """A session that bakes soon."""
+
+    def __init__(self, *words, **options) -> None:
+        super().__init__(*words, gather=16, **options)
+
+
 @pytest.fixture
 def small_atrium(monkeypatch: pytest.MonkeyPatch) -> None:
     """Put the Cornell box in the atrium's place, and its first movable in the trolley's."""
@@ -23,6 +30,7 @@ def small_atrium(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(dl.scenes, "atrium", lambda: box, raising=False)
     monkeypatch.setattr(demo, "TROLLEY", box.movable[0])
     monkeypatch.setattr(demo, "MOVE", demo.Move(box.movable[0], (0.05, 0, 0.05), 0))
+    monkeypatch.setattr(dl, "Session", FewRays)
 
 
 def test_writes_pictures_mesh_and_report(cli: Cli, small_atrium: None, tmp_path: Path) -> None:

@@ -39,13 +39,13 @@ def pixels(path: Path) -> np.ndarray:
 def test_pictures_of_bake_and_update_are_those_of_render(cli, tmp_path: Path):
     session, moved = tmp_path / "box.dlx", tmp_path / "moved.dlx"
     baked, updated, drawn = (tmp_path / f"{name}.png" for name in ("baked", "updated", "drawn"))
-    words = ("--paths", "5000", "--gather", "8", "--spacing", "0.5")
-    assert cli("bake", "cornell_box", "-o", session, baked, *words).code == 0
-    assert cli("render", session, "-o", drawn).code == 0
+    words, size = ("--paths", "5000", "--gather", "8", "--spacing", "0.5"), ("--size", "192x120")
+    assert cli("bake", "cornell_box", "-o", session, baked, *words, *size).code == 0
+    assert cli("render", session, "-o", drawn, *size).code == 0
     assert (pixels(baked) == pixels(drawn)).all()
-    words = ("--move", "short_block=0.02,0,0,20", "--false-colour")
+    words = ("--move", "short_block=0.02,0,0,20", "--false-colour", *size)
     assert cli("update", session, "-o", moved, updated, *words).code == 0
-    assert cli("render", moved, "-o", drawn, "--false-colour").code == 0
+    assert cli("render", moved, "-o", drawn, "--false-colour", *size).code == 0
     assert (pixels(updated) == pixels(drawn)).all()
 
 

@@ -25,11 +25,11 @@ FARM = Path(__file__).parent / "farm.py"
 @pytest.mark.parametrize(
     ("target", "cases", "accepted", "kinds"),
     [
-        ("gltf", 300, 30, 40),
+        ("gltf", 150, 15, 25),
         ("obj", 400, 60, 40),
-        ("session", 100, 10, 5),
+        ("session", 50, 5, 4),
         ("viewer", 25, 25, 0),
-        ("cli", 50, 8, 15),
+        ("cli", 30, 5, 10),
     ],
 )
 def test_a_short_run_finds_nothing(target, cases, accepted, kinds, tmp_path):

@@ -299,14 +299,14 @@ def test_a_new_lamp_keeps_to_the_budget():
         equals_recompute(session)
 
 
-@pytest.mark.parametrize("gather", ["off", 64])
-def test_memory_does_not_grow_with_the_number_of_edits(gather):
+@pytest.mark.parametrize(("gather", "edits"), [("off", 600), (64, 200)])
+def test_memory_does_not_grow_with_the_number_of_edits(gather, edits):
     scene, options = room(), {"threads": 1, "direct": "sampled", "gather": gather}
     with dl.Session(scene, samples_in(scene), paths=4000, **options) as session:
         session.bake()
         rng = np.random.default_rng(2)
         sizes = []
-        for step in range(200):
+        for step in range(edits):
             session.move("block", translation(*rng.uniform((-1.5, 0.5, -1), (1.5, 1.5, 1))) @ turn(step))
             session.move("lamp", translation(*rng.uniform((-1.5, 0.5, -1), (1.5, 1.5, 1))))
             session.update()
@@ -314,7 +314,7 @@ def test_memory_does_not_grow_with_the_number_of_edits(gather):
         # Each update replaces about 1000 segments of 60 bytes; storage comes in pieces of 123 kB. That of
         # chains doubles at a time.
         doubled = 0 if gather == "off" else session.statistics["gather"]["ray_bytes"] / 2
-        assert max(sizes[100:]) <= max(sizes[:100]) + 4 * 123_000 + doubled
+        assert max(sizes[edits // 2 :]) <= max(sizes[: edits // 2]) + 4 * 123_000 + doubled
         equals_recompute(session)
 
 

@@ -31,7 +31,7 @@ def test_all_methods_give_one_digest(options, sequence):
     digests = []
     for k, (static, moving) in enumerate(PAIRS):
         methods = {"static_method": static, "moving_method": moving, "threads": 1 + k % 2}
-        with dl.Session(scene, samples, paths=400, **methods, **options) as session:
+        with dl.Session(scene, samples, paths=400, gather=16, **methods, **options) as session:
             session.bake()
             own = [session.digest()]
             for edits in sequence:

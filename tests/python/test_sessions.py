@@ -130,7 +130,7 @@ def test_hostile_session_files_are_refused_or_harmless(tmp_path):
     """Right checksums, wrong contents: an error, or a session that still answers and updates."""
     scene = room()
     whole, hostile = tmp_path / "whole.dlx", tmp_path / "hostile.dlx"
-    with dl.Session(scene, samples_in(scene), paths=300, threads=1) as session:
+    with dl.Session(scene, samples_in(scene), paths=300, gather=16, threads=1) as session:
         session.bake()
         session.move("block", translation(-0.5, 0.5, 0.2))
         session.update(budget_ms=1e-6)
