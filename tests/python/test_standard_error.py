@@ -80,7 +80,7 @@ def test_standard_error_is_honest_where_rays_are_guided():
     """
     scene = pools_and_sconce()
     samples = dl.Samples(*world.area_points(scene, 1000, seed=5))
-    found = runs(scene, samples, SEEDS, paths=50_000, direct="gather")
+    found = runs(scene, samples, range(1, 33), paths=50_000, direct="gather")  # 16 know it to 30 %
     bright = found.mean.mean(axis=1)[:, None]
     relative = Runs(found.irradiance / bright, found.standard_error / bright)
     assert np.sqrt(reported_over_observed(relative)) == pytest.approx(1, abs=0.25)
