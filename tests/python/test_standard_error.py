@@ -27,7 +27,7 @@ def _office() -> tuple[dl.Scene, dl.Samples]:
     """Also its movables' samples, of which the automatic radius and the area follow other rules."""
     scene = dl.scenes.office()
     every = dl.Samples.on_vertices(scene)
-    chosen = np.sort(np.random.default_rng(1).choice(len(every), 2000, replace=False))
+    chosen = np.sort(np.random.default_rng(1).choice(len(every), 1000, replace=False))
     return scene, dl.Samples(every.points[chosen], every.normals[chosen], None, every.attached[chosen])
 
 
@@ -64,7 +64,7 @@ def assert_tail(found: Runs) -> None:
 def assert_student(found: Runs) -> None:
     """Null hypothesis: deviations by their own errors are Student's t with 7 degrees of freedom.
 
-    Within a quarter at each quantile, of some 15,000 deviations: quantiles are known to 3 %.
+    Within a quarter at each quantile, of some 10,000 deviations: quantiles are known to 3 %.
     """
     lit = found.mean > 0.02 * found.mean.mean()
     deviation = np.abs(found.irradiance - found.mean)[:, lit] / found.standard_error[:, lit]
