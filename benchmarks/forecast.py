@@ -116,7 +116,7 @@ def measure(case: dict[str, Any]) -> dict[str, Any]:
     return row | {"true_seconds": true}
 
 
-TIMED = ("prepare", "plan", "deposit", "gather")
+TIMED = ("prepare", "plan", "deposit", "guides", "gather")
 
 
 def planned(plan: dl.Plan) -> dict[str, float]:

@@ -15,6 +15,12 @@ inline Vec3f facing(Vec3f normal, Vec3f w) {
   return dot(n, w) > 0 ? -n : n;
 }
 
+/// The unit vector at a share of a full turn from `u` towards `v`, two perpendicular unit vectors.
+inline Vec3f on_circle(Vec3f u, Vec3f v, float share) {
+  const float turn = 2 * std::numbers::pi_v<float> * share;
+  return u * std::cos(turn) + v * std::sin(turn);
+}
+
 /// Cosine-distributed direction about the unit vector n (concentric map, Shirley & Chiu 1997).
 inline Vec3f cosine_direction(Vec3f n, float r, float s) {
   const float a = 2 * r - 1, b = 2 * s - 1;

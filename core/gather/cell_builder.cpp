@@ -193,6 +193,7 @@ void CellBuilder::add_squares(const BodyCells::Patch& patch, uint32_t triangle,
     for (const Point& p : strip) low_x = std::min(low_x, p.x), high_x = std::max(high_x, p.x);
     const auto columns = range(low_x, high_x, wide, patch.columns);
     for (uint32_t column = columns.first; column <= columns.second; ++column) {
+      step();
       const double x0 = column * wide, x1 = (column + 1) * wide;
       Polygon piece = strip;
       if (column > 0) piece = clipped(piece, [&](const Point& p) { return p.x - x0; });

@@ -69,7 +69,6 @@ class CellBuilder {
   struct Cut {
     double a, b, c, weight;
   };
-  static constexpr uint32_t kSteps = 1024;
   using Frame2 = std::array<Vec3d, 3>;  ///< origin, two unit vectors of a plane
   /// A triangle of a cell's shape.
   struct Fan {
@@ -83,6 +82,7 @@ class CellBuilder {
     double low[2], high[2];
   };
 
+  static constexpr uint32_t kSteps = 1024;
   /// Checks for cancellation now and then. To be called for each piece of work of some
   /// microseconds.
   void step() {

@@ -37,7 +37,7 @@ std::array<uint32_t, kPoints> free_rays(const Surface& own, uint64_t key, float 
     const scene::Face face = own.scene.face(own.body, triangle);
     const Vec3f e = face.corner[1] - face.corner[0], f = face.corner[2] - face.corner[0];
     const float u = std::sqrt(random(0, 1)), v = random(0, 2);
-    Vec3f n(normalize(cross(Vec3d(e), Vec3d(f))));
+    Vec3f n = face.normal();
     if (own.back) n = -n;
     const Vec3f p = face.corner[0] + e * (u * (1 - v)) + f * (u * v);
     const uint32_t first =

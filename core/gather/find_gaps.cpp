@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <optional>
 
 #include "base/hemisphere.h"
@@ -45,8 +44,7 @@ class Gap {
     for (uint32_t k = 0; k < kTests; ++k) {
       const auto r = sobol::sample(k, eyes_.seed);
       const float away = kAround * distance_ * std::sqrt(r[0]);
-      const float turn = 2 * std::numbers::pi_v<float> * r[1];
-      const Vec3f p = passing_.at + (u * std::cos(turn) + v * std::sin(turn)) * away;
+      const Vec3f p = passing_.at + on_circle(u, v, r[1]) * away;
       const Vec3f w = normalize(p - passing_.from);
       const trace::Hit hit = eyes_.present.caster.closest(passing_.from, w);
       const float beyond = dot(passing_.from + w * hit.t - passing_.at, passing_.normal);

@@ -116,8 +116,8 @@ void paint(Guide& guide, const Present& present, const Evaluation& evaluation,
   Guide::Texels texel{};
   for (size_t k = 0; k < kSide; ++k)
     for (size_t i = 0; i < kSide; ++i) {
-      for (const auto& [u, v, _u, _v] : points) {
-        const Vec3f at = guide.point((float(i) + u) / kSide, (float(k) + v) / kSide);
+      for (const auto& r : points) {
+        const Vec3f at = guide.point((float(i) + r[0]) / kSide, (float(k) + r[1]) / kSide);
         texel[k][i] += brightest_layer(guide, at, present, evaluation, finder);
       }
       texel[k][i] /= float(points.size());

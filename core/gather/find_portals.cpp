@@ -4,10 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <optional>
 
-#include "base/random.h"
+#include "base/hemisphere.h"
 #include "gather/find_gaps.h"
 #include "gather/sight_lines.h"
 #include "gather/votes.h"
@@ -104,8 +103,7 @@ bool place(const Present& present, std::span<const SightLine> lines, const Waist
     Vec3f u, v;
     tangent_frame(line.w, u, v);
     for (int k = 0; k < kAround; ++k) {
-      const float turn = 2 * std::numbers::pi_v<float> * float(k) / kAround;
-      const Vec3f q = waist.centre + (u * std::cos(turn) + v * std::sin(turn)) *
+      const Vec3f q = waist.centre + on_circle(u, v, float(k) / kAround) *
                                          (2 * waist.radius + 1e-3f * line.length);
       const Vec3f d = q - line.from, w = normalize(d);
       const trace::Hit hit = present.caster.closest(line.from, w);

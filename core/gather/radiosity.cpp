@@ -4,6 +4,11 @@
 
 namespace deltalux::gather {
 
+Met meet(const Present& present, const CellFinder& finder, Vec3f origin, Vec3f w) {
+  const trace::Hit hit = present.caster.closest(origin, w);
+  return {hit, hit.valid() ? finder.find(hit.primitive, origin, w, hit.t) : kNoCell};
+}
+
 float radiosity_at(const Present& present, const Evaluation& evaluation, Vec3f origin, Vec3f w,
                    const trace::Hit& hit, uint32_t cell) {
   float sum = evaluation.brightness(cell);

@@ -5,8 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "base/hemisphere.h"
 #include "base/random.h"
 #include "gather/radiosity.h"
 #include "trace/scatter.h"
@@ -32,35 +32,32 @@ bool is_known(std::span<const Guide> known, Vec3f from, Vec3f w, float t) {
 }  // namespace
 
 float Eyes::radiosity(Vec3f from, Vec3f w, float beyond) const {
-  const trace::Hit hit = present.caster.closest(from, w);
-  if (!hit.valid() || hit.t < beyond) return 0;
-  const uint32_t cell = finder.find(hit.primitive, from, w, hit.t);
-  return cell == kNoCell ? 0 : radiosity_at(present, evaluation, from, w, hit, cell);
+  const auto [hit, cell] = meet(present, finder, from, w);
+  if (cell == kNoCell || hit.t < beyond) return 0;
+  return radiosity_at(present, evaluation, from, w, hit, cell);
 }
 
 Look Eyes::look(const direct::Receiver& receiver) const {
-  struct Met {
+  struct End {
     Vec3f w;
     float t, radiosity;
   };
-  std::vector<Met> met;
+  std::vector<End> ends;
   const Vec3f from = origin(receiver);
   double all = 0;
   for (uint32_t ray = 0; ray < rays; ++ray) {
     const Vec3f w = directions(receiver.key, ray, receiver.normal);
-    const trace::Hit hit = present.caster.closest(from, w);
-    if (!hit.valid()) continue;
-    const uint32_t cell = finder.find(hit.primitive, from, w, hit.t);
+    const auto [hit, cell] = meet(present, finder, from, w);
     if (cell == kNoCell || hit.t < present.cells.near(cell)) continue;
     const float radiosity = radiosity_at(present, evaluation, from, w, hit, cell);
     if (!std::isfinite(radiosity)) continue;
     all += double(radiosity);
-    met.push_back({w, hit.t, radiosity});
+    ends.push_back({w, hit.t, radiosity});
   }
   Look out;
   if (!(all > 0)) return out;
   out.around = float(all / rays);
-  for (const Met& own : met) {
+  for (const End& own : ends) {
     const double share = double(own.radiosity) / all;
     out.variance += share * share;
     if (own.radiosity > kBright * out.around && !is_known(known, from, own.w, own.t))
@@ -84,18 +81,14 @@ void Eyes::look_past_corners(const direct::Receiver& receiver, Look& out) const 
     Vec3f u, v;
     tangent_frame(normalize(d), u, v);
     const float away = nearest * std::pow(kRange, random(0, 2));
-    const float turn = 2 * std::numbers::pi_v<float> * random(0, 3);
-    const Vec3f w = normalize(d + (u * std::cos(turn) + v * std::sin(turn)) * away);
+    const Vec3f w = normalize(d + on_circle(u, v, random(0, 3)) * away);
     if (!(dot(w, receiver.normal) > 0)) continue;
-    Vec3f n(normalize(
-        cross(Vec3d(face.corner[1] - face.corner[0]), Vec3d(face.corner[2] - face.corner[0]))));
+    Vec3f n = face.normal();
     if (dot(n, w) > 0) n = -n;
     const float along = dot(w, n), t = dot(d, n) / along;
     if (!(along < -kOblique) || !(t > 0)) continue;
-    const trace::Hit hit = present.caster.closest(from, w);
-    if (!hit.valid() || hit.t < kBehind * t) continue;
-    const uint32_t cell = finder.find(hit.primitive, from, w, hit.t);
-    if (cell == kNoCell || is_known(known, from, w, hit.t)) continue;
+    const auto [hit, cell] = meet(present, finder, from, w);
+    if (cell == kNoCell || hit.t < kBehind * t || is_known(known, from, w, hit.t)) continue;
     if (radiosity_at(present, evaluation, from, w, hit, cell) > kBright * out.around)
       out.passing.push_back({from, primitive, from + w * t, n, out.around});
   }

@@ -52,7 +52,7 @@ Distance distance_to_surroundings(const scene::Scene& scene, const trace::RayCas
       if (r[0] + r[1] > 1) r[0] = 1 - r[0], r[1] = 1 - r[1];
       const Vec3f e = face.corner[1] - face.corner[0], f = face.corner[2] - face.corner[0];
       const Vec3f p = face.corner[0] + e * r[0] + f * r[1];
-      const Vec3f n(normalize(cross(Vec3d(e), Vec3d(f))));
+      const Vec3f n = face.normal();
       const float lift = position_slack(p) + scene.slack_of(triangle);
       sides[0] += inverse_sum(caster, p + n * lift, n, k);
       sides[1] += inverse_sum(caster, p - n * lift, -n, k);

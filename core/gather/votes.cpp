@@ -11,6 +11,7 @@
 #include "base/random.h"
 #include "gather/directions.h"
 #include "gather/guide.h"
+#include "gather/radiosity.h"
 
 namespace deltalux::gather {
 namespace {
@@ -36,9 +37,7 @@ Poll vote(const Present& present, const Evaluation& evaluation, const CellFinder
   const Vec3f origin = receiver.point + receiver.normal * receiver.slack();
   for (uint32_t ray = 0; ray < kPilotRays; ++ray) {
     const Vec3f w = directions(receiver.key, ray, receiver.normal);
-    const trace::Hit hit = present.caster.closest(origin, w);
-    if (!hit.valid()) continue;
-    const uint32_t cell = finder.find(hit.primitive, origin, w, hit.t);
+    const auto [hit, cell] = meet(present, finder, origin, w);
     if (cell == kNoCell || hit.t < present.cells.near(cell)) continue;
     const Vec3f normal = trace::facing_normal(hit, w);
     const float radiosity = evaluation.brightness(cell);

@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 #include <optional>
 
+#include "base/hemisphere.h"
 #include "base/random.h"
 #include "plan/pilot_points.h"
 #include "plan/sun_openings.h"
@@ -77,9 +77,8 @@ class Starts {
     const auto r = sobol::sample(uint32_t(i), kSeed);
     const scene::Face face = scene.face(scene::kNone, uint32_t(triangle));
     const float away = pilot_.places().radius.front() * kNearest * std::pow(kRange, r[0]);
-    const float turn = 2 * std::numbers::pi_v<float> * r[1];
     const Vec3f u = normalize(sun_.frame_u), v = normalize(sun_.frame_v);
-    add_towards(face.corner[i % 3] + (u * std::cos(turn) + v * std::sin(turn)) * away, out);
+    add_towards(face.corner[i % 3] + on_circle(u, v, r[1]) * away, out);
   }
   /// The same for all vertices of a few light paths that are followed backwards from a place of the
   /// pilot: light there comes from where these go.

@@ -30,8 +30,7 @@ std::optional<Opening> find_opening(const trace::RayCaster& caster, Vec3f landin
     const float wide = kWidest * std::exp2(-0.5f * float(kRings - 1 - ring));
     std::vector<std::pair<float, Vec3f>> walls;  // depth along the beam, normal
     for (size_t k = 0; k < kRays; ++k) {
-      const float turn = 2 * std::numbers::pi_v<float> * (float(k) + 0.5f) / float(kRays);
-      const Vec3f w = normalize(to_sun + (u * std::cos(turn) + v * std::sin(turn)) * wide);
+      const Vec3f w = normalize(to_sun + on_circle(u, v, (float(k) + 0.5f) / float(kRays)) * wide);
       const trace::Hit hit = caster.closest_static(landing, w);
       if (hit.valid()) walls.emplace_back(hit.t * dot(w, to_sun), facing(hit.normal, -to_sun));
     }
@@ -52,9 +51,8 @@ std::vector<Reflector> reflectors_of(const scene::Scene& scene, const trace::Ray
   std::vector<Reflector> out;
   for (uint32_t k = 0; k < count; ++k) {
     const auto r = sobol::sample(k, seed);
-    const float turn = 2 * std::numbers::pi_v<float> * r[2];
     const float aside = kInside * opening.radius * std::sqrt(r[3]);
-    const Vec3f from = opening.centre + (u * std::cos(turn) + v * std::sin(turn)) * aside +
+    const Vec3f from = opening.centre + on_circle(u, v, r[2]) * aside +
                        opening.normal * (kApart * opening.radius + position_slack(opening.centre));
     const Vec3f w = cosine_direction(opening.normal, r[0], r[1]);
     const trace::Hit hit = caster.closest_static(from, w);

@@ -18,6 +18,9 @@ struct Face {
   bool emits = false;
   bool two_sided = false;  ///< of a face that emits
   bool opaque = true;      ///< a face that lets rays pass hides none
+  Vec3f normal() const {
+    return Vec3f(normalize(cross(Vec3d(corner[1] - corner[0]), Vec3d(corner[2] - corner[0]))));
+  }
 };
 
 /// A face hides another where it lies above it, however little. Where both lie in one plane, up to

@@ -186,7 +186,7 @@ def _calibrating(calibrated: bool) -> Step:
 
 def _dividing(c: Counts) -> Step:
     """Step that divides surfaces into the cells that gather rays read."""
-    return Step("divide surfaces", 0.05 + 6e-6 * c.triangles if c.rays else 0.0)
+    return Step("divide surfaces", 0.05 + 2e-5 * c.triangles if c.rays else 0.0)
 
 
 def _planning() -> Step:
