@@ -222,6 +222,7 @@ void bind_session(nb::module_& m) {
              return nb::make_tuple(make_array(std::move(irradiance), {n, 3}),
                                    make_array(std::move(error), {n, 3}));
            })
+      .def("rebake_gain", &Session::rebake_gain)
       .def("read_irradiance",
            [](const Session& s) {
              return read_array<double>(s, 3, [&](double* out) { s.read_irradiance(out); });

@@ -19,6 +19,8 @@ constexpr size_t kMinPupils = 64;  // of a kind; fewer tell nothing
 constexpr size_t kFewBatches = 4;
 constexpr double kMostReflected = 0.95;  // of what a room's surfaces reflect, in that allowance
 constexpr double kMaxRelative = 0.04;    // variance: beyond, the noise may stem from a single ray
+// A ray is lucky if it brings this share of the light, or that of so many of the sample's rays.
+constexpr double kLucky = 1.0 / 16, kLuckyRays = 16;
 
 /// Variances of the mean of a matrix whose rows and columns are drawn at random (two-way analysis
 /// of variance): `rows` and `columns` are the variances between row means and between column means,
@@ -77,6 +79,14 @@ void Evaluation::Table::means(size_t channel, double (&out)[kParts][kParts]) con
       out[part][k] = double(sums[part][channel][k]) / double(rays[part]);
 }
 
+double Evaluation::Table::lucky_variance(size_t channel, size_t count) const {
+  const double least = std::max(kLucky, kLuckyRays / double(count)) * whole[channel];
+  double squares = 0;
+  for (const auto& of_part : most)
+    if (const double own = of_part[channel]; own > 0 && own >= least) squares += own * own;
+  return squares / (double(count) * double(count));
+}
+
 size_t Evaluation::kind_of(const Table& table, size_t rays) {
   return 20 * table.chains < rays ? 0 : 2 * table.chains < rays ? 1 : 2;
 }
@@ -106,15 +116,16 @@ void Evaluation::learn_spread(const Looks& looks) {
       evenness_[kind] = std::pow(std::clamp(halves[kind] / parts[kind], 0.1, 1.0), 1.5);
 }
 
-void Evaluation::read(const Looks& looks, size_t sample, double* irradiance, double* error) const {
+GatheredLight Evaluation::read(const Looks& looks, size_t sample) const {
   const size_t n = looks.targets(sample).size();
+  GatheredLight out;
   Table table;
   if (batches_.empty())
     add<false>(looks, sample, table);
   else
     add<true>(looks, sample, table);
-  for (size_t c = 0; c < 3; ++c) irradiance[c] = table.whole[c] / double(n);
-  if (batches_.empty()) return;
+  for (size_t c = 0; c < 3; ++c) out.irradiance[c] = table.whole[c] / double(n);
+  if (batches_.empty()) return out;
   const double evenness = evenness_[kind_of(table, n)];
   std::optional<Vec3d> of_one_path;
   for (size_t c = 0; c < 3; ++c) {
@@ -124,21 +135,22 @@ void Evaluation::read(const Looks& looks, size_t sample, double* irradiance, dou
     const double variance = evenness * (own.rows - own.rest) + own.columns;
     const double least = 0.25 * std::max(evenness * own.rows, own.columns);
     // In darkness, as if one more ray had met a surface of mean radiosity.
-    const double by_rays =
-        irradiance[c] > 0 ? std::sqrt(std::max(variance, least)) : mean_radiosity_[c] / double(n);
+    out.error[c] = out.irradiance[c] > 0 ? std::sqrt(std::max(variance, least))
+                                         : mean_radiosity_[c] / double(n);
+    out.lucky[c] = table.lucky_variance(c, n);
     size_t reached = 0;  // batches
     for (size_t k = 0; k < kParts; ++k) {
       double sum = 0;
       for (size_t part = 0; part < kParts; ++part) sum += means[part][k];
       reached += sum > 0;
     }
-    error[c] = by_rays;
     // What is seen through an opening says nothing of a room whose own surfaces are not lit.
     const bool hardly = reached < kFewBatches || 2 * table.unlit > n;
     if (reached == 0 || !hardly) continue;
     if (!of_one_path) of_one_path = unseen(looks, sample);
-    error[c] = std::hypot(by_rays, (*of_one_path)[int(c)]);
+    out.error[c] = std::hypot(out.error[c], (*of_one_path)[int(c)]);
   }
+  return out;
 }
 
 Vec3d Evaluation::unseen(const Looks& looks, size_t sample) const {
@@ -181,13 +193,13 @@ void Evaluation::add(const Looks& looks, size_t sample, Table& table) const {
   for (size_t part = 0; part < kParts; ++part) {
     const size_t first = n * part / kParts, last = n * (part + 1) / kParts;
     table.rays[part] = std::max<size_t>(1, last - first);
-    float of_part[3] = {};
+    float of_part[3] = {}, most[3] = {};
     auto& by_batch = table.sums[part];
     for (size_t ray = first; ray < last; ++ray) {
       const uint32_t target = targets[ray];
       if (target == kDark) continue;
       const float weight = weights.empty() ? 1.0f : weights[ray];
-      std::array<float, 3> through{weight, weight, weight};
+      std::array<float, 3> through{weight, weight, weight}, brought{};
       uint32_t cell = target;
       if (Looks::is_chain(target)) {
         const ChainPool::Sent& sent = looks.chains().sent(Looks::chain_of(target));
@@ -197,20 +209,26 @@ void Evaluation::add(const Looks& looks, size_t sample, Table& table) const {
           through[c] = weight * sent.through[c];
           const float direct = weight * sent.direct[c];
           of_part[c] += direct;
+          if constexpr (kErrors) brought[c] = direct;
           for (size_t k = 0; kErrors && k < kParts; ++k) by_batch[c][k] += direct;
         }
-        if (cell == kDark) continue;
+        if (cell == kDark) {
+          for (size_t c = 0; kErrors && c < 3; ++c) most[c] = std::max(most[c], brought[c]);
+          continue;
+        }
       }
       const CellLight::Radiosity& radiosity = (*light_)[cell];
       table.unlit += !(radiosity[0] + radiosity[1] + radiosity[2] > 0);
       for (size_t c = 0; c < 3; ++c) {
         of_part[c] += through[c] * radiosity[c];
         if (!kErrors) continue;
+        most[c] = std::max(most[c], brought[c] + through[c] * radiosity[c]);
         const CellBatches& own = batches_[cell];
         const float step = through[c] * own.step;
         for (size_t k = 0; k < kParts; ++k) by_batch[c][k] += step * float(int(own.steps[c][k]));
       }
     }
+    for (size_t c = 0; c < 3; ++c) table.most[part][c] = most[c];
     for (size_t c = 0; c < 3; ++c) table.whole[c] += double(table.parts[part][c] = of_part[c]);
   }
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "gather/cell_light.h"
+#include "gather/gathered_light.h"
 #include "gather/looks.h"
 
 namespace deltalux::gather {
@@ -29,9 +30,7 @@ class Evaluation {
   /// of parts of them suggests. Low-discrepancy sequences converge faster than independent samples,
   /// so that the claimed error would be too large otherwise.
   void learn_spread(const Looks& looks);
-  /// Writes the irradiance of a sample and, if the evaluation was made with errors, its standard
-  /// error; 3 values each.
-  void read(const Looks& looks, size_t sample, double* irradiance, double* error) const;
+  GatheredLight read(const Looks& looks, size_t sample) const;
   /// Mean and variance of a sample's pilot rays, without direct light.
   PilotLook pilot(const Looks& looks, size_t sample) const;
 
@@ -42,12 +41,15 @@ class Evaluation {
   struct Table {
     float sums[kParts][3][kParts] = {};
     float parts[kParts][3];  ///< by part of the rays, for all batches together
+    float most[kParts][3];   ///< that one ray of the part brings
     double whole[3] = {};
     size_t rays[kParts];
     size_t chains = 0;
     size_t unlit = 0;  ///< rays that end on cells without light
     /// Means of a channel, by part and batch.
     void means(size_t channel, double (&out)[kParts][kParts]) const;
+    /// Variance from the luckiest ray of each part, as if its place were hit at random.
+    double lucky_variance(size_t channel, size_t count) const;
   };
   template <bool kErrors>
   void add(const Looks& looks, size_t sample, Table& table) const;

@@ -27,6 +27,43 @@ bool are_comparable(double a, double b) {
   return b > 0 && a <= kMaxContrast * b && b <= kMaxContrast * a;
 }
 
+/// Number of the main direction that is closest to a sample's normal.
+size_t side_of(const Estimate& sample) {
+  int axis = 0;
+  for (int k = 1; k < 3; ++k)
+    if (std::abs(sample.normal[k]) > std::abs(sample.normal[axis])) axis = k;
+  return size_t(2 * axis) + (sample.normal[axis] < 0);
+}
+
+/// Raises errors to what lucky rays cause among all samples that face the same way: a place that is
+/// hit by one ray in some thousands is missed by all rays of a neighbourhood.
+void allow_for_luck(std::span<Estimate> samples) {
+  struct Sum {
+    double absolute = 0, relative = 0, count = 0;
+  };
+  std::array<std::array<Sum, 3>, 6> sums{};
+  for (const Estimate& own : samples)
+    for (size_t c = 0; c < 3; ++c) {
+      const double irradiance = own.light.irradiance[c];
+      if (!(irradiance > 0)) continue;
+      Sum& sum = sums[side_of(own)][c];
+      const double of_one_ray = own.light.lucky[c] * own.rays;
+      sum.absolute += of_one_ray;
+      sum.relative += of_one_ray / (irradiance * irradiance);
+      sum.count += 1;
+    }
+  for (Estimate& own : samples)
+    for (size_t c = 0; c < 3; ++c) {
+      GatheredLight& light = own.light;
+      const Sum& sum = sums[side_of(own)][c];
+      light.lucky[c] = 0;
+      if (!(light.irradiance[c] > 0)) continue;
+      light.lucky[c] =
+          light.irradiance[c] * std::sqrt(sum.absolute * sum.relative) / (sum.count * own.rays);
+      light.error[c] = std::max(light.error[c], std::sqrt(light.lucky[c]));
+    }
+}
+
 }  // namespace
 
 void pool_errors(std::span<Estimate> samples, double metre) {
@@ -36,28 +73,29 @@ void pool_errors(std::span<Estimate> samples, double metre) {
     const Estimate& own = samples[i];
     const size_t first = i - std::min(i, kWindow), last = std::min(samples.size(), i + kWindow + 1);
     for (size_t c = 0; c < 3; ++c) {
-      pooled[i][c] = own.error[c];
-      if (!(own.irradiance[c] > 0)) continue;
+      pooled[i][c] = own.light.error[c];
+      if (!(own.light.irradiance[c] > 0)) continue;
       // The variance of one ray is about the same for all neighbours; so is the variance relative
       // to the irradiance. Where light varies strongly, one of the two assumptions overestimates
       // the error of darker samples, the other that of brighter ones; use the geometric mean.
       double absolute = 0, relative = 0, count = 0;
       for (size_t k = first; k < last; ++k) {
         const Estimate& other = samples[k];
-        if (!are_comparable(own.irradiance[c], other.irradiance[c]) ||
+        if (!are_comparable(own.light.irradiance[c], other.light.irradiance[c]) ||
             !are_neighbours(own, other, reach))
           continue;
-        const double variance = other.error[c] * other.error[c] * other.rays / own.rays;
+        const double variance = other.light.error[c] * other.light.error[c] * other.rays / own.rays;
         absolute += variance;
-        relative += variance / (other.irradiance[c] * other.irradiance[c]);
+        relative += variance / (other.light.irradiance[c] * other.light.irradiance[c]);
         count += 1;
       }
-      const double squared = own.irradiance[c] * own.irradiance[c];
+      const double squared = own.light.irradiance[c] * own.light.irradiance[c];
       pooled[i][c] = std::sqrt(std::sqrt(absolute * relative * squared) / count);
     }
   }
   for (size_t i = 0; i < samples.size(); ++i)
-    std::copy(pooled[i].begin(), pooled[i].end(), samples[i].error);
+    std::copy(pooled[i].begin(), pooled[i].end(), samples[i].light.error);
+  allow_for_luck(samples);
 }
 
 }  // namespace deltalux::gather

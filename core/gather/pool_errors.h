@@ -6,6 +6,7 @@
 #include <span>
 
 #include "base/vec.h"
+#include "gather/gathered_light.h"
 
 namespace deltalux::gather {
 
@@ -14,11 +15,12 @@ struct Estimate {
   Vec3f point{}, normal{};
   uint32_t object = 0;
   uint32_t rays = 0;
-  double irradiance[3] = {}, error[3] = {};
+  GatheredLight light;
 };
 
-/// Pools the errors of samples within half a `metre` whose light is of comparable size. Samples
-/// must be in an order in which neighbours are close together. Dark samples keep their errors.
+/// Pools the errors of samples within half a `metre` whose light is of comparable size, and the
+/// variance from lucky rays of all that face the same way. Samples must be in an order in which
+/// neighbours are close together. Dark samples keep their errors.
 void pool_errors(std::span<Estimate> samples, double metre);
 
 }  // namespace deltalux::gather

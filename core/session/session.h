@@ -106,6 +106,9 @@ class Session {
   /// Writes irradiance and standard error, each samples x 3. This and the other functions that read
   /// irradiance update caches, so no two threads may call them at the same time.
   void read(double* irradiance, double* standard_error) const;
+  /// The RMS of relative standard errors over what it would be without rays that hit rare bright
+  /// places, which a bake may find and aim at; 1 without a final gather.
+  double rebake_gain() const;
   /// Writes irradiance only, which is faster.
   void read_irradiance(double* irradiance) const;
   /// Writes the part of the irradiance that comes straight from lights.

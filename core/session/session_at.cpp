@@ -209,8 +209,7 @@ void Session::indirect_at(std::span<const direct::Receiver> receivers,
   state_->workers.for_blocks(places.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const auto& [batch, k] = places[i];
-      double error[3];
-      now.read(batch->looks, k, indirect + 3 * i, error);
+      std::copy_n(now.read(batch->looks, k).irradiance, 3, indirect + 3 * i);
       if (noise) noise[i] = std::sqrt(double(now.pilot(batch->looks, k).variance));
     }
   });

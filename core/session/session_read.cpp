@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -144,17 +145,19 @@ void Session::read_samples(bool errors, const Gathered& gathered, const Write& w
     for (size_t i = begin; i < end; ++i) {
       const double area = discs ? double(s.area[i]) : 0.0;
       const double per_area = area > 0 ? 1 / area : 0.0;
-      double irradiance[3] = {}, error[3] = {};
+      gather::GatheredLight light;
       for (size_t c = 0; is_present(i) && c < 3; ++c) {
         const size_t j = 3 * (i - begin) + c;
-        const gather::Estimate& own = around[i - begin];
+        const gather::GatheredLight& own = around[i - begin].light;
         const double by_paths = block.energy[j] * per_area + own.irradiance[c];
-        irradiance[c] = by_paths + block.direct[j];
-        error[c] = std::sqrt(block.variance[j] * per_area * per_area + own.error[c] * own.error[c] +
-                             by_paths * by_paths * cut[int(c)] * cut[int(c)] + of_direct[j]);
-        DELTALUX_ASSERT(std::isfinite(irradiance[c]) && std::isfinite(error[c]));
+        light.irradiance[c] = by_paths + block.direct[j];
+        light.error[c] =
+            std::sqrt(block.variance[j] * per_area * per_area + own.error[c] * own.error[c] +
+                      by_paths * by_paths * cut[int(c)] * cut[int(c)] + of_direct[j]);
+        light.lucky[c] = own.lucky[c];
+        DELTALUX_ASSERT(std::isfinite(light.irradiance[c]) && std::isfinite(light.error[c]));
       }
-      write(size_t(s.given[i]), irradiance, error);
+      write(size_t(s.given[i]), light);
     }
   });
 }
@@ -174,45 +177,67 @@ std::vector<gather::Estimate> Session::gathered_block(const gather::Evaluation& 
     gather::Estimate& own = out[i - begin];
     own.point = receivers_[i].point, own.normal = receivers_[i].normal;
     own.object = s.samples.attached[i], own.rays = s.gather->looks.rays().count(i);
-    if (is_present(i)) gathered(now, i, own.irradiance, own.error);
+    if (is_present(i)) own.light = gathered(now, i);
   }
   if (errors) gather::pool_errors(out, s.gather->cells.metre());
   return out;
 }
 
 auto Session::all_gathered() const {
-  return [&looks = state_->gather](const gather::Evaluation& now, size_t i, double* irradiance,
-                                   double* error) { now.read(looks->looks, i, irradiance, error); };
+  return [&own = state_->gather](const gather::Evaluation& now, size_t i) {
+    return now.read(own->looks, i);
+  };
 }
 
 void Session::read(double* irradiance, double* standard_error) const {
-  read_samples(true, all_gathered(), [&](size_t i, const double* value, const double* error) {
-    std::copy_n(value, 3, irradiance + 3 * i);
-    std::copy_n(error, 3, standard_error + 3 * i);
+  read_samples(true, all_gathered(), [&](size_t i, const gather::GatheredLight& light) {
+    std::copy_n(light.irradiance, 3, irradiance + 3 * i);
+    std::copy_n(light.error, 3, standard_error + 3 * i);
   });
 }
 
+double Session::rebake_gain() const {
+  const State& s = *state_;
+  std::vector<double> light(s.samples.size()), all(light.size()), lucky(light.size());
+  read_samples(true, all_gathered(), [&](size_t i, const gather::GatheredLight& own) {
+    for (int c = 0; c < 3; ++c) {
+      const double variance = own.error[c] * own.error[c];
+      light[i] += own.irradiance[c], all[i] += variance;
+      lucky[i] += std::min(own.lucky[c], variance);
+    }
+  });
+  const double mean =
+      std::reduce(light.begin(), light.end()) / double(std::max<size_t>(1, light.size()));
+  double now = 0, then = 0;
+  for (size_t i = 0; i < light.size(); ++i) {
+    const double scale = std::max(light[i], 0.1 * mean);
+    if (!(scale > 0)) continue;
+    now += all[i] / (scale * scale), then += (all[i] - lucky[i]) / (scale * scale);
+  }
+  return now > 0 ? std::sqrt(now / std::max(then, 1e-4 * now)) : 1.0;
+}
+
 void Session::read_irradiance(double* irradiance) const {
-  read_samples(false, all_gathered(), [&](size_t i, const double* value, const double*) {
-    std::copy_n(value, 3, irradiance + 3 * i);
+  read_samples(false, all_gathered(), [&](size_t i, const gather::GatheredLight& light) {
+    std::copy_n(light.irradiance, 3, irradiance + 3 * i);
   });
 }
 
 void Session::read_direct(double* irradiance) const {
-  const auto nothing = [](const gather::Evaluation&, size_t, double*, double*) {};
-  read_samples(false, nothing, [&](size_t i, const double* value, const double*) {
-    std::copy_n(value, 3, irradiance + 3 * i);
+  const auto nothing = [](const gather::Evaluation&, size_t) { return gather::GatheredLight{}; };
+  read_samples(false, nothing, [&](size_t i, const gather::GatheredLight& light) {
+    std::copy_n(light.irradiance, 3, irradiance + 3 * i);
   });
 }
 
 void Session::read_packed(const std::array<double, 3>& weights, bool errors, float* values) const {
   if (state_->gather)
     state_->gather->glance.stale = true;  // otherwise the next glance() would mix in older values
-  read_samples(errors, all_gathered(), [&](size_t i, const double* value, const double* error) {
-    for (int c = 0; c < 3; ++c) values[4 * i + c] = float(value[c]);
+  read_samples(errors, all_gathered(), [&](size_t i, const gather::GatheredLight& light) {
+    for (int c = 0; c < 3; ++c) values[4 * i + c] = float(light.irradiance[c]);
     if (errors)
-      values[4 * i + 3] =
-          float(weights[0] * error[0] + weights[1] * error[1] + weights[2] * error[2]);
+      values[4 * i + 3] = float(weights[0] * light.error[0] + weights[1] * light.error[1] +
+                                weights[2] * light.error[2]);
   });
 }
 
@@ -224,17 +249,18 @@ void Session::glance(float* values) {
   // stale if an exception interrupts the reading
   const bool all = std::exchange(glance.stale, true);
   glance.irradiance.resize(state_->samples.size());
-  const auto gathered = [&](const gather::Evaluation& now, size_t i, double* irradiance,
-                            double* error) {
+  const auto gathered = [&](const gather::Evaluation& now, size_t i) {
+    gather::GatheredLight light;
     std::array<double, 3>& shown = glance.irradiance[i];
     // Samples take turns by their number, so that no whole patch of a surface lags behind its
     // surroundings.
     if (all || looks.changed(i) || i % kTurns == glance.turn)
-      now.read(looks, i, shown.data(), error);
-    std::copy(shown.begin(), shown.end(), irradiance);
+      shown = std::to_array(now.read(looks, i).irradiance);
+    std::copy(shown.begin(), shown.end(), light.irradiance);
+    return light;
   };
-  read_samples(false, gathered, [&](size_t i, const double* value, const double*) {
-    for (int c = 0; c < 3; ++c) values[4 * i + c] = float(value[c]);
+  read_samples(false, gathered, [&](size_t i, const gather::GatheredLight& light) {
+    for (int c = 0; c < 3; ++c) values[4 * i + c] = float(light.irradiance[c]);
   });
   looks.forget_changes();
   glance.stale = false;

@@ -25,6 +25,8 @@ class Frame:
     gathered_rays : number of gather rays that were cast
     milliseconds : wall-clock time by stage
     done : share of the pending work that is finished, 0 to 1; the least of paths, direct light and gather
+    rebake_gain : `Session.rebake_gain` after a recompute, 1 after a bake; None after an update, which does
+        not take the time to compute it, and in sessions of a `path_range`
     """
 
     affected_paths: int = 0
@@ -35,6 +37,7 @@ class Frame:
     candidates: int = 0
     milliseconds: Mapping[str, float] = field(default_factory=dict)
     done: float = 1.0
+    rebake_gain: float | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,6 +28,7 @@ from .places import Place
 AIM = 0.97
 # Largest ratio of errors by which paths grow, with its square; no session can have so many more paths.
 MOST = 1e6
+REBAKE_PAYS = 1.5  # from this gain on, the user is told
 
 
 def make_samples(
@@ -211,6 +212,7 @@ def figures(
         "bytes": statistics["bytes"],
         "milliseconds": dict(frame.milliseconds),
         "error": dataclasses.asdict(claimed),
+        "rebake_gain": session.rebake_gain if frame.rebake_gain is None else frame.rebake_gain,
         "unreached": session.unreached,
         "sets": [dataclasses.asdict(summary) for summary in summaries],
         "doubt": light_doubt(summaries, session.scene.unit) if undimmed else None,
@@ -250,6 +252,11 @@ def _notes(data: Mapping[str, Any]) -> list[str]:
         worst = f", worst: {claimed.worst}" if len(claimed.sets) > 1 else ""
         lines.append(
             f"error of what is lit: median {claimed.median:.1%}, 90 % below {claimed.p90:.1%}{worst}"
+        )
+    if data["rebake_gain"] > REBAKE_PAYS:
+        lines.append(
+            "after these edits light comes from places that the bake did not know: a new bake may make the "
+            f"error up to {data['rebake_gain']:.1f} times smaller"
         )
     if warning := advice(claimed, data["paths"], data["gather"]):
         lines.append(warning)

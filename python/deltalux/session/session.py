@@ -214,7 +214,7 @@ class Session(SessionPlaces):
         session = self._session()
         had_light = session.baked
         try:
-            frame = Frame(**session.bake(self.progress))
+            frame = Frame(**session.bake(self.progress), rebake_gain=1.0)
         except BaseException:
             # the callback failed, or Ctrl-C was pressed, after the bake had finished
             if session.baked and not had_light:
@@ -328,13 +328,16 @@ class Session(SessionPlaces):
         """Compute everything again from scratch in the present state; the digest must not change.
 
         What the bake chose stays: guides, numbers of rays, radii. `bake` chooses anew, so that its light
-        differs by noise.
+        differs by noise; `Frame.rebake_gain` estimates by how much less.
         """
         if self.foreign_build is not None:
             return self._bake()
         self._finish()
         self._forget_results()
-        return Frame(**self._session().recompute(self.progress))
+        session = self._session()
+        frame = session.recompute(self.progress)
+        in_part = self._options["path_range"] is not None  # others have the rest of the light
+        return Frame(**frame, rebake_gain=None if in_part else session.rebake_gain())
 
     def _finish(self) -> None:
         """Apply queued edits and finish pending work."""
@@ -397,6 +400,17 @@ class Session(SessionPlaces):
     def standard_error(self) -> np.ndarray:
         """(n, 3) float64: standard error by independent batches of paths; with a gather, of its rays, too."""
         return self.read()[1].copy()
+
+    @property
+    @long_call
+    def rebake_gain(self) -> float:
+        """By about which factor a new bake could reduce the standard error; 1 = nothing to gain.
+
+        Edits may bring light to places that the bake had no reason to aim rays at: a lamp moves, a lid is
+        removed. The few rays that hit such a place bring much each. This is the RMS of the relative standard
+        error over what it would be without such rays. A bake may need them, too, so that less is gained.
+        """
+        return float(self._baked_session().rebake_gain())
 
     @property
     @long_call
