@@ -72,6 +72,14 @@ Polygon within(Polygon polygon, const std::array<double, 2>& low, const std::arr
   return clipped(polygon, [&](const Point& p) { return height + p.z; });
 }
 
+/// Whether the plane through `at` has corners of the box on both sides.
+bool crosses(const Box& box, const Vec3d& normal, const Vec3d& at) {
+  const Vec3d low(box.low), high(box.high), half = (high - low) * 0.5;
+  double reach = 0;
+  for (int k = 0; k < 3; ++k) reach += std::fabs(normal[k]) * half[k];
+  return std::fabs(dot(normal, low + half - at)) < reach;
+}
+
 /// The extent of the line where a plane cuts convex shapes.
 struct Chord {
   /// A corner of a shape: its distance from the plane, and its coordinate along the line.
@@ -271,7 +279,7 @@ void CellBuilder::try_clump(const BodyCells& out, uint32_t triangle, uint32_t nu
   const Vec3d up = normalize(clump.across), normal = normalize(across(triangle));
   const Vec3d level = normal - up * dot(normal, up);
   const double sine = length(level);
-  if (sine < kUpright) return;
+  if (sine < kUpright || !crosses(clump.box, normal, corner(triangle, 0))) return;
   // x runs across the plane, y along the line of contact, z upwards.
   const Vec3d x = level * (1 / sine), y = cross(up, x), base = corner(clump.triangles[0], 0);
   const auto local = [&](const Vec3d& p) {
