@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
+#include <utility>
 #include <vector>
 
 namespace deltalux::gather {
@@ -27,39 +29,47 @@ bool are_comparable(double a, double b) {
   return b > 0 && a <= kMaxContrast * b && b <= kMaxContrast * a;
 }
 
-/// Number of the main direction that is closest to a sample's normal.
-size_t side_of(const Estimate& sample) {
+/// What samples of one surface share, as of a ceiling: the main direction that is closest to their
+/// normals, and the slab of space across it. Undersides of tables see other places.
+std::pair<int, int64_t> surface_of(const Estimate& sample, float slab) {
   int axis = 0;
   for (int k = 1; k < 3; ++k)
     if (std::abs(sample.normal[k]) > std::abs(sample.normal[axis])) axis = k;
-  return size_t(2 * axis) + (sample.normal[axis] < 0);
+  return {2 * axis + (sample.normal[axis] < 0), int64_t(std::floor(sample.point[axis] / slab))};
 }
 
-/// Raises errors to what lucky rays cause among all samples that face the same way: a place that is
-/// hit by one ray in some thousands is missed by all rays of a neighbourhood.
-void allow_for_luck(std::span<Estimate> samples) {
+/// Raises errors to what lucky rays cause among all samples of a surface: a place that is hit by
+/// one ray in some thousands is missed by all rays of a neighbourhood.
+void allow_for_luck(std::span<Estimate> samples, float slab) {
   struct Sum {
-    double absolute = 0, relative = 0, count = 0;
+    double all = 0, most = 0;
+    /// The most is left out: it may be that of a niche.
+    double rest() const { return all - most; }
+    void add(double value) { all += value, most = std::max(most, value); }
   };
-  std::array<std::array<Sum, 3>, 6> sums{};
+  struct Surface {
+    Sum absolute, relative;
+    double count = 0;
+  };
+  std::map<std::pair<int, int64_t>, std::array<Surface, 3>> surfaces;
   for (const Estimate& own : samples)
     for (size_t c = 0; c < 3; ++c) {
       const double irradiance = own.light.irradiance[c];
       if (!(irradiance > 0)) continue;
-      Sum& sum = sums[side_of(own)][c];
+      Surface& surface = surfaces[surface_of(own, slab)][c];
       const double of_one_ray = own.light.lucky[c] * own.rays;
-      sum.absolute += of_one_ray;
-      sum.relative += of_one_ray / (irradiance * irradiance);
-      sum.count += 1;
+      surface.absolute.add(of_one_ray);
+      surface.relative.add(of_one_ray / (irradiance * irradiance));
+      surface.count += 1;
     }
   for (Estimate& own : samples)
     for (size_t c = 0; c < 3; ++c) {
       GatheredLight& light = own.light;
-      const Sum& sum = sums[side_of(own)][c];
       light.lucky[c] = 0;
       if (!(light.irradiance[c] > 0)) continue;
-      light.lucky[c] =
-          light.irradiance[c] * std::sqrt(sum.absolute * sum.relative) / (sum.count * own.rays);
+      const Surface& surface = surfaces[surface_of(own, slab)][c];
+      const double both = std::max(0.0, surface.absolute.rest() * surface.relative.rest());
+      light.lucky[c] = light.irradiance[c] * std::sqrt(both) / (surface.count * own.rays);
       light.error[c] = std::max(light.error[c], std::sqrt(light.lucky[c]));
     }
 }
@@ -95,7 +105,7 @@ void pool_errors(std::span<Estimate> samples, double metre) {
   }
   for (size_t i = 0; i < samples.size(); ++i)
     std::copy(pooled[i].begin(), pooled[i].end(), samples[i].light.error);
-  allow_for_luck(samples);
+  allow_for_luck(samples, reach);
 }
 
 }  // namespace deltalux::gather

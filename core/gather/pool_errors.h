@@ -19,8 +19,8 @@ struct Estimate {
 };
 
 /// Pools the errors of samples within half a `metre` whose light is of comparable size, and the
-/// variance from lucky rays of all that face the same way. Samples must be in an order in which
-/// neighbours are close together. Dark samples keep their errors.
+/// variance from lucky rays of all on one surface. Samples must be in an order in which neighbours
+/// are close together. Dark samples keep their errors.
 void pool_errors(std::span<Estimate> samples, double metre);
 
 }  // namespace deltalux::gather
