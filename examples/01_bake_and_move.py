@@ -5,7 +5,7 @@ import deltalux as dl
 
 scene = dl.scenes.cornell_box()
 name = scene.movable[0]
-with dl.Session(scene, paths=100_000) as session:
+with dl.Session(scene, paths=100_000, gather=64) as session:
     bake = session.bake()
     print(f"{len(session.samples):,} samples, unit {scene.unit}, movable: {', '.join(scene.movable)}")
 

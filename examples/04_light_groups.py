@@ -4,7 +4,7 @@
 import deltalux as dl
 
 scene = dl.scenes.office()
-with dl.Session(scene, paths=100_000) as session:
+with dl.Session(scene, paths=100_000, gather=64) as session:
     session.bake()
     full = session.irradiance.mean()
     print("all lamps at full power: 100 %")

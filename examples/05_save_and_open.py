@@ -10,7 +10,7 @@ scene = dl.scenes.cornell_box()
 name = scene.movable[0]
 with tempfile.TemporaryDirectory() as folder:
     file = Path(folder) / "box.dlx"
-    with dl.Session(scene, paths=50_000) as session:
+    with dl.Session(scene, paths=50_000, gather=64) as session:
         session.bake()
         session.save(file)
         original = session.digest()

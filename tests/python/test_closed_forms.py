@@ -86,11 +86,11 @@ def test_furnace_of_other_reflectances(direct, reflectance):
 
 
 @BY_MODE
-@pytest.mark.parametrize(("place", "seeds"), [("edges", 1), ("corners", 16)])
+@pytest.mark.parametrize(("place", "seeds"), [("edges", 1), ("corners", 12)])
 def test_furnace_at_edges_and_corners(direct, place, seeds):
     """The mean over the display mesh's samples there is within 2 %, at default settings.
 
-    One bake knows the mean over edges to 0.2 %, over the 24 corners to 2.2 %, 16 bakes to 0.6 %. Rate 4e-4.
+    One bake knows the mean over edges to 0.2 %, over the 24 corners to 2.2 %, 12 bakes to 0.64 %. Rate 2e-3.
     """
     scene, _ = furnace()
     every = dl.Samples.on_vertices(scene)
