@@ -14,6 +14,7 @@ from deltalux.cli.edits import moved_pose
 from deltalux.cli.options import Move
 from deltalux.outputs import tables
 from session_files import rewrite
+from test_errors_after_edits import sconce_moves
 
 from .conftest import QUICK, Cli
 
@@ -45,6 +46,20 @@ def test_move_and_back_restores_every_bit(cli: Cli, session_file: Path, tmp_path
     assert back["sets"][0]["mean"] == pytest.approx(
         cli("update", session_file, "--json").data["sets"][0]["mean"], rel=1e-3
     )
+
+
+def test_a_bake_that_would_pay_is_told(cli: Cli, tmp_path: Path) -> None:
+    scene, samples, _ = sconce_moves(np.array([4.2, 2.5, 3.4]))
+    file = tmp_path / "room.dlx"
+    with dl.Session(scene, samples, paths=20_000, gather=256, seed=7) as session:
+        session.bake()
+        session.save(file)
+    told = "a new bake may make the error up to"
+    assert told not in " ".join(cli("update", file).out.split())
+    move = ("--move", "sconce=-2.3,-0.25,3.3")  # to the wall on the other side
+    assert told in " ".join(cli("update", file, *move).out.split())
+    assert cli("update", file, *move, "--json").data["rebake_gain"] > 1.5
+    assert cli("update", file, "--json").data["rebake_gain"] < 1.2
 
 
 def test_shift_by_powers_of_two_and_back_restores_every_bit(
