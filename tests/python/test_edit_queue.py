@@ -54,7 +54,7 @@ def test_steps_and_one_update_lead_to_the_same_state():
     scene = room()
     digests = set()
     for at_once in (True, False):
-        with dl.Session(scene, samples_in(scene), paths=2000) as session:
+        with dl.Session(scene, samples_in(scene), paths=2000, gather=64) as session:
             session.bake()
             session.add(new_lamp())
             if not at_once:
@@ -74,7 +74,7 @@ def test_a_new_lamp_that_does_not_fit_is_refused_when_it_is_added(baked):
         [*scene.materials, dl.Material("sun", emission=(1e9, 1e9, 1e9), group="desk")],
         scene.lights,
     )
-    with dl.Session(huge, samples_in(scene), paths=4000) as session:
+    with dl.Session(huge, samples_in(scene), paths=4000, gather=64) as session:
         session.bake()
         digest = session.digest()
         with pytest.raises(dl.OptionError, match="paths"):
@@ -156,7 +156,7 @@ def test_what_a_cancelled_update_was_asked_for_comes_with_the_next(stage, paths,
 def test_ctrl_c_after_the_work_was_done_leaves_a_baked_session():
     """The signal may come between the last piece of work and the return of bake()."""
     scene = room()
-    with dl.Session(scene, samples_in(scene), paths=300_000) as session:
+    with dl.Session(scene, samples_in(scene), paths=300_000, gather=64) as session:
         stages = []
 
         def interrupt(stage, fraction):
@@ -197,7 +197,7 @@ class InterruptedOnce:
 
 def test_ctrl_c_while_a_bake_applies_edits_applies_them_once():
     scene = room()
-    with dl.Session(scene, samples_in(scene), paths=3000) as session:
+    with dl.Session(scene, samples_in(scene), paths=3000, gather=64) as session:
         session.bake()
         before = session.irradiance
         session.add(new_lamp(pose=TARGET))
@@ -247,7 +247,7 @@ def test_calls_during_a_call_are_refused():
 
 def test_edits_before_the_bake_are_saved(tmp_path):
     scene = room()
-    with dl.Session(scene, samples_in(scene), paths=1000) as session:
+    with dl.Session(scene, samples_in(scene), paths=1000, gather=64) as session:
         session.move("block", TARGET)
         session.remove("lamp")
         session.dim("ceiling", 0.5)

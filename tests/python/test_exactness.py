@@ -132,7 +132,7 @@ def test_what_is_kept_between_readings_is_right(sequence, direct):
 def test_more_groups_than_sums(groups, sequence):
     """Groups from the eighth on share sums if there are more; an edit may bring the eighth or the ninth."""
     scene = room(groups=groups)
-    with dl.Session(scene, samples_in(scene), paths=600, threads=1, direct="paths") as session:
+    with dl.Session(scene, samples_in(scene), paths=600, gather=64, threads=1, direct="paths") as session:
         session.bake()
         session.dim(list(session.dim_factors)[-1], 0.25)
         for edits in sequence:
@@ -148,7 +148,7 @@ def test_edit_and_inverse_restore_every_bit(edit, direct):
     if edit[0] == "insert":
         return  # has no inverse
     scene = room()
-    with dl.Session(scene, samples_in(scene), paths=500, threads=1, direct=direct) as session:
+    with dl.Session(scene, samples_in(scene), paths=500, gather=64, threads=1, direct=direct) as session:
         session.bake()
         first, home = session.digest(), {name: session.pose(name) for name in scene.movable}
         reflectance = {m.name: m.reflectance for m in scene.materials}
@@ -205,7 +205,7 @@ def test_seeds_matter():
     scene = room()
     digests = set()
     for seed in (1, 2):
-        with dl.Session(scene, samples_in(scene), paths=500, seed=seed) as session:
+        with dl.Session(scene, samples_in(scene), paths=500, gather=64, seed=seed) as session:
             session.bake()
             digests.add(session.digest())
     assert len(digests) == 2
@@ -228,7 +228,7 @@ def test_adding_a_sample_changes_no_other():
 def test_budgeted_updates_end_exactly(direct):
     """Slices of any size, with a new edit in between, end in the recompute's bits."""
     scene = room()
-    with dl.Session(scene, samples_in(scene), paths=60_000, threads=1, direct=direct) as session:
+    with dl.Session(scene, samples_in(scene), paths=60_000, gather=64, threads=1, direct=direct) as session:
         session.bake()
         session.set_reflectance("wall", (0.5, 0.5, 0.5))
         frame = session.update(budget_ms=0.01)

@@ -113,7 +113,7 @@ def test_a_mesh_added_at_the_border_keeps_the_box_of_the_session(tmp_path):
 
 def test_two_objects_swap_places():
     scene = room()
-    with dl.Session(scene, samples_in(scene), paths=20_000) as session:
+    with dl.Session(scene, samples_in(scene), paths=20_000, gather=64) as session:
         session.bake()
         block, lamp_pose = session.pose("block"), session.pose("lamp")
         session.move("block", lamp_pose)
@@ -124,7 +124,7 @@ def test_two_objects_swap_places():
 
 def test_moving_a_removed_object_and_bringing_it_back():
     scene = room()
-    with dl.Session(scene, samples_in(scene), paths=20_000) as session:
+    with dl.Session(scene, samples_in(scene), paths=20_000, gather=64) as session:
         session.bake()
         first = session.digest()
         home = session.pose("lamp")
@@ -147,7 +147,7 @@ def test_moving_a_removed_object_and_bringing_it_back():
 def test_signs_of_zeros_in_poses_do_not_matter():
     """-0.0 and 0.0 are one state, so they have one digest."""
     scene = room()
-    with dl.Session(scene, samples_in(scene), paths=1000) as session:
+    with dl.Session(scene, samples_in(scene), paths=1000, gather=64) as session:
         session.bake()
         pose = session.pose("block")
         first = session.digest()
@@ -167,7 +167,7 @@ def test_a_new_lamp_that_outshines_all_others(direct):
         [*scene.materials, dl.Material("blinding", emission=(300, 200, 100), group="desk")],
         scene.lights,
     )
-    with dl.Session(bright, samples_in(scene), paths=500, direct=direct) as session:
+    with dl.Session(bright, samples_in(scene), paths=500, gather=64, direct=direct) as session:
         session.bake()
         pose = translation(0.6, 1.2, -0.6)
         session.add(dl.Mesh("new", *box((0.2, 0.2, 0.2)), "blinding", pose=pose, movable=True))
@@ -200,7 +200,7 @@ def test_dimming_beyond_eight_groups_while_paths_are_pending(end):
 @pytest.mark.parametrize("direct", ["paths", "sampled", "auto"])
 def test_new_lights_while_paths_are_pending(direct):
     scene = room(groups=3)
-    with dl.Session(scene, samples_in(scene), paths=40_000, direct=direct) as session:
+    with dl.Session(scene, samples_in(scene), paths=40_000, gather=64, direct=direct) as session:
         session.bake()
         session.set_reflectance("wall", (0.2, 0.5, 0.3))
         assert session.update(budget_ms=0.01).done < 1
@@ -226,7 +226,7 @@ def energy_adds_up(session):
 def test_any_budget_ends_in_the_recomputes_bits_and_loses_no_energy(budget):
     """A stale path stays in the sums, whole, until its replacement takes its place."""
     scene = room()
-    with dl.Session(scene, samples_in(scene), paths=40_000, threads=1, direct="paths") as session:
+    with dl.Session(scene, samples_in(scene), paths=40_000, gather=64, threads=1, direct="paths") as session:
         session.bake()
         energy_adds_up(session)
         edits = [
@@ -288,7 +288,7 @@ def test_a_budget_spreads_the_error_over_the_scene():
 def test_a_new_lamp_keeps_to_the_budget():
     """Its paths are pending work like any other, so a budget or a cancel can stop between them."""
     scene = room()
-    with dl.Session(scene, samples_in(scene), paths=20_000, threads=1) as session:
+    with dl.Session(scene, samples_in(scene), paths=20_000, gather=64, threads=1) as session:
         session.bake()
         lit = session.statistics["segments"]
         session.add(lamp("sunny", "ceiling", translation(0.6, 1.0, -0.6), side=0.8))

@@ -198,7 +198,7 @@ def test_places_that_single_precision_cannot_hold():
 
 def test_a_part_of_the_paths_stays_in_the_box():
     scene = open_room()
-    with dl.Session(scene, samples_in(scene), paths=800, path_range=(0, 400)) as session:
+    with dl.Session(scene, samples_in(scene), paths=800, gather=64, path_range=(0, 400)) as session:
         session.bake()
         with pytest.raises(dl.OptionError, match="other sessions hold some of its paths"):
             session.move("block", translation(0, 30, 0))

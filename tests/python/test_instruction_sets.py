@@ -20,7 +20,7 @@ try:
     for method in ("brute_force", "disc_index", "ray_map", "sphere_cache"):
         for options in ({"direct": "paths"}, {"segment_end": "bounded"}):
             with dl.Session(
-                scene, samples, paths=2000, static_method=method, moving_method=method, **options
+                scene, samples, paths=2000, gather=64, static_method=method, moving_method=method, **options
             ) as session:
                 session.bake()
                 print(method, session.digest())

@@ -54,7 +54,7 @@ def lamp(name, place):
 
 def test_no_file_holds_what_is_only_queued(tmp_path):
     scene, path = room(), tmp_path / "a.dlx"
-    with dl.Session(scene, samples_in(scene), paths=200, threads=1) as session:
+    with dl.Session(scene, samples_in(scene), paths=200, gather=64, threads=1) as session:
         session.bake()
         session.set_reflectance("wall", (0.1, 0.2, 0.3))
         with pytest.raises(dl.OptionError, match=r"save: found 1 queued edits, expected none; call update"):
@@ -72,7 +72,7 @@ def test_no_file_holds_what_is_only_queued(tmp_path):
 def test_sessions_with_new_lamps_open_again(tmp_path, direct, pending, recomputed):
     """Whatever brings their direct light, and with work that is still to be done."""
     scene, path, again = room(), tmp_path / "a.dlx", tmp_path / "b.dlx"
-    with dl.Session(scene, samples_in(scene), paths=2000, direct=direct, threads=1) as session:
+    with dl.Session(scene, samples_in(scene), paths=2000, gather=64, direct=direct, threads=1) as session:
         session.bake()
         session.add(lamp("first", (0.4, 0.7, -0.2)))
         session.update()
@@ -122,7 +122,7 @@ def test_a_lamp_in_a_large_set_of_samples_brings_its_light_by_paths(tmp_path):
 def test_reflectances_stay_as_they_were_given(tmp_path):
     """In double precision, though the core computes with single."""
     scene, given = room(), (0.1, 0.7, 1 / 3)
-    with dl.Session(scene, samples_in(scene), paths=500, threads=1) as session:
+    with dl.Session(scene, samples_in(scene), paths=500, gather=64, threads=1) as session:
         session.set_reflectance("wall", given)
         for _ in range(2):
             expected = {m.name: tuple(m.reflectance.tolist()) for m in scene.materials} | {"wall": given}
@@ -255,7 +255,7 @@ def test_damage_in_compressed_arrays_is_found(small_file):
 def test_a_foreign_mark_stays_until_the_light_is_computed_here(tmp_path):
     """Through opening and saving, as often as one likes."""
     scene, path = room(), tmp_path / "a.dlx"
-    with dl.Session(scene, samples_in(scene), paths=500, threads=1) as session:
+    with dl.Session(scene, samples_in(scene), paths=500, gather=64, threads=1) as session:
         session.bake()
         session.save(path)
     rewrite(path, index=lambda index: index.update(built_by="another build"))
@@ -282,7 +282,7 @@ def test_a_foreign_mark_stays_until_the_light_is_computed_here(tmp_path):
 def test_what_no_reader_would_accept_is_not_written(tmp_path, monkeypatch):
     scene = room()
     path = tmp_path / "a.dlx"
-    with dl.Session(scene, samples_in(scene), paths=100) as session:
+    with dl.Session(scene, samples_in(scene), paths=100, gather=64) as session:
         session.save(path)
         old = path.read_bytes()
         monkeypatch.setattr(archive, "MOST_INDEX", 100)

@@ -25,7 +25,7 @@ BUSY = "another call is at work"
 @pytest.fixture
 def baked():
     scene = room()
-    with dl.Session(scene, samples_in(scene), paths=20_000, threads=1, direct="paths") as session:
+    with dl.Session(scene, samples_in(scene), paths=20_000, gather=64, threads=1, direct="paths") as session:
         session.bake()
         yield session
 
@@ -225,7 +225,7 @@ def test_many_threads_lose_no_edit():
             attempt(call)
             attempt(lambda: session.move("block", translation(rng.uniform(-1, 1), 0.6, 0)))
 
-    with dl.Session(scene, samples_in(scene), paths=3000, threads=1) as session:
+    with dl.Session(scene, samples_in(scene), paths=3000, gather=64, threads=1) as session:
         session.bake()
         try:
             threads = [Started(lambda name=name, i=i: edit(name, i)) for i, name in enumerate(names)]

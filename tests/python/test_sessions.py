@@ -25,7 +25,7 @@ from thoroughness import examples
 @pytest.fixture
 def baked():
     scene = room()
-    with dl.Session(scene, samples_in(scene), paths=4000, threads=1, direct="sampled") as session:
+    with dl.Session(scene, samples_in(scene), paths=4000, gather=64, threads=1, direct="sampled") as session:
         session.bake()
         yield session
 
@@ -93,7 +93,7 @@ def test_open_continues_where_save_stopped(tmp_path, direct, segment_end):
 
 def test_session_saved_before_its_bake(tmp_path):
     scene = room()
-    with dl.Session(scene, samples_in(scene), paths=1000) as session:
+    with dl.Session(scene, samples_in(scene), paths=1000, gather=64) as session:
         session.save(tmp_path / "a.dlx")
         session.bake()
         with dl.Session.open(tmp_path / "a.dlx") as opened:
@@ -241,7 +241,7 @@ def test_cancelled_bake_leaves_the_session_as_before(calls):
 @given(calls=st.integers(0, 10), direct=st.sampled_from(["paths", "sampled"]))
 def test_cancelled_update_is_finished_by_the_next(calls, direct):
     scene = room()
-    with dl.Session(scene, samples_in(scene), paths=120_000, direct=direct) as session:
+    with dl.Session(scene, samples_in(scene), paths=120_000, gather=64, direct=direct) as session:
         session.bake()
         session.set_reflectance("wall", (0.3, 0.3, 0.3))
         session.move("lamp", translation(0.9, 1.2, -0.4))
@@ -256,7 +256,7 @@ def test_cancelled_update_is_finished_by_the_next(calls, direct):
         digest = session.digest()
         session.recompute()
         assert session.digest() == digest
-        with dl.Session(scene, samples_in(scene), paths=120_000, direct=direct) as other:
+        with dl.Session(scene, samples_in(scene), paths=120_000, gather=64, direct=direct) as other:
             other.bake()
             other.set_reflectance("wall", (0.3, 0.3, 0.3))
             other.move("lamp", translation(0.9, 1.2, -0.4))
@@ -513,7 +513,7 @@ def test_gradient_under_a_point_light(direct):
 
 def test_cancelled_insertion_happens_with_the_next_update():
     scene = room()
-    with dl.Session(scene, samples_in(scene), paths=400_000, direct="sampled") as session:
+    with dl.Session(scene, samples_in(scene), paths=400_000, gather=64, direct="sampled") as session:
         session.bake()
         session.add(dl.Mesh("new", *box((0.3, 0.3, 0.3)), "glow", pose=translation(0.2, 1, 0), movable=True))
         session.set_reflectance("wall", (0.3, 0.3, 0.3))

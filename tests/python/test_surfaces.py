@@ -76,7 +76,7 @@ def test_only_surfaces_that_read_texture_coordinates_cost_memory_for_them(monkey
 
 def test_a_surface_comes_back_from_its_file(tmp_path) -> None:
     scene = room()
-    with dl.Session(scene, samples_in(scene), paths=200) as session:
+    with dl.Session(scene, samples_in(scene), paths=200, gather=64) as session:
         session.save(tmp_path / "room.dlx")
     with dl.Session.open(tmp_path / "room.dlx") as session:
         assert [m.surface.kind for m in session.scene.materials] == ["diffuse"] * len(scene.materials)
