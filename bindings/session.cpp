@@ -215,14 +215,14 @@ void bind_session(nb::module_& m) {
            [](const Session& s) {
              const size_t n = s.state().samples.size();
              std::vector<double> irradiance(3 * n), error(3 * n);
+             double gain;
              {
                nb::gil_scoped_release release;
-               s.read(irradiance.data(), error.data());
+               gain = s.read(irradiance.data(), error.data());
              }
              return nb::make_tuple(make_array(std::move(irradiance), {n, 3}),
-                                   make_array(std::move(error), {n, 3}));
+                                   make_array(std::move(error), {n, 3}), gain);
            })
-      .def("rebake_gain", &Session::rebake_gain)
       .def("read_irradiance",
            [](const Session& s) {
              return read_array<double>(s, 3, [&](double* out) { s.read_irradiance(out); });

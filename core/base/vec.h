@@ -47,6 +47,14 @@ template <class T>
 T length(Vec3<T> a) {
   return std::sqrt(dot(a, a));
 }
+/// The axis along which a vector is longest; of equals, the first.
+template <class T>
+int main_axis(Vec3<T> a) {
+  int axis = 0;
+  for (int k = 1; k < 3; ++k)
+    if (std::abs(a[k]) > std::abs(a[axis])) axis = k;
+  return axis;
+}
 template <class T>
 Vec3<T> normalize(Vec3<T> a) {
   return a * (T(1) / length(a));

@@ -19,9 +19,7 @@ void CellBuilder::merge_small(BodyCells& out, const std::vector<uint32_t>& trian
   for (uint32_t t : triangles) {
     const Vec3d c = across(t), n = c * (1 / length(c));
     const Vec3d centre = (corner(t, 0) + corner(t, 1) + corner(t, 2)) * (1.0 / 3);
-    int axis = 0;
-    for (int k = 1; k < 3; ++k)
-      if (std::fabs(n[k]) > std::fabs(n[axis])) axis = k;
+    const int axis = main_axis(n);
     const auto at = [&](double x) { return int64_t(std::floor(x / edge_)); };
     const std::array<int64_t, 5> key{at(centre.x), at(centre.y), at(centre.z),
                                      2 * axis + (n[axis] > 0), int64_t(triangles_[t].material)};

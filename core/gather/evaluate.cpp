@@ -116,9 +116,9 @@ void Evaluation::learn_spread(const Looks& looks) {
       evenness_[kind] = std::pow(std::clamp(halves[kind] / parts[kind], 0.1, 1.0), 1.5);
 }
 
-GatheredLight Evaluation::read(const Looks& looks, size_t sample) const {
+SampleLight Evaluation::read(const Looks& looks, size_t sample) const {
   const size_t n = looks.targets(sample).size();
-  GatheredLight out;
+  SampleLight out;
   Table table;
   if (batches_.empty())
     add<false>(looks, sample, table);
@@ -209,13 +209,11 @@ void Evaluation::add(const Looks& looks, size_t sample, Table& table) const {
           through[c] = weight * sent.through[c];
           const float direct = weight * sent.direct[c];
           of_part[c] += direct;
-          if constexpr (kErrors) brought[c] = direct;
+          brought[c] = direct;
+          if (kErrors) most[c] = std::max(most[c], direct);
           for (size_t k = 0; kErrors && k < kParts; ++k) by_batch[c][k] += direct;
         }
-        if (cell == kDark) {
-          for (size_t c = 0; kErrors && c < 3; ++c) most[c] = std::max(most[c], brought[c]);
-          continue;
-        }
+        if (cell == kDark) continue;
       }
       const CellLight::Radiosity& radiosity = (*light_)[cell];
       table.unlit += !(radiosity[0] + radiosity[1] + radiosity[2] > 0);

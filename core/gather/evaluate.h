@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "gather/cell_light.h"
-#include "gather/gathered_light.h"
 #include "gather/looks.h"
+#include "gather/sample_light.h"
 
 namespace deltalux::gather {
 
@@ -30,7 +30,7 @@ class Evaluation {
   /// of parts of them suggests. Low-discrepancy sequences converge faster than independent samples,
   /// so that the claimed error would be too large otherwise.
   void learn_spread(const Looks& looks);
-  GatheredLight read(const Looks& looks, size_t sample) const;
+  SampleLight read(const Looks& looks, size_t sample) const;
   /// Mean and variance of a sample's pilot rays, without direct light.
   PilotLook pilot(const Looks& looks, size_t sample) const;
 

@@ -29,13 +29,12 @@ bool are_comparable(double a, double b) {
   return b > 0 && a <= kMaxContrast * b && b <= kMaxContrast * a;
 }
 
-/// What samples of one surface share, as of a ceiling: the main direction that is closest to their
-/// normals, and the slab of space across it. Undersides of tables see other places.
-std::pair<int, int64_t> surface_of(const Estimate& sample, float slab) {
-  int axis = 0;
-  for (int k = 1; k < 3; ++k)
-    if (std::abs(sample.normal[k]) > std::abs(sample.normal[axis])) axis = k;
-  return {2 * axis + (sample.normal[axis] < 0), int64_t(std::floor(sample.point[axis] / slab))};
+/// What samples of one surface share, as of a ceiling: the main direction of their normals, and the
+/// slab of space across it. Undersides of tables see other places.
+std::pair<int, float> surface_of(const Estimate& sample, float slab) {
+  const int axis = main_axis(sample.normal);
+  return {2 * axis + (sample.normal[axis] < 0),
+          slab > 0 ? std::floor(sample.point[axis] / slab) : 0.0f};
 }
 
 /// Raises errors to what lucky rays cause among all samples of a surface: a place that is hit by
@@ -51,27 +50,30 @@ void allow_for_luck(std::span<Estimate> samples, float slab) {
     Sum absolute, relative;
     double count = 0;
   };
-  std::map<std::pair<int, int64_t>, std::array<Surface, 3>> surfaces;
-  for (const Estimate& own : samples)
+  std::map<std::pair<int, float>, std::array<Surface, 3>> surfaces;
+  for (const Estimate& own : samples) {
+    std::array<Surface, 3>& surface = surfaces[surface_of(own, slab)];
     for (size_t c = 0; c < 3; ++c) {
       const double irradiance = own.light.irradiance[c];
       if (!(irradiance > 0)) continue;
-      Surface& surface = surfaces[surface_of(own, slab)][c];
       const double of_one_ray = own.light.lucky[c] * own.rays;
-      surface.absolute.add(of_one_ray);
-      surface.relative.add(of_one_ray / (irradiance * irradiance));
-      surface.count += 1;
+      surface[c].absolute.add(of_one_ray);
+      surface[c].relative.add(of_one_ray / (irradiance * irradiance));
+      surface[c].count += 1;
     }
-  for (Estimate& own : samples)
+  }
+  for (Estimate& own : samples) {
+    const std::array<Surface, 3>& surface = surfaces[surface_of(own, slab)];
+    SampleLight& light = own.light;
     for (size_t c = 0; c < 3; ++c) {
-      GatheredLight& light = own.light;
       light.lucky[c] = 0;
       if (!(light.irradiance[c] > 0)) continue;
-      const Surface& surface = surfaces[surface_of(own, slab)][c];
-      const double both = std::max(0.0, surface.absolute.rest() * surface.relative.rest());
-      light.lucky[c] = light.irradiance[c] * std::sqrt(both) / (surface.count * own.rays);
+      const double both = surface[c].absolute.rest() * surface[c].relative.rest();
+      light.lucky[c] =
+          light.irradiance[c] * std::sqrt(std::max(0.0, both)) / (surface[c].count * own.rays);
       light.error[c] = std::max(light.error[c], std::sqrt(light.lucky[c]));
     }
+  }
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include <span>
 
 #include "base/vec.h"
-#include "gather/gathered_light.h"
+#include "gather/sample_light.h"
 
 namespace deltalux::gather {
 
@@ -15,7 +15,7 @@ struct Estimate {
   Vec3f point{}, normal{};
   uint32_t object = 0;
   uint32_t rays = 0;
-  GatheredLight light;
+  SampleLight light;
 };
 
 /// Pools the errors of samples within half a `metre` whose light is of comparable size, and the

@@ -103,12 +103,11 @@ class Session {
   /// The share of the work that remains after the last update(): the largest of the shares of
   /// paths, direct light and gather rays.
   double pending_share() const;
-  /// Writes irradiance and standard error, each samples x 3. This and the other functions that read
-  /// irradiance update caches, so no two threads may call them at the same time.
-  void read(double* irradiance, double* standard_error) const;
-  /// The RMS of relative standard errors over what it would be without rays that hit rare bright
-  /// places, which a bake may find and aim at; 1 without a final gather.
-  double rebake_gain() const;
+  /// Writes irradiance and standard error, each samples x 3. Returns the RMS of relative standard
+  /// errors over what it would be without rays that hit rare bright places, which a bake may find
+  /// and aim at; 1 without a final gather. This and the other functions that read irradiance update
+  /// caches, so no two threads may call them at the same time.
+  double read(double* irradiance, double* standard_error) const;
   /// Writes irradiance only, which is faster.
   void read_irradiance(double* irradiance) const;
   /// Writes the part of the irradiance that comes straight from lights.
@@ -265,9 +264,9 @@ class Session {
   bool is_present(size_t sample) const;
   /// A copy of what the user gave, and of what edits made of it.
   std::unique_ptr<State> unbaked() const;
-  /// For each sample, in parallel, calls write(its index as given by the user, irradiance, standard
-  /// error). In sessions with a final gather, calls gathered(evaluation, sample, irradiance,
-  /// standard error) for each present sample.
+  /// For each sample, in parallel, calls write(its index as given by the user, SampleLight). In
+  /// sessions with a final gather, the part of the light that rays bring is gathered(evaluation,
+  /// sample), for each present sample.
   template <class Gathered, class Write>
   void read_samples(bool errors, const Gathered& gathered, const Write& write) const;
   /// Brings values from the order of State::samples into the order in which the user gave the

@@ -96,6 +96,24 @@ bool sees_light(const Gather& own, size_t sample) {
   return false;
 }
 
+/// The RMS of relative errors over that without variance of lucky rays; both are samples x 3. Of
+/// dark samples, errors are relative to a tenth of the mean.
+double rebake_gain(const double* irradiance, const double* error, std::span<const double> lucky) {
+  const size_t n = lucky.size();
+  const double mean =
+      std::accumulate(irradiance, irradiance + 3 * n, 0.0) / double(std::max<size_t>(1, n));
+  double now = 0, then = 0;
+  for (size_t i = 0; i < n; ++i) {
+    double light = 0, variance = 0;
+    for (size_t k = 3 * i; k < 3 * i + 3; ++k)
+      light += irradiance[k], variance += error[k] * error[k];
+    const double scale = std::max(light, 0.1 * mean);
+    if (!(scale > 0)) continue;
+    now += variance / (scale * scale), then += (variance - lucky[i]) / (scale * scale);
+  }
+  return now > 0 ? std::sqrt(now / std::max(then, 1e-4 * now)) : 1.0;
+}
+
 }  // namespace
 
 size_t Session::unreached() const {
@@ -145,10 +163,10 @@ void Session::read_samples(bool errors, const Gathered& gathered, const Write& w
     for (size_t i = begin; i < end; ++i) {
       const double area = discs ? double(s.area[i]) : 0.0;
       const double per_area = area > 0 ? 1 / area : 0.0;
-      gather::GatheredLight light;
+      gather::SampleLight light;
       for (size_t c = 0; is_present(i) && c < 3; ++c) {
         const size_t j = 3 * (i - begin) + c;
-        const gather::GatheredLight& own = around[i - begin].light;
+        const gather::SampleLight& own = around[i - begin].light;
         const double by_paths = block.energy[j] * per_area + own.irradiance[c];
         light.irradiance[c] = by_paths + block.direct[j];
         light.error[c] =
@@ -189,43 +207,26 @@ auto Session::all_gathered() const {
   };
 }
 
-void Session::read(double* irradiance, double* standard_error) const {
-  read_samples(true, all_gathered(), [&](size_t i, const gather::GatheredLight& light) {
+double Session::read(double* irradiance, double* standard_error) const {
+  std::vector<double> lucky(state_->samples.size());  // variance, sum of all channels
+  read_samples(true, all_gathered(), [&](size_t i, const gather::SampleLight& light) {
     std::copy_n(light.irradiance, 3, irradiance + 3 * i);
     std::copy_n(light.error, 3, standard_error + 3 * i);
+    for (int c = 0; c < 3; ++c)
+      lucky[i] += std::min(light.lucky[c], light.error[c] * light.error[c]);
   });
-}
-
-double Session::rebake_gain() const {
-  const State& s = *state_;
-  std::vector<double> light(s.samples.size()), all(light.size()), lucky(light.size());
-  read_samples(true, all_gathered(), [&](size_t i, const gather::GatheredLight& own) {
-    for (int c = 0; c < 3; ++c) {
-      const double variance = own.error[c] * own.error[c];
-      light[i] += own.irradiance[c], all[i] += variance;
-      lucky[i] += std::min(own.lucky[c], variance);
-    }
-  });
-  const double mean =
-      std::reduce(light.begin(), light.end()) / double(std::max<size_t>(1, light.size()));
-  double now = 0, then = 0;
-  for (size_t i = 0; i < light.size(); ++i) {
-    const double scale = std::max(light[i], 0.1 * mean);
-    if (!(scale > 0)) continue;
-    now += all[i] / (scale * scale), then += (all[i] - lucky[i]) / (scale * scale);
-  }
-  return now > 0 ? std::sqrt(now / std::max(then, 1e-4 * now)) : 1.0;
+  return rebake_gain(irradiance, standard_error, lucky);
 }
 
 void Session::read_irradiance(double* irradiance) const {
-  read_samples(false, all_gathered(), [&](size_t i, const gather::GatheredLight& light) {
+  read_samples(false, all_gathered(), [&](size_t i, const gather::SampleLight& light) {
     std::copy_n(light.irradiance, 3, irradiance + 3 * i);
   });
 }
 
 void Session::read_direct(double* irradiance) const {
-  const auto nothing = [](const gather::Evaluation&, size_t) { return gather::GatheredLight{}; };
-  read_samples(false, nothing, [&](size_t i, const gather::GatheredLight& light) {
+  const auto nothing = [](const gather::Evaluation&, size_t) { return gather::SampleLight{}; };
+  read_samples(false, nothing, [&](size_t i, const gather::SampleLight& light) {
     std::copy_n(light.irradiance, 3, irradiance + 3 * i);
   });
 }
@@ -233,7 +234,7 @@ void Session::read_direct(double* irradiance) const {
 void Session::read_packed(const std::array<double, 3>& weights, bool errors, float* values) const {
   if (state_->gather)
     state_->gather->glance.stale = true;  // otherwise the next glance() would mix in older values
-  read_samples(errors, all_gathered(), [&](size_t i, const gather::GatheredLight& light) {
+  read_samples(errors, all_gathered(), [&](size_t i, const gather::SampleLight& light) {
     for (int c = 0; c < 3; ++c) values[4 * i + c] = float(light.irradiance[c]);
     if (errors)
       values[4 * i + 3] = float(weights[0] * light.error[0] + weights[1] * light.error[1] +
@@ -250,7 +251,7 @@ void Session::glance(float* values) {
   const bool all = std::exchange(glance.stale, true);
   glance.irradiance.resize(state_->samples.size());
   const auto gathered = [&](const gather::Evaluation& now, size_t i) {
-    gather::GatheredLight light;
+    gather::SampleLight light;
     std::array<double, 3>& shown = glance.irradiance[i];
     // Samples take turns by their number, so that no whole patch of a surface lags behind its
     // surroundings.
@@ -259,7 +260,7 @@ void Session::glance(float* values) {
     std::copy(shown.begin(), shown.end(), light.irradiance);
     return light;
   };
-  read_samples(false, gathered, [&](size_t i, const gather::GatheredLight& light) {
+  read_samples(false, gathered, [&](size_t i, const gather::SampleLight& light) {
     for (int c = 0; c < 3; ++c) values[4 * i + c] = float(light.irradiance[c]);
   });
   looks.forget_changes();

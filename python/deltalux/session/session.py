@@ -79,6 +79,7 @@ class Session(SessionPlaces):
         self.foreign_build: str | None = None  # build that computed the light, if not this one
         self._irradiance: np.ndarray | None = None
         self._result: tuple[np.ndarray, np.ndarray] | None = None  # irradiance and standard error
+        self._gain = 1.0  # of the same reading
         self._interpolators = Interpolators()
 
     def _make_core(self) -> Any:
@@ -334,10 +335,11 @@ class Session(SessionPlaces):
             return self._bake()
         self._finish()
         self._forget_results()
-        session = self._session()
-        frame = session.recompute(self.progress)
-        in_part = self._options["path_range"] is not None  # others have the rest of the light
-        return Frame(**frame, rebake_gain=None if in_part else session.rebake_gain())
+        frame = self._session().recompute(self.progress)
+        if self._options["path_range"] is not None:  # others have the rest of the light
+            return Frame(**frame)
+        self._read()
+        return Frame(**frame, rebake_gain=self._gain)
 
     def _finish(self) -> None:
         """Apply queued edits and finish pending work."""
@@ -354,7 +356,8 @@ class Session(SessionPlaces):
 
     def _read(self) -> tuple[np.ndarray, np.ndarray]:
         if self._result is None:
-            self._result = self._baked_session().read()
+            *arrays, self._gain = self._baked_session().read()
+            self._result = arrays[0], arrays[1]
             for array in self._result:
                 array.setflags(write=False)
             self._irradiance = self._result[0]
@@ -410,7 +413,8 @@ class Session(SessionPlaces):
         removed. The few rays that hit such a place bring much each. This is the RMS of the relative standard
         error over what it would be without such rays. A bake may need them, too, so that less is gained.
         """
-        return float(self._baked_session().rebake_gain())
+        self._read()
+        return self._gain
 
     @property
     @long_call
