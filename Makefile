@@ -11,6 +11,9 @@ FUZZ_SEED ?= 1
 FUZZ_TARGETS ?= gltf obj session viewer cli
 SOAK_MINUTES ?= 60
 BROWSER ?= chromium fonts-dejavu-core
+VALIDATOR := $(VENV)/node/node_modules/gltf-validator
+# The tests of a file share what they bake: one process runs them.
+PYTEST = $(BIN)/pytest -n $(JOBS) --dist loadfile
 
 CPP_FILES = $(shell git ls-files -co --exclude-standard '*.cpp' '*.h')
 SOURCES := $(shell find core bindings python -type f \
@@ -18,7 +21,7 @@ SOURCES := $(shell find core bindings python -type f \
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help setup build demo test test-thorough lint format docs viewer viewer-check sanitize portable fuzz soak bench bench-peers clean FORCE
+.PHONY: help setup build demo test test-all test-thorough test-setup lint format docs viewer viewer-check sanitize portable fuzz soak bench bench-peers clean FORCE
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-14s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -30,15 +33,25 @@ build: $(VENV)/package.stamp ## Build the package with all extras and install it
 demo: build ## Bake the bundled atrium, move its trolley, write pictures into demo-output
 	$(BIN)/deltalux demo -o $(OUT)
 
-test: build $(VENV)/test.stamp ## Run the C++ and the Python tests
-	@sh tools/install_packages.sh $(BROWSER) || echo "note: no $(BROWSER) here: tests of the page are skipped"
-	cmake -S . -B $(BUILD) -DDELTALUX_TESTS=ON >/dev/null
-	cmake --build $(BUILD) -j $(JOBS)
+test: export DELTALUX_THOROUGHNESS ?= 0.1
+test: test-setup ## Run the short C++ and Python tests, which show each promise
+	ctest --test-dir $(BUILD) --output-on-failure --no-tests=ignore -j $(JOBS) -LE slow
+	$(PYTEST) -m "not slow"
+
+test-all: test-setup ## Run all tests, the slow ones too
+	@sh tools/install_packages.sh libllvm19 || echo "note: no libllvm19 here: some tests of Mitsuba are skipped"
 	ctest --test-dir $(BUILD) --output-on-failure --no-tests=ignore -j $(JOBS)
-	$(BIN)/pytest -n $(JOBS)
+	$(PYTEST)
 
 test-thorough: export DELTALUX_THOROUGHNESS = 1
-test-thorough: test ## The same with all cases of the tests that draw theirs: three times as long
+test-thorough: test-all ## All tests, with all cases of those that draw theirs: several times as long
+
+test-setup: build $(VENV)/test.stamp
+	@sh tools/install_packages.sh $(BROWSER) openssl || echo "note: no $(BROWSER) here: tests of the page are skipped"
+	@test -d $(VALIDATOR) || $(BIN)/npm install --silent --no-audit --no-fund --prefix $(VENV)/node \
+	  gltf-validator@2.0.0-dev.3.10 || echo "note: no gltf-validator here: its test is skipped"
+	cmake -S . -B $(BUILD) -DDELTALUX_TESTS=ON >/dev/null
+	cmake --build $(BUILD) -j $(JOBS)
 
 lint: build $(VENV)/test.stamp $(VENV)/lint.stamp ## Check formatting, linting, typing and the layer rules
 	@failed=; check() { echo "== $$1"; name=$$1; shift; "$$@" || failed="$$failed $$name,"; }; \
@@ -91,6 +104,7 @@ bench: build ## Measure the engine: prints a table, writes benchmarks/out/bench.
 	cmake -S . -B build/bench -G Ninja -DDELTALUX_PYTHON=OFF -DDELTALUX_BENCHMARKS=ON >/dev/null
 	cmake --build build/bench -j $(JOBS)
 	$(BIN)/python benchmarks/run.py
+	@echo "to put it into benchmarks/RESULTS.md: $(BIN)/python benchmarks/results.py engine"
 
 bench-peers: build $(VENV)/test.stamp ## Measure against Mitsuba 3 and Radiance
 	sh tools/install_packages.sh libllvm19

@@ -10,7 +10,7 @@
 #include "base/direction.h"
 #include "raw_rays.h"
 #include "scene_dump.h"
-#include "session/scan.h"
+#include "session/paths/scan.h"
 #include "session/session.h"
 #include "timing.h"
 
@@ -23,7 +23,7 @@ namespace {
 Rays stored_rays(const session::State& state, size_t stride) {
   Rays rays;
   size_t k = 0;
-  for (const segments::BounceSegments& stored : state.store.bounces())
+  for (const segments::BounceSegments& stored : state.paths.store.bounces())
     for (uint32_t slot = 0; slot < stored.size(); ++slot)
       if (stored.at(slot).length >= 0 && k++ % stride == 0) {
         rays.origin.push_back(stored.at(slot).origin);
@@ -53,14 +53,13 @@ int main(int argc, char** argv) {
   const double bake_start = cpu_seconds();
   session.bake(progress);
   const double bake = cpu_seconds() - bake_start;
-  const session::State& state = session.state();
-  const double segments = double(state.store.live());
+  const double segments = double(session.state().paths.store.live());
 
   // Tracing and depositing of a whole recompute, beside raw rays, in turn.
-  const Rays rays = stored_rays(state, 4);
+  const Rays rays = stored_rays(session.state(), 4);
   std::vector<double> raw, trace, deposit, full, full_wall;
   for (int turn = 0; turn < 3; ++turn) {
-    raw.push_back(raw_ray_ns(*state.caster, rays));
+    raw.push_back(raw_ray_ns(*session.state().caster, rays));
     const double cpu = cpu_seconds(), wall = wall_seconds();
     const session::Frame done = session.recompute(progress);
     full.push_back(1e3 * (cpu_seconds() - cpu));
@@ -72,14 +71,14 @@ int main(int argc, char** argv) {
   const double raw_ns = median(raw);
 
   // The scan alone, over all outlines, for the box of the movable.
-  const session::ScanBox box =
-      session::scan_box(state.store.grid(), state.caster->object_bounds(object));
+  const session::ScanBox box = session::scan_box(session.state().paths.store.grid(),
+                                                 session.state().caster->object_bounds(object));
   std::vector<double> scan;
   std::vector<uint32_t> candidates;
   for (int turn = 0; turn < 15; ++turn) {
     const double start = cpu_seconds();
     candidates.clear();
-    for (const segments::BounceSegments& stored : state.store.bounces())
+    for (const segments::BounceSegments& stored : session.state().paths.store.bounces())
       for (uint32_t slot = 0; slot < stored.size(); slot += segments::BounceSegments::kChunk) {
         const segments::BounceSegments::Chunk& chunk = stored.chunk(slot);
         session::scan(chunk.low, chunk.high, segments::BounceSegments::kChunk, {&box, 1}, slot,
@@ -89,7 +88,7 @@ int main(int argc, char** argv) {
   }
 
   // Frames: there and back again; the exactness of the last one is checked.
-  const Pose home = state.scene.objects[object].pose;
+  const Pose home = session.state().scene.objects[object].pose;
   Pose away = home;
   away.translation.x += step;
   std::vector<double> frame, frame_wall, search, moving, traced, removed, affected;
@@ -121,7 +120,7 @@ int main(int argc, char** argv) {
   session.read_sums(sums.data());
   for (int64_t v : sums) sum += v;
   double power = 0;
-  for (const segments::BounceSegments& stored : state.store.bounces())
+  for (const segments::BounceSegments& stored : session.state().paths.store.bounces())
     for (uint32_t slot = 0; slot < stored.size(); ++slot)
       if (stored.at(slot).length >= 0)
         for (uint32_t p : stored.at(slot).power) power += p;
@@ -138,13 +137,14 @@ int main(int argc, char** argv) {
       "\"frame_efficiency\": %.3f, \"moving_share\": %.3f, \"affected_paths\": %.0f, "
       "\"candidates\": %llu, "
       "\"bytes_per_segment\": %.2f, \"exact\": %s, \"stages_ms\": {",
-      size_t(options.paths), state.workers.threads(), samples, segments, state.scene.primitives(),
-      bake, raw_ns, raw_ns / median(trace), median(deposit) / raw_ns, hits, median(scan),
-      median(search), median(full), median(full_wall), median(frame), median(frame_wall),
-      median(full) / median(frame), median(full_wall) / median(frame_wall),
-      least_ms / median(frame), median(moving), median(affected),
-      static_cast<unsigned long long>(candidates_seen),
-      double(state.store.bytes() + state.cut.size()) / segments, equal ? "true" : "false");
+      size_t(options.paths), session.state().workers.threads(), samples, segments,
+      session.state().scene.primitives(), bake, raw_ns, raw_ns / median(trace),
+      median(deposit) / raw_ns, hits, median(scan), median(search), median(full), median(full_wall),
+      median(frame), median(frame_wall), median(full) / median(frame),
+      median(full_wall) / median(frame_wall), least_ms / median(frame), median(moving),
+      median(affected), static_cast<unsigned long long>(candidates_seen),
+      double(session.state().paths.store.bytes() + session.state().paths.cut.size()) / segments,
+      equal ? "true" : "false");
   const char* comma = "";
   for (const auto& [key, values] : stages) {
     std::printf("%s\"%s\": %.3f", comma, key.c_str(), median(values));

@@ -37,8 +37,8 @@ import deltalux as dl
 import numpy as np
 from deltalux.pace import Overall, Step
 from deltalux.server.engine import Engine
-from deltalux.server.events import Phase
-from deltalux.server.remaking import movable
+from deltalux.server.engine.events import Phase
+from deltalux.server.engine.remaking import movable
 
 OUT = Path(__file__).resolve().parent / "out" / "eta.json"
 CLOCKS = {"wall": time.perf_counter, "cpu": time.process_time}

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "gather/directions.h"
+#include "gather/aim/directions.h"
 #include "raw_rays.h"
 #include "scene_dump.h"
 #include "timing.h"
@@ -47,14 +47,13 @@ int main(int argc, char** argv) {
   session::Session session(std::move(dump.scene), std::move(dump.samples), options);
   Progress progress;
   session.bake(progress);
-  const session::State& state = session.state();
   const double rays = double(samples) * options.gather_rays;
 
-  const Rays raw_rays = sample_rays(state, options.gather_rays);
+  const Rays raw_rays = sample_rays(session.state(), options.gather_rays);
   std::vector<double> raw, cast, look_up, full;
   std::vector<double> irradiance(3 * samples), error(3 * samples);
   for (int turn = 0; turn < 3; ++turn) {
-    raw.push_back(raw_ray_ns(*state.caster, raw_rays));
+    raw.push_back(raw_ray_ns(*session.state().caster, raw_rays));
     double cpu = cpu_seconds(), wall = wall_seconds();
     const session::Frame done = session.recompute(progress);
     full.push_back(1e3 * (cpu_seconds() - cpu));
@@ -66,7 +65,7 @@ int main(int argc, char** argv) {
   }
 
   // Frames: there and back again; the exactness of the last one is checked.
-  const Pose home = state.scene.objects[object].pose;
+  const Pose home = session.state().scene.objects[object].pose;
   Pose away = home;
   away.translation.x += step;
   std::vector<double> frame, share, again;
@@ -83,7 +82,7 @@ int main(int argc, char** argv) {
   const auto updated = session.digest();
   session.recompute(progress);
   const bool equal = session.digest() == updated;
-  const gather::Looks& looks = state.gather->looks;
+  const gather::Looks& looks = session.state().gather->looks;
   std::printf(
       "{\"paths\": %zu, \"rays\": %u, \"samples\": %zu, \"raw_ray_ns\": %.1f, "
       "\"ray_over_raw\": %.2f, \"look_up_ns\": %.2f, \"bytes_per_sample\": %.1f, "
@@ -92,7 +91,7 @@ int main(int argc, char** argv) {
       "\"exact\": %s}\n",
       size_t(options.paths), options.gather_rays, samples, median(raw), median(cast) / median(raw),
       median(look_up), double(looks.bytes()) / double(samples), double(looks.bytes()) / rays,
-      double(looks.chains().size()) / rays, state.guiding.guides.size(), median(full),
+      double(looks.chains().size()) / rays, session.state().guiding.guides.size(), median(full),
       median(frame), median(share), median(again), median(full) / median(frame),
       equal ? "true" : "false");
   return equal ? 0 : 1;

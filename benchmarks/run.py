@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """`make bench`: the engine on the bundled atrium, every figure a ratio within one process.
 
-Writes benchmarks/out/bench.json and prints a table of what was reached beside what is required.
+Writes benchmarks/out/bench.json and prints a table of what was reached beside what is required; results.py
+puts it into RESULTS.md.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from typing import Any
 import deltalux as dl
 from deltalux.studies.scene_samples import uniform_on_surfaces
 from dump import write_dump
+from results import engine as engine_rows
 from uniform_samples import radius_for_hits
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -84,45 +86,9 @@ def main() -> None:
 
 def table(runs: dict[str, Any]) -> str:
     """What was reached beside what is required."""
-    base, two = runs["3%"], runs["3%, 2 threads"]
-    rows: list[tuple[str, str, str]] = [
-        ("raw rays / tracing", f"{base['raw_over_trace']:.2f}", ">= 0.60"),
-        ("deposit into 1e5 discs / raw ray", f"{base['deposit_over_raw']:.2f}", "<= 0.9"),
-        ("search for affected segments, ns per stored segment", f"{base['search_ns']:.2f}", "<= 1.0"),
-        ("  of which the scan", f"{base['scan_ns']:.2f}", ""),
-        ("moving samples, share of a frame", f"{base['moving_share']:.1%}", "<= 10 %"),
-        ("frame efficiency", f"{base['frame_efficiency']:.2f}", ">= 0.18"),
-        ("bytes per segment", f"{base['bytes_per_segment']:.1f}", "<= 64"),
-    ]
-    required = {"1%": ">= 300x", "3%": ">= 80x", "10%": "", "3%, 10x triangles": "", "3%, 2 threads": ""}
-    for name, run in runs.items():
-        if name not in ("deposit", "gather"):
-            rows.append((f"recompute / frame, object {name}", f"{run['speedup']:.0f}x", required[name]))
-    rows.append(
-        (
-            "recompute, 1 thread / 2 threads, wall clock",
-            f"{base['recompute_wall_ms'] / two['recompute_wall_ms']:.2f}",
-            "",
-        )
-    )
-    rays = runs["gather"]
-    rows += [
-        ("gather: a ray and its chain, in raw rays", f"{rays['ray_over_raw']:.1f}", ""),
-        ("  a look-up, ns", f"{rays['look_up_ns']:.1f}", ""),
-        (f"  bytes per sample of {rays['rays']} rays", f"{rays['bytes_per_sample']:.0f}", ""),
-        ("  share of a frame", f"{rays['frame_share']:.0%}", ""),
-        ("  recompute / frame", f"{rays['speedup']:.0f}x", ""),
-    ]
-    exact = all(run.get("exact", True) for run in runs.values())
-    rows.append(("frames equal recompute to the bit", "yes" if exact else "NO", "yes"))
-    for entry, most in zip(runs["deposit"]["results"], ("<= 0.9", "<= 1.5"), strict=False):
-        discs = f"{entry['discs']:.0e}".replace("e+0", "e")
-        rows.append((f"deposit, {discs} discs, in raw rays", f"{entry['deposit_in_rays']:.2f}", most))
-        rows.append(
-            ("  faster than Embree's oriented discs", f"{entry['faster_than_embree_discs']:.2f}x", ">= 2x")
-        )
-    width = max(len(row[0]) for row in rows)
-    return "\n".join(f"{name:<{width}}  {value:>10}  {need}" for name, value, need in rows)
+    rows = list(engine_rows(runs))
+    width, wide = (max(len(row[k]) for row in rows) for k in (0, 1))
+    return "\n".join(f"{name:<{width}}  {value:>{wide}}  {need}".rstrip() for name, value, need in rows)
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import websockets
-from deltalux.server.frames import apply_frame
+from deltalux.server.protocol.frames import apply_frame
 
 ANSWER_WITHIN = 600.0  # seconds; a check computes everything again, and may wait behind others
 DRAGS_A_SECOND = 20.0

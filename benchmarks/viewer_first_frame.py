@@ -26,7 +26,7 @@ from typing import Any
 import deltalux as dl
 import numpy as np
 from deltalux.scene import replace_scene
-from deltalux.server.serving import Server
+from deltalux.server.web.serving import Server
 from viewer.page.browsers import launched
 from viewer.page.driver import Viewer
 

@@ -27,8 +27,8 @@ from typing import Any
 import deltalux as dl
 import numpy as np
 import websockets
-from deltalux.server.frames import apply_frame
-from deltalux.server.serving import Server
+from deltalux.server.protocol.frames import apply_frame
+from deltalux.server.web.serving import Server
 
 OUT = Path(__file__).parent / "out"
 TROLLEY = "trolley"

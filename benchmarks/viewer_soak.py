@@ -28,7 +28,7 @@ from typing import Any
 import deltalux as dl
 import numpy as np
 from deltalux.server.edits import pose_numbers
-from deltalux.server.serving import Server
+from deltalux.server.web.serving import Server
 from scipy.stats import linregress
 from soak_clients import Shared, SoakClient
 

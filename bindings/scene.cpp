@@ -77,13 +77,11 @@ void bind_scene(nb::module_& m) {
              std::vector<std::vector<double>> areas;
              for (const scene::Object& object : s.objects)
                areas.emplace_back(object.triangles.size());
-             for (const trace::Light& light : trace::find_lights(s)) {
-               if (!light.is_area()) continue;
+             for (const trace::Light& light : trace::find_lights(s))
                for (const trace::LightPart& part : light.parts) {
                  const Vec3d a(part.corner[0]), b(part.corner[1]), c(part.corner[2]);
                  areas[light.object][part.triangle] += 0.5 * length(cross(b - a, c - a));
                }
-             }
              return areas;
            })
       .def("set_groups", [](Scene& s, uint32_t count) { s.group_count = count; });

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bindings of sessions: bake, edit, update, read.
 #include "session/session.h"
-#include "session/reach.h"
+#include "session/flow/reach.h"
 
 #include <cstddef>
 #include <cstdio>
@@ -30,6 +30,7 @@ nb::dict to_dict(const session::Frame& frame) {
   out["retraced_segments"] = frame.retraced_segments;
   out["scanned_segments"] = frame.scanned_segments;
   out["gathered_rays"] = frame.gathered_rays;
+  out["changed_rays"] = frame.changed_rays;
   out["candidates"] = frame.candidates;
   out["done"] = frame.done;
   out["milliseconds"] = ms;
@@ -204,10 +205,10 @@ void bind_session(nb::module_& m) {
           "plan",
           [](Session& s, nb::object callback) {
             run(callback, [&](Progress& p) { s.plan(p); });
-            return to_list(s.state().plans);
+            return to_list(s.state().discs.plans);
           },
           nb::arg("progress").none())
-      .def_prop_ro("plans", [](const Session& s) { return to_list(s.state().plans); })
+      .def_prop_ro("plans", [](const Session& s) { return to_list(s.state().discs.plans); })
       .def_prop_ro("baked", &Session::baked)
       .def_prop_ro("pending", &Session::pending_share)
       .def_prop_ro("edits_applied", &Session::edits_applied)
@@ -349,11 +350,11 @@ void bind_session(nb::module_& m) {
                lights.append(entry);
              }
              out["paths"] = paths;
-             out["held_paths"] = state.held.size();
+             out["held_paths"] = state.paths.held.size();
              out["edits"] = state.edits;
              out["lights"] = lights;
-             out["segments"] = state.store.live();
-             out["segment_bytes"] = state.store.bytes() + state.cut.size();
+             out["segments"] = state.paths.store.live();
+             out["segment_bytes"] = state.paths.store.bytes() + state.paths.cut.size();
              out["bytes"] = s.bytes();
              out["forecast_bytes"] = s.forecast().bytes;
              if (state.gather) {

@@ -2,7 +2,7 @@
 // Converts a session's options from Python's names and values.
 #pragma once
 #include "common.h"
-#include "session/state.h"
+#include "session/state/state.h"
 
 namespace deltalux::python {
 

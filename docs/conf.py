@@ -26,7 +26,7 @@ version = release = __version__
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "numpydoc", "source_pages"]
 include_patterns = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs/**.md", "examples/README.md",
-                    "benchmarks/RESULTS.md"]  # fmt: skip
+                    "benchmarks/RESULTS.md", "benchmarks/NOTEBOOK.md"]  # fmt: skip
 exclude_patterns = [".*", "build", "viewer", "python"]
 root_doc = "README"
 

@@ -1,12 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How many cases the tests that draw them try: few in `make test`, all in `make test-thorough`."""
+"""What `make test` leaves out: slow tests, and most cases of those that draw them."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from typing import Any
 
-SHARE = float(os.environ.get("DELTALUX_THOROUGHNESS", "0.3"))
+import pytest
+
+SHARE = float(os.environ.get("DELTALUX_THOROUGHNESS", "0.2"))
+
+
+def slow(*values: Any) -> Any:
+    """Values of `pytest.mark.parametrize` that `make test` leaves out."""
+    return pytest.param(*values, marks=pytest.mark.slow)
+
+
+def all_but_slow(values: Iterable[Any], *short: Any) -> list[Any]:
+    """Values of `pytest.mark.parametrize` of which `make test` tries those of `short` only."""
+    return [value if value in short else slow(value) for value in values]
 
 
 def examples(most: int) -> int:
@@ -19,4 +32,4 @@ def calls() -> Iterator[int]:
     k = 1
     while True:
         yield k
-        k += 1 if SHARE >= 1 else 1 + k // 4
+        k += 1 + int(0.1 * k * (1 / SHARE - 1))

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks the include rules of the C++ core (docs/explanation/architecture.md, rules 1-4 and 6)."""
+"""Checks include rules of the core (docs/explanation/architecture.md, 1-4, 6, 7); no circles in the page."""
 
 from __future__ import annotations
 
+import posixpath
 import re
 import sys
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 STAGES = (
@@ -30,6 +32,11 @@ ESTIMATORS = (
     "patch_sum",
     "local_linear",
 )
+# Rooms of a stage: each may include those before it; "" are the files beside them.
+ROOMS = {
+    "gather": ("cells", "aim", "looks", "choose"),
+    "session": ("world", "paths", "discs", "direct", "rays", "shared", "state", "flow", "bake", "read", ""),
+}
 # Third party -> the only file (without suffix) that may include it.
 THIRD_PARTIES = {
     "embree": "trace/embree_scene",
@@ -45,6 +52,8 @@ BANNED_CALLS = re.compile(r"\b(?:f?printf|puts|abort|exit)\s*\(|std::c(?:out|err
 OWNED = {"Scene": "scene", "SegmentStore": "segments", "SampleSet": "samples", "DiscSet": "samples"}
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*(["<])([^">]+)[">]', re.MULTILINE)
+# An import of another module of the page, also of its types only.
+PAGE_IMPORT = re.compile(r"""\b(?:from|import)\s*\(?\s*['"](\.[^'"]*)['"]""")
 COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 
 
@@ -67,6 +76,10 @@ def check_own_include(where: str, target: str) -> str | None:
         return f'"{target}" lies downstream: {stage} may include only {", ".join(stages_up_to(stage))}'
     if where == "plan/cost_model" and other != "base" and rest != "cost_model.h":
         return f'"{target}": the cost model runs without a scene and includes base only'
+    if (rooms := ROOMS.get(stage)) and other == stage:
+        room, theirs = posixpath.dirname(below), posixpath.dirname(rest)
+        if room not in rooms or theirs not in rooms or rooms.index(theirs) > rooms.index(room):
+            return f'"{target}": in {stage}, {room} may include only what stands before it in {rooms}'
     if stage == "estimate":
         if other in ("trace", "direct"):
             return f'"{target}": estimators see segments and samples only'
@@ -121,6 +134,22 @@ def check_file(path: Path, core: Path) -> list[str]:
     return [f"{path}:{text.count(chr(10), 0, at) + 1}: {problem}" for at, problem in found]
 
 
+def check_page(sources: Path) -> list[str]:
+    """Return a circle of modules of the page that import each other as "path:1: what", if there is one."""
+    imports: dict[str, list[str]] = {}
+    for path in sources.rglob("*.ts"):
+        name = path.relative_to(sources).with_suffix("").as_posix()
+        folder = posixpath.dirname(name)
+        targets = PAGE_IMPORT.findall(path.read_text(encoding="utf-8"))
+        imports[name] = [posixpath.normpath(posixpath.join(folder, target)) for target in targets]
+    try:
+        TopologicalSorter(imports).prepare()
+    except CycleError as error:
+        circle = " -> ".join(reversed(error.args[1]))
+        return [f"{sources / error.args[1][-1]}.ts:1: imports in a circle: {circle}"]
+    return []
+
+
 def main(root: Path) -> int:
     """Check the tree below `root`; return the exit code."""
     core = root / "core"
@@ -130,6 +159,7 @@ def main(root: Path) -> int:
         for path in sorted((root / "bindings").glob("*.cpp")):
             if re.search(rf"#\s*include\s*<{name}/", path.read_text(encoding="utf-8")):
                 problems.append(f"{path}:1: <{name}/…> belongs to core/base/parallel alone")
+    problems += check_page(root / "viewer" / "src")
     print("\n".join(problems) if problems else f"check_layers: {len(files)} files of core/ keep the rules")
     return 1 if problems else 0
 

@@ -3,7 +3,7 @@
 
     python tools/make_protocol.py [--check]
 
-Reads deltalux.server.messages (requests) and deltalux.server.told (what the server says), writes
+Reads `messages` (requests) and `told` (what the server says) of deltalux.server.protocol, writes
 viewer/src/messages.ts and the tables between marks in docs/reference/viewer-protocol.md. With --check nothing
 is written; the exit code is 1 where a file is not what it would become.
 """
@@ -18,7 +18,7 @@ from pathlib import Path
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from deltalux.server import messages, told
+from deltalux.server.protocol import messages, told
 
 ROOT = Path(__file__).resolve().parent.parent
 TYPES = ROOT / "viewer" / "src" / "messages.ts"

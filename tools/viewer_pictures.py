@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 import deltalux as dl
 from deltalux.scene import replace_scene
-from deltalux.server.serving import Server
+from deltalux.server.web.serving import Server
 from viewer.page import many_lamps
 from viewer.page.browsers import launched
 from viewer.page.driver import Viewer

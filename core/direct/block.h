@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "direct/light_shape.h"
-#include "direct/shadow_volume.h"
 #include "trace/ray_caster.h"
+#include "trace/shadow_volume.h"
 
 namespace deltalux::direct {
 
@@ -31,15 +31,13 @@ struct ReceiverBlock {
   alignas(64) float x[kBlock], y[kBlock], z[kBlock];
 };
 
-/// How much shadow volumes are widened: shadow rays start and end slightly off their surfaces.
-inline float slack(const trace::RayCaster& caster) { return 4 * caster.margin(); }
-
 /// The movable objects that may block light between one light and the receivers of a block.
 class Blockers {
  public:
   Blockers(const trace::RayCaster& caster, const trace::Light& light, const ReceiverBlock& block) {
     for (uint32_t object : caster.present()) {
-      const ShadowVolume volume(light, caster.object_bounds(object), slack(caster));
+      const trace::ShadowVolume volume(light, caster.object_bounds(object),
+                                       trace::shadow_slack(caster));
       if (!volume.misses(block.bounds)) near_.push_back({object, volume});
     }
   }
@@ -56,7 +54,7 @@ class Blockers {
  private:
   struct Near {
     uint32_t object;
-    ShadowVolume volume;
+    trace::ShadowVolume volume;
   };
   std::vector<Near> near_;
   std::vector<uint32_t> found_;

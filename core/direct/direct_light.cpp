@@ -15,13 +15,11 @@
 namespace deltalux::direct {
 namespace {
 
-using Shapes = std::vector<std::optional<LightShape>>;
-
 /// Shapes of the given lights, by light; the others are empty.
 Shapes make_shapes(const Present& present, std::span<const uint32_t> lights, uint64_t seed,
                    double reference) {
   Shapes shapes(present.lights.size());
-  for (uint32_t i : lights) shapes[i].emplace(present.lights[i], i, seed, reference);
+  for (uint32_t i : lights) shapes[i] = shape_of(present.lights[i], i, seed, reference);
   return shapes;
 }
 
@@ -104,7 +102,7 @@ void DirectLight::append_columns(std::span<const trace::Light> lights,
   for (size_t i = columns_.size(); i < lights.size(); ++i) {
     const trace::Light& light = lights[i];
     Column& column = columns_.emplace_back();
-    const Vec3d power(light.strength());
+    const Vec3d power(light.strength);
     const double brightest = std::max({power.x, power.y, power.z});
     if (brightest > 0) column.channel = power * (1 / brightest);
     if (!sampled[i]) continue;
@@ -115,7 +113,7 @@ void DirectLight::append_columns(std::span<const trace::Light> lights,
     if (found == parts_.end()) parts_.push_back(part);
     column.weight.assign(samples_, 0);
     column.view.assign(samples_, code_of(FixedView::Kind::empty));
-    if (light.is_area()) column.error.assign(samples_, 0);
+    if (light.area > 0) column.error.assign(samples_, 0);
   }
   sums_.resize(parts_.size() * samples_ * 3, 0);
 }
@@ -285,10 +283,11 @@ void DirectLight::find_changes(const Present& present, const Outstanding& outsta
                                std::span<const uint32_t> lights, const Workers& workers,
                                Progress& progress, std::vector<Found>& found) const {
   const Shapes shapes = make_shapes(present, lights, seed_, scales_.reference);
-  std::vector<std::vector<ShadowVolume>> shadows(lights.size());  // of the changed objects' boxes
+  std::vector<std::vector<trace::ShadowVolume>> shadows(
+      lights.size());  // of the changed objects' boxes
   for (size_t l = 0; l < lights.size(); ++l)
     for (const Box& box : outstanding.boxes(lights[l]))
-      shadows[l].emplace_back(present.lights[lights[l]], box, slack(present.caster));
+      shadows[l].emplace_back(present.lights[lights[l]], box, trace::shadow_slack(present.caster));
 
   constexpr uint32_t kShadowed = 1, kRenewed = 2;
   workers.for_blocks(samples_, kBlock, [&](size_t begin, size_t end) {
@@ -302,7 +301,7 @@ void DirectLight::find_changes(const Present& present, const Outstanding& outsta
       bool any = all || outstanding.block_changed(light, begin);  // skip the samples of most blocks
       for (size_t i = 0; any && i < block.count; ++i)
         if (all || outstanding.sample_changed(light, begin + i)) marks[i] = kRenewed;
-      for (const ShadowVolume& shadow : shadows[l]) {
+      for (const trace::ShadowVolume& shadow : shadows[l]) {
         if (all || shadow.misses(block.bounds)) continue;
         shadow.mark(block.x, block.y, block.z, block.count, marks);
         any = true;

@@ -42,13 +42,13 @@ size_t DirectLight::forecast_bytes(size_t samples, uint32_t group_count,
   for (size_t i = 0; i < lights.size(); ++i) {
     if (!sampled[i]) continue;
     per_sample += sizeof(int64_t) + sizeof(uint32_t);
-    if (lights[i].is_area()) per_sample += kPartialShare * sizeof(StoredView) + sizeof(uint16_t);
+    if (lights[i].area > 0) per_sample += kPartialShare * sizeof(StoredView) + sizeof(uint16_t);
   }
   return size_t(per_sample * double(samples));
 }
 
 double DirectLight::estimated_rays(const trace::Light& light, size_t samples, size_t lights) {
-  if (!light.is_area()) return double(samples);
+  if (!(light.area > 0)) return double(samples);
   const bool minor = lights > kFewLights;
   return double(samples) *
          (kFacingShare * (kCorners + (minor ? kCoarseRays / 3.0 : double(kCoarseRays))) +

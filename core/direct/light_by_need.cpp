@@ -17,18 +17,18 @@ constexpr double kMuch = 0.25, kLittle = 0.01;  // of a receiver's direct light
 void light_by_need(const Present& present, std::span<const double> dim, uint64_t seed,
                    const Workers& workers, Progress& progress, std::span<Vec3d> irradiance) {
   struct Lamp {
-    LightShape shape;
-    Vec3d radiance;
+    std::unique_ptr<const LightShape> shape;
+    Vec3d strength;
     double brightness;
     const trace::Light* light;
   };
   std::vector<Lamp> lamps;
   for (uint32_t i = 0; i < present.lights.size(); ++i) {
     const trace::Light& light = present.lights[i];
-    const Vec3d own = Vec3d(light.strength()) * dim[i];
+    const Vec3d own = Vec3d(light.strength) * dim[i];
     const double brightness = own.x + own.y + own.z;
     if (light.on && brightness > 0)
-      lamps.push_back({LightShape(light, i, seed), own, brightness, &light});
+      lamps.push_back({shape_of(light, i, seed), own, brightness, &light});
   }
   workers.for_blocks(present.receivers.size(), kBlock, [&](size_t begin, size_t end) {
     const ReceiverBlock block(present.receivers, begin, end);
@@ -42,7 +42,7 @@ void light_by_need(const Present& present, std::span<const double> dim, uint64_t
       order.clear();
       double left = 0, found = 0;
       for (uint32_t k = 0; k < lamps.size(); ++k) {
-        const double most = lamps[k].shape.about(receiver) * lamps[k].brightness;
+        const double most = lamps[k].shape->about(receiver) * lamps[k].brightness;
         if (most > 0) order.emplace_back(-most, k), left += most;
       }
       std::sort(order.begin(), order.end());
@@ -55,16 +55,16 @@ void light_by_need(const Present& present, std::span<const double> dim, uint64_t
         // the choice varies with place and light, so that it has no bias
         std::optional<uint32_t> third;
         if (of_all < kLittle) third = uint32_t((key + k) % 3);
-        const double open = lamp.shape.open(receiver);
+        const double open = lamp.shape->open(receiver);
         const double share =
             of_all > kMuch
-                ? visible_share(present.caster, lamp.shape, receiver, open,
-                                fixed_view(present.caster, lamp.shape, receiver, open), movables)
+                ? visible_share(present.caster, *lamp.shape, receiver, open,
+                                fixed_view(present.caster, *lamp.shape, receiver, open), movables)
                       .share
-                : coarse_share(present.caster, lamp.shape, receiver, third, movables);
+                : coarse_share(present.caster, *lamp.shape, receiver, third, movables);
         if (!(share > 0)) continue;
         const double factor = share * open;
-        sum = sum + lamp.radiance * factor;
+        sum = sum + lamp.strength * factor;
         found += factor * lamp.brightness;
       }
       irradiance[i] = sum;

@@ -2,6 +2,7 @@
 // A light as receivers see it: unshadowed irradiance, and shadow rays.
 #pragma once
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -65,21 +66,20 @@ struct Strata {
   double share(const trace::RayBits& seen) const;
 };
 
+/// A light as receivers see it. Lights with a surface and lights without one are sampled each in
+/// their own way, see shape_of().
 class LightShape {
  public:
-  /// `number`: index of the light; with `seed` and the receiver it determines the points in the
-  /// strata. `reference`: of what receivers get from all lights, to tell lights that matter
-  /// little; 0 if all matter.
-  LightShape(const trace::Light& light, uint32_t number, uint64_t seed, double reference = 0);
+  virtual ~LightShape() = default;
 
-  /// Unshadowed irradiance, in units of brightest(); exact for area lights.
-  double open(const Receiver& receiver) const;
+  /// Unshadowed irradiance, in units of brightest(); exact for lights with a surface.
+  double open(const Receiver& receiver) const { return receives(receiver) ? full(receiver) : 0; }
   /// A fast approximation of open(): zero only if open() is zero; otherwise within a small factor
   /// of it, unless the receiver is close to the light.
-  double about(const Receiver& receiver) const;
+  double about(const Receiver& receiver) const { return receives(receiver) ? rough(receiver) : 0; }
   /// Whether the light is small as seen from the receiver, so that all its points contribute about
   /// equally.
-  bool is_small(const Receiver& receiver) const;
+  virtual bool is_small(const Receiver&) const { return true; }
   /// One shadow ray to a point drawn uniformly from the light's surface by `u` and `v` in [0, 1),
   /// and the irradiance if it is unoccluded, in units of brightest(). The estimate is unbiased.
   struct Glance {
@@ -87,97 +87,60 @@ class LightShape {
     float to;
     double irradiance;
   };
-  Glance glance(const Receiver& receiver, float u, float v) const;
+  virtual Glance glance(const Receiver& receiver, float u, float v) const = 0;
   /// Radiance, or intensity, of the strongest channel.
   double brightest() const { return brightest_; }
-  /// Points whose convex hull contains an area light: the corners of few triangles, or of a box.
-  std::span<const Vec3f> outline() const { return outline_; }
+  /// Points whose convex hull contains the light's surface: the corners of few triangles, or of a
+  /// box. Empty for a light without a surface.
+  virtual std::span<const Vec3f> outline() const { return {}; }
   /// Whether the light can give the receiver only a small share of what receivers get.
-  bool is_minor(const Receiver& receiver) const;
+  virtual bool is_minor(const Receiver&) const { return false; }
   /// Whether a light that gives so much where nothing hides it is one of few that matter.
-  bool is_major(double open) const { return !(open < major_); }
+  virtual bool is_major(double) const { return true; }
   /// Makes the shadow rays of a level. A light that is minor, or very small as seen from the
   /// receiver, gets a third of the coarse rays; one that gives next to nothing gets a single one. A
-  /// minor light's fine rays are all 36.
-  void cast(const Receiver& receiver, Detail detail, Strata& out) const;
+  /// minor light's fine rays are all 36. A light without a surface gets one ray.
+  virtual void cast(const Receiver& receiver, Detail detail, Strata& out) const = 0;
   /// The squared distance of neighbours among so many cells of equal area; 0 for a light of few
   /// triangles, whose grid of cells tells it.
-  float near(size_t cells) const {
-    constexpr float kSides = 1.6f;  // of square cells
-    return triangles_.size() > 2 ? kSides * kSides * area_ / float(cells) : 0.0f;
-  }
+  virtual float near(size_t) const { return 0; }
   /// Of random numbers for this light and receiver.
   uint64_t key(const Receiver& receiver) const {
     return combine(key_, place_key(receiver.point, receiver.normal));
   }
-  /// Makes rays to cells of an area light: to parts x parts places in each. Cells at depth 0 are
-  /// the fine strata, at depth 1 their parts: a grid of kParts times as many rows and columns. Both
-  /// are numbered column by column. Together at most kFineRays rays.
+  /// Makes rays to cells of a light's surface: to parts x parts places in each. Cells at depth 0
+  /// are the fine strata, at depth 1 their parts: a grid of kParts times as many rows and columns.
+  /// Both are numbered column by column. Together at most kFineRays rays.
   struct Cells {
     std::span<const uint32_t> numbers;  ///< ascending
     uint32_t depth, parts;
   };
-  void divide(const Receiver& receiver, const Cells& cells, Strata& out) const;
+  /// Only for lights with a surface, the others of which have no strata that could be divided.
+  virtual void divide(const Receiver& receiver, const Cells& cells, Strata& out) const;
+
+ protected:
+  LightShape(const trace::Light& light, uint32_t number, uint64_t seed);
+  static Vec3f origin(const Receiver& receiver) {
+    return receiver.point + receiver.normal * receiver.slack();
+  }
 
  private:
-  struct Triangle {
-    Vec3f corner, edge_u, edge_v, normal;
-    float slack;  // at the place, see lift()
-    // cumulative share of the light's area before this triangle, and its own share
-    float before, share;
-  };
-  /// What open() and searches read of each triangle, as columns: bulbs consist of thousands.
-  struct Columns {
-    std::vector<float> x, y, z;                       // corner
-    std::vector<float> middle_x, middle_y, middle_z;  // from the corner to the centroid
-    std::vector<float> normal_x, normal_y, normal_z, area, longest_squared, before;
-    void add(const Triangle& triangle);
-  };
-  struct Corner {
-    Vec3f point, normal;
-    float slack;
-  };
-  void find_corners(Vec3f centre);
-  void find_outline(const Box& bounds);
-  double open_area(const Receiver& receiver) const;
-  bool is_area() const { return !punctual_.kind; }
-  double open_punctual(const Receiver& receiver) const;
-  void cast_single(const Receiver& receiver, Strata& out) const;
-  struct Places;
-  void cast_area(const Receiver& receiver, Detail detail, Strata& out) const;
-  /// Makes rays to places in the strata with those lower corners, jittered.
-  void cast_places(const Receiver& receiver, const Places& places, uint32_t stream,
-                   Strata& out) const;
-  /// Makes rays to the points (a, b) in these strata.
-  void cast_points(const Receiver& receiver, const Places& places, const float* a, const float* b,
-                   Strata& out) const;
-  /// Gives rays the mean weight of their strata, since that of one point would be an error where a
-  /// whole stratum is visible; not where a part of the stratum does not count.
-  void smooth(const Receiver& receiver, const Places& places, Strata& out) const;
-  /// The coarse rays that a small or faint light does without are not countable.
-  void thin(const Receiver& receiver, Strata& out) const;
-  void cast_triangle(const Receiver& receiver, Triangle triangle, const float* a, const float* b,
-                     size_t begin, size_t end, Strata& out) const;
-  void cast_corners(const Receiver& receiver, Strata& out) const;
-  const Triangle& triangle_at(float position) const;
+  bool receives(const Receiver& receiver) const { return on_ && !(receiver.normal == Vec3f{}); }
+  /// open() and about() where the light is on and the receiver has a side.
+  virtual double full(const Receiver& receiver) const = 0;
+  virtual double rough(const Receiver& receiver) const { return full(receiver); }
 
-  lights::Punctual punctual_;  // without a kind for an area light
-  Vec3f centre_{};             // of an area light's bounding box
-  float radius_ = 0;           // half of the box's diagonal
-  Vec3f facing_{};             // the normal of a flat light; otherwise zero
-  std::vector<Triangle> triangles_;
-  Columns columns_;
-  std::vector<uint32_t> nearby_;  // by n-th of the area, n triangles: where to begin a search
-  std::array<Corner, kCorners> corners_;
-  std::vector<Vec3f> outline_;
-  bool two_sided_, on_;
+  bool on_;
   uint64_t key_;
-  float area_ = 0;
   double brightest_;
-  double faint_ = 0, minor_ = 0;  // about() of less than these
-  double major_ = 0;              // open() of at least this
-  uint32_t rows_[2] = {1,
-                       1};  // per detail: strata across a triangle; columns run along the triangles
 };
+
+/// The shape of a light. `number`: index of the light; with `seed` and the receiver it determines
+/// the points in the strata. `reference`: of what receivers get from all lights, to tell lights
+/// that matter little; 0 if all matter.
+std::unique_ptr<const LightShape> shape_of(const trace::Light& light, uint32_t number,
+                                           uint64_t seed, double reference = 0);
+/// By light; null for lights that do not take part.
+using Shapes = std::vector<std::unique_ptr<const LightShape>>;
 
 }  // namespace deltalux::direct

@@ -19,11 +19,11 @@ double finest_quantum(const trace::Light& light, double metre) {
   // much as there is on its surface, or what a point gives at 1/29,000 of the metre.
   constexpr double kFine = 0x1p-40, kNearby = 0x1p26;
   const double area = metre * metre;
-  const Vec3d strength(light.strength());
+  const Vec3d strength(light.strength);
   double given = 0, nearby = 0;
   if (light.is_parallel()) {
     given = nearby = strongest(strength);
-  } else if (light.is_area()) {
+  } else if (light.area > 0) {
     // No place gets more than where the light fills the hemisphere.
     const double most = strongest(strength) * std::numbers::pi;
     given = std::min(strongest(light.power) / area, most);

@@ -3,15 +3,22 @@
 // to know.
 #pragma once
 #include <array>
+#include <memory>
 #include <span>
 #include <string_view>
 #include <vector>
 
+#include "base/transform.h"
 #include "base/vec.h"
 
 namespace deltalux::lights {
 
 class Kind;
+
+/// What a kind computes once from a light's parameters, such as an inverse distribution function.
+struct Tables {
+  virtual ~Tables() = default;
+};
 
 /// A light without a surface, in its present pose. Its behaviour is defined by its kind.
 struct Punctual {
@@ -20,8 +27,12 @@ struct Punctual {
   /// Maximum intensity: power per steradian; of a parallel light, power per area.
   Vec3f intensity{};
   std::vector<float> parameters;         ///< additional parameters of its kind
-  Vec3f frame_u{}, frame_v{}, corner{};  ///< parallel lights: paths start at corner + a u + b v
-  double area = 0;                       ///< of that rectangle
+  std::shared_ptr<const Tables> tables;  ///< made of these by Kind::prepare()
+  /// What Kind::place() makes of the pose: parallel lights start paths at corner + a u + b v; a
+  /// kind that is not the same all around its direction has its axes here.
+  Vec3f frame_u{}, frame_v{}, corner{};
+  double area = 0;  ///< of that rectangle
+  friend bool operator==(const Punctual&, const Punctual&) = default;
 };
 
 /// The start of a path.
@@ -35,7 +46,8 @@ struct ShadowRay {
   float to;
 };
 
-/// Behaviour of all lights of one kind. Stateless; there is one instance of each kind.
+/// Behaviour of all lights of one kind. There is one instance of each kind; what it knows of a
+/// light, that light holds.
 class Kind {
  public:
   virtual ~Kind() = default;
@@ -50,8 +62,15 @@ class Kind {
   /// The versine (1 - cosine) of the half angle of the cone about its direction that contains all
   /// its light; 2 if it shines in all directions, infinite for a parallel light.
   virtual float cone(const Punctual& light) const = 0;
-  /// Computes what depends on position and direction, for a scene within the box `world`.
-  virtual void place(Punctual& light, const Box& world) const = 0;
+  /// Whether its light may reach a point of the ball; false only if none can.
+  bool may_reach(const Punctual& light, Vec3f centre, float radius) const;
+  /// Like cone(), for most of the light: gather rays may aim where a concentrated light lands.
+  virtual float concentration(const Punctual& light) const { return cone(light); }
+  /// The tables of a light with these parameters, which have no flaw.
+  virtual std::shared_ptr<const Tables> prepare(std::span<const float>) const { return nullptr; }
+  /// Computes what depends on position and direction, and on how the light is turned about its
+  /// direction, for a scene within the box `world`. `pose`: of the object that carries it.
+  virtual void place(Punctual& light, const Pose& pose, const Box& world) const = 0;
 
   /// Power over intensity: in steradians; for a parallel light in square metres.
   virtual double extent(const Punctual& light) const = 0;

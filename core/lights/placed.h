@@ -9,7 +9,7 @@ namespace deltalux::lights {
 class Placed : public Kind {
  public:
   bool is_parallel() const final { return false; }
-  void place(Punctual&, const Box&) const final {}
+  void place(Punctual&, const Pose&, const Box&) const override {}
   double max_extent(const Punctual& light, const Box&) const final { return extent(light); }
   Start start(const Punctual& light, const std::array<float, 4>& random) const final;
   double irradiance(const Punctual& light, Vec3f point, Vec3f normal, float slack) const final;

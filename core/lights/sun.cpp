@@ -17,7 +17,7 @@ class Sun final : public Kind {
   bool is_parallel() const override { return true; }
   float cone(const Punctual&) const override { return std::numeric_limits<float>::infinity(); }
 
-  void place(Punctual& light, const Box& world) const override {
+  void place(Punctual& light, const Pose&, const Box& world) const override {
     tangent_frame(light.direction, light.frame_u, light.frame_v);
     Vec3f low{1e30f, 1e30f, 1e30f}, high = -low;
     for (int i = 0; i < 8; ++i) {

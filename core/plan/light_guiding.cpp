@@ -217,7 +217,7 @@ std::vector<Trial> trials_of(const LightPilot& pilot, const trace::Light& light,
 }  // namespace
 
 bool may_be_aimed(const trace::Light& light, float metre) {
-  return light.is_area() && light.on && light.bounds.diagonal() > kLarge * metre;
+  return light.on && light.bounds.diagonal() > kLarge * metre;
 }
 
 std::shared_ptr<const trace::AimMap> aim_light(const LightPilot& pilot, const trace::Light& given,
@@ -234,13 +234,13 @@ std::shared_ptr<const trace::AimMap> aim_light(const LightPilot& pilot, const tr
   const auto useful =
       std::count_if(evenly.begin(), evenly.end(), [](const Trial& own) { return own.brought > 0; });
   if (uint64_t(useful) * kUseful >= kEven) return nullptr;
-  const direct::LightShape shape(light, 0, kSeed);
-  const double strength = photopic(Vec3d(light.radiance));
+  const std::unique_ptr<const direct::LightShape> shape = direct::shape_of(light, 0, kSeed);
+  const double strength = photopic(Vec3d(light.strength));
   std::vector<std::vector<Landing>> found(pilot.points());
   workers.for_blocks(found.size(), 64, [&](size_t begin, size_t end) {
     progress.check();
     for (size_t i = begin; i < end; ++i)
-      add_landings(pilot, shape, strength, i, weight[i], found[i]);
+      add_landings(pilot, *shape, strength, i, weight[i], found[i]);
   });
   std::vector<Landing> landings;
   for (const auto& own : found) landings.insert(landings.end(), own.begin(), own.end());

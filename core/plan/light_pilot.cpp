@@ -99,8 +99,8 @@ LightPilot::Given LightPilot::given(const trace::Light& light, bool wide) const 
   };
   Given out{read(all, scale.quantum), read(weighed, scale.quantum * most)};
   if (!wide) return out;
-  const direct::LightShape shape(light, 0, kSeed);
-  for (size_t i = 0; i < points(); ++i) out.all[i] += shines(shape, light.strength(), i);
+  const std::unique_ptr<const direct::LightShape> shape = direct::shape_of(light, 0, kSeed);
+  for (size_t i = 0; i < points(); ++i) out.all[i] += shines(*shape, light.strength, i);
   return out;
 }
 

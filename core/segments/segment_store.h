@@ -70,7 +70,7 @@ struct ScanGrid {
 /// Optional data that a session keeps for each segment.
 struct Extras {
   bool extended = false;  ///< distance to the second hit
-  bool landing = false;   ///< cell where it ends, see gather/cells.h
+  bool landing = false;   ///< cell where it ends, see gather/cells/cells.h
 };
 
 /// The segments of one bounce of all paths.

@@ -16,15 +16,15 @@
 #include "base/progress.h"
 #include "base/stopwatch.h"
 #include "direct/direct_light.h"
-#include "gather/lit_cells.h"
-#include "gather/pool_errors.h"
+#include "gather/choose/lit_cells.h"
+#include "gather/looks/pool_errors.h"
 #include "scene/edit.h"
-#include "session/affected.h"
-#include "session/awaited.h"
-#include "session/kept_places.h"
-#include "session/path_sums.h"
-#include "session/path_update.h"
-#include "session/state.h"
+#include "session/flow/affected.h"
+#include "session/flow/path_update.h"
+#include "session/rays/kept_places.h"
+#include "session/shared/awaited.h"
+#include "session/shared/path_sums.h"
+#include "session/state/state.h"
 
 namespace deltalux::session {
 
@@ -32,7 +32,9 @@ namespace deltalux::session {
 struct Frame {
   uint64_t affected_paths = 0, removed_segments = 0, retraced_segments = 0;
   uint64_t scanned_segments = 0, candidates = 0;
-  uint64_t gathered_rays = 0;
+  /// Gather rays that were cast, and of those of an update, how many brought something else than
+  /// before.
+  uint64_t gathered_rays = 0, changed_rays = 0;
   /// The smallest of three shares: of pending paths replaced, of direct light and of gather rays
   /// that are up to date.
   double done = 1;
@@ -53,8 +55,6 @@ struct EnergyAudit {
 };
 
 class EditLog;
-struct Parts;
-struct PilotPaths;
 
 /// Expected memory, from a few pilot paths and pilot rays.
 struct Forecast {
@@ -156,8 +156,9 @@ class Session {
   Forecast forecast() const { return forecast_; }
   size_t bytes() const;
 
+  /// Another one after every bake, recompute and update.
   const State& state() const { return *state_; }
-  const direct::DirectLight* direct() const { return direct_.get(); }
+  const direct::DirectLight* direct() const { return state_->direct.light.get(); }
   /// Null if nothing is kept.
   const KeptPlaces* kept() const { return kept_.get(); }
 
@@ -191,7 +192,7 @@ class Session {
 
   // Or the parts do most of what look() does: begin_look(); ask_for() and join_look() of each part;
   // number_rays() of a part for each range of the samples, and take_numbers() of all; cast_looks()
-  // of a part and take_looks() for each range. Samples count in the order of State::samples. A look
+  // of a part and take_looks() for each range. Samples count in the order of World::samples. A look
   // that was begun and not completed can only be replaced by a bake, or forgotten.
 
   /// The session is as before its first bake, but for edits.
@@ -261,17 +262,16 @@ class Session {
   std::vector<gather::Estimate> gathered_block(const gather::Evaluation& now,
                                                const Gathered& gathered, size_t begin, size_t end,
                                                bool errors) const;
-  bool is_present(size_t sample) const;
   /// A copy of what the user gave, and of what edits made of it.
   std::unique_ptr<State> unbaked() const;
+  /// Puts `fresh` in the place of the state, and computes it. If that throws, the session is as it
+  /// was.
+  Frame replace(std::unique_ptr<State> fresh, const std::function<Frame()>& compute);
   /// For each sample, in parallel, calls write(its index as given by the user, SampleLight). In
   /// sessions with a final gather, the part of the light that rays bring is gathered(evaluation,
   /// sample), for each present sample.
   template <class Gathered, class Write>
   void read_samples(bool errors, const Gathered& gathered, const Write& write) const;
-  /// Brings values from the order of State::samples into the order in which the user gave the
-  /// samples.
-  std::vector<float> as_given(const std::vector<float>& own) const;
   void forecast_memory(const PilotPaths& paths);
   /// Adds direct light and gather rays to the forecast. Throws OptionError if it exceeds the memory
   /// limit.
@@ -282,14 +282,9 @@ class Session {
   bool fits(const gather::RayCounts& rays);
   /// The part of check() for objects that come with a new mesh.
   void check_insert(const scene::Object& object, std::span<const scene::Edit> before) const;
-  /// Chooses the lights whose direct light comes from shadow rays (State::light_sampled).
-  void choose_direct();
   void trace_all(Progress& progress, Frame& frame);
   /// Traces all paths, in steps that each take the same share of every batch.
   PathCounts trace_lights(Progress& progress);
-  void compute_direct(Progress& progress, bool leave = false);
-  void update_direct(std::span<const ObjectChange> changes, size_t old_lights, double budget_ms,
-                     Progress& progress);
   /// Divides the surface into cells, which hold no light yet. In sessions without a final gather
   /// this and the next functions do nothing.
   void make_cells(Progress& progress);
@@ -397,16 +392,9 @@ class Session {
                    double* noise) const;
   std::vector<direct::Receiver> receivers_at(std::span<const Vec3f> points,
                                              std::span<const Vec3f> normals) const;
-  /// Direct light by shadow rays at receivers. `lights`: 1 for each light to include.
-  std::unique_ptr<direct::DirectLight> direct_at(std::span<const direct::Receiver> receivers,
-                                                 std::span<const uint8_t> lights) const;
-  /// Irradiance of receivers [first, first + count), in the scene's unit; `factors` by light group.
-  static std::vector<Vec3d> irradiance_of(const direct::DirectLight& direct,
-                                          std::span<const double> factors, size_t first,
-                                          size_t count);
   /// Places beams and suns in the present scene.
-  void place_asked();
-  /// The suns that are worth a shadow ray at every gather hit. `hits`: see Votes.
+  void place_beams_and_suns();
+  /// The suns that are worth a shadow ray at every gather hit. `hits`: see BrightnessSurvey.
   std::vector<uint32_t> find_suns(std::span<const uint32_t> hits, const FirstFlights& others) const;
   /// Shares each sample's rays among guides and hemisphere. `now`: given at a bake, which also
   /// chooses ray counts.
@@ -430,43 +418,14 @@ class Session {
                          const gather::Guiding& guiding, const gather::RayCounts& rays,
                          uint64_t seed, const gather::Evaluation& now) const;
   /// Marks the gather rays that an edit may have changed, which Looks::follow() casts again.
-  void note_looks(std::span<const ObjectChange> changes, bool lights);
-  void note_beams(std::span<const uint32_t> objects, std::span<const Box> boxes,
-                  gather::Change& change);
-  /// Recomputes what discs count: all of them, or those near `changes`, if anything counts in
-  /// discs.
-  void refresh_areas(const std::vector<ObjectChange>* changes);
-  void find_areas(const std::vector<ObjectChange>* changes);
-  /// Recomputes receivers_: all of them, or those on changed objects. `changed`: 1 for each changed
-  /// object.
-  void place_receivers(const std::vector<uint8_t>* changed);
-  /// Builds the ray caster, and finds what samples lie on.
-  void index_triangles(Progress& progress);
-  void find_slacks(Progress& progress);
-  void resolve_radii(Progress& progress);
-  /// Chooses radii and makes discs; the parts have no estimators before make_estimators().
-  /// `openness`: of each sample, where it is known, as from a session file; otherwise it is
-  /// computed.
-  Parts place_parts(Progress& progress, std::span<const float> openness = {});
-  /// Moves what place_parts() found, except for discs, into the state.
-  void take_places(Parts& parts, bool openness_complete = false);
-  class DiscsInPlace;
-  void allot_paths(Progress& progress);
-  /// Recomputes State::plans.
-  void plan_parts(Parts& parts, const PilotPaths& paths, bool thorough, Progress& progress);
-  void make_estimators(Parts& parts, Progress& progress);
+  void note_looks(const EditLog& log);
+  void note_beams(gather::Change& change);
   /// Parts of save(): the scene as edits left it; what the bake chose.
   void save_scene(ArchiveView& archive) const;
   void save_bake(ArchiveView& archive) const;
   void restore_scene(ArchiveSource& archive);
-  Parts restore_discs(ArchiveSource& archive, Progress& progress);
   /// Restores the path counts of lights and the scales.
   void restore_lights(ArchiveSource& archive);
-  void restore_segments(ArchiveSource& archive, Progress& progress);
-  void restore_pending(ArchiveSource& archive);
-  /// Marks all paths held as waiting to be traced, from the light on.
-  void wait_for_paths();
-  void restore_direct(ArchiveSource& archive);
   void restore_looks(ArchiveSource& archive, Progress& progress);
   /// Applies `edits` and finds what they affect. If it throws, everything is as before.
   Affected apply(std::span<const scene::Edit> edits, EditLog& log, double budget_ms,
@@ -503,28 +462,13 @@ class Session {
   void check_looked() const;
   /// Throws OptionError, or Error as check_whole() does, unless there is light to read.
   void check_readable() const;
-  double bytes_per_segment() const;
-  double choose_direct_reference() const;
-  std::unique_ptr<direct::DirectLight> make_direct(const direct::Scales& scales) const;
-  /// The receiver of a sample in its object's present pose.
-  direct::Receiver receiver_of(size_t sample) const;
   /// Replaces pending paths within the time budget. Returns how many of them remain because the
   /// memory limit does not admit them.
   size_t run_pending(double budget_ms, Progress& progress, Frame& frame,
                      const std::function<void()>& between);
 
   std::unique_ptr<State> state_;
-  std::unique_ptr<direct::DirectLight> direct_;
-  std::vector<direct::Receiver> receivers_;  // per sample, in the present pose
-  std::vector<PendingPath> pending_;
   std::unique_ptr<KeptPlaces> kept_;  // rays and light of the last images
-  /// Discs of a session that does not count in them, once they were asked for.
-  struct SpareDiscs {
-    std::unique_ptr<estimate::SignedEstimator> still;
-    std::vector<MovingPart> moving;
-    std::vector<float> openness;
-  };
-  std::unique_ptr<SpareDiscs> spare_discs_;
   /// bytes() without spare discs: whether an edit is admitted does not depend on these.
   size_t needed_bytes() const;
   /// The sums that path_changes() returned last.

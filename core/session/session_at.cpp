@@ -5,7 +5,7 @@
 
 #include "direct/block.h"
 #include "direct/light_by_need.h"
-#include "gather/slit.h"
+#include "gather/choose/slit.h"
 #include "session/session.h"
 
 namespace deltalux::session {
@@ -27,7 +27,7 @@ size_t Session::seen_together(uint32_t rays) {
 gather::Guiding Session::guiding_of(std::span<const gather::SeenGuides> seen,
                                     const gather::RayCounts& rays) const {
   const State& s = *state_;
-  return {s.guiding.guides, s.guiding.beams, {}, {}, {}, shares_of(seen, rays)};
+  return {s.guiding.guides, s.guiding.beams, s.guiding.suns, {}, {}, shares_of(seen, rays)};
 }
 
 gather::Looks Session::looks_of(std::span<const direct::Receiver> receivers,
@@ -136,7 +136,7 @@ void Session::follow_kept(const gather::Evaluation& now, Progress& progress) {
     kept_->follow_changes([&](KeptPlaces::Batch& batch, const gather::Change& change) {
       gather::Change own = change;
       own.samples.assign(batch.receivers.size(), 0);
-      if (own.beams.placed) {
+      if (s.gather->beams.placed(own.scene)) {
         Progress part;
         batch.seen = guides_at(batch.receivers, batch.rays, part);
         const auto renew = [&](gather::Guiding& guiding, const gather::Looks& looks) {
@@ -235,7 +235,7 @@ std::vector<Vec3d> Session::direct_of(std::span<const direct::Receiver> receiver
     direct::light_by_need({*s.caster, s.lights, all, others}, dim_of_lights(), s.options.seed,
                           s.workers, progress, found);
   else
-    found = irradiance_of(*direct_at(others, all), state_->group_factor, 0, others.size());
+    found = irradiance_of(*s.direct.at(others, all), s.group_factor, 0, others.size());
   for (size_t k = 0; k < numbers.size(); ++k) light[numbers[k]] = found[k];
   if (kept) kept->keep_direct(others, by_need, found);
   return light;
@@ -256,7 +256,8 @@ void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> no
   const uint32_t rays = asked.rays ? asked.rays : s.options.gather_rays;
   if (asked.keep_bytes && !kept_) kept_ = std::make_unique<KeptPlaces>(asked.keep_bytes);
   KeptPlaces* const kept = asked.keep_bytes ? kept_.get() : nullptr;
-  if (kept) kept->direct().follow_changes(s.lights, dim_of_lights(), direct::slack(*s.caster));
+  if (kept)
+    kept->direct().follow_changes(s.lights, dim_of_lights(), trace::shadow_slack(*s.caster));
   std::optional<gather::Evaluation> now;
   if (indirect) now = evaluation(false);
   if (indirect && kept) follow_kept(*now, progress);

@@ -3,69 +3,13 @@
 #include <cstring>
 #include <optional>
 #include <span>
-#include <type_traits>
 
 #include "base/error.h"
-#include "base/random.h"
 #include "session/session.h"
+#include "session/world/lanes.h"
 
 namespace deltalux::session {
 namespace {
-
-uint64_t bits(float v) {
-  v += 0.0f;  // -0 becomes +0
-  uint32_t u;
-  std::memcpy(&u, &v, 4);
-  return u;
-}
-uint64_t bits(double v) {
-  v += 0.0;  // -0 becomes +0
-  uint64_t u;
-  std::memcpy(&u, &v, 8);
-  return u;
-}
-
-/// A hash of two independent 64-bit lanes. merge() adds hashes, so that the order of items does not
-/// matter.
-struct Lanes {
-  uint64_t a = 0, b = 0;
-  /// Appends a word, in order.
-  void chain(uint64_t word) {
-    a = combine(a ^ 0x243f6a8885a308d3ull, word);
-    b = combine(b ^ 0x13198a2e03707344ull, ~word);
-  }
-  void chain(Vec3f v) {
-    chain(bits(v.x) << 32 | bits(v.y));
-    chain(bits(v.z));
-  }
-  void chain(const Box& box) { chain(box.low), chain(box.high); }
-  template <class T>
-  void chain_all(const T& values) {
-    for (const auto value : values) {
-      if constexpr (std::is_floating_point_v<std::remove_cv_t<decltype(value)>>)
-        chain(bits(value));
-      else
-        chain(uint64_t(value));
-    }
-  }
-  void merge(const Lanes& o) { a += o.a, b += o.b; }
-};
-
-Lanes of_segment(const State& s, const segments::Segment& g, float extended, uint32_t bounce) {
-  Lanes lanes;
-  lanes.chain(uint64_t(g.path) << 32 | bounce);
-  lanes.chain(bits(g.origin.x) << 32 | bits(g.origin.y));
-  lanes.chain(bits(g.origin.z) << 32 | g.direction);
-  lanes.chain(bits(g.length) << 32 | bits(extended));
-  lanes.chain(uint64_t(g.power[0]) << 32 | g.power[1]);
-  const uint32_t object =
-      g.primitive == scene::kNone ? scene::kNone : s.scene.object_of(g.primitive);
-  const uint32_t local =
-      g.primitive == scene::kNone ? 0 : g.primitive - s.scene.objects[object].first_primitive;
-  lanes.chain(uint64_t(g.power[2]) << 32 | local);
-  lanes.chain(object);
-  return lanes;
-}
 
 void chain_chain(Lanes& lanes, const gather::ChainPool& chains, uint32_t number) {
   lanes.chain(uint64_t(bits(chains.weight(number))) << 32 | chains.end(number));
@@ -74,9 +18,9 @@ void chain_chain(Lanes& lanes, const gather::ChainPool& chains, uint32_t number)
     lanes.chain_all(vertex.direct);
   }
   // decides after which edits the chain is traced again
-  const gather::Passage& passage = chains.passage(number);
-  lanes.chain(passage.near);
-  lanes.chain(passage.origin), lanes.chain(passage.last);
+  const trace::Footprint& footprint = chains.footprint(number);
+  lanes.chain(footprint.near);
+  lanes.chain(footprint.from), lanes.chain(footprint.to);
 }
 
 void chain_looks(Lanes& lanes, const gather::Looks& looks) {
@@ -128,13 +72,6 @@ void chain_gather(Lanes& lanes, const Gather& own, const gather::Guiding& guidin
     }
 }
 
-/// What discs count: energy by batch, of whose spread errors are made, over areas.
-void chain_discs(Lanes& lanes, const State& s) {
-  lanes.chain_all(s.sums);
-  lanes.chain_all(s.area);
-  if (s.knows_openness()) lanes.chain_all(s.openness);
-}
-
 void chain_scene(Lanes& lanes, const State& s) {
   for (uint32_t i = 0; i < s.scene.objects.size(); ++i) {
     const scene::Object& object = s.scene.objects[i];
@@ -167,7 +104,7 @@ void chain_lights(Lanes& lanes, const State& s) {
   lanes.chain_all(s.light_sampled);
   lanes.chain(bits(s.scale.quantum));
   lanes.chain(uint64_t(s.scale.digits));
-  if (s.direct_scales) lanes.chain(bits(s.direct_scales->quantum));
+  if (s.direct.scales) lanes.chain(bits(s.direct.scales->quantum));
   lanes.chain_all(s.slack);
 }
 
@@ -175,18 +112,7 @@ void chain_lights(Lanes& lanes, const State& s) {
 
 SegmentsHash Session::segments_hash() const {
   check_whole();
-  const State& s = *state_;
-  Lanes all;
-  uint64_t count = 0;
-  for (uint32_t b = 0; b < s.store.bounces().size(); ++b) {
-    const segments::BounceSegments& stored = s.store.bounces()[b];
-    for (uint32_t slot = 0; slot < stored.size(); ++slot) {
-      if (stored.at(slot).length < 0) continue;
-      all.merge(of_segment(s, stored.at(slot), stored.extended_or_length(slot), b));
-      ++count;
-    }
-  }
-  return {count, all.a, all.b};
+  return state_->paths.hash();
 }
 
 std::array<uint64_t, 4> Session::digest(const std::optional<SegmentsHash>& others) const {
@@ -201,8 +127,8 @@ std::array<uint64_t, 4> Session::digest(const std::optional<SegmentsHash>& other
   Lanes all{own.a, own.b};
   if (others) all.merge({others->a, others->b});
   Lanes ordered = all;
-  if (s.counts_in_discs()) chain_discs(ordered, s);
-  direct_->each_word([&](uint64_t word) { ordered.chain(word); });
+  s.discs.digest(ordered);
+  s.direct.digest(ordered);
   if (s.gather) chain_gather(ordered, *s.gather, s.guiding);
   chain_lights(ordered, s);
   chain_scene(ordered, s);

@@ -6,15 +6,16 @@
 
 #include "base/random.h"
 #include "direct/receivers.h"
-#include "gather/find_beams.h"
-#include "gather/find_guides.h"
-#include "gather/find_portals.h"
+#include "gather/choose/find_beams.h"
+#include "gather/choose/find_guides.h"
+#include "gather/choose/find_portals.h"
 #include "samples/placement.h"
-#include "session/choice_light.h"
-#include "session/landings.h"
+#include "session/bake/choice_light.h"
+#include "session/flow/edit_log.h"
+#include "session/flow/landings.h"
+#include "session/read/unreached.h"
 #include "session/session.h"
-#include "session/session_parts.h"
-#include "session/unreached.h"
+#include "session/session_forecast.h"
 
 namespace deltalux::session {
 namespace {
@@ -22,8 +23,6 @@ namespace {
 constexpr size_t kGrain = 64;
 // places from which the memory of all rays is predicted, approximately
 constexpr size_t kPlaces = 512;
-// metres: how far above a surface a point may lie that belongs to it
-constexpr float kUnder = 1e-3f;
 
 /// Casts a few rays from these receivers, to predict the memory of all rays.
 gather::Looks::PerRay few_rays(const gather::Present& present, uint64_t seed,
@@ -86,54 +85,53 @@ void Session::shrink_sums() noexcept {
 }
 
 void Session::lay_out_sums() {
-  State& s = *state_;
-  if (told_) told_->set_groups(uint32_t(s.sum_groups.size()));
-  s.sums.resize(s.sum_count(), 0);
-  if (!s.sum_marks.empty()) s.sum_marks.resize(s.mark_count(), 0);
+  if (told_) told_->set_groups(uint32_t(state_->sum_groups.size()));
+  state_->discs.lay_out_sums();
 }
 
 gather::LitCells Session::lit_cells(const gather::Evaluation& now) const {
   const State& s = *state_;
-  return {present(receivers_, s.guiding), now, s.gather->coverage.covered()};
+  return {present(s.direct.receivers, s.guiding), now, s.gather->coverage.covered()};
 }
 
 gather::Evaluation Session::choose_guides(const FirstFlights& others, Progress& progress) {
   State& s = *state_;
-  const auto votes = [&](const gather::Evaluation& now) {
-    return gather::Votes(present(receivers_, s.guiding), now, lit_cells(now), s.options.seed,
-                         s.workers, progress);
+  const auto survey = [&](const gather::Evaluation& now) {
+    return gather::BrightnessSurvey(present(s.direct.receivers, s.guiding), now, lit_cells(now),
+                                    s.options.seed, s.workers, progress);
   };
   // The cells counted the direct light of beams and suns, so that these could be found; remove it,
   // since gather rays compute it by shadow rays from now on.
   const auto choose = [&](const auto& chosen) {
     const Landings before(s);
-    const std::vector<uint8_t> known = s.asked_for();
+    const std::vector<uint8_t> known = s.lights_by_shadow_ray();
     chosen();
     const Landings after(s);
-    std::vector<uint32_t> slots(s.store.bounce(0).size());
+    std::vector<uint32_t> slots(s.paths.store.bounce(0).size());
     std::iota(slots.begin(), slots.end(), 0u);
     before.add(0, slots, -1);
     after.add(0, slots, +1);
-    const std::vector<uint8_t> asked = s.asked_for();
+    const std::vector<uint8_t> asked = s.lights_by_shadow_ray();
     for (uint32_t light = 0; light < asked.size(); ++light)
       if (asked[light] && !known[light]) leave_out(light, others);
-    place_asked();
+    place_beams_and_suns();
     return *evaluation(false);
   };
   gather::Evaluation now = *evaluation(false);
-  gather::Votes found = votes(now);
-  auto beams = gather::find_beams(present(receivers_, s.guiding), now, found, s.options.seed);
+  gather::BrightnessSurvey found = survey(now);
+  auto beams =
+      gather::find_beams(present(s.direct.receivers, s.guiding), now, found, s.options.seed);
   if (!beams.empty()) {
     now = choose([&] { s.guiding.beams = std::move(beams); });
-    found = votes(now);
+    found = survey(now);
   }
-  // The votes still include what suns light.
+  // The hits still include what suns light.
   std::vector<uint32_t> suns = find_suns(found.hits, others);
   if (!suns.empty()) now = choose([&] { s.guiding.suns = std::move(suns); });
   std::vector<gather::Guide>& guides = s.guiding.guides;
-  guides = gather::find_guides(present(receivers_, s.guiding), now, found, progress);
+  guides = gather::find_guides(present(s.direct.receivers, s.guiding), now, found, progress);
   const std::vector<gather::Guide> portals = gather::find_portals(
-      present(receivers_, s.guiding), now, guides, s.options.seed, s.workers, progress);
+      present(s.direct.receivers, s.guiding), now, guides, s.options.seed, s.workers, progress);
   guides.resize(std::min(guides.size(), gather::kMaxGuides - portals.size()));
   guides.insert(guides.end(), portals.begin(), portals.end());
   return now;
@@ -151,7 +149,7 @@ std::vector<uint32_t> Session::find_suns(std::span<const uint32_t> hits,
   return suns;
 }
 
-void Session::place_asked() {
+void Session::place_beams_and_suns() {
   State& s = *state_;
   s.gather->beams =
       gather::Beams(s.guiding.beams, s.scene, s.lights, *s.caster, s.gather->cells, s.options.seed);
@@ -165,8 +163,9 @@ gather::SeenGuides Session::guides_at(const direct::Receiver& receiver, uint32_t
 }
 
 gather::RayShares Session::share(size_t sample) const {
-  return gather::share_rays(guides_at(receivers_[sample], state_->options.gather_rays),
-                            state_->gather->looks.rays().count(sample));
+  return gather::share_rays(
+      guides_at(state_->direct.receivers[sample], state_->options.gather_rays),
+      state_->gather->looks.rays().count(sample));
 }
 
 void Session::renew_share(size_t sample) {
@@ -204,10 +203,10 @@ void Session::look_around(Progress& progress, bool new_guides, const FirstFlight
     if (chosen) chosen();
     aim(now, progress);
   } else {
-    place_asked();
+    place_beams_and_suns();
     aim({}, progress);
   }
-  s.gather->looks.cast(present(receivers_, s.guiding), s.workers, progress);
+  s.gather->looks.cast(present(s.direct.receivers, s.guiding), s.workers, progress);
 }
 
 bool Session::choose_need(const gather::Evaluation& now) {
@@ -217,7 +216,7 @@ bool Session::choose_need(const gather::Evaluation& now) {
   if (places.empty()) return false;
   const uint32_t rays = s.options.gather_rays;
   const std::vector<Vec3d> direct =
-      irradiance_of(*direct_at(places, s.light_sampled), s.group_factor, 0, places.size());
+      irradiance_of(*s.direct.at(places, s.light_sampled), s.group_factor, 0, places.size());
   Progress part;
   const std::vector<gather::SeenGuides> around = guides_at(places, rays, part);
   s.guiding.need = gather::RayNeed(pilots_of({places, around, direct}, rays, now), rays);
@@ -227,17 +226,18 @@ bool Session::choose_need(const gather::Evaluation& now) {
 void Session::choose_rays(const gather::Evaluation& now, std::span<const gather::SeenGuides> seen,
                           Progress& progress) {
   State& s = *state_;
-  s.guiding.doublings.assign(receivers_.size(), 0);
+  s.guiding.doublings.assign(s.direct.receivers.size(), 0);
   if (!choose_need(now)) return;
   const uint32_t rays = s.options.gather_rays;
-  progress.begin("find noisy places", receivers_.size());
+  progress.begin("find noisy places", s.direct.receivers.size());
   const size_t together = seen_together(rays);
-  for (size_t first = 0; first < receivers_.size(); first += together) {
-    const size_t count = std::min(together, receivers_.size() - first);
+  for (size_t first = 0; first < s.direct.receivers.size(); first += together) {
+    const size_t count = std::min(together, s.direct.receivers.size() - first);
     if (needs_pilots()) {
-      const std::vector<Vec3d> straight = irradiance_of(*direct_, s.group_factor, first, count);
+      const std::vector<Vec3d> straight =
+          irradiance_of(*s.direct.light, s.group_factor, first, count);
       const std::vector<int8_t> own =
-          piloted({std::span(receivers_).subspan(first, count),
+          piloted({std::span(s.direct.receivers).subspan(first, count),
                    s.guiding.empty() ? seen : seen.subspan(first, count), straight},
                   now);
       std::copy(own.begin(), own.end(), s.guiding.doublings.begin() + long(first));
@@ -258,8 +258,9 @@ void Session::fit_rays() {
   // Samples with more rays, or fewer, may start more chains per ray than others.
   const gather::RayCounts counts(s.guiding.doublings, s.options.gather_rays);
   std::vector<direct::Receiver> some;  // spaced evenly among all rays
-  for (size_t i = 0; i < receivers_.size(); ++i)
-    if (counts.first(i + 1) * kPlaces >= some.size() * counts.all()) some.push_back(receivers_[i]);
+  for (size_t i = 0; i < s.direct.receivers.size(); ++i)
+    if (counts.first(i + 1) * kPlaces >= some.size() * counts.all())
+      some.push_back(s.direct.receivers[i]);
   const double all = double(counts.all());
   const bool weighted = !s.guiding.empty();
   const size_t before = forecast_.bytes;
@@ -271,7 +272,7 @@ void Session::fit_rays() {
   if (fits(counts)) return;
   forecast_.bytes = before;
   s.guiding.need = {};
-  s.guiding.doublings.assign(receivers_.size(), 0);
+  s.guiding.doublings.assign(s.direct.receivers.size(), 0);
 }
 
 gather::Looks::PerRay Session::pilot_rays() const {
@@ -298,8 +299,8 @@ std::vector<gather::RayShares> Session::shares_of(std::span<const gather::SeenGu
 void Session::aim(const std::optional<gather::Evaluation>& now, Progress& progress) {
   State& s = *state_;
   const uint32_t rays = s.options.gather_rays;
-  if (!s.guiding.empty()) progress.begin("share rays", receivers_.size());
-  const std::vector<gather::SeenGuides> seen = guides_at(receivers_, rays, progress);
+  if (!s.guiding.empty()) progress.begin("share rays", s.direct.receivers.size());
+  const std::vector<gather::SeenGuides> seen = guides_at(s.direct.receivers, rays, progress);
   if (now) choose_rays(*now, seen, progress);
   s.gather->looks = uncast(seen);
 }
@@ -309,30 +310,6 @@ gather::Looks Session::uncast(std::span<const gather::SeenGuides> seen) {
   gather::Looks looks({s.guiding.doublings, s.options.gather_rays}, s.options.seed);
   s.guiding.shares = shares_of(seen, looks.rays());
   return looks;
-}
-
-std::unique_ptr<direct::DirectLight> Session::direct_at(std::span<const direct::Receiver> receivers,
-                                                        std::span<const uint8_t> lights) const {
-  const State& s = *state_;
-  Progress part;
-  auto direct =
-      std::make_unique<direct::DirectLight>(receivers.size(), direct_->scales(), s.options.seed);
-  direct->compute({*s.caster, s.lights, lights, receivers}, s.workers, part);
-  return direct;
-}
-
-std::vector<Vec3d> Session::irradiance_of(const direct::DirectLight& direct,
-                                          std::span<const double> factors, size_t first,
-                                          size_t count) {
-  const std::span parts = direct.parts();
-  const size_t all = parts.empty() ? 0 : direct.sums().size() / (3 * parts.size());
-  std::vector<Vec3d> irradiance(count);
-  for (size_t i = 0; i < count; ++i)
-    for (size_t part = 0; part < parts.size(); ++part)
-      for (int c = 0; c < 3; ++c)
-        irradiance[i][c] += factors[parts[part].group] * parts[part].quantum *
-                            double(direct.sums()[3 * (part * all + first + i) + size_t(c)]);
-  return irradiance;
 }
 
 gather::Present Session::present(std::span<const direct::Receiver> receivers,
@@ -381,28 +358,26 @@ void Session::restore_looks(ArchiveSource& archive, Progress& progress) {
             .append(std::to_string(s.options.memory_limit >> 20) + " MiB; raise memory_limit"));
   const Landings landings(s);
   std::vector<uint32_t> slots;
-  for (uint32_t b = 0; b < s.store.bounces().size(); ++b) {
-    slots.resize(s.store.bounces()[b].size());
+  for (uint32_t b = 0; b < s.paths.store.bounces().size(); ++b) {
+    slots.resize(s.paths.store.bounces()[b].size());
     std::iota(slots.begin(), slots.end(), 0u);
     landings.add(b, slots, +1);
   }
   if (!s.evaluates()) return;
   cover_cells(progress);
-  place_asked();
+  place_beams_and_suns();
   if (s.guiding.shares.empty())
     aim({}, progress);
   else
     s.gather->looks = gather::Looks({s.guiding.doublings, s.options.gather_rays}, s.options.seed);
-  s.gather->looks.restore(archive, present(receivers_, s.guiding), s.workers, progress);
+  s.gather->looks.restore(archive, present(s.direct.receivers, s.guiding), s.workers, progress);
 }
 
-void Session::note_beams(std::span<const uint32_t> objects, std::span<const Box> boxes,
-                         gather::Change& change) {
+void Session::note_beams(gather::Change& change) {
   State& s = *state_;
-  if (s.guiding.empty()) return;
-  change.beams =
-      s.gather->beams.update(s.scene, s.lights, *s.caster, s.gather->cells, objects, boxes);
-  if (!change.beams.placed) return;
+  gather::Beams& beams = s.gather->beams;
+  change.points = beams.update(s.scene, s.lights, *s.caster, s.gather->cells, change.scene);
+  if (!beams.placed(change.scene)) return;
   s.workers.for_blocks(s.samples.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       if (change.samples[i]) continue;  // Looks::follow() recomputes the shares of these
@@ -413,27 +388,17 @@ void Session::note_beams(std::span<const uint32_t> objects, std::span<const Box>
   });
 }
 
-void Session::note_looks(std::span<const ObjectChange> changes, bool lights) {
+void Session::note_looks(const EditLog& log) {
   State& s = *state_;
-  if (!s.gather || !s.evaluates() || (changes.empty() && !lights)) return;
-  gather::Change change;
-  change.lights = lights;
-  change.samples.assign(s.samples.size(), 0);
-  std::vector<uint32_t> objects;
-  for (const ObjectChange& c : changes) {
-    objects.push_back(c.object);
-    change.objects.push_back({c.object, boxes_of({&c, 1}), c.after});
-    for (const trace::Light& light : s.lights) change.lights |= light.object == c.object;
-  }
-  for (uint32_t id : moved_samples(s, changes)) change.samples[id] = 1;
-  const std::vector<Box> boxes = boxes_of(changes);
-  s.gather->coverage.update(s.scene, *s.caster, s.gather->cells, objects, boxes, s.workers);
-  note_beams(objects, boxes, change);
-  const gather::Suns suns(s.guiding.suns, s.lights);
-  change.suns = !(suns == s.gather->suns);
-  s.gather->suns = suns;
+  if (!s.gather || !s.evaluates()) return;
+  gather::Change change{log.change(), std::vector<uint8_t>(s.samples.size()), {}};
+  if (change.scene.empty()) return;
+  for (uint32_t id : moved_samples(s, log.changes())) change.samples[id] = 1;
+  s.gather->coverage.update(s.scene, *s.caster, s.gather->cells, change.scene, s.workers);
+  note_beams(change);
+  s.gather->suns = gather::Suns(s.guiding.suns, s.lights);
   if (kept_) kept_->note(change);
-  s.gather->looks.note(present(receivers_, s.guiding), change);
+  s.gather->looks.note(present(s.direct.receivers, s.guiding), change);
 }
 
 }  // namespace deltalux::session

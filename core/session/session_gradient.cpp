@@ -5,9 +5,8 @@
 #include <cmath>
 
 #include "base/error.h"
-#include "session/deposit.h"
+#include "session/discs/deposit.h"
 #include "session/session.h"
-#include "session/session_parts.h"
 
 namespace deltalux::session {
 namespace {
@@ -48,9 +47,9 @@ TangentFrame frame_of(Vec3f normal) {
 /// Calls visit(discs, index, pose, object) for the discs of all present samples.
 template <class Visit>
 void each_disc(const State& s, const Visit& visit) {
-  const samples::DiscSet& still = s.static_index->discs();
+  const samples::DiscSet& still = s.discs.still->discs();
   for (size_t i = 0; i < still.size(); ++i) visit(still, i, Pose{}, scene::kNone);
-  for (const MovingPart& part : s.moving) {
+  for (const MovingPart& part : s.discs.moving) {
     const scene::Object& object = s.scene.objects[part.object];
     const samples::DiscSet& discs = part.index->discs();
     if (object.present)
@@ -58,11 +57,11 @@ void each_disc(const State& s, const Visit& visit) {
   }
 }
 
-/// The sums of all stored segments, in the order of State::samples.
+/// The sums of all stored segments, in the order of World::samples.
 SlopeSums deposit_slopes(State& s, Progress& progress) {
   const size_t n = s.samples.size(), slabs = s.slabs();
   SlopeSums own{std::vector<int64_t>(slabs * n * 3), std::vector<int64_t>(slabs * n * 6)};
-  Deposit(s, {own.discs.data(), n, false, own.moments.data()}).add_all(progress);
+  Deposit(s.paths, s.discs, {own.discs.data(), n, false, own.moments.data()}).add_all(progress);
   return own;
 }
 
@@ -91,65 +90,25 @@ void add_slopes_of_paths(const State& s, const SlopeSums& of, std::span<const Ta
 
 }  // namespace
 
-/// Discs in the state for as long as this lives, in a session that does not count in them.
-class Session::DiscsInPlace {
- public:
-  DiscsInPlace(Session& session, Progress& progress) : session_(session) {
-    State& s = *session.state_;
-    if (s.counts_in_discs()) return;
-    if (!session.spare_discs_) session.spare_discs_ = make(progress);
-    swap();
-    placed_ = true;
-    for (MovingPart& part : s.moving) {
-      place_part(s, part);
-      part.current = true;
-    }
-  }
-  ~DiscsInPlace() {
-    if (placed_) swap();
-  }
-  DiscsInPlace(const DiscsInPlace&) = delete;
-  DiscsInPlace& operator=(const DiscsInPlace&) = delete;
-
- private:
-  std::unique_ptr<SpareDiscs> make(Progress& progress) {
-    State& s = *session_.state_;
-    Parts parts = session_.place_parts(progress);
-    SpareDiscs spare{nullptr, std::move(parts.moving), std::move(parts.openness)};
-    spare.still = parts.pilots[0].release(s.plans[0].chosen, &progress);
-    for (size_t i = 0; i < spare.moving.size(); ++i)
-      spare.moving[i].index = parts.pilots[i + 1].release(s.plans[i + 1].chosen, &progress);
-    return std::make_unique<SpareDiscs>(std::move(spare));
-  }
-  void swap() noexcept {
-    std::swap(session_.state_->static_index, session_.spare_discs_->still);
-    std::swap(session_.state_->moving, session_.spare_discs_->moving);
-    std::swap(session_.state_->openness, session_.spare_discs_->openness);
-  }
-
-  Session& session_;
-  bool placed_ = false;
-};
-
 std::vector<float> Session::areas() {
   State& s = *state_;
-  if (!baked_ || s.counts_in_discs()) return as_given(s.area);
+  if (!baked_ || s.counts_in_discs()) return s.as_given(s.discs.area);
   Progress part;
-  const DiscsInPlace discs(*this, part);
-  find_areas(nullptr);
-  return as_given(std::exchange(s.area, {}));
+  const DiscsInPlace discs(s, s.discs, part);
+  s.discs.find_areas(nullptr);
+  return s.as_given(std::exchange(s.discs.area, {}));
 }
 
 std::vector<float> Session::radii(Progress& progress) {
   const std::vector<float>& own = state_->samples.radius;
   if (baked_ && std::any_of(own.begin(), own.end(), [](float r) { return std::isnan(r); }))
-    resolve_radii(progress);
-  return as_given(state_->samples.radius);
+    state_->resolve_radii(progress);
+  return state_->as_given(state_->samples.radius);
 }
 
 SlopeSums Session::slope_sums(Progress& progress) {
   check_whole();
-  const DiscsInPlace discs(*this, progress);
+  const DiscsInPlace discs(*state_, state_->discs, progress);
   const SlopeSums own = deposit_slopes(*state_, progress);
   return {in_given_order(own.discs, 3, state_->given),
           in_given_order(own.moments, 6, state_->given)};
@@ -158,7 +117,7 @@ SlopeSums Session::slope_sums(Progress& progress) {
 void Session::read_gradient(double* gradient, Progress& progress, const SlopeSums& others) {
   check_readable();
   State& s = *state_;
-  const DiscsInPlace discs(*this, progress);
+  const DiscsInPlace discs(s, s.discs, progress);
   SlopeSums slopes = deposit_slopes(s, progress);
   if (s.holds_none()) {
     if (others.discs.size() != slopes.discs.size() ||
@@ -185,7 +144,7 @@ void Session::read_gradient(double* gradient, Progress& progress, const SlopeSum
     frames[id] = {pose.direction(frame.u), pose.direction(frame.v)};
   });
   add_slopes_of_paths(s, slopes, frames, gradient);
-  direct::DirectLight direct(4 * n, direct_->scales(), s.options.seed);
+  direct::DirectLight direct(4 * n, s.direct.light->scales(), s.options.seed);
   direct.compute({*s.caster, s.lights, s.light_sampled, around}, s.workers, progress);
   const auto light = direct.sums();
   for (size_t part = 0; part < direct.parts().size(); ++part)

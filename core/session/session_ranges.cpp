@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "base/error.h"
-#include "gather/beam.h"
+#include "gather/aim/beam.h"
 #include "samples/openness.h"
 #include "session/session.h"
 
@@ -16,7 +16,7 @@ namespace {
 
 /// The lights that choose_guides() may choose, since they are narrow or parallel.
 std::vector<uint32_t> candidates(const State& s) {
-  const std::vector<uint8_t> asked = s.asked_for();
+  const std::vector<uint8_t> asked = s.lights_by_shadow_ray();
   std::vector<uint32_t> lights;
   for (uint32_t i = 0; i < s.lights.size(); ++i) {
     const trace::Light& light = s.lights[i];
@@ -42,13 +42,13 @@ void check_row(const char* name, const SparseRow& row, uint64_t size) {
 
 float to_float(int64_t bits) { return std::bit_cast<float>(uint32_t(bits)); }
 
-/// The bits of what this session computed of State::openness.
+/// The bits of what this session computed of DiscSets::openness.
 SparseRow own_openness(const State& s) {
   SparseRow out{s.samples.size(), {}, {}};
   const auto [from, end] = s.own_samples();
   for (size_t i = from; i < end; ++i) {
     out.at.push_back(i);
-    out.value.push_back(std::bit_cast<uint32_t>(s.openness[i]));
+    out.value.push_back(std::bit_cast<uint32_t>(s.discs.openness[i]));
   }
   return out;
 }
@@ -113,16 +113,16 @@ void take_changes(std::span<const int64_t> now, size_t first, size_t count,
 /// zeros, and is set to the present sums.
 SparseRow take_discs(State& s, std::vector<int64_t>& before) {
   using estimate::EnergySums;
-  SparseRow out{s.sums.size(), {}, {}};
-  before.resize(s.sums.size());
-  if (s.sums.empty()) return out;
+  SparseRow out{s.discs.sums.size(), {}, {}};
+  before.resize(s.discs.sums.size());
+  if (s.discs.sums.empty()) return out;
   const size_t n = s.samples.size(), blocks = EnergySums::marks_of_slab(n);
-  for (size_t i = 0; i < s.sum_marks.size(); ++i) {
-    if (!s.sum_marks[i]) continue;
+  for (size_t i = 0; i < s.discs.sum_marks.size(); ++i) {
+    if (!s.discs.sum_marks[i]) continue;
     const size_t slab = i / blocks, begin = i % blocks * EnergySums::kMarked;
     const size_t count = std::min(n - begin, EnergySums::kMarked);
-    take_changes(s.sums, 3 * (slab * n + begin), 3 * count, before, out);
-    s.sum_marks[i] = 0;
+    take_changes(s.discs.sums, 3 * (slab * n + begin), 3 * count, before, out);
+    s.discs.sum_marks[i] = 0;
   }
   return out;
 }
@@ -150,9 +150,9 @@ void Session::Told::set_groups(uint32_t count) {
 PathSums Session::path_sums() const {
   check_whole();
   const State& s = *state_;
-  uint64_t paths = s.held.size();
+  uint64_t paths = s.paths.held.size();
   for (const PathRange& range : s.added) paths += s.held_of(range).size();
-  PathSums out{paths, in_given_order(s.sums, 3, s.given), {}};
+  PathSums out{paths, in_given_order(s.discs.sums, 3, s.given), {}};
   if (s.gather) out.cells = s.gather->sums.quanta;
   return out;
 }
@@ -176,7 +176,7 @@ PathChanges Session::path_changes() {
   if (out.since != out.edits) out.ranges = {*s.options.range};
   told->edits = s.edits;
   told->groups = uint32_t(s.sum_groups.size());
-  if (first) s.sum_marks.assign(s.sums.empty() ? 0 : s.mark_count(), 1);
+  if (first) s.discs.sum_marks.assign(s.discs.sums.empty() ? 0 : s.discs.mark_count(), 1);
   out.discs = take_discs(s, told->discs);
   if (s.gather) {
     gather::CellSums& sums = s.gather->sums;
@@ -195,7 +195,7 @@ void Session::add_path_changes(const PathChanges& more) {
     throw OptionError(
         "add_path_changes: found a session that holds paths or is not baked, expected a baked one "
         "of path_range=(0, 0)");
-  check_row("discs", more.discs, s.sums.size());
+  check_row("discs", more.discs, s.discs.sums.size());
   check_row("cells", more.cells, s.gather ? s.gather->sums.quanta.size() : 0);
   const bool tells_openness = !more.since && s.counts_openness();
   check_openness(more.openness, tells_openness ? s.samples.size() : 0);
@@ -206,14 +206,15 @@ void Session::add_path_changes(const PathChanges& more) {
                       "; update all sessions by the same edits, and add the path_changes of each");
   std::vector<PathRange> added = s.added;
   for (const PathRange& range : more.ranges) add_range(range, s.options.paths, added);
-  for (size_t i = 0; i < more.discs.at.size(); ++i) s.sums[more.discs.at[i]] += more.discs.value[i];
+  for (size_t i = 0; i < more.discs.at.size(); ++i)
+    s.discs.sums[more.discs.at[i]] += more.discs.value[i];
   s.added = std::move(added);
   if (tells_openness) {
     for (size_t i = 0; i < more.openness.at.size(); ++i)
-      s.openness[more.openness.at[i]] = to_float(more.openness.value[i]);
+      s.discs.openness[more.openness.at[i]] = to_float(more.openness.value[i]);
     if (has_all_sums()) {
-      s.openness_complete = true;
-      refresh_areas(nullptr);
+      s.discs.openness_complete = true;
+      s.discs.refresh_areas(nullptr);
     }
   }
   if (!s.gather) return;
@@ -229,7 +230,7 @@ void Session::add_path_changes(const PathChanges& more) {
 size_t Session::forecast_sharing() const {
   const State& s = *state_;
   if (!s.options.range) return 0;
-  size_t sum = s.holds_none() ? 0 : sizeof(int64_t) * s.sum_count();
+  size_t sum = s.holds_none() ? 0 : sizeof(int64_t) * s.discs.sum_count();
   if (!s.gather) return sum;
   if (!s.holds_none())  // what path_changes() returned; what gather rays cast for others need
     sum += s.gather->sums.quanta.size() * sizeof(int64_t) +
@@ -237,7 +238,7 @@ size_t Session::forecast_sharing() const {
            gather::CellLight::forecast_bytes(s.gather->cells.size());
   for (const uint32_t light : candidates(s)) {
     uint64_t paths = s.holds_none() ? s.lights[light].path_count : 0;
-    s.held.each_of(s.lights[light], [&](uint64_t) { ++paths; });
+    s.paths.held.each_of(s.lights[light], [&](uint64_t) { ++paths; });
     sum += FirstFlights::kBytesPerPath * paths;
   }
   return sum;
@@ -264,14 +265,14 @@ FirstFlights Session::first_flights() const {
   if (!s.gather || !baked_) return out;
   out.lights = candidates(s);
   out.cells = s.gather->cells.size();
-  if (s.store.bounces().empty()) return out;
-  const segments::BounceSegments& first = s.store.bounces()[0];
+  if (s.paths.store.bounces().empty()) return out;
+  const segments::BounceSegments& first = s.paths.store.bounces()[0];
   std::vector<std::pair<uint64_t, FirstFlights::Quanta>> landed;
   for (size_t k = 0; k < out.lights.size(); ++k) {
     const trace::Light& light = s.lights[out.lights[k]];
     landed.clear();
-    s.held.each_of(light, [&](uint64_t i) {
-      const uint32_t slot = s.held.slot_of(uint32_t(light.first_path + i));
+    s.paths.held.each_of(light, [&](uint64_t i) {
+      const uint32_t slot = s.paths.held.slot_of(uint32_t(light.first_path + i));
       const segments::Segment& segment = first.at(slot);
       const uint32_t cell = segment.length < 0 ? gather::kNoCell : first.landing(slot);
       if (cell == gather::kNoCell) return;
@@ -348,7 +349,7 @@ void Session::look(const FirstFlights& others, Progress& progress) {
 }
 
 std::vector<uint32_t> Session::asked_lights() const {
-  const std::vector<uint8_t> asked = state_->asked_for();
+  const std::vector<uint8_t> asked = state_->lights_by_shadow_ray();
   std::vector<uint32_t> lights;
   for (uint32_t i = 0; i < asked.size(); ++i)
     if (asked[i]) lights.push_back(i);

@@ -8,9 +8,9 @@
 #include <utility>
 
 #include "base/assertion.h"
-#include "session/cut_light.h"
+#include "session/read/cut_light.h"
+#include "session/read/unreached.h"
 #include "session/session.h"
-#include "session/unreached.h"
 
 namespace deltalux::session {
 namespace {
@@ -119,12 +119,12 @@ double rebake_gain(const double* irradiance, const double* error, std::span<cons
 size_t Session::unreached() const {
   check_readable();
   const State& s = *state_;
-  const size_t n = s.samples.size(), slabs = s.sums.size() / std::max<size_t>(1, 3 * n);
+  const size_t n = s.samples.size(), slabs = s.discs.sums.size() / std::max<size_t>(1, 3 * n);
   size_t count = 0;
   for (size_t i = 0; i < n; ++i) {
-    bool dark = is_present(i);
+    bool dark = s.is_present(i);
     for (size_t slab = 0; dark && slab < slabs; ++slab)
-      for (size_t c = 0; c < 3; ++c) dark = dark && s.sums[3 * (slab * n + i) + c] == 0;
+      for (size_t c = 0; c < 3; ++c) dark = dark && s.discs.sums[3 * (slab * n + i) + c] == 0;
     count += dark && !(s.gather && sees_light(*s.gather, i));
   }
   return count;
@@ -135,7 +135,7 @@ void Session::read_samples(bool errors, const Gathered& gathered, const Write& w
   const State& s = *state_;
   const size_t n = s.samples.size();
   check_readable();
-  const std::span<const int64_t> direct = direct_->sums();
+  const std::span<const int64_t> direct = s.direct.light->sums();
   std::optional<gather::Evaluation> now = evaluation(errors);
   std::optional<UnreachedError> unreached;
   if (!now) unreached.emplace(s);
@@ -146,25 +146,25 @@ void Session::read_samples(bool errors, const Gathered& gathered, const Write& w
     BlockSums block;
     const size_t values = 3 * (end - begin);
     for (uint32_t g = 0; discs && g < s.sum_groups.size(); ++g) {
-      block.add_energy(&s.sums[3 * (size_t(g) * kBatches * n + begin)], 3 * n, values,
+      block.add_energy(&s.discs.sums[3 * (size_t(g) * kBatches * n + begin)], 3 * n, values,
                        s.sum_unit(g));
-      if (unreached) block.add_unreached(*unreached, g, &s.area[begin], end - begin);
+      if (unreached) block.add_unreached(*unreached, g, &s.discs.area[begin], end - begin);
     }
     double of_direct[3 * BlockSums::kSamples] = {};  // variance
-    for (uint32_t part = 0; part < direct_->parts().size(); ++part) {
-      const auto& [group, quantum] = direct_->parts()[part];
+    for (uint32_t part = 0; part < s.direct.light->parts().size(); ++part) {
+      const auto& [group, quantum] = s.direct.light->parts()[part];
       const double factor = s.group_factor[group] * quantum;
       block.add_direct(&direct[3 * (size_t(part) * n + begin)], values, factor);
-      if (errors) direct_->add_variance(part, begin, end, factor * factor, of_direct);
+      if (errors) s.direct.light->add_variance(part, begin, end, factor * factor, of_direct);
     }
     const std::vector<gather::Estimate> around =
         now ? gathered_block(*now, gathered, begin, end, errors)
             : std::vector<gather::Estimate>(end - begin);
     for (size_t i = begin; i < end; ++i) {
-      const double area = discs ? double(s.area[i]) : 0.0;
+      const double area = discs ? double(s.discs.area[i]) : 0.0;
       const double per_area = area > 0 ? 1 / area : 0.0;
       gather::SampleLight light;
-      for (size_t c = 0; is_present(i) && c < 3; ++c) {
+      for (size_t c = 0; s.is_present(i) && c < 3; ++c) {
         const size_t j = 3 * (i - begin) + c;
         const gather::SampleLight& own = around[i - begin].light;
         const double by_paths = block.energy[j] * per_area + own.irradiance[c];
@@ -180,11 +180,6 @@ void Session::read_samples(bool errors, const Gathered& gathered, const Write& w
   });
 }
 
-bool Session::is_present(size_t sample) const {
-  const uint32_t object = state_->samples.attached[sample];
-  return object == scene::kNone || state_->scene.objects[object].present;
-}
-
 template <class Gathered>
 std::vector<gather::Estimate> Session::gathered_block(const gather::Evaluation& now,
                                                       const Gathered& gathered, size_t begin,
@@ -193,9 +188,9 @@ std::vector<gather::Estimate> Session::gathered_block(const gather::Evaluation& 
   std::vector<gather::Estimate> out(end - begin);
   for (size_t i = begin; i < end; ++i) {
     gather::Estimate& own = out[i - begin];
-    own.point = receivers_[i].point, own.normal = receivers_[i].normal;
+    own.point = s.direct.receivers[i].point, own.normal = s.direct.receivers[i].normal;
     own.object = s.samples.attached[i], own.rays = s.gather->looks.rays().count(i);
-    if (is_present(i)) own.light = gathered(now, i);
+    if (s.is_present(i)) own.light = gathered(now, i);
   }
   if (errors) gather::pool_errors(out, s.gather->cells.metre());
   return out;
@@ -273,14 +268,9 @@ void Session::read_sums(int64_t* sums) const {
   const State& s = *state_;
   const size_t n = 3 * s.samples.size();
   std::fill(sums, sums + n, 0);
-  for (size_t slab = 0; slab * n < s.sums.size(); ++slab)
-    for (size_t i = 0; i < n; ++i) sums[3 * size_t(s.given[i / 3]) + i % 3] += s.sums[slab * n + i];
-}
-
-std::vector<float> Session::as_given(const std::vector<float>& own) const {
-  std::vector<float> out(own.size());
-  for (size_t i = 0; i < own.size(); ++i) out[state_->given[i]] = own[i];
-  return out;
+  for (size_t slab = 0; slab * n < s.discs.sums.size(); ++slab)
+    for (size_t i = 0; i < n; ++i)
+      sums[3 * size_t(s.given[i / 3]) + i % 3] += s.discs.sums[slab * n + i];
 }
 
 std::vector<uint8_t> Session::visible(std::span<const Vec3f> from,
@@ -310,11 +300,11 @@ EnergyAudit Session::audit() const {
     if (!light.on) continue;
     const auto quanta = trace::birth_quanta(light, s.scale, s.birth_factor(light));
     const trace::Walk walk = s.walk();
-    s.held.each_of(light, [&](uint64_t i) {
+    s.paths.held.each_of(light, [&](uint64_t i) {
       add(audit.emitted, walk.birth(light, i, quanta).power, light.finer, 1);
     });
   }
-  const auto& bounces = s.store.bounces();
+  const auto& bounces = s.paths.store.bounces();
   for (uint32_t b = 0; b < bounces.size(); ++b)
     for (uint32_t slot = 0; slot < bounces[b].size(); ++slot) {
       const segments::Segment& g = bounces[b].at(slot);

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "base/error.h"
-#include "session/choice_light.h"
+#include "session/bake/choice_light.h"
 #include "session/session.h"
 
 namespace deltalux::session {
@@ -71,16 +71,16 @@ void Session::place_samples() {
     throw OptionError(
         "rays: found a session that casts none for others, expected a baked one with a part of "
         "the paths");
-  place_receivers(nullptr);
+  state_->direct.place();
 }
 
 direct::DirectLight Session::cast_direct(size_t first, size_t last, Progress& progress) const {
   const State& s = *state_;
   check_joined(first, last);
-  direct::DirectLight direct(last - first, direct_->scales(), s.options.seed);
-  direct.compute(
-      {*s.caster, s.lights, s.light_sampled, std::span(receivers_).subspan(first, last - first)},
-      s.workers, progress);
+  direct::DirectLight direct(last - first, s.direct.light->scales(), s.options.seed);
+  direct.compute({*s.caster, s.lights, s.light_sampled,
+                  std::span(s.direct.receivers).subspan(first, last - first)},
+                 s.workers, progress);
   return direct;
 }
 
@@ -88,7 +88,7 @@ void Session::take_direct(size_t first, size_t last, ArchiveSource& archive) {
   if (!awaited_direct_)
     throw OptionError("take_direct: found a session that waits for no direct light");
   awaited_direct_->check_missing(first, last);
-  direct_->restore_samples(first, last - first, archive);
+  state_->direct.light->restore_samples(first, last - first, archive);
   awaited_direct_->take(first, last);
   if (awaited_direct_->over()) awaited_direct_.reset();
 }
@@ -104,30 +104,31 @@ void Session::join_look(ArchiveSource& archive) {
   for (const gather::CellLight::Radiosity& own : radiosity)
     for (const float channel : own)
       if (!(channel >= 0) || !std::isfinite(channel))
-        throw FormatError("\"" + std::string(kRadiosity) + "\": found light that is none");
+        throw FormatError("\"" + std::string(kRadiosity) +
+                          "\": found a negative or non-finite value");
   auto factors = archive.read_all<double>(kFactors, s.group_factor.size());
   for (const double factor : factors)
     if (!(factor >= 0) || !std::isfinite(factor))
       throw FormatError("\"" + std::string(kFactors) + "\": found a factor that is none");
-  if (s.asked_for() != s.asked_for(guiding))
+  if (s.lights_by_shadow_ray() != s.lights_by_shadow_ray(guiding))
     refuse("other lights with shadow rays than ask_for() was told");
   s.guiding = std::move(guiding);
-  place_asked();
+  place_beams_and_suns();
   s.gather->light.take(std::move(radiosity));
   joined_factors_ = std::move(factors);
 }
 
 void Session::check_joined(size_t first, size_t last) const {
-  if (state_->evaluates() || receivers_.empty())
+  if (state_->evaluates() || state_->direct.receivers.empty())
     throw OptionError(
         "rays: found a session that casts none for others; call place_samples() or join_look()");
-  Awaited::check(first, last, receivers_.size());
+  Awaited::check(first, last, state_->direct.receivers.size());
 }
 
 std::vector<Vec3d> Session::direct_of_samples(size_t first, size_t last) const {
   const std::vector<double>& factors = looking(false).factors;
-  Awaited::check(first, last, receivers_.size());
-  return irradiance_of(*direct_, factors, first, last - first);
+  Awaited::check(first, last, state_->direct.receivers.size());
+  return irradiance_of(*state_->direct.light, factors, first, last - first);
 }
 
 RayNumbers Session::number_rays(size_t first, std::span<const Vec3d> direct,
@@ -135,7 +136,7 @@ RayNumbers Session::number_rays(size_t first, std::span<const Vec3d> direct,
   State& s = *state_;
   check_joined(first, first + direct.size());
   const ChoiceLight choice(s, joined_factors_.empty() ? s.group_factor : joined_factors_);
-  const std::span receivers = std::span(receivers_).subspan(first, direct.size());
+  const std::span receivers = std::span(s.direct.receivers).subspan(first, direct.size());
   progress.begin("find noisy places", receivers.size());
   RayNumbers out{guides_at(receivers, s.options.gather_rays, progress),
                  std::vector<int8_t>(receivers.size())};
@@ -187,7 +188,7 @@ gather::Looks Session::cast_looks(size_t first, size_t last, ArchiveSource& arch
   gather::Guiding aims;
   aims.restore(archive, s.lights, last - first, s.options.gather_rays);
   gather::Looks looks({aims.doublings, s.options.gather_rays}, s.options.seed);
-  looks.cast(present(std::span(receivers_).subspan(first, last - first), aims), s.workers,
+  looks.cast(present(std::span(s.direct.receivers).subspan(first, last - first), aims), s.workers,
              progress);
   return looks;
 }
@@ -197,7 +198,8 @@ void Session::take_looks(size_t first, size_t last, ArchiveSource& archive) {
   looking(true);
   looking_->awaited.check_missing(first, last);
   Progress part;
-  looking_->looks.restore_samples(first, last, archive, present(receivers_, s.guiding), part);
+  looking_->looks.restore_samples(first, last, archive, present(s.direct.receivers, s.guiding),
+                                  part);
   looking_->awaited.take(first, last);
   if (!looking_->awaited.over()) return;
   s.gather->looks = std::move(looking_->looks);

@@ -6,10 +6,10 @@
 
 #include "base/assertion.h"
 #include "base/error.h"
-#include "session/edit_log.h"
-#include "session/pending.h"
-#include "session/pilot_paths.h"
-#include "session/reach.h"
+#include "session/flow/edit_log.h"
+#include "session/flow/reach.h"
+#include "session/paths/pending.h"
+#include "session/paths/pilot_paths.h"
 #include "session/session.h"
 
 namespace deltalux::session {
@@ -38,25 +38,6 @@ const scene::Object& movable_object(const scene::Scene& scene, std::span<const s
 void check_place(const State& s, const scene::Object& object, const Box& bounds) {
   const std::string refusal = Reach(s).refusal(bounds);
   if (!refusal.empty()) throw OptionError("\"" + object.name + "\" " + refusal);
-}
-
-PendingPath whole_path(const State& s, uint32_t path) {
-  return {path, s.held.slot_of(path), 0, false, {}};
-}
-
-/// Adds the paths of lights from index `first` on to the waiting paths, as segments that are not in
-/// use yet.
-void add_paths(State& s, size_t first, EditMarks& marks) {
-  for (size_t l = first; l < s.lights.size(); ++l) s.held.add(s.lights[l]);
-  std::vector<uint32_t> slots;
-  s.store.bounce(0).allocate(s.held.size() - s.cut.size(), s.store.extras(), slots);
-  s.cut.resize(s.held.size(), kNotCut);
-  for (uint32_t slot : slots) {
-    const uint32_t path = s.held.path_of(slot);
-    s.store.bounce(0).at(slot) = segments::unused_segment(path);
-    s.store.bounce(0).slots(slot) = {};
-    marks.mark(whole_path(s, path));
-  }
 }
 
 /// Number of light groups after these edits.
@@ -151,7 +132,7 @@ void Session::check_insert(const scene::Object& object, std::span<const scene::E
   s.scene.check(object, groups);
   check_place(s, object, bounds_at(object, object.pose));
   constexpr uint32_t kLast = kMaxOwnGroups - 1;
-  if (State::merged(kLast, groups) && !State::merged(kLast, known) &&
+  if (World::merged(kLast, groups) && !World::merged(kLast, known) &&
       factor_after(s, kLast, before) > kMostShared)
     throw OptionError(what + "with its light group, " + kNoRoom +
                       "; give it one of the session's groups, or dim the eighth one first");
@@ -167,7 +148,7 @@ void Session::check_insert(const scene::Object& object, std::span<const scene::E
                       " in all so that no integer sum can overflow; "
                       "start a new session with it in the scene");
   const double per_path =
-      paths ? double(s.store.bytes()) / double(paths) : 4.0 * sizeof(segments::Segment);
+      paths ? double(s.paths.store.bytes()) / double(paths) : 4.0 * sizeof(segments::Segment);
   const double needed =
       double(needed_bytes()) + per_path * double(more) + bytes_of_groups(s, groups, added.lights) +
       double(direct::DirectLight::forecast_bytes(
@@ -196,7 +177,7 @@ void Session::check(const scene::Edit& edit, std::span<const scene::Edit> before
     if (!(dim->factor >= 0) || !(dim->factor <= 1e6))
       throw OptionError("dim: found factor " + std::to_string(dim->factor) +
                         ", expected 0 to 1e6 (1 = as loaded)");
-    if (State::merged(dim->group, groups) && dim->factor > kMostShared)
+    if (World::merged(dim->group, groups) && dim->factor > kMostShared)
       throw OptionError(std::string("dim: ") + kNoRoom);
   } else if (const auto* paint = std::get_if<scene::SetReflectance>(&edit)) {
     if (paint->material >= scene.materials.size())
@@ -218,8 +199,8 @@ Frame Session::update(std::span<const scene::Edit> edits, double budget_ms, Prog
   if (damaged_) rebuild(progress);
   // Beyond half of the limit, the light needs the memory.
   if (const size_t limit = state_->options.memory_limit; limit && bytes() > limit / 2)
-    spare_discs_.reset();
-  DELTALUX_ASSERT(step_ == Step::rest && agree(state_->cut, state_->held, pending_));
+    state_->discs.spare.reset();
+  DELTALUX_ASSERT(step_ == Step::rest && agree(state_->paths));
   for (size_t i = 0; i < edits.size(); ++i) check(edits[i], edits.first(i));
   Frame frame;
   Stopwatch watch;
@@ -269,18 +250,19 @@ Affected Session::apply(std::span<const scene::Edit> edits, EditLog& log, double
       renew(progress, frame);
       return affected;
     }
-    for (MovingPart& part : s.moving) place_part(s, part);
+    s.discs.place_parts();
     if (!log.changes().empty() || !log.materials().empty())
       affected = find_affected(s, log.changes(), log.materials(), progress);
     frame.end_stage("scan", watch);
-    // The last step that can fail; if it does, update_direct() undoes its own changes.
-    update_direct(log.changes(), log.old_lights(), kDirectShare * budget_ms, progress);
+    // The last step that can fail; if it does, it undoes its own changes.
+    s.direct.update(log.change(), log.changes(), log.old_lights(), kDirectShare * budget_ms,
+                    progress);
   } catch (...) {
     log.undo();
     if (baked_) {
       shrink_sums();
-      for (MovingPart& part : s.moving) place_part(s, part);
-      place_receivers(nullptr);
+      s.discs.place_parts();
+      s.direct.place();
     }
     throw;
   }
@@ -302,16 +284,19 @@ size_t Session::follow(std::span<const scene::Edit> edits, const EditLog& log,
   const double left = budget_ms > 0 ? budget_ms - watch.milliseconds() : budget_ms;
   const size_t refused = replace_paths(log, affected, left, progress, frame);
   watch.lap();
-  note_looks(log.changes(), s.lights.size() > log.old_lights());
+  note_looks(log);
   if (s.gather && shows_everywhere(edits)) s.gather->glance.stale = true;
-  if (s.gather && s.evaluates())
-    frame.gathered_rays = s.gather->looks.follow(
-        present(receivers_, s.guiding), s.workers, progress, [&](size_t i) { renew_share(i); },
+  if (s.gather && s.evaluates()) {
+    const gather::Looks::Cast cast = s.gather->looks.follow(
+        present(s.direct.receivers, s.guiding), s.workers, progress,
+        [&](size_t i) { renew_share(i); },
         [&] {
           return !progress.cancelled() && (budget_ms == 0 || watch.milliseconds() < budget_ms);
         });
+    frame.gathered_rays = cast.rays, frame.changed_rays = cast.changed;
+  }
   frame.end_stage("gather", watch);
-  if (!log.changes().empty()) refresh_areas(&log.changes());
+  if (!log.changes().empty()) s.discs.refresh_areas(&log.changes());
   frame.end_stage("areas", watch);
   DELTALUX_ASSERT(cells_are_possible(s) && frame.done >= 0 && frame.done <= 1);
   enter(Step::replaced, Step::rest);
@@ -323,13 +308,13 @@ void Session::rebuild(Progress& progress) {
   step_ = Step::rest;  // wherever the update failed
   Frame frame;
   Progress unstoppable;
-  pending_.clear();
+  state_->paths.pending.clear();
   progress.announce("compute again", 1);
   make_cells(unstoppable);
   trace_all(unstoppable, frame);
-  compute_direct(unstoppable);
+  state_->direct.compute(unstoppable);
   look_around(unstoppable);
-  refresh_areas(nullptr);
+  state_->discs.refresh_areas(nullptr);
   damaged_ = false;
 }
 
@@ -338,39 +323,35 @@ size_t Session::replace_paths(const EditLog& log, const Affected& affected, doub
   State& s = *state_;
   const std::vector<ObjectChange>& changes = log.changes();
   // Cut each path at the earliest bounce that any edit affects.
-  EditMarks marks(s, pending_);
+  EditMarks marks(s.paths);
   // Begin with lights whose paths start anew: the search saw their old paths, which no longer
   // count.
-  for (size_t l = 0; l < log.old_lights(); ++l) {
-    const trace::Light& light = s.lights[l];
-    if (!log.reborn(l)) continue;
-    s.held.each_of(light,
-                   [&](uint64_t i) { marks.mark(whole_path(s, uint32_t(light.first_path + i))); });
-  }
+  for (size_t l = 0; l < log.old_lights(); ++l)
+    if (log.reborn(l)) marks.mark_all(s.lights[l]);
   for (uint32_t b = 0; b < affected.segments.size(); ++b)
     for (const AffectedSegment& segment : affected.segments[b])
-      marks.mark({s.store.bounce(b).at(segment.slot).path, segment.slot, uint16_t(b),
+      marks.mark({s.paths.store.bounce(b).at(segment.slot).path, segment.slot, uint16_t(b),
                   segment.hit_known, segment.hit});
-  if (s.lights.size() > log.old_lights()) add_paths(s, log.old_lights(), marks);
+  if (s.lights.size() > log.old_lights()) marks.add_lights(log.old_lights());
   if (budget_ms != 0) marks.order();
   enter(Step::applied, Step::marked);
-  DELTALUX_ASSERT(agree(s.cut, s.held, pending_));
+  DELTALUX_ASSERT(agree(s.paths));
 
   // Sum the samples of moved objects anew, from the stored segments near the new pose. A session
   // without paths is given what becomes of their sums.
   std::vector<size_t> again;
-  for (MovingPart& part : s.moving)
+  for (MovingPart& part : s.discs.moving)
     for (size_t k = 0; k < changes.size(); ++k)
       if (changes[k].object == part.object && !s.holds_none()) {
         part.current = false;
         again.push_back(k);
       }
   const auto between = [&] {
-    Deposit deposit(s);
+    Deposit deposit(s.paths, s.discs);
     for (size_t k : again)
-      for (MovingPart& part : s.moving) {
+      for (MovingPart& part : s.discs.moving) {
         if (part.object != changes[k].object) continue;
-        clear_part(s, part);
+        s.discs.clear_part(part);
         part.current = true;
         if (!s.scene.objects[part.object].present) continue;
         for (uint32_t b = 0; b < affected.near[k].size(); ++b)
@@ -386,10 +367,10 @@ size_t Session::run_pending(double budget_ms, Progress& progress, Frame& frame,
                             const std::function<void()>& between) {
   const Stopwatch watch;
   State& s = *state_;
-  const size_t total = pending_.size();
+  const size_t total = s.paths.pending.size();
   size_t done = 0;
   // Only stored segments can grow here; all other memory was admitted earlier.
-  const size_t held = s.store.bytes(), other = needed_bytes() - held;
+  const size_t held = s.paths.store.bytes(), other = needed_bytes() - held;
   const size_t most =
       std::max(held, s.options.memory_limit - std::min(other, s.options.memory_limit));
   PathUpdate update(s);
@@ -401,16 +382,16 @@ size_t Session::run_pending(double budget_ms, Progress& progress, Frame& frame,
   do {
     // The number of paths that fit even if all were of the greatest length, so that a breach of the
     // limit is noticed early.
-    const double longest = double(s.options.max_bounces) * bytes_per_segment();
-    const double room = double(most) - double(std::min(most, s.store.bytes()));
+    const double longest = double(s.options.max_bounces) * s.paths.bytes_per_segment();
+    const double room = double(most) - double(std::min(most, s.paths.store.bytes()));
     const size_t fit = s.options.memory_limit ? size_t(room / longest) : kMaxPerStep;
     const size_t end = std::min({total, done + step, done + std::max(kFirstStep, fit)});
     const size_t removed = update.counts().removed, retraced = update.counts().retraced;
-    update.replace(std::span(pending_).subspan(done, end - done), done ? nullptr : between);
+    update.replace(std::span(s.paths.pending).subspan(done, end - done), done ? nullptr : between);
     progress.advance(end - done);
     done = end;
     // Paths that become shorter again need no more memory, though the store does not shrink.
-    refused = s.options.memory_limit && s.store.bytes() > most && done < total &&
+    refused = s.options.memory_limit && s.paths.store.bytes() > most && done < total &&
               update.counts().retraced - retraced > update.counts().removed - removed;
     if (refused) break;
     if (budget_ms == 0 || done == total) continue;
@@ -419,13 +400,14 @@ size_t Session::run_pending(double budget_ms, Progress& progress, Frame& frame,
     const double fits = double(done) * left / spent;  // may exceed the range of integers
     step = size_t(std::clamp(fits, 1.0, double(std::min(2 * step, kMaxPerStep))));
   } while (done < total && !progress.cancelled());
-  pending_.erase(pending_.begin(), pending_.begin() + long(done));
+  s.paths.pending.erase(s.paths.pending.begin(), s.paths.pending.begin() + long(done));
   enter(Step::marked, Step::replaced);
-  DELTALUX_ASSERT(agree(s.cut, s.held, pending_));
+  DELTALUX_ASSERT(agree(s.paths));
   frame.affected_paths = update.counts().paths;
   frame.removed_segments = update.counts().removed;
   frame.retraced_segments = update.counts().retraced;
-  frame.done = std::min(direct_->current_share(), total ? double(done) / double(total) : 1.0);
+  frame.done =
+      std::min(s.direct.light->current_share(), total ? double(done) / double(total) : 1.0);
   frame.milliseconds.emplace_back("remove", update.counts().remove_ms);
   frame.milliseconds.emplace_back("moving samples", update.counts().moving_ms);
   frame.milliseconds.emplace_back("trace", update.counts().trace_ms);
@@ -435,12 +417,13 @@ size_t Session::run_pending(double budget_ms, Progress& progress, Frame& frame,
 
 void Session::refuse_growth(Progress& progress) {
   const State& s = *state_;
-  const double limit = double(s.options.memory_limit), paths = double(s.cut.size());
-  const double other = double(needed_bytes() - s.store.bytes());
-  const double longest = double(s.options.max_bounces) * bytes_per_segment();
+  const double limit = double(s.options.memory_limit), paths = double(s.paths.cut.size());
+  const double other = double(needed_bytes() - s.paths.store.bytes());
+  const double longest = double(s.options.max_bounces) * s.paths.bytes_per_segment();
   if (!s.options.memory_limit || other + paths * longest <= limit) return;
   const PilotPaths pilot = walk_pilot_paths(s, progress);
-  const double needed = other + pilot.weight() * double(pilot.flights.size()) * bytes_per_segment();
+  const double needed =
+      other + pilot.weight() * double(pilot.flights.size()) * s.paths.bytes_per_segment();
   if (needed > limit && needed > double(needed_bytes()))
     throw OptionError(
         "reflectance: memory: brighter surfaces make longer paths, which would need "

@@ -6,45 +6,16 @@
 #include <cmath>
 
 #include "base/error.h"
-#include "samples/openness.h"
-#include "session/pilot_paths.h"
+#include "session/paths/pilot_paths.h"
 #include "session/session.h"
-#include "session/session_parts.h"
-#include "session/snapshot_check.h"
+#include "session/session_forecast.h"
+#include "session/world/snapshot_check.h"
 
 namespace deltalux::session {
 namespace {
 
 // bound of translations; the bounds of the moved objects are checked as well
 constexpr double kFarthestMove = 4.0 * kFarthest;
-constexpr uint32_t kPerChunk = segments::BounceSegments::kChunk;
-
-std::string level_name(size_t bounce, const char* what) {
-  return "level" + std::to_string(bounce) + "." + what;
-}
-
-void append_bounce(const State& s, size_t bounce, ArchiveView& archive) {
-  const segments::BounceSegments& stored = s.store.bounces()[bounce];
-  const segments::Extras& extras = s.store.extras();
-  const std::string segments = level_name(bounce, "segments"), hits = level_name(bounce, "hits"),
-                    extended = level_name(bounce, "extended"),
-                    landing = level_name(bounce, "landing");
-  archive.append(segments, std::span<const segments::Segment>());
-  archive.append(hits, std::span<const segments::HitSlots>());
-  archive.append(extended, std::span<const float>());
-  if (extras.landing) archive.append(landing, std::span<const uint32_t>());
-  for (uint32_t slot = 0; slot < stored.size(); slot += kPerChunk) {
-    const segments::BounceSegments::Chunk& chunk = stored.chunk(slot);
-    const size_t count = std::min(kPerChunk, stored.size() - slot);
-    archive.append(segments, std::span(chunk.segment).first(count));
-    if (s.counts_in_discs()) archive.append(hits, std::span(chunk.slots).first(count));
-    if (extras.extended)
-      archive.append(extended, std::span<const float>(chunk.extended.get(), count));
-    if (extras.landing)
-      archive.append(landing, std::span<const uint32_t>(chunk.landing.get(), count));
-  }
-}
-
 static_assert(sizeof(trace::SunMap::Leaf) == 16);
 
 void save_maps(std::span<const trace::Light> lights, ArchiveView& archive) {
@@ -76,7 +47,7 @@ void restore_aim_maps(ArchiveSource& archive, std::span<trace::Light> lights) {
   const auto targets = archive.read_all<uint32_t>("aims", lights.size());
   size_t all = 0;
   for (size_t i = 0; i < lights.size(); ++i) {
-    if (targets[i] && !lights[i].is_area())
+    if (targets[i] && !(lights[i].area > 0))
       snapshot::refuse("\"aims\": found targets of a light without area");
     if (targets[i] > trace::AimMap::kMostTargets)
       snapshot::refuse("\"aims\": found more targets than any light has");
@@ -149,8 +120,8 @@ void Session::save_scene(ArchiveView& archive) const {
 
 void Session::save_bake(ArchiveView& archive) const {
   const State& s = *state_;
-  if (s.counts_in_discs() && s.knows_openness()) archive.append("openness", s.openness);
-  std::vector<uint64_t> light_paths, level_sizes;
+  s.discs.save_choices(archive);
+  std::vector<uint64_t> light_paths;
   std::vector<int32_t> finer;
   for (const trace::Light& light : s.lights) {
     light_paths.push_back(light.path_count);
@@ -162,12 +133,8 @@ void Session::save_bake(ArchiveView& archive) const {
   save_aim_maps(s.lights, archive);
   archive.append("light_sampled", s.light_sampled);
   archive.keep("quantum", std::vector<double>{s.scale.quantum, double(s.scale.digits)});
-  if (s.counts_in_discs()) archive.append("area", s.area);
-  for (const segments::BounceSegments& stored : s.store.bounces())
-    level_sizes.push_back(stored.size());
-  archive.keep("level_sizes", level_sizes);
-  archive.keep("direct.scales",
-               std::vector<double>{direct_->scales().quantum, direct_->scales().reference});
+  archive.keep("level_sizes", s.paths.level_sizes());
+  s.direct.save_choices(archive);
 }
 
 ArchiveView Session::save(bool shared) const {
@@ -178,19 +145,10 @@ ArchiveView Session::save(bool shared) const {
   save_scene(archive);
   if (!baked_) return archive;
   save_bake(archive);
-  archive.append("cut", s.cut);
-  std::vector<uint32_t> pending;  // without known hits, which only save time
-  for (const PendingPath& p : pending_) pending.insert(pending.end(), {p.path, p.slot, p.bounce});
-  archive.keep("pending", pending);
-  if (s.counts_in_discs()) {
-    if (s.holds_none() && !shared)
-      archive.keep("sums", std::vector<int64_t>(s.sums.size()));  // the parts store their own
-    else
-      archive.append("sums", s.sums);
-  }
-  for (size_t b = 0; b < s.store.bounces().size(); ++b) append_bounce(s, b, archive);
+  s.paths.save(archive);
+  s.discs.save(archive, !shared);
   if (s.options.range && !shared) archive.keep("edits", std::vector<uint64_t>{s.edits});
-  if (s.evaluates()) direct_->save(archive);
+  s.direct.save(archive);
   if (s.gather) s.guiding.save(archive, s.evaluates() && !(s.gather->looks.pending_share() > 0));
   if (s.gather && s.evaluates()) s.gather->looks.save(archive);
   return archive;
@@ -203,7 +161,7 @@ ArchiveView Session::save_choices() const {
   if (!baked_) return archive;
   save_bake(archive);
   archive.keep("edits", std::vector<uint64_t>{state_->edits});
-  if (state_->gather) state_->guiding.save_asked(archive);
+  if (state_->gather) state_->guiding.save_lights_by_shadow_ray(archive);
   return archive;
 }
 
@@ -213,47 +171,31 @@ void Session::restore(ArchiveSource& archive, Progress& progress) {
   if (!archive.bytes("level_sizes")) return;
   restore_lights(archive);
   const bool traced = brings_paths(s, archive), discs = s.counts_in_discs();
-  if (traced && discs) archive.expect<int64_t>("sums", s.sum_count());
+  if (traced && discs) archive.expect<int64_t>("sums", s.discs.sum_count());
   if (discs) archive.expect<float>("area", s.samples.size());
-  index_triangles(progress);
-  Parts parts;
-  if (discs) parts = restore_discs(archive, progress);
-  plan_parts(parts, discs ? walk_pilot_paths(s, progress) : PilotPaths{}, false, progress);
-  make_estimators(parts, progress);
+  s.index_triangles(progress);
+  PlacedDiscs placed;
+  if (discs) {
+    s.resolve_radii(progress);
+    placed = s.discs.restore_choices(archive, progress);
+  }
+  s.discs.plan(placed, discs ? walk_pilot_paths(s, progress) : PilotPaths{}, false, progress);
+  s.discs.make_estimators(placed, progress);
   make_cells(progress);
   if (traced) {
-    restore_segments(archive, progress);
-    if (discs) s.sums = archive.read_all<int64_t>("sums", s.sum_count());
-    snapshot::check_sums(s.sums, s.store.live());
-    s.cut = archive.read_all<uint16_t>("cut", s.held.size());
-    restore_pending(archive);
+    s.paths.restore(archive, s.gather ? s.gather->cells.size() : 0, s.discs.still->discs().size(),
+                    progress);
+    s.discs.restore(archive, s.paths.store.live());
   } else {
     archive.read_all<uint64_t>("level_sizes", archive.count<uint64_t>("level_sizes"));
-    s.sums.assign(s.sum_count(), 0);
-    wait_for_paths();
+    s.discs.clear_sums();
+    s.paths.wait();
   }
   if (s.options.range && archive.bytes("edits"))
     s.edits = archive.read_all<uint64_t>("edits", 1)[0];
-  for (MovingPart& part : s.moving) {
-    place_part(s, part);
-    part.current = true;
-  }
-  restore_direct(archive);
+  s.direct.restore(archive);
   restore_looks(archive, progress);
   baked_ = true;
-}
-
-Parts Session::restore_discs(ArchiveSource& archive, Progress& progress) {
-  State& s = *state_;
-  std::vector<float> openness;  // empty: this part of a bake that has only begun computes its own
-  if (s.holds_all() || archive.bytes("openness"))
-    openness = archive.read_all<float>("openness", s.samples.size());
-  snapshot::check_range("openness", openness, 0, samples::kMaxOpenness);
-  s.area = archive.read_all<float>("area", s.samples.size());
-  snapshot::check_areas(s.area, s.samples.radius, openness);
-  Parts parts = place_parts(progress, openness);
-  take_places(parts, !openness.empty());
-  return parts;
 }
 
 void Session::restore_scene(ArchiveSource& archive) {
@@ -318,8 +260,8 @@ void Session::restore_lights(ArchiveSource& archive) {
   s.scale = {quantum[0], int(quantum[1])};
   if (paths > s.scale.most_paths(s.options.max_bounces))
     snapshot::refuse("\"light_paths\": found " + std::to_string(paths) + " paths, more than fit");
-  s.hold_paths();
-  if (brings_paths(s, archive)) archive.expect<uint16_t>("cut", s.held.size());
+  s.paths.held = s.held();
+  if (brings_paths(s, archive)) archive.expect<uint16_t>("cut", s.paths.held.size());
   s.light_sampled = archive.read_all<uint8_t>("light_sampled", s.lights.size());
   snapshot::check_range("light_sampled", s.light_sampled, 0, 1);
   const auto finer = archive.read_all<int32_t>("light_finer", s.lights.size());
@@ -330,84 +272,6 @@ void Session::restore_lights(ArchiveSource& archive) {
   for (const trace::Light& light : s.lights)
     // throws if the quantum is too fine
     trace::birth_quanta(light, s.scale, s.birth_factor(light));
-}
-
-void Session::restore_segments(ArchiveSource& archive, Progress& progress) {
-  State& s = *state_;
-  s.store = segments::SegmentStore(s.scene.world(), s.extras());
-  const segments::Extras extras = s.extras();
-  const uint32_t cells = s.gather ? s.gather->cells.size() : 0;
-  const auto sizes =
-      archive.read_all<uint64_t>("level_sizes", archive.count<uint64_t>("level_sizes"));
-  snapshot::check_level_sizes(sizes, s.held.size(), s.options.max_bounces);
-  uint64_t total = 0;
-  for (size_t b = 0; b < sizes.size(); ++b, total += sizes[b - 1]) {
-    archive.expect<segments::Segment>(level_name(b, "segments"), sizes[b]);
-    archive.expect<segments::HitSlots>(level_name(b, "hits"), s.counts_in_discs() ? sizes[b] : 0);
-    archive.expect<float>(level_name(b, "extended"), extras.extended ? sizes[b] : 0);
-    if (extras.landing) archive.expect<uint32_t>(level_name(b, "landing"), sizes[b]);
-  }
-  progress.begin("restore segments", total);
-  const snapshot::SegmentCheck check(s.scene, s.all_paths(), s.static_index->discs().size());
-  std::vector<uint32_t> slots, unused;
-  for (uint32_t b = 0; b < sizes.size(); ++b) {
-    segments::BounceSegments& stored = s.store.bounce(b);
-    stored.allocate(sizes[b], extras, slots);
-    unused.clear();
-    for (uint32_t begin = 0; begin < sizes[b]; begin += kPerChunk) {
-      segments::BounceSegments::Chunk& chunk = stored.chunk(begin);
-      const uint32_t count = uint32_t(std::min<uint64_t>(kPerChunk, sizes[b] - begin));
-      archive.read(level_name(b, "segments"), std::span(chunk.segment).first(count));
-      if (s.counts_in_discs())
-        archive.read(level_name(b, "hits"), std::span(chunk.slots).first(count));
-      if (extras.extended)
-        archive.read(level_name(b, "extended"), std::span(chunk.extended.get(), count));
-      if (extras.landing)
-        archive.read(level_name(b, "landing"), std::span(chunk.landing.get(), count));
-      for (uint32_t slot = begin; slot < begin + count; ++slot) {
-        segments::Segment& g = stored.at(slot);
-        if (g.length < 0) {
-          g = segments::unused_segment(g.path);
-          stored.slots(slot) = {};
-          if (b > 0) unused.push_back(slot);
-          continue;
-        }
-        check(g, stored.extended_or_length(slot), stored.slots(slot), b);
-        if (extras.landing && stored.landing(slot) != gather::kNoCell &&
-            stored.landing(slot) >= cells)
-          snapshot::refuse("\"" + level_name(b, "landing") + "\" names a cell that is not there");
-        s.store.index(b, slot);
-      }
-      progress.advance(count);
-      progress.check();
-    }
-    for (uint32_t slot : unused) stored.release(slot);
-  }
-  snapshot::check_chains(s.store, s.held);
-}
-
-void Session::wait_for_paths() {
-  State& s = *state_;
-  s.store = segments::SegmentStore(s.scene.world(), s.extras());
-  std::vector<uint32_t> slots;
-  s.store.bounce(0).allocate(s.held.size(), s.store.extras(), slots);
-  s.cut.assign(s.held.size(), 0);
-  for (const uint32_t slot : slots) {
-    const uint32_t path = s.held.path_of(slot);
-    s.store.bounce(0).at(slot) = segments::unused_segment(path);
-    pending_.push_back({path, slot, 0, false, {}});
-  }
-}
-
-void Session::restore_pending(ArchiveSource& archive) {
-  const size_t count = archive.count<uint32_t>("pending");
-  if (count % 3 || count / 3 > state_->cut.size()) snapshot::refuse("\"pending\" is incomplete");
-  const auto pending = archive.read_all<uint32_t>("pending", count);
-  for (size_t i = 0; i < pending.size(); i += 3) {
-    if (pending[i + 2] >= kNotCut) snapshot::refuse("\"pending\" names a bounce that is not there");
-    pending_.push_back({pending[i], pending[i + 1], uint16_t(pending[i + 2]), false, {}});
-  }
-  snapshot::check_pending(pending_, state_->cut, state_->store, state_->held);
 }
 
 }  // namespace deltalux::session

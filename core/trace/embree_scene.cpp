@@ -34,7 +34,7 @@ constexpr int kPacket = 8;
 
 /// Embree would use the best instruction set of the processor, and hits differ in their last bits
 /// between them. With AVX2 throughout, all processors that have it agree, at a cost of some 5 % of
-/// single rays where there is AVX-512 (benchmarks/RESULTS.md).
+/// single rays where there is AVX-512 (benchmarks/NOTEBOOK.md).
 bool has_avx2() { return processor_isa() >= Isa::avx2; }
 
 RTCScene handle(const std::shared_ptr<void>& scene) { return static_cast<RTCScene>(scene.get()); }
@@ -213,8 +213,9 @@ EmbreeScene::EmbreeScene(const EmbreeDevice& own, std::span<const Vec3f> vertice
   rtcGetDeviceError(device);  // clear the error that an earlier failure may have left
   RTCScene scene = rtcNewScene(device);
   if (!scene) throw Error("Embree could not make a scene: out of memory");
-  scene_ = std::shared_ptr<void>(scene,
-                                 [](void* gone) { rtcReleaseScene(static_cast<RTCScene>(gone)); });
+  // Embree's scene lets its device go before its geometries, which still use it.
+  scene_ = std::shared_ptr<void>(
+      scene, [kept = own.device_](void* gone) { rtcReleaseScene(static_cast<RTCScene>(gone)); });
   if (holes) holes_ = std::make_shared<Holes>(*holes);
   if (!holes || !holes->hidden) {
     add_geometry(device, scene, vertices, triangles, holes_.get(), false);

@@ -84,7 +84,7 @@ void join_close(std::span<Piece> pieces, std::vector<Piece>& out) {
     return;
   }
   const Vec3f extent = middles.extent();
-  const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
+  const int axis = main_axis(extent);
   const size_t half = pieces.size() / 2;
   std::nth_element(pieces.begin(), pieces.begin() + long(half), pieces.end(),
                    [&](const Piece& a, const Piece& b) {
@@ -160,7 +160,7 @@ void finish_area_light(const scene::Scene& scene, Light& light) {
   double sum = 0;
   for (double a : areas) light.cumulative.push_back(float((sum += a) / light.area));
   light.cumulative.back() = 1.0f;
-  light.radiance = material.emission;
+  light.strength = material.emission;
   light.two_sided = material.two_sided;
   light.power = Vec3d(material.emission) * (kPi * light.area * (light.two_sided ? 2 : 1));
 }
@@ -297,6 +297,9 @@ std::vector<Light> find_lights(const scene::Scene& scene, uint32_t only_object) 
     light.punctual.kind = source.kind;
     light.punctual.intensity = source.intensity;
     light.punctual.parameters = source.parameters;
+    light.punctual.tables = source.kind->prepare(source.parameters);
+    light.strength = source.intensity;
+    light.concentration = source.kind->concentration(light.punctual);
     light.group = source.group;
     light.object = source.attached;
     light.source = i;
@@ -308,40 +311,60 @@ std::vector<Light> find_lights(const scene::Scene& scene, uint32_t only_object) 
   return lights;
 }
 
-void place_light(const scene::Scene& scene, Light& light) {
-  const bool attached = light.object != scene::kNone;
-  const Pose pose = attached ? scene.objects[light.object].pose : Pose{};
-  light.on = !attached || scene.objects[light.object].present;
-  light.bounds = {};
-  if (light.is_area()) {
-    const scene::Object& object = scene.objects[light.object];
-    light.world.clear();
-    for (const LightPart& part : light.parts) {
-      const Vec3f* local = part.corner;
-      float slack = 0;
-      for (int k = 0; k < 3; ++k) {
-        const Vec3f p = pose.point(local[k]);
-        light.bounds.grow(p);
-        slack = std::max(slack, position_slack(p));
-      }
-      // Transform edges, not corners: far from the origin, corners may coincide in single
-      // precision.
-      const Vec3d u = Vec3d(local[1]) - Vec3d(local[0]), v = Vec3d(local[2]) - Vec3d(local[0]);
-      light.world.push_back({pose.point(local[0]), pose.direction(u), pose.direction(v),
-                             pose.direction(normalize(cross(u, v))),
-                             slack + scene.slack_of(object.first_primitive + part.triangle)});
+namespace {
+
+void place_surface(const scene::Scene& scene, const Pose& pose, Light& light) {
+  const scene::Object& object = scene.objects[light.object];
+  light.world.clear();
+  for (const LightPart& part : light.parts) {
+    const Vec3f* local = part.corner;
+    float slack = 0;
+    for (int k = 0; k < 3; ++k) {
+      const Vec3f p = pose.point(local[k]);
+      light.bounds.grow(p);
+      slack = std::max(slack, position_slack(p));
     }
-    return;
+    // Transform edges, not corners: far from the origin, corners may coincide in single precision.
+    const Vec3d u = Vec3d(local[1]) - Vec3d(local[0]), v = Vec3d(local[2]) - Vec3d(local[0]);
+    light.world.push_back({pose.point(local[0]), pose.direction(u), pose.direction(v),
+                           pose.direction(normalize(cross(u, v))),
+                           slack + scene.slack_of(object.first_primitive + part.triangle)});
   }
+}
+
+void place_punctual(const scene::Scene& scene, const Pose& pose, Light& light) {
   const scene::PunctualLight& source = scene.lights[light.source];
   lights::Punctual& own = light.punctual;
   own.position = pose.point(Vec3f(source.position));
   own.direction = pose.direction(Vec3f(normalize(source.direction)));
-  own.kind->place(own, scene.first_world());
+  own.kind->place(own, pose, scene.first_world());
   const double extent = own.kind->extent(own);
   light.power = Vec3d(own.intensity) * extent;
-  if (attached) light.max_power = own.kind->max_extent(own, scene.first_world()) / extent;
+  if (light.object != scene::kNone)
+    light.max_power = own.kind->max_extent(own, scene.first_world()) / extent;
   if (!light.is_parallel()) light.bounds.grow(own.position);
+}
+
+}  // namespace
+
+void place_light(const scene::Scene& scene, Light& light) {
+  const bool attached = light.object != scene::kNone;
+  light.on = !attached || scene.objects[light.object].present;
+  light.bounds = {};
+  const auto place = light.parts.empty() ? place_punctual : place_surface;
+  place(scene, attached ? scene.objects[light.object].pose : Pose{}, light);
+}
+
+bool sends_alike(const Light& a, const Light& b) {
+  return a.on == b.on && a.punctual == b.punctual && a.world == b.world;
+}
+
+bool may_reach(const Light& light, const Box& box) {
+  if (box.empty()) return false;
+  if (light.is_parallel()) return true;
+  if (light.bounds.empty()) return false;
+  const lights::Punctual& own = light.punctual;
+  return !own.kind || own.kind->may_reach(own, box.centre(), 0.5001f * box.diagonal());
 }
 
 std::vector<double> shares_by_power(std::span<const Light> lights) {
@@ -429,7 +452,7 @@ Emission emit(const Light& light, uint64_t seed, uint64_t index, uint32_t batche
   const uint64_t start = batch_begin(light, batch, batches);
   const uint64_t key = combine(combine(mix64(seed), light.first_path), batch);
   const std::array<float, 4> r = sobol::sample(uint32_t(index - start), key);
-  if (light.is_area()) return emit_from_area(light, r);
+  if (!light.world.empty()) return emit_from_area(light, r);
   if (!light.map) return emit_from(light.punctual, r);
   const SunMap::Start place = light.map->start(r[0], r[1]);
   return emit_from(light.punctual, {place.u, place.v, r[2], r[3]}, place.weight);

@@ -28,6 +28,7 @@ struct LightTriangle {
   Vec3f corner, edge_u, edge_v;
   Vec3f normal;     ///< unit, front side
   float slack = 0;  ///< offset at which rays start and end
+  friend bool operator==(const LightTriangle&, const LightTriangle&) = default;
 };
 
 /// An area light is one connected piece of an object's emissive triangles of one material, or
@@ -46,8 +47,12 @@ struct Light {
   /// negative: coarser. See choose_fineness().
   int finer = 0;
   uint32_t sums = 0;  ///< which of a session's sums its paths add to, see session::SumGroup
-  double area = 0;    ///< area lights: surface area
-  Vec3f radiance{};   ///< area lights: per channel
+  /// Radiance of an area light; otherwise the maximum intensity.
+  Vec3f strength{};
+  /// Versine of the half angle of the cone that most of its light leaves in, see
+  /// lights::Kind::concentration(); 1 for an area light.
+  float concentration = 1;
+  double area = 0;                   ///< of its surface; 0 for a punctual light
   std::vector<LightPart> parts;      ///< area lights: its triangles
   std::vector<LightTriangle> world;  ///< area lights: its triangles in the present pose
   std::vector<float> cumulative;     ///< area lights: cumulative share of the area, last = 1
@@ -61,10 +66,7 @@ struct Light {
 
   uint64_t first_path = 0, path_count = 0;  ///< range of its path numbers
 
-  bool is_area() const { return !punctual.kind; }
   bool is_parallel() const { return punctual.kind && punctual.kind->is_parallel(); }
-  /// Radiance of an area light; otherwise the maximum intensity.
-  Vec3f strength() const { return is_area() ? radiance : punctual.intensity; }
   /// The largest power of a path, relative to the mean.
   double max_weight() const {
     return map ? double(map->max_weight()) : aims ? double(AimMap::max_weight()) : 1.0;
@@ -77,6 +79,11 @@ struct Light {
 std::vector<Light> find_lights(const scene::Scene& scene, uint32_t only_object = scene::kNone);
 /// Moves `light` to the present pose of its object.
 void place_light(const scene::Scene& scene, Light& light);
+
+/// Whether two states of one light send the same light.
+bool sends_alike(const Light& a, const Light& b);
+/// Whether what the light sends may reach a point of the box; false only if none does.
+bool may_reach(const Light& light, const Box& box);
 
 /// Every light group gets at least this share of all paths, divided by the number of groups, since
 /// other groups may be dimmed.

@@ -23,6 +23,7 @@ class Frame:
     removed_segments : number of segments removed
     scanned_segments, candidates : stored segments searched for affected paths, and those tested exactly
     gathered_rays : number of gather rays that were cast
+    changed_rays : of an update, how many of these brought something else than before
     milliseconds : wall-clock time by stage
     done : share of the pending work that is finished, 0 to 1; the least of paths, direct light and gather
     rebake_gain : `Session.rebake_gain` after a recompute, 1 after a bake; None after an update, which does
@@ -34,6 +35,7 @@ class Frame:
     removed_segments: int = 0
     scanned_segments: int = 0
     gathered_rays: int = 0
+    changed_rays: int = 0
     candidates: int = 0
     milliseconds: Mapping[str, float] = field(default_factory=dict)
     done: float = 1.0

@@ -16,7 +16,7 @@ from deltalux.cli import run
 HALF_TURN_UP = [-(0.5**0.5), 0, 0, 0.5**0.5]  # turns +Z, where builder quads look, to +Y
 CANDELA = 400.0
 HEIGHT = 2.0
-QUICK = ("--paths", "20000", "--spacing", "0.5")
+QUICK = ("--paths", "20000", "--spacing", "0.5", "--gather", "64")
 
 
 @dataclass(frozen=True)

@@ -27,10 +27,10 @@ def test_json_has_counts_times_errors_and_digest(cli: Cli, room: Path) -> None:
 
 
 def test_summary_tells_what_no_path_reached(cli: Cli, room: Path) -> None:
-    few = cli("bake", room, "--paths", "20", "--spacing", "1", "--radius", "0.01", "--json")
-    count = few.data["unreached"]
+    few = ("--paths", "20", "--gather", "64", "--spacing", "1", "--radius", "0.01")
+    count = cli("bake", room, *few, "--json").data["unreached"]
     assert count > 0
-    shown = cli("bake", room, "--paths", "20", "--spacing", "1", "--radius", "0.01")
+    shown = cli("bake", room, *few)
     assert f"{count} samples: no path reached them" in " ".join(shown.out.split())
 
 
@@ -52,7 +52,7 @@ def test_same_seed_same_bits_for_every_number_of_threads(cli: Cli, room: Path) -
 def test_grid_below_a_lamp_follows_the_inverse_square_law(cli: Cli, room: Path, tmp_path: Path) -> None:
     file = tmp_path / "plane.csv"
     plane = ("--grid", "-1,0.5,-0.5,2,1,0.5")
-    data = cli("bake", room, "--paths", "20000", *plane, "--json", "-o", file).data
+    data = cli("bake", room, "--paths", "20000", "--gather", "64", *plane, "--json", "-o", file).data
     result = tables.read(file)
     assert len(result.points) == 8
     # A plan is read row by row: +X first, then +Z.
@@ -73,7 +73,7 @@ def test_a_session_is_baked_as_it_was_edited(cli: Cli, session_file: Path, tmp_p
     """A table of the plane, where the panel stands now: below the lamp, whose light it takes."""
     moved, before, after = tmp_path / "moved.dlx", tmp_path / "before.csv", tmp_path / "after.csv"
     assert cli("update", session_file, "--move", "MOVE_panel=1.45,0,-1.45", "-o", moved).code == 0
-    plane = ("--grid", "-0.25,0.2,-0.25,0.5,0.5,0.25", "--paths", "20000")
+    plane = ("--grid", "-0.25,0.2,-0.25,0.5,0.5,0.25", "--paths", "20000", "--gather", "64")
     for source, table in ((session_file, before), (moved, after)):
         assert cli("bake", source, *plane, "-o", table).code == 0
     light = [tables.read(path).irradiance.mean() for path in (before, after)]
@@ -88,7 +88,7 @@ def test_options_of_reading_a_file_are_refused_for_a_session(cli: Cli, session_f
 
 def test_several_grids_are_summed_up_one_by_one(cli: Cli, room: Path) -> None:
     planes = ("--grid", "-1,0.5,-1,1,1,0.5", "--grid", "0,1,0,1,1,0.25")
-    data = cli("bake", room, "--paths", "1000", *planes, "--json").data
+    data = cli("bake", room, "--paths", "1000", "--gather", "64", *planes, "--json").data
     assert [(s["name"], s["samples"]) for s in data["sets"]] == [("plane 1", 4), ("plane 2", 16)]
 
 

@@ -71,7 +71,7 @@ def test_tables_of_two_seeds_differ_by_noise(cli: Cli, room: Path, tmp_path: Pat
 def test_results_of_other_samples_are_refused(cli: Cli, room: Path, tmp_path: Path) -> None:
     files = [tmp_path / "one.npz", tmp_path / "two.npz"]
     for spacing, file in zip(("0.5", "0.3"), files, strict=True):
-        cli("bake", room, "--paths", "1000", "--spacing", spacing, "-o", file, "-q")
+        cli("bake", room, "--paths", "1000", "--gather", "64", "--spacing", spacing, "-o", file, "-q")
     outcome = cli("compare", *files)
     assert outcome.code == 1
     assert "samples, expected" in outcome.error

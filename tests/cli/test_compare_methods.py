@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from deltalux.cli import run
-from deltalux.cli.compare_methods import PAGE, PICTURES, TABLES
+from deltalux.cli.commands.compare_methods import PAGE, PICTURES, TABLES
 from deltalux.studies.method_errors import Reference
 from deltalux.studies.method_list import METHODS
 from deltalux.studies.report.method_findings import findings

@@ -8,7 +8,7 @@ from pathlib import Path
 import deltalux as dl
 import numpy as np
 import pytest
-from deltalux.cli import demo
+from deltalux.cli.commands import demo
 from PIL import Image
 
 from .conftest import Cli
@@ -16,11 +16,11 @@ from .conftest import Cli
 FILES = {f"{name}.png" for name in demo.PICTURES} | {"atrium_lit.glb", "report.html"}
 
 
-class FewRays(dl.Session):
-    """A session that bakes soon."""
+class Small(dl.Session):
+    """A session of few samples, too."""
 
-    def __init__(self, *words, **options) -> None:
-        super().__init__(*words, gather=16, **options)
+    def __init__(self, scene: dl.Scene, **options) -> None:
+        super().__init__(scene, dl.Samples.on_vertices(scene, spacing=0.1), gather=16, **options)
 
 
 @pytest.fixture
@@ -30,7 +30,7 @@ def small_atrium(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(dl.scenes, "atrium", lambda: box, raising=False)
     monkeypatch.setattr(demo, "TROLLEY", box.movable[0])
     monkeypatch.setattr(demo, "MOVE", demo.Move(box.movable[0], (0.05, 0, 0.05), 0))
-    monkeypatch.setattr(dl, "Session", FewRays)
+    monkeypatch.setattr(dl, "Session", Small)
 
 
 def test_writes_pictures_mesh_and_report(cli: Cli, small_atrium: None, tmp_path: Path) -> None:

@@ -61,7 +61,7 @@ def no_bake(monkeypatch: pytest.MonkeyPatch) -> None:
     def bake(*_: object, **__: object) -> None:
         raise AssertionError("the bake began")
 
-    monkeypatch.setattr("deltalux.cli.bake.bake_scene", bake)
+    monkeypatch.setattr("deltalux.cli.commands.bake.bake_scene", bake)
     monkeypatch.setattr("deltalux.Session.update", bake)
     monkeypatch.setattr("deltalux.Session.recompute", bake)
 

@@ -14,6 +14,7 @@ from deltalux.cli.console import OverallBar, Terminal, print_error
 from deltalux.pace import Overall, Step
 from rich.console import Console
 from rich.table import Table
+from thoroughness import all_but_slow
 
 from .conftest import HALF_TURN_UP, Cli
 
@@ -29,7 +30,7 @@ def named_room(folder: Path, name: str) -> Path:
     return builder.write(folder)
 
 
-@pytest.mark.parametrize("name", NAMES[:2] + NAMES[4:5])
+@pytest.mark.parametrize("name", all_but_slow(NAMES[:2] + NAMES[4:5], NAMES[0]))
 def test_names_are_printed_as_they_are(cli: Cli, tmp_path: Path, name: str) -> None:
     room, session = named_room(tmp_path, name), tmp_path / "room.dlx"
     for words in (("info", room), ("info", room, "--nodes"), ("plan", room)):

@@ -44,7 +44,7 @@ def test_every_stage_of_a_bake_is_foreseen(cli: Cli, bars: list[Overall], room: 
     check(cli, bars, "bake", room, *QUICK, "-o", *files)
     check(cli, bars, "bake", room, *QUICK, "-o", tmp_path / "discs.png", "--gather", "off")
     grid = ("--grid", "0.5,0.8,0.5,1,1,0.25")
-    check(cli, bars, "bake", room, "--paths", "20000", *grid, "-o", tmp_path / "plane.png")
+    check(cli, bars, "bake", room, "--paths", "20000", "--gather", "64", *grid, "-o", tmp_path / "plane.png")
     check(cli, bars, "bake", room, *QUICK, "--gather", "32", "--target-error", "0.05")
 
 

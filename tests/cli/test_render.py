@@ -14,12 +14,14 @@ from deltalux import outputs
 from deltalux.outputs.of_session import baked_of
 from PIL import Image
 
+from .conftest import QUICK
+
 SMALL = ("--size", "48x30", "--gather", "16")
 
 
 def test_a_scene_and_its_session_look_alike(cli, tmp_path: Path):
     session = tmp_path / "box.dlx"
-    assert cli("bake", "cornell_box", "-o", session, "--paths", "20000", "--spacing", "0.5").code == 0
+    assert cli("bake", "cornell_box", "-o", session, *QUICK).code == 0
     pictures = [tmp_path / "scene.png", tmp_path / "session.png"]
     first = cli("render", "cornell_box", "-o", pictures[0], "--paths", "20000", "--json", *SMALL)
     second = cli("render", session, "-o", pictures[1], "--json", *SMALL)
@@ -39,7 +41,7 @@ def pixels(path: Path) -> np.ndarray:
 def test_pictures_of_bake_and_update_are_those_of_render(cli, tmp_path: Path):
     session, moved = tmp_path / "box.dlx", tmp_path / "moved.dlx"
     baked, updated, drawn = (tmp_path / f"{name}.png" for name in ("baked", "updated", "drawn"))
-    words, size = ("--paths", "5000", "--gather", "8", "--spacing", "0.5"), ("--size", "192x120")
+    words, size = ("--paths", "5000", "--gather", "8", "--spacing", "0.5"), ("--size", "96x60")
     assert cli("bake", "cornell_box", "-o", session, baked, *words, *size).code == 0
     assert cli("render", session, "-o", drawn, *size).code == 0
     assert (pixels(baked) == pixels(drawn)).all()
@@ -49,6 +51,7 @@ def test_pictures_of_bake_and_update_are_those_of_render(cli, tmp_path: Path):
     assert (pixels(updated) == pixels(drawn)).all()
 
 
+@pytest.mark.slow
 def test_a_picture_is_drawn_from_samples_where_memory_is_short(cli, tmp_path: Path):
     """What was baked is not lost to a picture that would not fit."""
     session, picture, samples = tmp_path / "box.dlx", tmp_path / "box.png", tmp_path / "samples.png"

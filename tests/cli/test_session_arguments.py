@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 import typer
-from deltalux.cli import app, render, view
+from deltalux.cli import app
+from deltalux.cli.commands import render, view
 from deltalux.cli.options import SESSION_OPTIONS
 from deltalux.cli.session_arguments import session_arguments
 from deltalux.session_options import OPTIONS, PlanOptions, options_of

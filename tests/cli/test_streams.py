@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from deltalux.cli.streams import Unheard
+from thoroughness import all_but_slow, slow
 
 from .conftest import QUICK
 
@@ -31,8 +32,9 @@ def ran(words, **streams) -> int:
     return subprocess.run([*PROGRAM, *map(str, words)], timeout=120, **streams).returncode
 
 
-@pytest.mark.parametrize("closed", CLOSED.values(), ids=CLOSED)
-def test_closed_streams_end_no_command(room: Path, tmp_path: Path, closed: str) -> None:
+@pytest.mark.parametrize("stream", all_but_slow(CLOSED, "all"))
+def test_closed_streams_end_no_command(room: Path, tmp_path: Path, stream: str) -> None:
+    closed = CLOSED[stream]
     outputs = [tmp_path / "a.csv", tmp_path / "a.dlx"]
     words = ["bake", room, *QUICK, "-o", *outputs]
     command = " ".join(map(str, [*PROGRAM, *words]))
@@ -55,9 +57,10 @@ WORDS = {
 }
 
 
-@pytest.mark.parametrize("stream", ["stdout", "stderr", "both"])
-@pytest.mark.parametrize(("words", "code"), WORDS.values(), ids=WORDS)
-def test_what_nobody_reads_ends_no_command(room: Path, tmp_path: Path, words, code, stream) -> None:
+@pytest.mark.parametrize("stream", ["both", slow("stdout"), slow("stderr")])
+@pytest.mark.parametrize("name", all_but_slow(WORDS, "info", "bake", "usage"))
+def test_what_nobody_reads_ends_no_command(room: Path, tmp_path: Path, name, stream) -> None:
+    words, code = WORDS[name]
     out = tmp_path / "a.npz"
     names = {"ROOM": room, "OUT": out}
     words = [names.get(word, word) for word in words]
@@ -76,7 +79,7 @@ def test_what_nobody_reads_ends_no_command(room: Path, tmp_path: Path, words, co
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device here")
-@pytest.mark.parametrize("words", [("info", "ROOM", "--json"), ("info", "ROOM"), ("--version",)])
+@pytest.mark.parametrize("words", [("info", "ROOM", "--json"), slow(("info", "ROOM")), slow(("--version",))])
 def test_a_full_disk_is_told_in_one_line(room: Path, words) -> None:
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(

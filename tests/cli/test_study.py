@@ -6,65 +6,73 @@ from __future__ import annotations
 import csv
 import dataclasses
 import json
-import signal
 import subprocess
-import time
 from pathlib import Path
 from typing import Any
 
 import pytest
-from deltalux.cli import run, study
-from deltalux.cli.study import PAGE
-from deltalux.cli.study_folder import RECORD
+from deltalux.cli import run
+from deltalux.cli.commands import study
+from deltalux.cli.commands.study import PAGE
+from deltalux.cli.commands.study_folder import RECORD
+from deltalux.studies.experiment import Experiment
 from deltalux.studies.experiments import EXPERIMENTS
-from processes import listen_to_interrupts
+from processes import interrupt_after, listen_to_interrupts
+from thoroughness import slow
 
 from .conftest import Cli
 from .test_process import PROGRAM
 
-LIMIT = 120  # seconds for all experiments in their quick form
 FAST = "cache-misses"  # an experiment that takes less than a second
+SOME = (FAST, "radius-ratio")
 
 
-@pytest.fixture(scope="module")
-def studied(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any], float]:
-    """Folder, --json and processor seconds of one quick run of all experiments."""
+@dataclasses.dataclass(frozen=True)
+class Studied:
+    """Folder and --json of one quick run of some experiments."""
+
+    experiments: tuple[Experiment, ...]
+    folder: Path
+    data: dict[str, Any]
+
+
+@pytest.fixture(scope="module", params=["some", slow("all")])
+def studied(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Studied:
+    chosen = tuple(each for each in EXPERIMENTS if request.param == "all" or each.name in SOME)
     folder = tmp_path_factory.mktemp("study") / "new" / "folder"
     printed = folder.parent.parent / "printed.json"
     with pytest.MonkeyPatch.context() as patch, printed.open("w") as stream:
+        patch.setattr(study, "EXPERIMENTS", chosen)
         patch.setattr("sys.stdout", stream)
-        start = time.process_time()
         assert run(["study", "all", "--quick", "--json", "-o", str(folder)]) == 0
-        seconds = time.process_time() - start
-    return folder, json.loads(printed.read_text()), seconds
+    return Studied(chosen, folder, json.loads(printed.read_text()))
 
 
-def test_every_experiment_runs_and_says_something(studied: tuple[Path, dict[str, Any], float]) -> None:
-    folder, data, seconds = studied
-    assert [each["name"] for each in data["experiments"]] == [each.name for each in EXPERIMENTS]
+def test_every_experiment_runs_and_says_something(studied: Studied) -> None:
+    data = studied.data
+    assert [each["name"] for each in data["experiments"]] == [each.name for each in studied.experiments]
     assert data["skipped"] == []
-    assert seconds < LIMIT
     for each in data["experiments"]:
         assert each["verdicts"]
         assert all(v["outcome"] in ("confirmed", "refuted", "open") and v["text"] for v in each["verdicts"])
-        made = {path.suffix for path in (folder / each["name"]).iterdir()}
+        made = {path.suffix for path in (studied.folder / each["name"]).iterdir()}
         assert made == {".svg", ".png", ".csv", ".json"}
 
 
-def test_page_is_complete_and_self_contained(studied: tuple[Path, dict[str, Any], float]) -> None:
-    folder, _, _ = studied
+def test_page_is_complete_and_self_contained(studied: Studied) -> None:
+    folder = studied.folder
     page = (folder / PAGE).read_text(encoding="utf-8")
     assert page.count("data:image/svg+xml;base64,") == len(list(folder.glob("*/*.svg")))
     assert page.count("data:text/csv;base64,") == len(list(folder.glob("*/*.csv")))
     assert 'src="http' not in page
     assert "A quick look" in page
-    assert all(f'id="{each.name}"' in page for each in EXPERIMENTS)
+    assert all(f'id="{each.name}"' in page for each in studied.experiments)
     assert ">nan<" not in page
 
 
-def test_figures_have_axes_and_tables_parse(studied: tuple[Path, dict[str, Any], float]) -> None:
-    folder, data, _ = studied
-    for each in data["experiments"]:
+def test_figures_have_axes_and_tables_parse(studied: Studied) -> None:
+    folder = studied.folder
+    for each in studied.data["experiments"]:
         record = json.loads((folder / each["name"] / RECORD).read_text())
         for figure in record["findings"]["figures"]:
             assert figure["x_label"] and figure["y_label"] and figure["caption"]
@@ -74,10 +82,8 @@ def test_figures_have_axes_and_tables_parse(studied: tuple[Path, dict[str, Any],
                 assert len(list(csv.DictReader(file))) == len(table["rows"]) > 0
 
 
-def test_finished_experiments_are_skipped_unless_changed(
-    cli: Cli, studied: tuple[Path, dict[str, Any], float]
-) -> None:
-    folder, _, _ = studied
+def test_finished_experiments_are_skipped_unless_changed(cli: Cli, studied: Studied) -> None:
+    folder = studied.folder
     words = ("study", FAST, "--quick", "-o", folder, "--json")
     record = folder / FAST / RECORD
     before = record.read_bytes()
@@ -141,14 +147,9 @@ def test_interrupt_stops_a_long_experiment_soon(tmp_path: Path) -> None:
         text=True,
         preexec_fn=listen_to_interrupts,
     ) as process:
-        time.sleep(6)
-        assert process.poll() is None, "the experiment was over before it could be interrupted"
-        process.send_signal(signal.SIGINT)
-        start = time.monotonic()
-        out, err = process.communicate(timeout=60)
-        waited = time.monotonic() - start
+        out, err, still_taken = interrupt_after(process, 4)  # libraries, and some of the experiment
     assert (process.returncode, out, err) == (130, "", "error: cancelled\n")
-    assert waited < 5.0
+    assert still_taken < 5.0
     assert list(tmp_path.iterdir()) == []
 
 

@@ -14,7 +14,7 @@ from deltalux.cli.edits import moved_pose
 from deltalux.cli.options import Move
 from deltalux.outputs import tables
 from session_files import rewrite
-from test_errors_after_edits import sconce_moves
+from unknown_light import sconce_moves
 
 from .conftest import QUICK, Cli
 

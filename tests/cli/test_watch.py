@@ -15,10 +15,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from deltalux.cli import watch
+from deltalux.cli.commands import watch
+from deltalux.cli.commands.watch import WatchedFile
 from deltalux.cli.edits import Edits, edits_of_json
 from deltalux.cli.options import Move, Setting
-from deltalux.cli.watch import WatchedFile
 from deltalux.errors import FormatError, OptionError
 from deltalux.outputs import tables
 from processes import listen_to_interrupts

@@ -15,8 +15,9 @@ from pathlib import Path
 
 import dask
 import pytest
-from deltalux.cli import places, run, study
-from deltalux.cli.study_folder import RECORD
+from deltalux.cli import places, run
+from deltalux.cli.commands import study
+from deltalux.cli.commands.study_folder import RECORD
 from deltalux.errors import Cancelled, Error
 from deltalux.studies import on_workers
 from deltalux.studies.experiments import experiment
@@ -24,11 +25,12 @@ from deltalux.studies.progress_parts import Steps
 from deltalux.studies.runner import settings_of
 from deltalux.studies.seeds import Done, by_seed, spread_by
 from distributed import LocalCluster, Security
-from processes import listen_to_interrupts
+from processes import PATIENCE, listen_to_interrupts, seconds_of
+from thoroughness import slow
 
 FAST = "cache-misses"  # an experiment that takes less than a second
 NAMES = [("authority", "pem"), ("member", "pem"), ("member", "key")]
-BAKE = ("bake", "cornell_box", "--spacing", "0.5", "--json")
+BAKE = ("bake", "cornell_box", "--spacing", "0.5", "--gather", "64", "--json")
 
 
 def ran(capsys, *words) -> tuple[int, str, str]:
@@ -60,9 +62,9 @@ def test_refusals(capsys, monkeypatch):
     assert code == 1 and "warning: --cluster tcp://192.0.2.1:8786: the wire is not encrypted" in told
 
 
-def test_certificates_that_are_missing_or_broken_are_told_at_once(capsys, tmp_path):
+def test_certificates_that_are_missing_or_broken_are_told_at_once(capsys, monkeypatch, tmp_path):
     address = "tls://127.0.0.1:1"
-    begin = time.monotonic()
+    monkeypatch.setattr(places, "CONNECT_SECONDS", 1e6)  # what tried to connect would never end
     code, _, told = ran(capsys, *BAKE, "--cluster", address)
     assert code == 1 and f"--cluster {address}: found no certificates, expected ca-file, cert and key" in told
     none, tls = str(tmp_path / "none.pem"), "distributed.comm.tls"
@@ -72,9 +74,9 @@ def test_certificates_that_are_missing_or_broken_are_told_at_once(capsys, tmp_pa
     with dask.config.set({"distributed.comm.require-encryption": True}):
         code, _, told = ran(capsys, *BAKE, "--cluster", "tcp://127.0.0.1:1")
     assert code == 1 and "no Dask scheduler answers there (encryption required" in told
-    assert time.monotonic() - begin < 10
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not shutil.which("openssl"), reason="openssl is not installed")
 def test_a_bake_over_an_encrypted_wire(capsys, tmp_path):
     """With the certificates that the how-to makes."""
@@ -121,17 +123,8 @@ def processes_of(session: int) -> dict[int, str]:
     return {int(pid): args for sid, pid, stat, args in rows if int(sid) == session and stat[0] != "Z"}
 
 
-def seconds_of(process: int) -> float:
-    """Time that a process has computed."""
-    try:
-        times = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[11:13]
-    except FileNotFoundError:
-        return 0.0
-    return sum(map(int, times)) / os.sysconf("SC_CLK_TCK")
-
-
 @pytest.mark.skipif(not Path("/proc").exists(), reason="looks at processes by /proc")
-@pytest.mark.parametrize("computed", [0.0, 0.2, 1.0, 4.0])
+@pytest.mark.parametrize("computed", [slow(0.0), slow(0.2), slow(1.0), 2.0, slow(4.0)])
 def test_interrupted_it_leaves_no_process(tmp_path, computed):
     """Ctrl-C reaches all processes of the terminal, as here: while workers start, and while they trace."""
     words = ("bake", "cornell_box", "--paths", "5e7", "--gather", "off", "--memory-limit", "400G")
@@ -144,13 +137,13 @@ def test_interrupted_it_leaves_no_process(tmp_path, computed):
     def workers() -> list[int]:
         return [number for number, args in processes_of(bake.pid).items() if "spawn_main" in args]
 
-    end = time.monotonic() + 200
+    end = time.monotonic() + PATIENCE
     while sum(seconds_of(each) >= computed for each in workers()) < 2 and time.monotonic() < end:
         time.sleep(0.02)
     os.killpg(bake.pid, signal.SIGINT)
-    _, told = bake.communicate(timeout=60)
+    _, told = bake.communicate(timeout=PATIENCE)
     assert (bake.returncode, told) == (130, "error: cancelled\n")
-    end = time.monotonic() + 10
+    end = time.monotonic() + PATIENCE
     while processes_of(bake.pid) and time.monotonic() < end:
         time.sleep(0.1)
     assert processes_of(bake.pid) == {}
@@ -213,14 +206,15 @@ def test_how_far_experiments_are():
     assert told.sum() == 1.5
 
 
+@pytest.mark.slow
 def test_a_study_on_workers_stops_soon_and_refuses_others(client, monkeypatch):
     slow = experiment("radius-ratio")
     jobs = [(slow, settings_of(slow))]
     with pytest.raises(Cancelled, match="cancelled by the progress callback"):
         list(on_workers.run_on_workers(client, jobs, lambda _, fraction: fraction == 0))
-    begin = time.monotonic()
+    end = time.monotonic() + PATIENCE  # the whole experiment takes many minutes
     while any(client.run(lambda dask_worker: len(dask_worker.active_threads)).values()):
-        assert time.monotonic() - begin < 60  # the whole experiment takes many minutes
+        assert time.monotonic() < end
         time.sleep(0.1)
     fast = experiment(FAST)
     monkeypatch.setattr(on_workers, "run_key", lambda *_: "of another version")

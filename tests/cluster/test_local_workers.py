@@ -23,6 +23,7 @@ from deltalux.cli.console import Terminal
 from deltalux.cluster import extra
 from deltalux.errors import Error
 from processes import listen_to_interrupts
+from thoroughness import all_but_slow, slow
 
 STRANGER = """
 import os, sys
@@ -66,7 +67,7 @@ def run_by_stranger(address: str) -> str:
     return done.stdout if done.returncode == 0 else ""
 
 
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("workers", [1, slow(2)])
 def test_a_stranger_reaches_nothing(workers):
     with places.place_of(workers, None, 1, TERMINAL) as place:
         assert place.workers == workers
@@ -142,8 +143,9 @@ def command(*words: str) -> Iterator[psutil.Process]:
                     each.kill()
 
 
-@pytest.mark.parametrize("words", COMMANDS.values(), ids=COMMANDS)
-def test_every_command_with_workers_listens_here_only(tmp_path: Path, words):
+@pytest.mark.parametrize("name", all_but_slow(COMMANDS, "bake"))
+def test_every_command_with_workers_listens_here_only(tmp_path: Path, name):
+    words = COMMANDS[name]
     output = () if words[0] == "view" else ("-o", str(tmp_path / ("a.npz" if words[0] == "bake" else "out")))
     with command(*words, *output, "--workers", "1", "--threads", "1") as process:
         end = time.monotonic() + SECONDS

@@ -38,6 +38,7 @@ def shards_that_began(dask_worker: Worker) -> int:
     return sum(actor._session is not None for actor in made)
 
 
+@pytest.mark.slow
 def test_each_instruction_set_gives_the_same_bits():
     scene, isas = room(), ["portable", *(["avx2"] if "avx2" in _core.description() else [])]
     samples = samples_in(scene)

@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 from deltalux.cluster import core
 from deltalux.errors import Cancelled, OptionError
+from lit_scenes import pools_and_sconce
 from oracles import world
 from rooms import room, samples_in, translation
-from test_light_pools import pools_and_sconce
+from thoroughness import slow
 
 from .killing import pid_of_holder, wait_for_all
 from .test_cluster_session import assert_equal_after_random_edits
@@ -65,7 +66,7 @@ def in_stage(stage: str, act: Callable[[], bool | None]) -> Callable[[str, float
     return progress
 
 
-@pytest.mark.parametrize("shards", [1, 2, 5])
+@pytest.mark.parametrize("shards", [slow(1), slow(2), 5])
 def test_rays_along_guides(client, shards, tmp_path):
     with sessions(client, shards, gather=32) as (one, many):
         told: list[tuple[str, float]] = []
@@ -97,6 +98,7 @@ def test_rays_along_guides(client, shards, tmp_path):
             assert opened.digest() == one.digest()
 
 
+@pytest.mark.slow
 def test_defaults_and_random_edits(client):
     scene = room()
     samples = samples_in(scene)
@@ -113,13 +115,13 @@ def test_defaults_and_random_edits(client):
         equal(many, one)
 
 
-@pytest.mark.parametrize("factor", [0.0, 0.1, 0.9])
+@pytest.mark.parametrize("factor", [0.0, slow(0.1), slow(0.9)])
 def test_lamps_that_are_dim_at_the_bake(client, factor):
     scene = room()
     samples = samples_in(scene)
     with (
-        dl.Session(scene, samples, paths=1600) as one,
-        dl.ClusterSession(scene, samples, client=client, paths=1600) as many,
+        dl.Session(scene, samples, paths=1600, gather=64) as one,
+        dl.ClusterSession(scene, samples, client=client, paths=1600, gather=64) as many,
     ):
         for each in (one, many):
             each.dim("desk", factor)
@@ -127,9 +129,10 @@ def test_lamps_that_are_dim_at_the_bake(client, factor):
         equal(many, one)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stage", STAGES)
 def test_a_worker_that_is_killed_while_it_casts_rays(client, stage):
-    with sessions(client, 4) as (one, many):
+    with sessions(client, 4, gather=64) as (one, many):
         one.bake()
         for again in (False, True):
             wait_for_all(client)
@@ -150,9 +153,10 @@ def test_a_worker_that_is_killed_while_it_casts_rays(client, stage):
         equal(many, one)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stage", STAGES)
 def test_a_bake_that_is_cancelled_while_workers_cast_rays(client, stage):
-    with sessions(client, 4) as (one, many):
+    with sessions(client, 4, gather=64) as (one, many):
         one.bake()
         for _ in range(2):
             many.progress = in_stage(stage, lambda: False)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import deltalux as dl
 import numpy as np
+import thoroughness
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
@@ -41,8 +42,10 @@ class World:
 
 
 def examples(count: int) -> settings:
-    """Decoration of a test: so many examples, the same in every run."""
-    return settings(max_examples=count, suppress_health_check=[HealthCheck.too_slow])
+    """Decoration of a test: so many examples in `make test-all`, the same in every run."""
+    return settings(
+        max_examples=thoroughness.examples(round(count / 0.3)), suppress_health_check=[HealthCheck.too_slow]
+    )
 
 
 def pick(samples: dl.Samples, rows: np.ndarray) -> dl.Samples:

@@ -7,6 +7,7 @@ import deltalux as dl
 import numpy as np
 import pytest
 from oracles.sphere_cache_reference import walk
+from thoroughness import all_but_slow, slow
 
 ORDERS = ("none", "lebesgue", "hilbert")
 CONTAINMENTS = ("all", "nested", "literal")
@@ -49,9 +50,9 @@ def check_against_reference(segments, samples, outer_sphere, segment_end="bounde
 
 
 @pytest.mark.parametrize("containment", CONTAINMENTS)
-@pytest.mark.parametrize("order", ORDERS)
-@pytest.mark.parametrize("ratio", [0.6, 0.9])
-@pytest.mark.parametrize("min_rays", [1, 100])
+@pytest.mark.parametrize("order", all_but_slow(ORDERS, "hilbert"))
+@pytest.mark.parametrize("ratio", [0.6, slow(0.9)])
+@pytest.mark.parametrize("min_rays", [1, slow(100)])
 def test_walks_as_the_reference(lines, containment, order, ratio, min_rays):
     options = {"containment": containment, "order": order, "ratio": ratio, "min_rays": min_rays}
     found = check_against_reference(lines, samples_in_ball(600, 0.06), UNIT_SPHERE, **options)
@@ -60,7 +61,7 @@ def test_walks_as_the_reference(lines, containment, order, ratio, min_rays):
 
 
 @pytest.mark.parametrize("containment", CONTAINMENTS)
-@pytest.mark.parametrize("ratio", [0.6, 0.9])
+@pytest.mark.parametrize("ratio", [slow(0.6), 0.9])
 def test_walks_as_the_reference_in_the_sphere_around_all(lines, containment, ratio):
     options = {"containment": containment, "order": "hilbert", "ratio": ratio, "min_rays": 10}
     check_against_reference(lines, samples_in_ball(600, 0.06), None, **options)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The search finds exactly the segments whose flight an edit changes: every stored segment is flown
 // again, in the new scene, and compared. Then the paths are replaced, as a Session does it.
-#include "session/affected.h"
+#include "session/flow/affected.h"
 
 #include <gtest/gtest.h>
 
@@ -92,7 +92,7 @@ Slots slots_of(const Affected& affected) {
 /// affected, and no others but those that ended on what the edit changes.
 void expect_exact(const StateWorld& world, const Edited& edited, const Affected& affected) {
   const State& s = world.s;
-  Slots expected(s.store.bounces().size());
+  Slots expected(s.paths.store.bounces().size());
   world.each([&](uint32_t bounce, uint32_t slot, const segments::Segment& it) {
     const trace::Hit hit = s.caster->closest(it.origin, decode_direction(it.direction));
     if (edited.touches(s.scene, it.primitive) || hit.primitive != it.primitive) {
@@ -105,7 +105,7 @@ void expect_exact(const StateWorld& world, const Edited& edited, const Affected&
   size_t known = 0;
   for (uint32_t bounce = 0; bounce < expected.size(); ++bounce)
     for (const AffectedSegment& found : affected.segments[bounce]) {
-      const segments::Segment& it = s.store.bounces()[bounce].at(found.slot);
+      const segments::Segment& it = s.paths.store.bounces()[bounce].at(found.slot);
       EXPECT_EQ(found.hit_known, !edited.touches(s.scene, it.primitive));
       if (!found.hit_known) continue;
       const trace::Hit hit = s.caster->closest(it.origin, decode_direction(it.direction));
@@ -131,7 +131,7 @@ void expect_enough(const StateWorld& world, const Edited& edited, const Affected
     const trace::Flight flight{
         it.origin, it.direction, {it.power[0], it.power[1], it.power[2]}, it.path};
     const trace::Interaction now = walk.fly(flight, bounce);
-    const float reach = s.store.bounces()[bounce].extended_or_length(slot);
+    const float reach = s.paths.store.bounces()[bounce].extended_or_length(slot);
     const bool must = edited.touches(s.scene, it.primitive) || now.primitive != it.primitive ||
                       now.length != it.length || now.extended != reach;
     const Vec3f w = decode_direction(it.direction);
@@ -155,13 +155,13 @@ void expect_near(const StateWorld& world, const Edited& edited, const Affected& 
   for (size_t k = 0; k < edited.changes.size(); ++k) {
     const ObjectChange& change = edited.changes[k];
     Box box = change.after;
-    for (const MovingPart& part : s.moving)
+    for (const MovingPart& part : s.discs.moving)
       if (part.object == change.object && !box.empty()) box.grow(part.world);
     size_t passing = 0;
     world.each([&](uint32_t bounce, uint32_t slot, const segments::Segment& it) {
       const std::vector<uint32_t>& near = affected.near[k][bounce];
       const bool is = std::binary_search(near.begin(), near.end(), slot);
-      const float reach = s.store.bounces()[bounce].extended_or_length(slot);
+      const float reach = s.paths.store.bounces()[bounce].extended_or_length(slot);
       const Vec3f w = decode_direction(it.direction);
       if (meets(box, it.origin, w, reach, -1e-5)) {
         EXPECT_TRUE(is) << bounce << " " << slot;
@@ -177,20 +177,19 @@ void expect_near(const StateWorld& world, const Edited& edited, const Affected& 
 /// Replaces the affected paths, and sums the moved objects' samples anew.
 void replace(StateWorld& world, const Edited& edited, const Affected& affected) {
   State& s = world.s;
-  std::vector<PendingPath> pending;
-  EditMarks marks(s, pending);
+  EditMarks marks(s.paths);
   for (uint32_t bounce = 0; bounce < affected.segments.size(); ++bounce)
     for (const AffectedSegment& it : affected.segments[bounce])
-      marks.mark({s.store.bounce(bounce).at(it.slot).path, it.slot, uint8_t(bounce), it.hit_known,
-                  it.hit});
-  for (MovingPart& part : s.moving) part.current = !edited.changed(part.object);
+      marks.mark({s.paths.store.bounce(bounce).at(it.slot).path, it.slot, uint8_t(bounce),
+                  it.hit_known, it.hit});
+  for (MovingPart& part : s.discs.moving) part.current = !edited.changed(part.object);
   PathUpdate update(s);
-  update.replace(pending, [&] {
-    Deposit deposit(s);
+  update.replace(s.paths.pending, [&] {
+    Deposit deposit(s.paths, s.discs);
     for (size_t k = 0; k < edited.changes.size(); ++k)
-      for (MovingPart& part : s.moving) {
+      for (MovingPart& part : s.discs.moving) {
         if (part.object != edited.changes[k].object) continue;
-        clear_part(s, part);
+        s.discs.clear_part(part);
         part.current = true;
         if (!s.scene.objects[part.object].present) continue;
         for (uint32_t bounce = 0; bounce < affected.near[k].size(); ++bounce)
@@ -198,14 +197,15 @@ void replace(StateWorld& world, const Edited& edited, const Affected& affected) 
       }
     deposit.finish();
   });
-  EXPECT_EQ(update.counts().paths, pending.size());
-  EXPECT_EQ(std::count(s.cut.begin(), s.cut.end(), kNotCut), long(s.cut.size()));
+  EXPECT_EQ(update.counts().paths, s.paths.pending.size());
+  s.paths.pending.clear();
+  EXPECT_EQ(std::count(s.paths.cut.begin(), s.paths.cut.end(), kNotCut), long(s.paths.cut.size()));
 }
 
 /// The scan passes over slots that are not in use.
 void expect_unused_outlines(const State& s) {
   using segments::BounceSegments, segments::ScanGrid;
-  for (const BounceSegments& stored : s.store.bounces())
+  for (const BounceSegments& stored : s.paths.store.bounces())
     for (uint32_t slot = 0; slot < stored.size(); ++slot) {
       if (stored.at(slot).length >= 0) continue;
       EXPECT_EQ(stored.chunk(slot).low[slot % BounceSegments::kChunk], ScanGrid::kUnused.low);
@@ -228,7 +228,7 @@ void follow_edits(const Variant& variant) {
       expect_enough(world, edited, affected);
     expect_near(world, edited, affected);
     size_t slots = 0, found = 0;
-    for (const auto& stored : world.s.store.bounces()) slots += stored.size();
+    for (const auto& stored : world.s.paths.store.bounces()) slots += stored.size();
     for (const auto& segments : affected.segments) found += segments.size();
     EXPECT_EQ(affected.scanned, slots);
     EXPECT_GT(found, 20u);
@@ -240,8 +240,8 @@ void follow_edits(const Variant& variant) {
     StateWorld fresh(variant, world.s.scene);
     fresh.trace();
     EXPECT_TRUE(world.paths() == fresh.paths());
-    EXPECT_EQ(world.s.sums, fresh.s.sums);
-    EXPECT_EQ(world.s.sums, slow_sums(world));
+    EXPECT_EQ(world.s.discs.sums, fresh.s.discs.sums);
+    EXPECT_EQ(world.s.discs.sums, slow_sums(world));
     if (!variant.gathers) continue;
     EXPECT_EQ(world.s.gather->sums.quanta, fresh.s.gather->sums.quanta);
   }

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "session/pending.h"
+#include "session/paths/pending.h"
 
 namespace deltalux {
 namespace {
@@ -55,11 +55,14 @@ TEST(Assertion, MarksAgreeWithTheWaitingPathsAlone) {
   // The second half of a light's six paths: path 4 has slot 1.
   trace::Light light;
   light.path_count = 6;
-  session::HeldPaths held({3, 6}, 6, 1);
-  held.add(light);
-  const std::vector<uint16_t> cut{session::kNotCut, 2, session::kNotCut};
+  const session::World world{session::Options{}};
+  session::PathLayer paths(world);
+  paths.held = session::HeldPaths({3, 6}, 6, 1);
+  paths.held.add(light);
+  paths.cut = {session::kNotCut, 2, session::kNotCut};
   const auto agree = [&](std::vector<session::PendingPath> waiting) {
-    return session::agree(cut, held, waiting);
+    paths.pending = std::move(waiting);
+    return session::agree(paths);
   };
   EXPECT_TRUE(agree({{4, 0, 2, false, {}}}));
   EXPECT_FALSE(agree({{4, 0, 3, false, {}}}));

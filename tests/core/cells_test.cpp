@@ -11,8 +11,8 @@
 #include "base/fault.h"
 #include "base/random.h"
 #include "direct_world.h"
-#include "gather/cells.h"
-#include "gather/coverage.h"
+#include "gather/cells/cells.h"
+#include "gather/cells/coverage.h"
 
 namespace deltalux::gather {
 namespace {
@@ -322,9 +322,9 @@ TEST(Coverage, IsTheAreaUnderWhatStandsThere) {
   for (const double height : {0.005, 0.2, 0.0, -0.1}) {
     const Box before = floor.caster->object_bounds(1);
     floor.place(-0.4, height, 1.0 + height);
-    const std::vector<Box> boxes{before, floor.caster->object_bounds(1)};
-    const std::vector<uint32_t> moved{1};
-    coverage.update(floor.scene, *floor.caster, cells, moved, boxes, workers);
+    const Box after = floor.caster->object_bounds(1);
+    const trace::Change change{{{1, {before, after}, after}}, {}};
+    coverage.update(floor.scene, *floor.caster, cells, change, workers);
     // In the floor or on its plane it covers both of its sides.
     EXPECT_NEAR(covered(coverage), height > 0.1 ? 0 : height <= 0 ? 0.72 : 0.36, 0.05) << height;
     Coverage fresh;

@@ -8,8 +8,8 @@
 #include "base/polygon.h"
 #include "base/random.h"
 #include "direct_world.h"
-#include "gather/cells.h"
-#include "gather/coverage.h"
+#include "gather/cells/cells.h"
+#include "gather/cells/coverage.h"
 #include "scene/coincident_faces.h"
 
 namespace deltalux {

@@ -11,7 +11,9 @@
 namespace deltalux::direct {
 namespace {
 
-LightShape shape_of(const World& world) { return {world.lights.front(), 0, 1}; }
+std::unique_ptr<const LightShape> lamp_of(const World& world) {
+  return shape_of(world.lights.front(), 0, 1);
+}
 
 scene::Object lamp(Vec3f corner, Vec3f u, Vec3f v, int pieces = 1) {
   scene::Object out;
@@ -50,7 +52,7 @@ TEST(Cover, BoardsOfManyPiecesHideAPanelUnlessOneIsMissing) {
       for (const bool whole : {true, false}) {
         const auto world = board(pieces, whole, movable);
         const auto covered = [&](std::span<const uint32_t> objects) {
-          return is_covered(*world->caster, shape_of(*world), world->receivers[0], objects);
+          return is_covered(*world->caster, *lamp_of(*world), world->receivers[0], objects);
         };
         EXPECT_EQ(covered(movables), whole);
         EXPECT_EQ(covered({}), whole && !movable);
@@ -65,7 +67,7 @@ TEST(Cover, SurfacesBehindTheLightHideNothing) {
   add_quad(ceiling, {-2, 2.001f, -2}, {4, 0, 0}, {0, 0, 4});
   world.scene.objects = {lamp({-0.5f, 2, -0.5f}, {1, 0, 0}, {0, 0, 1}, 3), ceiling};
   world.finish();
-  EXPECT_FALSE(is_covered(*world.caster, shape_of(world), {{0, 0, 0}, {0, 1, 0}}, {}));
+  EXPECT_FALSE(is_covered(*world.caster, *lamp_of(world), {{0, 0, 0}, {0, 1, 0}}, {}));
 }
 
 TEST(Cover, NothingIsKnownOfALightAroundTheReceiver) {
@@ -77,7 +79,7 @@ TEST(Cover, NothingIsKnownOfALightAroundTheReceiver) {
   add_box(wall, {-1, -1, -1}, {1, 1, 1});
   world.scene.objects = {shell, wall};
   world.finish();
-  EXPECT_FALSE(is_covered(*world.caster, shape_of(world), {{0, 0, 0}, {0, 1, 0}}, {}));
+  EXPECT_FALSE(is_covered(*world.caster, *lamp_of(world), {{0, 0, 0}, {0, 1, 0}}, {}));
 }
 
 TEST(Cover, RaysToWhatIsCoveredAreAllBlocked) {
@@ -101,7 +103,8 @@ TEST(Cover, RaysToWhatIsCoveredAreAllBlocked) {
     world.finish();
     if (world.lights.empty()) continue;
     const Receiver receiver{point(4), normalize(point(1))};
-    const LightShape shape = shape_of(world);
+    const std::unique_ptr<const LightShape> owned = lamp_of(world);
+    const LightShape& shape = *owned;
     if (!(shape.open(receiver) > 0)) continue;
     int free = 0;
     for (int i = 0; i < 400 && !free; ++i) {

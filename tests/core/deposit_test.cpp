@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sums of discs equal those of the stored segments one by one, with the one segment-disc test:
 // added, removed in part, removed to nothing; of moving parts in their own space.
-#include "session/deposit.h"
+#include "session/discs/deposit.h"
 
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ std::vector<Variant> variants() {
 /// All slots of the store, free ones too, shuffled.
 Slots all_slots(const State& s, estimate::Draw& draw) {
   Slots out;
-  for (const segments::BounceSegments& stored : s.store.bounces()) {
+  for (const segments::BounceSegments& stored : s.paths.store.bounces()) {
     std::vector<uint32_t>& own = out.emplace_back();
     for (uint32_t slot = 0; slot < stored.size(); ++slot) own.push_back(slot);
     for (size_t i = own.size(); i > 1; --i) std::swap(own[i - 1], own[draw.below(uint32_t(i))]);
@@ -41,15 +41,15 @@ Slots all_slots(const State& s, estimate::Draw& draw) {
 struct Emptied : StateWorld {
   explicit Emptied(const Variant& variant) : StateWorld(variant) {
     trace();
-    std::fill(s.sums.begin(), s.sums.end(), 0);
+    std::fill(s.discs.sums.begin(), s.discs.sums.end(), 0);
   }
   void add(const Slots& slots) {
-    Deposit deposit(s);
+    Deposit deposit(s.paths, s.discs);
     for (uint32_t bounce = 0; bounce < slots.size(); ++bounce) deposit.add(bounce, slots[bounce]);
     deposit.finish();
   }
   void remove(const Slots& slots) {
-    Deposit deposit(s);
+    Deposit deposit(s.paths, s.discs);
     for (uint32_t bounce = 0; bounce < slots.size(); ++bounce)
       deposit.remove(bounce, slots[bounce]);
     deposit.finish();
@@ -66,8 +66,8 @@ TEST(Deposit, AddsEverySegmentToEveryDiscThatItCrosses) {
     Emptied world(variant);
     const Slots slots = all_slots(world.s, draw);
     world.add(slots);
-    EXPECT_EQ(world.s.sums, slow_sums(world));
-    EXPECT_GT(count_nonzero(world.s.sums), 500u);
+    EXPECT_EQ(world.s.discs.sums, slow_sums(world));
+    EXPECT_GT(count_nonzero(world.s.discs.sums), 500u);
   }
 }
 
@@ -82,7 +82,7 @@ TEST(Deposit, RemembersUpToTwoDiscs) {
       std::vector<uint32_t> crossed;
       if (is_counted(world.s, bounce, segment.path))
         each_crossed(world.s, nullptr, bounce, slot, [&](uint32_t k) { crossed.push_back(k); });
-      HitSlots found = world.s.store.bounce(bounce).slots(slot);
+      HitSlots found = world.s.paths.store.bounce(bounce).slots(slot);
       if (crossed.size() > 2) {
         EXPECT_EQ(found.disc[0], HitSlots::kMany);
         ++many;
@@ -114,11 +114,11 @@ TEST(Deposit, RemovesExactlyWhatItAdded) {
       for (const uint32_t slot : slots) own[slot] = 1;
     }
     world.remove(gone);
-    EXPECT_EQ(world.s.sums, slow_sums(world, [&](uint32_t bounce, uint32_t slot) {
+    EXPECT_EQ(world.s.discs.sums, slow_sums(world, [&](uint32_t bounce, uint32_t slot) {
                 return there[bounce][slot] != 0;
               }));
     world.remove(rest);
-    EXPECT_EQ(count_nonzero(world.s.sums), 0u);
+    EXPECT_EQ(count_nonzero(world.s.discs.sums), 0u);
   }
 }
 
@@ -127,36 +127,37 @@ TEST(Deposit, LeavesOutPartsThatAreNotCurrentOrNotPresent) {
     estimate::Draw draw(4);
     Emptied world(variant);
     const Slots slots = all_slots(world.s, draw);
-    world.s.moving[0].current = false;
+    world.s.discs.moving[0].current = false;
     world.s.scene.objects[2].present = false;
     world.add(slots);
-    EXPECT_EQ(world.s.sums, slow_sums(world));
+    EXPECT_EQ(world.s.discs.sums, slow_sums(world));
     // Its samples come later, from the same segments.
-    world.s.moving[0].current = true;
-    Deposit deposit(world.s);
+    world.s.discs.moving[0].current = true;
+    Deposit deposit(world.s.paths, world.s.discs);
     for (uint32_t bounce = 0; bounce < slots.size(); ++bounce)
-      deposit.add_to_part(world.s.moving[0], bounce, slots[bounce]);
+      deposit.add_to_part(world.s.discs.moving[0], bounce, slots[bounce]);
     deposit.finish();
-    const std::vector<int64_t> sums = world.s.sums;
+    const std::vector<int64_t> sums = world.s.discs.sums;
     EXPECT_EQ(sums, slow_sums(world));
     // Only its own sums are cleared.
-    clear_part(world.s, world.s.moving[0]);
-    EXPECT_LT(count_nonzero(world.s.sums), count_nonzero(sums));
-    world.s.moving[0].current = false;
-    EXPECT_EQ(world.s.sums, slow_sums(world));
+    world.s.discs.clear_part(world.s.discs.moving[0]);
+    EXPECT_LT(count_nonzero(world.s.discs.sums), count_nonzero(sums));
+    world.s.discs.moving[0].current = false;
+    EXPECT_EQ(world.s.discs.sums, slow_sums(world));
   }
 }
 
 TEST(Deposit, AddsMomentsOfAllSegmentsToOtherSums) {
   for (const Variant& variant : variants()) {
     Emptied world(variant);
-    const std::vector<int64_t> before = world.s.sums;
+    const std::vector<int64_t> before = world.s.discs.sums;
     std::vector<int64_t> sums(before.size()), moments(2 * before.size()), none(before.size());
-    Deposit deposit(world.s, {sums.data(), world.s.samples.size(), true, moments.data()});
+    Deposit deposit(world.s.paths, world.s.discs,
+                    {sums.data(), world.s.samples.size(), true, moments.data()});
     deposit.add_all(world.progress);
-    Deposit plain(world.s, {none.data(), world.s.samples.size()});
+    Deposit plain(world.s.paths, world.s.discs, {none.data(), world.s.samples.size()});
     plain.add_all(world.progress);
-    EXPECT_EQ(world.s.sums, before);
+    EXPECT_EQ(world.s.discs.sums, before);
     EXPECT_EQ(none, slow_sums(world));
     // Gradients come from discs even where light comes from a gather.
     const auto gather = std::move(world.s.gather);
@@ -164,12 +165,12 @@ TEST(Deposit, AddsMomentsOfAllSegmentsToOtherSums) {
     std::vector<int64_t> expected(moments.size());
     world.each([&](uint32_t bounce, uint32_t slot, const segments::Segment& segment) {
       if (!is_counted(world.s, bounce, segment.path)) return;
-      const samples::DiscSet& discs = world.s.static_index->discs();
+      const samples::DiscSet& discs = world.s.discs.still->discs();
       const Vec3f o = segment.origin, w = decode_direction(segment.direction);
       each_crossed(world.s, nullptr, bounce, slot, [&](uint32_t disc) {
         const auto crossing = estimate::crosses(
             discs, disc, o, w, segment.length,
-            world.s.store.bounces()[bounce].extended_or_length(slot), variant.end);
+            world.s.paths.store.bounces()[bounce].extended_or_length(slot), variant.end);
         estimate::add_moments({sums.data(), world.s.samples.size(), false, expected.data()}, discs,
                               disc, crossing.offset, slow_slab_of(world.s, segment.path),
                               segment.power, 1);
@@ -186,7 +187,7 @@ TEST(Deposit, AddsMomentsOfAllSegmentsToOtherSums) {
 
 TEST(Deposit, PartsMoveWithTheirObjects) {
   Emptied world({});
-  MovingPart& part = world.s.moving[1];
+  MovingPart& part = world.s.discs.moving[1];
   const Box before = part.world;
   world.change(2, [](scene::Object& own) { own.pose.translation = {2, 1.5, 1}; });
   const Vec3f off = Vec3f{2, 1.5f, 1} - Vec3f{3, 0.4f, 2.6f};

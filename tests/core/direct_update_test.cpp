@@ -11,11 +11,11 @@
 #include <thread>
 
 #include "base/error.h"
-#include "direct/shadow_volume.h"
 #include "direct/view_code.h"
 #include "direct_world.h"
 #include "lights/kinds.h"
 #include "memory_archive.h"
+#include "trace/shadow_volume.h"
 
 namespace deltalux::direct {
 namespace {
@@ -161,8 +161,8 @@ std::vector<int64_t> sums_of(const DirectLight& direct) {
   return {direct.sums().begin(), direct.sums().end()};
 }
 
-TEST(DirectUpdate, EqualsComputeAfterEveryEdit) {
-  for (uint32_t seed = 0; seed < 12; ++seed) {
+void expect_compute_after_every_edit(uint32_t first_seed, uint32_t end_seed) {
+  for (uint32_t seed = first_seed; seed < end_seed; ++seed) {
     Room room(seed);
     ASSERT_EQ(room.lights.size(), 9u);
     room.sampled[seed % 9] = 0;  // one light is left to the paths
@@ -189,8 +189,12 @@ TEST(DirectUpdate, EqualsComputeAfterEveryEdit) {
   }
 }
 
-TEST(DirectUpdate, LightsTakeTurnsUnderABudgetAndCatchUp) {
-  for (uint32_t seed = 0; seed < 12; ++seed) {
+TEST(DirectUpdate, EqualsComputeAfterEveryEdit) { expect_compute_after_every_edit(0, 2); }
+
+TEST(DirectUpdate, EqualsComputeAfterEveryEditSlow) { expect_compute_after_every_edit(2, 12); }
+
+void expect_turns_under_a_budget(uint32_t first_seed, uint32_t end_seed) {
+  for (uint32_t seed = first_seed; seed < end_seed; ++seed) {
     Room room(seed);
     room.sampled[seed % 9] = 0;
     Random random(200 + seed);
@@ -225,6 +229,12 @@ TEST(DirectUpdate, LightsTakeTurnsUnderABudgetAndCatchUp) {
     EXPECT_LE(calls, room.lights.size());
     ASSERT_EQ(sums_of(direct), sums_of(room.compute())) << "seed " << seed;
   }
+}
+
+TEST(DirectUpdate, LightsTakeTurnsUnderABudgetAndCatchUp) { expect_turns_under_a_budget(0, 2); }
+
+TEST(DirectUpdate, LightsTakeTurnsUnderABudgetAndCatchUpSlow) {
+  expect_turns_under_a_budget(2, 12);
 }
 
 TEST(DirectUpdate, EveryLightHasItsTurnWhileChangesGoOn) {
@@ -396,7 +406,7 @@ TEST(ShadowVolume, HoldsEveryPointWhoseRaysMeetTheBox) {
       blocker.grow(uniform_point(random, {-3, -3, -3}, {3, 3, 3}));
     }
     if (round % 4 == 1) light.bounds.high = light.bounds.low;  // a point
-    const ShadowVolume volume(light, blocker, 1e-5f);
+    const trace::ShadowVolume volume(light, blocker, 1e-5f);
     std::vector<float> x, y, z;
     std::vector<uint32_t> marks(300, 0);
     Box bounds;

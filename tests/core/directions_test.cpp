@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Directions of samples: cosine-distributed, and those towards a ball are found without a miss.
-#include "gather/directions.h"
+#include "gather/aim/directions.h"
 
 #include <gtest/gtest.h>
 

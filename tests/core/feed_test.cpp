@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A feed passes every segment on once, with its sign: at once, or later in portions of one slab.
-#include "session/feed.h"
+#include "session/discs/feed.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Guides: chances of directions add up to one, and weighted rays bring what even ones bring.
-#include "gather/guide.h"
+#include "gather/aim/guide.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "direct_world.h"
-#include "gather/turn.h"
+#include "gather/aim/direction_sampler.h"
 
 namespace deltalux::gather {
 namespace {
@@ -130,7 +130,7 @@ TEST(Guide, DrawnDirectionsBringTheSameLightWithLessNoise) {
   double even = 0, even_squares = 0, drawn = 0, drawn_squares = 0;
   const Beams none;
   const GuideColumns columns(guiding.guides);
-  const Turn turn(columns, none, from, n);
+  const DirectionSampler turn(columns, none, from, n);
   for (uint32_t i = 0; i < kCount; ++i) {
     const auto r = sobol::sample(i, 5);
     const double a = light(from, cosine_direction(n, r[0], r[1]));

@@ -6,7 +6,7 @@
 
 #include "base/error.h"
 #include "disc_world.h"
-#include "session/scan.h"
+#include "session/paths/scan.h"
 #include "session_world.h"
 #include "with_isa.h"
 

@@ -6,10 +6,12 @@
 #include <numbers>
 #include <string>
 
+#include "base/cone.h"
 #include "base/error.h"
 #include "base/random.h"
 #include "lights/kinds.h"
 #include "scene/scene.h"
+#include "sectored.h"
 #include "trace/lights.h"
 
 namespace deltalux::lights {
@@ -20,14 +22,18 @@ constexpr uint32_t kCount = 1 << 16;
 
 /// Kinds that shine from a point, with parameters.
 std::vector<Punctual> placed() {
-  Punctual point, spot, narrow;
+  Punctual point, spot, narrow, table;
   point.kind = &kind_named("point");
   spot.kind = narrow.kind = &kind_named("spot");
+  table.kind = &sectored();
   spot.parameters = {0.2f, 0.7f}, narrow.parameters = {0.0f, 0.01f};
-  std::vector<Punctual> all{point, spot, narrow};
+  table.parameters = {1, 0, 0, 0.5f, 1, 0.1f};
+  std::vector<Punctual> all{point, spot, narrow, table};
   for (Punctual& light : all) {
     light.position = {1, 2, 3};
     light.direction = normalize(Vec3f{1, -2, 0.5f});
+    light.tables = light.kind->prepare(light.parameters);
+    light.kind->place(light, {}, {});
   }
   return all;
 }
@@ -64,6 +70,23 @@ TEST(Lights, PathsCarryWhatReceiversGet) {
     EXPECT_NEAR(sum / light.kind->extent(light), 1, 2e-3) << light.kind->name();
     for (int ring = 0; ring < kRings; ++ring)
       EXPECT_NEAR(paths[ring] / sum, power[ring] / sum, 2e-3) << light.kind->name() << ring;
+  }
+}
+
+TEST(Lights, MayReachWhereTheyShineAndNotFarBeside) {
+  for (const Punctual& light : placed()) {
+    const float cone = light.kind->cone(light);
+    size_t far_beside = 0, told = 0;
+    for (uint32_t i = 0; i < 4096; ++i) {
+      const std::array<float, 4> r = sobol::sample(i, 5);
+      // Half of the directions within its cone, the others all around.
+      const float versine = i % 2 ? cone * r[0] : 2 * r[0];
+      const Vec3f d = on_cone(light.direction, 1 - versine, sine_of(1 - versine), r[1]);
+      const bool may = light.kind->may_reach(light, light.position + d * 3, 1e-3f);
+      ASSERT_TRUE(may || !(intensity(light, d) > 0)) << light.kind->name() << versine;
+      if (cone < 1 && versine > 1.2f * cone + 0.02f) ++far_beside, told += !may;
+    }
+    EXPECT_EQ(told, far_beside) << light.kind->name();
   }
 }
 
@@ -188,7 +211,7 @@ TEST(Lights, ASunsRectangleIsBehindTheScene) {
   sun.kind = &kind_named("sun");
   sun.direction = normalize(Vec3f{0.3f, -1, 0.2f});
   const Box world{{-1, 0, -2}, {3, 2, 4}};
-  sun.kind->place(sun, world);
+  sun.kind->place(sun, {}, world);
   EXPECT_TRUE(sun.kind->is_parallel());
   EXPECT_LE(sun.kind->extent(sun), sun.kind->max_extent(sun, world));
   double low = 1e9, high = -1e9;

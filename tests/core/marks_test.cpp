@@ -11,15 +11,15 @@ namespace {
 
 /// A path's segment as an edit would name it.
 PendingPath segment_of(const State& s, uint32_t path, uint32_t bounce) {
-  uint32_t slot = s.held.slot_of(path);
-  for (uint32_t b = 0; b < bounce; ++b) slot = s.store.bounces()[b].at(slot).next;
+  uint32_t slot = s.paths.held.slot_of(path);
+  for (uint32_t b = 0; b < bounce; ++b) slot = s.paths.store.bounces()[b].at(slot).next;
   return {path, slot, uint16_t(bounce), false, {}};
 }
 
 uint32_t length_of(const State& s, uint32_t path) {
   uint32_t bounces = 1;
-  for (uint32_t slot = s.held.slot_of(path);
-       (slot = s.store.bounces()[bounces - 1].at(slot).next) != segments::kNoSlot;)
+  for (uint32_t slot = s.paths.held.slot_of(path);
+       (slot = s.paths.store.bounces()[bounces - 1].at(slot).next) != segments::kNoSlot;)
     ++bounces;
   return bounces;
 }
@@ -27,10 +27,10 @@ uint32_t length_of(const State& s, uint32_t path) {
 /// The marks of one edit, in the order of an update: by bounce.
 std::vector<PendingPath> some_marks(const State& s, estimate::Draw& draw, float share) {
   std::vector<PendingPath> out;
-  for (uint32_t slot = 0; slot < s.held.size(); ++slot)
-    for (uint32_t bounce = 0; bounce < length_of(s, s.held.path_of(slot)); ++bounce) {
+  for (uint32_t slot = 0; slot < s.paths.held.size(); ++slot)
+    for (uint32_t bounce = 0; bounce < length_of(s, s.paths.held.path_of(slot)); ++bounce) {
       if (!draw.chance(share)) continue;
-      out.push_back(segment_of(s, s.held.path_of(slot), bounce));
+      out.push_back(segment_of(s, s.paths.held.path_of(slot), bounce));
       out.back().hit_known = draw.chance(0.5f);
       out.back().hit.t = draw.unit();
     }
@@ -79,11 +79,12 @@ void follow_edits(const Variant& variant, bool ordered) {
   world.trace();
   State& s = world.s;
   estimate::Draw draw(ordered);
-  std::vector<PendingPath> waiting, expected;
+  const std::vector<PendingPath>& waiting = s.paths.pending;
+  std::vector<PendingPath> expected;
   size_t earlier = 0;
   for (const float share : {0.1f, 0.2f, 0.05f}) {
     const std::vector<PendingPath> own = some_marks(s, draw, share);
-    EditMarks marks(s, waiting);
+    EditMarks marks(s.paths);
     for (const PendingPath& path : own) marks.mark(path);
     const auto older = long(expected.size());
     for (PendingPath& path : expected) path.hit_known = false;
@@ -96,14 +97,14 @@ void follow_edits(const Variant& variant, bool ordered) {
                        });
     }
     expect_equal(waiting, expected);
-    std::vector<uint16_t> cut(s.held.size(), kNotCut);
-    for (const PendingPath& path : expected) cut[s.held.slot_of(path.path)] = path.bounce;
-    EXPECT_EQ(s.cut, cut);
-    EXPECT_TRUE(agree(s.cut, s.held, waiting));
+    std::vector<uint16_t> cut(s.paths.held.size(), kNotCut);
+    for (const PendingPath& path : expected) cut[s.paths.held.slot_of(path.path)] = path.bounce;
+    EXPECT_EQ(s.paths.cut, cut);
+    EXPECT_TRUE(agree(s.paths));
   }
   EXPECT_GT(earlier, 20u);
   EXPECT_GT(waiting.size(), 100u);
-  EXPECT_LT(waiting.size(), s.held.size());
+  EXPECT_LT(waiting.size(), s.paths.held.size());
 }
 
 TEST(Marks, KeepEachPathOnceFromItsFirstAffectedBounce) {

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bounds of objects are a function of the scene, whichever way the objects came into it.
 #include <gtest/gtest.h>
+#include <malloc.h>
+
+#include <optional>
 
 #include "direct_world.h"
 #include "trace/ray_caster.h"
@@ -77,6 +80,18 @@ TEST(RayCaster, WhatIsInsideDoesNotDependOnOtherObjects) {
     EXPECT_EQ(after[i].begin, before[i].begin);
     EXPECT_EQ(after[i].end, before[i].end);
   }
+}
+
+// An edit that computes everything anew keeps the old structures until it has succeeded.
+TEST(RayCaster, WhatIsSavedMayOutliveIt) {
+  const scene::Scene scene = room();
+  Progress progress;
+  mallopt(M_PERTURB, 0xa5);  // overwrites freed memory, so that its use crashes
+  std::optional<RayCaster> caster(std::in_place, scene, progress);
+  std::optional saved(caster->save_object(1));
+  caster.reset();
+  saved.reset();
+  mallopt(M_PERTURB, 0);
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Numbers of rays: where the noise is, within what was asked for, and nowhere without a reason.
-#include "gather/ray_counts.h"
+#include "gather/aim/ray_counts.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The scan lists every segment that meets a box, and none that misses it by more than a cell.
-#include "session/scan.h"
+#include "session/paths/scan.h"
 
 #include <functional>
 

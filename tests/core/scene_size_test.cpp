@@ -9,7 +9,7 @@
 
 #include "direct/scales.h"
 #include "direct_world.h"
-#include "gather/square_edges.h"
+#include "gather/cells/square_edges.h"
 #include "samples/placement.h"
 #include "window_room.h"
 

@@ -10,8 +10,8 @@
 #include "estimate/crossing.h"
 #include "estimate/disc_index/disc_index.h"
 #include "estimate/ray_map/discs.h"
-#include "session/path_update.h"
-#include "session/pending.h"
+#include "session/flow/path_update.h"
+#include "session/paths/pending.h"
 #include "session_world.h"
 
 namespace deltalux::session {
@@ -95,11 +95,9 @@ class StateWorld {
       sums.quanta.resize(sums.at(s.gather->cells.size(), 0, 0));
       sums.touched.resize(s.gather->cells.size());
     }
-    s.hold_paths();
-    s.store = segments::SegmentStore(s.scene.world(), s.extras());
-    s.cut.assign(s.held.size(), kNotCut);
-    s.sums.assign(size_t(s.slabs()) * s.samples.size() * 3, 0);
-    s.store.bounce(0).allocate(s.held.size(), s.store.extras(), first_slots_);
+    s.paths.prepare();
+    s.discs.sums.assign(size_t(s.slabs()) * s.samples.size() * 3, 0);
+    s.paths.store.bounce(0).allocate(s.paths.held.size(), s.paths.store.extras(), first_slots_);
   }
 
   /// Traces all paths.
@@ -112,14 +110,14 @@ class StateWorld {
     edit(s.scene.objects[object]);
     s.caster->update_object(s.scene, object);
     out.after = s.caster->object_bounds(object);
-    for (MovingPart& part : s.moving) place_part(s, part);
+    s.discs.place_parts();
     return out;
   }
 
   /// Calls visit(bounce, slot, segment) for every slot in use.
   template <class Visit>
   void each(const Visit& visit) const {
-    const auto& bounces = s.store.bounces();
+    const auto& bounces = s.paths.store.bounces();
     for (uint32_t bounce = 0; bounce < bounces.size(); ++bounce)
       for (uint32_t slot = 0; slot < bounces[bounce].size(); ++slot)
         if (bounces[bounce].at(slot).length >= 0) visit(bounce, slot, bounces[bounce].at(slot));
@@ -128,7 +126,7 @@ class StateWorld {
   /// By path: its segments, from the light on.
   std::map<uint32_t, std::vector<Piece>> paths() const {
     std::map<uint32_t, std::vector<Piece>> out;
-    const auto& bounces = s.store.bounces();
+    const auto& bounces = s.paths.store.bounces();
     for (uint32_t slot = 0; slot < bounces[0].size(); ++slot) {
       std::vector<Piece>& own = out[bounces[0].at(slot).path];
       uint32_t next = slot;
@@ -177,9 +175,9 @@ class StateWorld {
     }
     s.largest_radius = 0.6f;
     if (variant.collects)
-      s.static_index = std::make_unique<estimate::RayMapDiscs>(still, variant.end);
+      s.discs.still = std::make_shared<estimate::RayMapDiscs>(still, variant.end);
     else
-      s.static_index = std::make_unique<estimate::DiscIndex>(still, variant.end, Workers(1));
+      s.discs.still = std::make_shared<estimate::DiscIndex>(still, variant.end, Workers(1));
     for (const uint32_t object : {1u, 2u}) {
       samples::DiscSet own;
       MovingPart part;
@@ -190,9 +188,9 @@ class StateWorld {
           part.local.grow(
               Box{s.samples.point[id], s.samples.point[id]}.padded(s.samples.radius[id]));
         }
-      part.index = std::make_unique<estimate::DiscIndex>(own, variant.end, Workers(1));
-      place_part(s, part);
-      s.moving.push_back(std::move(part));
+      part.index = std::make_shared<estimate::DiscIndex>(own, variant.end, Workers(1));
+      s.discs.place_part(part);
+      s.discs.moving.push_back(std::move(part));
     }
   }
 
@@ -218,14 +216,14 @@ inline uint32_t slow_slab_of(const State& s, uint32_t path) {
 template <class Visit>
 void each_crossed(const State& s, const MovingPart* part, uint32_t bounce, uint32_t slot,
                   const Visit& visit) {
-  const segments::BounceSegments& stored = s.store.bounces()[bounce];
+  const segments::BounceSegments& stored = s.paths.store.bounces()[bounce];
   const segments::Segment& segment = stored.at(slot);
   Vec3f o = segment.origin, w = decode_direction(segment.direction);
   if (part) {
     const FastTransform to_local(s.scene.objects[part->object].pose.inverse());
     o = to_local.point(o), w = to_local.direction(w);
   }
-  const samples::DiscSet& discs = (part ? part->index : s.static_index)->discs();
+  const samples::DiscSet& discs = (part ? part->index : s.discs.still)->discs();
   for (uint32_t k = 0; k < discs.size(); ++k)
     if (estimate::crosses(discs, k, o, w, segment.length, stored.extended_or_length(slot),
                           s.options.segment_end)
@@ -243,11 +241,11 @@ inline bool is_counted(const State& s, uint32_t bounce, uint32_t path) {
 template <class Wanted>
 std::vector<int64_t> slow_sums(const StateWorld& world, const Wanted& wanted) {
   const State& s = world.s;
-  std::vector<int64_t> sums(s.sums.size());
+  std::vector<int64_t> sums(s.discs.sums.size());
   world.each([&](uint32_t bounce, uint32_t slot, const segments::Segment& segment) {
     if (!is_counted(s, bounce, segment.path) || !wanted(bounce, slot)) return;
     const auto add = [&](const MovingPart* part) {
-      const samples::DiscSet& discs = (part ? part->index : s.static_index)->discs();
+      const samples::DiscSet& discs = (part ? part->index : s.discs.still)->discs();
       each_crossed(s, part, bounce, slot, [&](uint32_t disc) {
         for (size_t c = 0; c < 3; ++c)
           sums[3 * (slow_slab_of(s, segment.path) * s.samples.size() + discs.id[disc]) + c] +=
@@ -255,7 +253,7 @@ std::vector<int64_t> slow_sums(const StateWorld& world, const Wanted& wanted) {
       });
     };
     add(nullptr);
-    for (const MovingPart& part : s.moving)
+    for (const MovingPart& part : s.discs.moving)
       if (part.current && s.scene.objects[part.object].present) add(&part);
   });
   return sums;

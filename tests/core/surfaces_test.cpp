@@ -8,7 +8,7 @@
 #include <string>
 
 #include "base/error.h"
-#include "gather/cells.h"
+#include "gather/cells/cells.h"
 #include "memory_archive.h"
 #include "session_world.h"
 #include "striped.h"

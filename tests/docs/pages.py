@@ -11,7 +11,10 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTS = [
-    *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "examples/README.md")),
+    *(
+        ROOT / name
+        for name in ("README.md", "CONTRIBUTING.md", "examples/README.md", "benchmarks/RESULTS.md")
+    ),
     *sorted((ROOT / "docs").rglob("*.md")),
 ]
 _SITE_ONLY = re.compile(r"<!-- site:\n.*?-->", re.DOTALL)

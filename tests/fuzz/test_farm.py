@@ -15,6 +15,7 @@ from pathlib import Path
 import deltalux as dl
 import numpy as np
 import pytest
+from thoroughness import slow
 
 from fuzz import cli_target
 from fuzz.harness import MIB, Limits, fuzz
@@ -25,11 +26,16 @@ FARM = Path(__file__).parent / "farm.py"
 @pytest.mark.parametrize(
     ("target", "cases", "accepted", "kinds"),
     [
-        ("gltf", 150, 15, 25),
-        ("obj", 400, 60, 40),
-        ("session", 50, 5, 4),
-        ("viewer", 25, 25, 0),
-        ("cli", 30, 5, 10),
+        ("gltf", 30, 3, 8),
+        ("obj", 80, 12, 15),
+        ("session", 30, 1, 2),
+        ("viewer", 5, 5, 0),
+        ("cli", 6, 1, 2),
+        slow("gltf", 150, 15, 25),
+        slow("obj", 400, 60, 40),
+        slow("session", 50, 5, 4),
+        slow("viewer", 25, 25, 0),
+        slow("cli", 30, 5, 10),
     ],
 )
 def test_a_short_run_finds_nothing(target, cases, accepted, kinds, tmp_path):

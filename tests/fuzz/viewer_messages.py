@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from deltalux.server.edits import pose_numbers
-from deltalux.server.messages import MAX_TEXT
+from deltalux.server.protocol.messages import MAX_TEXT
 from rooms import translation, turn
 
 from fuzz.mutate_bytes import change_bytes

@@ -18,12 +18,12 @@ from pathlib import Path
 from typing import Any
 
 import deltalux as dl
-from deltalux.server.arrays import read_arrays
 from deltalux.server.exports import SUFFIXES, Exports
-from deltalux.server.frames import FrameHeader, apply_frame
 from deltalux.server.hub import Hub
 from deltalux.server.page import Page
-from deltalux.server.serving import Server
+from deltalux.server.protocol.arrays import read_arrays
+from deltalux.server.protocol.frames import FrameHeader, apply_frame
+from deltalux.server.web.serving import Server
 from viewer.page_client import PageClient
 from viewer.served_room import make_session
 

@@ -3,8 +3,9 @@
 
 The radiance that arrives at a point comes from Mitsuba's own `path` integrator along
 cosine-distributed directions; light that arrives straight from a lamp is combined with
-Mitsuba's emitter sampling by the balance heuristic. Needs the PyPI package `mitsuba` and
-a shared LLVM library (Debian and Ubuntu: libllvm19).
+Mitsuba's emitter sampling by the balance heuristic. Needs the PyPI package `mitsuba`; its
+variant LLVM, for more than some ten thousand paths, also a shared LLVM library (Debian and
+Ubuntu: libllvm19).
 """
 
 from __future__ import annotations
@@ -25,25 +26,26 @@ from . import world
 
 Array = NDArray[np.float64]
 
-VARIANT = "llvm_ad_rgb"
+LLVM, SCALAR = "llvm_ad_rgb", "scalar_rgb"  # variants: many paths at once, or one after another
 OLDEST_LLVM = 17  # older ones abort on Dr.Jit's llvm.minimum
 SEEDS = 1 << 10  # apart are the seeds of blocks of points and of calls; limits passes and blocks
 LANES = 1 << 20  # paths per kernel launch: enough to fill the machine, 1 to 2 GB
 
 
 class Unavailable(RuntimeError):
-    """Mitsuba or the LLVM library that it needs is not installed."""
+    """Mitsuba or the LLVM library that its variant needs is not installed."""
 
 
-def load(threads: int = 1) -> Any:
-    """Mitsuba with its LLVM variant set; `Unavailable` names what is missing."""
-    os.environ.setdefault("DRJIT_LIBLLVM_PATH", _newest_llvm())
+def load(threads: int = 1, variant: str = LLVM) -> Any:
+    """Mitsuba with that variant set; `Unavailable` names what is missing."""
+    if variant == LLVM:
+        os.environ.setdefault("DRJIT_LIBLLVM_PATH", _newest_llvm())
     try:
         import drjit
         import mitsuba
     except ImportError as error:
         raise Unavailable(f"mitsuba: {error}; pip install mitsuba") from None
-    mitsuba.set_variant(VARIANT)
+    mitsuba.set_variant(variant)
     drjit.set_thread_count(threads)
     return mitsuba
 
@@ -74,10 +76,14 @@ class Renderer:
     threads : worker threads; 1 for CPU time
     sampler : Mitsuba's name of the sampler. "multijitter" has half the variance, but a bias at
         few samples a pass (2 % at 4, 1 % at 16, none seen from 64, in a bright closed room)
+    variant : LLVM or SCALAR
     """
 
-    def __init__(self, scene: Scene, *, threads: int = 1, sampler: str = "independent") -> None:
-        self._mi = load(threads)
+    def __init__(
+        self, scene: Scene, *, threads: int = 1, sampler: str = "independent", variant: str = LLVM
+    ) -> None:
+        self._threads, self._variant = threads, variant
+        self._mi = load(threads, variant)
         self._scene = self._mi.load_dict(_scene_dict(self._mi, scene))
         self._integrator = self._mi.load_dict({"type": "path", "max_depth": -1, "rr_depth": 3})
         self._sampler_name = sampler
@@ -104,6 +110,7 @@ class Renderer:
         Equal seeds give equal random numbers at each point, so that the difference of two
         scenes that differ little has little noise.
         """
+        load(self._threads, self._variant)  # a renderer made later may have set another
         sampler = self._sampler(max(1, -(-samples_per_point // passes)))
         block = max(1, LANES // sampler.sample_count())
         blocks = []
@@ -111,7 +118,8 @@ class Renderer:
             part = slice(start, start + block)
             first = (seed * SEEDS + number) * SEEDS
             seeds = range(first, first + passes)
-            blocks.append(np.stack([self._pass(points[part], normals[part], sampler, k) for k in seeds]))
+            one_pass = self._pass if self._variant == LLVM else self._scalar_pass
+            blocks.append(np.stack([one_pass(points[part], normals[part], sampler, k) for k in seeds]))
         return np.concatenate(blocks, axis=1)
 
     def free_share(self, points: Array, normals: Array, distances: Sequence[float], rays: int = 256) -> Array:
@@ -134,7 +142,8 @@ class Renderer:
         self._mi.set_log_level(self._mi.LogLevel.Error)  # it warns when it rounds up
         sampler = self._mi.load_dict(description)
         self._mi.set_log_level(self._mi.LogLevel.Warn)
-        sampler.set_samples_per_wavefront(sampler.sample_count())
+        if self._variant == LLVM:
+            sampler.set_samples_per_wavefront(sampler.sample_count())
         return sampler
 
     def _pass(self, points: Array, normals: Array, sampler: Any, seed: int) -> Array:
@@ -152,6 +161,20 @@ class Renderer:
         total = self._estimate(sampler, here)
         per_point = [dr.block_sum(channel, count) / count for channel in (total.x, total.y, total.z)]
         return np.stack([np.asarray(channel, np.float64) for channel in per_point], axis=1)
+
+    def _scalar_pass(self, points: Array, normals: Array, sampler: Any, seed: int) -> Array:
+        """As `_pass`, path by path; each has its own seed, so that no path shifts another's numbers."""
+        mi, count = self._mi, sampler.sample_count()
+        seeds = np.random.default_rng(seed).integers(1 << 32, size=(len(points), count))
+        total = np.zeros((len(points), 3))
+        here = mi.SurfaceInteraction3f()
+        for i, (point, normal) in enumerate(zip(points.tolist(), normals.tolist(), strict=True)):
+            here.p, here.n = mi.Point3f(point), mi.Normal3f(normal)
+            here.sh_frame = mi.Frame3f(here.n)
+            for own in seeds[i].tolist():
+                sampler.seed(own)
+                total[i] += self._estimate(sampler, here)
+        return total / count
 
     def _estimate(self, sampler: Any, here: Any) -> Any:
         """Irradiance by one path from each place."""
@@ -177,6 +200,8 @@ class Renderer:
         radiance, _, _ = self._integrator.sample(scene, sampler, ray)
         hit = scene.ray_intersect(ray)
         emitter = hit.emitter(scene)
+        if emitter is None:  # a scalar: in arrays those without are zeros
+            return dr.pi * radiance
         emitted = emitter.eval(hit)
         pdf_emitter = scene.pdf_emitter_direction(here, mi.DirectionSample3f(scene, hit, here))
         pdf_direction = mi.warp.square_to_cosine_hemisphere_pdf(local)
@@ -250,7 +275,7 @@ def _light(mi: Any, light: Any) -> dict[str, Any]:
     if isinstance(light, PointLight):
         return {"type": "point", "position": light.position.tolist(), "intensity": rgb(light.intensity)}
     assert isinstance(light, SpotLight)
-    _register_spot(mi)
+    _register_spot(mi, mi.variant())
     return {
         "type": "khr_spot",
         "origin": light.position.tolist(),
@@ -261,7 +286,7 @@ def _light(mi: Any, light: Any) -> dict[str, Any]:
 
 
 @functools.cache
-def _register_spot(mi: Any) -> None:
+def _register_spot(mi: Any, variant: str) -> None:
     """Teach Mitsuba the cone falloff of KHR_lights_punctual; its own spot falls off otherwise."""
     import drjit as dr
 
@@ -274,14 +299,15 @@ def _register_spot(mi: Any) -> None:
             self.m_flags = int(mi.EmitterFlags.DeltaPosition)
 
         def sample_direction(self, it: Any, sample: Any, active: Any = True) -> Any:
-            ds = dr.zeros(mi.DirectionSample3f)
-            ds.p, ds.n, ds.pdf, ds.delta = mi.Point3f(self.origin), mi.Normal3f(0), 1.0, True
-            ds.time, ds.emitter = it.time, mi.EmitterPtr(self)
+            ds = mi.DirectionSample3f()
+            ds.p, ds.n, ds.uv = mi.Point3f(self.origin), mi.Normal3f(0), mi.Point2f(0)
+            ds.pdf, ds.delta, ds.time = mi.Float(1), mi.Bool(True), it.time
+            ds.emitter = mi.EmitterPtr(self) if variant == LLVM else self
             ds.d = ds.p - it.p
             ds.dist = dr.norm(ds.d)
             ds.d /= ds.dist
             share = dr.clip((-dr.dot(ds.d, self.axis) - self.outer) / (self.inner - self.outer), 0, 1)
-            return ds, self.intensity * dr.square(share / ds.dist) & active
+            return ds, dr.select(active, self.intensity * dr.square(share / ds.dist), mi.Color3f(0))
 
         def pdf_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
             return mi.Float(0)

@@ -13,7 +13,12 @@ from dataclasses import dataclass
 
 import deltalux as dl
 import numpy as np
+import pytest
 from scipy import stats
+from thoroughness import slow
+
+# Of paths and samples: with fewer the standard errors are larger, the false-alarm rates are the same.
+BY_SIZE = pytest.mark.parametrize("size", [0.2, slow(1.0)], ids=["small", "whole"])
 
 BATCHES_FREEDOM = 7  # a standard error from 8 batches of paths
 FALSE_ALARM = 1e-3

@@ -45,8 +45,10 @@ def layers(root: Path, file: str, text: str) -> tuple[int, str]:
         ("estimate/photon_map/photon_map.cpp", "#include <nanoflann.hpp>\n"),
         ("trace/embree_scene.cpp", "#include <embree3/rtcore.h>\n"),
         ("base/parallel.cpp", "#include <tbb/parallel_for.h>\n"),
-        ("gather/light.cpp", '#include "estimate/disc_index/tree.h"\n'),
+        ("gather/aim/light.cpp", '#include "estimate/disc_index/tree.h"\n'),
         ("segments/light.cpp", '#include "direct/visibility.h"\n'),
+        ("gather/looks/chain.h", '#include "gather/aim/guide.h"\n#include "gather/looks/vertex.h"\n'),
+        ("session/session.cpp", '#include "session/world/world.h"\n#include "session/session_forecast.h"\n'),
         ("estimate/read.cpp", "void f(const Scene& s, const scene::Scene& t, Scene&& u);\n"),
         ("base/text.cpp", "void f(); // printf(\n"),
     ],
@@ -72,6 +74,9 @@ def test_layers_accept(tmp_path: Path, file: str, text: str) -> None:
         ("estimate/photon_map/area.cpp", "#include <nanoflann.hpp>\n", "photon_map/photon_map alone"),
         ("estimate/ray_map/photon_map.cpp", "#include <nanoflann.hpp>\n", "photon_map/photon_map alone"),
         ("plan/cost_model.cpp", '#include "scene/scene.h"\n', "includes base only"),
+        ("gather/aim/guide.h", '#include "gather/looks/vertex.h"\n', "aim may include only"),
+        ("gather/guide.h", '#include "gather/aim/beam.h"\n', "may include only"),
+        ("session/read/light.h", '#include "session/session.h"\n', "read may include only"),
         ("trace/walk.cpp", "#include <embree4/rtcore.h>\n", "belongs to core/trace/embree_scene"),
         ("session/session.cpp", "#include <tbb/task_arena.h>\n", "belongs to core/base/parallel"),
         ("scene/a.cpp", "#include <nanobind/nanobind.h>\n", "neither bindings nor file formats"),
@@ -86,6 +91,37 @@ def test_layers_refuse(tmp_path: Path, file: str, text: str, found: str) -> None
     assert code == 1
     assert found in out
     assert f"{file}:" in out
+
+
+def page(root: Path, **modules: str) -> tuple[int, str]:
+    sources = root / "viewer" / "src"
+    (sources / "three").mkdir(parents=True)
+    for name, text in modules.items():
+        (sources / (name.replace("_", "/") + ".ts")).write_text(text, encoding="utf-8")
+    return run_tool("check_layers.py", root)
+
+
+def test_layers_accept_a_page_without_circles(tmp_path: Path) -> None:
+    code, out = page(
+        tmp_path,
+        three_scene="import { A } from '../a'\nimport { Mesh } from 'three'\n",
+        a="import './a.css'\n",
+    )
+    assert code == 0, out
+
+
+def test_layers_refuse_circles_of_the_page(tmp_path: Path) -> None:
+    code, out = page(
+        tmp_path,
+        three_scene="import { A } from '../a'\n",
+        a="import {\n  B,\n} from './b'\n",
+        b="import type { Scene } from './three/scene'\n",
+    )
+    assert code == 1
+    assert ".ts:1: imports in a circle: " in out
+    circle = out.strip().split(": ")[-1].split(" -> ")[:-1]
+    first = circle.index("a")
+    assert circle[first:] + circle[:first] == ["a", "b", "three/scene"]
 
 
 def text_check(root: Path, name: str, text: str) -> tuple[int, str]:

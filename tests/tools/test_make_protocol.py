@@ -7,7 +7,7 @@ from typing import Literal, TypedDict
 
 import make_protocol
 import pytest
-from deltalux.server import messages, told
+from deltalux.server.protocol import messages, told
 
 
 def test_committed_files_are_what_the_declarations_make(capsys, monkeypatch):

@@ -10,7 +10,7 @@ from typing import Any
 
 import deltalux as dl
 import pytest
-from deltalux.server.serving import Server
+from deltalux.server.web.serving import Server
 
 from viewer.served_room import make_session, saved
 

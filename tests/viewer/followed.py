@@ -11,11 +11,11 @@ from typing import Any
 import deltalux as dl
 import numpy as np
 import pytest
+from deltalux.server.drawn.geometry import Geometry
+from deltalux.server.drawn.values import Values, fill_of
 from deltalux.server.edits import pose_numbers, state_of
 from deltalux.server.engine import Engine
-from deltalux.server.events import Event, Phase, Wanted
-from deltalux.server.geometry import Geometry
-from deltalux.server.values import Values, fill_of
+from deltalux.server.engine.events import Event, Phase, Wanted
 
 from viewer.page_client import TIMEOUT, decoded
 

@@ -9,8 +9,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from deltalux.server.frames import PREVIEW, apply_frame
-from deltalux.server.serving import Server
+from deltalux.server.protocol.frames import PREVIEW, apply_frame
+from deltalux.server.web.serving import Server
 from websockets.sync.client import ClientConnection, connect
 
 TIMEOUT = 30  # seconds; a message that has not come by then never will

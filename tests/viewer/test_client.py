@@ -16,8 +16,8 @@ from deltalux.client import connection
 from deltalux.outputs import read
 from deltalux.server.edits import state_of
 from deltalux.server.engine import Engine
-from deltalux.server.events import Wanted
-from deltalux.server.serving import Server
+from deltalux.server.engine.events import Wanted
+from deltalux.server.web.serving import Server
 from rooms import translation, turn
 
 from viewer.page_client import PageClient

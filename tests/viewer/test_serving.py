@@ -9,10 +9,10 @@ import deltalux as dl
 import numpy as np
 import pytest
 from deltalux.scene import replace_scene
+from deltalux.server.drawn.values import fill_of
 from deltalux.server.edits import Reach, pose_numbers
-from deltalux.server.frames import PREVIEW
-from deltalux.server.serving import Server
-from deltalux.server.values import fill_of
+from deltalux.server.protocol.frames import PREVIEW
+from deltalux.server.web.serving import Server
 from rooms import room, translation, turn
 
 from viewer.page_client import PageClient, decoded

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Values of one refinement of the scene's mesh taken over to another, to compare light before and after.
 import { DataUtils } from 'three'
-import type { SceneInfo } from './protocol'
-import type { GeometryArrays } from './three/litScene'
+import type { Refinement } from './geometry'
 import { CHANNELS, isUnknown, UNKNOWN, type Snapshot } from './values'
-
-export type Refinement = [Pick<SceneInfo, 'vertices' | 'meshes' | 'bounds'>, GeometryArrays]
 
 export const NONE = -1 // instead of a vertex before
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the server sends, on its way to the screen; frames are acknowledged when they are there.
+import { geometryArrays } from './geometry'
 import type { Latency } from './latency'
 import type { Look } from './look'
 import type { Objects } from './objects'
@@ -8,7 +9,7 @@ import type { SceneInfo, StateMessage, ValuesFrame } from './protocol'
 import { Remeshing, type Loaded } from './remeshing'
 import type { References } from './references'
 import type { RemoteSession } from './remoteSession'
-import { geometryArrays, type LitScene } from './three/litScene'
+import type { LitScene } from './three/litScene'
 import type { Stage } from './three/stage'
 
 const LATE = 2000 // milliseconds; shapes without light are drawn if that is not there by then

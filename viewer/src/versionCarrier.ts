@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Values taken over to another version of the scene, in which other things can be moved: by equal places.
 import { Matrix4, Vector3 } from 'three'
-import { NONE, repeated, taken, type Refinement } from './carrier'
+import { NONE, repeated, taken } from './carrier'
+import type { Refinement } from './geometry'
 import { CHANNELS, UNKNOWN, type Snapshot } from './values'
 
 const STEP = 1e-4 // of the scene's size: places that are nearer to each other count as equal

@@ -3,9 +3,9 @@
 import { DataUtils, Matrix4 } from 'three'
 import { describe, expect, it } from 'vitest'
 import { Carrier } from '../src/carrier'
+import type { GeometryArrays } from '../src/geometry'
 import type { Rgb, ValuesFrame } from '../src/protocol'
 import { Gone, Remeshing, type Loaded } from '../src/remeshing'
-import type { GeometryArrays } from '../src/three/litScene'
 import { isUnknown } from '../src/values'
 import { VersionCarrier } from '../src/versionCarrier'
 

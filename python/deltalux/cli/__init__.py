@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command line: one module per verb; this one assembles them and turns errors into exit codes."""
+"""The command line: `commands` has a module per verb; this one assembles them and sets exit codes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import typer
 from deltalux.errors import Cancelled
 from deltalux.version import __version__
 
-from . import bake, compare, compare_methods, demo, info, plan, render, serve, study, update, view
+from .commands import bake, compare, compare_methods, demo, info, plan, render, serve, study, update, view
 from .console import print_error
 from .failures import failure_text, is_expected
 from .streams import flush_output, unheard_streams

@@ -214,6 +214,19 @@ SceneArgument = Annotated[
         show_default=False,
     ),
 ]
+SourceArgument = Annotated[
+    str,
+    typer.Argument(
+        metavar="SCENE|SESSION.dlx",
+        help="A .glb, .gltf or .obj file, a bundled scene (atrium, expo, office, cornell_box), or a session "
+        "that bake, update or the viewer wrote.",
+        show_default=False,
+    ),
+]
+SessionArgument = Annotated[
+    Path,
+    typer.Argument(metavar="SESSION.dlx", help="A session that bake or update wrote.", show_default=False),
+]
 MovableOption = Annotated[
     list[str] | None,
     typer.Option(

@@ -5,8 +5,10 @@ from __future__ import annotations
 
 import functools
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
+
+import typer
 
 from deltalux.session_options import SessionOptions, options_of
 
@@ -25,6 +27,15 @@ def names_of(declaration: type = SessionOptions, without: tuple[str, ...] = ()) 
 def of_the_bake(without: tuple[str, ...] = ()) -> tuple[str, ...]:
     """Names of the options whose values a stored session determines."""
     return tuple(name for name in names_of(without=without) if name not in WHEN_OPENED)
+
+
+def refuse_options_of_the_bake(context: typer.Context, source: str, names: Sequence[str], verb: str) -> None:
+    """Raise BadParameter for options, by `names`, that a session already determines."""
+    for name in names:
+        origin = context.get_parameter_source(name)
+        if origin is not None and origin.name == "COMMANDLINE":
+            option = "--" + name.replace("_", "-")
+            raise typer.BadParameter(f"'{source}' was baked already; leave out {option}, or {verb} the scene")
 
 
 def session_arguments(

@@ -11,7 +11,7 @@ from deltalux.errors import OptionError
 from deltalux.results import Frame
 from deltalux.scene import rigid_pose
 from deltalux.server.edits import pose_matrix, pose_numbers
-from deltalux.server.messages import Names, read_edit
+from deltalux.server.protocol.messages import Names, read_edit
 
 from .connection import Arrays, Connection
 

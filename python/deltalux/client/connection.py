@@ -14,10 +14,10 @@ import numpy as np
 
 from deltalux import threads
 from deltalux.errors import Error, OptionError
-from deltalux.server.arrays import read_arrays
 from deltalux.server.extra import check_extra
-from deltalux.server.messages import MAX_TEXT
-from deltalux.server.short_log import without_tokens
+from deltalux.server.protocol.arrays import read_arrays
+from deltalux.server.protocol.messages import MAX_TEXT
+from deltalux.server.web.short_log import without_tokens
 
 Arrays = dict[str, np.ndarray]
 _SCHEMES = {"http": "ws", "https": "wss", "ws": "ws", "wss": "wss"}

@@ -49,7 +49,7 @@ def load(
         Each becomes one movable mesh with everything below it; ``*``, ``?`` and ``[...]`` describe several.
         Nodes named ``MOVE_...`` and nodes with ``extras.movable`` become movable without being listed.
     light_units : "spec", "blender-watts" or "unitless"
-        Meaning of the numbers of KHR_lights_punctual; see `deltalux.io.gltf_lights`.
+        Meaning of the numbers of KHR_lights_punctual; see `deltalux.io.gltf.lights`.
     unit : "mm", "cm", "m", "in", "ft", or metres per unit
         Unit of the file's lengths; None = metres, with a warning if the scene's size is unusual. The unit
         does not change the lights' candela, lux and cd/m2.

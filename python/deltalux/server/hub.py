@@ -11,16 +11,17 @@ from typing import Any
 from deltalux.errors import Error, OptionError
 from deltalux.session import Session
 
-from . import remaking
-from .arrays import arrays_bytes, arrays_of
+from .drawn.geometry import Geometry
+from .drawn.values import Values
 from .edits import EditState, Key, Kind, Value, pose_matrix
-from .engine import Engine
-from .events import Event, Phase, Refined, Refused, Remade, Wanted
+from .engine import Engine, remaking
+from .engine.events import Event, Phase, Refined, Refused, Remade, Wanted
+from .engine.known import known_of
 from .exports import Exports
-from .geometry import Geometry
 from .history import History
-from .known import known_of
-from .messages import (
+from .page import Page
+from .protocol.arrays import arrays_bytes, arrays_of
+from .protocol.messages import (
     EDITS,
     Ack,
     Add,
@@ -45,9 +46,7 @@ from .messages import (
     Undo,
     parse,
 )
-from .page import Page
-from .told import Answer, ErrorMessage, FinishedMessage, FrameMessage, News, PhaseName, StateMessage
-from .values import Values
+from .protocol.told import Answer, ErrorMessage, FinishedMessage, FrameMessage, News, PhaseName, StateMessage
 
 MAX_PAGES = 32
 

@@ -7,9 +7,9 @@ import asyncio
 import json
 from collections.abc import Awaitable, Callable
 
-from .frames import frame_bytes
-from .told import Told
-from .values import Values
+from .drawn.values import Values
+from .protocol.frames import frame_bytes
+from .protocol.told import Told
 
 IN_FLIGHT = 2  # frames sent that the page has not acknowledged yet
 MAX_WAITING = 1000  # messages that may wait for a page that does not receive them

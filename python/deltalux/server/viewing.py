@@ -109,7 +109,7 @@ def view(
     check_extra("view")
     if not isinstance(what, (Session, Scene)):
         raise OptionError(f"view: found {type(what).__name__}, expected a Session or a Scene")
-    from .serving import Server  # requires the extra
+    from .web.serving import Server  # requires the extra
 
     session = Session(what) if isinstance(what, Scene) else what
     shown = View(Server(session, host, port, folder))
@@ -154,7 +154,7 @@ def serve(
     check_extra("serve")
     if not isinstance(session, Session):
         raise OptionError(f"serve: found {type(session).__name__}, expected a Session")
-    from .serving import Server  # requires the extra
+    from .web.serving import Server  # requires the extra
 
     return View(Server(session, host, port, folder, shown=False))
 

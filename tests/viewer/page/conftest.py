@@ -9,7 +9,7 @@ from typing import Any
 
 import deltalux as dl
 import pytest
-from deltalux.server.serving import Server
+from deltalux.server.web.serving import Server
 
 from viewer.page.browsers import CHROMIUM, launched
 from viewer.page.driver import Viewer

@@ -5,10 +5,11 @@ from __future__ import annotations
 
 import deltalux as dl
 import pytest
-from deltalux.server.serving import Server
+from deltalux.server.web.serving import Server
 
 from viewer.page.two_cells import make_session, two_cells
 
+PATHS = 2_000_000  # some seconds
 WATCH_PROGRESS = """
 window.seen = [];
 new MutationObserver(() => {
@@ -20,7 +21,7 @@ new MutationObserver(() => {
 
 @pytest.fixture
 def dark_session():
-    with make_session(paths=4_000_000) as session:
+    with make_session(paths=PATHS) as session:
         yield session
 
 
@@ -37,7 +38,7 @@ def test_first_bake_shows_progress_previews_and_then_the_exact_light(open_page, 
         fractions = [fraction for _, fraction in seen]
         assert fractions == sorted(fractions) and fractions[0] < 0.9
         assert viewer.page.locator(".progress").is_hidden()
-        assert viewer.state()["frame"]["paths"] == 4_000_000
+        assert viewer.state()["frame"]["paths"] == PATHS
         viewer.end(server)
 
 

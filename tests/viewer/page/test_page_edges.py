@@ -6,7 +6,7 @@ from __future__ import annotations
 import deltalux as dl
 import numpy as np
 import pytest
-from deltalux.server.serving import Server
+from deltalux.server.web.serving import Server
 from rooms import box, translation, turn
 from scipy.ndimage import maximum_filter, minimum_filter
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import deltalux as dl
 import pytest
-from deltalux.server.serving import Server
+from deltalux.server.web.serving import Server
 
 from viewer.page.many_lamps import NAMES, make_session
 from viewer.served_room import saved

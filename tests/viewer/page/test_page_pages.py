@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import numpy as np
-from deltalux.server.serving import Server
+from deltalux.server.web.serving import Server
 
 
 def test_two_pages_see_each_others_moves(viewer, open_page, server):
@@ -23,7 +23,7 @@ def test_two_pages_see_each_others_moves(viewer, open_page, server):
 
 
 def test_page_comes_back_after_the_server_restarted(open_page, session, monkeypatch):
-    monkeypatch.setattr("deltalux.server.serving.secrets.token_urlsafe", lambda: "the same one")
+    monkeypatch.setattr("deltalux.server.web.serving.secrets.token_urlsafe", lambda: "the same one")
     with Server(session) as first:
         viewer = open_page(first.url)
         viewer.settle()

@@ -6,7 +6,7 @@ from __future__ import annotations
 import deltalux as dl
 import numpy as np
 import pytest
-from deltalux.server.serving import Server
+from deltalux.server.web.serving import Server
 
 from viewer.page.two_cells import make_session
 from viewer.served_room import saved

@@ -14,7 +14,7 @@ from deltalux.outputs.camera import look_at
 from deltalux.outputs.images import render
 from deltalux.outputs.tone import encode_srgb, tone_map
 from deltalux.scene.look import Look, Texture
-from deltalux.server.serving import Server
+from deltalux.server.web.serving import Server
 from deltalux.texels import LINEAR_OF_BYTE
 
 from viewer.page.driver import Viewer

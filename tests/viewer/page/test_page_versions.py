@@ -8,9 +8,9 @@ import threading
 import deltalux as dl
 import numpy as np
 import pytest
-from deltalux.server import engine
-from deltalux.server.remaking import samples_like
-from deltalux.server.serving import Server
+from deltalux.server.engine import bakes
+from deltalux.server.engine.remaking import samples_like
+from deltalux.server.web.serving import Server
 from rooms import box, translation
 
 from viewer.served_room import saved
@@ -110,7 +110,7 @@ def test_it_can_be_cancelled(dark, monkeypatch):
         cancelled.wait(BAKE)
         return samples_like(*made)
 
-    monkeypatch.setattr(engine, "samples_like", slowly)
+    monkeypatch.setattr(bakes, "samples_like", slowly)
     close_notes(dark)
     dark.page.mouse.click(*dark.ask("deltalux.project('crate')"))
     dark.button("Make movable").click()

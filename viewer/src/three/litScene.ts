@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The scene as drawn: one mesh with groups for each mesh of the server's, values as an attribute of halves.
 import { Box3, BufferAttribute, BufferGeometry, DynamicDrawUsage, Group, Matrix4, Mesh, Vector3 } from 'three'
-import { Carrier, type Refinement } from '../carrier'
-import type { ArrayPlace, MeshInfo, PartInfo, Pose, Run, SceneInfo, ValuesFrame } from '../protocol'
+import { Carrier } from '../carrier'
+import type { GeometryArrays, Refinement } from '../geometry'
+import type { MeshInfo, PartInfo, Pose, Run, SceneInfo, ValuesFrame } from '../protocol'
 import { CHANNELS, Values, type Snapshot } from '../values'
 import { Signal } from '../signal'
 import { VersionCarrier } from '../versionCarrier'
@@ -11,34 +12,6 @@ import { Factors } from './textures'
 
 const MOST_OF_16_BITS = 65535 // vertices of a mesh; the last number of 16 bits means the end of a strip
 const MAX_RANGES = 16 // of one mesh waiting for upload; more become one that covers them
-
-/** What `geometry.bin` holds. */
-export interface GeometryArrays {
-  points: Float32Array
-  normals: Float32Array
-  indices: Uint32Array
-  coordinates: Float32Array // of textures, 2 for each vertex; empty if there is none
-  copies: Uint32Array // vertices that only differ in these from the one before them
-  detail: Uint32Array // vertices that refine shadows,
-  detailCorners: Uint32Array // the vertices of others between which they lie, 3 for each,
-  detailWeights: Float32Array // and how near they are to these
-}
-
-export function geometryArrays(info: SceneInfo, buffer: ArrayBuffer): GeometryArrays {
-  const floats = ({ offset, length }: ArrayPlace) => new Float32Array(buffer, offset, length / 4)
-  const integers = ({ offset, length }: ArrayPlace) => new Uint32Array(buffer, offset, length / 4)
-  const { arrays } = info
-  return {
-    points: floats(arrays.points),
-    normals: floats(arrays.normals),
-    indices: integers(arrays.indices),
-    coordinates: floats(arrays.coordinates),
-    copies: integers(arrays.copies),
-    detail: integers(arrays.detail),
-    detailCorners: integers(arrays.detail_corners),
-    detailWeights: floats(arrays.detail_weights),
-  }
-}
 
 /** One drawn mesh and its place among all vertices. */
 export interface Body extends Mesh<BufferGeometry, SurfaceMaterials['all']> {

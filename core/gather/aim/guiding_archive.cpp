@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// Writes guides to a session file and reads them back.
+#include <string>
+
+#include "base/error.h"
+#include "gather/aim/sample_rays.h"
+#include "gather/aim/suns.h"
+
+namespace deltalux::gather {
+namespace {
+
+constexpr const char* kGuides = "gather.guides";
+constexpr const char* kBeams = "gather.beams";
+constexpr const char* kSuns = "gather.suns";
+constexpr const char* kNeed = "gather.need";
+constexpr const char* kDoublings = "gather.doublings";
+constexpr const char* kShares = "gather.shares";
+
+static_assert(sizeof(Guide) == 4 * (11 + 33 * 33) && sizeof(BeamGuide) == 12 &&
+              sizeof(RayNeed) == 12 && sizeof(RayShares) == 32);
+
+[[noreturn]] void refuse(const char* array, const std::string& what) {
+  throw FormatError("\"" + std::string(array) + "\": found " + what);
+}
+
+/// Why a sample with `rays` rays cannot have these shares; null if it can.
+const char* flaw(const RayShares& shares, uint32_t rays, size_t guides, size_t beams) {
+  if (shares.guided() > rays / (2 * kParts)) return "more guided rays than a sample has";
+  for (size_t slot = 0; slot < kMaxUsed; ++slot) {
+    const size_t guide = shares.guide[slot];
+    const bool is_beam = guide >= RayShares::kFirstBeam;
+    if (shares.eighth[slot] &&
+        guide - (is_beam ? RayShares::kFirstBeam : 0) >= (is_beam ? beams : guides))
+      return "a guide that is not there";
+  }
+  return nullptr;
+}
+
+/// Saves what belongs to no sample.
+void save_chosen(const Guiding& guiding, std::span<const Guide> guides, const RayNeed& need,
+                 ArchiveView& archive) {
+  archive.append(kGuides, guides);
+  archive.append(kBeams, guiding.beams);
+  archive.append(kSuns, guiding.suns);
+  archive.keep(kNeed, std::vector<RayNeed>{need});
+}
+
+}  // namespace
+
+void Guiding::save(ArchiveView& archive, bool current) const {
+  save_chosen(*this, guides, need, archive);
+  archive.append(kDoublings, doublings);
+  if (current && !empty()) archive.append(kShares, shares);
+}
+
+void Guiding::save_samples(size_t first, size_t last, ArchiveView& archive) const {
+  save_chosen(*this, guides, need, archive);
+  archive.append(kDoublings, std::span(doublings).subspan(first, last - first));
+  if (!empty() && last > first)
+    archive.append(kShares, std::span(shares).subspan(first, last - first));
+}
+
+void Guiding::save_lights_by_shadow_ray(ArchiveView& archive) const {
+  save_chosen(*this, {}, {}, archive);
+  archive.append(kDoublings, std::span<const int8_t>());
+}
+
+void Guiding::restore(ArchiveSource& archive, std::span<const trace::Light> lights, size_t samples,
+                      uint32_t rays) {
+  const size_t count = archive.count<Guide>(kGuides), narrow = archive.count<BeamGuide>(kBeams);
+  if (count > kMaxGuides) refuse(kGuides, "more than " + std::to_string(kMaxGuides));
+  if (narrow > kMaxBeams) refuse(kBeams, "more than " + std::to_string(kMaxBeams));
+  guides = archive.read_all<Guide>(kGuides, count);
+  beams = archive.read_all<BeamGuide>(kBeams, narrow);
+  for (const Guide& guide : guides)
+    if (const char* flaw = guide.flaw()) refuse(kGuides, flaw);
+  for (const BeamGuide& beam : beams)
+    if (const char* flaw = beam.flaw(lights)) refuse(kBeams, flaw);
+  const size_t shining = archive.count<uint32_t>(kSuns);
+  if (shining > lights.size()) refuse(kSuns, "more than there are lights");
+  suns = archive.read_all<uint32_t>(kSuns, shining);
+  if (const char* flaw = Suns::flaw(suns, lights)) refuse(kSuns, flaw);
+  need = archive.read_all<RayNeed>(kNeed, 1)[0];
+  if (const char* flaw = need.flaw()) refuse(kNeed, flaw);
+  doublings = archive.read_all<int8_t>(kDoublings, samples);
+  for (int8_t own : doublings)
+    if (own < RayCounts::kMinDoublings || own > RayCounts::kMaxDoublings)
+      refuse(kDoublings, "a number of rays no sample has");
+  shares.clear();
+  if (empty() || !archive.bytes(kShares)) return;
+  shares = archive.read_all<RayShares>(kShares, samples);
+  for (size_t i = 0; i < samples; ++i)
+    if (const char* wrong =
+            flaw(shares[i], RayCounts::rays(rays, doublings[i]), guides.size(), beams.size()))
+      refuse(kShares, wrong);
+}
+
+}  // namespace deltalux::gather

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+// The gather rays of one sample: most are cosine-distributed, some go towards guides; and their
+// weights.
+#pragma once
+#include <array>
+#include <cmath>
+#include <span>
+#include <vector>
+
+#include "base/archive.h"
+#include "direct/light_shape.h"
+#include "gather/aim/beams.h"
+#include "gather/aim/directions.h"
+#include "gather/aim/guide.h"
+#include "gather/aim/ray_counts.h"
+#include "trace/ray_caster.h"
+
+namespace deltalux::gather {
+
+inline constexpr uint32_t kParts = 8;    // parts of a sample's rays, each an estimate by itself
+inline constexpr uint32_t kMaxUsed = 8;  // guides per sample, including beams
+
+/// How many of a sample's rays go towards each guide, counted per part (an eighth) of the rays: all
+/// parts have the same numbers.
+struct RayShares {
+  static constexpr uint16_t kFirstBeam = kMaxGuides;  ///< in `guide`: index of the first beam
+  std::array<uint16_t, kMaxUsed> guide{}, eighth{};
+  /// Guided rays in one part.
+  uint32_t guided() const {
+    uint32_t sum = 0;
+    for (uint16_t own : eighth) sum += own;
+    return sum;
+  }
+  friend bool operator==(const RayShares&, const RayShares&) = default;
+};
+
+/// The guides of a session, which are chosen at the bake, and the numbers and shares of all
+/// samples' rays.
+struct Guiding {
+  std::vector<Guide> guides;
+  std::vector<BeamGuide> beams;
+  std::vector<uint32_t> suns;  ///< indices of lights, ascending, see Suns
+  RayNeed need;
+  std::vector<int8_t> doublings;  ///< by sample: log2 of the factor on the standard number of rays
+  std::vector<RayShares> shares;  ///< by sample; empty without guides
+  /// Whether all rays are cosine-distributed.
+  bool empty() const { return guides.empty() && beams.empty(); }
+  size_t bytes() const {
+    return guides.capacity() * sizeof(Guide) + beams.capacity() * sizeof(BeamGuide) +
+           suns.capacity() * sizeof(uint32_t) + shares.capacity() * sizeof(RayShares) +
+           doublings.capacity();
+  }
+  /// Writes arrays named "gather.…". `current`: whether the shares are those of the present scene;
+  /// they are only written then.
+  void save(ArchiveView& archive, bool current) const;
+  /// The same for samples [first, last) alone, whose shares are current.
+  void save_samples(size_t first, size_t last, ArchiveView& archive) const;
+  /// Saves for which lights gather rays cast shadow rays, and nothing that belongs to samples: all
+  /// that a session without gather rays restores.
+  void save_lights_by_shadow_ray(ArchiveView& archive) const;
+  /// Restores what save() wrote; leaves `shares` empty if they were not saved. `rays`: the standard
+  /// number. Throws FormatError; this object is then useless.
+  void restore(ArchiveSource& archive, std::span<const trace::Light> lights, size_t samples,
+               uint32_t rays);
+};
+
+/// The guides (including beams) that a receiver sees, the noisiest first.
+struct SeenGuides {
+  struct Seen {
+    float share;  ///< the guide's light, relative to the receiver's
+    uint16_t guide;
+  };
+  std::array<Seen, kMaxUsed> each{};
+  uint32_t count = 0;
+};
+
+/// Finds the guides that a receiver sees. `rays`: the standard number. The result depends on the
+/// receiver, the lamps and static geometry only, so that few edits change it. Casts some hundred
+/// rays.
+SeenGuides see_guides(std::span<const Guide> guides, const Beams& beams,
+                      const direct::Receiver& receiver, uint32_t rays,
+                      const trace::RayCaster& caster, uint64_t seed);
+/// How a receiver with `rays` rays divides them.
+RayShares share_rays(const SeenGuides& seen, uint32_t rays);
+
+/// The direction of a ray.
+struct Aim {
+  Vec3f w{};  ///< unit; zero: the ray is not cast and brings nothing
+  /// the point that the ray must hit; otherwise it brings nothing
+  const Beam::Point* point = nullptr;
+  uint32_t guide =
+      scene::kNone;  ///< in a DirectionSampler: the guide that drew it; kNone: none did
+};
+
+/// Weights of multiple importance sampling by the power heuristic (Veach & Guibas 1995). With the
+/// balance heuristic, the few cosine-distributed rays that hit a pool of light bring as much noise
+/// as all others together.
+class PowerHeuristic {
+ public:
+  /// `expected`: the density of rays per solid angle for one technique; `own`: whether that
+  /// technique drew this ray.
+  PowerHeuristic(double expected, bool own) { add(expected, own); }
+  void add(double expected, bool own) {
+    if (own) own_ = expected;
+    squares_ += expected * expected;
+  }
+  /// `wanted`: the density for which rays would have weight 1. Returns 0 if the weight is not
+  /// finite.
+  float weight(double wanted) const {
+    const float weight = float(wanted * own_ / squares_);
+    return std::isfinite(weight) ? weight : 0.0f;
+  }
+
+ private:
+  double own_ = 0, squares_ = 0;
+};
+
+/// The directions and weights of a sample's rays.
+class SampleRays {
+ public:
+  SampleRays(const Directions& directions, const Guiding& guiding, const Beams& beams,
+             uint32_t sample, uint32_t rays, const direct::Receiver& receiver);
+  uint32_t count() const { return count_; }
+  Vec3f origin() const { return origin_; }
+  bool has_guides() const { return guided_ > 0; }
+  /// Where the ray goes.
+  Aim aim(uint32_t ray) const;
+  /// Two random numbers for what happens where the ray lands; well distributed over the sample's
+  /// rays.
+  std::array<float, 2> beyond(uint32_t ray) const;
+  /// The weight of the light along a ray that lands at distance `t`; 1 without guides. `at`: where
+  /// it lands, facing the ray. Sets `in_beam` if the result depends on what stands between that
+  /// place and a lamp.
+  float weight(uint32_t ray, Vec3f w, float t, const direct::Receiver& at,
+               const trace::RayCaster& caster, bool& in_beam) const;
+  /// Calls visit(ray) for the rays towards points that changed. `moved_points`: BeamChange::points.
+  template <class Visit>
+  void each_moved(std::span<const uint8_t> moved_points, const Visit& visit) const {
+    for (uint32_t slot = 0; slot < kMaxUsed; ++slot) {
+      if (!beam_[slot]) continue;
+      const size_t beam = shares_.guide[slot] - RayShares::kFirstBeam;
+      each_of_slot(slot, [&](uint32_t ray, uint32_t number) {
+        if (moved_points[beam * Beam::kPoints + point_of(slot, number)]) visit(ray);
+      });
+    }
+  }
+
+  /// Calls visit(ray) for all rays that may meet the ball, and for a few others.
+  template <class Visit>
+  void each_towards(Vec3f centre, float radius, const Visit& visit) const {
+    const Vec3f to_centre = centre - origin_;
+    const uint32_t even = count_ - kParts * guided_;
+    directions_.each_towards(key_, even, normal_, to_centre, radius,
+                             [&](uint32_t number) { visit(ray_of_even(number)); });
+    for (uint32_t slot = 0; slot < kMaxUsed; ++slot)
+      if (shares_.eighth[slot] && (beam_[slot] || targets_[slot].may_meet(to_centre, radius)))
+        each_of_slot(slot, [&](uint32_t ray, uint32_t) { visit(ray); });
+  }
+
+ private:
+  /// Index behind the last ray of a part.
+  uint32_t end_of(uint32_t part) const { return uint32_t(uint64_t(count_) * (part + 1) / kParts); }
+  /// Calls visit(ray, its index within the slot).
+  template <class Visit>
+  void each_of_slot(uint32_t slot, const Visit& visit) const {
+    uint32_t before = 0;
+    for (uint32_t k = 0; k < slot; ++k) before += shares_.eighth[k];
+    for (uint32_t part = 0; part < kParts; ++part)
+      for (uint32_t k = 0; k < shares_.eighth[slot]; ++k)
+        visit(end_of(part) - guided_ + before + k, part * shares_.eighth[slot] + k);
+  }
+  /// Index of the beam's point that a ray of the slot aims for.
+  uint32_t point_of(uint32_t slot, uint32_t number) const {
+    const auto [u, v] = directions_.point(key_, slot + 1, number);
+    return Beam::number(u, v);
+  }
+  /// Index of the number-th cosine-distributed ray.
+  uint32_t ray_of_even(uint32_t number) const;
+  /// The slot of the guide that a ray aims for, and its index within the slot. Slot kMaxUsed:
+  /// cosine-distributed.
+  std::pair<uint32_t, uint32_t> slot_of(uint32_t ray) const;
+
+  const Directions& directions_;
+  uint64_t key_;  // the receiver's random key
+  uint32_t count_;
+  Vec3f origin_, normal_;
+  uint32_t guided_ = 0;  // guided rays in each part
+  RayShares shares_;
+  std::array<Target, kMaxUsed> targets_;
+  GuideSquares<kMaxUsed> squares_;            // of targets_
+  std::array<const Beam*, kMaxUsed> beam_{};  // by slot; null if the slot has a target
+};
+
+}  // namespace deltalux::gather

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// Both sides of a triangle get the same points.
+#include "gather/cells/cell_shares.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/random.h"
+
+namespace deltalux::gather {
+namespace {
+
+constexpr double kPerSquare = 256;                      // points on the area of a square
+constexpr double kMinPoints = 4, kMaxPoints = 1 << 20;  // points on a triangle
+constexpr uint64_t kCheck = 1 << 14;                    // points between checks for cancellation
+
+bool varies(const scene::Scene& scene, const BodyCells::Triangle& triangle) {
+  return scene.materials[triangle.material].kind->reads() != surfaces::Reads::nothing;
+}
+
+}  // namespace
+
+bool any_varies(const scene::Scene& scene, std::span<const BodyCells::Triangle> triangles) {
+  return std::any_of(triangles.begin(), triangles.end(),
+                     [&](const BodyCells::Triangle& own) { return varies(scene, own); });
+}
+
+void add_cell_shares(const scene::Scene& scene, uint32_t first_primitive,
+                     std::span<const BodyCells::Triangle> triangles, const BodyCells& cells,
+                     float edge, const Progress& progress, std::vector<Vec3f>& out) {
+  std::vector<Vec3d> sum(cells.size());
+  std::vector<double> area(cells.size());
+  uint64_t points = 0;
+  for (uint32_t t = 0; t < triangles.size(); ++t) {
+    if (!varies(scene, triangles[t])) continue;
+    const Vec3f* corner = triangles[t].corner;
+    const Vec3f e = corner[1] - corner[0], f = corner[2] - corner[0], n = cross(e, f);
+    const double own = 0.5 * length(Vec3d(n));
+    if (!(own > 0)) continue;
+    const double wanted = kPerSquare * own / (double(edge) * double(edge));
+    const auto count = uint32_t(std::clamp(wanted, kMinPoints, kMaxPoints));
+    const double each = own / count;
+    for (uint32_t i = 0; i < count; ++i) {
+      if (++points % kCheck == 0) progress.check();
+      float u = unit_float32(sobol::point(i, 0)), v = unit_float32(sobol::point(i, 1));
+      if (u + v > 1) u = 1 - u, v = 1 - v;  // folds the square into the triangle
+      const Vec3d share(scene.share_at(first_primitive + t, u, v));
+      for (const Vec3f& w : {-n, n}) {
+        const uint32_t cell = cells.find(t, corner[0] + e * u + f * v, w);
+        if (cell != kNoCell) sum[cell] = sum[cell] + share * each, area[cell] += each;
+      }
+    }
+  }
+  out.reserve(out.size() + cells.size());
+  for (size_t cell = 0; cell < cells.size(); ++cell)
+    out.push_back(area[cell] > 0 ? Vec3f(sum[cell] * (1 / area[cell])) : Vec3f{1, 1, 1});
+}
+
+}  // namespace deltalux::gather

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// Averages over cells what their surfaces reflect, relative to the surfaces' means.
+#pragma once
+#include <span>
+#include <vector>
+
+#include "gather/cells/body_cells.h"
+#include "scene/scene.h"
+
+namespace deltalux::gather {
+
+/// Whether the reflectance of some of these triangles differs from point to point.
+bool any_varies(const scene::Scene& scene, std::span<const BodyCells::Triangle> triangles);
+
+/// Appends the mean of Scene::share_at() over each cell of a body, from points spread evenly over
+/// its triangles. `first_primitive`: that of the body; `edge`: edge length of its squares. A pure
+/// function of the triangles and their surfaces. Throws Cancelled.
+void add_cell_shares(const scene::Scene& scene, uint32_t first_primitive,
+                     std::span<const BodyCells::Triangle> triangles, const BodyCells& cells,
+                     float edge, const Progress& progress, std::vector<Vec3f>& out);
+
+}  // namespace deltalux::gather

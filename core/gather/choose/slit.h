@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// Finds receivers in slits between static surfaces.
+#pragma once
+#include "gather/aim/directions.h"
+#include "gather/looks/chain.h"
+
+namespace deltalux::gather {
+
+class SlitFinder {
+ public:
+  SlitFinder(const Present& present, uint64_t seed);
+  /// Whether almost all rays of a receiver end near it, on static geometry. Movable objects cannot
+  /// open such a slit, so that fewer rays suffice if they sufficed once.
+  bool operator()(const direct::Receiver& receiver) const;
+
+ private:
+  const Present& present_;
+  CellFinder finder_;
+  Directions directions_;
+};
+
+}  // namespace deltalux::gather

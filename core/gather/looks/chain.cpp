@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+// Traces short paths from receivers, with one shadow ray at each vertex.
+#include "gather/looks/chain.h"
+
+#include <algorithm>
+
+#include "base/random.h"
+#include "trace/scatter.h"
+
+namespace deltalux::gather {
+namespace {
+
+enum : uint32_t {
+  kLightU,
+  kLightV,
+  kTurnU,
+  kTurnV,
+  kStays
+};  // dimensions of a vertex's random numbers
+
+constexpr Vec3f kMaxShare{Vertex::kMaxShare, Vertex::kMaxShare, Vertex::kMaxShare};
+
+}  // namespace
+
+ChainTracer::ChainTracer(const Present& present, const CellFinder& finder, uint64_t seed)
+    : present_(present),
+      finder_(finder),
+      guides_(present.guiding.guides),
+      one_light_(
+          present.lights, [](uint32_t) { return true; }, present.scene.group_count, seed),
+      one_beam_(
+          present.lights, [&](uint32_t light) { return present.beams.has(light); },
+          present.scene.group_count, seed),
+      one_sun_(
+          present.lights, [&](uint32_t light) { return present.suns.has(light); },
+          present.scene.group_count, seed),
+      seed_(mix64(seed ^ 0x636861696e212121ull)) {}
+
+Chain ChainTracer::trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w,
+                         const trace::Hit& met) const {
+  const scene::Scene& scene = present_.scene;
+  const PathRandom random(seed_, key);
+  const float beyond = scene.beyond();
+  Chain chain;
+  chain.footprint.near.grow(origin);
+  trace::Hit hit = met;
+  Vec3f share{1, 1, 1};  // product over the vertices
+  for (;;) {
+    Vertex& vertex = chain.vertex[chain.count];
+    const direct::Receiver at = present_.landing(origin, w, hit);
+    chain.footprint.near.grow(at.point);
+    vertex.material = scene.material_index(hit.primitive);
+    const auto draw = [&](uint32_t u, uint32_t v) {
+      return chain.count ? Draw{random(chain.count, u), random(chain.count, v)} : first;
+    };
+    one_light_.ask(present_.caster, at, draw(kLightU, kLightV), vertex);
+    share = min(surfaces::product(share, scene.share_at(hit.primitive, hit.u, hit.v)), kMaxShare);
+    for (size_t c = 0; c < 3; ++c) vertex.direct[c] *= chain.weight * share[int(c)];
+    origin = trace::leave_surface(origin, w, hit, at.normal, at.plane);
+    const DirectionSampler sampler(guides_, present_.beams, origin, at.normal);
+    const Draw turned = draw(kTurnU, kTurnV);
+    const Aim aim = sampler.draw(turned[0], turned[1], chain.in_beam);
+    w = aim.w;
+    // A ray that misses the point that it aims for ends here, but follows it when it moves.
+    chain.footprint.from = origin;
+    chain.footprint.to = aim.point ? aim.point->at : origin;
+    ++chain.count;
+    if (chain.count == kMaxTouched ||
+        (chain.count > kSurely && !(random(chain.count, kStays) < kGoesOn)) || w == Vec3f{})
+      return chain;
+    hit = present_.caster.closest(origin, w);
+    if (aim.point && !(hit.valid() && aim.point->is_met(origin, w, hit))) return chain;
+    chain.footprint.to = origin + w * (hit.valid() ? hit.t : beyond);
+    if (!hit.valid()) return chain;
+    const direct::Receiver next = present_.landing(origin, w, hit);
+    chain.weight *= sampler.weight(aim, hit.t, next, present_.caster, chain.in_beam);
+    const uint32_t cell = finder_.find(hit.primitive, origin, w, hit.t);
+    if (cell == kNoCell) return chain;
+    if (hit.t >= present_.cells.near(cell)) {
+      finish(draw(kLightU, kLightV), next, hit, cell, share, chain);
+      return chain;
+    }
+  }
+}
+
+void ChainTracer::finish(const Draw& draw, const direct::Receiver& at, const trace::Hit& hit,
+                         uint32_t cell, Vec3f share, Chain& chain) const {
+  chain.end = cell;
+  if (share != Vec3f{1, 1, 1})
+    chain.vertex[chain.count++] = {Vertex::kShare, scene::kNone, {share.x, share.y, share.z}};
+  const scene::Scene& scene = present_.scene;
+  const Vec3f own = scene.share_at(hit.primitive, hit.u, hit.v);
+  // Keep the vertex even if something hides the light: it may move.
+  const auto ask = [&](const OneLight& one) {
+    Vertex& vertex = chain.vertex[chain.count];
+    one.ask(present_.caster, at, draw, vertex);
+    return vertex.light != scene::kNone;
+  };
+  const auto keep = [&] {
+    Vertex& vertex = chain.vertex[chain.count++];
+    vertex.material = scene.material_index(hit.primitive) | Vertex::kEnd;
+    for (size_t c = 0; c < 3; ++c) vertex.direct[c] *= chain.weight * own[int(c)];
+  };
+  if (present_.beams.reach(cell) && ask(one_beam_)) {
+    chain.in_beam = true;
+    if (chain.vertex[chain.count].direct != std::array<float, 3>{}) keep();
+  }
+  if (present_.suns.may_shine(at.normal) && ask(one_sun_)) keep();
+}
+
+Chain ChainTracer::end(const Draw& first, Vec3f origin, Vec3f w, const trace::Hit& hit,
+                       uint32_t cell) const {
+  Chain chain;
+  chain.footprint.near.grow(origin);
+  chain.footprint.from = origin, chain.footprint.to = origin + w * hit.t;
+  finish(first, present_.landing(origin, w, hit), hit, cell, {1, 1, 1}, chain);
+  return chain;
+}
+
+}  // namespace deltalux::gather

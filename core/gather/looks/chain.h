@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// Chains: continuation of a gather ray that hits something near. A cell there averages light over
+// an area as large as the contact shadows that the ray should resolve, so the ray goes on as a
+// path.
+#pragma once
+#include <array>
+#include <span>
+#include <vector>
+
+#include "base/end_slack.h"
+#include "direct/light_shape.h"
+#include "gather/aim/direction_sampler.h"
+#include "gather/aim/suns.h"
+#include "gather/cells/cells.h"
+#include "gather/looks/one_light.h"
+#include "trace/change.h"
+#include "trace/lights.h"
+#include "trace/ray_caster.h"
+#include "trace/scatter.h"
+
+namespace deltalux::gather {
+
+/// The scene in its present state.
+struct Present {
+  const scene::Scene& scene;
+  const trace::RayCaster& caster;
+  std::span<const trace::Light> lights;
+  std::span<const direct::Receiver> receivers;  ///< by sample, in world space
+  const Cells& cells;
+  const Guiding& guiding;
+  const Beams& beams;
+  const Suns& suns;
+  /// The receiver where a ray lands, on the side that it hits.
+  direct::Receiver landing(Vec3f origin, Vec3f w, const trace::Hit& hit) const {
+    const bool fixed = hit.primitive < scene.static_primitives();
+    const Vec3f way = w * hit.t, at = origin + way;
+    // Receiver::slack() adds that of the place itself.
+    const float beside = end_slack(at, way) - position_slack(at);
+    return {at, trace::facing_normal(hit, w), fixed ? scene::kNone : scene.object_of(hit.primitive),
+            scene.slack_of(hit.primitive) + beside};
+  }
+};
+
+/// Vertices at hits; a chain that reaches this number ends in nothing.
+inline constexpr uint32_t kMaxTouched = 16;
+/// A chain that ends in a cell gets up to three more: for reflectances that vary, and for the
+/// direct light of a beam and of a sun at the end.
+inline constexpr uint32_t kMaxVertices = kMaxTouched - 1 + 3;
+inline constexpr uint32_t kDark = kNoCell;  // where a ray meets nothing
+
+/// From the third vertex on, chains continue with the probability kGoesOn. It is fixed, since
+/// reflectances may be edited.
+inline constexpr uint32_t kSurely = 2;
+inline constexpr float kGoesOn = 0.7f;
+/// A path that begins at a near hit, or one that ends at a far hit immediately. After its last
+/// vertex comes `end`, a cell or nothing. Cells hold no direct light of those beams and suns for
+/// which gather rays cast shadow rays, so the end may have a vertex for each of these two.
+struct Chain {
+  std::array<Vertex, kMaxVertices> vertex;
+  uint32_t count = 0;
+  uint32_t end = kDark;
+  /// Weight of the end; the vertices' light is weighted already.
+  float weight = 1;
+  /// whether it depends on where a beam's light lands: on shadow rays from its lamp to vertices or
+  /// to the end, or on one of its points, towards which the last segment goes if it misses it
+  bool in_beam = false;
+  /// A ray towards a point of a beam ends there, even if something hides the point.
+  trace::Footprint footprint;
+};
+
+/// Traces chains through the present scene.
+class ChainTracer {
+ public:
+  ChainTracer(const Present& present, const CellFinder& finder, uint64_t seed);
+  /// Continues from the first hit, which is near. `key`: random key of the ray; `first`: random
+  /// numbers for the light at that hit.
+  Chain trace(uint64_t key, const Draw& first, Vec3f origin, Vec3f w, const trace::Hit& hit) const;
+  /// Makes a chain that ends at the first hit, in `cell`, which is far. It has vertices only for
+  /// beams and suns.
+  Chain end(const Draw& first, Vec3f origin, Vec3f w, const trace::Hit& hit, uint32_t cell) const;
+
+ private:
+  /// Sets the chain's end, and adds vertices: for the shares of the reflectance up to there,
+  /// and for the direct light of beams and suns at the end.
+  void finish(const Draw& draw, const direct::Receiver& at, const trace::Hit& hit, uint32_t cell,
+              Vec3f share, Chain& chain) const;
+
+  const Present& present_;
+  const CellFinder& finder_;
+  GuideColumns guides_;
+  OneLight one_light_, one_beam_, one_sun_;
+  uint64_t seed_;
+};
+
+}  // namespace deltalux::gather

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stores chains compactly: gaps are reused by chains of the same length.
+#include "gather/looks/chain_pool.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "base/error.h"
+
+namespace deltalux::gather {
+
+uint32_t ChainPool::add(std::span<const Vertex> vertices, uint32_t end, float weight,
+                        const trace::Footprint& footprint) {
+  constexpr size_t kMaxChains = size_t(1) << 31;
+  if (free_.empty()) {
+    if (chains_.size() >= kMaxChains - 1)
+      throw OptionError("gather: more than 2e9 rays meet something near, expected fewer rays");
+    free_.reserve(1);
+    footprints_.grow(1), sent_.grow(1), chains_.grow(1);
+    free_.push_back(uint32_t(chains_.size() - 1));
+  }
+  std::vector<uint32_t>& gaps = gaps_[vertices.size()];
+  if (gaps.empty()) {
+    const size_t room = Chunks<Vertex>::kChunk - vertices_.size() % Chunks<Vertex>::kChunk;
+    if (room < vertices.size()) add_gap(room);
+    add_gap(vertices.size());
+  }
+  const uint32_t number = free_.back();
+  chains_[number] = {gaps.back(), uint32_t(vertices.size())};
+  footprints_[number] = footprint;
+  std::copy(vertices.begin(), vertices.end(), &vertices_[gaps.back()]);
+  sent_[number] = {{}, {}, end, weight};
+  if (!paint_.reflectance.empty()) send(number, paint_);
+  gaps.pop_back();
+  free_.pop_back();
+  return number;
+}
+
+void ChainPool::add_gap(size_t length) {
+  if (vertices_.size() + length > std::numeric_limits<uint32_t>::max())
+    throw OptionError("gather: chains of rays have more than 4e9 vertices, expected fewer rays");
+  std::vector<uint32_t>& gaps = gaps_[length];
+  gaps.reserve(gaps.size() + 1);
+  vertices_.grow(length);
+  gaps.push_back(uint32_t(vertices_.size() - length));
+}
+
+bool ChainPool::is(uint32_t number, std::span<const Vertex> own, uint32_t end, float weight) const {
+  const std::span<const Vertex> stored = vertices(number);
+  return std::equal(stored.begin(), stored.end(), own.begin(), own.end()) &&
+         sent_[number].end == end && sent_[number].weight == weight;
+}
+
+void ChainPool::remove(uint32_t number) {
+  gaps_[chains_[number].count].push_back(chains_[number].first);
+  free_.push_back(number);
+}
+
+void ChainPool::clear() {
+  chains_.clear(), sent_.clear(), footprints_.clear(), free_.clear(), vertices_.clear();
+  for (auto& gaps : gaps_) gaps.clear();
+}
+
+void ChainPool::paint(const Paint& paint, const Workers& workers) {
+  if (paint == paint_) return;
+  Paint own = paint;
+  paint_ = {};  // stays empty if something fails below
+  workers.for_blocks(chains_.size(), 1024, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) send(uint32_t(i), own);
+  });
+  paint_ = std::move(own);
+}
+
+void ChainPool::send(uint32_t number, const Paint& paint) {
+  Sent& out = sent_[number];
+  if (!chains_[number].count) return;  // the chain's storage is free
+  out.direct = {0, 0, 0}, out.through = {1, 1, 1};
+  const std::span<const Vertex> own = vertices(number);
+  for (size_t i = 0; i < own.size(); ++i) {
+    const Vertex& vertex = own[i];
+    if (vertex.is_share()) {
+      for (size_t c = 0; c < 3; ++c) out.through[c] *= vertex.direct[c];
+      continue;
+    }
+    const bool is_end = vertex.is_of_end();
+    const Vec3f reflectance = paint.reflectance[vertex.material & ~Vertex::kEnd];
+    // The probability of continuation divides what comes from beyond the vertex, not the vertex's
+    // own light.
+    const float goes_on = i < kSurely ? 1.0f : 1 / kGoesOn;
+    const float dim = paint.dim[std::min<size_t>(vertex.light, paint.dim.size() - 1)];
+    for (size_t c = 0; c < 3; ++c) {
+      const float sent = out.through[c] * reflectance[int(c)];
+      out.direct[c] += sent * vertex.direct[c] * dim;
+      if (!is_end) out.through[c] = sent * goes_on;
+    }
+  }
+  for (float& through : out.through) through *= out.weight;
+}
+
+size_t ChainPool::bytes() const {
+  size_t sum = chains_.bytes() + sent_.bytes() + footprints_.bytes() + vertices_.bytes() +
+               free_.capacity() * sizeof(uint32_t);
+  for (const auto& gaps : gaps_) sum += gaps.capacity() * sizeof(uint32_t);
+  return sum;
+}
+
+}  // namespace deltalux::gather

@@ -1,0 +1,336 @@
+// SPDX-License-Identifier: Apache-2.0
+// Casts gather rays, and those that an edit affects again.
+#include "gather/looks/looks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+
+#include "base/random.h"
+#include "base/stopwatch.h"
+#include "gather/looks/stale_rays.h"
+
+namespace deltalux::gather {
+namespace {
+
+constexpr size_t kGrain = 64;      // samples per task of a thread
+constexpr size_t kTogether = 16;   // rays that are cast before their cells are looked up
+constexpr size_t kPortion = 2048;  // samples whose rays are cast before they are stored
+constexpr size_t kMaxPassed = 6;   // boxes kept per object; more are merged
+
+// The following constants are for updates. Samples on moved objects cast all their rays, most
+// others none.
+constexpr size_t kBlock = 16;       // samples per block
+constexpr size_t kMaxBlocks = 256;  // blocks between two checks of the clock
+constexpr size_t kFew = 16;         // fewer blocks than this are divided among threads more finely
+constexpr double kSoon = 4;         // milliseconds between checks of the clock, approximately
+
+/// Adapts the number of blocks processed between two checks of the clock.
+class Step {
+ public:
+  /// Number of blocks to process next.
+  size_t size() const { return size_; }
+  void took(double milliseconds) {
+    if (2 * milliseconds < kSoon) size_ = std::min(2 * size_, kMaxBlocks);
+    if (milliseconds > 2 * kSoon) size_ = std::max(size_ / 2, size_t(1));
+  }
+
+ private:
+  size_t size_ = 2;
+};
+
+}  // namespace
+
+/// Casts the rays of samples in the present scene.
+class Looks::Caster {
+ public:
+  Caster(const Looks& looks, const Present& present)
+      : looks_(looks),
+        present_(present),
+        finder_(present.scene, present.cells),
+        chains_(present, finder_, looks.seed_) {}
+
+  /// Whether the sample has no normal, so that it casts no rays.
+  bool blind(size_t sample) const { return present_.receivers[sample].normal == Vec3f{}; }
+  SampleRays rays(size_t sample) const {
+    return {looks_.directions_, present_.guiding,           present_.beams,
+            uint32_t(sample),   looks_.rays_.count(sample), present_.receivers[sample]};
+  }
+  /// Casts the given rays of a sample and appends what they met.
+  void look(const SampleRays& rays, size_t sample, std::span<const uint32_t> which,
+            Found& out) const {
+    for (size_t first = 0; first < which.size(); first += kTogether)
+      look_together(rays, sample, which.subspan(first, std::min(kTogether, which.size() - first)),
+                    out);
+  }
+
+ private:
+  /// Casts at most kTogether rays, step by step: what a step reads for one ray does not depend on
+  /// the others, so that the processor waits for memory once, not ray by ray.
+  void look_together(const SampleRays& rays, size_t sample, std::span<const uint32_t> which,
+                     Found& out) const {
+    const Vec3f o = rays.origin();
+    const bool casts = !blind(sample);
+    std::array<Aim, kTogether> aims;
+    std::array<trace::Hit, kTogether> hits;
+    std::array<uint32_t, kTogether> cells;
+    for (size_t i = 0; i < which.size(); ++i) {
+      aims[i] = casts ? rays.aim(which[i]) : Aim{};
+      hits[i] = aims[i].w == Vec3f{} ? trace::Hit{} : present_.caster.closest(o, aims[i].w);
+      if (hits[i].valid()) finder_.prefetch(hits[i].primitive);
+    }
+    for (size_t i = 0; i < which.size(); ++i)
+      cells[i] = hits[i].valid() ? finder_.find(hits[i].primitive, o, aims[i].w, hits[i].t) : kDark;
+    for (size_t i = 0; i < which.size(); ++i) {
+      Found::Ray own{looks_.rays_.first(sample) + which[i], cells[i], 0, false};
+      // If something hides the point that the ray aims for, keep the ray with weight 0: the
+      // obstacle may move.
+      if (cells[i] != kNoCell && (!aims[i].point || aims[i].point->is_met(o, aims[i].w, hits[i])))
+        weigh(rays, sample, which[i], aims[i].w, hits[i], own, out);
+      out.rays.push_back(own);
+    }
+  }
+  /// Computes the weight of a ray that hit something, and its chain if it has one.
+  void weigh(const SampleRays& rays, size_t sample, uint32_t ray, Vec3f w, const trace::Hit& hit,
+             Found::Ray& own, Found& out) const {
+    const Vec3f o = rays.origin();
+    own.weight = 1;
+    if (rays.has_guides())
+      own.weight =
+          rays.weight(ray, w, hit.t, present_.landing(o, w, hit), present_.caster, own.in_beam);
+    const bool far = hit.t >= present_.cells.near(own.target);
+    if (far && !present_.beams.reach(own.target) &&
+        !present_.suns.may_shine(trace::facing_normal(hit, w)))
+      return;
+    const Draw first = rays.beyond(ray);
+    const Chain chain =
+        far ? chains_.end(first, o, w, hit, own.target)
+            : chains_.trace(combine(present_.receivers[sample].key, ray), first, o, w, hit);
+    own.in_beam |= chain.in_beam;
+    if (!chain.count) return;
+    own.target = kChain;
+    out.chained.push_back({chain.count, chain.end, chain.weight, chain.footprint});
+    out.vertices.insert(out.vertices.end(), chain.vertex.begin(),
+                        chain.vertex.begin() + chain.count);
+  }
+
+  const Looks& looks_;
+  const Present& present_;
+  CellFinder finder_;
+  ChainTracer chains_;
+};
+
+Looks::Looks(RayCounts rays, uint64_t seed)
+    : rays_(std::move(rays)),
+      seed_(seed),
+      directions_(rays_.most(), seed),
+      changed_(rays_.receivers(), 1),
+      parts_(rays_.receivers(), kParts) {}
+
+uint64_t Looks::set(const Found& found) {
+  std::span<const Vertex> rest = found.vertices;
+  size_t next = 0;
+  uint64_t changed = 0;
+  for (const Found::Ray& ray : found.rays) {
+    uint32_t& target = targets_[ray.place];
+    const uint32_t before = target;
+    bool same = is_chain(before) == is_chain(ray.target);
+    if (is_chain(ray.target)) {
+      const Found::Chained& chain = found.chained[next++];
+      const std::span<const Vertex> own = rest.first(chain.count);
+      rest = rest.subspan(chain.count);
+      same = same && chains_.is(chain_of(before), own, chain.end, chain.weight);
+      target = kChain + chains_.add(own, chain.end, chain.weight, chain.footprint);
+    } else {
+      same = same && before == ray.target;
+      target = ray.target;
+    }
+    if (is_chain(before)) chains_.remove(chain_of(before));
+    if (!weights_.empty()) {
+      same = same && weights_[ray.place] == ray.weight;
+      weights_[ray.place] = ray.weight;
+    }
+    changed += !same;
+    if (in_beam_.empty()) continue;
+    uint64_t& word = in_beam_[ray.place / 64];
+    const uint64_t bit = uint64_t(1) << (ray.place % 64);
+    word = ray.in_beam ? word | bit : word & ~bit;
+  }
+  return changed;
+}
+
+void Looks::clear(const Guiding& guiding) {
+  pending_.reset();
+  parts_.assign(samples(), kParts);
+  chains_.clear();
+  targets_.assign(rays_.all(), kDark);
+  weights_.assign(guiding.empty() ? 0 : targets_.size(), 0.0f);
+  in_beam_.assign(guiding.beams.empty() ? 0 : (targets_.size() + 63) / 64, 0);
+}
+
+void Looks::cast(const Present& present, const Workers& workers, Progress& progress) {
+  const Caster caster(*this, present);
+  clear(present.guiding);
+  progress.begin("look around", rays_.all());
+  // Work in portions of samples: chains need much less memory once they are stored.
+  for (size_t first = 0; first < samples(); first += kPortion) {
+    const size_t portion = std::min(kPortion, samples() - first);
+    std::vector<Found> found((portion + kGrain - 1) / kGrain);
+    workers.for_blocks(portion, kGrain, [&](size_t begin, size_t end) {
+      std::vector<uint32_t> all;
+      for (size_t sample = first + begin; sample < first + end; ++sample) {
+        progress.check();
+        const SampleRays own = caster.rays(sample);
+        all.resize(own.count());
+        std::iota(all.begin(), all.end(), 0u);
+        caster.look(own, sample, all, found[begin / kGrain]);
+      }
+      progress.advance(rays_.first(first + end) - rays_.first(first + begin));
+    });
+    for (const Found& block : found) set(block);
+  }
+}
+
+void Change::merge(const Change& later) {
+  scene.merge(later.scene);
+  const auto add = [](std::vector<uint8_t>& to, const std::vector<uint8_t>& from) {
+    to.resize(std::max(to.size(), from.size()), 0);
+    for (size_t i = 0; i < from.size(); ++i) to[i] |= from[i];
+  };
+  add(samples, later.samples), add(points, later.points);
+}
+
+void Looks::note(const Present& present, const Change& change) {
+  if (!samples()) return;
+  if (!pending_) {
+    pending_.emplace();
+    pending_->change = change;
+  } else {
+    pending_->change.merge(change);
+  }
+  pending_->done = 0;
+  // Estimate the distance once per block, since its samples are close together.
+  constexpr float kLast = std::numeric_limits<float>::infinity();
+  const std::vector<uint8_t>& fresh = pending_->change.samples;
+  std::vector<Task>& order = pending_->order;
+  order.clear();
+  for (size_t first = 0; first < samples(); first += kBlock) {
+    const size_t end = std::min(samples(), first + kBlock);
+    const direct::Receiver& one = present.receivers[end - 1];
+    const Vec3f p = one.point;
+    float distance = std::numeric_limits<float>::max();
+    for (const trace::MovedObject& moved : pending_->change.scene.objects)
+      for (const Box& box : moved.passed) {
+        // For samples on the moved object, use the object's extent: they may keep their old light
+        // for a moment, but the object's shadow must not lag behind.
+        const Vec3f off = one.object == moved.object ? box.extent()
+                                                     : max(max(box.low - p, p - box.high), Vec3f{});
+        distance = std::min(distance, dot(off, off));
+      }
+    const auto begin = fresh.begin();
+    const bool all = std::any_of(begin + long(first), begin + long(end), std::identity{});
+    order.push_back({uint32_t(first / kBlock), 0, all ? 1 : kParts, distance});
+  }
+  const size_t blocks = order.size();
+  for (uint32_t part = 1; part < kParts; part *= 2)
+    for (size_t i = 0; i < blocks; ++i)
+      if (order[i].end < kParts) order.push_back({order[i].block, part, 2 * part, kLast});
+  std::stable_sort(order.begin(), order.end(),
+                   [](const Task& a, const Task& b) { return a.distance < b.distance; });
+}
+
+double Looks::pending_share() const {
+  return pending_ ? 1 - double(pending_->done) / double(pending_->order.size()) : 0.0;
+}
+
+Looks::Cast Looks::follow(const Present& present, const Workers& workers, Progress& progress,
+                          const std::function<void(size_t)>& renew,
+                          const std::function<bool()>& more) {
+  if (!pending_) return {};
+  const Caster caster(*this, present);
+  const StaleRays stale(*this, present, pending_->change);
+  const std::vector<Task>& order = pending_->order;
+  const std::vector<uint8_t>& fresh = pending_->change.samples;
+  Cast cast;
+  progress.announce("look around", order.size() - pending_->done);
+  Step next;
+  do {
+    const Stopwatch watch;
+    const size_t first = pending_->done;
+    // A sample that casts all rays casts them in parts; a step takes blocks of one part only.
+    size_t step = 1;
+    while (step < next.size() && first + step < order.size() &&
+           order[first + step].part == order[first].part)
+      ++step;
+    // If there are few blocks, they are expensive ones: divide them more finely.
+    const size_t grain = step < kFew ? kBlock / 8 : kBlock;
+    std::vector<Found> found(step * kBlock / grain);
+    workers.for_blocks(step * kBlock, grain, [&](size_t begin, size_t end) {
+      const Task& task = order[first + begin / kBlock];
+      const size_t from = task.block * kBlock + begin % kBlock;
+      const size_t to = std::min(samples(), from + (end - begin));
+      if (from >= to) return;
+      const size_t ray = rays_.first(from);
+      // Test many samples at once, since most are far from the change.
+      const bool apart = stale.passes_by(std::span(targets_).subspan(ray, rays_.first(to) - ray));
+      std::vector<uint8_t> again;
+      std::vector<uint32_t> which;
+      for (size_t i = from; i < to; ++i) {
+        // Samples that only recast some rays are processed together with the first part of the
+        // others.
+        if (!fresh[i] && (task.part > 0 || caster.blind(i))) continue;
+        if (fresh[i] && task.part == 0) renew(i);
+        const SampleRays own = caster.rays(i);
+        if (fresh[i]) parts_[i] = uint8_t(task.end);
+        again.assign(shown(i), fresh[i]);
+        if (!fresh[i]) stale.mark(own, i, apart, again);
+        which.clear();
+        for (uint32_t r = rays_of(i, task.part); r < again.size(); ++r)
+          if (again[r]) which.push_back(r);
+        if (which.empty()) continue;
+        caster.look(own, i, which, found[begin / grain]);
+        changed_[i] = 1;
+      }
+    });
+    progress.advance(step);
+    for (const Found& block : found) {
+      cast.rays += block.rays.size();
+      cast.changed += set(block);
+    }
+    pending_->done += step;
+    next.took(watch.milliseconds());
+  } while (pending_->done < order.size() && more());
+  if (pending_->done == order.size()) pending_.reset();
+  return cast;
+}
+
+double Looks::PerRay::bytes(bool weighted) const {
+  return sizeof(uint32_t) + (weighted ? sizeof(float) : 0) + chains * double(ChainPool::kBytes) +
+         vertices * double(sizeof(Vertex));
+}
+
+Looks::PerRay Looks::per_ray() const {
+  const double rays = std::max(1.0, double(targets_.size()));
+  return {double(chains_.size()) / rays, double(chains_.vertex_count()) / rays};
+}
+
+double Looks::forecast_working_bytes(size_t samples, double rays, const PerRay& per_ray) {
+  return double(std::min(samples, kPortion)) * rays *
+         (sizeof(Found::Ray) + per_ray.chains * sizeof(Found::Chained) +
+          per_ray.vertices * sizeof(Vertex));
+}
+
+size_t Looks::bytes_in_use() const {
+  return (targets_.size() + weights_.size()) * sizeof(uint32_t) +
+         in_beam_.size() * sizeof(uint64_t) + changed_.size() + parts_.size() +
+         chains_.size() * ChainPool::kBytes + chains_.vertex_count() * sizeof(Vertex);
+}
+
+size_t Looks::bytes() const {
+  return targets_.capacity() * sizeof(uint32_t) + weights_.capacity() * sizeof(float) +
+         in_beam_.capacity() * sizeof(uint64_t) + changed_.capacity() + parts_.capacity() +
+         chains_.bytes();
+}
+
+}  // namespace deltalux::gather

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+// Looks: what each sample's gather rays met. A look is a cell, a chain, or nothing.
+#pragma once
+#include <algorithm>
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "base/archive.h"
+#include "base/parallel.h"
+#include "base/progress.h"
+#include "gather/aim/directions.h"
+#include "gather/looks/chain_pool.h"
+#include "trace/change.h"
+
+namespace deltalux::gather {
+
+/// The difference between two states of what gather rays depend on.
+struct Change {
+  trace::Change scene;
+  /// By sample: 1 if its receiver changed, or the shares of its rays.
+  std::vector<uint8_t> samples;
+  /// By beam and point: 1 if the point differs; empty if none does.
+  std::vector<uint8_t> points;
+  /// Adds a later change.
+  void merge(const Change& later);
+};
+
+/// The looks of all samples.
+class Looks {
+ public:
+  Looks(RayCounts counts, uint64_t seed);
+
+  const RayCounts& rays() const { return rays_; }
+  size_t samples() const { return rays_.receivers(); }
+  /// Casts all rays. Throws Cancelled; this object is then useless.
+  void cast(const Present& present, const Workers& workers, Progress& progress);
+  /// Forgets all rays: they are dark until restore_samples() brings them.
+  void clear(const Guiding& guiding);
+  /// Records a change for follow().
+  void note(const Present& present, const Change& change);
+  /// Rays that were cast again, and those of them that brought something else than before.
+  struct Cast {
+    uint64_t rays = 0, changed = 0;
+  };
+  /// Recasts the rays that recorded changes may affect, nearest to the moved objects first, until
+  /// the result is that of cast() or more() returns false, which is called every few milliseconds.
+  /// Samples that have to cast all their rays begin with an eighth of them; after all other samples
+  /// are done, they continue, doubling the number each time. Calls renew(sample) before such a
+  /// sample casts rays, from several threads, so that the caller can update the shares of its rays.
+  Cast follow(const Present& present, const Workers& workers, Progress& progress,
+              const std::function<void(size_t)>& renew, const std::function<bool()>& more);
+  /// Share of the recorded work that remains.
+  double pending_share() const;
+  /// Whether the sample cast a ray since forget_changes().
+  bool changed(size_t sample) const { return changed_[sample]; }
+  void forget_changes() { std::fill(changed_.begin(), changed_.end(), uint8_t(0)); }
+
+  /// By ray of a sample: a cell, kDark, or kChain + index into chains(). While only the first parts
+  /// of its rays are up to date, only these are returned.
+  static constexpr uint32_t kChain = 0x80000000u;
+  std::span<const uint32_t> targets(size_t sample) const {
+    return std::span(targets_).subspan(rays_.first(sample), shown(sample));
+  }
+  /// Factors of the light along each ray of a sample; empty if all are 1.
+  std::span<const float> weights(size_t sample) const {
+    return weights_.empty() ? std::span<const float>{}
+                            : std::span(weights_).subspan(rays_.first(sample), shown(sample));
+  }
+  /// Whether ray `place`, counted over all samples, depends on where a beam's light lands, see
+  /// Chain::in_beam.
+  bool in_beam(size_t place) const {
+    return !in_beam_.empty() && in_beam_[place / 64] >> (place % 64) & 1;
+  }
+  static bool is_chain(uint32_t target) { return target >= kChain && target != kDark; }
+  static uint32_t chain_of(uint32_t target) { return target - kChain; }
+  const ChainPool& chains() const { return chains_; }
+  /// Prepares chains for reading by an Evaluation, see ChainPool::paint().
+  void paint(const Paint& paint, const Workers& workers) { chains_.paint(paint, workers); }
+  size_t bytes() const;
+  /// The same without unused capacity.
+  size_t bytes_in_use() const;
+  /// Average number of chains per ray, and of their vertices.
+  struct PerRay {
+    double chains = 0.2, vertices = 0.5;
+    double bytes(bool weighted = true) const;
+  };
+  /// The same for the additional rays of noisy samples, most of which are close to contacts.
+  static constexpr PerRay kAddedRays{0.4, 1.0};
+  PerRay per_ray() const;
+  /// Temporary memory while cast() runs, for samples with so many rays each.
+  static double forecast_working_bytes(size_t samples, double rays, const PerRay& per_ray);
+
+  /// Writes arrays named "gather.…".
+  void save(ArchiveView& archive) const;
+  /// Restores what save() wrote, in the same state. Throws FormatError or Cancelled; this object is
+  /// then useless.
+  void restore(ArchiveSource& archive, const Present& present, const Workers& workers,
+               Progress& progress);
+  /// Restores samples [first, last), which are dark, from what an object of these samples alone
+  /// saved. Throws like restore().
+  void restore_samples(size_t first, size_t last, ArchiveSource& archive, const Present& present,
+                       Progress& progress);
+
+ private:
+  class Caster;
+  /// A step of follow(): one block of kBlock samples.
+  struct Task {
+    uint32_t block;
+    uint32_t part, end;  ///< part of the rays, for samples that cast all of them
+    float distance;
+  };
+  /// Changes that follow() has not applied yet.
+  struct Pending {
+    Change change;
+    std::vector<Task> order;
+    size_t done = 0;
+  };
+  /// Results of cast rays, not stored yet.
+  struct Found {
+    struct Ray {
+      size_t place;  ///< index in targets_
+      uint32_t target;
+      float weight;
+      bool in_beam;
+    };
+    struct Chained {
+      uint32_t count, end;
+      float weight;
+      trace::Footprint footprint;
+    };
+    std::vector<Ray> rays;         ///< the target of a chain is kChain
+    std::vector<Chained> chained;  ///< chains of these rays, in their order
+    std::vector<Vertex> vertices;  ///< vertices of these chains, one after the other
+  };
+  /// Number of rays in the first `parts` parts; at least one unless `parts` is 0.
+  uint32_t rays_of(size_t sample, uint32_t parts) const {
+    const uint32_t all = rays_.count(sample);
+    return parts ? std::max(1u, all * parts / kParts) : 0;
+  }
+  /// Number of the sample's rays that are up to date.
+  uint32_t shown(size_t sample) const { return rays_of(sample, parts_[sample]); }
+  /// Stores results. Returns how many differ from what was stored.
+  uint64_t set(const Found& found);
+
+  RayCounts rays_;
+  uint64_t seed_;
+  Directions directions_;
+  std::vector<uint32_t> targets_;
+  std::vector<float> weights_;     // by target; empty without guides
+  std::vector<uint64_t> in_beam_;  // one bit per target; empty without beams
+  std::vector<uint8_t> changed_;   // by sample, see changed()
+  std::vector<uint8_t> parts_;     // by sample: the number of parts of its rays that are up to date
+  ChainPool chains_;
+  std::optional<Pending> pending_;
+};
+
+}  // namespace deltalux::gather

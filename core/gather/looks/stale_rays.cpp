@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tells for each ray what its light depends on, and lets trace::ChangeTest decide.
+#include "gather/looks/stale_rays.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace deltalux::gather {
+namespace {
+
+constexpr float kFar = std::numeric_limits<float>::infinity();
+
+}  // namespace
+
+StaleRays::StaleRays(const Looks& looks, const Present& present, const Change& change)
+    : looks_(looks),
+      present_(present),
+      change_(change),
+      test_(change.scene, present.lights, trace::shadow_slack(present.caster)),
+      lights_(change.scene.changes_lights()),
+      suns_(std::any_of(present.guiding.suns.begin(), present.guiding.suns.end(),
+                        [&](uint32_t sun) { return change.scene.changes(sun); })),
+      placed_(present.beams.placed(change.scene)) {
+  for (const trace::MovedObject& moved : change.scene.objects)
+    own_.push_back(present.cells.of_object(moved.object));
+  if (present.beams.size() && !placed_) shade_beams();
+}
+
+void StaleRays::shade_beams() {
+  shaded_.resize(present_.cells.size());
+  present_.cells.each_landing(present_.scene, {}, [&](uint32_t cell, const BodyCells::Ball& ball) {
+    if (!present_.beams.reach(cell)) return;
+    const Box point{ball.centre, ball.centre};
+    shaded_[cell] = touches_beams(point.padded(ball.radius));
+  });
+}
+
+bool StaleRays::touches_beams(const Box& points) const {
+  for (size_t b = 0; b < present_.beams.size(); ++b)
+    if (test_.touches_light(present_.beams[b].guide().light, points)) return true;
+  return false;
+}
+
+bool StaleRays::shaded(uint32_t target) const {
+  if (placed_) return true;
+  if (!Looks::is_chain(target)) return shaded_[target];
+  const trace::Footprint& own = looks_.chains().footprint(Looks::chain_of(target));
+  return touches_beams(own.near) || touches_beams({own.to, own.to});
+}
+
+bool StaleRays::passes_by(std::span<const uint32_t> targets) const {
+  Box near;
+  for (uint32_t target : targets)
+    if (Looks::is_chain(target)) near.grow(looks_.chains().footprint(Looks::chain_of(target)).near);
+  if (near.empty()) return true;
+  if (test_.touches(near)) return false;
+  for (uint32_t light = 0; light < present_.lights.size(); ++light)
+    if (test_.touches_light(light, near)) return false;
+  return true;
+}
+
+void StaleRays::mark(const SampleRays& rays, size_t sample, bool apart,
+                     std::vector<uint8_t>& again) const {
+  const std::span<const uint32_t> targets = looks_.targets(sample);
+  const size_t first = looks_.rays().first(sample);
+  for (size_t ray = 0; ray < targets.size(); ++ray)
+    again[ray] = gone(targets[ray], apart) || (looks_.in_beam(first + ray) && shaded(targets[ray]));
+  if (!change_.points.empty())
+    rays.each_moved(change_.points, [&](uint32_t ray) { again[ray] = 1; });
+  for (const trace::MovedObject& moved : change_.scene.objects) {
+    if (moved.now.empty()) continue;
+    rays.each_towards(moved.now.centre(), 0.5001f * moved.now.diagonal(), [&](uint32_t ray) {
+      if (again[ray]) return;
+      const Vec3f w = rays.aim(ray).w;
+      again[ray] = !(w == Vec3f{}) && SlabRay(rays.origin(), w).entry(moved.now, kFar) < kFar &&
+                   present_.caster.closest_object(moved.object, rays.origin(), w).valid();
+    });
+  }
+}
+
+bool StaleRays::gone(uint32_t target, bool apart) const {
+  if (target == kDark) return false;
+  // Where a sun shines is not known of a cell.
+  if (suns_) return true;
+  if (Looks::is_chain(target)) return touches(Looks::chain_of(target), apart);
+  return is_own(target) || present_.beams.reach(target) & placed_;
+}
+
+bool StaleRays::is_own(uint32_t cell) const {
+  return std::any_of(own_.begin(), own_.end(),
+                     [&](const auto& range) { return cell >= range.first && cell < range.second; });
+}
+
+bool StaleRays::touches(uint32_t chain, bool apart) const {
+  const trace::Footprint& own = looks_.chains().footprint(chain);
+  const std::span<const Vertex> vertices = looks_.chains().vertices(chain);
+  if (vertices.front().is_of_end()) {
+    // It consists of the ray alone, which mark() tests, too.
+    const uint32_t end = looks_.chains().end(chain);
+    return is_own(end) || present_.beams.reach(end) & placed_ ||
+           std::any_of(vertices.begin(), vertices.end(), [&](const Vertex& vertex) {
+             return vertex.light != scene::kNone && test_.touches_light(vertex.light, own.to);
+           });
+  }
+  // Which of the lights a vertex asks depends on all lights.
+  return lights_ || test_.touches(own, [&](const auto& visit) {
+    for (const Vertex& vertex : vertices)
+      if (vertex.light != scene::kNone && (vertex.is_of_end() || !apart))
+        visit(vertex.light, vertex.is_of_end());
+  });
+}
+
+}  // namespace deltalux::gather

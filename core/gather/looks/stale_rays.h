@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// Finds the gather rays and chains whose footprint a change touches: all others meet what they met.
+#pragma once
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "gather/looks/looks.h"
+#include "trace/change.h"
+
+namespace deltalux::gather {
+
+/// What the constructor takes must outlive it.
+class StaleRays {
+ public:
+  /// `present`: the scene after the change.
+  StaleRays(const Looks& looks, const Present& present, const Change& change);
+
+  /// Whether the change misses all segments but the last of these chains, and the shadow rays at
+  /// their vertices.
+  bool passes_by(std::span<const uint32_t> targets) const;
+
+  /// Sets again[ray] = 1 if what the ray met may have changed, or if something may be in its way
+  /// now. `apart`: the result of passes_by() for these targets, or for more.
+  void mark(const SampleRays& rays, size_t sample, bool apart, std::vector<uint8_t>& again) const;
+
+ private:
+  /// Finds the cells from which the change may hide a beam's lamp, or hid it before.
+  void shade_beams();
+  /// Whether a ray that depends on beams does so by something that the change may have shaded.
+  bool shaded(uint32_t target) const;
+  bool touches_beams(const Box& points) const;
+  /// Whether what a ray met may have changed.
+  bool gone(uint32_t target, bool apart) const;
+  /// Whether the cell is one of an object that was moved.
+  bool is_own(uint32_t cell) const;
+  /// Whether the change may affect the chain.
+  bool touches(uint32_t chain, bool apart) const;
+
+  const Looks& looks_;
+  const Present& present_;
+  const Change& change_;
+  trace::ChangeTest test_;
+  std::vector<std::pair<uint32_t, uint32_t>> own_;  // cell ranges of the changed objects
+  bool lights_, suns_;  // whether any light changed, and one of the suns that are asked at hits
+  uint64_t placed_;     // one bit per beam: its lamp changed
+  std::vector<uint8_t> shaded_;  // by cell, see shade_beams(); empty if none is
+};
+
+}  // namespace deltalux::gather

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// Sums are integers, so that the order in which threads add does not matter.
+#include "session/flow/landings.h"
+
+#include <atomic>
+
+#include "base/assertion.h"
+#include "base/direction.h"
+
+namespace deltalux::session {
+namespace {
+
+constexpr size_t kGrain = 1024;
+
+}  // namespace
+
+Landings::Landings(State& state) : state_(state) {
+  if (!state.gather) return;
+  finder_.emplace(state.scene, state.gather->cells);
+  by_shadow_ray_ = state.lights_by_shadow_ray();
+}
+
+void Landings::note(segments::BounceSegments& stored, uint32_t slot) const {
+  if (!finder_) return;
+  const segments::Segment& segment = stored.at(slot);
+  stored.landing(slot) = segment.primitive == scene::kNone
+                             ? gather::kNoCell
+                             : finder_->find(segment.primitive, segment.origin,
+                                             decode_direction(segment.direction), segment.length);
+}
+
+void Landings::add(uint32_t bounce, std::span<const uint32_t> slots, int sign) const {
+  if (!finder_) return;
+  segments::BounceSegments& stored = state_.paths.store.bounce(bounce);
+  gather::CellSums& sums = state_.gather->sums;
+  state_.workers.for_blocks(slots.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const segments::Segment& segment = stored.at(slots[i]);
+      const uint32_t cell = segment.length < 0 ? gather::kNoCell : stored.landing(slots[i]);
+      if (cell == gather::kNoCell) continue;
+      DELTALUX_ASSERT(cell < sums.touched.size());
+      const size_t number = state_.light_of(segment.path);
+      if (bounce == 0 && by_shadow_ray_[number]) continue;
+      const trace::Light& light = state_.lights[number];
+      const size_t at = sums.at(cell, light.sums,
+                                trace::batch_of(light, segment.path - light.first_path, kBatches));
+      for (size_t c = 0; c < 3; ++c)
+        std::atomic_ref(sums.quanta[at + c])
+            .fetch_add(sign * int64_t(segment.power[c]), std::memory_order_relaxed);
+      std::atomic_ref(sums.touched[cell]).store(1, std::memory_order_relaxed);
+    }
+  });
+}
+
+double Landings::share_lit_by(uint32_t light, std::span<const uint32_t> hits,
+                              const FirstFlights& others) const {
+  std::vector<uint8_t> lit(hits.size());
+  segments::BounceSegments& stored = state_.paths.store.bounce(0);
+  for (uint32_t slot = 0; slot < stored.size(); ++slot) {
+    const segments::Segment& segment = stored.at(slot);
+    const uint32_t cell = segment.length < 0 ? gather::kNoCell : stored.landing(slot);
+    if (cell != gather::kNoCell && state_.light_of(segment.path) == light &&
+        (segment.power[0] | segment.power[1] | segment.power[2]))
+      lit[cell] = 1;
+  }
+  others.each_of(light, kBatches, [&](uint64_t place, const FirstFlights::Quanta& quanta) {
+    if (quanta != FirstFlights::Quanta{}) lit[place / kBatches] = 1;
+  });
+  uint64_t all = 0, own = 0;
+  for (size_t cell = 0; cell < hits.size(); ++cell)
+    all += hits[cell], own += lit[cell] * hits[cell];
+  return all ? double(own) / double(all) : 0.0;
+}
+
+}  // namespace deltalux::session

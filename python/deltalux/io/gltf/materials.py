@@ -1,0 +1,317 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Converts glTF materials to diffuse reflectance and emission."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from deltalux.errors import FormatError
+from deltalux.io.diagnostics import (
+    GLASS_REMEDY,
+    LEAST_PASSED,
+    LEFT_OUT,
+    MISSING,
+    OPAQUE,
+    UNREADABLE,
+    Notes,
+    UniqueNames,
+    malformed,
+)  # fmt: skip
+from deltalux.io.used_texels import SimilarMeans, means_on, opacity_of, with_means
+from deltalux.scene import Material
+from deltalux.scene.look import ALPHA_MODES, PLAIN, Look, Texture
+from deltalux.texels import linear_to_srgb
+
+from .document import Document
+from .schema import LIT_REFLECTANCE
+from .textures import TRANSFORM, Textures
+
+WHITE = 0.98  # largest reflectance: only mirrors reflect more, and paths between such walls are very long
+TOO_WHITE = f"materials reflect more than {WHITE:.0%}, as no real surface does"
+
+TRANSMISSION = "KHR_materials_transmission"
+GLOSSY = "KHR_materials_pbrSpecularGlossiness"
+
+
+@dataclass(frozen=True)
+class _Read:
+    """One material of the file, before its light groups are known.
+
+    `colour` and `glow` are factors of the means of its textures.
+    """
+
+    name: str
+    colour: np.ndarray
+    glow: np.ndarray
+    group: str | None = None
+    two_sided: bool = False
+    look: Look = PLAIN
+
+    @property
+    def reflectance(self) -> np.ndarray:
+        """(3,) with the mean of its texture."""
+        return np.clip(self.colour * _mean(self.look.colour), 0.0, 1.0)
+
+    @property
+    def emission(self) -> np.ndarray:
+        """(3,) with the mean of its texture."""
+        return self.glow * _mean(self.look.glow)
+
+
+@dataclass(frozen=True)
+class _Variant:
+    """A material of a number beyond the file's: another one, tinted or with other texels on some object."""
+
+    of: int
+    tint: np.ndarray | None = None
+    means: np.ndarray | None = None  # (6,), of `means_on`
+    user: str = ""  # the first object that has it
+
+
+class Materials:
+    """Makes a Material when a triangle first uses it; -1 is glTF's default material.
+
+    Reflectance is baseColorFactor (diffuseFactor of KHR_materials_pbrSpecularGlossiness) times the mean
+    linear texel that an object uses, and times the vertex colour of `tinted` ones; emission is emissiveFactor
+    times KHR_materials_emissive_strength times the mean texel. Without a material it is `missing`.
+    """
+
+    def __init__(self, document: Document, textures: Textures, clear_glass: bool, missing: float) -> None:
+        self._clear_glass = clear_glass
+        self._missing = missing
+        self._document = document
+        self._textures = textures
+        self._variants: list[_Variant] = []  # of numbers beyond the file's materials
+        self._tinted: dict[tuple[int, bytes], int] = {}
+        self._similar: dict[int, tuple[SimilarMeans, list[int]]] = {}
+        self._read_ones: dict[int, _Read] = {}
+        self._labels = UniqueNames()
+        self.begin()
+
+    def begin(self) -> None:
+        """Discard the materials made so far; later ones may have other groups."""
+        self._names = UniqueNames()
+        self._plain: dict[int, str] = {}  # the first name of each of the file's materials and tints
+        self._found: dict[int, _Read] = {}
+        self._made: dict[tuple[int, str | None], Material] = {}
+
+    @property
+    def used(self) -> list[Material]:
+        """Every material made so far."""
+        return list(self._made.values())
+
+    def material(self, index: int, node_group: str | None, default_group: str | None) -> Material:
+        """The material, in the light group of its luminous triangles.
+
+        The node's extras.group takes precedence over the material's, and that over `default_group`.
+        """
+        found = self._found_at(index)
+        emission = found.emission
+        group = (node_group or found.group or default_group) if emission.any() else None
+        key = (index, group)
+        if key not in self._made:
+            # A material in several groups becomes several materials; the first one keeps the name.
+            first = all(made != index for made, _ in self._made)
+            name = found.name if first else self._names.take(f"{found.name} [{group or 'own'}]")
+            reflectance = found.reflectance
+            if reflectance.max() > WHITE:
+                self._document.notes.add(TOO_WHITE, found.name)
+            self._made[key] = Material(name, reflectance, emission, group, found.two_sided, found.look)
+        return self._made[key]
+
+    def tinted(self, index: int, colours: np.ndarray) -> np.ndarray:
+        """Numbers (k,) for `material` of a material whose reflectance is multiplied by `colours` (k, 3).
+
+        Without a material they are the reflectance, unless all are white, which says nothing.
+        """
+        plain = (colours == 1).all(axis=1)
+        kept = plain if index >= 0 else np.full(len(colours), plain.all())
+        numbers = [
+            index if keep else self._tint(index, colour) for keep, colour in zip(kept, colours, strict=True)
+        ]
+        return np.array(numbers, np.int64)
+
+    def _tint(self, index: int, colour: np.ndarray) -> int:
+        key = (index, colour.tobytes())
+        if key not in self._tinted:
+            self._tinted[key] = self._new(_Variant(index, tint=colour))
+        return self._tinted[key]
+
+    def _new(self, variant: _Variant) -> int:
+        self._variants.append(variant)
+        return len(self._document.gltf.materials) + len(self._variants) - 1
+
+    def on_object(
+        self, numbers: np.ndarray, coordinates: np.ndarray | None, areas: np.ndarray, user: str
+    ) -> np.ndarray:
+        """Numbers (m,) for `material` of an object's triangles, by the texels that they use.
+
+        Parameters
+        ----------
+        numbers : (m,) of the file's materials, or tinted ones
+        coordinates : (m, 3, 2) of the corners; None without
+        areas : (m,)
+        user : the object's name
+        """
+        result = numbers.copy()
+        for number in np.unique(numbers).tolist():
+            look = self._read_at(number).look
+            if not look.textures:
+                continue
+            own = numbers == number
+            opacity = opacity_of(look.alpha_mode, look.alpha, look.alpha_cutoff)
+            places = None if coordinates is None else coordinates[own]
+            means = means_on(look, opacity, self._textures.texels, places, areas[own])
+            similar, made = self._similar.setdefault(number, (SimilarMeans(), []))
+            which = similar.number(means)
+            if which == len(made):
+                made.append(self._new(_Variant(number, means=means, user=user)))
+            result[own] = made[which]
+        return result
+
+    def coordinate_set(self, index: int) -> int | None:
+        """Number of the texture coordinate set that a material's textures use; None without textures.
+
+        Outputs use one set: that of the reflectance's texture, else of the emission's.
+        """
+        source = self._document.gltf.materials[index]
+        colour, _ = _base_colour(source)
+        return _set_of(colour or (source.emissiveTexture if any(source.emissiveFactor) else None))
+
+    def leaves_out(self, index: int) -> bool:
+        """Whether triangles of that material are none; tells of it."""
+        source = self._document.gltf.materials[index]
+        found = self._clear_glass and _is_glass(source)
+        if found:
+            self._document.notes.add(LEFT_OUT, source.name or f"material{index}")
+        return found
+
+    def _found_at(self, number: int) -> _Read:
+        if number not in self._found:
+            found, variant = self._read_at(number), self._variant(number)
+            on_object = variant is not None and variant.means is not None
+            origin, user = (variant.of, variant.user) if variant and on_object else (number, "")
+            if origin in self._plain:
+                name = self._names.take(f"{self._plain[origin]} on {user}")
+            else:
+                name = self._plain[origin] = self._names.take(found.name)
+            self._found[number] = replace(found, name=name)
+        return self._found[number]
+
+    def _variant(self, number: int) -> _Variant | None:
+        beyond = number - len(self._document.gltf.materials)
+        return self._variants[beyond] if beyond >= 0 else None
+
+    def _read_at(self, number: int) -> _Read:
+        """A material, read once; its name may be that of others, too."""
+        if number not in self._read_ones:
+            variant = self._variant(number)
+            if variant is not None:
+                white = _Read("default", np.ones(3), np.zeros(3))
+                found = white if variant.of < 0 else self._read_at(variant.of)
+                self._read_ones[number] = _varied(found, variant)
+            else:
+                self._read_ones[number] = self._read(number) if number >= 0 else self._default()
+        return self._read_ones[number]
+
+    def _default(self) -> _Read:
+        self._document.notes.add(MISSING.format(self._missing))
+        return _Read(self._labels.take("default"), np.full(3, self._missing), np.zeros(3))
+
+    def _read(self, index: int) -> _Read:
+        source, place = self._document.gltf.materials[index], f"materials[{index}]"
+        name = self._labels.take(source.name or f"material{index}")
+        _note_unhonoured(source, name, self._document.notes)
+        texture, factor = _base_colour(source)
+        if GLOSSY in source.extensions:
+            self._document.notes.add(f"{GLOSSY}: only the diffuse part is honoured", name)
+            texture_place = f"{place}.extensions.{GLOSSY}.diffuseTexture"
+        else:
+            texture_place = f"{place}.baseColorTexture"
+        colour, glow = self._texture(texture, texture_place, name), None
+        strength = source.extensions.get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0)
+        emission = np.array(source.emissiveFactor) * strength
+        if (emission < 0).any():
+            raise malformed(f"{place}: emission", emission.tolist(), "no negative channel")
+        if emission.any():
+            glow = self._texture(source.emissiveTexture, f"{place}.emissiveTexture", name)
+        if glow is not None and _set_of(source.emissiveTexture) != self.coordinate_set(index):
+            emission, glow = emission * glow.mean, None  # those coordinates are not read
+        mode = source.alphaMode if source.alphaMode in ALPHA_MODES else PLAIN.alpha_mode
+        cutoff = PLAIN.alpha_cutoff if source.alphaCutoff is None else max(source.alphaCutoff, 0.0)
+        look = Look(colour, glow, mode, float(np.clip(factor[3], 0, 1)), cutoff)
+        colour_factor = np.array(factor[:3])
+        if LIT_REFLECTANCE in source.extras:  # of a lit file, whose base colour may be that of a lamp
+            colour_factor, look = (
+                np.array(source.extras[LIT_REFLECTANCE], np.float64),
+                replace(look, colour=None),
+            )
+        group = source.extras.get("group")
+        return _Read(name, colour_factor, emission, group, bool(source.doubleSided), look)
+
+    def _texture(self, reference: Any, place: str, name: str) -> Texture | None:
+        if reference is None:
+            return None
+        try:
+            found = self._textures.texture(reference, place)
+        except FormatError as error:
+            self._document.notes.add(UNREADABLE, f'material "{name}", {error}')
+            return None
+        self._document.notes.add("textures count with their mean colour", name)
+        return found
+
+
+def _varied(found: _Read, variant: _Variant) -> _Read:
+    if variant.means is not None:
+        return replace(found, look=with_means(found.look, variant.means))
+    assert variant.tint is not None
+    code = "".join(f"{round(255 * c):02x}" for c in linear_to_srgb(variant.tint))
+    return replace(found, name=f"{found.name} #{code}", colour=found.colour * variant.tint)
+
+
+def _base_colour(source: Any) -> tuple[Any, list[float]]:
+    """Texture record (or None) and factor of the diffuse part."""
+    glossy = source.extensions.get(GLOSSY)
+    if glossy is not None:
+        texture, factor = glossy.get("diffuseTexture"), glossy.get("diffuseFactor")
+    else:
+        pbr = source.pbrMetallicRoughness
+        texture, factor = (pbr.baseColorTexture, pbr.baseColorFactor) if pbr else (None, None)
+    return texture, factor or [1.0] * 4
+
+
+def _set_of(reference: Any) -> int | None:
+    """Number of the texture coordinate set in a texture record."""
+    if reference is None:
+        return None
+    return reference.extensions.get(TRANSFORM, {}).get("texCoord", reference.texCoord or 0)
+
+
+def _mean(texture: Texture | None) -> np.ndarray:
+    return np.ones(3) if texture is None else texture.mean
+
+
+def _is_glass(source: Any) -> bool:
+    """Whether a material lets at least half of the light through, and does not glow."""
+    _, factor = _base_colour(source)
+    passes = source.extensions.get(TRANSMISSION, {}).get("transmissionFactor", 0.0)
+    if source.alphaMode == "BLEND":
+        passes = max(passes, 1 - factor[3])
+    return passes >= LEAST_PASSED and not any(source.emissiveFactor)
+
+
+def _note_unhonoured(source: Any, name: str, notes: Notes) -> None:
+    pbr = source.pbrMetallicRoughness
+    if GLOSSY not in source.extensions and (pbr is None or pbr.metallicFactor > 0):
+        notes.add("metals count as diffuse", name)
+    if source.alphaMode not in (None, "OPAQUE") or TRANSMISSION in source.extensions:
+        notes.add(OPAQUE, name)
+    if _is_glass(source):
+        notes.add(GLASS_REMEDY, name)
+    if source.normalTexture is not None:
+        notes.add("normal maps are not honoured", name)
+    if source.occlusionTexture is not None:
+        notes.add("occlusion maps are not honoured", name)

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+// What an edit touches: wherever an answer differs, the test of its footprint says so; and updates
+// cast again little more than what that names.
+#include "trace/change.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "sectored.h"
+#include "session_world.h"
+
+namespace deltalux::trace {
+namespace {
+
+using session::Session;
+
+scene::Scene room_with_lamps() {
+  scene::Scene scene = session::room_with_spot();
+  scene.lights[0].parameters = {0.05f, 0.1f};
+  scene::PunctualLight sun = scene.lights[0], bulb = scene.lights[0];
+  sun.kind = &lights::kind_named("sun"), sun.direction = {0.4f, -1, 0.2f}, sun.parameters = {};
+  bulb.kind = &lights::kind_named("point"), bulb.position = {3, 2, 3.5}, bulb.parameters = {};
+  scene.lights.insert(scene.lights.end(), {sun, bulb});
+  scene.finish();
+  return scene;
+}
+
+/// The room, its lights and its box before and after a move.
+struct Moved {
+  scene::Scene scene = room_with_lamps();
+  Progress progress;
+  RayCaster before{scene, progress}, after{scene, progress};
+  std::vector<Light> lights = find_lights(scene);
+  Change change;
+
+  explicit Moved(const Pose& pose) {
+    scene::Scene next = scene;
+    next.objects[1].pose = pose;
+    after.update_object(next, 1);
+    change.objects = {
+        {1, {before.object_bounds(1), after.object_bounds(1)}, after.object_bounds(1)}};
+    change.lights.assign(lights.size(), 0);
+  }
+};
+
+Vec3f in_room(const PathRandom& random, uint32_t k) {
+  return {0.05f + 3.9f * random(k, 0), 0.05f + 2.9f * random(k, 1), 0.05f + 3.9f * random(k, 2)};
+}
+
+TEST(ChangeTest, NamesAllThatDiffersAndLittleElse) {
+  size_t differing = 0, named = 0, all = 0;
+  for (uint32_t round = 0; round < 20; ++round) {
+    const PathRandom place(11, round);
+    const Moved moved(session::at(0.5 + 3 * double(place(0, 0)), 0.5 + 3 * double(place(0, 1))));
+    const ChangeTest test(moved.change, moved.lights, shadow_slack(moved.after));
+    EXPECT_TRUE(test.moves(1));
+    EXPECT_FALSE(test.moves(0));
+    for (uint32_t i = 0; i < 400; ++i) {
+      const PathRandom random(round, i);
+      // A path of two segments that asks each light at its middle, and one of them at its end.
+      const Vec3f a = in_room(random, 0), b = in_room(random, 1), c = in_room(random, 2);
+      Footprint own;
+      own.near.grow(a), own.near.grow(b);
+      own.from = b, own.to = c;
+      bool differs = false;
+      for (const auto& [from, to] : {std::pair{a, b}, std::pair{b, c}})
+        differs |=
+            moved.before.occluded(from, to - from, 1) != moved.after.occluded(from, to - from, 1);
+      const uint32_t at_end = i % uint32_t(moved.lights.size());
+      for (uint32_t l = 0; l < moved.lights.size(); ++l)
+        for (const Vec3f& p : {b, c}) {
+          if (p == c && l != at_end) continue;
+          const auto shape = direct::shape_of(moved.lights[l], l, 1);
+          // of all sides
+          for (const Vec3f& n : {Vec3f{0, 1, 0}, Vec3f{0, -1, 0}, Vec3f{1, 0, 0}, Vec3f{-1, 0, 0}})
+            for (uint32_t k = 0; k < 4; ++k) {
+              const auto ray = shape->glance({p, n}, random(k, 5), random(k, 6));
+              differs |=
+                  ray.irradiance > 0 && moved.before.occluded(ray.origin, ray.direction, ray.to) !=
+                                            moved.after.occluded(ray.origin, ray.direction, ray.to);
+            }
+        }
+      const bool touched = test.touches(own, [&](const auto& visit) {
+        for (uint32_t l = 0; l < moved.lights.size(); ++l) visit(l, false);
+        visit(at_end, true);
+      });
+      ASSERT_TRUE(touched || !differs) << round << " " << i;
+      differing += differs, named += touched, ++all;
+    }
+  }
+  EXPECT_GT(differing, all / 20);
+  EXPECT_LT(named, all * 9 / 10);
+}
+
+TEST(ChangeTest, KnowsLampsThatSendOtherLight) {
+  const Moved moved(session::at(2.5, 2));
+  Change change = moved.change;
+  change.lights[2] = 1;
+  const ChangeTest test(change, moved.lights, 0);
+  EXPECT_TRUE(test.touches_light(2, Vec3f{100, 100, 100}));
+  EXPECT_FALSE(test.touches_light(1, Vec3f{100, 100, 100}));
+  // A lamp's cone that what moved does not meet throws no shadow of it.
+  const ShadowVolume away(moved.lights[0], Box{{3.5f, 0, 3.5f}, {3.9f, 1, 3.9f}}, 1e-5f);
+  EXPECT_FALSE(away.contains({3.7f, 0, 3.7f}));
+  const ShadowVolume below(moved.lights[0], Box{{1.9f, 1, 1.9f}, {2.3f, 1.4f, 2.3f}}, 1e-5f);
+  EXPECT_TRUE(below.contains({2.2f, 0, 2.1f}));
+}
+
+/// The box carries a lamp whose light depends on how it is turned about its direction.
+scene::Scene room_with_sectors() {
+  scene::Scene scene = session::room_with_spot();
+  scene::PunctualLight& lamp = scene.lights[0];
+  lamp.kind = &lights::sectored();
+  lamp.position = {0, 1.5, 0}, lamp.direction = {0, -1, 0}, lamp.attached = 1;
+  lamp.parameters = {1, 0, 0, 1, 0.1f, 0.6f, 0.1f, 0.3f};
+  scene.finish();
+  return scene;
+}
+
+Pose turned(double cosine, double sine) {
+  Pose pose = session::at(1, 1);
+  pose.row[0] = {cosine, 0, sine}, pose.row[2] = {-sine, 0, cosine};
+  return pose;
+}
+
+std::vector<double> light_of(const Session& session) {
+  std::vector<double> light(3 * session.state().samples.size());
+  session.read_irradiance(light.data());
+  return light;
+}
+
+TEST(Change, LampsThatTurnAboutTheirDirectionSendOtherLight) {
+  for (const session::Options& chosen :
+       {session::options(1, session::DirectMode::paths, segments::SegmentEnd::first),
+        session::options(2, session::DirectMode::sampled, segments::SegmentEnd::bounded),
+        session::gathering(1)}) {
+    Progress progress;
+    Session session(room_with_sectors(), session::some_samples(), chosen);
+    session.bake(progress);
+    if (chosen.gather_rays) EXPECT_EQ(session.state().guiding.beams.size(), 1u);
+    const std::vector<double> first = light_of(session);
+    std::vector<std::array<uint64_t, 4>> digests{session.digest()};
+    for (const Pose& pose : {turned(0.6, 0.8), turned(0, 1), turned(1, 0)}) {
+      session.update(std::vector<scene::Edit>{scene::Move{1, pose}}, 0, progress);
+      const std::vector<double> updated = light_of(session);
+      digests.push_back(session.digest());
+      session.recompute(progress);
+      EXPECT_EQ(session.digest(), digests.back());
+      EXPECT_EQ(light_of(session), updated);
+    }
+    EXPECT_EQ(digests.front(), digests.back());
+    EXPECT_EQ(light_of(session), first);
+    EXPECT_NE(digests[1], digests[0]);
+    EXPECT_NE(digests[2], digests[1]);
+  }
+}
+
+TEST(Change, SpotsThatTurnAboutTheirDirectionSendTheSame) {
+  scene::Scene scene = session::room_with_spot();
+  scene.lights[0].position = {0, 1.5, 0}, scene.lights[0].direction = {0, -1, 0};
+  scene.lights[0].attached = 1;
+  scene.finish();
+  Light light = find_lights(scene)[0], again = light;
+  scene.objects[1].pose = turned(0.6, 0.8);
+  place_light(scene, again);
+  EXPECT_TRUE(sends_alike(light, again));
+  scene.objects[1].present = false;
+  place_light(scene, again);
+  EXPECT_FALSE(sends_alike(light, again));
+}
+
+TEST(Change, RaysAreCastAgainWhereSomethingMovedAlone) {
+  Progress progress;
+  session::Options chosen = session::gathering(1);
+  chosen.gather_rays = 256;
+  Session session(session::room(), session::some_samples(), chosen);
+  session.bake(progress);
+  const uint64_t all = session.state().gather->looks.rays().all();
+  const auto frame = [&](const scene::Edit& edit) {
+    return session.update(std::vector<scene::Edit>{edit}, 0, progress);
+  };
+  // Factors are applied where light is read.
+  EXPECT_EQ(frame(scene::Dim{0, 0.5}).gathered_rays, 0u);
+  EXPECT_EQ(frame(scene::SetReflectance{0, {0.3f, 0.4f, 0.5f}}).gathered_rays, 0u);
+  // Of four samples on the box, all rays; of the others, 5 in a hundred.
+  const session::Frame moved = frame(scene::Move{1, session::at(1.01, 1)});
+  EXPECT_GE(moved.gathered_rays, 4u * 256);
+  EXPECT_LT(moved.gathered_rays - 4u * 256, all / 10);
+  EXPECT_LE(moved.changed_rays, moved.gathered_rays);
+  EXPECT_GT(moved.changed_rays, 0u);
+  // Nothing moved: everything that is asked again answers as before.
+  EXPECT_EQ(frame(scene::Move{1, session::at(1.01, 1)}).gathered_rays, 0u);
+}
+
+}  // namespace
+}  // namespace deltalux::trace

@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`glass="clear"`: what lets most light through is left out, and light passes as if it were not there."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import deltalux as dl
+import numpy as np
+import pytest
+from builders.gltf import GltfBuilder
+
+# Name, fields of the material, alpha of its base colour, whether it is glass.
+MATERIALS: list[tuple[str, dict[str, Any], float, bool]] = [
+    ("pane", {"extensions": {"KHR_materials_transmission": {"transmissionFactor": 0.9}}}, 1.0, True),
+    ("film", {"alphaMode": "BLEND"}, 0.3, True),
+    ("half", {"alphaMode": "BLEND"}, 0.5, True),
+    ("frosted", {"alphaMode": "BLEND"}, 0.7, False),
+    ("sticker", {"alphaMode": "BLEND"}, 1.0, False),
+    ("by default", {"extensions": {"KHR_materials_transmission": {}}}, 1.0, False),
+    ("leaf", {"alphaMode": "MASK"}, 0.1, False),
+    ("opaque", {}, 0.1, False),
+    ("glowing", {"alphaMode": "BLEND", "emissiveFactor": [1, 1, 1]}, 0.1, False),
+]
+
+
+def write(folder: Path, fields: dict[str, Any] | None, alpha: float = 1.0) -> Path:
+    """A square of 1 m under a lamp, and between them (None: not) a square of the material."""
+    builder = GltfBuilder()
+    builder.node(name="floor", mesh=builder.quad(builder.material(name="grey", colour=(0.5,) * 3)))
+    builder.node(
+        name="lamp",
+        translation=[0.5, 0.5, 2],
+        extensions=builder.light(type="point", intensity=100),
+    )
+    if fields is not None:
+        colour = {"baseColorFactor": [0.2, 0.4, 0.6, alpha], "metallicFactor": 0}
+        material = builder.material(name="between", pbrMetallicRoughness=colour, **fields)
+        builder.node(name="square", mesh=builder.quad(material), translation=[0, 0, 1])
+    return builder.write(folder)
+
+
+def light(scene: dl.Scene) -> np.ndarray:
+    with dl.Session(scene, dl.Samples.on_vertices(scene, spacing=0.25), paths=20_000, gather=256) as session:
+        session.bake()
+        return session.irradiance
+
+
+@pytest.mark.parametrize(
+    ("fields", "alpha", "is_glass"), [row[1:] for row in MATERIALS], ids=[row[0] for row in MATERIALS]
+)
+def test_what_is_mostly_transparent_is_left_out(tmp_path, fields, alpha, is_glass):
+    path = write(tmp_path, fields, alpha)
+    opaque, clear = dl.load(path), dl.load(path, glass="clear")
+    assert [m.name for m in opaque.meshes] == ["floor", "square"]
+    assert [m.name for m in clear.meshes] == (["floor"] if is_glass else ["floor", "square"])
+    assert [n.name for n in clear.nodes] == [n.name for n in opaque.nodes]
+    told = [w for w in opaque.warnings if "--glass clear" in w and w.endswith("(between)")]
+    assert len(told) == is_glass
+    assert any(w.startswith("glass is left out") for w in clear.warnings) == is_glass
+    if is_glass:
+        assert not any("transparency" in w for w in clear.warnings)
+
+
+def test_light_passes_clear_glass_as_if_it_were_not_there(tmp_path):
+    without = light(dl.load(write(tmp_path, None)))
+    path = write(tmp_path, MATERIALS[0][1])
+    assert (light(dl.load(path, glass="clear")) == without).all()
+    assert light(dl.load(path))[: len(without)].max() < 0.01 * without.max()
+
+
+def test_glass_below_a_movable_is_left_out_and_the_rest_moves(tmp_path):
+    builder = GltfBuilder()
+    pane = builder.material(name="pane", **MATERIALS[0][1])
+    glass = builder.node(root=False, name="glass", mesh=builder.quad(pane))
+    frame = builder.quad(builder.material(name="frame", colour=(0.5,) * 3))
+    builder.node(name="MOVE_window", mesh=frame, children=[glass])
+    builder.node(name="MOVE_only_glass", mesh=builder.quad(pane))
+    builder.node(name="lamp", translation=[0, 0, 2], extensions=builder.light(type="point", intensity=1))
+    floor = builder.quad(builder.material(name="grey", colour=(0.5,) * 3))
+    builder.node(name="floor", mesh=floor, translation=[-2, -2, -1], scale=[5, 5, 1])
+    scene = dl.load(builder.write(tmp_path), glass="clear")
+    assert {m.name: len(m.triangles) for m in scene.meshes if m.movable} == {
+        "MOVE_window": 2,
+        "MOVE_only_glass": 0,
+    }
+    with dl.Session(scene, paths=1000, gather=16) as session:
+        session.bake()
+        for name in ("MOVE_window", "MOVE_only_glass"):
+            pose = session.pose(name).copy()
+            pose[0, 3] += 0.1
+            session.move(name, pose)
+        session.update()
+        before = session.digest()
+        session.recompute()
+        assert session.digest() == before
+
+
+def write_obj(folder: Path, statements: str) -> Path:
+    (folder / "a.mtl").write_text(
+        f"newmtl wall\nKd 0.5 0.5 0.5\nnewmtl between\nKd 0.2 0.2 0.2\n{statements}\n"
+    )
+    square = "v 0 0 {z}\nv 1 0 {z}\nv 1 1 {z}\nv 0 1 {z}\n"
+    text = "mtllib a.mtl\no wall\nusemtl wall\n" + square.format(z=0) + "f 1 2 3 4\n"
+    text += "o square\nusemtl between\n" + square.format(z=1) + "f 5 6 7 8\n"
+    path = folder / "a.obj"
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("statements", "is_glass"),
+    [
+        ("d 0.2", True),
+        ("Tr 0.8", True),
+        ("d 0.9", False),
+        ("Tr 0.2", False),
+        ("d 1\nTr 1", False),  # as some programs write what is opaque
+        ("Tr 1\nd 1", False),
+        ("d 0.2\nKe 1 1 1", False),
+        ("d ?", False),
+    ],
+)
+def test_obj(tmp_path, statements, is_glass):
+    path = write_obj(tmp_path, statements)
+    opaque, clear = dl.load(path), dl.load(path, glass="clear")
+    assert len(opaque.meshes) == 2
+    assert [m.name for m in clear.meshes] == (["wall"] if is_glass else ["wall", "square"])
+    assert any("--glass clear" in w and w.endswith("(between)") for w in opaque.warnings) == is_glass
+    assert any(w.startswith("glass is left out") for w in clear.warnings) == is_glass
+
+
+def test_wrong_words_are_refused(tmp_path):
+    with pytest.raises(dl.OptionError, match="glass: found 'dark', expected one of opaque, clear"):
+        dl.load(write(tmp_path, None), glass="dark")
+
+
+def test_a_file_of_glass_only_has_nothing_to_light(tmp_path):
+    builder = GltfBuilder()
+    builder.node(mesh=builder.quad(builder.material(name="pane", **MATERIALS[0][1])))
+    with pytest.raises(dl.SceneError, match="found no triangles"):
+        dl.load(builder.write(tmp_path), glass="clear")
