@@ -81,3 +81,14 @@ def test_the_bar_is_drawn_while_nothing_is_reported() -> None:
     drawn = screen.getvalue().count("silent")
     assert drawn >= 3
     assert "ETA" in screen.getvalue()
+
+
+def test_every_step_is_drawn_however_short() -> None:
+    terminal, screen = console.Terminal(as_json=False, quiet=False), io.StringIO()
+    terminal._err = Console(file=screen, force_terminal=True, width=100)
+    with terminal.overall([Step(name, 5.0) for name in ("first", "second", "third")]) as overall:
+        overall("first", 0.5)
+        overall.begin("second")
+        overall("third", 1.0)
+    drawn = screen.getvalue()
+    assert 0 <= drawn.find("first") < drawn.find("second") < drawn.find("third")

@@ -101,7 +101,8 @@ class Terminal:
         It is drawn on stderr if that is a terminal, and advances even while nothing is reported.
         """
         overall = Overall(steps)
-        with OverallBar(overall, self._err, disable=self._quiet or not self._err.is_terminal):
+        with OverallBar(overall, self._err, disable=self._quiet or not self._err.is_terminal) as bar:
+            overall.on_step = bar.refresh
             yield overall
             overall.end()
 

@@ -75,6 +75,11 @@ class Overall:
     ----------
     steps : in order; some may be skipped
     clock : function that returns the time in seconds
+
+    Attributes
+    ----------
+    on_step : called whenever another step has begun, so that even the shortest is shown
+    unforeseen : reported stages that belong to no step
     """
 
     def __init__(self, steps: Iterable[Step] = (), clock: Callable[[], float] = time.monotonic) -> None:
@@ -87,7 +92,8 @@ class Overall:
         self._now: Step | None = None
         self._fraction = self._share = 0.0
         self._ended = False
-        self.unforeseen: list[str] = []  # reported stages that belong to no step
+        self.unforeseen: list[str] = []
+        self.on_step: Callable[[], None] = lambda: None
 
     def expect(self, steps: Iterable[Step]) -> None:
         """Replace the steps that follow the current one."""
@@ -109,6 +115,7 @@ class Overall:
                 self._note(name)
                 self._leave()
                 self._now = Step(name, 1e-3, "unforeseen")
+        self.on_step()
 
     def end(self) -> None:
         """Mark the job as finished."""
@@ -120,12 +127,13 @@ class Overall:
         """Record the progress of a stage; returns True, hence never cancels."""
         with self._lock:
             own = self._now is not None and self._now.name == stage
-            if stage and not own:
-                own = self._enter(stage)
-                if not own and stage not in self._passed:
-                    self._note(stage)
-            if own:
+            begun = bool(stage) and not own and self._enter(stage)
+            if stage and not own and not begun and stage not in self._passed:
+                self._note(stage)
+            if own or begun:
                 self._fraction = max(self._fraction, min(fraction, 1.0))
+        if begun:
+            self.on_step()
         return True
 
     def state(self) -> Estimate:

@@ -28,10 +28,15 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 
 
 @pytest.fixture
-def open_page(browser: Any) -> Iterator[Callable[..., Viewer]]:
+def pages() -> list[Any]:
+    """The pages that a test has opened."""
+    return []
+
+
+@pytest.fixture
+def open_page(browser: Any, pages: list[Any]) -> Iterator[Callable[..., Viewer]]:
     """Opens pages; at the end none of them may have complained."""
     complaints: list[str] = []
-    pages = []
 
     def opened(url: str, link: str = "") -> Viewer:
         page = browser.new_page()
@@ -61,9 +66,12 @@ def folder(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def server(session: dl.Session, folder: Path) -> Iterator[Server]:
+def server(session: dl.Session, folder: Path, pages: list[Any]) -> Iterator[Server]:
+    """A server whose pages end before it: a page complains of a server that is gone."""
     with Server(session, folder=folder) as server:
         yield server
+        for page in pages:
+            page.close()
 
 
 @pytest.fixture
