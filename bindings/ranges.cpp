@@ -25,7 +25,7 @@ nb::tuple path_sums(const Session& session) {
   session::PathSums sums;
   {
     nb::gil_scoped_release release;
-    sums = session.path_sums();
+    sums = session.exchange().path_sums();
   }
   const size_t groups = session.state().sum_groups.size(), batches = session::kBatches;
   const size_t cells = sums.cells.size() / (3 * groups * batches);
@@ -55,7 +55,7 @@ nb::tuple path_changes(Session& session) {
   session::PathChanges changes;
   {
     nb::gil_scoped_release release;
-    changes = session.path_changes();
+    changes = session.exchange().path_changes();
   }
   nb::list ranges;
   for (const session::PathRange& range : changes.ranges)
@@ -70,7 +70,7 @@ nb::tuple first_flights(const Session& session) {
   session::FirstFlights flights;
   {
     nb::gil_scoped_release release;
-    flights = session.first_flights();
+    flights = session.exchange().first_flights();
   }
   const size_t lights = flights.lights.size(), n = flights.at.size();
   std::vector<int64_t> quanta;
@@ -142,7 +142,7 @@ void bind_ranges(nb::class_<Session>& bound) {
                 {}, edits, since, to_row(discs), to_row(cells), to_row(openness)};
             for (const auto& [first, last] : ranges) changes.ranges.push_back({first, last});
             nb::gil_scoped_release release;
-            s.add_path_changes(changes);
+            s.exchange().add_path_changes(changes);
           },
           nb::arg("ranges"), nb::arg("edits"), nb::arg("since").none(), nb::arg("discs"),
           nb::arg("cells"), nb::arg("openness"))
@@ -173,19 +173,19 @@ void bind_ranges(nb::class_<Session>& bound) {
           [](Session& s, const Column<uint32_t>& lights, uint64_t cells, const Column<uint64_t>& at,
              const Rows<int64_t, 3>& quanta, nb::object callback) {
             const session::FirstFlights flights = to_flights(lights, cells, at, quanta);
-            run(callback, [&](Progress& p) { s.look(flights, p); });
+            run(callback, [&](Progress& p) { s.exchange().look(flights, p); });
           },
           nb::arg("lights"), nb::arg("cells"), nb::arg("at"), nb::arg("quanta"),
           nb::arg("progress").none())
       .def("asked_lights",
            [](const Session& s) {
-             std::vector<uint32_t> lights = s.asked_lights();
+             std::vector<uint32_t> lights = s.exchange().asked_lights();
              const size_t n = lights.size();
              return make_array(std::move(lights), {n});
            })
       .def(
           "ask_for",
-          [](Session& s, const Column<uint32_t>& lights) { s.ask_for(to_vector(lights)); },
+          [](Session& s, const Column<uint32_t>& lights) { s.exchange().ask_for(to_vector(lights)); },
           nb::arg("lights"));
 }
 
@@ -197,18 +197,18 @@ void bind_shared_rays(nb::class_<Session>& bound) {
           [](Session& s, const Column<uint32_t>& lights, uint64_t cells, const Column<uint64_t>& at,
              const Rows<int64_t, 3>& quanta, nb::object callback) {
             const session::FirstFlights flights = to_flights(lights, cells, at, quanta);
-            run(callback, [&](Progress& p) { s.begin_look(flights, p); });
+            run(callback, [&](Progress& p) { s.exchange().begin_look(flights, p); });
           },
           nb::arg("lights"), nb::arg("cells"), nb::arg("at"), nb::arg("quanta"),
           nb::arg("progress").none())
       .def("forget_bake", &Session::forget_bake)
-      .def("awaits_direct", &Session::awaits_direct)
-      .def("place_samples", &Session::place_samples, nb::call_guard<nb::gil_scoped_release>())
+      .def("awaits_direct", [](const Session& s) { return s.exchange().awaits_direct(); })
+      .def("place_samples", [](Session& s) { s.exchange().place_samples(); }, nb::call_guard<nb::gil_scoped_release>())
       .def(
           "cast_direct",
           [](const Session& s, size_t first, size_t last, nb::object callback) {
             std::optional<direct::DirectLight> light;
-            run(callback, [&](Progress& p) { light = s.cast_direct(first, last, p); });
+            run(callback, [&](Progress& p) { light = s.exchange().cast_direct(first, last, p); });
             ArchiveView archive;
             light->save(archive);
             return to_arrays(archive);
@@ -219,24 +219,24 @@ void bind_shared_rays(nb::class_<Session>& bound) {
           [](Session& s, size_t first, size_t last, nb::object source) {
             PythonSource archive(std::move(source));
             nb::gil_scoped_release release;
-            s.take_direct(first, last, archive);
+            s.exchange().take_direct(first, last, archive);
           },
           nb::arg("first"), nb::arg("last"), nb::arg("source"))
-      .def("is_looking", &Session::is_looking)
-      .def("save_look", [](const Session& s) { return to_arrays(s.save_look()); })
+      .def("is_looking", [](const Session& s) { return s.exchange().is_looking(); })
+      .def("save_look", [](const Session& s) { return to_arrays(s.exchange().save_look()); })
       .def(
           "join_look",
           [](Session& s, nb::object source) {
             PythonSource archive(std::move(source));
             nb::gil_scoped_release release;
-            s.join_look(archive);
+            s.exchange().join_look(archive);
           },
           nb::arg("source"))
       .def(
           "direct_of_samples",
           [](const Session& s, size_t first, size_t last) {
             std::vector<double> out;
-            for (const Vec3d& own : s.direct_of_samples(first, last))
+            for (const Vec3d& own : s.exchange().direct_of_samples(first, last))
               out.insert(out.end(), {own.x, own.y, own.z});
             return make_array(std::move(out), {last - first, 3});
           },
@@ -248,7 +248,7 @@ void bind_shared_rays(nb::class_<Session>& bound) {
             for (size_t i = 0; i < own.size(); ++i)
               own[i] = {direct(i, 0), direct(i, 1), direct(i, 2)};
             session::RayNumbers numbers;
-            run(callback, [&](Progress& p) { numbers = s.number_rays(first, own, p); });
+            run(callback, [&](Progress& p) { numbers = s.exchange().number_rays(first, own, p); });
             return to_tuple(std::move(numbers));
           },
           nb::arg("first"), nb::arg("direct"), nb::arg("progress").none())
@@ -257,13 +257,13 @@ void bind_shared_rays(nb::class_<Session>& bound) {
           [](Session& s, const Seen& seen, const Column<int8_t>& doublings) {
             session::RayNumbers numbers = to_ray_numbers(seen, doublings);
             nb::gil_scoped_release release;
-            s.take_numbers(std::move(numbers));
+            s.exchange().take_numbers(std::move(numbers));
           },
           nb::arg("seen"), nb::arg("doublings"))
       .def(
           "look_cuts",
           [](const Session& s, uint64_t rays) {
-            std::vector<uint64_t> cuts = s.look_cuts(rays);
+            std::vector<uint64_t> cuts = s.exchange().look_cuts(rays);
             const size_t n = cuts.size();
             return make_array(std::move(cuts), {n});
           },
@@ -271,7 +271,7 @@ void bind_shared_rays(nb::class_<Session>& bound) {
       .def(
           "save_aims",
           [](const Session& s, size_t first, size_t last) {
-            return to_arrays(s.save_aims(first, last));
+            return to_arrays(s.exchange().save_aims(first, last));
           },
           nb::arg("first"), nb::arg("last"))
       .def(
@@ -279,7 +279,7 @@ void bind_shared_rays(nb::class_<Session>& bound) {
           [](const Session& s, size_t first, size_t last, nb::object source, nb::object callback) {
             PythonSource aims(std::move(source));
             std::optional<gather::Looks> looks;
-            run(callback, [&](Progress& p) { looks = s.cast_looks(first, last, aims, p); });
+            run(callback, [&](Progress& p) { looks = s.exchange().cast_looks(first, last, aims, p); });
             ArchiveView archive;
             looks->save(archive);
             return to_arrays(archive);
@@ -290,7 +290,7 @@ void bind_shared_rays(nb::class_<Session>& bound) {
           [](Session& s, size_t first, size_t last, nb::object source) {
             PythonSource archive(std::move(source));
             nb::gil_scoped_release release;
-            s.take_looks(first, last, archive);
+            s.exchange().take_looks(first, last, archive);
           },
           nb::arg("first"), nb::arg("last"), nb::arg("source"));
 }

@@ -357,15 +357,15 @@ void bind_session(nb::module_& m) {
              out["segment_bytes"] = state.paths.store.bytes() + state.paths.cut.size();
              out["bytes"] = s.bytes();
              out["forecast_bytes"] = s.forecast().bytes;
-             if (state.gather) {
-               const gather::Looks& looks = state.gather->looks;
+             if (state.gathers()) {
+               const gather::Looks& looks = state.rays.looks;
                nb::dict gather;
                gather["rays"] = looks.rays().all();
                gather["chains"] = looks.chains().size();
-               gather["guides"] = state.guiding.guides.size();
-               gather["beams"] = state.guiding.beams.size();
-               gather["suns"] = state.guiding.suns.size();
-               gather["cells"] = state.gather->cells.size();
+               gather["guides"] = state.rays.guiding.guides.size();
+               gather["beams"] = state.rays.guiding.beams.size();
+               gather["suns"] = state.rays.guiding.suns.size();
+               gather["cells"] = state.cells.division.size();
                gather["ray_bytes"] = looks.bytes();
                gather["ray_bytes_in_use"] = looks.bytes_in_use();
                gather["kept_bytes"] = s.kept() ? s.kept()->bytes() : 0;

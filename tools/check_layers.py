@@ -35,7 +35,10 @@ ESTIMATORS = (
 # Rooms of a stage: each may include those before it; "" are the files beside them.
 ROOMS = {
     "gather": ("cells", "aim", "looks", "choose"),
-    "session": ("world", "paths", "discs", "direct", "rays", "shared", "state", "flow", "bake", "read", ""),
+    "session": (
+        "world", "paths", "discs", "direct", "cells", "rays", "images", "shared", "state", "flow", "bake", "update",
+        "read", "file", "exchange", "",
+    ),
 }
 # Third party -> the only file (without suffix) that may include it.
 THIRD_PARTIES = {

@@ -1,74 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bake and recompute: computes all sums of a scene from scratch.
+// The state is replaced as a whole by bakes, and changed by edits; everything else reads it.
 #include "session/session.h"
 
-#include <algorithm>
+#include <cmath>
+#include <string>
 #include <utility>
 
-#include "base/assertion.h"
 #include "base/error.h"
-#include "session/paths/pilot_paths.h"
-#include "session/session_forecast.h"
+#include "session/bake/bake.h"
+#include "session/file/snapshot.h"
+#include "session/read/digest.h"
+#include "session/read/gradient.h"
+#include "session/read/read_light.h"
+#include "session/read/unreached.h"
+#include "session/update/check_edit.h"
+#include "session/update/update.h"
 
 namespace deltalux::session {
-namespace {
-
-constexpr uint64_t kSlotsPerStep = 65536;  // slots allocated between two checks for cancellation
-
-}  // namespace
 
 Session::Session(scene::Scene scene, samples::SampleSet samples, const Options& options)
     : state_(std::make_unique<State>(std::move(scene), std::move(samples), options)) {}
 
 Session::~Session() = default;
-
-void Session::trace_all(Progress& progress, Frame& frame) {
-  State& s = *state_;
-  s.paths.prepare();
-  s.discs.clear_sums();
-  s.added.clear();
-  s.added_since.reset();
-  told_.reset();
-  const uint64_t paths = s.paths.held.size();
-  progress.begin("trace paths", paths);
-  const PathCounts counts = trace_lights(progress);
-  DELTALUX_ASSERT(
-      std::all_of(s.discs.sums.begin(), s.discs.sums.end(), [](int64_t sum) { return sum >= 0; }));
-  frame.retraced_segments = counts.retraced;
-  frame.affected_paths = paths;
-  frame.milliseconds.emplace_back("trace", counts.trace_ms);
-  frame.milliseconds.emplace_back("deposit", counts.deposit_ms);
-}
-
-PathCounts Session::trace_lights(Progress& progress) {
-  State& s = *state_;
-  const uint64_t total = s.paths.cut.size();
-  std::vector<uint32_t> slots;
-  for (uint64_t done = 0; done < total; done += slots.size()) {
-    progress.check();
-    s.paths.store.bounce(0).allocate(std::min(total - done, kSlotsPerStep), s.paths.store.extras(),
-                                     slots);
-  }
-  PathUpdate update(s);
-  const uint64_t steps = (total + kPathsPerStep - 1) / kPathsPerStep;
-  for (uint64_t step = 0; step < steps; ++step) {
-    slots.clear();
-    for (const trace::Light& light : s.lights) {
-      // Each batch contributes the same share to every step.
-      for (uint32_t batch = 0; batch < kBatches; ++batch) {
-        const auto [from, end] = s.paths.held.of_batch(light, batch);
-        const uint64_t count = end - from;
-        const uint64_t first = count * step / steps, last = count * (step + 1) / steps;
-        if (first == last) continue;
-        const uint32_t slot = s.paths.held.slot_of(uint32_t(light.first_path + from));
-        for (uint64_t i = first; i < last; ++i) slots.push_back(uint32_t(slot + i));
-      }
-    }
-    update.start(slots, progress);
-    progress.advance(slots.size());
-  }
-  return update.counts();
-}
 
 std::unique_ptr<State> Session::unbaked() const {
   auto fresh = std::make_unique<State>(state_->options);
@@ -76,124 +29,166 @@ std::unique_ptr<State> Session::unbaked() const {
   return fresh;
 }
 
-void Session::forget_bake() {
-  std::unique_ptr<State> old = std::exchange(state_, unbaked());
-  kept_.reset(), told_.reset(), looking_.reset();
-  awaited_direct_.reset();
-  baked_ = damaged_ = false;
-  dispose(std::move(old));
+void Session::dispose(std::unique_ptr<State> waste) {
+  try {
+    disposal_ = std::async(std::launch::async, [gone = std::move(waste)] {});
+  } catch (...) {  // no thread available: `waste` is freed on return
+  }
 }
 
-Frame Session::replace(std::unique_ptr<State> fresh, const std::function<Frame()>& compute) {
-  std::swap(state_, fresh);
-  auto old_told = std::move(told_);
-  auto old_looking = std::move(looking_);
-  auto old_awaited = std::move(awaited_direct_);
+void Session::forget_bake() { dispose(std::exchange(state_, unbaked())); }
+
+Frame Session::replace(std::unique_ptr<State> fresh, const std::function<Frame(State&)>& compute) {
   try {
-    Frame frame = compute();
-    baked_ = true;
-    damaged_ = false;
+    Frame frame = compute(*fresh);
+    fresh->baked = true;
+    state_ = std::move(fresh);
     return frame;
   } catch (...) {
-    std::swap(state_, fresh);
-    told_ = std::move(old_told);
-    looking_ = std::move(old_looking);
-    awaited_direct_ = std::move(old_awaited);
     dispose(std::move(fresh));
     throw;
   }
 }
 
 Frame Session::bake(Progress& progress, bool leave_direct) {
-  return replace(unbaked(), [&] {
-    Frame frame;
-    Stopwatch watch;
-    State& s = *state_;
-    s.index_triangles(progress);
-    make_cells(progress);
-    s.allot_paths(progress);
-    s.paths.held = s.held();
-    lay_out_cell_sums(s);
-    const PilotPaths pilot = walk_pilot_paths(s, progress);
-    forecast_memory(pilot);
-    s.choose_direct(double(forecast_.segments));
-    refuse_beyond_limit();
-    PlacedDiscs placed;
-    if (s.counts_in_discs()) {
-      s.resolve_radii(progress);
-      placed = s.discs.place(progress);
-    }
-    s.discs.take(placed);
-    frame.end_stage("prepare", watch);
-    s.discs.plan(placed, pilot, false, progress);
-    s.discs.make_estimators(placed, progress);
-    frame.end_stage("plan", watch);
-    trace_all(progress, frame);
-    watch.lap();
-    leave_direct &= s.holds_none() && !s.samples.point.empty() &&
-                    std::any_of(s.light_sampled.begin(), s.light_sampled.end(),
-                                [](uint8_t yes) { return yes; });
-    s.direct.compute(progress, leave_direct);
-    if (leave_direct) awaited_direct_ = std::make_unique<Awaited>(s.samples.size());
-    frame.end_stage("direct", watch);
-    if (s.holds_all()) look_around(progress, true, {}, [&] { frame.end_stage("guides", watch); });
-    frame.end_stage("gather", watch);
-    s.discs.refresh_areas(nullptr);
-    return frame;
-  });
+  return replace(unbaked(), [&](State& s) { return session::bake(s, progress, leave_direct); });
 }
 
 Frame Session::recompute(Progress& progress) {
-  check_looked();
+  check_looked(*state_);
   auto fresh = unbaked();
   fresh->take_choices(*state_);
-  return replace(std::move(fresh), [&] {
-    State& s = *state_;
-    for (trace::Light& light : s.lights) trace::place_light(s.scene, light);
-    Frame frame;
-    progress.begin("index triangles", 1);
-    s.caster = std::make_unique<trace::RayCaster>(s.scene, progress);
-    make_cells(progress);
-    trace_all(progress, frame);
-    Stopwatch watch;
-    s.direct.compute(progress);
-    frame.end_stage("direct", watch);
-    look_around(progress);
-    frame.end_stage("gather", watch);
-    s.discs.refresh_areas(nullptr);
-    return frame;
+  return replace(std::move(fresh), [&](State& s) { return session::recompute(s, progress); });
+}
+
+Frame Session::update(std::span<const scene::Edit> edits, double budget_ms, Progress& progress) {
+  edits_applied_ = false;
+  check_looked(*state_);
+  if (state_->damaged) rebuild(*state_, progress);
+  // Beyond half of the limit, the light needs the memory.
+  const size_t limit = state_->options.memory_limit;
+  if (limit && bytes() > limit / 2) state_->discs.spare.reset();
+  for (size_t i = 0; i < edits.size(); ++i) check(edits[i], edits.first(i));
+  const bool complete = state_->has_all_sums();
+  Update update(*state_, edits, budget_ms, progress);
+  update.apply([&] { return recompute(progress); });
+  edits_applied_ = true;
+  if (!baked()) return {};
+  state_->count_edits(edits.size(), complete);
+  if (update.renewed()) return update.end();
+  size_t refused = 0;
+  try {
+    refused = update.follow();
+  } catch (...) {
+    // Memory ran out in the middle of the update. Only a recomputation gives a valid state again.
+    rebuild(*state_, progress);
+  }
+  Frame frame = update.end();
+  if (refused)
+    throw OptionError("memory: with longer paths the session needs more than its limit of " +
+                      mebibytes(double(limit)) + "; " + std::to_string(refused) +
+                      " paths wait as they were. Take the edit back, or raise the memory limit");
+  if (pending_share() > 0 && progress.cancelled()) throw Cancelled();
+  return frame;
+}
+
+void Session::check(const scene::Edit& edit, std::span<const scene::Edit> before) const {
+  session::check(*state_, edit, before);
+}
+
+const std::vector<plan::PartPlan>& Session::plan(Progress& progress) {
+  return plan_parts(*state_, progress);
+}
+
+void Session::set_planning(const plan::Machine& machine, plan::Policy policy,
+                           std::optional<double> frames, bool rebuilds) {
+  Options& options = state_->options;
+  options.machine = machine;
+  options.policy = policy;
+  options.expected_frames = frames.value_or(kExpectedFrames);
+  options.rebuilds = rebuilds;
+}
+
+double Session::read(double* irradiance, double* standard_error) const {
+  return session::read(*state_, irradiance, standard_error);
+}
+
+void Session::read_irradiance(double* irradiance) const {
+  session::read_irradiance(*state_, irradiance);
+}
+
+void Session::read_direct(double* irradiance) const { session::read_direct(*state_, irradiance); }
+
+void Session::read_packed(const std::array<double, 3>& weights, bool errors, float* values) const {
+  session::read_packed(*state_, weights, errors, values);
+}
+
+void Session::glance(float* values) { session::glance(*state_, values); }
+
+void Session::gather_at(std::span<const Vec3f> points, std::span<const Vec3f> normals,
+                        const Asked& asked, double* direct, double* indirect, double* noise,
+                        Progress& progress) {
+  check_readable(*state_);
+  if (!state_->gathers()) throw OptionError("at: this session does not gather");
+  state_->images.gather_at(points, normals, asked, direct, indirect, noise, progress);
+}
+
+void Session::read_gradient(double* gradient, Progress& progress, const SlopeSums& others) {
+  session::read_gradient(*state_, gradient, progress, others);
+}
+
+SlopeSums Session::slope_sums(Progress& progress) { return session::slope_sums(*state_, progress); }
+
+void Session::read_sums(int64_t* sums) const { session::read_sums(*state_, sums); }
+
+std::vector<uint8_t> Session::visible(std::span<const Vec3f> from,
+                                      std::span<const Vec3f> to) const {
+  std::vector<uint8_t> out(from.size());
+  const trace::RayCaster& caster = *state_->caster;
+  state_->workers.for_blocks(out.size(), 1024, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const Vec3f way = to[i] - from[i];
+      out[i] = !caster.occluded(from[i], way, 1.0f);
+    }
   });
+  return out;
 }
 
-void Session::check_whole() const {
-  DELTALUX_ASSERT(step_ == Step::rest);
-  if (damaged_)
-    throw Error(
-        "session: memory ran out in the middle of an update, and again when everything was "
-        "to be computed anew; free memory, then call update() or recompute()");
+std::vector<float> Session::areas() {
+  State& s = *state_;
+  if (!s.baked || s.counts_in_discs()) return s.as_given(s.discs.area);
+  Progress part;
+  const DiscsInPlace discs(s, s.discs, part);
+  s.discs.find_areas(nullptr);
+  return s.as_given(std::exchange(s.discs.area, {}));
 }
 
-size_t Session::bytes() const {
-  const DiscLayer& discs = state_->discs;
-  return needed_bytes() + (discs.spare ? discs.spare->bytes() : 0);
+std::vector<float> Session::radii(Progress& progress) {
+  const std::vector<float>& own = state_->samples.radius;
+  if (baked() && std::any_of(own.begin(), own.end(), [](float r) { return std::isnan(r); }))
+    state_->resolve_radii(progress);
+  return state_->as_given(state_->samples.radius);
 }
 
-size_t Session::needed_bytes() const {
-  const State& s = *state_;
-  size_t sum = s.paths.bytes() + s.discs.bytes() + s.direct.bytes();
-  if (kept_) sum += kept_->bytes();
-  if (looking_) sum += looking_->looks.bytes();
-  if (told_) sum += (told_->discs.capacity() + told_->cells.capacity()) * sizeof(int64_t);
-  if (s.gather)
-    sum += s.gather->cells.bytes() + s.gather->looks.bytes() + s.gather->coverage.bytes() +
-           s.gather->beams.bytes() + s.gather->sums.bytes() + s.gather->light.bytes() +
-           s.gather->glance.bytes() + s.guiding.bytes();
-  return sum;
+size_t Session::unreached() const { return count_unreached(*state_); }
+
+std::array<uint64_t, 4> Session::digest(const std::optional<SegmentsHash>& others) const {
+  return session::digest(*state_, others);
 }
 
-double Session::pending_share() const {
-  const double looks = state_->gather ? state_->gather->looks.pending_share() : 0.0;
-  return std::max({state_->direct.pending_share(), looks, state_->paths.pending_share()});
+SegmentsHash Session::segments_hash() const {
+  check_whole(*state_);
+  return state_->paths.hash();
+}
+
+EnergyAudit Session::audit() const { return session::audit(*state_); }
+
+ArchiveView Session::save(bool shared) const { return session::save(*state_, shared); }
+
+ArchiveView Session::save_choices() const { return session::save_choices(*state_); }
+
+void Session::restore(ArchiveSource& archive, Progress& progress) {
+  session::restore(*state_, archive, progress);
 }
 
 }  // namespace deltalux::session

@@ -243,7 +243,7 @@ void follow_edits(const Variant& variant) {
     EXPECT_EQ(world.s.discs.sums, fresh.s.discs.sums);
     EXPECT_EQ(world.s.discs.sums, slow_sums(world));
     if (!variant.gathers) continue;
-    EXPECT_EQ(world.s.gather->sums.quanta, fresh.s.gather->sums.quanta);
+    EXPECT_EQ(world.s.cells.sums.quanta, fresh.s.cells.sums.quanta);
   }
 }
 

@@ -138,7 +138,7 @@ TEST(Change, LampsThatTurnAboutTheirDirectionSendOtherLight) {
     Progress progress;
     Session session(room_with_sectors(), session::some_samples(), chosen);
     session.bake(progress);
-    if (chosen.gather_rays) EXPECT_EQ(session.state().guiding.beams.size(), 1u);
+    if (chosen.gather_rays) EXPECT_EQ(session.state().rays.guiding.beams.size(), 1u);
     const std::vector<double> first = light_of(session);
     std::vector<std::array<uint64_t, 4>> digests{session.digest()};
     for (const Pose& pose : {turned(0.6, 0.8), turned(0, 1), turned(1, 0)}) {
@@ -176,7 +176,7 @@ TEST(Change, RaysAreCastAgainWhereSomethingMovedAlone) {
   chosen.gather_rays = 256;
   Session session(session::room(), session::some_samples(), chosen);
   session.bake(progress);
-  const uint64_t all = session.state().gather->looks.rays().all();
+  const uint64_t all = session.state().rays.looks.rays().all();
   const auto frame = [&](const scene::Edit& edit) {
     return session.update(std::vector<scene::Edit>{edit}, 0, progress);
   };

@@ -102,8 +102,8 @@ class Ranges {
   void bake() {
     begin();
     add_all();
-    whole_->look(all_flights(), progress_);
-    for (const auto& part : parts_) part->ask_for(whole_->asked_lights());
+    whole_->exchange().look(all_flights(), progress_);
+    for (const auto& part : parts_) part->exchange().ask_for(whole_->exchange().asked_lights());
   }
 
   void recompute() {
@@ -143,12 +143,12 @@ class Ranges {
     for (const auto& part : parts_) {
       const SegmentsHash own = part->segments_hash();
       hash = {hash.count + own.count, hash.a + own.a, hash.b + own.b};
-      sums.paths += part->path_sums().paths;
+      sums.paths += part->exchange().path_sums().paths;
       const EnergyAudit energy = part->audit();
       for (size_t c = 0; c < 3; ++c) audit.emitted[c] += energy.emitted[c];
       for (size_t c = 0; c < 3; ++c) audit.absorbed[c] += energy.absorbed[c];
     }
-    const PathSums all = one.path_sums(), added = whole_->path_sums();
+    const PathSums all = one.exchange().path_sums(), added = whole_->exchange().path_sums();
     EXPECT_EQ(sums.paths, all.paths);
     EXPECT_EQ(added.paths, all.paths);
     EXPECT_EQ(added.discs, all.discs);
@@ -171,13 +171,13 @@ class Ranges {
     return {values, errors};
   }
   void add_all() {
-    for (const auto& part : parts_) whole_->add_path_changes(part->path_changes());
+    for (const auto& part : parts_) whole_->exchange().add_path_changes(part->exchange().path_changes());
   }
   FirstFlights all_flights() const {
-    FirstFlights all = parts_[0]->first_flights();
+    FirstFlights all = parts_[0]->exchange().first_flights();
     std::map<uint64_t, FirstFlights::Quanta> landed;
     for (const auto& part : parts_) {
-      const FirstFlights own = part->first_flights();
+      const FirstFlights own = part->exchange().first_flights();
       for (size_t i = 0; i < own.at.size(); ++i)
         for (size_t c = 0; c < 3; ++c) landed[own.at[i]][c] += own.quanta[i][c];
     }
@@ -234,7 +234,7 @@ TEST(Ranges, ChangesOfEveryBlockOfSamplesAreTold) {
   part.bake(progress);
   std::vector<int64_t> told;
   const auto expect_told = [&] {
-    const SparseRow row = part.path_changes().discs;
+    const SparseRow row = part.exchange().path_changes().discs;
     told.resize(row.size);
     EXPECT_TRUE(std::is_sorted(row.at.begin(), row.at.end()));
     for (size_t i = 0; i < row.at.size(); ++i) told[row.at[i]] += row.value[i];
@@ -264,7 +264,7 @@ void expect_to_add_up(std::initializer_list<size_t> counts) {
     Session one(room_with_spot(), some_samples(), chosen);
     one.bake(progress);
     if (chosen.gather_rays) {
-      EXPECT_EQ(one.state().guiding.beams.size(), 1u);
+      EXPECT_EQ(one.state().rays.guiding.beams.size(), 1u);
     }
     std::vector<std::unique_ptr<Ranges>> shared;
     for (const size_t count : counts)
@@ -351,21 +351,21 @@ TEST(Ranges, RefuseWhatTheyCannotDo) {
   refused([&] { read(part); }, "holds paths 0 to 2000 of 4000");
   refused([&] { read(whole); },
           "found the sums of 0 paths after 0 edits, expected those of all 4000");
-  refused([&] { whole.look({}, progress); }, "found the sums of 0 paths");
+  refused([&] { whole.exchange().look({}, progress); }, "found the sums of 0 paths");
   refused([&] { whole.update(kSteps[0], 0, progress); }, "call look()");
   refused([&] { whole.recompute(progress); }, "call look()");
   refused([&] { whole.save(); }, "call look()");
-  refused([&] { part.add_path_changes({}); }, "expected a baked one of path_range");
-  refused([&] { whole.path_changes(); }, "found a session that is not baked or evaluates light");
-  refused([&] { part.look({}, progress); }, "expected a baked one of path_range");
-  const PathChanges all = part.path_changes();
+  refused([&] { part.exchange().add_path_changes({}); }, "expected a baked one of path_range");
+  refused([&] { whole.exchange().path_changes(); }, "found a session that is not baked or evaluates light");
+  refused([&] { part.exchange().look({}, progress); }, "expected a baked one of path_range");
+  const PathChanges all = part.exchange().path_changes();
   PathChanges wrong = all;
   --wrong.discs.size;
-  refused([&] { whole.add_path_changes(wrong); }, "discs: found changes of");
+  refused([&] { whole.exchange().add_path_changes(wrong); }, "discs: found changes of");
   wrong = all, wrong.cells.at.back() = wrong.cells.size;
-  refused([&] { whole.add_path_changes(wrong); }, "cells: found places beyond the end");
+  refused([&] { whole.exchange().add_path_changes(wrong); }, "cells: found places beyond the end");
   ranges.bake();
-  refused([&] { whole.add_path_changes(all); }, "some are added already");
+  refused([&] { whole.exchange().add_path_changes(all); }, "some are added already");
   refused([&] { whole.digest(); }, "segments_hash");
   std::vector<double> slopes(9 * some_samples().size());
   refused([&] { whole.read_gradient(slopes.data(), progress); }, "gradient: ");
@@ -378,21 +378,21 @@ TEST(Ranges, AskForKnownLightsOnceEach) {
   Session &whole = ranges.whole(), &part = ranges.part(0);
   whole.bake(progress);
   part.bake(progress);
-  refused([&] { part.ask_for(std::vector<uint32_t>{1}); }, "found light 1");
-  refused([&] { part.ask_for(std::vector<uint32_t>{0, 0}); }, "lights that do not ascend");
-  refused([&] { whole.ask_for(std::vector<uint32_t>{0}); }, "found light 0, expected narrow");
+  refused([&] { part.exchange().ask_for(std::vector<uint32_t>{1}); }, "found light 1");
+  refused([&] { part.exchange().ask_for(std::vector<uint32_t>{0, 0}); }, "lights that do not ascend");
+  refused([&] { whole.exchange().ask_for(std::vector<uint32_t>{0}); }, "found light 0, expected narrow");
   const auto digest = part.digest();
-  refused([&] { part.ask_for(std::vector<uint32_t>{0, 1}); }, "found light 1");
+  refused([&] { part.exchange().ask_for(std::vector<uint32_t>{0, 1}); }, "found light 1");
   EXPECT_EQ(part.digest(), digest);
-  EXPECT_TRUE(part.asked_lights().empty());
-  part.ask_for({});
-  part.ask_for(std::vector<uint32_t>{0});
-  EXPECT_EQ(part.asked_lights(), (std::vector<uint32_t>{0}));
-  refused([&] { part.ask_for(std::vector<uint32_t>{0}); }, "found light 0");  // already left out
+  EXPECT_TRUE(part.exchange().asked_lights().empty());
+  part.exchange().ask_for({});
+  part.exchange().ask_for(std::vector<uint32_t>{0});
+  EXPECT_EQ(part.exchange().asked_lights(), (std::vector<uint32_t>{0}));
+  refused([&] { part.exchange().ask_for(std::vector<uint32_t>{0}); }, "found light 0");  // already left out
   Session discs(room_with_spot(), some_samples(),
                 of_range(options(1, DirectMode::paths, segments::SegmentEnd::first), 0, 2000));
   discs.bake(progress);
-  refused([&] { discs.ask_for(std::vector<uint32_t>{0}); }, "found light 0");
+  refused([&] { discs.exchange().ask_for(std::vector<uint32_t>{0}); }, "found light 0");
 }
 
 TEST(Ranges, HaveNoFirstFlightsFromLightsThatAreOff) {
@@ -402,9 +402,9 @@ TEST(Ranges, HaveNoFirstFlightsFromLightsThatAreOff) {
   Progress progress;
   Session part(scene, some_samples(), of_range(gathering(1), 0, 2000));
   part.bake(progress);
-  EXPECT_EQ(part.first_flights().lights, (std::vector<uint32_t>{0}));
+  EXPECT_EQ(part.exchange().first_flights().lights, (std::vector<uint32_t>{0}));
   part.update(std::vector<scene::Edit>{scene::SetPresent{1, false}}, 0, progress);
-  EXPECT_TRUE(part.first_flights().lights.empty());
+  EXPECT_TRUE(part.exchange().first_flights().lights.empty());
 }
 
 TEST(Ranges, RefuseToBeReadBeforeAllChangesOfAllEditsAreAdded) {
@@ -413,26 +413,26 @@ TEST(Ranges, RefuseToBeReadBeforeAllChangesOfAllEditsAreAdded) {
   ranges.bake();
   Session &whole = ranges.whole(), &one = ranges.part(0), &two = ranges.part(1);
   const auto add = [&](const PathChanges& changes) {
-    return refusal([&] { whole.add_path_changes(changes); });
+    return refusal([&] { whole.exchange().add_path_changes(changes); });
   };
   std::vector<double> values(3 * some_samples().size());
   const auto read = [&] { return refusal([&] { whole.read_irradiance(values.data()); }); };
   EXPECT_EQ(read(), "");
   for (Session* session : {&whole, &one, &two}) session->update(kSteps[0], 0, progress);
   EXPECT_NE(read().find("the sums of 0 paths after 1 edits"), std::string::npos) << read();
-  const PathChanges first = one.path_changes();
+  const PathChanges first = one.exchange().path_changes();
   EXPECT_EQ(add(first), "");
   EXPECT_EQ(read().find("the sums of 0 paths"), std::string::npos);
   EXPECT_NE(read().find("after 1 edits, expected those of all 4000"), std::string::npos);
   EXPECT_NE(add(first).find("some are added already"), std::string::npos);
   // Nothing more to tell is no second answer.
-  const PathChanges nothing = one.path_changes();
+  const PathChanges nothing = one.exchange().path_changes();
   EXPECT_TRUE(nothing.ranges.empty());
   EXPECT_TRUE(nothing.discs.at.empty() && nothing.cells.at.empty());
   EXPECT_EQ(add(nothing), "");
   EXPECT_NE(read(), "");
   // A part that is an edit ahead, or behind, is not of this state.
-  const PathChanges second = two.path_changes();
+  const PathChanges second = two.exchange().path_changes();
   whole.update(kSteps[2], 0, progress);
   EXPECT_NE(add(second).find("found changes from edit 0 to edit 1, expected those from edit 0 to "
                              "edit 3"),
@@ -440,7 +440,7 @@ TEST(Ranges, RefuseToBeReadBeforeAllChangesOfAllEditsAreAdded) {
       << add(second);
   for (Session* session : {&one, &two}) session->update(kSteps[2], 0, progress);
   // The sums were never complete at edit 1: what one told since then lacks what two did not add.
-  EXPECT_NE(add(one.path_changes()).find("found changes from edit 1 to edit 3"), std::string::npos);
+  EXPECT_NE(add(one.exchange().path_changes()).find("found changes from edit 1 to edit 3"), std::string::npos);
   EXPECT_NE(read(), "");
 }
 
@@ -456,7 +456,7 @@ TEST(Ranges, ChangesWithinABudgetAreAddedAsTheyCome) {
   part.update(kSteps[3], 0.01, progress);
   int calls = 0;
   for (bool again = true; again; ++calls) {
-    ranges.whole().add_path_changes(part.path_changes());
+    ranges.whole().exchange().add_path_changes(part.exchange().path_changes());
     again = part.pending_share() > 0;
     if (again) part.update({}, 0.01, progress);
   }
@@ -485,11 +485,11 @@ void expect_unchanged_by(const Disturb& disturb) {
 
 TEST(Ranges, AreTracedAgainFromTheChoicesOfABake) {
   expect_unchanged_by([](Ranges& ranges) {
-    const PathSums before = ranges.part(1).path_sums();
+    const PathSums before = ranges.part(1).exchange().path_sums();
     ranges.lose(1);
-    ranges.part(1).path_changes();  // were added by the one that is lost
-    EXPECT_EQ(ranges.part(1).path_sums().discs, before.discs);
-    EXPECT_EQ(ranges.part(1).path_sums().cells, before.cells);
+    ranges.part(1).exchange().path_changes();  // were added by the one that is lost
+    EXPECT_EQ(ranges.part(1).exchange().path_sums().discs, before.discs);
+    EXPECT_EQ(ranges.part(1).exchange().path_sums().cells, before.cells);
   });
 }
 
@@ -514,24 +514,24 @@ TEST(Ranges, ComputeTheOpennessOfTheirShareOfTheSamples) {
   std::vector<PathChanges> told;
   size_t next = 0;
   for (size_t k = 0; k < 3; ++k) {
-    told.push_back(ranges.part(k).path_changes());
+    told.push_back(ranges.part(k).exchange().path_changes());
     for (const uint64_t at : told[k].openness.at) EXPECT_EQ(at, next++);
   }
   EXPECT_EQ(next, expected.size());
   PathChanges wrong = told[0];
   const auto refused = [&](const char* said) {
-    const std::string found = refusal([&] { ranges.whole().add_path_changes(wrong); });
+    const std::string found = refusal([&] { ranges.whole().exchange().add_path_changes(wrong); });
     EXPECT_NE(found.find(said), std::string::npos) << found;
   };
   wrong.openness.value[0] = 0x7fc00000;  // NaN
   refused("openness: found numbers that are none");
   wrong.openness = {};
   refused("openness: found changes of 0 numbers");
-  for (const PathChanges& each : told) ranges.whole().add_path_changes(each);
+  for (const PathChanges& each : told) ranges.whole().exchange().add_path_changes(each);
   EXPECT_EQ(ranges.whole().state().discs.openness, expected);
   EXPECT_EQ(ranges.whole().state().discs.area, one.state().discs.area);
   ranges.expect_those_of(one);
-  EXPECT_EQ(ranges.part(0).path_changes().openness.size, 0u);
+  EXPECT_EQ(ranges.part(0).exchange().path_changes().openness.size, 0u);
   ranges.recompute();
   ranges.expect_those_of(one);
   ranges.reopen();
@@ -545,34 +545,34 @@ void expect_cancelled_looks_to_leave_everything(int64_t most_tried) {
   const Options all = of_range(gathering(1), 0, gathering(1).paths);
   Session part(room_with_spot(), some_samples(), all);
   part.bake(progress);
-  const PathChanges told = part.path_changes();
+  const PathChanges told = part.exchange().path_changes();
   const auto whole = [&] {
     auto out = std::make_unique<Session>(room_with_spot(), some_samples(), of_range(all, 0, 0));
     out->bake(progress);
-    out->add_path_changes(told);
+    out->exchange().add_path_changes(told);
     return out;
   };
-  const FirstFlights flights = part.first_flights();
+  const FirstFlights flights = part.exchange().first_flights();
   // Count the checks of a look; then cancel at some of them, the last ones too.
   constexpr int64_t kMany = 1 << 30;
   const auto counted = whole();
   fault::arm(fault::Kind::cancel, kMany);
-  counted->look(flights, progress);
+  counted->exchange().look(flights, progress);
   const int64_t checks = kMany - fault::countdown[size_t(fault::Kind::cancel)];
   fault::arm(fault::Kind::cancel, 0);
   EXPECT_GT(checks, 50);
   const auto session = whole();
-  const PathSums before = session->path_sums();
+  const PathSums before = session->exchange().path_sums();
   const size_t forecast = session->forecast().bytes;
   for (int64_t check = checks; check > 0; check -= 1 + checks / most_tried) {
     fault::arm(fault::Kind::cancel, check);
-    EXPECT_THROW(session->look(flights, progress), Cancelled) << check;
+    EXPECT_THROW(session->exchange().look(flights, progress), Cancelled) << check;
     fault::arm(fault::Kind::cancel, 0);
-    EXPECT_EQ(session->path_sums().cells, before.cells);
+    EXPECT_EQ(session->exchange().path_sums().cells, before.cells);
     EXPECT_EQ(session->forecast().bytes, forecast);
-    EXPECT_TRUE(session->asked_lights().empty());
+    EXPECT_TRUE(session->exchange().asked_lights().empty());
   }
-  session->look(flights, progress);
+  session->exchange().look(flights, progress);
   EXPECT_EQ(session->digest(part.segments_hash()), one.digest());
 }
 
@@ -590,14 +590,14 @@ TEST(Ranges, ALightGroupThatFailedToComeChangesNothingThatIsTold) {
   const auto told = [&] {
     auto out = std::make_unique<Session>(room(), some_samples(), options);
     out->bake(progress);
-    out->path_changes();
+    out->exchange().path_changes();
     return out;
   };
   const std::vector<scene::Edit> insert{scene::Insert{lamp_of_a_new_group()}};
   const std::vector<scene::Edit> move{scene::Move{1, at(2.5, 2)}};
   const auto expected = told();
   expected->update(move, 0, progress);
-  const PathChanges without = expected->path_changes();
+  const PathChanges without = expected->exchange().path_changes();
   int failures = 0;
   for (const fault::Kind kind : {fault::Kind::cancel, fault::Kind::commit})
     for (int64_t k = 1;; ++k) {
@@ -614,7 +614,7 @@ TEST(Ranges, ALightGroupThatFailedToComeChangesNothingThatIsTold) {
       ++failures;
       EXPECT_EQ(session->state().group_factor.size(), 1u);
       session->update(move, 0, progress);
-      const PathChanges found = session->path_changes();
+      const PathChanges found = session->exchange().path_changes();
       EXPECT_EQ(found.cells.at, without.cells.at);
       EXPECT_EQ(found.cells.value, without.cells.value);
     }

@@ -107,7 +107,7 @@ TEST(Session, GathersTheSameByAnyNumberOfThreads) {
     Progress progress;
     Session session(room_with_spot(), some_samples(), gathering(threads));
     session.bake(progress);
-    EXPECT_EQ(session.state().guiding.beams.size(), 1u);
+    EXPECT_EQ(session.state().rays.guiding.beams.size(), 1u);
     for (const auto& edits : steps) {
       // Some rays wait for the next call.
       session.update(edits, 0.05, progress);

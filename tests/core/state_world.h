@@ -88,12 +88,8 @@ class StateWorld {
     s.group_sums();
     make_discs(variant);
     if (variant.gathers) {
-      s.gather = std::make_unique<Gather>(Gather{
-          gather::Cells(s.scene, *s.caster, 1), {}, {}, {}, gather::Looks({}, s.options.seed), {}});
-      gather::CellSums& sums = s.gather->sums;
-      sums.groups = uint32_t(s.sum_groups.size()), sums.batches = kBatches;
-      sums.quanta.resize(sums.at(s.gather->cells.size(), 0, 0));
-      sums.touched.resize(s.gather->cells.size());
+      s.cells.division = gather::Cells(s.scene, *s.caster, 1);
+      s.cells.lay_out_sums();
     }
     s.paths.prepare();
     s.discs.sums.assign(size_t(s.slabs()) * s.samples.size() * 3, 0);
@@ -233,7 +229,7 @@ void each_crossed(const State& s, const MovingPart* part, uint32_t bounce, uint3
 
 /// Whether discs count segments of this bounce of a light's paths.
 inline bool is_counted(const State& s, uint32_t bounce, uint32_t path) {
-  return bounce == 0 ? !s.light_sampled[slow_light_of(s, path)] : !s.gather;
+  return bounce == 0 ? !s.light_sampled[slow_light_of(s, path)] : !s.gathers();
 }
 
 /// Sums of all discs of all segments for which wanted(bounce, slot) is true, one by one; of moving

@@ -15,9 +15,9 @@ constexpr size_t kGrain = 1024;
 }  // namespace
 
 Landings::Landings(State& state) : state_(state) {
-  if (!state.gather) return;
-  finder_.emplace(state.scene, state.gather->cells);
-  by_shadow_ray_ = state.lights_by_shadow_ray();
+  if (!state.gathers()) return;
+  finder_.emplace(state.scene, state.cells.division);
+  by_shadow_ray_ = state.rays.lights_by_shadow_ray();
 }
 
 void Landings::note(segments::BounceSegments& stored, uint32_t slot) const {
@@ -32,7 +32,7 @@ void Landings::note(segments::BounceSegments& stored, uint32_t slot) const {
 void Landings::add(uint32_t bounce, std::span<const uint32_t> slots, int sign) const {
   if (!finder_) return;
   segments::BounceSegments& stored = state_.paths.store.bounce(bounce);
-  gather::CellSums& sums = state_.gather->sums;
+  gather::CellSums& sums = state_.cells.sums;
   state_.workers.for_blocks(slots.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const segments::Segment& segment = stored.at(slots[i]);
@@ -70,6 +70,24 @@ double Landings::share_lit_by(uint32_t light, std::span<const uint32_t> hits,
   for (size_t cell = 0; cell < hits.size(); ++cell)
     all += hits[cell], own += lit[cell] * hits[cell];
   return all ? double(own) / double(all) : 0.0;
+}
+
+void leave_out(const State& s, uint32_t light, const FirstFlights& flights,
+               std::vector<int64_t>& quanta) {
+  const uint32_t group = s.lights[light].sums;
+  flights.each_of(light, kBatches, [&](uint64_t place, const FirstFlights::Quanta& own) {
+    const size_t at =
+        s.cells.sums.at(uint32_t(place / kBatches), group, uint32_t(place % kBatches));
+    for (size_t c = 0; c < 3; ++c) quanta[at + c] -= own[c];
+  });
+}
+
+void leave_out(State& s, uint32_t light, const FirstFlights& flights) {
+  gather::CellSums& sums = s.cells.sums;
+  leave_out(s, light, flights, sums.quanta);
+  flights.each_of(light, kBatches, [&](uint64_t place, const FirstFlights::Quanta&) {
+    sums.touched[place / kBatches] = 1;
+  });
 }
 
 }  // namespace deltalux::session

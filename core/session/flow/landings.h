@@ -35,4 +35,10 @@ class Landings {
   std::vector<uint8_t> by_shadow_ray_;
 };
 
+/// Subtracts from `quanta`, laid out as the cells' sums are, what `flights` brought from this
+/// light; or from the present sums.
+void leave_out(const State& state, uint32_t light, const FirstFlights& flights,
+               std::vector<int64_t>& quanta);
+void leave_out(State& state, uint32_t light, const FirstFlights& flights);
+
 }  // namespace deltalux::session

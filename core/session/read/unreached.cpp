@@ -9,9 +9,24 @@ namespace deltalux::session {
 namespace {
 
 constexpr size_t kAsked = 1024;  // samples examined at most, evenly spaced
-// Surface of a cube, 2 / 0.12^2 square scene metres, if a metre is 0.12 of its diagonal, see
-// samples/placement.h.
-constexpr double kRoom = 140;
+
+/// Whether a gather ray of the sample meets a cell that a path reached, or a chain's vertex that a
+/// light illuminates.
+bool sees_light(const State& s, size_t sample) {
+  const auto is_lit = [&](uint32_t cell) { return cell != gather::kDark && s.cells.is_lit(cell); };
+  const gather::ChainPool& chains = s.rays.looks.chains();
+  for (const uint32_t target : s.rays.looks.targets(sample)) {
+    if (!gather::Looks::is_chain(target)) {
+      if (is_lit(target)) return true;
+      continue;
+    }
+    const uint32_t number = gather::Looks::chain_of(target);
+    if (is_lit(chains.end(number))) return true;
+    for (const gather::Vertex& vertex : chains.vertices(number))
+      if (vertex.direct != std::array<float, 3>{}) return true;
+  }
+  return false;
+}
 
 /// Per channel, the largest share of a path's power that one reflection can leave.
 Vec3d scattered_share(const scene::Scene& scene) {
@@ -57,22 +72,24 @@ UnreachedError::UnreachedError(const State& s) : groups_(s.sum_groups.size()) {
   }
 }
 
-Vec3d power_of_one_path(const State& s) {
-  Vec3d most{};
-  for (const trace::Light& light : s.lights) {
-    if (!light.on || light.path_count == 0 || light.map || light.aims) continue;
-    const double factor = s.group_factor[light.group] / double(light.path_count);
-    for (int c = 0; c < 3; ++c) most[c] = std::max(most[c], factor * light.power[c]);
-  }
-  const double metre = double(s.gather->cells.metre());
-  return most * (1 / (kRoom * metre * metre));
-}
-
 Vec3d UnreachedError::at(uint32_t sum_group, double area) const {
   const Group& group = groups_[sum_group];
   Vec3d error{};
   for (int c = 0; c < 3; ++c) error[c] = std::min(group.one[c], group.density[c] * area);
   return error;
+}
+
+size_t count_unreached(const State& s) {
+  check_readable(s);
+  const size_t n = s.samples.size(), slabs = s.discs.sums.size() / std::max<size_t>(1, 3 * n);
+  size_t count = 0;
+  for (size_t i = 0; i < n; ++i) {
+    bool dark = s.is_present(i);
+    for (size_t slab = 0; dark && slab < slabs; ++slab)
+      for (size_t c = 0; c < 3; ++c) dark = dark && s.discs.sums[3 * (slab * n + i) + c] == 0;
+    count += dark && !(s.gathers() && sees_light(s, i));
+  }
+  return count;
 }
 
 }  // namespace deltalux::session

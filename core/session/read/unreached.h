@@ -31,9 +31,8 @@ class UnreachedError {
   std::vector<Group> groups_;
 };
 
-/// The power of one more path over the surface of a room of usual size, per channel: of the light
-/// whose paths carry most. Where a few weak paths came through an opening, one that keeps its power
-/// may be missing. Guided paths are as many as they need be. A pure function of the state.
-Vec3d power_of_one_path(const State& state);
+/// Number of present samples that no path and no gather ray with light has reached. Throws like
+/// check_readable().
+size_t count_unreached(const State& state);
 
 }  // namespace deltalux::session

@@ -1,38 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
-// All data of a session, in layers; only the functions of this folder change them.
+// All data of a session, in layers. A bake fills a new state; edits change it.
 #pragma once
-#include <array>
+#include <algorithm>
 #include <cstdint>
-#include <memory>
-#include <optional>
-#include <vector>
+#include <utility>
 
-#include "gather/looks/evaluate.h"
+#include "session/cells/cell_layer.h"
 #include "session/direct/direct_layer.h"
 #include "session/discs/disc_layer.h"
+#include "session/images/image_layer.h"
 #include "session/paths/path_layer.h"
+#include "session/rays/ray_layer.h"
+#include "session/state/sharing.h"
 #include "session/world/world.h"
 
 namespace deltalux::session {
 
-/// The gathered light that a display shows during a drag; nothing else depends on it.
-struct Glance {
-  std::vector<std::array<double, 3>> irradiance;  ///< per sample
-  bool stale = true;                              ///< all samples have to be read
-  size_t turn = 0;
-  size_t bytes() const { return irradiance.capacity() * sizeof(std::array<double, 3>); }
+/// Expected memory, from a few pilot paths and pilot rays.
+struct Forecast {
+  uint64_t segments = 0;
+  size_t bytes = 0;
+  double bytes_per_path = 0;
+  uint64_t paths_that_fit = 0;
+  gather::Looks::PerRay per_ray;  ///< of sessions with a final gather
 };
 
-/// What sessions with a final gather hold in addition, see gather/.
-struct Gather {
-  gather::Cells cells;
-  gather::CellSums sums;
-  gather::CellLight light;  ///< as of the last read
-  gather::Coverage coverage;
-  gather::Looks looks;
-  gather::Beams beams;
-  gather::Suns suns{};
-  Glance glance{};
+/// How far an update is. Only at rest, results may be read: sums, marks and scene belong together.
+enum class Step : uint8_t {
+  rest,
+  applied,   ///< the scene is the new one, and what that affects is found
+  marked,    ///< affected paths are cut and wait
+  replaced,  ///< as many of them as were asked for are traced again
 };
 
 /// The layers refer to the world of their own state, so that it is neither copied nor moved.
@@ -47,13 +45,15 @@ struct State : World {
   PathLayer paths{*this};
   DiscLayer discs{*this};
   DirectLayer direct{*this};
-  uint64_t edits = 0;  // number of edits in effect since the bake
-  // In a session without paths: the ranges of other sessions whose sums, of the present state, are
-  // in these sums; and the edits in effect when those of all paths were, nullopt: never yet.
-  std::vector<PathRange> added;
-  std::optional<uint64_t> added_since;
-  std::unique_ptr<Gather> gather;  // null without a final gather
-  gather::Guiding guiding;         // for the final gather; its guides are fixed at the bake
+  CellLayer cells{*this};
+  RayLayer rays{*this, direct, cells};
+  ImageLayer images{rays};
+  Sharing sharing;
+  Forecast forecast;
+  uint64_t edits = 0;  ///< number of edits in effect since the bake
+  bool baked = false;
+  bool damaged = false;  ///< an update failed in the middle, and so did computing all again
+  Step step = Step::rest;
 
   /// Takes over what a bake chose, which edits and recomputations keep. Both states have the same
   /// scene, samples and lights.
@@ -63,17 +63,64 @@ struct State : World {
     largest_radius = other.largest_radius;
     discs.take_choices(other.discs);
     direct.scales = other.direct.scales;
-    guiding = other.guiding;
+    rays.guiding = other.rays.guiding;
+    sharing.joined_factors = other.sharing.joined_factors;
+    forecast = other.forecast;
     edits = other.edits;
   }
-  /// By light: 1 if gather rays get its direct light by shadow rays, so that cells leave it out.
-  std::vector<uint8_t> lights_by_shadow_ray() const { return lights_by_shadow_ray(guiding); }
-  std::vector<uint8_t> lights_by_shadow_ray(const gather::Guiding& by) const {
-    std::vector<uint8_t> asked(lights.size());
-    for (const gather::BeamGuide& beam : by.beams) asked[beam.light] = 1;
-    for (const uint32_t sun : by.suns) asked[sun] = 1;
-    return asked;
+  /// Goes on to the next step of an update.
+  void enter(Step from, Step next) {
+    DELTALUX_ASSERT(step == from);
+    step = next;
+  }
+  /// Lays out all sums for the present objects and light groups; shrink_sums(): after a failed edit
+  /// had added some.
+  void grow_sums(const Progress& progress) {
+    cells.grow(progress);
+    lay_out_sums();
+  }
+  void shrink_sums() noexcept {
+    lay_out_sums();
+    cells.shrink();
+  }
+  /// Whether the sums of all paths are here, in a session without paths.
+  bool has_all_sums() const { return sharing.added_paths() == options.paths; }
+  /// Counts edits that took effect; `complete`: whether the sums of all paths were there before.
+  void count_edits(size_t count, bool complete) {
+    if (!count) return;
+    if (complete) sharing.added_since = edits;
+    edits += count;
+    sharing.added.clear();
+  }
+  /// The share of an update's work that remains: the largest of those of paths, direct light and
+  /// gather rays.
+  double pending_share() const {
+    return std::max({direct.pending_share(), rays.pending_share(), paths.pending_share()});
+  }
+  /// Bytes without spare discs: whether an edit is admitted does not depend on these.
+  size_t needed_bytes() const {
+    return paths.bytes() + discs.bytes() + direct.bytes() + cells.bytes() + rays.bytes() +
+           images.bytes() + sharing.bytes();
+  }
+  size_t bytes() const { return needed_bytes() + (discs.spare ? discs.spare->bytes() : 0); }
+
+ private:
+  /// Lays out the sums on discs, and what others were told of them.
+  void lay_out_sums() {
+    if (sharing.told) sharing.told->set_groups(uint32_t(sum_groups.size()));
+    discs.lay_out_sums();
   }
 };
+
+/// Throws Error if an update failed in the middle and so did computing all again, so that there is
+/// no valid state.
+void check_whole(const State& state);
+/// Throws OptionError in a session without paths that lacks sums of some.
+void check_added(const State& state);
+/// Throws OptionError in a session without paths before its gather rays are cast, or before others
+/// gave what direct light was left to them.
+void check_looked(const State& state);
+/// Throws OptionError, or Error as check_whole() does, unless there is light to read.
+void check_readable(const State& state);
 
 }  // namespace deltalux::session

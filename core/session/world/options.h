@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 
 #include "plan/planner.h"
 #include "samples/disc_area.h"
@@ -53,5 +54,10 @@ struct Options {
   /// (path counts of lights, quanta, radii, which lights get shadow rays) is that of all paths.
   std::optional<PathRange> range;
 };
+
+/// For messages about memory.
+inline std::string mebibytes(double bytes) {
+  return std::to_string(uint64_t(bytes) >> 20) + " MiB";
+}
 
 }  // namespace deltalux::session

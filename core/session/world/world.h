@@ -91,8 +91,10 @@ struct World {
         reached.grow(bounds_at(i, own.pose));
     scene.hold(reached);
   }
+  /// Whether a final gather brings the light of reflections, instead of discs.
+  bool gathers() const { return options.gather_rays > 0; }
   segments::Extras extras() const {
-    return {options.segment_end != segments::SegmentEnd::first, options.gather_rays > 0};
+    return {options.segment_end != segments::SegmentEnd::first, gathers()};
   }
   /// Number of paths of all lights, whoever holds them.
   uint64_t all_paths() const {

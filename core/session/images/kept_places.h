@@ -13,7 +13,7 @@
 #include "direct/light_shape.h"
 #include "gather/aim/sample_rays.h"
 #include "gather/looks/looks.h"
-#include "session/direct/kept_direct.h"
+#include "session/images/kept_direct.h"
 
 namespace deltalux::session {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Finds places by their random key, a hash of point and normal.
-#include "session/rays/kept_places.h"
+#include "session/images/kept_places.h"
 
 #include <numeric>
 

@@ -1,33 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sessions that share the paths of one bake: sums of ranges, and a session without paths that
-// evaluates the sums of all ranges.
+// Sums of paths: told as changes since the last time, and added where light is evaluated.
 #include <algorithm>
 #include <bit>
 #include <functional>
+#include <string>
 #include <utility>
 
 #include "base/error.h"
-#include "gather/aim/beam.h"
 #include "samples/openness.h"
-#include "session/session.h"
+#include "session/bake/choose_guides.h"
+#include "session/exchange/exchange.h"
+#include "session/flow/landings.h"
+#include "session/read/gradient.h"
 
 namespace deltalux::session {
 namespace {
-
-/// The lights that choose_guides() may choose, since they are narrow or parallel.
-std::vector<uint32_t> candidates(const State& s) {
-  const std::vector<uint8_t> asked = s.lights_by_shadow_ray();
-  std::vector<uint32_t> lights;
-  for (uint32_t i = 0; i < s.lights.size(); ++i) {
-    const trace::Light& light = s.lights[i];
-    if (light.on && !asked[i] && (light.is_parallel() || gather::Beam::is_narrow(light)))
-      lights.push_back(i);
-  }
-  return lights;
-}
-
-constexpr const char* kSame =
-    "; give those of sessions of the same scene, samples, options and edits";
 
 /// Throws OptionError unless the places of `row` are those of a row of `size` numbers.
 void check_row(const char* name, const SparseRow& row, uint64_t size) {
@@ -62,21 +49,6 @@ void check_openness(const SparseRow& row, uint64_t samples) {
   };
   if (!std::all_of(row.value.begin(), row.value.end(), sound))
     throw OptionError(std::string("openness: found numbers that are none") + kSame);
-}
-
-/// Throws OptionError unless these are first flights of `lights` to so many cells.
-void check_flights(const FirstFlights& flights, const std::vector<uint32_t>& lights,
-                   uint64_t cells) {
-  if (flights.lights != lights)
-    throw OptionError(
-        "look: found first flights of other lights than the narrow and parallel ones of the "
-        "scene; give the sum of the first_flights of all ranges");
-  if (flights.cells != cells || flights.at.size() != flights.quanta.size() ||
-      std::adjacent_find(flights.at.begin(), flights.at.end(), std::greater_equal{}) !=
-          flights.at.end() ||
-      (!flights.at.empty() && flights.at.back() >= lights.size() * cells * kBatches))
-    throw OptionError("look: found first flights to " + std::to_string(flights.cells) +
-                      " cells, or not in order, expected " + std::to_string(cells) + kSame);
 }
 
 /// Adds a range to ranges that share no path. Throws OptionError if it shares some with them.
@@ -142,35 +114,30 @@ SparseRow take_cells(gather::CellSums& sums, std::vector<int64_t>& before) {
 
 }  // namespace
 
-void Session::Told::set_groups(uint32_t count) {
-  gather::regroup(cells, kBatches, groups, count);
-  groups = count;
-}
-
-PathSums Session::path_sums() const {
-  check_whole();
-  const State& s = *state_;
+PathSums Exchange::path_sums() const {
+  const State& s = state_;
+  check_whole(s);
   uint64_t paths = s.paths.held.size();
-  for (const PathRange& range : s.added) paths += s.held_of(range).size();
+  for (const PathRange& range : s.sharing.added) paths += s.held_of(range).size();
   PathSums out{paths, in_given_order(s.discs.sums, 3, s.given), {}};
-  if (s.gather) out.cells = s.gather->sums.quanta;
+  if (s.gathers()) out.cells = s.cells.sums.quanta;
   return out;
 }
 
-PathChanges Session::path_changes() {
-  check_whole();
-  State& s = *state_;
-  if (!baked_ || s.evaluates())
+PathChanges Exchange::path_changes() {
+  State& s = state_;
+  check_whole(s);
+  if (!s.baked || s.evaluates())
     throw OptionError(
         "path_changes: found a session that is not baked or evaluates light, expected a baked one "
         "with a path_range that has paths");
   // If memory runs out below, nothing counts as told, and the next changes are those of all sums.
-  std::unique_ptr<Told> told = std::move(told_);
+  std::unique_ptr<ToldSums> told = std::move(s.sharing.told);
   const bool first = !told;
   PathChanges out;
   out.edits = s.edits;
   if (first)
-    told = std::make_unique<Told>();
+    told = std::make_unique<ToldSums>();
   else
     out.since = told->edits;
   if (out.since != out.edits) out.ranges = {*s.options.range};
@@ -178,93 +145,62 @@ PathChanges Session::path_changes() {
   told->groups = uint32_t(s.sum_groups.size());
   if (first) s.discs.sum_marks.assign(s.discs.sums.empty() ? 0 : s.discs.mark_count(), 1);
   out.discs = take_discs(s, told->discs);
-  if (s.gather) {
-    gather::CellSums& sums = s.gather->sums;
-    if (first) std::fill(sums.touched.begin(), sums.touched.end(), uint8_t(1));
+  if (s.gathers()) {
+    gather::CellSums& sums = s.cells.sums;
+    if (first) s.cells.touch_all();
     out.cells = take_cells(sums, told->cells);
   }
   if (first && s.counts_openness()) out.openness = own_openness(s);
-  told_ = std::move(told);
+  s.sharing.told = std::move(told);
   return out;
 }
 
-void Session::add_path_changes(const PathChanges& more) {
-  check_whole();
-  State& s = *state_;
-  if (!baked_ || !s.holds_none())
+void Exchange::add_path_changes(const PathChanges& more) {
+  State& s = state_;
+  check_whole(s);
+  if (!s.baked || !s.holds_none())
     throw OptionError(
         "add_path_changes: found a session that holds paths or is not baked, expected a baked one "
         "of path_range=(0, 0)");
   check_row("discs", more.discs, s.discs.sums.size());
-  check_row("cells", more.cells, s.gather ? s.gather->sums.quanta.size() : 0);
+  check_row("cells", more.cells, s.gathers() ? s.cells.sums.quanta.size() : 0);
   const bool tells_openness = !more.since && s.counts_openness();
   check_openness(more.openness, tells_openness ? s.samples.size() : 0);
   const bool rest = more.since == more.edits && more.ranges.empty();
-  if (more.edits != s.edits || !(rest || more.since == s.added_since))
+  if (more.edits != s.edits || !(rest || more.since == s.sharing.added_since))
     throw OptionError("add_path_changes: found changes " + states(more.since, more.edits) +
-                      ", expected those " + states(s.added_since, s.edits) +
+                      ", expected those " + states(s.sharing.added_since, s.edits) +
                       "; update all sessions by the same edits, and add the path_changes of each");
-  std::vector<PathRange> added = s.added;
+  std::vector<PathRange> added = s.sharing.added;
   for (const PathRange& range : more.ranges) add_range(range, s.options.paths, added);
   for (size_t i = 0; i < more.discs.at.size(); ++i)
     s.discs.sums[more.discs.at[i]] += more.discs.value[i];
-  s.added = std::move(added);
+  s.sharing.added = std::move(added);
   if (tells_openness) {
     for (size_t i = 0; i < more.openness.at.size(); ++i)
       s.discs.openness[more.openness.at[i]] = to_float(more.openness.value[i]);
-    if (has_all_sums()) {
+    if (s.has_all_sums()) {
       s.discs.openness_complete = true;
       s.discs.refresh_areas(nullptr);
     }
   }
-  if (!s.gather) return;
-  gather::CellSums& sums = s.gather->sums;
+  if (!s.gathers()) return;
+  gather::CellSums& sums = s.cells.sums;
   const size_t each = sums.at(1, 0, 0);
   for (size_t i = 0; i < more.cells.at.size(); ++i) {
     sums.quanta[more.cells.at[i]] += more.cells.value[i];
     sums.touched[more.cells.at[i] / each] = 1;
   }
-  s.gather->glance.stale = true;
+  s.rays.glance.stale = true;
 }
 
-size_t Session::forecast_sharing() const {
-  const State& s = *state_;
-  if (!s.options.range) return 0;
-  size_t sum = s.holds_none() ? 0 : sizeof(int64_t) * s.discs.sum_count();
-  if (!s.gather) return sum;
-  if (!s.holds_none())  // what path_changes() returned; what gather rays cast for others need
-    sum += s.gather->sums.quanta.size() * sizeof(int64_t) +
-           s.samples.size() * sizeof(direct::Receiver) +
-           gather::CellLight::forecast_bytes(s.gather->cells.size());
-  for (const uint32_t light : candidates(s)) {
-    uint64_t paths = s.holds_none() ? s.lights[light].path_count : 0;
-    s.paths.held.each_of(s.lights[light], [&](uint64_t) { ++paths; });
-    sum += FirstFlights::kBytesPerPath * paths;
-  }
-  return sum;
-}
-
-void Session::count_edits(size_t edits, bool complete) {
-  State& s = *state_;
-  if (!edits) return;
-  if (complete) s.added_since = s.edits;
-  s.edits += edits;
-  s.added.clear();
-}
-
-uint64_t Session::added_paths() const {
-  uint64_t paths = 0;
-  for (const PathRange& range : state_->added) paths += range.last - range.first;
-  return paths;
-}
-
-FirstFlights Session::first_flights() const {
-  check_whole();
-  const State& s = *state_;
+FirstFlights Exchange::first_flights() const {
+  const State& s = state_;
+  check_whole(s);
   FirstFlights out;
-  if (!s.gather || !baked_) return out;
-  out.lights = candidates(s);
-  out.cells = s.gather->cells.size();
+  if (!s.gathers() || !s.baked) return out;
+  out.lights = guide_candidates(s);
+  out.cells = s.cells.division.size();
   if (s.paths.store.bounces().empty()) return out;
   const segments::BounceSegments& first = s.paths.store.bounces()[0];
   std::vector<std::pair<uint64_t, FirstFlights::Quanta>> landed;
@@ -290,135 +226,43 @@ FirstFlights Session::first_flights() const {
   return out;
 }
 
-void Session::leave_out(uint32_t light, const FirstFlights& flights,
-                        std::vector<int64_t>& quanta) const {
-  const State& s = *state_;
-  const uint32_t group = s.lights[light].sums;
-  flights.each_of(light, kBatches, [&](uint64_t place, const FirstFlights::Quanta& own) {
-    const size_t at =
-        s.gather->sums.at(uint32_t(place / kBatches), group, uint32_t(place % kBatches));
-    for (size_t c = 0; c < 3; ++c) quanta[at + c] -= own[c];
-  });
-}
-
-void Session::leave_out(uint32_t light, const FirstFlights& flights) {
-  gather::CellSums& sums = state_->gather->sums;
-  leave_out(light, flights, sums.quanta);
-  flights.each_of(light, kBatches, [&](uint64_t place, const FirstFlights::Quanta&) {
-    sums.touched[place / kBatches] = 1;
-  });
-}
-
-bool Session::may_look(const FirstFlights& others) const {
-  const State& s = *state_;
-  check_whole();
-  if (!baked_ || !s.holds_none())
-    throw OptionError(
-        "look: found a session that holds paths or is not baked, expected a baked one of "
-        "path_range=(0, 0)");
-  check_added();
-  if (looking_)
-    throw OptionError(
-        "look: found a session that waits for gather rays of others; add those that it lacks, or "
-        "bake again");
-  if (!s.gather || looked()) return false;
-  if (awaited_direct_) check_looked();
-  check_flights(others, candidates(s), s.gather->cells.size());
-  return true;
-}
-
-void Session::choose_look(const std::function<void()>& choose) {
-  State& s = *state_;
-  const gather::CellSums before = s.gather->sums;
-  const Forecast forecast = forecast_;
-  try {
-    choose();
-  } catch (...) {
-    s.guiding = {};
-    s.gather->beams = {}, s.gather->suns = {};
-    s.gather->looks = gather::Looks({}, s.options.seed);
-    s.gather->sums = before;
-    forecast_ = forecast;
-    std::fill(s.gather->sums.touched.begin(), s.gather->sums.touched.end(), uint8_t(1));
-    throw;
-  }
-}
-
-void Session::look(const FirstFlights& others, Progress& progress) {
-  if (may_look(others)) choose_look([&] { look_around(progress, true, others); });
-}
-
-std::vector<uint32_t> Session::asked_lights() const {
-  const std::vector<uint8_t> asked = state_->lights_by_shadow_ray();
+std::vector<uint32_t> Exchange::asked_lights() const {
+  const State& s = state_;
+  const std::vector<uint8_t> asked = s.rays.lights_by_shadow_ray();
   std::vector<uint32_t> lights;
   for (uint32_t i = 0; i < asked.size(); ++i)
     if (asked[i]) lights.push_back(i);
   return lights;
 }
 
-void Session::ask_for(std::span<const uint32_t> lights) {
-  check_whole();
-  State& s = *state_;
-  const std::vector<uint32_t> known = candidates(s);
+void Exchange::ask_for(std::span<const uint32_t> lights) {
+  State& s = state_;
+  check_whole(s);
+  const std::vector<uint32_t> known = guide_candidates(s);
   if (std::adjacent_find(lights.begin(), lights.end(), std::greater_equal{}) != lights.end())
     throw OptionError(
         "ask_for: found lights that do not ascend, expected each once; give asked_lights of the "
         "session that looked");
   for (const uint32_t light : lights)
-    if (!s.gather || s.evaluates() || !std::binary_search(known.begin(), known.end(), light))
+    if (!s.gathers() || s.evaluates() || !std::binary_search(known.begin(), known.end(), light))
       throw OptionError("ask_for: found light " + std::to_string(light) +
                         ", expected narrow or parallel lights, in a session that gathers and holds "
                         "a part of the paths; give asked_lights of the session that looked");
   if (lights.empty()) return;
   const FirstFlights own = first_flights();
-  gather::Guiding fresh = s.guiding;
+  gather::Guiding fresh = s.rays.guiding;
   for (const uint32_t light : lights)
     if (s.lights[light].is_parallel())
       fresh.suns.push_back(light);
     else
       fresh.beams.push_back({light, 1, 1});
-  s.guiding = std::move(fresh);
+  s.rays.guiding = std::move(fresh);
   for (const uint32_t light : lights) {
-    leave_out(light, own);
-    if (told_)
-      leave_out(light, own, told_->cells);  // the session that adds up the sums subtracts it there
+    leave_out(s, light, own);
+    if (s.sharing.told)
+      leave_out(s, light, own,
+                s.sharing.told->cells);  // the session that adds up the sums subtracts it there
   }
-}
-
-bool Session::looked() const {
-  const State& s = *state_;
-  return !s.gather || s.gather->looks.samples() == s.samples.size();
-}
-
-void Session::check_added() const {
-  const State& s = *state_;
-  if (s.holds_none() && !has_all_sums())
-    throw OptionError("session: found the sums of " + std::to_string(added_paths()) +
-                      " paths after " + std::to_string(s.edits) + " edits, expected those of all " +
-                      std::to_string(s.options.paths) + "; add the path_changes of all ranges");
-}
-
-void Session::check_looked() const {
-  if (awaited_direct_)
-    throw OptionError(
-        "session: it lacks direct light of some samples; call take_direct() for them");
-  if (baked_ && state_->holds_none() && !looked())
-    throw OptionError(
-        "session: its gather rays are not cast yet; call look() once the sums of all paths are "
-        "added");
-}
-
-void Session::check_readable() const {
-  const State& s = *state_;
-  check_whole();
-  if (!s.evaluates())
-    throw OptionError("session: it holds paths " + std::to_string(s.options.range->first) + " to " +
-                      std::to_string(s.options.range->last) + " of " +
-                      std::to_string(s.options.paths) +
-                      " (path_range), and light is that of all; add the path_changes of all ranges "
-                      "to a session of path_range=(0, 0), and read that");
-  check_added();
-  check_looked();
 }
 
 }  // namespace deltalux::session

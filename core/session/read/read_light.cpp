@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads results: irradiance and standard errors from integer sums.
+// Adds up sums, direct light and gathered light, sample by sample, in a fixed order.
+#include "session/read/read_light.h"
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -8,9 +10,9 @@
 #include <utility>
 
 #include "base/assertion.h"
+#include "gather/looks/pool_errors.h"
 #include "session/read/cut_light.h"
 #include "session/read/unreached.h"
-#include "session/session.h"
 
 namespace deltalux::session {
 namespace {
@@ -71,31 +73,6 @@ class BlockSums {
   double mean_[3 * kSamples], spread_[3 * kSamples];
 };
 
-/// Whether a gather ray of the sample meets a cell that a path reached, or a chain's vertex that a
-/// light illuminates.
-bool sees_light(const Gather& own, size_t sample) {
-  const auto lit = [&](uint32_t cell) {
-    if (cell == gather::kDark) return false;
-    for (uint32_t g = 0; g < own.sums.groups; ++g)
-      for (uint32_t k = 0; k < own.sums.batches; ++k)
-        for (size_t c = 0; c < 3; ++c)
-          if (own.sums.quanta[own.sums.at(cell, g, k) + c]) return true;
-    return false;
-  };
-  const gather::ChainPool& chains = own.looks.chains();
-  for (const uint32_t target : own.looks.targets(sample)) {
-    if (!gather::Looks::is_chain(target)) {
-      if (lit(target)) return true;
-      continue;
-    }
-    const uint32_t number = gather::Looks::chain_of(target);
-    if (lit(chains.end(number))) return true;
-    for (const gather::Vertex& vertex : chains.vertices(number))
-      if (vertex.direct != std::array<float, 3>{}) return true;
-  }
-  return false;
-}
-
 /// The RMS of relative errors over that without variance of lucky rays; both are samples x 3. Of
 /// dark samples, errors are relative to a tenth of the mean.
 double rebake_gain(const double* irradiance, const double* error, std::span<const double> lucky) {
@@ -114,32 +91,35 @@ double rebake_gain(const double* irradiance, const double* error, std::span<cons
   return now > 0 ? std::sqrt(now / std::max(then, 1e-4 * now)) : 1.0;
 }
 
-}  // namespace
-
-size_t Session::unreached() const {
-  check_readable();
-  const State& s = *state_;
-  const size_t n = s.samples.size(), slabs = s.discs.sums.size() / std::max<size_t>(1, 3 * n);
-  size_t count = 0;
-  for (size_t i = 0; i < n; ++i) {
-    bool dark = s.is_present(i);
-    for (size_t slab = 0; dark && slab < slabs; ++slab)
-      for (size_t c = 0; c < 3; ++c) dark = dark && s.discs.sums[3 * (slab * n + i) + c] == 0;
-    count += dark && !(s.gather && sees_light(*s.gather, i));
+/// Reads the gathered light of samples [begin, end), with pooled errors if `errors`.
+template <class Gathered>
+std::vector<gather::Estimate> gathered_block(const State& s, const gather::Evaluation& now,
+                                             const Gathered& gathered, size_t begin, size_t end,
+                                             bool errors) {
+  std::vector<gather::Estimate> out(end - begin);
+  for (size_t i = begin; i < end; ++i) {
+    gather::Estimate& own = out[i - begin];
+    own.point = s.direct.receivers[i].point, own.normal = s.direct.receivers[i].normal;
+    own.object = s.samples.attached[i], own.rays = s.rays.looks.rays().count(i);
+    if (s.is_present(i)) own.light = gathered(now, i);
   }
-  return count;
+  if (errors) gather::pool_errors(out, s.cells.division.metre());
+  return out;
 }
 
+/// For each sample, in parallel, calls write(its index as given by the user, SampleLight). In
+/// sessions with a final gather, the part of the light that rays bring is gathered(evaluation,
+/// sample), for each present sample.
 template <class Gathered, class Write>
-void Session::read_samples(bool errors, const Gathered& gathered, const Write& write) const {
-  const State& s = *state_;
+void read_samples(State& s, bool errors, const Gathered& gathered, const Write& write) {
   const size_t n = s.samples.size();
-  check_readable();
+  check_readable(s);
   const std::span<const int64_t> direct = s.direct.light->sums();
-  std::optional<gather::Evaluation> now = evaluation(errors);
+  std::optional<gather::Evaluation> now;
+  if (s.gathers()) now = s.rays.evaluation(errors);
   std::optional<UnreachedError> unreached;
   if (!now) unreached.emplace(s);
-  if (now && errors) now->learn_spread(s.gather->looks);
+  if (now && errors) now->learn_spread(s.rays.looks);
   const bool discs = s.counts_in_discs();
   const Vec3d cut = errors ? cut_share(s) : Vec3d{};
   s.workers.for_blocks(n, BlockSums::kSamples, [&](size_t begin, size_t end) {
@@ -158,7 +138,7 @@ void Session::read_samples(bool errors, const Gathered& gathered, const Write& w
       if (errors) s.direct.light->add_variance(part, begin, end, factor * factor, of_direct);
     }
     const std::vector<gather::Estimate> around =
-        now ? gathered_block(*now, gathered, begin, end, errors)
+        now ? gathered_block(s, *now, gathered, begin, end, errors)
             : std::vector<gather::Estimate>(end - begin);
     for (size_t i = begin; i < end; ++i) {
       const double area = discs ? double(s.discs.area[i]) : 0.0;
@@ -180,31 +160,18 @@ void Session::read_samples(bool errors, const Gathered& gathered, const Write& w
   });
 }
 
-template <class Gathered>
-std::vector<gather::Estimate> Session::gathered_block(const gather::Evaluation& now,
-                                                      const Gathered& gathered, size_t begin,
-                                                      size_t end, bool errors) const {
-  const State& s = *state_;
-  std::vector<gather::Estimate> out(end - begin);
-  for (size_t i = begin; i < end; ++i) {
-    gather::Estimate& own = out[i - begin];
-    own.point = s.direct.receivers[i].point, own.normal = s.direct.receivers[i].normal;
-    own.object = s.samples.attached[i], own.rays = s.gather->looks.rays().count(i);
-    if (s.is_present(i)) own.light = gathered(now, i);
-  }
-  if (errors) gather::pool_errors(out, s.gather->cells.metre());
-  return out;
-}
-
-auto Session::all_gathered() const {
-  return [&own = state_->gather](const gather::Evaluation& now, size_t i) {
-    return now.read(own->looks, i);
+/// A callback for read_samples() that reads the gathered light of every sample.
+auto all_gathered(const State& s) {
+  return [&looks = s.rays.looks](const gather::Evaluation& now, size_t i) {
+    return now.read(looks, i);
   };
 }
 
-double Session::read(double* irradiance, double* standard_error) const {
-  std::vector<double> lucky(state_->samples.size());  // variance, sum of all channels
-  read_samples(true, all_gathered(), [&](size_t i, const gather::SampleLight& light) {
+}  // namespace
+
+double read(State& s, double* irradiance, double* standard_error) {
+  std::vector<double> lucky(s.samples.size());  // variance, sum of all channels
+  read_samples(s, true, all_gathered(s), [&](size_t i, const gather::SampleLight& light) {
     std::copy_n(light.irradiance, 3, irradiance + 3 * i);
     std::copy_n(light.error, 3, standard_error + 3 * i);
     for (int c = 0; c < 3; ++c)
@@ -213,23 +180,23 @@ double Session::read(double* irradiance, double* standard_error) const {
   return rebake_gain(irradiance, standard_error, lucky);
 }
 
-void Session::read_irradiance(double* irradiance) const {
-  read_samples(false, all_gathered(), [&](size_t i, const gather::SampleLight& light) {
+void read_irradiance(State& s, double* irradiance) {
+  read_samples(s, false, all_gathered(s), [&](size_t i, const gather::SampleLight& light) {
     std::copy_n(light.irradiance, 3, irradiance + 3 * i);
   });
 }
 
-void Session::read_direct(double* irradiance) const {
+void read_direct(State& s, double* irradiance) {
   const auto nothing = [](const gather::Evaluation&, size_t) { return gather::SampleLight{}; };
-  read_samples(false, nothing, [&](size_t i, const gather::SampleLight& light) {
+  read_samples(s, false, nothing, [&](size_t i, const gather::SampleLight& light) {
     std::copy_n(light.irradiance, 3, irradiance + 3 * i);
   });
 }
 
-void Session::read_packed(const std::array<double, 3>& weights, bool errors, float* values) const {
-  if (state_->gather)
-    state_->gather->glance.stale = true;  // otherwise the next glance() would mix in older values
-  read_samples(errors, all_gathered(), [&](size_t i, const gather::SampleLight& light) {
+void read_packed(State& s, const std::array<double, 3>& weights, bool errors, float* values) {
+  if (s.gathers())
+    s.rays.glance.stale = true;  // otherwise the next glance() would mix in older values
+  read_samples(s, errors, all_gathered(s), [&](size_t i, const gather::SampleLight& light) {
     for (int c = 0; c < 3; ++c) values[4 * i + c] = float(light.irradiance[c]);
     if (errors)
       values[4 * i + 3] = float(weights[0] * light.error[0] + weights[1] * light.error[1] +
@@ -237,14 +204,14 @@ void Session::read_packed(const std::array<double, 3>& weights, bool errors, flo
   });
 }
 
-void Session::glance(float* values) {
+void glance(State& s, float* values) {
   constexpr size_t kTurns = 8;
-  if (!state_->gather) return read_packed({}, false, values);
-  gather::Looks& looks = state_->gather->looks;
-  Glance& glance = state_->gather->glance;
+  if (!s.gathers()) return read_packed(s, {}, false, values);
+  gather::Looks& looks = s.rays.looks;
+  Glance& glance = s.rays.glance;
   // stale if an exception interrupts the reading
   const bool all = std::exchange(glance.stale, true);
-  glance.irradiance.resize(state_->samples.size());
+  glance.irradiance.resize(s.samples.size());
   const auto gathered = [&](const gather::Evaluation& now, size_t i) {
     gather::SampleLight light;
     std::array<double, 3>& shown = glance.irradiance[i];
@@ -255,7 +222,7 @@ void Session::glance(float* values) {
     std::copy(shown.begin(), shown.end(), light.irradiance);
     return light;
   };
-  read_samples(false, gathered, [&](size_t i, const gather::SampleLight& light) {
+  read_samples(s, false, gathered, [&](size_t i, const gather::SampleLight& light) {
     for (int c = 0; c < 3; ++c) values[4 * i + c] = float(light.irradiance[c]);
   });
   looks.forget_changes();
@@ -263,62 +230,13 @@ void Session::glance(float* values) {
   glance.turn = (glance.turn + 1) % kTurns;
 }
 
-void Session::read_sums(int64_t* sums) const {
-  check_whole();
-  const State& s = *state_;
+void read_sums(const State& s, int64_t* sums) {
+  check_whole(s);
   const size_t n = 3 * s.samples.size();
   std::fill(sums, sums + n, 0);
   for (size_t slab = 0; slab * n < s.discs.sums.size(); ++slab)
     for (size_t i = 0; i < n; ++i)
       sums[3 * size_t(s.given[i / 3]) + i % 3] += s.discs.sums[slab * n + i];
-}
-
-std::vector<uint8_t> Session::visible(std::span<const Vec3f> from,
-                                      std::span<const Vec3f> to) const {
-  std::vector<uint8_t> out(from.size());
-  const trace::RayCaster& caster = *state_->caster;
-  state_->workers.for_blocks(out.size(), 1024, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      const Vec3f way = to[i] - from[i];
-      out[i] = !caster.occluded(from[i], way, 1.0f);
-    }
-  });
-  return out;
-}
-
-EnergyAudit Session::audit() const {
-  const State& s = *state_;
-  int finest = s.sum_groups.front().finer;
-  for (const SumGroup& group : s.sum_groups) finest = std::max(finest, group.finer);
-  EnergyAudit audit;
-  audit.quantum = s.scale.of(finest);
-  const auto add = [finest](EnergyAudit::Quanta& sum, const uint32_t* power, int finer, int sign) {
-    for (size_t c = 0; c < 3; ++c)
-      sum[c] += sign * (EnergyAudit::Quanta::value_type(power[c]) << (finest - finer));
-  };
-  for (const trace::Light& light : s.lights) {
-    if (!light.on) continue;
-    const auto quanta = trace::birth_quanta(light, s.scale, s.birth_factor(light));
-    const trace::Walk walk = s.walk();
-    s.paths.held.each_of(light, [&](uint64_t i) {
-      add(audit.emitted, walk.birth(light, i, quanta).power, light.finer, 1);
-    });
-  }
-  const auto& bounces = s.paths.store.bounces();
-  for (uint32_t b = 0; b < bounces.size(); ++b)
-    for (uint32_t slot = 0; slot < bounces[b].size(); ++slot) {
-      const segments::Segment& g = bounces[b].at(slot);
-      if (g.length < 0) continue;
-      const int finer = s.lights[s.light_of(g.path)].finer;
-      if (g.primitive == scene::kNone) {
-        add(audit.escaped, g.power, finer, 1);
-        continue;
-      }
-      add(audit.absorbed, g.power, finer, 1);
-      if (g.next != segments::kNoSlot)
-        add(audit.absorbed, bounces[b + 1].at(g.next).power, finer, -1);
-    }
-  return audit;
 }
 
 }  // namespace deltalux::session

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Keeps the direct light of a place as long as no moved object can shadow it, before or after the
 // move.
-#include "session/direct/kept_direct.h"
+#include "session/images/kept_direct.h"
 
 #include <algorithm>
 #include <utility>

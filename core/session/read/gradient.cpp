@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Surface gradients of irradiance, from the first moments of the points where segments cross discs,
-// corrected for clipped discs; direct light by shadow rays contributes central differences.
+// First moments are corrected for clipped discs; direct light contributes central differences.
+#include "session/read/gradient.h"
+
 #include <algorithm>
 #include <cmath>
 
 #include "base/error.h"
 #include "session/discs/deposit.h"
-#include "session/session.h"
 
 namespace deltalux::session {
 namespace {
@@ -90,33 +90,15 @@ void add_slopes_of_paths(const State& s, const SlopeSums& of, std::span<const Ta
 
 }  // namespace
 
-std::vector<float> Session::areas() {
-  State& s = *state_;
-  if (!baked_ || s.counts_in_discs()) return s.as_given(s.discs.area);
-  Progress part;
-  const DiscsInPlace discs(s, s.discs, part);
-  s.discs.find_areas(nullptr);
-  return s.as_given(std::exchange(s.discs.area, {}));
+SlopeSums slope_sums(State& s, Progress& progress) {
+  check_whole(s);
+  const DiscsInPlace discs(s, s.discs, progress);
+  const SlopeSums own = deposit_slopes(s, progress);
+  return {in_given_order(own.discs, 3, s.given), in_given_order(own.moments, 6, s.given)};
 }
 
-std::vector<float> Session::radii(Progress& progress) {
-  const std::vector<float>& own = state_->samples.radius;
-  if (baked_ && std::any_of(own.begin(), own.end(), [](float r) { return std::isnan(r); }))
-    state_->resolve_radii(progress);
-  return state_->as_given(state_->samples.radius);
-}
-
-SlopeSums Session::slope_sums(Progress& progress) {
-  check_whole();
-  const DiscsInPlace discs(*state_, state_->discs, progress);
-  const SlopeSums own = deposit_slopes(*state_, progress);
-  return {in_given_order(own.discs, 3, state_->given),
-          in_given_order(own.moments, 6, state_->given)};
-}
-
-void Session::read_gradient(double* gradient, Progress& progress, const SlopeSums& others) {
-  check_readable();
-  State& s = *state_;
+void read_gradient(State& s, double* gradient, Progress& progress, const SlopeSums& others) {
+  check_readable(s);
   const DiscsInPlace discs(s, s.discs, progress);
   SlopeSums slopes = deposit_slopes(s, progress);
   if (s.holds_none()) {

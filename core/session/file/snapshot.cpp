@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Saves a session's state as named arrays and restores it. The caller keeps scene, samples and
-// options, and makes a fresh session from them; restore() adds what baking and editing made of it.
 // A source may be hostile: array sizes are checked before memory is allocated, and values before
 // they are used.
+#include "session/file/snapshot.h"
+
 #include <cmath>
+#include <numeric>
 
 #include "base/error.h"
+#include "session/flow/landings.h"
 #include "session/paths/pilot_paths.h"
-#include "session/session.h"
-#include "session/session_forecast.h"
+#include "session/update/check_edit.h"
 #include "session/world/snapshot_check.h"
 
 namespace deltalux::session {
@@ -95,10 +96,8 @@ bool brings_paths(const State& s, ArchiveSource& archive) {
   return s.holds_all() || archive.bytes("cut").has_value();
 }
 
-}  // namespace
-
-void Session::save_scene(ArchiveView& archive) const {
-  const State& s = *state_;
+/// The scene as edits left it.
+void save_scene(const State& s, ArchiveView& archive) {
   std::vector<double> poses;
   std::vector<uint8_t> present;
   for (const scene::Object& object : s.scene.objects) {
@@ -118,8 +117,8 @@ void Session::save_scene(ArchiveView& archive) const {
   archive.append("radius", s.samples.radius);
 }
 
-void Session::save_bake(ArchiveView& archive) const {
-  const State& s = *state_;
+/// What the bake chose.
+void save_bake(const State& s, ArchiveView& archive) {
   s.discs.save_choices(archive);
   std::vector<uint64_t> light_paths;
   std::vector<int32_t> finer;
@@ -137,69 +136,7 @@ void Session::save_bake(ArchiveView& archive) const {
   s.direct.save_choices(archive);
 }
 
-ArchiveView Session::save(bool shared) const {
-  check_whole();
-  check_looked();
-  const State& s = *state_;
-  ArchiveView archive;
-  save_scene(archive);
-  if (!baked_) return archive;
-  save_bake(archive);
-  s.paths.save(archive);
-  s.discs.save(archive, !shared);
-  if (s.options.range && !shared) archive.keep("edits", std::vector<uint64_t>{s.edits});
-  s.direct.save(archive);
-  if (s.gather) s.guiding.save(archive, s.evaluates() && !(s.gather->looks.pending_share() > 0));
-  if (s.gather && s.evaluates()) s.gather->looks.save(archive);
-  return archive;
-}
-
-ArchiveView Session::save_choices() const {
-  check_whole();
-  ArchiveView archive;
-  save_scene(archive);
-  if (!baked_) return archive;
-  save_bake(archive);
-  archive.keep("edits", std::vector<uint64_t>{state_->edits});
-  if (state_->gather) state_->guiding.save_lights_by_shadow_ray(archive);
-  return archive;
-}
-
-void Session::restore(ArchiveSource& archive, Progress& progress) {
-  State& s = *state_;
-  restore_scene(archive);
-  if (!archive.bytes("level_sizes")) return;
-  restore_lights(archive);
-  const bool traced = brings_paths(s, archive), discs = s.counts_in_discs();
-  if (traced && discs) archive.expect<int64_t>("sums", s.discs.sum_count());
-  if (discs) archive.expect<float>("area", s.samples.size());
-  s.index_triangles(progress);
-  PlacedDiscs placed;
-  if (discs) {
-    s.resolve_radii(progress);
-    placed = s.discs.restore_choices(archive, progress);
-  }
-  s.discs.plan(placed, discs ? walk_pilot_paths(s, progress) : PilotPaths{}, false, progress);
-  s.discs.make_estimators(placed, progress);
-  make_cells(progress);
-  if (traced) {
-    s.paths.restore(archive, s.gather ? s.gather->cells.size() : 0, s.discs.still->discs().size(),
-                    progress);
-    s.discs.restore(archive, s.paths.store.live());
-  } else {
-    archive.read_all<uint64_t>("level_sizes", archive.count<uint64_t>("level_sizes"));
-    s.discs.clear_sums();
-    s.paths.wait();
-  }
-  if (s.options.range && archive.bytes("edits"))
-    s.edits = archive.read_all<uint64_t>("edits", 1)[0];
-  s.direct.restore(archive);
-  restore_looks(archive, progress);
-  baked_ = true;
-}
-
-void Session::restore_scene(ArchiveSource& archive) {
-  State& s = *state_;
+void restore_scene(State& s, ArchiveSource& archive) {
   const size_t objects = s.scene.objects.size();
   const auto poses = archive.read_all<double>("poses", 12 * objects);
   snapshot::check_range("poses", poses, -kFarthestMove, kFarthestMove);
@@ -225,12 +162,12 @@ void Session::restore_scene(ArchiveSource& archive) {
   snapshot::check_range("reflectance", reflectance, 0, 1);
   for (size_t m = 0; m < s.scene.materials.size(); ++m) {
     const Vec3f own{reflectance[3 * m], reflectance[3 * m + 1], reflectance[3 * m + 2]};
-    check(scene::SetReflectance{uint32_t(m), own}, {});
+    check(s, scene::SetReflectance{uint32_t(m), own}, {});
     s.scene.materials[m].reflectance = own;
   }
   s.group_factor = archive.read_all<double>("group_factor", s.scene.group_count);
   for (uint32_t group = 0; group < s.scene.group_count; ++group)
-    check(scene::Dim{group, s.group_factor[group]}, {});
+    check(s, scene::Dim{group, s.group_factor[group]}, {});
   auto radius = archive.read_all<float>("radius", s.samples.size());
   snapshot::check_radii(radius, s.samples.radius, s.scene.first_world(),
                         archive.bytes("level_sizes") && !s.options.gather_rays);
@@ -240,8 +177,8 @@ void Session::restore_scene(ArchiveSource& archive) {
   for (trace::Light& light : s.lights) trace::place_light(s.scene, light);
 }
 
-void Session::restore_lights(ArchiveSource& archive) {
-  State& s = *state_;
+/// Restores the path counts of lights and the scales.
+void restore_lights(State& s, ArchiveSource& archive) {
   const auto light_paths = archive.read_all<uint64_t>("light_paths", s.lights.size());
   snapshot::check_range("light_paths", light_paths, 1, double(UINT32_MAX));
   uint64_t paths = 0;
@@ -268,10 +205,84 @@ void Session::restore_lights(ArchiveSource& archive) {
   snapshot::check_range("light_finer", finer, trace::kLeastFineness, trace::kMostFineness);
   for (size_t i = 0; i < s.lights.size(); ++i) s.lights[i].finer = finer[i];
   s.share_sums();
-  lay_out_cell_sums(s);
   for (const trace::Light& light : s.lights)
     // throws if the quantum is too fine
     trace::birth_quanta(light, s.scale, s.birth_factor(light));
+}
+
+/// Restores guides, the light of the cells, and what gather rays met.
+void restore_rays(State& s, ArchiveSource& archive, Progress& progress) {
+  if (!s.gathers()) return;
+  s.rays.restore_choices(archive);
+  const Landings landings(s);
+  std::vector<uint32_t> slots;
+  for (uint32_t b = 0; b < s.paths.store.bounces().size(); ++b) {
+    slots.resize(s.paths.store.bounces()[b].size());
+    std::iota(slots.begin(), slots.end(), 0u);
+    landings.add(b, slots, +1);
+  }
+  if (!s.evaluates()) return;
+  s.cells.cover(progress);
+  s.rays.restore(archive, progress);
+}
+
+}  // namespace
+
+ArchiveView save(const State& s, bool shared) {
+  check_whole(s);
+  check_looked(s);
+  ArchiveView archive;
+  save_scene(s, archive);
+  if (!s.baked) return archive;
+  save_bake(s, archive);
+  s.paths.save(archive);
+  s.discs.save(archive, !shared);
+  if (s.options.range && !shared) archive.keep("edits", std::vector<uint64_t>{s.edits});
+  s.direct.save(archive);
+  s.rays.save(archive);
+  return archive;
+}
+
+ArchiveView save_choices(const State& s) {
+  check_whole(s);
+  ArchiveView archive;
+  save_scene(s, archive);
+  if (!s.baked) return archive;
+  save_bake(s, archive);
+  archive.keep("edits", std::vector<uint64_t>{s.edits});
+  if (s.gathers()) s.rays.guiding.save_lights_by_shadow_ray(archive);
+  return archive;
+}
+
+void restore(State& s, ArchiveSource& archive, Progress& progress) {
+  restore_scene(s, archive);
+  if (!archive.bytes("level_sizes")) return;
+  restore_lights(s, archive);
+  const bool traced = brings_paths(s, archive), discs = s.counts_in_discs();
+  if (traced && discs) archive.expect<int64_t>("sums", s.discs.sum_count());
+  if (discs) archive.expect<float>("area", s.samples.size());
+  s.index_triangles(progress);
+  PlacedDiscs placed;
+  if (discs) {
+    s.resolve_radii(progress);
+    placed = s.discs.restore_choices(archive, progress);
+  }
+  s.discs.plan(placed, discs ? walk_pilot_paths(s, progress) : PilotPaths{}, false, progress);
+  s.discs.make_estimators(placed, progress);
+  s.cells.divide(progress);
+  if (traced) {
+    s.paths.restore(archive, s.cells.division.size(), s.discs.still->discs().size(), progress);
+    s.discs.restore(archive, s.paths.store.live());
+  } else {
+    archive.read_all<uint64_t>("level_sizes", archive.count<uint64_t>("level_sizes"));
+    s.discs.clear_sums();
+    s.paths.wait();
+  }
+  if (s.options.range && archive.bytes("edits"))
+    s.edits = archive.read_all<uint64_t>("edits", 1)[0];
+  s.direct.restore(archive);
+  restore_rays(s, archive, progress);
+  s.baked = true;
 }
 
 }  // namespace deltalux::session

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// What cells had counted of the lights chosen here is removed from them.
+#include "session/bake/choose_guides.h"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "gather/choose/find_beams.h"
+#include "gather/choose/find_guides.h"
+#include "gather/choose/find_portals.h"
+#include "session/flow/landings.h"
+
+namespace deltalux::session {
+namespace {
+
+/// The suns that are worth a shadow ray at every gather hit. `hits`: see BrightnessSurvey.
+std::vector<uint32_t> find_suns(State& s, std::span<const uint32_t> hits,
+                                const FirstFlights& others) {
+  const Landings landings(s);
+  const std::vector<trace::Light>& lights = s.lights;
+  std::vector<uint32_t> suns;
+  for (uint32_t i = 0; i < lights.size(); ++i)
+    if (lights[i].is_parallel() && lights[i].on &&
+        landings.share_lit_by(i, hits, others) <= gather::Suns::kMaxLit)
+      suns.push_back(i);
+  return suns;
+}
+
+}  // namespace
+
+std::vector<uint32_t> guide_candidates(const State& s) {
+  const std::vector<uint8_t> asked = s.rays.lights_by_shadow_ray();
+  std::vector<uint32_t> lights;
+  for (uint32_t i = 0; i < s.lights.size(); ++i) {
+    const trace::Light& light = s.lights[i];
+    if (light.on && !asked[i] && (light.is_parallel() || gather::Beam::is_narrow(light)))
+      lights.push_back(i);
+  }
+  return lights;
+}
+
+gather::Evaluation choose_guides(State& s, const FirstFlights& others, Progress& progress) {
+  const auto survey = [&](const gather::Evaluation& now) {
+    return gather::BrightnessSurvey(s.rays.present(), now, s.rays.lit_cells(now), s.options.seed,
+                                    s.workers, progress);
+  };
+  // The cells counted the direct light of beams and suns, so that these could be found; remove it,
+  // since gather rays compute it by shadow rays from now on.
+  const auto choose = [&](const auto& chosen) {
+    const Landings before(s);
+    const std::vector<uint8_t> known = s.rays.lights_by_shadow_ray();
+    chosen();
+    const Landings after(s);
+    std::vector<uint32_t> slots(s.paths.store.bounce(0).size());
+    std::iota(slots.begin(), slots.end(), 0u);
+    before.add(0, slots, -1);
+    after.add(0, slots, +1);
+    const std::vector<uint8_t> asked = s.rays.lights_by_shadow_ray();
+    for (uint32_t light = 0; light < asked.size(); ++light)
+      if (asked[light] && !known[light]) leave_out(s, light, others);
+    s.rays.place();
+    return s.rays.evaluation(false);
+  };
+  gather::Evaluation now = s.rays.evaluation(false);
+  gather::BrightnessSurvey found = survey(now);
+  auto beams = gather::find_beams(s.rays.present(), now, found, s.options.seed);
+  if (!beams.empty()) {
+    now = choose([&] { s.rays.guiding.beams = std::move(beams); });
+    found = survey(now);
+  }
+  // The hits still include what suns light.
+  std::vector<uint32_t> suns = find_suns(s, found.hits, others);
+  if (!suns.empty()) now = choose([&] { s.rays.guiding.suns = std::move(suns); });
+  std::vector<gather::Guide>& guides = s.rays.guiding.guides;
+  guides = gather::find_guides(s.rays.present(), now, found, progress);
+  const std::vector<gather::Guide> portals =
+      gather::find_portals(s.rays.present(), now, guides, s.options.seed, s.workers, progress);
+  guides.resize(std::min(guides.size(), gather::kMaxGuides - portals.size()));
+  guides.insert(guides.end(), portals.begin(), portals.end());
+  return now;
+}
+
+}  // namespace deltalux::session

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+// The rule is chosen at places on lit cells; pilot rays of each sample then apply it.
+#include "session/bake/choose_rays.h"
+
+#include <algorithm>
+
+#include "session/bake/forecast.h"
+#include "session/rays/pilots.h"
+
+namespace deltalux::session {
+namespace {
+
+// places from which the memory of all rays is predicted, approximately
+constexpr size_t kPlaces = 512;
+
+/// Casts a few rays from these receivers, to predict the memory of all rays.
+gather::Looks::PerRay few_rays(const gather::Present& present, uint64_t seed,
+                               const Workers& workers) {
+  constexpr uint32_t kRays = 32;
+  const std::vector<int8_t> as_told(present.receivers.size());
+  gather::Looks looks({as_told, kRays}, seed);
+  Progress part;
+  looks.cast(present, workers, part);
+  return looks.per_ray();
+}
+
+}  // namespace
+
+gather::Looks::PerRay pilot_rays(const State& s) {
+  std::vector<Vec3f> points, normals;
+  const size_t stride = std::max<size_t>(1, s.samples.size() / kPlaces);
+  for (size_t i = 0; i < s.samples.size(); i += stride) {
+    const uint32_t object = s.samples.attached[i];
+    const Pose pose = object == scene::kNone ? Pose{} : s.scene.objects[object].pose;
+    points.push_back(pose.point(s.samples.point[i]));
+    normals.push_back(pose.direction(s.samples.normal[i]));
+  }
+  const std::vector<direct::Receiver> receivers = s.rays.receivers_at(points, normals);
+  return few_rays(s.rays.present(receivers, {}), s.options.seed ^ kPilotSeed, s.workers);
+}
+
+bool choose_need(State& s, const gather::Evaluation& now) {
+  const std::vector<direct::Receiver> places = gather::lit_places(s.rays.lit_cells(now));
+  s.rays.guiding.need = {};
+  if (places.empty()) return false;
+  const uint32_t rays = s.options.gather_rays;
+  const std::vector<Vec3d> direct =
+      irradiance_of(*s.direct.at(places, s.light_sampled), s.group_factor, 0, places.size());
+  Progress part;
+  const std::vector<gather::SeenGuides> around = s.rays.guides_at(places, rays, part);
+  s.rays.guiding.need =
+      gather::RayNeed(pilots_of(s.rays, {places, around, direct}, rays, now), rays);
+  return true;
+}
+
+void fit_rays(State& s) {
+  // Samples with more rays, or fewer, may start more chains per ray than others.
+  const gather::RayCounts counts(s.rays.guiding.doublings, s.options.gather_rays);
+  std::vector<direct::Receiver> some;  // spaced evenly among all rays
+  for (size_t i = 0; i < s.direct.receivers.size(); ++i)
+    if (counts.first(i + 1) * kPlaces >= some.size() * counts.all())
+      some.push_back(s.direct.receivers[i]);
+  const double all = double(counts.all());
+  const bool weighted = !s.rays.guiding.empty();
+  const size_t before = s.forecast.bytes;
+  s.forecast.bytes =
+      size_t(double(before) +
+             all * few_rays(s.rays.present(some, {}), s.options.seed ^ kPilotSeed, s.workers)
+                       .bytes(weighted) -
+             ray_bytes(s, all, weighted));
+  // If memory is short, all samples cast the standard number of rays, as was forecast.
+  if (fits(s, counts)) return;
+  s.forecast.bytes = before;
+  s.rays.guiding.need = {};
+  s.rays.guiding.doublings.assign(s.direct.receivers.size(), 0);
+}
+
+void choose_rays(State& s, const gather::Evaluation& now, std::span<const gather::SeenGuides> seen,
+                 Progress& progress) {
+  s.rays.guiding.doublings.assign(s.direct.receivers.size(), 0);
+  if (!choose_need(s, now)) return;
+  const uint32_t rays = s.options.gather_rays;
+  progress.begin("find noisy places", s.direct.receivers.size());
+  const size_t together = seen_together(rays);
+  for (size_t first = 0; first < s.direct.receivers.size(); first += together) {
+    const size_t count = std::min(together, s.direct.receivers.size() - first);
+    if (needs_pilots(s.rays)) {
+      const std::vector<Vec3d> straight =
+          irradiance_of(*s.direct.light, s.group_factor, first, count);
+      const std::vector<int8_t> own =
+          piloted(s.rays,
+                  {std::span(s.direct.receivers).subspan(first, count),
+                   s.rays.guiding.empty() ? seen : seen.subspan(first, count), straight},
+                  rays, now);
+      std::copy(own.begin(), own.end(), s.rays.guiding.doublings.begin() + long(first));
+    }
+    progress.advance(count);
+    progress.check();
+  }
+  fit_rays(s);
+}
+
+}  // namespace deltalux::session

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// Chains what gather rays met, and what the next edit reads to cast them again.
+#include <cstring>
+#include <span>
+
+#include "session/rays/ray_layer.h"
+
+namespace deltalux::session {
+namespace {
+
+void chain_chain(Lanes& lanes, const gather::ChainPool& chains, uint32_t number) {
+  lanes.chain(uint64_t(bits(chains.weight(number))) << 32 | chains.end(number));
+  for (const gather::Vertex& vertex : chains.vertices(number)) {
+    lanes.chain(uint64_t(vertex.material) << 32 | vertex.light);
+    lanes.chain_all(vertex.direct);
+  }
+  // decides after which edits the chain is traced again
+  const trace::Footprint& footprint = chains.footprint(number);
+  lanes.chain(footprint.near);
+  lanes.chain(footprint.from), lanes.chain(footprint.to);
+}
+
+void chain_looks(Lanes& lanes, const gather::Looks& looks) {
+  for (size_t sample = 0; sample < looks.samples(); ++sample) {
+    lanes.chain_all(looks.weights(sample));
+    const size_t first = looks.rays().first(sample);
+    const std::span<const uint32_t> targets = looks.targets(sample);
+    for (size_t ray = 0; ray < targets.size(); ++ray) {
+      const bool chained = gather::Looks::is_chain(targets[ray]);
+      lanes.chain(uint64_t(looks.in_beam(first + ray)) << 33 | uint64_t(chained) << 32 |
+                  (chained ? 0 : targets[ray]));
+      if (chained) chain_chain(lanes, looks.chains(), gather::Looks::chain_of(targets[ray]));
+    }
+  }
+}
+
+void chain_guiding(Lanes& lanes, const gather::Guiding& guiding) {
+  static_assert(sizeof(gather::Guide) % 4 == 0 && sizeof(gather::BeamGuide) % 4 == 0 &&
+                sizeof(gather::RayShares) % 4 == 0);
+  const auto chain = [&lanes](const void* bytes, size_t size) {
+    uint32_t word;
+    for (size_t at = 0; at < size; at += sizeof word) {
+      std::memcpy(&word, static_cast<const char*>(bytes) + at, sizeof word);
+      lanes.chain(word);
+    }
+  };
+  chain(guiding.guides.data(), guiding.guides.size() * sizeof(gather::Guide));
+  chain(guiding.beams.data(), guiding.beams.size() * sizeof(gather::BeamGuide));
+  chain(guiding.suns.data(), guiding.suns.size() * sizeof(uint32_t));
+  chain(&guiding.need, sizeof guiding.need);
+  for (int8_t own : guiding.doublings) lanes.chain(uint64_t(own));
+  chain(guiding.shares.data(), guiding.shares.size() * sizeof(gather::RayShares));
+}
+
+}  // namespace
+
+void RayLayer::digest(Lanes& lanes) const {
+  if (!world.gathers()) return;
+  chain_looks(lanes, looks);
+  chain_guiding(lanes, guiding);
+  for (size_t beam = 0; beam < beams.size(); ++beam)
+    for (uint32_t k = 0; k < gather::Beam::kPoints; ++k) {
+      const gather::Beam::Point& point = beams[beam].point(k);
+      lanes.chain(point.at), lanes.chain(point.normal), lanes.chain(point.primitive);
+    }
+}
+
+}  // namespace deltalux::session

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rays of samples and of other receivers are aimed and cast alike.
+#include "session/rays/ray_layer.h"
+
+#include "base/error.h"
+#include "direct/receivers.h"
+
+namespace deltalux::session {
+namespace {
+
+constexpr size_t kGrain = 64;
+
+}  // namespace
+
+std::vector<uint8_t> RayLayer::lights_by_shadow_ray(const gather::Guiding& by) const {
+  std::vector<uint8_t> asked(world.lights.size());
+  for (const gather::BeamGuide& beam : by.beams) asked[beam.light] = 1;
+  for (const uint32_t sun : by.suns) asked[sun] = 1;
+  return asked;
+}
+
+gather::Evaluation RayLayer::evaluation(bool errors) {
+  gather::Paint paint;
+  for (const scene::Material& material : world.scene.materials)
+    paint.reflectance.push_back(material.reflectance);
+  for (const trace::Light& light : world.lights)
+    paint.dim.push_back(float(world.group_factor[light.group]));
+  paint.dim.push_back(0);
+  cells.renew_light();
+  looks.paint(paint, world.workers);
+  const std::vector<double> units = world.sum_units();
+  gather::Evaluation out(cells.state(units), cells.light, std::move(paint), errors, world.workers);
+  if (errors) out.allow_for(cells.power_of_one_path());
+  return out;
+}
+
+std::vector<direct::Receiver> RayLayer::receivers_at(std::span<const Vec3f> points,
+                                                     std::span<const Vec3f> normals) const {
+  return direct::receivers_at(world.scene, *world.caster, points, normals,
+                              kUnder * cells.division.metre(), world.workers);
+}
+
+void RayLayer::place() {
+  beams = gather::Beams(guiding.beams, world.scene, world.lights, *world.caster, cells.division,
+                        world.options.seed);
+  suns = gather::Suns(guiding.suns, world.lights);
+}
+
+gather::SeenGuides RayLayer::guides_at(const direct::Receiver& receiver, uint32_t rays) const {
+  return gather::see_guides(guiding.guides, beams, receiver, rays, *world.caster,
+                            world.options.seed);
+}
+
+std::vector<gather::SeenGuides> RayLayer::guides_at(std::span<const direct::Receiver> receivers,
+                                                    uint32_t rays, Progress& progress) const {
+  if (guiding.empty()) return {};
+  std::vector<gather::SeenGuides> seen(receivers.size());
+  world.workers.for_blocks(seen.size(), kGrain, [&](size_t begin, size_t end) {
+    progress.check();
+    for (size_t i = begin; i < end; ++i) seen[i] = guides_at(receivers[i], rays);
+    progress.advance(end - begin);
+  });
+  return seen;
+}
+
+std::vector<gather::SeenGuides> RayLayer::guides_of_samples(Progress& progress) const {
+  if (!guiding.empty()) progress.begin("share rays", direct.receivers.size());
+  return guides_at(direct.receivers, world.options.gather_rays, progress);
+}
+
+gather::RayShares RayLayer::share(size_t sample) const {
+  return gather::share_rays(guides_at(direct.receivers[sample], world.options.gather_rays),
+                            looks.rays().count(sample));
+}
+
+std::vector<gather::RayShares> RayLayer::shares_of(std::span<const gather::SeenGuides> seen,
+                                                   const gather::RayCounts& rays) const {
+  std::vector<gather::RayShares> shares(seen.size());
+  for (size_t i = 0; i < shares.size(); ++i) shares[i] = gather::share_rays(seen[i], rays.count(i));
+  return shares;
+}
+
+gather::Guiding RayLayer::guiding_of(std::span<const gather::SeenGuides> seen,
+                                     const gather::RayCounts& rays) const {
+  return {guiding.guides, guiding.beams, guiding.suns, {}, {}, shares_of(seen, rays)};
+}
+
+gather::Looks RayLayer::uncast(std::span<const gather::SeenGuides> seen) {
+  gather::Looks out({guiding.doublings, world.options.gather_rays}, world.options.seed);
+  guiding.shares = shares_of(seen, out.rays());
+  return out;
+}
+
+void RayLayer::cast(Progress& progress) { looks.cast(present(), world.workers, progress); }
+
+gather::Looks RayLayer::looks_of(std::span<const direct::Receiver> receivers,
+                                 const gather::Guiding& by, const gather::RayCounts& rays,
+                                 uint64_t seed, const gather::Evaluation& now) const {
+  Progress part;
+  gather::Looks out(rays, seed);
+  out.cast(present(receivers, by), world.workers, part);
+  out.paint(now.paint(), world.workers);
+  return out;
+}
+
+void RayLayer::note_beams(gather::Change& change) {
+  change.points =
+      beams.update(world.scene, world.lights, *world.caster, cells.division, change.scene);
+  if (!beams.placed(change.scene)) return;
+  world.workers.for_blocks(world.samples.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      if (change.samples[i]) continue;  // Looks::follow() recomputes the shares of these
+      const gather::RayShares own = share(i);
+      change.samples[i] = !(own == guiding.shares[i]);
+      guiding.shares[i] = own;
+    }
+  });
+}
+
+void RayLayer::note(gather::Change& change) {
+  note_beams(change);
+  suns = gather::Suns(guiding.suns, world.lights);
+  looks.note(present(), change);
+}
+
+gather::Looks::Cast RayLayer::follow(Progress& progress, const std::function<bool()>& more) {
+  const auto renew = [&](size_t sample) {
+    if (!guiding.empty()) guiding.shares[sample] = share(sample);
+  };
+  return looks.follow(present(), world.workers, progress, renew, more);
+}
+
+void RayLayer::clear() {
+  looks = gather::Looks({}, world.options.seed);
+  beams = {}, suns = {}, glance = {};
+}
+
+void RayLayer::save(ArchiveView& archive) const {
+  if (!world.gathers()) return;
+  guiding.save(archive, world.evaluates() && !(looks.pending_share() > 0));
+  if (world.evaluates()) looks.save(archive);
+}
+
+void RayLayer::restore_choices(ArchiveSource& archive) {
+  const Options& options = world.options;
+  guiding.restore(archive, world.lights, world.evaluates() ? world.samples.size() : 0,
+                  options.gather_rays);
+  const double rays = double(gather::RayCounts(guiding.doublings, options.gather_rays).all());
+  const double needed = rays * gather::Looks::PerRay{}.bytes();
+  if (options.memory_limit && needed > double(options.memory_limit))
+    throw FormatError("\"gather.doublings\": its rays would need about " + mebibytes(needed) +
+                      ", the limit is " + mebibytes(double(options.memory_limit)) +
+                      "; raise memory_limit");
+}
+
+void RayLayer::restore(ArchiveSource& archive, Progress& progress) {
+  place();
+  if (guiding.shares.empty())
+    looks = uncast(guides_of_samples(progress));
+  else
+    looks = gather::Looks({guiding.doublings, world.options.gather_rays}, world.options.seed);
+  looks.restore(archive, present(), world.workers, progress);
+}
+
+}  // namespace deltalux::session

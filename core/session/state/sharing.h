@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a session that shares paths or rays with others remembers between their messages.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "gather/looks/looks.h"
+#include "session/shared/awaited.h"
+#include "session/world/held_paths.h"
+
+namespace deltalux::session {
+
+/// The sums that Exchange::path_changes() returned last.
+struct ToldSums {
+  std::vector<int64_t> discs, cells;
+  uint32_t groups = 1;  ///< that `cells` is laid out for
+  uint64_t edits = 0;
+  void set_groups(uint32_t count);
+  size_t bytes() const { return (discs.capacity() + cells.capacity()) * sizeof(int64_t); }
+};
+
+/// A look between Exchange::begin_look() and the last take_looks(), in a session without paths.
+struct BegunLook {
+  bool lit = false;               ///< whether anything is
+  std::vector<double> factors{};  ///< see choice_factors()
+  gather::Looks looks{{}, 0};     ///< of no samples before take_numbers()
+  Awaited awaited;
+};
+
+struct Sharing {
+  /// In a session without paths: the ranges of other sessions whose sums, of the present state, are
+  /// in these sums; and the edits in effect when those of all paths were, nullopt: never yet.
+  std::vector<PathRange> added;
+  std::optional<uint64_t> added_since;
+  std::unique_ptr<ToldSums> told;
+  std::unique_ptr<BegunLook> looking;
+  std::vector<double> joined_factors;       ///< those of the look that join_look() joined
+  std::unique_ptr<Awaited> awaited_direct;  ///< null: direct light is there
+
+  /// How many paths of other sessions have their sums here.
+  uint64_t added_paths() const {
+    uint64_t paths = 0;
+    for (const PathRange& range : added) paths += range.last - range.first;
+    return paths;
+  }
+  size_t bytes() const {
+    return (looking ? looking->looks.bytes() : 0) + (told ? told->bytes() : 0);
+  }
+};
+
+}  // namespace deltalux::session
