@@ -91,8 +91,8 @@ int main(int argc, char** argv) {
       "\"exact\": %s}\n",
       size_t(options.paths), options.gather_rays, samples, median(raw), median(cast) / median(raw),
       median(look_up), double(looks.bytes()) / double(samples), double(looks.bytes()) / rays,
-      double(looks.chains().size()) / rays, session.state().rays.guiding.guides.size(), median(full),
-      median(frame), median(share), median(again), median(full) / median(frame),
+      double(looks.chains().size()) / rays, session.state().rays.guiding.guides.size(),
+      median(full), median(frame), median(share), median(again), median(full) / median(frame),
       equal ? "true" : "false");
   return equal ? 0 : 1;
 }

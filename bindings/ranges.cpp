@@ -185,7 +185,9 @@ void bind_ranges(nb::class_<Session>& bound) {
            })
       .def(
           "ask_for",
-          [](Session& s, const Column<uint32_t>& lights) { s.exchange().ask_for(to_vector(lights)); },
+          [](Session& s, const Column<uint32_t>& lights) {
+            s.exchange().ask_for(to_vector(lights));
+          },
           nb::arg("lights"));
 }
 
@@ -203,7 +205,9 @@ void bind_shared_rays(nb::class_<Session>& bound) {
           nb::arg("progress").none())
       .def("forget_bake", &Session::forget_bake)
       .def("awaits_direct", [](const Session& s) { return s.exchange().awaits_direct(); })
-      .def("place_samples", [](Session& s) { s.exchange().place_samples(); }, nb::call_guard<nb::gil_scoped_release>())
+      .def(
+          "place_samples", [](Session& s) { s.exchange().place_samples(); },
+          nb::call_guard<nb::gil_scoped_release>())
       .def(
           "cast_direct",
           [](const Session& s, size_t first, size_t last, nb::object callback) {
@@ -279,7 +283,8 @@ void bind_shared_rays(nb::class_<Session>& bound) {
           [](const Session& s, size_t first, size_t last, nb::object source, nb::object callback) {
             PythonSource aims(std::move(source));
             std::optional<gather::Looks> looks;
-            run(callback, [&](Progress& p) { looks = s.exchange().cast_looks(first, last, aims, p); });
+            run(callback,
+                [&](Progress& p) { looks = s.exchange().cast_looks(first, last, aims, p); });
             ArchiveView archive;
             looks->save(archive);
             return to_arrays(archive);

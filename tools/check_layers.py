@@ -36,8 +36,22 @@ ESTIMATORS = (
 ROOMS = {
     "gather": ("cells", "aim", "looks", "choose"),
     "session": (
-        "world", "paths", "discs", "direct", "cells", "rays", "images", "shared", "state", "flow", "bake", "update",
-        "read", "file", "exchange", "",
+        "world",
+        "paths",
+        "discs",
+        "direct",
+        "cells",
+        "rays",
+        "images",
+        "shared",
+        "state",
+        "flow",
+        "bake",
+        "update",
+        "read",
+        "file",
+        "exchange",
+        "",
     ),
 }
 # Third party -> the only file (without suffix) that may include it.

@@ -171,7 +171,8 @@ class Ranges {
     return {values, errors};
   }
   void add_all() {
-    for (const auto& part : parts_) whole_->exchange().add_path_changes(part->exchange().path_changes());
+    for (const auto& part : parts_)
+      whole_->exchange().add_path_changes(part->exchange().path_changes());
   }
   FirstFlights all_flights() const {
     FirstFlights all = parts_[0]->exchange().first_flights();
@@ -356,7 +357,8 @@ TEST(Ranges, RefuseWhatTheyCannotDo) {
   refused([&] { whole.recompute(progress); }, "call look()");
   refused([&] { whole.save(); }, "call look()");
   refused([&] { part.exchange().add_path_changes({}); }, "expected a baked one of path_range");
-  refused([&] { whole.exchange().path_changes(); }, "found a session that is not baked or evaluates light");
+  refused([&] { whole.exchange().path_changes(); },
+          "found a session that is not baked or evaluates light");
   refused([&] { part.exchange().look({}, progress); }, "expected a baked one of path_range");
   const PathChanges all = part.exchange().path_changes();
   PathChanges wrong = all;
@@ -379,8 +381,10 @@ TEST(Ranges, AskForKnownLightsOnceEach) {
   whole.bake(progress);
   part.bake(progress);
   refused([&] { part.exchange().ask_for(std::vector<uint32_t>{1}); }, "found light 1");
-  refused([&] { part.exchange().ask_for(std::vector<uint32_t>{0, 0}); }, "lights that do not ascend");
-  refused([&] { whole.exchange().ask_for(std::vector<uint32_t>{0}); }, "found light 0, expected narrow");
+  refused([&] { part.exchange().ask_for(std::vector<uint32_t>{0, 0}); },
+          "lights that do not ascend");
+  refused([&] { whole.exchange().ask_for(std::vector<uint32_t>{0}); },
+          "found light 0, expected narrow");
   const auto digest = part.digest();
   refused([&] { part.exchange().ask_for(std::vector<uint32_t>{0, 1}); }, "found light 1");
   EXPECT_EQ(part.digest(), digest);
@@ -388,7 +392,8 @@ TEST(Ranges, AskForKnownLightsOnceEach) {
   part.exchange().ask_for({});
   part.exchange().ask_for(std::vector<uint32_t>{0});
   EXPECT_EQ(part.exchange().asked_lights(), (std::vector<uint32_t>{0}));
-  refused([&] { part.exchange().ask_for(std::vector<uint32_t>{0}); }, "found light 0");  // already left out
+  refused([&] { part.exchange().ask_for(std::vector<uint32_t>{0}); },
+          "found light 0");  // already left out
   Session discs(room_with_spot(), some_samples(),
                 of_range(options(1, DirectMode::paths, segments::SegmentEnd::first), 0, 2000));
   discs.bake(progress);
@@ -440,7 +445,8 @@ TEST(Ranges, RefuseToBeReadBeforeAllChangesOfAllEditsAreAdded) {
       << add(second);
   for (Session* session : {&one, &two}) session->update(kSteps[2], 0, progress);
   // The sums were never complete at edit 1: what one told since then lacks what two did not add.
-  EXPECT_NE(add(one.exchange().path_changes()).find("found changes from edit 1 to edit 3"), std::string::npos);
+  EXPECT_NE(add(one.exchange().path_changes()).find("found changes from edit 1 to edit 3"),
+            std::string::npos);
   EXPECT_NE(read(), "");
 }
 

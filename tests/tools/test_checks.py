@@ -48,7 +48,7 @@ def layers(root: Path, file: str, text: str) -> tuple[int, str]:
         ("gather/aim/light.cpp", '#include "estimate/disc_index/tree.h"\n'),
         ("segments/light.cpp", '#include "direct/visibility.h"\n'),
         ("gather/looks/chain.h", '#include "gather/aim/guide.h"\n#include "gather/looks/vertex.h"\n'),
-        ("session/session.cpp", '#include "session/world/world.h"\n#include "session/session_forecast.h"\n'),
+        ("session/session.cpp", '#include "session/world/world.h"\n#include "session/session_parts.h"\n'),
         ("estimate/read.cpp", "void f(const Scene& s, const scene::Scene& t, Scene&& u);\n"),
         ("base/text.cpp", "void f(); // printf(\n"),
     ],

@@ -182,7 +182,7 @@ class Shard:
         for batch in batches:
             if batch.number > self._number:
                 for kind, values in batch.edits:
-                    session._queue(kind, *values)
+                    ranges.queue_edit(session, kind, values)
                 self._number = batch.number
 
     def _say(self, frame: Frame, with_flights: bool) -> Answer:
@@ -199,8 +199,7 @@ class Shard:
     def _restore(self, seed: Seed) -> Answer:
         """Trace all paths anew in the state of the seed."""
         session = self._make(seed.scene)
-        session._prepare_choice()
-        session._session().restore(MemoryArchive(seed.choices), session.progress)
+        ranges.restore_choices(session, MemoryArchive(seed.choices))
         self._number = seed.number
         return self._say(session.recompute(), True)
 
@@ -259,7 +258,7 @@ class Shard:
         return ranges.gradient_sums(self._own_session())
 
     def _paths(self) -> list[BounceArrays]:
-        return paths_of(self._own_session()._session().save())
+        return paths_of(ranges.saved_arrays(self._own_session()))
 
     def _figures(self) -> tuple[dict[str, Any], dict[str, Any]]:
         """Statistics and the balance of energy."""

@@ -56,7 +56,10 @@ __all__ = [
     "path_changes",
     "path_sums",
     "place_samples",
+    "queue_edit",
     "ranges_of",
+    "restore_choices",
+    "saved_arrays",
     "segments_hash",
 ]
 
@@ -330,6 +333,31 @@ def look(whole: Session, first: FirstFlights) -> None:
         whole._baked_session().look(
             first.lights, first.cells, first.landed.at, first.landed.values, whole.progress
         )
+
+
+def queue_edit(part: Session, kind: str, values: Sequence[Any]) -> None:
+    """Queue an edit as the core takes it, which another session of the same scene has queued."""
+    with part._calls.one(long=False):
+        part._queue(kind, *values)
+
+
+def restore_choices(part: Session, choices: Any) -> None:
+    """Bring a fresh part into the state of another session; its paths wait for `Session.recompute`.
+
+    Parameters
+    ----------
+    choices : archive of the arrays that the core's `save_choices` returned
+    """
+    with part._calls.one(long=True):
+        part._prepare_choice()
+        part._session().restore(choices, part.progress)
+
+
+def saved_arrays(part: Session) -> Any:
+    """Archive of the arrays that the core saves of a part."""
+    with part._calls.one(long=True):
+        part._finish()
+        return part._session().save()
 
 
 def place_samples(part: Session) -> None:
